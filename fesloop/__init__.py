@@ -1,0 +1,1 @@
+"""Closed-loop co-simulation of functional electrical stimulation of the hand."""

@@ -1,0 +1,48 @@
+"""Errors that a user sees as one line: where, what was found, what is allowed, what to do."""
+
+from __future__ import annotations
+
+
+class FesloopError(Exception):
+    """Base of every error that fesloop raises on purpose; its text is one line."""
+
+
+class InputError(FesloopError, ValueError):
+    """Something the user gave cannot be used (exit code 2).
+
+    Parameters
+    ----------
+    where: file, key path, block or wire that is at fault.
+    found: what stands there.
+    allowed: what may stand there.
+    remedy: what to do about it.
+    """
+
+    def __init__(self, where: str, found: str, allowed: str = "", remedy: str = "") -> None:
+        self.where, self.found, self.allowed, self.remedy = where, found, allowed, remedy
+        text = f"{where}: {found}"
+        if allowed:
+            text += f"; allowed: {allowed}"
+        if remedy:
+            text += f"; {remedy}"
+        super().__init__(" ".join(text.split()))
+
+
+class InputErrors(InputError):
+    """Several faults of one file, all named at once; `faults` holds them, one line each."""
+
+    def __init__(self, faults: list[InputError]) -> None:
+        self.faults = faults
+        first = faults[0]
+        super().__init__(first.where, first.found, first.allowed, first.remedy)
+
+    def __str__(self) -> str:
+        return "\n".join(str(fault) for fault in self.faults)
+
+
+class RunError(FesloopError, RuntimeError):
+    """A run failed for a reason of its own (exit code 1); what was recorded until then is kept."""
+
+
+class SnapshotError(FesloopError, RuntimeError):
+    """A running loop holds something whose state cannot be saved or restored."""

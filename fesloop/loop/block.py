@@ -1,0 +1,131 @@
+"""The contracts: what a sampled block and a continuous plant promise the loop.
+
+Both are frozen, keyword-only dataclasses of parameters. All that they remember lives in a state made by
+`init`, a plain object that pickles; `step` and `advance` may update the state in place and touch nothing
+else. Values that a block puts out are never written to again, neither by it nor by anyone else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+from numpy.typing import NDArray
+
+from fesloop.loop.clock import Clock, RateClock
+from fesloop.loop.noise import NoiseStream, stream_key
+from fesloop.loop.signals import Port, Sample, Value
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """What a block or plant may know of its place when it makes its state.
+
+    Attributes
+    ----------
+    name: the node's name in the experiment.
+    seed, trial: of the run.
+    clock: when the block ticks; None for an exact plant.
+    """
+
+    name: str
+    seed: int = 0
+    trial: int = 0
+    clock: Clock | None = None
+
+    def noise(self, width: int, kind: str = "normal", purpose: str = "noise") -> NoiseStream:
+        """Random rows that depend on (seed, name, purpose, trial, tick) alone."""
+        return NoiseStream(stream_key(self.seed, f"{self.name}/{purpose}", self.trial), width, kind)
+
+
+class Tick:
+    """The instant of a step, lent to `step` and reused by the loop: read it, do not keep it.
+
+    Attributes
+    ----------
+    index: number of this tick.
+    time_ns: its instant.
+    """
+
+    __slots__ = ("index", "reports", "time_ns")
+
+    def __init__(self) -> None:
+        self.index = 0
+        self.time_ns = 0
+        self.reports: list[tuple[str, str]] = []
+
+    def report(self, status: str, detail: str = "") -> None:
+        """Record trouble with this tick, such as ("infeasible", "QP: no point inside the slew limits")."""
+        self.reports.append((status, detail))
+
+
+@runtime_checkable
+class Block(Protocol):
+    """A sampled block.
+
+    Optional members: `clock` (a Clock of its own, where the wiring gives no rate), `resolve(shapes)` (a
+    copy of the block for the shapes, by input name, of what is wired to its open-sized inputs),
+    `next_trial(state, context)` (the state that the next trial starts from, where it is not
+    `init(context)`: a learning controller learns here), `close(state)` (a device lets go).
+    """
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """Input ports, in the order in which `step` reads them."""
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """Output ports, in the order in which `step` returns them."""
+
+    def init(self, context: Context) -> Any:
+        """A new state."""
+
+    def step(self, state: Any, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """One tick: outputs from inputs, the state updated in place."""
+
+
+@runtime_checkable
+class Plant(Protocol):
+    """A continuous plant between the stimulator's plug and the sensors' cable.
+
+    `grid` is None for a plant that goes exactly to any instant, else the clock of its fixed steps: it is
+    then advanced from grid tick to grid tick only, one step a call. `feedthrough` says whether `read`
+    depends on the inputs. Optional members: `observe(state, inputs, start_ns, times_ns)` (each output at
+    later instants under held inputs, stacked along a first axis, state untouched: a faster way to what
+    advancing a copy would give), `next_trial(state, context)`, `close(state)`, `resolve(shapes)`.
+    """
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """Input ports."""
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """Output ports."""
+
+    @property
+    def grid(self) -> RateClock | None:
+        """Clock of the fixed steps, None for an exact plant."""
+
+    @property
+    def feedthrough(self) -> bool:
+        """Whether an output depends on an input of the same instant."""
+
+    def init(self, context: Context) -> Any:
+        """A new state, at t = 0."""
+
+    def advance(self, state: Any, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
+        """From `start_ns` to `stop_ns` under inputs held from `start_ns` on."""
+
+    def read(self, state: Any, inputs: Sequence[Value]) -> tuple[Value, ...]:
+        """Outputs now; `inputs` matter only where `feedthrough` is true. Fresh values each call."""
+
+
+class Observing(Protocol):
+    """A plant that evaluates its outputs ahead without being advanced."""
+
+    def observe(
+        self, state: Any, inputs: Sequence[Value], start_ns: int, times_ns: Sequence[int]
+    ) -> tuple[NDArray[Any], ...]:
+        """Outputs at `times_ns` (all >= `start_ns`), each stacked along a first axis."""

@@ -1,0 +1,53 @@
+"""Where the loop leaves what it did: plain lists of rows, drained by whoever writes them down.
+
+A recorder only reads. What it costs the loop is one `append` a row; a file writer, a test or a live view
+takes the rows out with `drain`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fesloop.loop.clock import RateClock
+from fesloop.loop.signals import Value
+
+BlockRow = tuple[int, int, int, int, int, tuple[Value, ...]]
+"""(tick index, time, instant the outputs left, oldest capture, newest capture, outputs); times in ns."""
+PlantRow = tuple[list[int], list[int], tuple[Any, ...]]
+"""(instants, physical instants of the values, one stack a port); times in ns."""
+InputRow = tuple[int, int, int, int, Value]
+"""(instant the input acts from, port number, oldest capture, newest capture, value); times in ns."""
+EventRow = tuple[int, str, str, str]
+"""(time in ns, node or wire, status, detail)."""
+
+
+class Recorder:
+    """Rows in memory, one list a stream.
+
+    Parameters
+    ----------
+    plant_rate: how often plant outputs are read, for the record alone, Hz; None records no plant.
+    """
+
+    def __init__(self, plant_rate: str | int | float | None = "1000") -> None:
+        self.plant_clock = None if plant_rate is None else RateClock.from_rate(plant_rate, where="record.rate")
+        self.blocks: dict[str, list[BlockRow]] = {}
+        self.plants: dict[str, list[PlantRow]] = {}
+        self.inputs: dict[str, list[InputRow]] = {}
+        self.events: list[EventRow] = []
+
+    def drain(self) -> tuple[
+        dict[str, list[BlockRow]], dict[str, list[PlantRow]], dict[str, list[InputRow]], list[EventRow]
+    ]:
+        """Take out (blocks, plants, inputs, events) recorded since the last call."""
+        taken = (_empty(self.blocks), _empty(self.plants), _empty(self.inputs), list(self.events))
+        self.events.clear()
+        return taken
+
+
+def _empty(streams: dict[str, list[Any]]) -> dict[str, list[Any]]:
+    """Copies of the streams' rows; the lists themselves, which the loop holds on to, are cleared."""
+    taken = {name: list(rows) for name, rows in streams.items()}
+    for rows in streams.values():
+        rows.clear()
+    return taken

@@ -1,0 +1,71 @@
+"""What travels on wires: ports that declare it, samples that carry it with its stamps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Value = float | NDArray[np.float64]
+"""A scalar port carries a float, any other a float64 array that nobody writes to again."""
+
+NEVER = -1
+"""Stamp of a sample that stands in a port before any message has arrived."""
+
+
+@dataclass(frozen=True, slots=True)
+class Port:
+    """One input or output of a block or plant.
+
+    Attributes
+    ----------
+    name: as wires name it.
+    shape: () for a float; a None stands for a size that the wire's source decides.
+    unit: SI, as text ("rad", "m/s^2"; "1" for a ratio); a wire joins equal units only.
+    initial: what an input reads before its first message, and what an output gives in place of a
+        non-finite value (its safe output); a float fills the shape.
+    """
+
+    name: str
+    shape: tuple[int | None, ...] = ()
+    unit: str = "1"
+    initial: float | tuple[float, ...] = 0.0
+
+    @property
+    def resolved(self) -> bool:
+        """Whether every size is known."""
+        return None not in self.shape
+
+    def initial_value(self) -> Value:
+        """The initial value in the port's shape."""
+        if self.shape == ():
+            return float(np.asarray(self.initial).reshape(()))
+        sizes = tuple(size for size in self.shape if size is not None)
+        value = np.broadcast_to(np.asarray(self.initial, dtype=np.float64), sizes).copy()
+        value.flags.writeable = False
+        return value
+
+
+class Sample(NamedTuple):
+    """A value on a wire with its stamps, all ns.
+
+    `oldest_ns` and `newest_ns` are the physical instants of the oldest and the newest capture that the
+    value derives from, through any number of blocks; `arrived_ns` is when it reached this port.
+    Before the first message all three are NEVER.
+    """
+
+    value: Value
+    oldest_ns: int
+    newest_ns: int
+    arrived_ns: int
+
+    @property
+    def present(self) -> bool:
+        """Whether a message has arrived at all."""
+        return self.arrived_ns >= 0
+
+    def age_ns(self, now_ns: int) -> int:
+        """How long ago the oldest capture behind this value was made."""
+        return now_ns - self.oldest_ns

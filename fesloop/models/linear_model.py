@@ -1,0 +1,119 @@
+"""What a controller is told of a plant: a linear model behind recruitment and a pure delay."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from fesloop.errors import InputError
+from fesloop.models.recruitment import Recruitment
+
+NS_PER_S = 1_000_000_000
+Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SampledModel:
+    """x[k+1] = a x[k] + b v[k], y[k] = c x[k] + offset: exact at the samples, delay included."""
+
+    a: Matrix
+    b: Matrix
+    c: Matrix
+    offset: NDArray[np.float64]
+    delay_steps: int
+    """Whole steps before v[k] first shows in y."""
+
+    def lifted(self, samples: int) -> Matrix:
+        """Lower block-triangular G with y[0..samples-1] = G v[0..samples-1] from rest."""
+        outputs, inputs = self.c.shape[0], self.b.shape[1]
+        lifted = np.zeros((samples * outputs, samples * inputs))
+        power = self.b
+        for lag in range(1, samples):
+            markov = self.c @ power
+            power = self.a @ power
+            for k in range(lag, samples):
+                lifted[k * outputs:(k + 1) * outputs, (k - lag) * inputs:(k - lag + 1) * inputs] = markov
+        return lifted
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LinearModel:
+    """x' = a x + b v(t - delay), y = c x + offset, v the recruited fractions.
+
+    Attributes
+    ----------
+    a, b, c: (n, n), (n, muscles), (outputs, n); time in s.
+    offset: (outputs,), y at rest, rad.
+    delay_ns: electromechanical delay.
+    recruitment: from stimulation to v; None where v itself is the plant's input.
+    """
+
+    a: Matrix
+    b: Matrix
+    c: Matrix
+    offset: NDArray[np.float64]
+    delay_ns: int = 0
+    recruitment: Recruitment | None = None
+
+    @property
+    def inputs(self) -> int:
+        """Number of muscles."""
+        return int(self.b.shape[1])
+
+    @property
+    def outputs(self) -> int:
+        """Number of outputs."""
+        return int(self.c.shape[0])
+
+    def sampled(self, period_ns: int, extra_delay_ns: int = 0) -> SampledModel:
+        """Exact zero-order-hold model at a period, with any (fractional) input delay.
+
+        A delay of d whole periods and a rest is carried by past inputs as states, newest first
+        (Franklin, Powell, Workman 1998, section 4.3.4). Raises InputError for a period of 0 or less.
+        """
+        if period_ns <= 0:
+            raise InputError("period_ns", f"{period_ns}", "above 0")
+        delay = self.delay_ns + extra_delay_ns
+        whole, rest = divmod(delay, period_ns)
+        states, inputs = self.b.shape
+        a_full, b_late = _zero_order_hold(self.a, self.b, (period_ns - rest) / NS_PER_S)
+        if rest:
+            a_rest, b_rest = _zero_order_hold(self.a, self.b, rest / NS_PER_S)
+            b_early = a_full @ b_rest
+            a_step = a_full @ a_rest
+        else:
+            b_early, a_step = np.zeros_like(b_late), a_full
+        stored = whole + (1 if rest else 0)
+        if stored == 0:
+            return SampledModel(a_step, b_late, self.c, self.offset, 0)
+        size = states + stored * inputs
+        a = np.zeros((size, size))
+        b = np.zeros((size, inputs))
+        a[:states, :states] = a_step
+
+        def past(lag: int) -> slice:
+            return slice(states + (lag - 1) * inputs, states + lag * inputs)
+
+        if rest:
+            a[:states, past(whole + 1)] = b_early
+        if whole:
+            a[:states, past(whole)] = b_late
+        else:
+            b[:states] = b_late
+        b[past(1)] = np.eye(inputs)
+        for lag in range(2, stored + 1):
+            a[past(lag), past(lag - 1)] = np.eye(inputs)
+        c = np.hstack([self.c, np.zeros((self.outputs, stored * inputs))])
+        return SampledModel(a, b, c, self.offset, whole)
+
+
+def _zero_order_hold(a: Matrix, b: Matrix, duration_s: float) -> tuple[Matrix, Matrix]:
+    """(exp(a T), integral of exp(a s) ds b) by one exponential of the stacked matrix."""
+    states, inputs = b.shape
+    stacked = np.zeros((states + inputs, states + inputs))
+    stacked[:states, :states], stacked[:states, states:] = a, b
+    exponential = expm(stacked * duration_s)
+    return exponential[:states, :states], exponential[:states, states:]
