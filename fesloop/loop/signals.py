@@ -26,12 +26,14 @@ class Port:
     unit: SI, as text ("rad", "m/s^2"; "1" for a ratio); a wire joins equal units only.
     initial: what an input reads before its first message, and what an output gives in place of a
         non-finite value (its safe output); a float fills the shape.
+    optional: an input that may be left without a wire; it then reads `initial` for ever.
     """
 
     name: str
     shape: tuple[int | None, ...] = ()
     unit: str = "1"
     initial: float | tuple[float, ...] = 0.0
+    optional: bool = False
 
     @property
     def resolved(self) -> bool:

@@ -1,0 +1,163 @@
+"""Wires: what they declare (`Wire`), and one in operation (`Link`)."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from fesloop.errors import InputError
+from fesloop.loop.clock import NS_PER_MS, RateClock, duration_ns
+from fesloop.loop.duration import ZERO, Duration
+from fesloop.loop.noise import NoiseStream, stream_key
+from fesloop.loop.signals import Sample, Value
+
+Late = Literal["keep-newest", "in-order"]
+
+
+@dataclass(frozen=True, slots=True)
+class Wire:
+    """From an output port to an input port.
+
+    Attributes
+    ----------
+    source, target: "node.port".
+    latency_ms: transport time, taken by its decimal text, to the nearest ns.
+    jitter: added to the latency, drawn for each message; the sum is never negative.
+    loss: probability that a message is lost, in [0, 1).
+    late: what becomes of a message that a newer one has overtaken. "keep-newest" drops and counts it;
+        "in-order" lets no message overtake: each waits for its predecessor.
+    rate, offset_ms: when a plant's output is sampled into the wire, Hz and ms; by default at the reader's
+        ticks. A wire from plant to plant must give its communication rate. A block's output is sent when
+        the block steps, so there is no rate to give.
+    """
+
+    source: str
+    target: str
+    latency_ms: float = 0.0
+    jitter: Duration = ZERO
+    loss: float = 0.0
+    late: Late = "keep-newest"
+    rate: str | int | float | None = None
+    offset_ms: float = 0.0
+
+    def __post_init__(self) -> None:
+        for end in (self.source, self.target):
+            if not isinstance(end, str) or end.count(".") != 1 or not all(end.split(".")):
+                raise InputError(f"wire {self.name}", f"{end!r} is not a port", '"node.port"')
+        where = f"wire {self.name}"
+        latency = duration_ns(self.latency_ms, NS_PER_MS, f"{where}: latency_ms")
+        if self.jitter.kind in ("measured", "recorded"):
+            raise InputError(f"{where}: jitter.kind", f"{self.jitter.kind!r}",
+                             "zero, fixed, uniform, normal, exponential")
+        if latency + self.jitter.least_ns < 0:
+            raise InputError(f"{where}: jitter",
+                             f"latency {self.latency_ms:g} ms plus jitter can be "
+                             f"{(latency + self.jitter.least_ns) / NS_PER_MS:g} ms",
+                             "a sum of at least 0", "raise latency_ms or jitter.low_ms")
+        if isinstance(self.loss, bool) or not (math.isfinite(self.loss) and 0.0 <= self.loss < 1.0):
+            raise InputError(f"{where}: loss", f"{self.loss!r}", "a probability in [0, 1)")
+        if self.late not in ("keep-newest", "in-order"):
+            raise InputError(f"{where}: late", f"{self.late!r}", "keep-newest, in-order")
+        duration_ns(self.offset_ms, NS_PER_MS, f"{where}: offset_ms")
+        if self.rate is None and self.offset_ms:
+            raise InputError(f"{where}: offset_ms", "given without a rate", "a rate beside it")
+
+    @property
+    def name(self) -> str:
+        """As errors, reports and recordings name it; unique, for an input has one wire."""
+        return f"{self.source}->{self.target}"
+
+    @property
+    def latency_ns(self) -> int:
+        """Transport time without jitter."""
+        return duration_ns(self.latency_ms, NS_PER_MS, self.name)
+
+    @property
+    def least_ns(self) -> int:
+        """The least transport time."""
+        return self.latency_ns + self.jitter.least_ns
+
+    @property
+    def clock(self) -> RateClock | None:
+        """When a plant's output is sampled into it; None for the reader's ticks."""
+        if self.rate is None:
+            return None
+        offset = duration_ns(self.offset_ms, NS_PER_MS, self.name)
+        return RateClock.from_rate(self.rate, offset, f"wire {self.name}: rate")
+
+    def noise(self, seed: int, trial: int) -> NoiseStream:
+        """Row k: the uniform numbers that decide loss and jitter of the source's tick k."""
+        return NoiseStream(stream_key(seed, f"wire/{self.name}", trial), 2, "uniform")
+
+
+class Link:
+    """A wire in operation: messages on their way, in the order in which they will be delivered.
+
+    Attributes
+    ----------
+    queue: samples under way, by arrival, then capture, then sequence.
+    sent, lost, late: counts of messages sent, lost on the way, dropped because a newer one was there.
+    """
+
+    __slots__ = ("_in_order", "_last_arrival", "_latency", "_noise", "_wire", "late", "lost", "queue",
+                 "send", "sent", "wire_name")
+
+    def __init__(self, wire: Wire, seed: int, trial: int) -> None:
+        self.wire_name = wire.name
+        self.queue: deque[Sample] = deque()
+        self.sent = self.lost = self.late = 0
+        self._wire = wire
+        self._latency = wire.latency_ns
+        self._in_order = wire.late == "in-order"
+        self._last_arrival = 0
+        self._noise = wire.noise(seed, trial)
+        plain = wire.loss == 0.0 and not wire.jitter.random and wire.jitter.kind == "zero"
+        self.send = self._send_steadily if plain else self._send_randomly
+
+    def _send_steadily(self, index: int, value: Value, oldest: int, newest: int, left: int) -> None:
+        """Constant latency, no loss: messages stay in the order in which they were sent."""
+        self.sent += 1
+        self.queue.append(Sample(value, oldest, newest, left + self._latency))
+
+    def _send_randomly(self, index: int, value: Value, oldest: int, newest: int, left: int) -> None:
+        """Jitter or loss by the numbers of the source's tick `index`."""
+        self.sent += 1
+        chance, shape = self._noise.row(index)
+        if chance < self._wire.loss:
+            self.lost += 1
+            return
+        arrival = left + self._latency + self._wire.jitter.draw_ns(float(shape))
+        if self._in_order:
+            arrival = self._last_arrival = max(arrival, self._last_arrival)
+        queue = self.queue
+        at = len(queue)
+        while at and (queue[at - 1].arrived_ns, queue[at - 1].newest_ns) > (arrival, newest):
+            at -= 1
+        queue.insert(at, Sample(value, oldest, newest, arrival))
+
+    def take_due(self, time_ns: int, held: Sample) -> Sample:
+        """What the port holds at `time_ns`: every message due by then is delivered to it."""
+        queue = self.queue
+        while queue and queue[0].arrived_ns <= time_ns:
+            held = self.take(held)
+        return held
+
+    def take(self, held: Sample) -> Sample:
+        """Deliver the next message: it, or `held` where that is newer."""
+        message = self.queue.popleft()
+        if message.newest_ns < held.newest_ns and not self._in_order:
+            self.late += 1
+            return held
+        return message
+
+    def save(self) -> tuple[Any, ...]:
+        """All that changes, for a snapshot."""
+        return (list(self.queue), self.sent, self.lost, self.late, self._last_arrival)
+
+    def restore(self, saved: tuple[Any, ...]) -> None:
+        """Back to what `save` gave."""
+        queue, self.sent, self.lost, self.late, self._last_arrival = saved
+        self.queue.clear()
+        self.queue.extend(queue)

@@ -1,0 +1,275 @@
+"""A wiring: nodes and wires, checked as a whole before anything runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from typing import Any, cast
+
+from fesloop.errors import InputError, InputErrors
+from fesloop.loop.block import Block, Context, Plant
+from fesloop.loop.clock import NS_PER_MS, Clock, RateClock, duration_ns
+from fesloop.loop.duration import ZERO, Duration
+from fesloop.loop.order import firing_order
+from fesloop.loop.signals import Port
+from fesloop.loop.wire import Wire
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """A block or plant with its name and its place in time.
+
+    Attributes
+    ----------
+    name: unique; wires and recordings use it.
+    part: the block or plant.
+    rate, offset_ms: when a sampled block steps, Hz and ms. A plant has none, nor has a block with a clock
+        of its own.
+    execution: how long a step takes; outputs leave at its end.
+    """
+
+    name: str
+    part: Block | Plant
+    rate: str | int | float | None = None
+    offset_ms: float = 0.0
+    execution: Duration = ZERO
+
+    def __post_init__(self) -> None:
+        where = self.name if isinstance(self.name, str) else repr(self.name)
+        if not isinstance(self.name, str) or not self.name.replace("_", "a").isalnum():
+            raise InputError(f"node {where}", "is not a name", "letters, digits and underscores")
+        own_clock = getattr(self.part, "clock", None)
+        if self.is_plant:
+            if self.rate is not None or self.offset_ms or self.execution.kind != "zero":
+                raise InputError(f"{where}.rate", "a plant is continuous: it has no rate, offset or execution",
+                                 "none of them", "give the wire that samples it a rate")
+            grid = self.plant.grid
+            if grid is not None and grid.offset_ns:
+                raise InputError(f"{where}.grid", "does not start at t = 0", "no offset")
+        elif own_clock is not None and (self.rate is not None or self.offset_ms):
+            raise InputError(f"{where}.rate", "this block has a clock of its own", "no rate and no offset")
+        elif own_clock is None and self.rate is None:
+            raise InputError(f"{where}.rate", "is missing", 'a positive rate in hertz such as "100"')
+        _ = self.clock
+        if self.execution.least_ns < 0:
+            raise InputError(f"{where}.execution", "can be negative", "zero or more")
+
+    @property
+    def is_plant(self) -> bool:
+        """Whether the part is a plant."""
+        return hasattr(self.part, "advance")
+
+    @property
+    def plant(self) -> Plant:
+        """The part, a plant."""
+        return cast(Plant, self.part)
+
+    @property
+    def block(self) -> Block:
+        """The part, a block."""
+        return cast(Block, self.part)
+
+    @property
+    def clock(self) -> Clock | None:
+        """When the block steps; None for a plant."""
+        if self.is_plant:
+            return None
+        own: Clock | None = getattr(self.part, "clock", None)
+        if own is not None:
+            return own
+        offset = duration_ns(self.offset_ms, NS_PER_MS, f"{self.name}.offset_ms")
+        return RateClock.from_rate(cast(str, self.rate), offset, f"{self.name}.rate")
+
+    def context(self, seed: int, trial: int) -> Context:
+        """What the part may know when it makes its state."""
+        clock = self.plant.grid if self.is_plant else self.clock
+        return Context(self.name, seed, trial, clock)
+
+
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """A wire whose ends have been found.
+
+    Attributes
+    ----------
+    wire: as declared.
+    source, target: the nodes.
+    source_port, target_port: numbers of the ports.
+    clock: when a plant's output is sampled into it; None where the source is a block.
+    """
+
+    wire: Wire
+    source: Node
+    target: Node
+    source_port: int
+    target_port: int
+    clock: Clock | None
+
+
+class Wiring:
+    """Nodes and wires that fit together: names, shapes, units, rates, and no algebraic loop.
+
+    Parameters
+    ----------
+    nodes, wires: in the order of declaration, which settles ties.
+    seed: of everything random.
+
+    Raises
+    ------
+    InputErrors: every fault found, one line each.
+    """
+
+    def __init__(self, nodes: Iterable[Node], wires: Iterable[Wire], seed: int = 0) -> None:
+        if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+            raise InputError("seed", f"{seed!r}", "an integer, 0 or more")
+        self.seed = seed
+        declared = list(nodes)
+        wires = list(wires)
+        names = [node.name for node in declared]
+        for name in names:
+            if names.count(name) > 1:
+                raise InputError(f"node {name}", "there are two of this name", "unique names")
+        by_name = {node.name: node for node in declared}
+        faults: list[InputError] = []
+        for wire in wires:
+            faults += _end_faults(wire, by_name)
+        faults += _doubled_inputs(wires)
+        _raise(faults)
+        self.nodes = _resolved(declared, wires)
+        by_name = {node.name: node for node in self.nodes}
+        self.connections = tuple(_connect(wire, by_name) for wire in wires)
+        for connection in self.connections:
+            faults += _fit_faults(connection)
+        faults += _open_inputs(self.nodes, self.connections)
+        _raise(faults)
+        self.order = firing_order(self.nodes, self.connections)
+
+    def node(self, name: str) -> Node:
+        """The node of that name; KeyError if there is none."""
+        return next(node for node in self.nodes if node.name == name)
+
+
+def _raise(faults: Sequence[InputError]) -> None:
+    if len(faults) == 1:
+        raise faults[0]
+    if faults:
+        raise InputErrors(list(faults))
+
+
+def _ports(node: Node, outgoing: bool) -> tuple[Port, ...]:
+    return node.part.outputs if outgoing else node.part.inputs
+
+
+def _end_faults(wire: Wire, nodes: dict[str, Node]) -> list[InputError]:
+    """Ends of a wire that do not exist."""
+    faults = []
+    for end, outgoing in ((wire.source, True), (wire.target, False)):
+        name, port = end.split(".")
+        kind = "output" if outgoing else "input"
+        if name not in nodes:
+            faults.append(_unknown(wire, f"there is no node {name!r}", name, list(nodes)))
+        else:
+            names = [p.name for p in _ports(nodes[name], outgoing)]
+            if port not in names:
+                faults.append(_unknown(wire, f"{name!r} has no {kind} port {port!r}", port, names))
+    return faults
+
+
+def _unknown(wire: Wire, found: str, name: str, known: list[str]) -> InputError:
+    close = get_close_matches(name, known, 1)
+    remedy = f"did you mean {close[0]!r}?" if close else ""
+    return InputError(f"wire {wire.name}", found, ", ".join(known) or "none", remedy)
+
+
+def _doubled_inputs(wires: Sequence[Wire]) -> list[InputError]:
+    """Inputs with two wires."""
+    faults = []
+    first: dict[str, Wire] = {}
+    for wire in wires:
+        if wire.target in first:
+            faults.append(InputError(f"wire {wire.name}",
+                                     f"{wire.target!r} already has a wire from {first[wire.target].source!r}",
+                                     "one wire into a port", "remove one of the two"))
+        first.setdefault(wire.target, wire)
+    return faults
+
+
+def _resolved(nodes: list[Node], wires: list[Wire]) -> tuple[Node, ...]:
+    """Nodes with every open size settled from what is wired to it, sources first."""
+    current = {node.name: node for node in nodes}
+    progress = True
+    while progress:
+        progress = False
+        for name, node in current.items():
+            open_inputs = {port.name for port in node.part.inputs if not port.resolved}
+            shapes = _incoming_shapes(node, wires, current)
+            if open_inputs and open_inputs <= shapes.keys() and hasattr(node.part, "resolve"):
+                part: Any = node.part
+                current[name] = replace(node, part=part.resolve(shapes))
+                progress = any(not p.resolved for p in node.part.inputs + node.part.outputs)
+    return tuple(current[node.name] for node in nodes)
+
+
+def _incoming_shapes(node: Node, wires: list[Wire], nodes: dict[str, Node]) -> dict[str, tuple[int, ...]]:
+    """Known shapes of what is wired to a node, by input name."""
+    shapes: dict[str, tuple[int, ...]] = {}
+    for wire in wires:
+        target, input_name = wire.target.split(".")
+        if target == node.name:
+            source, output_name = wire.source.split(".")
+            port = next(p for p in nodes[source].part.outputs if p.name == output_name)
+            if port.resolved:
+                shapes[input_name] = cast(tuple[int, ...], port.shape)
+    return shapes
+
+
+def _connect(wire: Wire, nodes: dict[str, Node]) -> Connection:
+    """The wire with its ends."""
+    source_name, output = wire.source.split(".")
+    target_name, given = wire.target.split(".")
+    source, target = nodes[source_name], nodes[target_name]
+    source_port = [p.name for p in source.part.outputs].index(output)
+    target_port = [p.name for p in target.part.inputs].index(given)
+    where = f"wire {wire.name}"
+    if not source.is_plant:
+        if wire.rate is not None:
+            raise InputError(f"{where}: rate", f"{source_name!r} is a block and sends when it steps",
+                             "no rate on this wire", f"set {source_name}.rate")
+        return Connection(wire, source, target, source_port, target_port, None)
+    if target.is_plant and wire.rate is None:
+        raise InputError(f"{where}: rate", "couples two plants without a communication rate (zero latency)",
+                         "a rate in hertz at which they exchange", 'add rate = "1000", say')
+    if target.is_plant and target.plant.feedthrough and wire.least_ns == 0:
+        raise InputError(f"{where}: latency_ms",
+                         f"zero latency into plant {target_name!r}, whose output follows its input at once",
+                         "above 0, so that the plants exchange simultaneously")
+    return Connection(wire, source, target, source_port, target_port, wire.clock or target.clock)
+
+
+def _fit_faults(connection: Connection) -> list[InputError]:
+    """Shape and unit mismatches."""
+    wire = connection.wire
+    out = connection.source.part.outputs[connection.source_port]
+    into = connection.target.part.inputs[connection.target_port]
+    faults = []
+    for port, end in ((out, wire.source), (into, wire.target)):
+        if not port.resolved:
+            faults.append(InputError(f"wire {wire.name}", f"the size of {end!r} is not settled: {port.shape}",
+                                     "a size given by the block or by its source"))
+    if not faults and out.shape != into.shape:
+        faults.append(InputError(f"wire {wire.name}", f"{wire.source!r} has shape {out.shape}",
+                                 f"{into.shape}, the shape of {wire.target!r}"))
+    if out.unit != into.unit:
+        faults.append(InputError(f"wire {wire.name}", f"{wire.source!r} is in {out.unit!r}",
+                                 f"{into.unit!r}, the unit of {wire.target!r}"))
+    return faults
+
+
+def _open_inputs(nodes: Sequence[Node], connections: Sequence[Connection]) -> list[InputError]:
+    """Inputs that need a wire and have none."""
+    wired = {connection.wire.target for connection in connections}
+    return [InputError(f"{node.name}.{port.name}", "this input has no wire", "one wire",
+                       f'add a wire to "{node.name}.{port.name}"')
+            for node in nodes for port in node.part.inputs
+            if not port.optional and f"{node.name}.{port.name}" not in wired]
