@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from fesloop.loop.wiring import Connection, Node
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Sampling:
     """A plant's outputs being published at a clock's ticks, into every wire that samples at that clock."""
 

@@ -30,7 +30,8 @@ class Recorder:
     """
 
     def __init__(self, plant_rate: str | int | float | None = "1000") -> None:
-        self.plant_clock = None if plant_rate is None else RateClock.from_rate(plant_rate, where="record.rate")
+        self.plant_clock = (None if plant_rate is None
+                            else RateClock.from_rate(plant_rate, where="record.rate"))
         self.blocks: dict[str, list[BlockRow]] = {}
         self.plants: dict[str, list[PlantRow]] = {}
         self.inputs: dict[str, list[InputRow]] = {}

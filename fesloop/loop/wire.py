@@ -27,7 +27,8 @@ class Wire:
     jitter: added to the latency, drawn for each message; the sum is never negative.
     loss: probability that a message is lost, in [0, 1).
     late: what becomes of a message that a newer one has overtaken. "keep-newest" drops and counts it;
-        "in-order" lets no message overtake: each waits for its predecessor.
+        "in-order" lets no message overtake: each waits for its predecessor. Captures never run backwards
+        along a wire, so the order of sending is the order of capture, also where two captures are equal.
     rate, offset_ms: when a plant's output is sampled into the wire, Hz and ms; by default at the reader's
         ticks. A wire from plant to plant must give its communication rate. A block's output is sent when
         the block steps, so there is no rate to give.
@@ -101,8 +102,8 @@ class Link:
     sent, lost, late: counts of messages sent, lost on the way, dropped because a newer one was there.
     """
 
-    __slots__ = ("_in_order", "_last_arrival", "_latency", "_noise", "_wire", "late", "lost", "queue",
-                 "send", "sent", "wire_name")
+    __slots__ = ("_held", "_in_order", "_last_arrival", "_latency", "_noise", "_order", "_wire", "late",
+                 "lost", "queue", "send", "sent", "take", "wire_name")
 
     def __init__(self, wire: Wire, seed: int, trial: int) -> None:
         self.wire_name = wire.name
@@ -112,9 +113,12 @@ class Link:
         self._latency = wire.latency_ns
         self._in_order = wire.late == "in-order"
         self._last_arrival = 0
+        self._order: deque[int] = deque()
+        self._held = -1
         self._noise = wire.noise(seed, trial)
-        plain = wire.loss == 0.0 and not wire.jitter.random and wire.jitter.kind == "zero"
+        plain = wire.loss == 0.0 and wire.jitter.kind == "zero"
         self.send = self._send_steadily if plain else self._send_randomly
+        self.take = self._take_next if plain else self._take_newest
 
     def _send_steadily(self, index: int, value: Value, oldest: int, newest: int, left: int) -> None:
         """Constant latency, no loss: messages stay in the order in which they were sent."""
@@ -123,6 +127,7 @@ class Link:
 
     def _send_randomly(self, index: int, value: Value, oldest: int, newest: int, left: int) -> None:
         """Jitter or loss by the numbers of the source's tick `index`."""
+        number = self.sent
         self.sent += 1
         chance, shape = self._noise.row(index)
         if chance < self._wire.loss:
@@ -133,31 +138,40 @@ class Link:
             arrival = self._last_arrival = max(arrival, self._last_arrival)
         queue = self.queue
         at = len(queue)
-        while at and (queue[at - 1].arrived_ns, queue[at - 1].newest_ns) > (arrival, newest):
+        while at and queue[at - 1].arrived_ns > arrival:
             at -= 1
         queue.insert(at, Sample(value, oldest, newest, arrival))
+        self._order.insert(at, number)
 
     def take_due(self, time_ns: int, held: Sample) -> Sample:
         """What the port holds at `time_ns`: every message due by then is delivered to it."""
-        queue = self.queue
-        while queue and queue[0].arrived_ns <= time_ns:
-            held = self.take(held)
+        queue, take = self.queue, self.take
+        while queue and queue[0][3] <= time_ns:
+            held = take(held)
         return held
 
-    def take(self, held: Sample) -> Sample:
-        """Deliver the next message: it, or `held` where that is newer."""
-        message = self.queue.popleft()
-        if message.newest_ns < held.newest_ns and not self._in_order:
+    def _take_next(self, held: Sample) -> Sample:
+        """Deliver the next message."""
+        return self.queue.popleft()
+
+    def _take_newest(self, held: Sample) -> Sample:
+        """Deliver the next message: it, or `held` where that was sent later."""
+        message, number = self.queue.popleft(), self._order.popleft()
+        if number < self._held:
             self.late += 1
             return held
+        self._held = number
         return message
 
     def save(self) -> tuple[Any, ...]:
         """All that changes, for a snapshot."""
-        return (list(self.queue), self.sent, self.lost, self.late, self._last_arrival)
+        return (list(self.queue), list(self._order), self._held, self.sent, self.lost, self.late,
+                self._last_arrival)
 
     def restore(self, saved: tuple[Any, ...]) -> None:
         """Back to what `save` gave."""
-        queue, self.sent, self.lost, self.late, self._last_arrival = saved
+        queue, order, self._held, self.sent, self.lost, self.late, self._last_arrival = saved
         self.queue.clear()
         self.queue.extend(queue)
+        self._order.clear()
+        self._order.extend(order)

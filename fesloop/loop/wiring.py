@@ -16,7 +16,7 @@ from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Node:
     """A block or plant with its name and its place in time.
 
@@ -42,7 +42,7 @@ class Node:
         own_clock = getattr(self.part, "clock", None)
         if self.is_plant:
             if self.rate is not None or self.offset_ms or self.execution.kind != "zero":
-                raise InputError(f"{where}.rate", "a plant is continuous: it has no rate, offset or execution",
+                raise InputError(f"{where}.rate", "a plant is continuous: no rate, offset or execution",
                                  "none of them", "give the wire that samples it a rate")
             grid = self.plant.grid
             if grid is not None and grid.offset_ns:
@@ -87,7 +87,7 @@ class Node:
         return Context(self.name, seed, trial, clock)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Connection:
     """A wire whose ends have been found.
 

@@ -1,0 +1,31 @@
+"""No bad number travels: what blocks and plants put out is checked for its shape and for finiteness."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite
+
+import numpy as np
+
+from fesloop.errors import RunError
+from fesloop.loop.signals import Port, Value
+
+
+def is_finite(value: Value) -> bool:
+    """Whether every number is finite. The sum of squares is the quick way to know that all are."""
+    if isinstance(value, float):
+        return isfinite(value)
+    return bool(np.vdot(value, value) < np.inf) or bool(np.isfinite(value).all())
+
+
+def check_shapes(name: str, ports: Sequence[Port], values: Sequence[Value]) -> None:
+    """Raise RunError where the values are not what the ports declare."""
+    if not isinstance(values, tuple) or len(values) != len(ports):
+        raise RunError(f"{name}: put out {len(values)} values for its {len(ports)} output ports")
+    for port, value in zip(ports, values, strict=True):
+        if port.shape == ():
+            if not isinstance(value, float):
+                raise RunError(f"{name}.{port.name}: put out {type(value).__name__}, declared is a float")
+        elif not isinstance(value, np.ndarray) or value.shape != port.shape or value.dtype != np.float64:
+            found = f"{getattr(value, 'dtype', type(value).__name__)} {getattr(value, 'shape', '')}"
+            raise RunError(f"{name}.{port.name}: put out {found}, declared is float64 {port.shape}")

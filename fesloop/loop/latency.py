@@ -1,0 +1,338 @@
+"""How long a plant output takes to act on a plant input: by stage, exactly, for any tick.
+
+Everything is computed from the wiring in whole ns, without running it, so that a run can be held against
+it. The numbers of jitter, loss and execution times are those that the run draws: functions of seed, name,
+trial and tick. A block's wall time ("measured") is not known beforehand and counts as nothing here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from fesloop.loop.clock import FOREVER, NS_PER_S, Clock, RateClock
+from fesloop.loop.noise import NoiseStream, stream_key
+from fesloop.loop.wiring import Connection, Node, Wiring
+
+_MOST_TICKS = 20_000
+_LOST_AFTER_NS = 60 * NS_PER_S
+
+
+@dataclass(frozen=True, slots=True)
+class TickLatency:
+    """The way of one sampled value.
+
+    Attributes
+    ----------
+    tick: number of the sampling.
+    captured_ns: physical instant of the value.
+    acts_ns: when it starts to act on the plant input.
+    stages_ns: time spent in each stage, in the order of the path's `stages`; they add up to the total.
+    """
+
+    tick: int
+    captured_ns: int
+    acts_ns: int
+    stages_ns: tuple[int, ...]
+
+    @property
+    def total_ns(self) -> int:
+        """From capture to effect."""
+        return self.acts_ns - self.captured_ns
+
+
+@dataclass(frozen=True, slots=True)
+class StageSummary:
+    """One stage over many ticks, ns; the last of a path is the total."""
+
+    name: str
+    least_ns: int
+    mean_ns: float
+    most_ns: int
+
+
+class _Timeline:
+    """When a block steps and when its outputs leave, with the ticks that it skips while busy."""
+
+    def __init__(self, node: Node, seed: int, trial: int) -> None:
+        clock = node.clock
+        assert clock is not None
+        self.clock: Clock = clock
+        self._execution = node.execution
+        self._draws = NoiseStream(stream_key(seed, f"{node.name}/execution", trial), 1, "uniform")
+        recorded = node.execution.recorded_ns
+        self._recorded = recorded[trial] if recorded is not None and trial < len(recorded) else ()
+        most, shortest = node.execution.most_ns, getattr(clock, "shortest_ns", 0)
+        self._never_busy = node.execution.kind == "measured" or (most is not None and most <= shortest)
+        self._left: list[int | None] = []
+        self._executed = self._busy_until = 0
+
+    def left_ns(self, index: int) -> int | None:
+        """When the outputs of tick `index` leave; None if that tick is skipped or never comes."""
+        if self._never_busy:
+            instant = self.clock.tick(index)
+            return None if instant >= FOREVER else instant + self._duration_ns(index, 0)
+        while len(self._left) <= index:
+            self._left.append(self._step(len(self._left)))
+        return self._left[index]
+
+    def _step(self, index: int) -> int | None:
+        """What tick `index` does, all before it being known."""
+        instant = self.clock.tick(index)
+        if instant >= FOREVER or instant < self._busy_until:
+            return None
+        self._busy_until = instant + self._duration_ns(index, self._executed)
+        self._executed += 1
+        return self._busy_until
+
+    def _duration_ns(self, index: int, executed: int) -> int:
+        kind = self._execution.kind
+        if kind == "recorded":
+            return self._recorded[executed] if executed < len(self._recorded) else 0
+        if kind == "measured":
+            return 0
+        return self._execution.draw_ns(float(self._draws.row(index)[0]) if self._execution.random else 0.0)
+
+    def steps_within(self, start_ns: int, stop_ns: int) -> tuple[int, int] | None:
+        """First and last executed tick at or after `start_ns` and before `stop_ns`; None if there is none.
+
+        A span without an end counts as one of 60 s.
+        """
+        first = last = None
+        index = self.clock.first_at_or_after(start_ns)
+        stop = min(stop_ns, start_ns + _LOST_AFTER_NS)
+        while self.clock.tick(index) < stop:
+            if self.left_ns(index) is not None:
+                first, last = index if first is None else first, index
+            index += 1
+        return None if first is None or last is None else (first, last)
+
+
+class _Sampler:
+    """When a plant is sampled into a wire."""
+
+    def __init__(self, clock: Clock) -> None:
+        self.clock = clock
+
+    def left_ns(self, index: int) -> int | None:
+        """When sample `index` is sent."""
+        instant = self.clock.tick(index)
+        return None if instant >= FOREVER else instant
+
+
+class _Transit:
+    """Arrivals of a connection's messages by number."""
+
+    def __init__(self, connection: Connection, sender: _Timeline | _Sampler, seed: int, trial: int) -> None:
+        self._wire, self._sender = connection.wire, sender
+        self._noise = self._wire.noise(seed, trial)
+        self._most_jitter = self._wire.jitter.most_ns or 0
+
+    def arrival_ns(self, index: int) -> int | None:
+        """When message `index` is delivered; None if it is lost or never sent."""
+        arrival = self._raw_arrival_ns(index)
+        if arrival is None or self._wire.late != "in-order" or not self._wire.jitter.random:
+            return arrival
+        slowest = self._wire.latency_ns + self._most_jitter
+        for before in range(index - 1, -1, -1):
+            left = self._sender.left_ns(before)
+            if left is None:
+                continue
+            if left + slowest <= arrival:
+                break
+            earlier = self._raw_arrival_ns(before)
+            if earlier is not None:
+                arrival = max(arrival, earlier)
+        return arrival
+
+    def _raw_arrival_ns(self, index: int) -> int | None:
+        """Arrival before any waiting for predecessors."""
+        left = self._sender.left_ns(index)
+        if left is None:
+            return None
+        wire = self._wire
+        if wire.loss == 0.0 and wire.jitter.kind == "zero":
+            return left + wire.latency_ns
+        chance, shape = self._noise.row(index)
+        if chance < wire.loss:
+            return None
+        return left + wire.latency_ns + wire.jitter.draw_ns(float(shape))
+
+    def first_arrival(self, first: int, last: int | None = None) -> tuple[int, int] | None:
+        """(arrival, number) of the earliest to be delivered of messages `first` to `last` (or all later)."""
+        best: tuple[int, int] | None = None
+        index, silent_from = first, self._sender.clock.tick(first) + _LOST_AFTER_NS
+        while last is None or index <= last:
+            sent = self._sender.clock.tick(index)
+            if sent >= FOREVER or sent > silent_from or (best and sent + self._wire.least_ns >= best[0]):
+                break
+            arrival = self.arrival_ns(index)
+            if arrival is not None and (best is None or arrival < best[0]):
+                best = arrival, index
+            index += 1
+        return best
+
+    def held_at(self, time_ns: int, first: int, last: int) -> tuple[int, int]:
+        """(arrival, number) of the newest of messages `first` to `last` that has arrived by `time_ns`."""
+        for index in range(last, first - 1, -1):
+            arrival = self.arrival_ns(index)
+            if arrival is not None and arrival <= time_ns:
+                return arrival, index
+        raise AssertionError("a message that was read must have arrived")
+
+
+class PathLatency:
+    """One way from a plant output through blocks to a plant input.
+
+    Attributes
+    ----------
+    connections: along the way.
+    stages: what takes time, in order; `TickLatency.stages_ns` and `summary` follow it.
+    """
+
+    def __init__(self, connections: tuple[Connection, ...], seed: int, trial: int, horizon_ns: int) -> None:
+        self.connections = connections
+        self._horizon_ns = horizon_ns
+        first, last = connections[0], connections[-1]
+        assert first.clock is not None
+        self._sampling: Clock = first.clock
+        self._source_grid = first.source.plant.grid
+        self._target_grid = last.target.plant.grid
+        self._readers = [_Timeline(c.target, seed, trial) for c in connections[:-1]]
+        senders: list[_Timeline | _Sampler] = [_Sampler(first.clock), *self._readers]
+        self._transits = [_Transit(c, s, seed, trial) for c, s in zip(connections, senders, strict=True)]
+        self.stages = self._stage_names()
+
+    def _stage_names(self) -> tuple[str, ...]:
+        names = [f"{self.connections[0].source.name} holds its last step"] if self._source_grid else []
+        for connection in self.connections[:-1]:
+            reader = connection.target.name
+            names += [f"wire {connection.wire.name}", f"{reader} waits for its tick", f"{reader} executes"]
+        names.append(f"wire {self.connections[-1].wire.name}")
+        if self._target_grid:
+            names.append(f"{self.connections[-1].target.name} waits for its step")
+        return tuple(names)
+
+    @property
+    def name(self) -> str:
+        """The ports and nodes on the way."""
+        through = [c.target.name for c in self.connections[:-1]]
+        return " -> ".join([self.connections[0].wire.source, *through, self.connections[-1].wire.target])
+
+    def of_tick(self, index: int) -> TickLatency | None:
+        """The way of sample `index`; None if it is lost or overwritten before it acts.
+
+        A block that steps again before the next sample reaches it sends the same sample again, so from the
+        second wire on a sample travels in a run of messages, of which the first to get through counts.
+        """
+        if self._sampling.tick(index) >= FOREVER:
+            return None
+        carriers = [(index, index)]
+        for transit, reader in zip(self._transits, self._readers, strict=False):
+            span = self._held_span(transit, carriers[-1])
+            steps = None if span is None else reader.steps_within(*span)
+            if steps is None:
+                return None
+            carriers.append(steps)
+        span = self._held_span(self._transits[-1], carriers[-1])
+        if span is None:
+            return None
+        acts = span[0]
+        if self._target_grid:
+            acts = self._target_grid.tick(self._target_grid.first_at_or_after(acts))
+        return self._traced_back(index, carriers, span[0], acts) if acts < span[1] else None
+
+    @staticmethod
+    def _held_span(transit: _Transit, carriers: tuple[int, int]) -> tuple[int, int] | None:
+        """From when to before when the port at the end holds one of the messages; None if it never does."""
+        first = transit.first_arrival(*carriers)
+        later = transit.first_arrival(carriers[1] + 1)
+        until = FOREVER if later is None else later[0]
+        return None if first is None or first[0] >= until else (first[0], until)
+
+    def _traced_back(
+        self, index: int, carriers: list[tuple[int, int]], arrival: int, acts: int
+    ) -> TickLatency:
+        """Stages of the way that ended with an arrival at the plant, found from its end."""
+        stages = [acts - arrival] if self._target_grid else []
+        arrived, number = self._transits[-1].held_at(arrival, *carriers[-1])
+        for i in range(len(self._readers) - 1, -1, -1):
+            left = self._readers[i].left_ns(number)
+            assert left is not None
+            read = self._readers[i].clock.tick(number)
+            stages += [arrived - left, left - read]
+            arrived, number = self._transits[i].held_at(read, *carriers[i])
+            stages.append(read - arrived)
+        sent = self._sampling.tick(index)
+        stages.append(arrived - sent)
+        captured = sent
+        if self._source_grid:
+            captured = self._source_grid.tick(self._source_grid.last_at_or_before(sent))
+            stages.append(sent - captured)
+        return TickLatency(index, captured, acts, tuple(reversed(stages)))
+
+    def ticks(self) -> Iterator[TickLatency]:
+        """Every sample within the horizon (20,000 at most) that acts."""
+        for index in range(_MOST_TICKS):
+            if self._sampling.tick(index) > self._horizon_ns:
+                return
+            latency = self.of_tick(index)
+            if latency is not None:
+                yield latency
+
+    def summary(self) -> tuple[StageSummary, ...]:
+        """Each stage, then the total, over the samples that act; empty if none does."""
+        rows = [(*latency.stages_ns, latency.total_ns) for latency in self.ticks()]
+        columns = zip((*self.stages, "total"), zip(*rows, strict=True), strict=False)
+        return tuple(StageSummary(name, min(c), sum(c) / len(c), max(c)) for name, c in columns)
+
+    @property
+    def hold_ns(self) -> float:
+        """Mean age that holding adds between two values that act: half the sampling period, ns."""
+        return _period_s(self._sampling) * NS_PER_S / 2
+
+
+class LatencyReport:
+    """Every path from a plant output back to a plant input.
+
+    Parameters
+    ----------
+    wiring: what runs.
+    trial: whose random numbers count.
+    horizon_ns: up to when the summaries look; 10 s by default.
+    """
+
+    def __init__(self, wiring: Wiring, trial: int = 0, horizon_ns: int | None = None) -> None:
+        horizon = 10 * NS_PER_S if horizon_ns is None else horizon_ns
+        self.paths = tuple(PathLatency(path, wiring.seed, trial, horizon)
+                           for path in _paths(wiring.connections))
+
+    def path(self, source: str, target: str) -> PathLatency:
+        """The only path from a plant output ("node.port") to a plant input; KeyError if none or several."""
+        found = [p for p in self.paths
+                 if (p.connections[0].wire.source, p.connections[-1].wire.target) == (source, target)]
+        if len(found) != 1:
+            raise KeyError(f"{len(found)} paths from {source} to {target}: "
+                           f"{', '.join(p.name for p in found or self.paths)}")
+        return found[0]
+
+
+def _paths(connections: Sequence[Connection]) -> Iterator[tuple[Connection, ...]]:
+    """Ways from a plant to a plant that pass no block twice."""
+    ways: list[tuple[Connection, ...]] = [(c,) for c in connections if c.source.is_plant]
+    while ways:
+        way = ways.pop(0)
+        end = way[-1].target
+        if end.is_plant:
+            yield way
+            continue
+        passed = {id(c.target) for c in way}
+        ways += [(*way, c) for c in connections if c.source is end and
+                 (c.target.is_plant or id(c.target) not in passed)]
+
+
+def _period_s(clock: Clock) -> float:
+    """Seconds between two ticks."""
+    if isinstance(clock, RateClock):
+        return clock.period_s
+    return (clock.tick(1) - clock.tick(0)) / NS_PER_S if clock.tick(1) < FOREVER else 0.0

@@ -1,0 +1,197 @@
+"""The loop: everything due at an instant, in the declared order, from one instant to the next.
+
+At an instant t, in this order: plants are advanced to t under the inputs latched before t; messages due at
+t are delivered; plant outputs are published; blocks due at t step in topological order over zero-latency
+wires, sending as they step; the recorder reads. Plants are advanced and messages delivered when someone
+looks, which gives the same values and costs nothing where nobody does.
+"""
+
+from __future__ import annotations
+
+import pickle
+from heapq import heapify, heapreplace
+from typing import Any
+
+import numpy as np
+
+from fesloop.errors import RunError, SnapshotError
+from fesloop.loop.latency import LatencyReport
+from fesloop.loop.order import Sampling
+from fesloop.loop.plants import ExactStation, GridStation, PlantStation
+from fesloop.loop.record import Recorder
+from fesloop.loop.stations import BlockStation, SamplingStation
+from fesloop.loop.wire import Link
+from fesloop.loop.wiring import Node, Wiring
+
+
+class Snapshot:
+    """A loop at rest at one instant, as bytes; `time_ns` and `trial` say where it stands."""
+
+    __slots__ = ("content", "time_ns", "trial")
+
+    def __init__(self, content: bytes, time_ns: int, trial: int) -> None:
+        self.content, self.time_ns, self.trial = content, time_ns, trial
+
+
+class Loop:
+    """A wiring in operation.
+
+    Parameters
+    ----------
+    wiring: what runs.
+    trial: number of the first trial.
+    recorder: where what happens is left; None records nothing but events.
+
+    Attributes
+    ----------
+    now: everything due at or before this instant (ns) has happened; -1 before t = 0.
+    """
+
+    def __init__(self, wiring: Wiring, trial: int = 0, recorder: Recorder | None = None) -> None:
+        self.wiring, self.trial = wiring, trial
+        self.recorder = recorder
+        self._events = recorder.events if recorder is not None else []
+        states: dict[str, Any] = {}
+        self._open: dict[str, Any] = states
+        try:
+            for node in wiring.nodes:
+                states[node.name] = node.part.init(node.context(wiring.seed, trial))
+        except BaseException:
+            self.close()
+            raise
+        self._start(states)
+
+    def _start(self, states: dict[str, Any]) -> None:
+        """Put everything at t = 0 with the given states."""
+        wiring = self.wiring
+        self._open = states
+        self.now = -1
+        self._links = [Link(c.wire, wiring.seed, self.trial) for c in wiring.connections]
+        self._plants = {n.name: self._plant_station(n, states[n.name]) for n in wiring.nodes if n.is_plant}
+        self._stations: list[BlockStation | SamplingStation] = [
+            self._sampling_station(item) if isinstance(item, Sampling)
+            else self._block_station(item, states[item.name]) for item in wiring.order]
+        self._heap = [(s.tick_at(0), i, s) for i, s in enumerate(self._stations)]
+        heapify(self._heap)
+
+    def _incoming(self, node: Node) -> tuple[tuple[int, Link], ...]:
+        pairs = zip(self.wiring.connections, self._links, strict=True)
+        return tuple((c.target_port, link) for c, link in pairs if c.target is node)
+
+    def _plant_station(self, node: Node, state: Any) -> PlantStation:
+        recorder = self.recorder
+        rows = inputs = clock = None
+        if recorder is not None:
+            inputs = recorder.inputs.setdefault(node.name, [])
+            rows = recorder.plants.setdefault(node.name, [])
+            clock = recorder.plant_clock
+        kind = ExactStation if node.plant.grid is None else GridStation
+        return kind(node.name, node.plant, state, self._incoming(node), rows, inputs, clock)
+
+    def _sampling_station(self, sampling: Sampling) -> SamplingStation:
+        members = {id(c) for c in sampling.connections}
+        pairs = zip(self.wiring.connections, self._links, strict=True)
+        outgoing = tuple((c.source_port, link) for c, link in pairs if id(c) in members)
+        return SamplingStation(self._plants[sampling.plant.name], sampling.clock.tick, outgoing)
+
+    def _block_station(self, node: Node, state: Any) -> BlockStation:
+        pairs = zip(self.wiring.connections, self._links, strict=True)
+        outgoing = tuple((c.source_port, link) for c, link in pairs if c.source is node)
+        rows = None if self.recorder is None else self.recorder.blocks.setdefault(node.name, [])
+        return BlockStation(node, state, self.wiring.seed, self.trial, self._incoming(node), outgoing,
+                            rows, self._events)
+
+    def run_until(self, time_ns: int) -> None:
+        """Do everything due at or before `time_ns` that has not been done.
+
+        Raises RunError where a plant's output is not finite or a device fails; what was recorded stands.
+        """
+        heap = self._heap
+        # Overflow needs no warning of numpy's: what is not finite is caught where it is put out.
+        with np.errstate(over="ignore", invalid="ignore"):
+            while heap and heap[0][0] <= time_ns:
+                now, number, station = heap[0]
+                station.fire(now)
+                heapreplace(heap, (station.tick_at(station.index), number, station))
+            for plant in self._plants.values():
+                plant.settle(time_ns)
+        self.now = max(self.now, time_ns)
+
+    def next_trial(self) -> None:
+        """Back to t = 0 for the next trial, with what each part carries over (`next_trial`)."""
+        states = self.states()
+        self.trial += 1
+        fresh: dict[str, Any] = {}
+        for node in self.wiring.nodes:
+            context = node.context(self.wiring.seed, self.trial)
+            carry = getattr(node.part, "next_trial", None)
+            if carry is not None:
+                fresh[node.name] = carry(states[node.name], context)
+            else:
+                _close(node, states[node.name])
+                fresh[node.name] = node.part.init(context)
+        self._start(fresh)
+
+    def states(self) -> dict[str, Any]:
+        """State of every node, by name."""
+        states = {name: plant.state for name, plant in self._plants.items()}
+        states.update((s.name, s.state) for s in self._stations if isinstance(s, BlockStation))
+        return states
+
+    def snapshot(self) -> Snapshot:
+        """Everything that changes. Raises SnapshotError where a device cannot save its state."""
+        saved = ([link.save() for link in self._links],
+                 [station.save() for station in self._stations],
+                 {name: plant.save() for name, plant in self._plants.items()})
+        try:
+            content = pickle.dumps(saved, protocol=pickle.HIGHEST_PROTOCOL)
+        except (TypeError, pickle.PicklingError, AttributeError) as cause:
+            raise SnapshotError(f"the state of a block cannot be saved: {cause}") from cause
+        return Snapshot(content, self.now, self.trial)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go on from a snapshot of this wiring; the recorder goes on after the snapshot's instant."""
+        if snapshot.trial != self.trial:
+            raise SnapshotError(f"the snapshot is of trial {snapshot.trial}, the loop is in {self.trial}")
+        links, stations, plants = pickle.loads(snapshot.content)
+        for node in self.wiring.nodes:
+            _close(node, self._open[node.name])
+        for link, saved in zip(self._links, links, strict=True):
+            link.restore(saved)
+        for station, saved in zip(self._stations, stations, strict=True):
+            station.restore(saved)
+        for name, saved in plants.items():
+            self._plants[name].restore(saved, snapshot.time_ns)
+        self._open = self.states()
+        self._heap = [(s.tick_at(s.index), i, s) for i, s in enumerate(self._stations)]
+        heapify(self._heap)
+        self.now = snapshot.time_ns
+
+    def message_counts(self) -> dict[str, dict[str, int]]:
+        """Messages sent, lost and dropped as late, by wire."""
+        return {link.wire_name: {"sent": link.sent, "lost": link.lost, "late": link.late}
+                for link in self._links}
+
+    def latency_report(self, horizon_ns: int | None = None) -> LatencyReport:
+        """Latency of every path from a plant output back to a plant input, by stage."""
+        return LatencyReport(self.wiring, self.trial, horizon_ns)
+
+    def close(self) -> None:
+        """Let every device go."""
+        faults = []
+        for node in self.wiring.nodes:
+            if node.name in self._open:
+                try:
+                    _close(node, self._open[node.name])
+                except RunError as fault:
+                    faults.append(fault)
+        self._open = {}
+        if faults:
+            raise faults[0]
+
+
+def _close(node: Node, state: Any) -> None:
+    """Close a node's device, if it is one."""
+    close = getattr(node.part, "close", None)
+    if close is not None:
+        close(state)

@@ -1,0 +1,173 @@
+"""What fires at a tick: a block's step, and the sampling of a plant's outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from time import perf_counter_ns
+from typing import Any
+
+from fesloop.errors import RunError
+from fesloop.loop.block import Tick
+from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.guard import check_shapes, is_finite
+from fesloop.loop.noise import NoiseStream, stream_key
+from fesloop.loop.plants import PlantStation
+from fesloop.loop.record import BlockRow, EventRow
+from fesloop.loop.signals import NEVER, Port, Sample, Value
+from fesloop.loop.wire import Link
+from fesloop.loop.wiring import Node
+
+Outgoing = tuple[tuple[int, Link], ...]
+"""Links with the number of the port whose value they carry."""
+
+
+def empty_sample(port: Port) -> Sample:
+    """What an input holds before its first message."""
+    return Sample(port.initial_value(), NEVER, NEVER, NEVER)
+
+
+class SamplingStation:
+    """Publishes a plant's outputs at a clock's ticks into the links that sample then."""
+
+    __slots__ = ("checked", "index", "outgoing", "plant", "tick_at")
+
+    def __init__(self, plant: PlantStation, tick_at: Callable[[int], int], outgoing: Outgoing) -> None:
+        self.plant, self.tick_at, self.outgoing = plant, tick_at, outgoing
+        self.index = 0
+        self.checked = False
+
+    def fire(self, time_ns: int) -> None:
+        """Advance the plant to now and send what it shows."""
+        plant = self.plant
+        values = plant.values_at(time_ns)
+        if not self.checked:
+            check_shapes(plant.name, plant.plant.outputs, values)
+            self.checked = True
+        captured = plant.now
+        for port, link in self.outgoing:
+            value = values[port]
+            if not is_finite(value):
+                raise RunError(f"{plant.name}.{plant.plant.outputs[port].name} is not finite at "
+                               f"{time_ns / NS_PER_MS:.6f} ms: the simulation became unstable")
+            link.send(self.index, value, captured, captured, time_ns)
+        self.index += 1
+
+    def save(self) -> Any:
+        """All that changes, for a snapshot."""
+        return self.index
+
+    def restore(self, saved: Any) -> None:
+        """Back to what `save` gave."""
+        self.index = saved
+
+
+class BlockStation:
+    """Steps a block: inputs read, outputs stamped, checked, sent, recorded.
+
+    Outputs are sent as the block steps; with an execution time they leave that much later, which a link
+    treats as part of the way. A tick that falls due before then is skipped and recorded.
+    """
+
+    __slots__ = ("_draws", "_executed", "_execution", "_incoming", "_recorded", "_step", "block",
+                 "busy_until", "checked", "events", "held", "index", "name", "outgoing", "rows", "state",
+                 "tick", "tick_at")
+
+    def __init__(self, node: Node, state: Any, seed: int, trial: int, incoming: Outgoing,
+                 outgoing: Outgoing, rows: list[BlockRow] | None, events: list[EventRow]) -> None:
+        clock = node.clock
+        assert clock is not None
+        self.name, self.block, self.state = node.name, node.block, state
+        self.tick_at = clock.tick
+        self.outgoing, self.rows, self.events = outgoing, rows, events
+        self.held = [empty_sample(port) for port in self.block.inputs]
+        self.tick = Tick()
+        self.index = self.busy_until = self._executed = 0
+        self.checked = False
+        self._incoming = tuple((port, link, link.queue) for port, link in incoming)
+        self._step = self.block.step
+        self._execution = None if node.execution.kind == "zero" else node.execution
+        self._draws = NoiseStream(stream_key(seed, f"{node.name}/execution", trial), 1, "uniform")
+        recorded = node.execution.recorded_ns
+        self._recorded = recorded[trial] if recorded is not None and trial < len(recorded) else ()
+
+    def fire(self, time_ns: int) -> None:
+        """One tick."""
+        index = self.index
+        self.index = index + 1
+        if time_ns < self.busy_until:
+            self.events.append((time_ns, self.name, "skipped",
+                                f"tick {index}: busy until {self.busy_until / NS_PER_MS:.6f} ms"))
+            return
+        held = self.held
+        oldest = newest = NEVER
+        for port, link, queue in self._incoming:
+            if queue and queue[0][3] <= time_ns:
+                held[port] = link.take_due(time_ns, held[port])
+            _, old, new, arrived = held[port]
+            if arrived >= 0:
+                if old < oldest or oldest < 0:
+                    oldest = old
+                if new > newest:
+                    newest = new
+        if newest < 0:
+            oldest = newest = time_ns
+        tick = self.tick
+        tick.index, tick.time_ns = index, time_ns
+        left = time_ns
+        if self._execution is None:
+            values = self._step(self.state, held, tick)
+        else:
+            started = perf_counter_ns()
+            values = self._step(self.state, held, tick)
+            left += self._duration_ns(index, perf_counter_ns() - started)
+            self.busy_until = left
+        if not self.checked:
+            check_shapes(self.name, self.block.outputs, values)
+            self.checked = True
+        for value in values:
+            if not is_finite(value):
+                values = self._made_safe(values)
+        if tick.reports:
+            self._record_reports(time_ns)
+        for port, link in self.outgoing:
+            link.send(index, values[port], oldest, newest, left)
+        if self.rows is not None:
+            self.rows.append((index, time_ns, left, oldest, newest, values))
+
+    def _duration_ns(self, index: int, wall_ns: int) -> int:
+        """How long this step took on the loop's clock."""
+        execution = self._execution
+        assert execution is not None
+        executed = self._executed
+        self._executed += 1
+        if execution.kind == "measured":
+            return round(wall_ns * execution.scale)
+        if execution.kind == "recorded":
+            if executed >= len(self._recorded):
+                raise RunError(f"{self.name}: no execution time is recorded for its step {executed}")
+            return self._recorded[executed]
+        return execution.draw_ns(float(self._draws.row(index)[0]) if execution.random else 0.0)
+
+    def _made_safe(self, values: Sequence[Value]) -> tuple[Value, ...]:
+        """The outputs with every non-finite value replaced by its port's safe one, and that reported."""
+        safe = list(values)
+        for i, port in enumerate(self.block.outputs):
+            if not is_finite(values[i]):
+                safe[i] = port.initial_value()
+                self.tick.report("non_finite", f"output {port.name}: its safe value stands in")
+        return tuple(safe)
+
+    def _record_reports(self, time_ns: int) -> None:
+        """Move what the step reported into the event record."""
+        for status, detail in self.tick.reports:
+            self.events.append((time_ns, self.name, status, detail))
+        self.tick.reports.clear()
+
+    def save(self) -> Any:
+        """All that changes, for a snapshot."""
+        return self.index, self.busy_until, self._executed, self.state, list(self.held)
+
+    def restore(self, saved: Any) -> None:
+        """Back to what `save` gave."""
+        self.index, self.busy_until, self._executed, self.state, held = saved
+        self.held[:] = held

@@ -1,0 +1,103 @@
+"""latency_report() against an impulse sent through the running loop, to the nanosecond."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from loop_parts import ImpulseProbe, Pass
+
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock
+from fesloop.loop.duration import ZERO, Duration
+from fesloop.loop.run import Loop
+from fesloop.loop.wire import Wire
+from fesloop.loop.wiring import Node, Wiring
+
+rates = st.one_of(
+    st.sampled_from(["7", "60", "285.714", "1000", "2000/7", "50", "100", "1000/3"]),
+    st.fractions(7, 1000, max_denominator=97).map(str))
+milliseconds = st.integers(0, 250 * NS_PER_MS).map(lambda ns: ns / NS_PER_MS)
+jitters = st.one_of(
+    st.just(ZERO),
+    st.just(ZERO),
+    st.floats(0, 40).map(lambda ms: Duration(kind="uniform", low_ms=0.0, high_ms=ms)),
+    st.floats(0, 10).map(lambda ms: Duration(kind="normal", mean_ms=ms, sd_ms=ms, low_ms=0, high_ms=3 * ms)),
+    st.floats(0.1, 10).map(lambda ms: Duration(kind="exponential", mean_ms=ms, high_ms=60.0)))
+executions = st.one_of(jitters, st.floats(0, 60).map(lambda ms: Duration(kind="fixed", ms=ms)))
+grids = st.one_of(st.none(), rates.map(RateClock.from_rate))
+
+
+@st.composite
+def chains(draw):
+    """A plant sampled into one to three blocks, one after the other, back into the plant."""
+    blocks = draw(st.integers(1, 3))
+    grid = draw(grids)
+    names = [f"b{i}" for i in range(blocks)]
+    ends = ["plant.y", *(f"{n}.{p}" for n in names for p in ("u", "y")), "plant.u"]
+    wires = [Wire(ends[2 * i], ends[2 * i + 1], latency_ms=draw(milliseconds), jitter=draw(jitters),
+                  loss=draw(st.sampled_from([0.0, 0.0, 0.3])),
+                  late=draw(st.sampled_from(["keep-newest", "in-order"]))) for i in range(blocks + 1)]
+    if draw(st.booleans()):
+        wires[0] = replace(wires[0], rate=draw(rates), offset_ms=draw(milliseconds))
+    nodes = [Node(n, Pass(), rate=draw(rates), offset_ms=draw(milliseconds), execution=draw(executions))
+             for n in draw(st.permutations(names))]
+    return grid, nodes, wires, draw(st.integers(0, 2**32))
+
+
+def impulse_test(grid, nodes, wires, seed, captured_ns):
+    """First instant at which the plant's input is 1, the output having been 1 at `captured_ns` only."""
+    plant = Node("plant", ImpulseProbe(impulse_ns=captured_ns, grid=grid))
+    loop = Loop(Wiring([plant, *nodes], wires, seed))
+    loop.run_until(captured_ns + 3 * NS_PER_S)
+    loop._plants["plant"].advance_to(captured_ns + 3 * NS_PER_S)
+    return next((instant for instant, value in loop.states()["plant"].log if value == 1.0), None)
+
+
+@given(chains(), st.integers(0, 60))
+@settings(max_examples=300, deadline=None)
+def test_latency_of_tick_k_equals_an_impulse_test(chain, k):
+    grid, nodes, wires, seed = chain
+    wiring = Wiring([Node("plant", ImpulseProbe(grid=grid)), *nodes], wires, seed)
+    path = Loop(wiring).latency_report().path("plant.y", "plant.u")
+    latency = path.of_tick(k)
+    sampled = path._sampling.tick(k)
+    captured = sampled if grid is None else grid.tick(grid.last_at_or_before(sampled))
+    if grid is not None:
+        # One grid step may be sampled several times; an impulse of the step then has several ways.
+        around = [path._sampling.tick(j) for j in (max(k - 1, 0), k + 1)]
+        assume(all(grid.tick(grid.last_at_or_before(t)) != captured for t in around if t != sampled))
+    acts = impulse_test(grid, nodes, wires, seed, captured)
+    assert acts == (None if latency is None else latency.acts_ns)
+    if latency is not None:
+        assert latency.captured_ns == captured
+        assert sum(latency.stages_ns) == latency.total_ns
+        assert min(latency.stages_ns) >= 0
+
+
+def test_the_stages_of_a_known_chain():
+    """1 kHz grid plant, sampled at 60 Hz, 10 ms to a 40 Hz block that takes 3 ms, 5.5 ms back."""
+    grid = RateClock.from_rate("1000")
+    wires = [Wire("plant.y", "b.u", latency_ms=10, rate="60"), Wire("b.y", "plant.u", latency_ms=5.5)]
+    nodes = [Node("plant", ImpulseProbe(grid=grid)),
+             Node("b", Pass(), rate="40", execution=Duration(kind="fixed", ms=3))]
+    path = Loop(Wiring(nodes, wires)).latency_report().path("plant.y", "plant.u")
+    assert path.stages == ("plant holds its last step", "wire plant.y->b.u", "b waits for its tick",
+                           "b executes", "wire b.y->plant.u", "plant waits for its step")
+    # sample 2 is due at 33.333333 ms: the step of 33 ms, at b from 43.333333 on, read at 50, out at 53
+    latency = path.of_tick(2)
+    assert latency.captured_ns == 33 * NS_PER_MS
+    assert latency.stages_ns == (333_333, 10_000_000, 6_666_667, 3_000_000, 5_500_000, 500_000)
+    assert latency.total_ns == 26 * NS_PER_MS
+    # sample 1 (16.666666) is there from 26.666666 on and overwritten before 50
+    assert path.of_tick(1) is None
+
+
+def test_an_hour_in_the_tick_is_still_exact():
+    wires = [Wire("plant.y", "b.u", rate="285.714"), Wire("b.y", "plant.u")]
+    nodes = [Node("plant", ImpulseProbe()), Node("b", Pass(), rate="1000")]
+    path = Loop(Wiring(nodes, wires)).latency_report().path("plant.y", "plant.u")
+    index = 1_028_571
+    latency = path.of_tick(index)
+    sampled = Fraction(index * NS_PER_S * 1000, 285_714)
+    assert latency.captured_ns == int(sampled)
+    assert latency.acts_ns == -(-int(sampled) // NS_PER_MS) * NS_PER_MS
