@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from plants.checks import require_not_negative, require_positive
 
 Array = NDArray[np.float64]
 
@@ -36,15 +37,12 @@ class Fatigue:
     rest_between_trials_s: float = 10.0
 
     def __post_init__(self) -> None:
-        for key, low, high in (("floor", 0.0, 1.0), ("frequency_weight", 0.0, 1.0), ("frequency_hz", 0.0, 100.0),
-                               ("rest_between_trials_s", 0.0, np.inf)):
+        require_positive("fatigue", self, "fatigue_s", "recovery_s")
+        require_not_negative("fatigue", self, "rest_between_trials_s")
+        for key, highest in (("floor", 1.0), ("frequency_weight", 1.0), ("frequency_hz", 100.0)):
             value = getattr(self, key)
-            if not (low <= value <= high and np.isfinite(value)):
-                raise InputError(f"fatigue.{key}", f"{value}", f"from {low:g} to {high:g}")
-        for key in ("fatigue_s", "recovery_s"):
-            value = getattr(self, key)
-            if not (value > 0.0 and np.isfinite(value)):
-                raise InputError(f"fatigue.{key}", f"{value}", "above 0")
+            if not 0.0 <= value <= highest:
+                raise InputError(f"fatigue.{key}", f"{value}", f"from 0 to {highest:g}")
 
     def after(self, fitness: Array, recruited: Array, duration_s: float) -> Array:
         """Fitness (muscles,) after `duration_s` under the held recruited fractions (muscles,)."""

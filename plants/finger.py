@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -17,6 +16,7 @@ from fesloop.loop.clock import FOREVER, NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Value
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.recruitment import Recruitment
+from plants.checks import require_positive, require_shape
 from plants.fatigue import Fatigue
 from plants.finger_dynamics import (
     INDEX_LENGTHS_MM,
@@ -27,48 +27,16 @@ from plants.finger_dynamics import (
     chain_mass_matrix,
     state_matrices,
 )
+from plants.finger_state import FingerState
 from plants.linear import HeldLinearSystem
 
 Array = NDArray[np.float64]
 OutputName = Literal["angles", "rates", "accelerations", "activation"]
 Joints = tuple[float, float, float]
 Muscles = tuple[float, float, float, float]
+_SURFACE_RECRUITMENT = Recruitment(threshold_ma=(12.0, 10.0, 10.0, 8.0), spread=(0.35, 0.35, 0.35, 0.35))
 FITNESS_STEP_NS = 20 * NS_PER_MS
 """Grid on which fitness changes the drive, with fatigue on."""
-
-
-class FingerState:
-    """Where the finger is. Everything here changes at instants of the finger's own, whoever looks.
-
-    Attributes
-    ----------
-    x: (14,), the states of `FingerEquations`.
-    drive: (4,), fitness times the recruited fraction that acts now.
-    recruited: (4,), recruited fraction that acts now.
-    arriving: recruited fractions still under way through the delay, each with its instant in ns.
-    stimulation: (4, 2), the newest input.
-    fitness: (4,).
-    fitness_ns: instant that `fitness` is of.
-    """
-
-    __slots__ = ("arriving", "drive", "fitness", "fitness_ns", "recruited", "stimulation", "x")
-
-    def __init__(self, fitness: Array) -> None:
-        self.x = np.zeros(14)
-        self.drive = np.zeros(4)
-        self.recruited = np.zeros(4)
-        self.arriving: list[tuple[int, Array]] = []
-        self.stimulation: Array = np.zeros((4, 2))
-        self.fitness = fitness
-        self.fitness_ns = 0
-
-    def copy(self) -> FingerState:
-        """A state that can go ahead on its own."""
-        ahead = FingerState(self.fitness)
-        ahead.x = self.x.copy()
-        ahead.drive, ahead.recruited, ahead.stimulation = self.drive, self.recruited, self.stimulation
-        ahead.arriving, ahead.fitness_ns = self.arriving.copy(), self.fitness_ns
-        return ahead
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,7 +72,7 @@ class Finger:
         and DIP from the proportions in which it extends the joints (Nimbarte 2008: 18.3, 15.2, 4.0 deg).
     stiffness: of each joint, N m/rad. MCP in the healthy range .033-.047 (PMC7775510); PIP and DIP from
         the proportions in which FDP and FDS flex the joints (Nimbarte 2008).
-    damping: N m s/rad; MCP .003-.005; PIP and DIP chosen for the damping ratio of the MCP, 1.6, with all that is
+    damping: N m s/rad; MCP .003-.005; PIP and DIP chosen for the MCP's damping ratio, 1.6, all that is
         distal moving along.
     lengths_mm, radii_mm, density: phalanges as cylinders, 1100 kg/m^3; radii chosen so that the proximal
         one has the published 2e-6 kg m^2.
@@ -114,7 +82,7 @@ class Finger:
     """
 
     recruitment_curve: Literal["lognormal", "linear"] = "lognormal"
-    recruitment: Recruitment = Recruitment(threshold_ma=(12.0, 10.0, 10.0, 8.0), spread=(0.35, 0.35, 0.35, 0.35))
+    recruitment: Recruitment = _SURFACE_RECRUITMENT
     full_scale_us: float = 500.0
     delay_ms: float = 20.0
     activation_rad_s: Muscles = (25.0, 25.0, 25.0, 25.0)
@@ -134,19 +102,12 @@ class Finger:
     _delay_ns: int = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for key in ("activation_rad_s", "force_n", "stiffness", "damping", "lengths_mm", "radii_mm",
-                    "density", "strength", "speed", "full_scale_us"):
-            value = np.asarray(getattr(self, key))
-            if not (np.isfinite(value).all() and (value > 0.0).all()):
-                raise InputError(f"finger.{key}", f"{getattr(self, key)}", "finite values above 0")
-        for key in ("moment_arms_mm", "rest_deg"):
-            if not np.isfinite(np.asarray(getattr(self, key))).all():
-                raise InputError(f"finger.{key}", f"{getattr(self, key)}", "finite values")
-        for key, size in (("activation_rad_s", 4), ("force_n", 4), ("moment_arms_mm", 4), ("stiffness", 3),
-                          ("damping", 3), ("lengths_mm", 3), ("radii_mm", 3), ("rest_deg", 3)):
-            if len(getattr(self, key)) != size:
-                names = MUSCLES if size == 4 else JOINTS
-                raise InputError(f"finger.{key}", f"{len(getattr(self, key))} values", ", ".join(names))
+        require_shape("finger", self, (len(MUSCLES),), ", ".join(MUSCLES), "activation_rad_s", "force_n")
+        require_shape("finger", self, (len(MUSCLES), len(JOINTS)), "muscles by joints", "moment_arms_mm")
+        require_shape("finger", self, (len(JOINTS),), ", ".join(JOINTS), "stiffness", "damping", "lengths_mm",
+                      "radii_mm", "rest_deg")
+        require_positive("finger", self, "activation_rad_s", "force_n", "stiffness", "damping", "lengths_mm",
+                         "radii_mm", "density", "strength", "speed", "full_scale_us")
         if self.recruitment.muscles != len(MUSCLES):
             raise InputError("finger.recruitment", f"{self.recruitment.muscles} muscles", ", ".join(MUSCLES))
         object.__setattr__(self, "_delay_ns", duration_ns(self.delay_ms, NS_PER_MS, "finger.delay_ms"))
@@ -204,14 +165,14 @@ class Finger:
             self._stimulate(state, cast(Array, inputs[0]), start_ns)
         while (change := self._next_change(state)) < stop_ns:
             if change > start_ns:
-                self._system.advance(state.x, state.drive, change - start_ns)
+                self._system.advance(state.z, change - start_ns)
                 start_ns = change
             self._change_drive(state, change)
-        self._system.advance(state.x, state.drive, stop_ns - start_ns)
+        self._system.advance(state.z, stop_ns - start_ns)
 
     def read(self, state: FingerState, inputs: Sequence[Value]) -> tuple[Value, ...]:
         """(angles, rates, accelerations, activation)."""
-        y = self._system.read(state.x, state.drive)
+        y = self._system.read(state.z)
         return y[0:3], y[3:6], y[6:9], y[9:13]
 
     def observe(
@@ -220,7 +181,7 @@ class Finger:
         """(angles, rates, accelerations, activation) at `times_ns`, ascending, state untouched."""
         times = np.array(times_ns, dtype=np.int64)
         if inputs[0] is state.stimulation and self._next_change(state) >= times_ns[-1]:
-            rows = self._system.read_ahead(state.x, state.drive, times - start_ns)
+            rows = self._system.read_ahead(state.z, times - start_ns)
         else:
             rows = self._observe_across(state.copy(), cast(Array, inputs[0]), start_ns, times)
         return rows[:, 0:3], rows[:, 3:6], rows[:, 6:9], rows[:, 9:13]
@@ -237,17 +198,17 @@ class Finger:
             upto = bisect_right(times_ns, change, lo=done)
             if upto > done:
                 later = times_ns[done:upto] - start_ns
-                parts.append(self._system.read_ahead(ahead.x, ahead.drive, later))
+                parts.append(self._system.read_ahead(ahead.z, later))
                 done = upto
             if done < times_ns.size:
-                self._system.advance(ahead.x, ahead.drive, max(change - start_ns, 0))
-                start_ns = max(change, start_ns)
+                self._system.advance(ahead.z, change - start_ns)
+                start_ns = change
                 self._change_drive(ahead, change)
         return np.concatenate(parts)
 
     def _stimulate(self, state: FingerState, stimulation: Array, time_ns: int) -> None:
         """Take note of the input of `time_ns`; an equal one changes nothing, so splits nothing."""
-        if not np.array_equal(stimulation, state.stimulation):
+        if stimulation.tobytes() != state.stimulation.tobytes():
             state.arriving.append((time_ns + self._delay_ns, self.recruited(stimulation)))
         state.stimulation = stimulation
 
@@ -273,7 +234,7 @@ class Finger:
             state.fitness_ns = time_ns
         if state.arriving and state.arriving[0][0] == time_ns:
             state.recruited = state.arriving.pop(0)[1]
-        state.drive = state.fitness * state.recruited
+        state.z[14:] = state.fitness * state.recruited
 
     def equations(self) -> FingerEquations:
         """The finger's numbers, `strength` and `speed` included, for use elsewhere (fatigue left out)."""
@@ -290,11 +251,3 @@ class Finger:
         return LinearModel(
             a=system.a, b=system.b, c=system.c[rows], offset=system.offset[rows], delay_ns=self._delay_ns,
             recruitment=None if self.recruitment_curve == "linear" else self.recruitment)
-
-
-def full_flexion_deg(finger: Finger) -> Joints:
-    """Settled angles with FDP and FDS fully recruited, deg: what a reference may ask for."""
-    settled = finger.linear_model()
-    angles = settled.offset - settled.c @ np.linalg.solve(settled.a, settled.b @ np.array([1.0, 1.0, 0.0, 0.0]))
-    mcp, pip, dip = (math.degrees(angle) for angle in angles)
-    return mcp, pip, dip

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 JOINTS = ("mcp", "pip", "dip")
 MUSCLES = ("fdp", "fds", "edc", "int")
-OUTPUTS = {"angles": slice(0, 3), "rates": slice(3, 6), "accelerations": slice(6, 9), "activation": slice(9, 13)}
+OUTPUTS = {"angles": slice(0, 3), "rates": slice(3, 6),
+           "accelerations": slice(6, 9), "activation": slice(9, 13)}
 """Rows of the stacked output y by port: rad, rad/s, rad/s^2, 1."""
 
 INDEX_LENGTHS_MM = (46.6, 27.2, 18.4)
@@ -70,7 +71,8 @@ def chain_mass_matrix(lengths: Array, radii: Array, density: float, angles: Arra
         for link in range(segment + 1):
             jacobian[:, : link + 1] += (reach[link] * directions[:, link])[:, None]
         turning = np.where(np.arange(3) <= segment, 1.0, 0.0)
-        mass_matrix += masses[segment] * jacobian.T @ jacobian + inertias[segment] * np.outer(turning, turning)
+        mass_matrix += masses[segment] * jacobian.T @ jacobian
+        mass_matrix += inertias[segment] * np.outer(turning, turning)
     return mass_matrix
 
 

@@ -79,9 +79,9 @@ class LinearModel:
         delay = self.delay_ns + extra_delay_ns
         whole, rest = divmod(delay, period_ns)
         states, inputs = self.b.shape
-        a_full, b_late = _zero_order_hold(self.a, self.b, (period_ns - rest) / NS_PER_S)
+        a_full, b_late = zero_order_hold(self.a, self.b, (period_ns - rest) / NS_PER_S)
         if rest:
-            a_rest, b_rest = _zero_order_hold(self.a, self.b, rest / NS_PER_S)
+            a_rest, b_rest = zero_order_hold(self.a, self.b, rest / NS_PER_S)
             b_early = a_full @ b_rest
             a_step = a_full @ a_rest
         else:
@@ -110,8 +110,11 @@ class LinearModel:
         return SampledModel(a, b, c, self.offset, whole)
 
 
-def _zero_order_hold(a: Matrix, b: Matrix, duration_s: float) -> tuple[Matrix, Matrix]:
-    """(exp(a T), integral of exp(a s) ds b) by one exponential of the stacked matrix."""
+def zero_order_hold(a: Matrix, b: Matrix, duration_s: float) -> tuple[Matrix, Matrix]:
+    """(Phi, Gamma) = (exp(a T), integral from 0 to T of exp(a s) ds b): x after T is Phi x + Gamma u, u held.
+
+    One exponential of the stacked matrix (Van Loan 1978, doi 10.1109/TAC.1978.1101743).
+    """
     states, inputs = b.shape
     stacked = np.zeros((states + inputs, states + inputs))
     stacked[:states, :states], stacked[:states, states:] = a, b

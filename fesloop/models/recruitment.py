@@ -8,15 +8,29 @@ is the normal distribution function of ln(effective current / median threshold) 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from fesloop.errors import InputError
 
-SQRT_HALF = math.sqrt(0.5)
+Array = NDArray[np.float64]
+
+
+@njit(cache=True)
+def recruited_fraction(stimulation: Array, threshold_ma: Array, spread: Array, chronaxie_us: float) -> Array:
+    """Recruited fraction (muscles,) under `stimulation` (muscles, 2): current in A, pulse width in s."""
+    fraction = np.zeros(threshold_ma.size)
+    for i in range(threshold_ma.size):
+        current, width = stimulation[i, 0], stimulation[i, 1]
+        if current > 0.0 and width > 0.0:
+            effective_ma = 1e3 * current / (1.0 + 1e-6 * chronaxie_us / width)
+            z = math.log(effective_ma / threshold_ma[i]) / spread[i]
+            fraction[i] = 0.5 * math.erfc(-z * math.sqrt(0.5))
+    return fraction
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,6 +47,8 @@ class Recruitment:
     threshold_ma: tuple[float, ...]
     spread: tuple[float, ...]
     chronaxie_us: float = 200.0
+    _threshold_ma: Array = field(init=False, repr=False, compare=False)
+    _spread: Array = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if len(self.threshold_ma) != len(self.spread):
@@ -43,35 +59,31 @@ class Recruitment:
             if not all(math.isfinite(v) and v > 0 for v in values):
                 raise InputError(f"recruitment.{key}", f"{values} holds a value that is not positive",
                                  "finite values above 0")
+        object.__setattr__(self, "_threshold_ma", np.array(self.threshold_ma, dtype=np.float64))
+        object.__setattr__(self, "_spread", np.array(self.spread, dtype=np.float64))
 
     @property
     def muscles(self) -> int:
         """Number of muscles."""
         return len(self.threshold_ma)
 
-    def fraction(self, stimulation: NDArray[np.float64]) -> NDArray[np.float64]:
+    def fraction(self, stimulation: Array) -> Array:
         """Recruited fraction of each muscle, (muscles,) in [0, 1].
 
-        `stimulation` is (muscles, 2): current in A and pulse width in s.
+        `stimulation` is (muscles, 2): current in A and pulse width in s. Zero where either is zero or
+        less. Raises InputError for another shape.
         """
-        out = np.zeros(self.muscles)
-        for i, (threshold, spread) in enumerate(zip(self.threshold_ma, self.spread, strict=True)):
-            current, width = float(stimulation[i, 0]), float(stimulation[i, 1])
-            if current > 0.0 and width > 0.0:
-                effective_ma = 1e3 * current / (1.0 + 1e-6 * self.chronaxie_us / width)
-                z = math.log(effective_ma / threshold) / spread
-                out[i] = 0.5 * math.erfc(-z * SQRT_HALF)
-        return out
+        if stimulation.shape != (self.muscles, 2):
+            raise InputError("stimulation", f"shape {stimulation.shape}", f"({self.muscles}, 2)")
+        fraction: Array = recruited_fraction(stimulation, self._threshold_ma, self._spread, self.chronaxie_us)
+        return fraction
 
-    def pulse_width_s(
-        self, fraction: NDArray[np.float64], current_a: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
+    def pulse_width_s(self, fraction: Array, current_a: Array) -> Array:
         """Pulse width in s that recruits `fraction` of each muscle at the given current, (muscles,).
 
         Zero where the fraction is zero or less; infinite where no width at this current reaches it.
         """
-        effective_ma = np.asarray(self.threshold_ma) * np.exp(
-            np.asarray(self.spread) * ndtri(np.clip(fraction, 0.0, 1.0)))
+        effective_ma = self._threshold_ma * np.exp(self._spread * ndtri(np.clip(fraction, 0.0, 1.0)))
         room = 1e3 * np.asarray(current_a) - effective_ma
         wanted = np.asarray(fraction) > 0.0
         width = np.full(self.muscles, np.inf)
