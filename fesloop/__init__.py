@@ -1,1 +1,77 @@
-"""Closed-loop co-simulation of functional electrical stimulation of the hand."""
+"""Closed-loop co-simulation of functional electrical stimulation of the hand.
+
+    import fesloop
+
+    result = fesloop.load("finger_ilc").run(out="runs")
+    result.metrics["joint_rmse_deg"]
+
+Everything named here is imported on first use, so that `import fesloop` itself takes no time.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from fesloop._siblings import check_siblings
+
+if TYPE_CHECKING:
+    from fesloop.errors import FesloopError, InputError, RunError
+    from fesloop.experiment.experiment import Experiment, Record, Score
+    from fesloop.experiment.parse import load
+    from fesloop.experiment.reading import Recording
+    from fesloop.experiment.trial import Result
+    from fesloop.loop.duration import Duration
+    from fesloop.loop.run import Loop
+    from fesloop.loop.wire import Wire
+    from fesloop.loop.wiring import Node, Wiring
+
+_HOMES = {
+    "Duration": "fesloop.loop.duration",
+    "Experiment": "fesloop.experiment.experiment",
+    "FesloopError": "fesloop.errors",
+    "InputError": "fesloop.errors",
+    "Loop": "fesloop.loop.run",
+    "Node": "fesloop.loop.wiring",
+    "Record": "fesloop.experiment.experiment",
+    "Recording": "fesloop.experiment.reading",
+    "Result": "fesloop.experiment.trial",
+    "RunError": "fesloop.errors",
+    "Score": "fesloop.experiment.experiment",
+    "Wire": "fesloop.loop.wire",
+    "Wiring": "fesloop.loop.wiring",
+    "load": "fesloop.experiment.parse",
+}
+
+__all__ = [
+    "Duration",
+    "Experiment",
+    "FesloopError",
+    "InputError",
+    "Loop",
+    "Node",
+    "Record",
+    "Recording",
+    "Result",
+    "RunError",
+    "Score",
+    "Wire",
+    "Wiring",
+    "load",
+]
+
+check_siblings()
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name where it is first used; `__version__` comes from the installed package."""
+    from importlib import import_module, metadata
+
+    if name == "__version__":
+        return metadata.version("fesloop")
+    if name not in _HOMES:
+        raise AttributeError(f"module 'fesloop' has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

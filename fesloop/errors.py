@@ -2,6 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """The remedy for a name that does not exist: the known one that is most like it; empty if none is."""
+    close = get_close_matches(name, list(known), 1)
+    return f"did you mean {close[0]!r}?" if close else ""
+
 
 class FesloopError(Exception):
     """Base of every error that fesloop raises on purpose; its text is one line."""

@@ -1,0 +1,7 @@
+"""`python -m fesloop`."""
+
+import sys
+
+from fesloop.cli import main
+
+sys.exit(main())

@@ -1,0 +1,48 @@
+"""The command line: `fesloop COMMAND ...`. What a command needs is imported when it runs."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+
+from fesloop.cli.parser import make_parser
+from fesloop.errors import InputError, RunError
+
+DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command and give its exit code; a mistake of the user's ends in one line a fault."""
+    args = make_parser().parse_args(argv)
+    try:
+        return int(import_module(f"fesloop.cli.{args.command}_command").execute(args))
+    except InputError as fault:
+        return _refused(fault, getattr(args, "json", False))
+    except RunError as fault:
+        print(f"fesloop: {' '.join(str(fault).split())}", file=sys.stderr)
+        return FAILED
+    except KeyboardInterrupt:
+        print("fesloop: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        sys.stderr.close()
+        return FAILED
+    except Exception as fault:
+        if args.traceback:
+            raise
+        print(f"fesloop: an error inside fesloop or a block, {type(fault).__name__}: "
+              f"{' '.join(str(fault).split())}; --traceback before the command shows where", file=sys.stderr)
+        return FAILED
+
+
+def _refused(fault: InputError, as_json: bool) -> int:
+    """Name every fault; with --json also as the one object on standard output."""
+    lines = [" ".join(line.split()) for line in str(fault).splitlines()]
+    for line in lines:
+        print(f"fesloop: {line}", file=sys.stderr)
+    if as_json:
+        from fesloop.cli.output import print_json
+
+        print_json({"status": "refused", "faults": lines})
+    return BAD_INPUT

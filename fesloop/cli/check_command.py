@@ -1,0 +1,73 @@
+"""`fesloop check`."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from typing import Any
+
+from fesloop.cli.output import print_json, print_table
+from fesloop.experiment import registry
+from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.parse import load
+from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.latency import LatencyReport, PathLatency
+from fesloop.loop.wire import Wire
+from fesloop.loop.wiring import Node
+
+
+def execute(args: Namespace) -> int:
+    """Validate and print the wiring and the latency budget."""
+    experiment = load(args.experiment, args.settings, args.seed)
+    report = LatencyReport(experiment.wiring, horizon_ns=min(experiment.duration_ns, 10**10))
+    if args.json:
+        print_json(_table(experiment, report))
+        return 0
+    _print_wiring(experiment)
+    for path in report.paths:
+        print()
+        print_table(path.name, ("stage, ms", "min", "mean", "max"), _stage_rows(path), sys.stdout)
+    return 0
+
+
+def _table(experiment: Experiment, report: LatencyReport) -> dict[str, Any]:
+    return {
+        "experiment": experiment.name,
+        "seed": experiment.seed,
+        "fingerprint": experiment.fingerprint(),
+        "document": experiment.document(),
+        "latency": [{"path": path.name, "stages": [
+            {"stage": s.name, "min_ms": s.least_ns / NS_PER_MS, "mean_ms": s.mean_ns / NS_PER_MS,
+             "max_ms": s.most_ns / NS_PER_MS} for s in path.summary()]} for path in report.paths],
+    }
+
+
+def _print_wiring(experiment: Experiment) -> None:
+    print_table(f"{experiment.name}: {experiment.trials} x {experiment.duration_ns / 1e9:g} s, "
+                f"seed {experiment.seed}", ("node", "kind", "ticks", "takes"),
+                [_node_row(node) for node in experiment.wiring.nodes], sys.stdout)
+    print()
+    print_table("Wires", ("from", "to", "latency", "late messages"),
+                [_wire_row(wire) for wire in experiment.wires], sys.stdout)
+
+
+def _node_row(node: Node) -> tuple[str, str, str, str]:
+    if node.is_plant:
+        ticks = f"steps at {node.plant.grid}" if node.plant.grid else "continuous, exact"
+    else:
+        ticks = str(node.clock)
+    return node.name, registry.kind_of(type(node.part)), ticks, node.execution.kind
+
+
+def _wire_row(wire: Wire) -> tuple[str, str, str, str]:
+    parts = [f"{wire.latency_ms:g} ms"]
+    if wire.jitter.kind != "zero":
+        parts.append(f"{wire.jitter.kind} jitter")
+    if wire.loss:
+        parts.append(f"{100 * wire.loss:g} % lost")
+    return wire.source, wire.target, " + ".join(parts), wire.late
+
+
+def _stage_rows(path: PathLatency) -> list[tuple[str, ...]]:
+    return [(stage.name, *(f"{ns / NS_PER_MS:.3f}" for ns in (stage.least_ns, stage.mean_ns, stage.most_ns)))
+            for stage in path.summary()]

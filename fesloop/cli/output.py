@@ -1,0 +1,94 @@
+"""What commands print: one JSON object on standard output; tables and progress on standard error."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, TextIO
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
+
+_QUIET_S = 2.0
+
+
+def print_json(table: Any) -> None:
+    """One JSON object; numbers that JSON cannot say are null."""
+    print(json.dumps(_sayable(table), indent=2, allow_nan=False))
+
+
+def _sayable(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _sayable(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_sayable(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], file: TextIO) -> None:
+    """A table; columns after the first are aligned to the right where they hold numbers."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title=Text(title), title_justify="left", box=None, pad_edge=False, header_style="bold")
+    for number, column in enumerate(columns):
+        numeric = bool(rows) and all(_is_number(row[number]) for row in rows)
+        table.add_column(Text(column), justify="right" if numeric else "left", overflow="fold")
+    for row in rows:
+        table.add_row(*(Text(cell) for cell in row))
+    Console(file=file, width=None if file.isatty() else 120).print(table)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return text in ("", "-")
+    return True
+
+
+class _Bar:
+    """A progress bar that shows itself once the work has taken two seconds."""
+
+    def __init__(self, title: str) -> None:
+        self._title = title
+        self._began = time.monotonic()
+        self._bar: tuple[Progress, TaskID] | None = None
+
+    def __call__(self, fraction: float) -> None:
+        """The work is done to this fraction."""
+        if self._bar is None and time.monotonic() - self._began >= _QUIET_S:
+            self._bar = self._show()
+        if self._bar is not None:
+            bar, task = self._bar
+            bar.update(task, completed=fraction)
+
+    def _show(self) -> tuple[Progress, TaskID]:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+        bar = Progress(TextColumn(self._title), BarColumn(), TextColumn("{task.percentage:3.0f} %"),
+                       TimeElapsedColumn(), TimeRemainingColumn(), console=Console(file=sys.stderr),
+                       auto_refresh=False, transient=True)
+        bar.start()
+        return bar, bar.add_task("", total=1.0)
+
+    def finish(self) -> None:
+        """Take the bar away."""
+        if self._bar is not None:
+            self._bar[0].stop()
+
+
+@contextmanager
+def progress_bar(title: str) -> Iterator[_Bar]:
+    """A function to tell the fraction done; quiet for work of less than two seconds."""
+    bar = _Bar(title)
+    try:
+        yield bar
+    finally:
+        bar.finish()

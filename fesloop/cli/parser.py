@@ -1,0 +1,83 @@
+"""The commands and their options."""
+
+from __future__ import annotations
+
+import argparse
+
+EPILOG = """exit codes: 0 done, 1 the run failed, 2 bad input, 130 interrupted
+
+EXPERIMENT is the name of a shipped experiment (fesloop list) or the path of a .toml file."""
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The parser of `fesloop`."""
+    parser = argparse.ArgumentParser(
+        prog="fesloop", epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Closed-loop co-simulation of functional electrical stimulation of the hand.")
+    parser.add_argument("--version", action=_Version)
+    parser.add_argument("--traceback", action="store_true", help="show where an internal error arose")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    _add_list(commands)
+    _add_check(commands)
+    _add_run(commands)
+    _add_bench(commands)
+    commands.add_parser("schema", help="print the JSON Schema of experiment files")
+    _add_fmu(commands)
+    return parser
+
+
+class _Version(argparse.Action):
+    """Look the version up only when asked for."""
+
+    def __init__(self, option_strings: list[str], dest: str) -> None:
+        super().__init__(option_strings, dest, nargs=0, help="print the version")
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from importlib.metadata import version
+
+        print(f"fesloop {version('fesloop')}")
+        parser.exit()
+
+
+_Commands = argparse._SubParsersAction  # the type has no public name
+
+
+def _add_list(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("list", help="shipped experiments and block kinds, a line each")
+    command.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def _add_experiment(command: argparse.ArgumentParser) -> None:
+    command.add_argument("experiment", metavar="EXPERIMENT", help="name or path")
+    command.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], dest="settings",
+                         help="change a key of the file, such as blocks.pid.kp=0.5, or an alias it defines")
+    command.add_argument("--seed", type=int, metavar="N", help="take the place of the file's seed")
+    command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+
+
+def _add_check(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("check", help="validate; print wiring and latency budget; run nothing")
+    _add_experiment(command)
+
+
+def _add_run(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("run", help="run an experiment and score its recording")
+    _add_experiment(command)
+    command.add_argument("--out", metavar="DIR", default="runs",
+                         help="folder of the recording (default: runs)")
+    command.add_argument("--realtime", action="store_true", help="keep in step with the wall clock")
+
+
+def _add_bench(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("bench", help="measure every speed claim, here and now")
+    command.add_argument("name", metavar="NAME", nargs="?", help="one bench (default: all)")
+    command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+
+
+def _add_fmu(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("fmu", help="plants as FMUs")
+    verbs = command.add_subparsers(dest="verb", metavar="VERB", required=True)
+    build = verbs.add_parser("build", help="write a plant as an FMU (source, and binary with a compiler)")
+    build.add_argument("plant", metavar="PLANT", nargs="?", default="finger", help="default: finger")
+    build.add_argument("--out", metavar="DIR", default=".", help="folder of the FMU (default: here)")
+    build.add_argument("--json", action="store_true", help="print one JSON object on standard output")

@@ -1,0 +1,184 @@
+"""An experiment: what runs, for how long, how often, and what is scored."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fesloop.errors import InputError
+from fesloop.experiment import registry
+from fesloop.experiment.schema import plain
+from fesloop.loop.clock import NS_PER_S, duration_ns, parse_rate
+from fesloop.loop.wire import Wire
+from fesloop.loop.wiring import Node, Wiring
+
+if TYPE_CHECKING:
+    from fesloop.experiment.trial import Result
+
+_NODE_KEYS = ("rate", "offset_ms", "execution")
+_WIRE_NAMES = {"source": "from", "target": "to"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Record:
+    """What a recording holds beyond the blocks' own ticks.
+
+    Attributes
+    ----------
+    plant_rate: how often plant outputs are recorded, Hz; reading them changes no trajectory.
+    """
+
+    plant_rate: str | int | float = "1000"
+
+    def __post_init__(self) -> None:
+        parse_rate(self.plant_rate, "plant_rate")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Score:
+    """Which signals are compared, each named as "node.port".
+
+    Attributes
+    ----------
+    truth: joint angles of the plant, rad.
+    reference: what they should be; with `truth` it gives joint_rmse_deg.
+    estimate: what the tracker made of them; with `truth` it gives tracker_rmse_deg.
+    orientation: a tracker's orientation quaternions, scored against the reference of the recording that
+        the node `recording` plays.
+    recording: node that plays a recording.
+    after_s: start of each trial that is left out.
+    """
+
+    truth: str | None = None
+    reference: str | None = None
+    estimate: str | None = None
+    orientation: str | None = None
+    recording: str | None = None
+    after_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.after_s) and self.after_s >= 0.0):
+            raise InputError("after_s", f"{self.after_s}", "0 or more seconds")
+
+    def faults(self, nodes: Iterable[Node]) -> list[InputError]:
+        """Signals and nodes that do not exist."""
+        outputs = {f"{n.name}.{port.name}": n for n in nodes for port in n.part.outputs}
+        names = {node.name for node in outputs.values()}
+        signals = ((key, getattr(self, key)) for key in ("truth", "reference", "estimate", "orientation"))
+        faults = [InputError(f"score.{key}", f"there is no signal {name!r}", ", ".join(sorted(outputs)))
+                  for key, name in signals if name is not None and name not in outputs]
+        if self.recording is not None and self.recording not in names:
+            faults.append(InputError("score.recording", f"there is no node {self.recording!r}",
+                                     ", ".join(sorted(names))))
+        return faults
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Experiment:
+    """Nodes and wires, run for some trials of some duration. Checked as a whole when made.
+
+    Attributes
+    ----------
+    name, description: for people.
+    nodes, wires: what runs, in the order of declaration.
+    duration_s: of a trial, which covers [0, duration_s); None takes the longest recording that a node
+        plays.
+    trials: how many; learning blocks learn between them.
+    seed: of everything random.
+    record, score: what is recorded and compared.
+
+    Raises
+    ------
+    InputError, InputErrors: every fault of the wiring, one line each.
+    """
+
+    name: str
+    nodes: tuple[Node, ...]
+    wires: tuple[Wire, ...] = ()
+    duration_s: float | None = None
+    trials: int = 1
+    seed: int = 0
+    description: str = ""
+    record: Record = field(default_factory=Record)
+    score: Score = field(default_factory=Score)
+    wiring: Wiring = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not self.name.replace("_", "a").replace("-", "a").isalnum():
+            raise InputError("experiment.name", f"{self.name!r}", "letters, digits, - and _")
+        if self.trials < 1:
+            raise InputError("experiment.trials", f"{self.trials}", "1 or more")
+        object.__setattr__(self, "nodes", tuple(self.nodes))
+        object.__setattr__(self, "wires", tuple(self.wires))
+        object.__setattr__(self, "wiring", Wiring(self.nodes, self.wires, self.seed))
+        for fault in self.score.faults(self.nodes):
+            raise fault
+        if self.duration_ns <= 0:
+            raise InputError("experiment.duration_s", f"{self.duration_s}", "above 0")
+
+    @property
+    def duration_ns(self) -> int:
+        """Length of a trial, ns."""
+        if self.duration_s is not None:
+            return duration_ns(self.duration_s, NS_PER_S, "experiment.duration_s")
+        ends = [int(node.clock.stamps_ns[-1]) + 1 for node in self.nodes  # type: ignore[union-attr]
+                if hasattr(node.clock, "stamps_ns")]
+        if not ends:
+            raise InputError("experiment.duration_s", "is missing", "a number of seconds",
+                             "add it: no node plays a recording that could give it")
+        return max(ends)
+
+    def document(self) -> dict[str, Any]:
+        """The experiment with every parameter resolved, as plain tables: what a file of it would say."""
+        about = {"name": self.name, "description": self.description, "duration_s": self.duration_s,
+                 "trials": self.trials, "seed": self.seed}
+        return {
+            "experiment": {key: value for key, value in about.items() if value is not None},
+            "record": plain(self.record),
+            "blocks": {node.name: _block_table(node) for node in self.nodes},
+            "wires": [{_WIRE_NAMES.get(key, key): value for key, value in plain(wire).items()}
+                      for wire in self.wires],
+            "score": plain(self.score),
+        }
+
+    def fingerprint(self) -> str:
+        """SHA-256 of the document, as hexadecimal text."""
+        return hashlib.sha256(self.as_json().encode()).hexdigest()
+
+    def as_json(self) -> str:
+        """The document as JSON text, the same text for the same experiment."""
+        return json.dumps(self.document(), sort_keys=True, separators=(",", ":"))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Experiment) and self.as_json() == other.as_json()
+
+    def __hash__(self) -> int:
+        return hash(self.as_json())
+
+    def run(self, out: str | Path = "runs", *, realtime: bool = False,
+            progress: Callable[[float], None] | None = None) -> Result:
+        """Run every trial and leave one recording in the folder `out`.
+
+        `realtime` keeps simulated time in step with the wall clock; `progress` is told the fraction done.
+        Raises RunError if the run fails and KeyboardInterrupt if it is interrupted; what was recorded
+        until then is kept.
+        """
+        from fesloop.errors import RunError
+        from fesloop.experiment.trial import run
+
+        result = run(self, Path(out), realtime=realtime, progress=progress)
+        if result.status == "failed":
+            raise RunError(f"{result.cause}; recorded until then: {result.recording}")
+        if result.status == "interrupted":
+            raise KeyboardInterrupt
+        return result
+
+
+def _block_table(node: Node) -> dict[str, Any]:
+    place = {key: plain(getattr(node, key)) for key in _NODE_KEYS if getattr(node, key) is not None}
+    return {"kind": registry.kind_of(type(node.part)), **place, **plain(node.part)}

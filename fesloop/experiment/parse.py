@@ -1,0 +1,195 @@
+"""From an experiment file to an experiment, every fault of it named at once."""
+
+from __future__ import annotations
+
+import datetime
+import json
+import tomllib
+from collections.abc import Mapping, Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from fesloop.errors import InputError, InputErrors, did_you_mean
+from fesloop.experiment import registry
+from fesloop.experiment.experiment import Experiment, Record, Score
+from fesloop.experiment.faults import faults_of
+from fesloop.experiment.layout import experiment_table, keys_at
+from fesloop.experiment.schema import make
+from fesloop.experiment.settings import apply_settings
+from fesloop.loop.duration import Duration
+from fesloop.loop.wire import Wire
+from fesloop.loop.wiring import Node
+
+_PLACE = ("kind", "rate", "offset_ms", "execution")
+
+
+def shipped() -> list[str]:
+    """Names of the experiments that come with fesloop."""
+    folder = resources.files("fesloop.experiment") / "shipped"
+    return sorted(file.name.removesuffix(".toml") for file in folder.iterdir() if file.name.endswith(".toml"))
+
+
+def load(experiment: str | Path, settings: Sequence[str] = (), seed: int | None = None) -> Experiment:
+    """The experiment of a file, or a shipped one by its name.
+
+    Parameters
+    ----------
+    experiment: name of a shipped experiment, or path of a TOML file.
+    settings: "KEY=VALUE" each, changing what the file says: an alias of the file or a dotted key path.
+    seed: takes the place of the file's.
+
+    Raises
+    ------
+    InputError, InputErrors: every fault of the file, one line each, with file, key, found and allowed.
+    """
+    name, document = read(experiment)
+    every = [*settings, *([f"experiment.seed={seed}"] if seed is not None else [])]
+    return from_document(apply_settings(document, every, name), name)
+
+
+def read(experiment: str | Path) -> tuple[str, dict[str, Any]]:
+    """Name for messages, and the raw tables of an experiment."""
+    text = str(experiment)
+    if isinstance(experiment, str) and not text.endswith(".toml") and "/" not in text:
+        if text not in shipped():
+            raise InputError(text, "there is no shipped experiment of this name", ", ".join(shipped()),
+                             did_you_mean(text, shipped()) or "or give the path of a .toml file")
+        content = (resources.files("fesloop.experiment") / "shipped" / f"{text}.toml").read_bytes()
+    else:
+        try:
+            content = Path(experiment).read_bytes()
+        except OSError as fault:
+            raise InputError(text, f"cannot be read: {fault.strerror}", "an experiment file") from None
+    try:
+        return text, tomllib.loads(content.decode())
+    except UnicodeDecodeError as fault:
+        raise InputError(text, f"is not UTF-8 text (byte {fault.start})", "a TOML file") from None
+    except tomllib.TOMLDecodeError as fault:
+        raise InputError(text, f"is not TOML: {fault}", remedy="mend the line") from None
+
+
+def from_document(document: Mapping[str, Any], name: str = "experiment") -> Experiment:
+    """The experiment that plain tables describe, such as those of a file or of a recording."""
+    tables = dict(document)
+    try:
+        kinds = _kinds_in(tables)
+        _check(tables, kinds)
+        return _experiment(tables, kinds)
+    except InputErrors as several:
+        raise InputErrors([_in_file(fault, name) for fault in several.faults]) from None
+    except InputError as fault:
+        raise _in_file(fault, name) from None
+
+
+def _in_file(fault: InputError, name: str) -> InputError:
+    return InputError(f"{name}: {fault.where}", fault.found, fault.allowed, fault.remedy)
+
+
+def _raise(faults: Sequence[InputError]) -> None:
+    if faults:
+        raise InputErrors(list(faults)) if len(faults) > 1 else faults[0]
+
+
+def _kinds_in(document: Any) -> dict[str, type[Any]]:
+    """Classes of the kinds that a document names, wherever it does."""
+    named: set[str] = set()
+    pending = [document.get("blocks")]
+    while pending:
+        value = pending.pop()
+        if isinstance(value, dict):
+            pending += value.values()
+            if isinstance(value.get("kind"), str):
+                named.add(value["kind"])
+        elif isinstance(value, list):
+            pending += value
+    return {kind: registry.find(kind) for kind in sorted(named.intersection(registry.kinds()))}
+
+
+def _check(document: dict[str, Any], kinds: dict[str, type[Any]]) -> None:
+    """Raise InputErrors naming everything that is not of the declared form."""
+    faults = [_unknown_kind(name, table) for name, table in _blocks_of_no_kind(document, kinds)]
+    table = experiment_table(kinds)
+    try:
+        text = json.dumps(document, default=_as_text)
+        TypeAdapter(table).validate_json(text)
+    except ValidationError as fault:
+        found = faults_of(fault.errors(include_url=False), document,
+                          lambda path: keys_at(table, path, document))
+        faults += [each for each in found if not any(each.where == other.where for other in faults)]
+    _raise(faults)
+
+
+def _as_text(value: Any) -> str:
+    """TOML's dates and times: no key takes one, so they are checked as the text they were."""
+    if isinstance(value, (datetime.date, datetime.time)):
+        return value.isoformat()
+    raise TypeError(f"{value!r} is not of TOML")
+
+
+def _blocks_of_no_kind(document: dict[str, Any], kinds: dict[str, type[Any]]) -> list[tuple[str, Any]]:
+    blocks = document.get("blocks")
+    tables = blocks.items() if isinstance(blocks, dict) else ()
+    return [(name, table) for name, table in tables
+            if isinstance(table, dict) and table.get("kind") not in kinds]
+
+
+def _unknown_kind(name: str, table: dict[str, Any]) -> InputError:
+    where = f"blocks.{name}.kind"
+    if "kind" not in table:
+        return InputError(where, "is missing", ", ".join(registry.kinds()), "add it")
+    if not isinstance(table["kind"], str):
+        return InputError(where, f"{table['kind']!r} is not text", ", ".join(registry.kinds()))
+    try:
+        registry.find(table["kind"])
+    except InputError as fault:
+        return InputError(where, fault.found, fault.allowed, fault.remedy)
+    raise AssertionError(f"{name} is of a known kind")
+
+
+def _experiment(document: dict[str, Any], kinds: dict[str, type[Any]]) -> Experiment:
+    """Make every object, gathering what each of them refuses."""
+    faults: list[InputError] = []
+
+    def made(create: Any, *given: Any) -> Any:
+        try:
+            return create(*given)
+        except InputErrors as several:
+            faults.extend(several.faults)
+        except InputError as fault:
+            faults.append(fault)
+        return None
+
+    nodes = [made(_node, name, table, kinds) for name, table in document["blocks"].items()]
+    wires = [made(_wire, i, table, kinds) for i, table in enumerate(document.get("wires", []))]
+    record = made(make, Record, document.get("record", {}), kinds, "record")
+    score = made(make, Score, document.get("score", {}), kinds, "score")
+    _raise(faults)
+    about = dict(document["experiment"])
+    if "duration_s" in about:
+        about["duration_s"] = float(about["duration_s"])
+    return Experiment(nodes=tuple(nodes), wires=tuple(wires), record=record, score=score, **about)
+
+
+def _node(name: str, table: dict[str, Any], kinds: dict[str, type[Any]]) -> Node:
+    """A block or plant in its place."""
+    where = f"blocks.{name}"
+    parameters = {key: value for key, value in table.items() if key not in _PLACE}
+    part = make(kinds[table["kind"]], parameters, kinds, where)
+    place: dict[str, Any] = {key: table[key] for key in ("rate", "offset_ms") if key in table}
+    if "execution" in table:
+        place["execution"] = make(Duration, table["execution"], kinds, f"{where}.execution")
+    try:
+        return Node(name, part, **place)
+    except InputError as fault:
+        raise InputError(f"blocks.{fault.where}", fault.found, fault.allowed, fault.remedy) from None
+
+
+def _wire(number: int, table: dict[str, Any], kinds: dict[str, type[Any]]) -> Wire:
+    """A wire, in a fault named by its number in the file and by its ends."""
+    names = {"from": "source", "to": "target"}
+    where = f"wires[{number}]"
+    values = {names.get(key, key): value for key, value in table.items()}
+    return make(Wire, values, kinds, where)  # type: ignore[no-any-return]

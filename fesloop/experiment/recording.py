@@ -1,0 +1,245 @@
+"""Writing a recording: one HDF5 file a run, readable at any time, even after the writer was killed.
+
+In SWMR mode ("single writer, multiple readers") HDF5 orders its writes so that whoever opens the file sees
+everything up to the last flush. Nothing can be created in that mode, so every dataset is made at the
+start, with its trial as a column:
+
+    blocks/NODE         a row a step: trial, index, time_ns, left_ns, oldest_ns, newest_ns, each output
+    plants/NODE         a row an instant of the recorder: trial, time_ns, captured_ns, each output
+    inputs/NODE/PORT    a row a change of a plant input: trial, time_ns, oldest_ns, newest_ns, value
+    events              trial, time_ns, where, status, detail
+    messages            a row a trial and wire: trial, wire, sent, lost, late
+    experiment          the experiment with every parameter resolved, as JSON; `fingerprint` is its SHA-256
+    status              running, done, failed or interrupted
+    wall                what depends on the machine and the hour, and is no part of the digest
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import platform
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.experiment.experiment import Experiment
+from fesloop.loop.record import BlockRow, EventRow, InputRow, PlantRow, Recorder
+from fesloop.loop.run import Loop
+from fesloop.loop.signals import Port
+
+FORMAT = "fesloop recording 1"
+STATUS_TYPE = np.dtype("S16")
+_STAMP = [("trial", "<i4")]
+_BLOCK = [*_STAMP, ("index", "<i8"), ("time_ns", "<i8"), ("left_ns", "<i8"), ("oldest_ns", "<i8"),
+          ("newest_ns", "<i8")]
+_PLANT = [*_STAMP, ("time_ns", "<i8"), ("captured_ns", "<i8")]
+_INPUT = [*_STAMP, ("time_ns", "<i8"), ("oldest_ns", "<i8"), ("newest_ns", "<i8")]
+_EVENT = np.dtype([*_STAMP, ("time_ns", "<i8"), ("where", "S64"), ("status", "S32"), ("detail", "S224")])
+_MESSAGES = np.dtype([*_STAMP, ("wire", "<i4"), ("sent", "<i8"), ("lost", "<i8"), ("late", "<i8")])
+_CHUNK_BYTES = 32768
+_PACKAGES = ("fesloop", "numpy", "scipy", "numba", "h5py", "vqf", "osqp", "daqp", "fmpy")
+
+Rows = NDArray[np.void]
+
+
+class RecordingWriter:
+    """The file of one run.
+
+    Parameters
+    ----------
+    folder: where it goes; made if it is not there.
+    experiment: what is recorded. The file is named after it and numbered, and none is overwritten.
+
+    Raises InputError if no file can be made there.
+    """
+
+    def __init__(self, folder: Path, experiment: Experiment) -> None:
+        draft, self._file = _draft(folder, experiment.name)
+        self._describe(experiment)
+        wiring = experiment.wiring
+        plants = [node for node in wiring.nodes if node.is_plant]
+        self._blocks = {node.name: self._stream(f"blocks/{node.name}", _BLOCK, node.part.outputs)
+                        for node in wiring.nodes if not node.is_plant}
+        self._plants = {node.name: self._stream(f"plants/{node.name}", _PLANT, node.part.outputs)
+                        for node in plants}
+        self._inputs = {(node.name, number): self._input_stream(node.name, port)
+                        for node in plants for number, port in enumerate(node.part.inputs)}
+        self._events = self._dataset("events", _EVENT)
+        self._messages = self._dataset("messages", _MESSAGES)
+        self._file.swmr_mode = True
+        self.path = _publish(draft, folder, experiment.name)
+
+    def _describe(self, experiment: Experiment) -> None:
+        """Everything that is known before the first tick."""
+        file = self._file
+        file.attrs["format"] = FORMAT
+        file.attrs["name"] = experiment.name
+        file.attrs["seed"] = experiment.seed
+        file.attrs["fingerprint"] = experiment.fingerprint()
+        file.attrs["versions"] = json.dumps(_versions())
+        file.attrs["wires"] = json.dumps([wire.name for wire in experiment.wires])
+        file.create_dataset("experiment", data=experiment.as_json())
+        file.create_dataset("status", data=np.array(b"running", STATUS_TYPE))
+        wall = file.create_group("wall")
+        wall.attrs["started"] = datetime.now(UTC).isoformat(timespec="seconds")
+        wall.attrs["machine"] = platform.platform()
+        for name in ("seconds", "worst_late_s"):
+            wall.create_dataset(name, data=0.0)
+        for name in ("deadlines", "missed_deadlines"):
+            wall.create_dataset(name, data=0)
+
+    def _stream(self, path: str, stamps: list[tuple[str, str]], ports: Sequence[Port]) -> h5py.Dataset:
+        taken = [name for name, _ in stamps]
+        for port in ports:
+            if port.name in taken:
+                raise InputError(path.replace("/", "."), f"an output is named {port.name!r}",
+                                 f"none of {', '.join(taken)}", "rename the port")
+        dataset = self._dataset(path, np.dtype([*stamps, *((p.name, "<f8", p.shape) for p in ports)]))
+        dataset.attrs["units"] = json.dumps({port.name: port.unit for port in ports})
+        return dataset
+
+    def _input_stream(self, node: str, port: Port) -> h5py.Dataset:
+        dtype = np.dtype([*_INPUT, ("value", "<f8", port.shape)])
+        dataset = self._dataset(f"inputs/{node}/{port.name}", dtype)
+        dataset.attrs["units"] = json.dumps({"value": port.unit})
+        return dataset
+
+    def _dataset(self, path: str, dtype: np.dtype[np.void]) -> h5py.Dataset:
+        rows = max(1, _CHUNK_BYTES // dtype.itemsize)
+        return self._file.create_dataset(path, shape=(0,), maxshape=(None,), chunks=(rows,), dtype=dtype)
+
+    def write(self, recorder: Recorder, trial: int) -> None:
+        """Append what the recorder holds and bring it to the disk's care."""
+        blocks, plants, inputs, events = recorder.drain()
+        for name, rows in blocks.items():
+            _append(self._blocks[name], block_rows(self._blocks[name].dtype, rows, trial))
+        for name, stacks in plants.items():
+            _append(self._plants[name], plant_rows(self._plants[name].dtype, stacks, trial))
+        for name, changes in inputs.items():
+            for number in {row[1] for row in changes}:
+                dataset = self._inputs[name, number]
+                of_port = [row for row in changes if row[1] == number]
+                _append(dataset, input_rows(dataset.dtype, of_port, trial))
+        _append(self._events, event_rows(events, trial))
+
+    def write_messages(self, loop: Loop) -> None:
+        """Append the message counts of a trial that is over."""
+        counts = loop.message_counts().values()
+        rows = [(loop.trial, number, each["sent"], each["lost"], each["late"])
+                for number, each in enumerate(counts)]
+        _append(self._messages, np.array(rows, _MESSAGES))
+
+    def close(self, status: str, seconds: float, deadlines: tuple[int, int, float] = (0, 0, 0.0)) -> None:
+        """Write how the run ended and close the file.
+
+        `deadlines` are those kept and missed together, those missed, and the worst lateness in s.
+        """
+        wall = self._file["wall"]
+        wall["seconds"][()] = seconds
+        wall["deadlines"][()], wall["missed_deadlines"][()], wall["worst_late_s"][()] = deadlines
+        self._file["status"][()] = np.array(status.encode(), STATUS_TYPE)
+        self._file.close()
+
+
+def _draft(folder: Path, name: str) -> tuple[Path, h5py.File]:
+    """A file under a hidden name, until it is one that can be read."""
+    draft = folder / f".{name}-{os.getpid()}.h5"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        return draft, h5py.File(draft, "w", libver="latest")
+    except OSError as fault:
+        raise InputError(f"--out {folder}", f"no recording can be made there: {fault.strerror or fault}",
+                         "a folder that can be written to") from None
+
+
+def _publish(draft: Path, folder: Path, name: str) -> Path:
+    """Give the draft its name, the first that is free, in one step: nobody ever sees half a file."""
+    for number in itertools.count(1):
+        path = folder / f"{name}-{number}.h5"
+        try:
+            path.hardlink_to(draft)
+        except FileExistsError:
+            continue
+        draft.unlink()
+        return path
+    raise AssertionError("numbers do not end")
+
+
+def _append(dataset: h5py.Dataset, rows: Rows) -> None:
+    if len(rows):
+        before = dataset.shape[0]
+        dataset.resize(before + len(rows), axis=0)
+        dataset[before:] = rows
+        dataset.flush()
+
+
+def _versions() -> dict[str, str]:
+    found = {"python": platform.python_version()}
+    for package in _PACKAGES:
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            found[package] = "absent"
+    return found
+
+
+def _filled(column: Sequence[Any], shape: tuple[int, ...]) -> Any:
+    """A column of floats or arrays as one array; concatenating is three times as quick as stacking."""
+    return np.concatenate(column).reshape(-1, *shape) if shape else column
+
+
+def block_rows(dtype: np.dtype[np.void], rows: Sequence[BlockRow], trial: int) -> Rows:
+    """Rows of a block's steps as one structured array."""
+    table = np.empty(len(rows), dtype)
+    if rows:
+        table["trial"] = trial
+        index, time, left, oldest, newest, outputs = zip(*rows, strict=True)
+        stamps = (index, time, left, oldest, newest)
+        names = dtype.names or ()
+        for name, column in zip(names[1:], (*stamps, *zip(*outputs, strict=True)), strict=True):
+            table[name] = _filled(column, dtype[name].shape)
+    return table
+
+
+def plant_rows(dtype: np.dtype[np.void], stacks: Sequence[PlantRow], trial: int) -> Rows:
+    """Stacks of a plant's outputs as one structured array."""
+    table = np.empty(sum(len(times) for times, _, _ in stacks), dtype)
+    table["trial"] = trial
+    at = 0
+    for times, captured, values in stacks:
+        part = table[at:at + len(times)]
+        for name, column in zip((dtype.names or ())[1:], (times, captured, *values), strict=True):
+            part[name] = column
+        at += len(times)
+    return table
+
+
+def input_rows(dtype: np.dtype[np.void], rows: Sequence[InputRow], trial: int) -> Rows:
+    """Changes of one plant input as one structured array."""
+    table = np.empty(len(rows), dtype)
+    table["trial"] = trial
+    time, _, oldest, newest, values = zip(*rows, strict=True)
+    for name, column in zip((dtype.names or ())[1:-1], (time, oldest, newest), strict=True):
+        table[name] = column
+    table["value"] = _filled(values, dtype["value"].shape)
+    return table
+
+
+def event_rows(events: Sequence[EventRow], trial: int) -> Rows:
+    """Events as one structured array; text that is too long for its field ends in three dots."""
+    def cut(text: str, field: str) -> bytes:
+        encoded, size = text.encode(), _EVENT[field].itemsize
+        return encoded if len(encoded) <= size else encoded[:size - 3] + b"..."
+
+    rows = [(trial, time, cut(where, "where"), cut(status, "status"), cut(detail, "detail"))
+            for time, where, status, detail in events]
+    return np.array(rows, _EVENT)

@@ -1,0 +1,182 @@
+"""From the annotations of a parameter dataclass to a strict check of plain tables, and back.
+
+A table is checked by pydantic (strict, no extra keys) against a typed dict made from the dataclass, so the
+dataclass stays the one place where a parameter is declared. `build` makes the object from a checked
+table, `plain` the table from an object.
+"""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Mapping
+from dataclasses import MISSING, Field, fields, is_dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Annotated, Any, Literal, NotRequired, Required, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+from pydantic import ConfigDict, Discriminator, Tag
+from pydantic import Field as Described
+from typing_extensions import TypedDict
+
+from fesloop.errors import InputError
+from fesloop.models.linear_model import LinearModel
+
+STRICT = ConfigDict(strict=True, extra="forbid")
+Kinds = Mapping[str, type[Any]]
+NestedNumbers = list[float] | list[list[float]]
+_LITERAL = "matrices"
+
+
+def table(cls: type[Any], kinds: Kinds, extra: Mapping[str, Any] | None = None,
+          rename: Mapping[str, str] | None = None) -> Any:
+    """Typed dict of a dataclass's parameters.
+
+    `kinds` are those that may stand for a LinearModel; `extra` adds keys (name to annotation) and
+    `rename` gives a field another name in files.
+    """
+    hints = get_type_hints(cls, include_extras=True)
+    keys: dict[str, Any] = dict(extra or {})
+    for field in fields(cls):
+        name = (rename or {}).get(field.name, field.name)
+        if field.init:
+            if name in keys:
+                raise InputError(f"{cls.__module__}:{cls.__qualname__}.{name}",
+                                 "is a key that fesloop itself uses beside a block's parameters",
+                                 "another parameter name")
+            keys[name] = _key(field, checked(hints[field.name], kinds))
+    return closed(cls.__name__, keys)
+
+
+def closed(name: str, keys: dict[str, Any]) -> Any:
+    """Typed dict that takes these keys and no other."""
+    make_typed_dict: Any = TypedDict
+    made = make_typed_dict(name, keys)
+    made.__pydantic_config__ = STRICT
+    return made
+
+
+def _key(field: Field[Any], annotation: Any) -> Any:
+    if field.default is not MISSING:
+        default = field.default
+    elif field.default_factory is not MISSING:
+        default = field.default_factory()
+    else:
+        return Required[annotation]
+    return NotRequired[Annotated[annotation, Described(json_schema_extra={"default": plain(default)})]]
+
+
+def checked(annotation: Any, kinds: Kinds) -> Any:
+    """The annotation of the plain value that stands in a file for one of `annotation`."""
+    if annotation is LinearModel:
+        return _linear_model(kinds)
+    if is_dataclass(annotation) and isinstance(annotation, type):
+        return table(annotation, kinds)
+    origin, args = get_origin(annotation), get_args(annotation)
+    if origin is np.ndarray:
+        return NestedNumbers
+    if origin in (Union, types.UnionType):
+        return Union[tuple(checked(arg, kinds) for arg in args)]  # noqa: UP007
+    if origin is Annotated:
+        return Annotated[(checked(args[0], kinds), *args[1:])]
+    if origin in (None, Literal) or not args:
+        return annotation
+    return origin[tuple(arg if arg is ... else checked(arg, kinds) for arg in args)]
+
+
+def _linear_model(kinds: Kinds) -> Any:
+    """A plant's own model ({kind = "finger", ...}) or the model's matrices."""
+    members = [Annotated[table(cls, {}, {"kind": Required[Literal[kind]]}), Tag(kind)]
+               for kind, cls in kinds.items() if hasattr(cls, "linear_model")]
+    matrices = closed("LinearModel", {f.name: _key(f, checked(hint, {})) for f, hint in _hinted(LinearModel)})
+    members.append(Annotated[matrices, Tag(_LITERAL)])
+    return Annotated[Union[tuple(members)], Discriminator(_model_tag)]  # noqa: UP007
+
+
+def _model_tag(value: Any) -> Any:
+    return value.get("kind", _LITERAL) if isinstance(value, dict) else _LITERAL
+
+
+def _hinted(cls: type[Any]) -> list[tuple[Field[Any], Any]]:
+    hints = get_type_hints(cls, include_extras=True)
+    return [(field, hints[field.name]) for field in fields(cls)]
+
+
+def build(annotation: Any, value: Any, kinds: Kinds, where: str) -> Any:
+    """The object that a checked plain value stands for.
+
+    Raises InputError, its place led by `where`, for what the object itself refuses.
+    """
+    if annotation is LinearModel and isinstance(value, dict) and "kind" in value:
+        rest = {key: item for key, item in value.items() if key != "kind"}
+        return make(kinds[value["kind"]], rest, kinds, where).linear_model()
+    if is_dataclass(annotation) and isinstance(annotation, type):
+        return make(annotation, value, kinds, where) if isinstance(value, dict) else value
+    origin, args = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return build(args[0], value, kinds, where)
+    if origin in (Union, types.UnionType):
+        return build(_member(args, value), value, kinds, where)
+    if origin is np.ndarray:
+        return np.array(value, dtype=np.float64)
+    if origin is tuple and isinstance(value, (list, tuple)):
+        every = args if args[-1] is not ... else (args[0],) * len(value)
+        return tuple(build(arg, item, kinds, f"{where}[{i}]")
+                     for i, (arg, item) in enumerate(zip(every, value, strict=True)))
+    if annotation is Path:
+        return Path(value)
+    return float(value) if annotation is float and isinstance(value, int) else value
+
+
+def _member(args: tuple[Any, ...], value: Any) -> Any:
+    """The member of a union that a plain value belongs to."""
+    for arg in args:
+        origin = get_origin(arg) or arg
+        holds = {dict: is_dataclass(arg) or origin is dict, list: origin in (tuple, list, np.ndarray),
+                 str: origin in (str, Path, Literal), bool: origin is bool, int: origin is int,
+                 float: origin is float, type(None): arg is type(None)}
+        if holds.get(type(value), False):
+            return arg
+    return float if isinstance(value, int) and float in args else Any
+
+
+def make(cls: type[Any], values: Mapping[str, Any], kinds: Kinds, where: str) -> Any:
+    """The object of a dataclass from its checked table."""
+    hints = get_type_hints(cls, include_extras=True)
+    given = {key: build(hints[key], value, kinds, f"{where}.{key}") for key, value in values.items()}
+    try:
+        return cls(**given)
+    except InputError as fault:
+        place = _place(fault.where, where, hints)
+        raise InputError(place, fault.found, fault.allowed, fault.remedy) from fault
+
+
+def _place(inner: str, where: str, names: Mapping[str, Any]) -> str:
+    """A parameter that an object names, led by where the object stands; its own name for itself goes."""
+    own, _, rest = inner.partition(".")
+    if own not in names and rest.partition(".")[0].partition("[")[0] in names:
+        inner = rest
+    return f"{where}.{inner}"
+
+
+def _declared(annotation: Any, value: Any) -> Any:
+    """An int that stands where a float is declared, as that float: both spellings are one experiment."""
+    members = {annotation, *get_args(annotation)}
+    return float(value) if type(value) is int and float in members and int not in members else value
+
+
+def plain(value: Any) -> Any:
+    """What stands in a file for a parameter object: tables, lists, numbers, text. None is left out."""
+    if is_dataclass(value) and not isinstance(value, type):
+        hints = get_type_hints(type(value))
+        items = ((field.name, getattr(value, field.name)) for field in fields(value) if field.init)
+        return {name: plain(_declared(hints[name], item)) for name, item in items if item is not None}
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, (tuple, list)):
+        return [plain(item) for item in value]
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    return str(value) if isinstance(value, (Fraction, Path)) else value

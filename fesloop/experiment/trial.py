@@ -1,0 +1,206 @@
+"""Running an experiment: trial after trial, in stretches, into a recording."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from fesloop.errors import FesloopError, RunError
+from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording import RecordingWriter
+from fesloop.experiment.scoring import metrics_of
+from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.realtime import Pacer, pace_of
+from fesloop.loop.record import Recorder
+from fesloop.loop.run import Loop
+
+_FIRST_STRETCH_NS = NS_PER_S // 10
+_LONGEST_STRETCH_NS = 100 * NS_PER_S
+_STRETCH_WALL_S = 0.05
+_FLUSH_WALL_S = 0.4
+"""Stretch and flush together stay below the second that a killed run may lose."""
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Result:
+    """What came of a run.
+
+    Attributes
+    ----------
+    experiment, seed: what was run.
+    status: done, failed or interrupted.
+    recording: its file.
+    metrics: from the recording alone.
+    wall_s: how long it took, without loading and scoring.
+    realtime_factor: simulated time over wall_s.
+    cause: why it failed, in one line; empty otherwise.
+    deadlines, missed_deadlines: of a run in real time.
+    """
+
+    experiment: str
+    seed: int
+    status: str
+    recording: Path
+    metrics: dict[str, Any] = field(default_factory=dict)
+    wall_s: float
+    realtime_factor: float
+    cause: str = ""
+    deadlines: int = 0
+    missed_deadlines: int = 0
+
+    def as_table(self) -> dict[str, Any]:
+        """What `fesloop run --json` prints."""
+        return {"experiment": self.experiment, "seed": self.seed, "status": self.status,
+                "recording": str(self.recording), "metrics": self.metrics, "wall_s": self.wall_s,
+                "realtime_factor": self.realtime_factor}
+
+
+class _Interrupt:
+    """Whether somebody has asked the run to stop."""
+
+    def __init__(self) -> None:
+        self.asked = False
+
+    def ask(self, number: int, frame: FrameType | None) -> None:
+        """Stop at the next chance; at once when asked a second time."""
+        if self.asked:
+            raise KeyboardInterrupt
+        self.asked = True
+
+
+@contextmanager
+def _interruptible() -> Iterator[_Interrupt]:
+    """Ctrl-C is heard between two stretches, where what is recorded is whole."""
+    interrupt = _Interrupt()
+    if threading.current_thread() is not threading.main_thread():
+        yield interrupt
+        return
+    before = signal.signal(signal.SIGINT, interrupt.ask)
+    try:
+        yield interrupt
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+class _Run:
+    """One run under way."""
+
+    def __init__(self, experiment: Experiment, loop: Loop, writer: RecordingWriter, pacer: Pacer | None,
+                 progress: Progress | None) -> None:
+        self.experiment, self.loop, self.writer = experiment, loop, writer
+        self.pacer, self.progress = pacer, progress
+        self.simulated_ns = 0
+        self.trial = 0
+        self._flushed = time.perf_counter()
+        self._stretch_ns = _FIRST_STRETCH_NS
+
+    def trials(self, interrupt: _Interrupt) -> None:
+        """Every trial, until asked to stop."""
+        for trial in range(self.experiment.trials):
+            self.trial = trial
+            if trial:
+                self.loop.next_trial()
+            self._one_trial(interrupt)
+            if interrupt.asked:
+                return
+            self.flush()
+            self.writer.write_messages(self.loop)
+
+    def _one_trial(self, interrupt: _Interrupt) -> None:
+        """[0, duration) in stretches."""
+        if self.pacer is not None:
+            self.pacer.restart()
+        duration, done, number = self.experiment.duration_ns, 0, 0
+        while done < duration and not interrupt.asked:
+            number += 1
+            stop = min(duration, self._next_stop(done, number))
+            began = time.perf_counter()
+            self.loop.run_until(stop - 1)
+            if self.pacer is not None:
+                self.pacer.check(stop)
+            self.simulated_ns += stop - done
+            done = stop
+            self._after_stretch(time.perf_counter() - began, stop)
+
+    def _next_stop(self, done: int, number: int) -> int:
+        """Where the next stretch ends; a paced run first waits until it may begin."""
+        if self.pacer is None:
+            return done + self._stretch_ns
+        self.pacer.wait_for(done)
+        return self.pacer.period.tick(number)
+
+    def _after_stretch(self, took_s: float, stop_ns: int) -> None:
+        """Keep stretches at some tens of ms of wall time; now and then write and tell."""
+        factor = min(2.0, max(0.25, _STRETCH_WALL_S / max(took_s, 1e-6)))
+        self._stretch_ns = min(_LONGEST_STRETCH_NS, max(1, int(self._stretch_ns * factor)))
+        if time.perf_counter() - self._flushed >= _FLUSH_WALL_S:
+            self.flush()
+            if self.progress is not None:
+                experiment = self.experiment
+                self.progress((self.trial + stop_ns / experiment.duration_ns) / experiment.trials)
+
+    def flush(self) -> None:
+        """Write what the recorder holds."""
+        assert self.loop.recorder is not None
+        self.writer.write(self.loop.recorder, self.trial)
+        self._flushed = time.perf_counter()
+
+
+def run(experiment: Experiment, out: Path, *, realtime: bool = False,
+        progress: Progress | None = None) -> Result:
+    """Run every trial, record into a new file in the folder `out`, and score the file.
+
+    A failure or Ctrl-C ends the run with that status; what was recorded until then is kept. Raises
+    InputError, and leaves nothing behind, where the run cannot start.
+    """
+    loop = Loop(experiment.wiring, recorder=Recorder(experiment.record.plant_rate))
+    with closing(loop):
+        writer = RecordingWriter(out, experiment)
+        pacer = Pacer(pace_of(experiment.nodes)) if realtime else None
+        this = _Run(experiment, loop, writer, pacer, progress)
+        status, cause = "failed", ""
+        began = time.perf_counter()
+        try:
+            status, cause = _outcome(this)
+        finally:
+            this.flush()
+            wall_s = time.perf_counter() - began
+            late = (pacer.deadlines, pacer.missed, pacer.worst_late_ns / NS_PER_S) if pacer else (0, 0, 0.0)
+            writer.close(status, wall_s, late)
+    return Result(experiment=experiment.name, seed=experiment.seed, status=status, recording=writer.path,
+                  metrics=_scored(writer.path, status), wall_s=wall_s,
+                  realtime_factor=this.simulated_ns / NS_PER_S / wall_s, cause=cause,
+                  deadlines=late[0], missed_deadlines=late[1])
+
+
+def _outcome(this: _Run) -> tuple[str, str]:
+    """Run, and say how it ended: status and cause."""
+    try:
+        with _interruptible() as interrupt:
+            this.trials(interrupt)
+            return ("interrupted" if interrupt.asked else "done"), ""
+    except KeyboardInterrupt:
+        return "interrupted", ""
+    except RunError as fault:
+        return "failed", " ".join(str(fault).split())
+
+
+def _scored(path: Path, status: str) -> dict[str, Any]:
+    """Metrics of a recording; of a run that broke off, those that it still gives."""
+    with Recording(path) as recording:
+        try:
+            return metrics_of(recording)
+        except FesloopError:
+            if status == "done":
+                raise
+            return {}
