@@ -1,0 +1,93 @@
+"""What a recording of inertial sensors is, whatever file it came from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+
+Array = NDArray[np.float64]
+Stamps = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Reference:
+    """Orientations measured by other means, with a time base of their own.
+
+    Attributes
+    ----------
+    stamps_ns: (m,), ns on the recording's time base, increasing.
+    orientation: (m, n_sensors, 4), segment to reference frame (z up), w x y z; NaN where unknown.
+    scored: (m,), instants to be scored.
+    sensor_frames: whether a segment's frame is its sensor's, so that orientations can be compared; where
+        it is not, the angle between two segments still can.
+    north: whether the reference frame is ENU; where it is not, only headings relative to a constant are
+        comparable.
+    """
+
+    stamps_ns: Stamps
+    orientation: Array
+    scored: NDArray[np.bool_]
+    sensor_frames: bool
+    north: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MotionRecording:
+    """Samples of one or more inertial sensors. Arrays are read-only.
+
+    Attributes
+    ----------
+    path: the file.
+    source_format: "broad", "body16", "chain5" or "wrist".
+    sensor_set: name of the set of sensors, where the file holds more than one on the same segments.
+    sensors: their names, n_sensors of them.
+    rate: exact, Hz; None where the samples are not evenly spaced.
+    stamps_ns: (n_samples,), from 0 on.
+    gyr, acc: (n_samples, n_sensors, 3), rad/s and m/s^2 in the sensor's frame; acc is +9.81 upwards at rest.
+    mag: (n_samples, n_sensors, 3), T, or None.
+    reference: what to hold a tracker against, or None.
+    pairs: (parent, child) numbers of sensors on neighbouring segments.
+    """
+
+    path: Path
+    source_format: str
+    sensor_set: str | None
+    sensors: tuple[str, ...]
+    rate: Fraction | None
+    stamps_ns: Stamps
+    gyr: Array
+    acc: Array
+    mag: Array | None
+    reference: Reference | None
+    pairs: tuple[tuple[int, int], ...]
+
+    def __post_init__(self) -> None:
+        shape = (self.stamps_ns.size, len(self.sensors), 3)
+        named = [("gyr", self.gyr), ("acc", self.acc)] + ([("mag", self.mag)] if self.mag is not None else [])
+        for name, array in named:
+            if array.shape != shape:
+                raise InputError(f"{self.path}: {name}", f"has shape {array.shape}", f"{shape}")
+            array.flags.writeable = False
+        self.stamps_ns.flags.writeable = False
+        if self.reference is not None:
+            self.reference.orientation.flags.writeable = False
+
+    @property
+    def samples(self) -> int:
+        """Number of samples of each sensor."""
+        return int(self.stamps_ns.size)
+
+    @property
+    def duration_ns(self) -> int:
+        """Instant of the last sample, ns."""
+        return int(self.stamps_ns[-1])
+
+    def pair_name(self, pair: tuple[int, int]) -> str:
+        """"parent-child", as metrics call it."""
+        return f"{self.sensors[pair[0]]}-{self.sensors[pair[1]]}"

@@ -1,0 +1,83 @@
+"""A recording as a block: its samples leave at its own stamps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from fesloop.errors import InputError
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_S, StampClock, duration_ns
+from fesloop.loop.signals import Port, Value
+from fesloop.streams.files import open_recording
+from fesloop.streams.recording import MotionRecording
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Replay:
+    """Plays a recording of inertial sensors with its own stamps.
+
+    Outputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and, where the recording has it, `mag` (n, 3) T, one
+    sample a tick of the block's own clock, which stops after the last sample.
+
+    Attributes
+    ----------
+    recording: path of the file (see `fesloop.streams.files.open_recording`).
+    sensor_set: which set of sensors, where the file holds several; None takes the first.
+    start_s: what of the recording to leave out; the first sample at or after it plays at t = 0.
+    duration_s: how much to play; None plays to the end.
+    clock: instants of the samples (not a parameter).
+    start_ns: stamp, in the recording, of the sample that plays at t = 0 (not a parameter).
+    source: the recording itself (not a parameter).
+    """
+
+    recording: str
+    sensor_set: str | None = None
+    start_s: float = 0.0
+    duration_s: float | None = None
+    clock: StampClock = field(init=False, repr=False)
+    start_ns: int = field(init=False, repr=False)
+    source: MotionRecording = field(init=False, repr=False)
+    _first: int = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        source = open_recording(self.recording, self.sensor_set)
+        start = duration_ns(self.start_s, NS_PER_S, "start_s")
+        first = int(np.searchsorted(source.stamps_ns, start))
+        if first == source.samples:
+            raise InputError("start_s", f"{self.start_s} is past the last sample of {self.recording}",
+                             f"at most {source.duration_ns / NS_PER_S:g}")
+        stop = source.samples
+        start_ns = int(source.stamps_ns[first])
+        if self.duration_s is not None:
+            length = duration_ns(self.duration_s, NS_PER_S, "duration_s")
+            stop = int(np.searchsorted(source.stamps_ns, start_ns + length, side="right"))
+        object.__setattr__(self, "source", source)
+        object.__setattr__(self, "start_ns", start_ns)
+        object.__setattr__(self, "clock", StampClock(source.stamps_ns[first:stop] - start_ns, self.recording))
+        object.__setattr__(self, "_first", first)
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """None."""
+        return ()
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """gyr, acc and, where there is one, mag."""
+        shape = (len(self.source.sensors), 3)
+        ports = (Port("gyr", shape, "rad/s"), Port("acc", shape, "m/s^2"))
+        return ports if self.source.mag is None else (*ports, Port("mag", shape, "T"))
+
+    def init(self, context: Context) -> None:
+        """No state: what is played is a function of the tick."""
+
+    def step(self, state: Any, inputs: Any, tick: Tick) -> tuple[Value, ...]:
+        """The sample of this tick, read-only."""
+        source = self.source
+        at = self._first + tick.index
+        if source.mag is None:
+            return source.gyr[at], source.acc[at]
+        return source.gyr[at], source.acc[at], source.mag[at]

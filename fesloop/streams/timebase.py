@@ -1,0 +1,66 @@
+"""Exact rates and integer stamps from what files say of time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.loop.clock import NS_PER_S
+from fesloop.streams.checks import Array, finite, numbers
+
+SLOWEST_HZ, FASTEST_HZ = 1.0, 100_000.0
+"""Rates of motion recordings; beyond, the unit of time must be another (chosen)."""
+_SIMPLE = 1000
+_UNEVEN = 0.01
+
+
+def exact_rate(hertz: float, where: str) -> Fraction:
+    """The simplest ratio (denominator up to 1000) within 1e-9 of `hertz`, else its decimal text.
+
+    285.7142857142857 is 2000/7. Raises InputError outside 1 Hz to 100 kHz.
+    """
+    if not np.isfinite(hertz) or not SLOWEST_HZ <= hertz <= FASTEST_HZ:
+        raise InputError(where, f"{hertz!r} is not a sampling rate", f"{SLOWEST_HZ:g} to {FASTEST_HZ:g} Hz")
+    simple = Fraction(hertz).limit_denominator(_SIMPLE)
+    return simple if abs(float(simple) - hertz) <= 1e-9 * hertz else Fraction(repr(hertz))
+
+
+def rate_of(content: Mapping[str, Any], key: str, where: str) -> Fraction:
+    """The rate that a scalar key states, Hz."""
+    stated = {key: np.ravel(np.asarray(content[key]))} if key in content else content
+    return exact_rate(float(numbers(stated, key, (1,), where)[0]), f"{where}: {key}")
+
+
+def stamps_of_rate(samples: int, rate: Fraction) -> NDArray[np.int64]:
+    """Instants floor(k / rate), ns, (samples,): those of a RateClock."""
+    period = NS_PER_S / rate
+    return np.array([k * period.numerator // period.denominator for k in range(samples)], dtype=np.int64)
+
+
+def stamps_of_times(times: Array, unit_s: float, place: str) -> tuple[NDArray[np.int64], Fraction | None]:
+    """Stamps from 0 on, ns, and the exact rate where the samples are evenly spaced.
+
+    Parameters
+    ----------
+    times: (n,), in units of `unit_s` seconds.
+
+    Raises InputError for times that do not increase, or whose spacing is no sampling period.
+    """
+    finite(times, place)
+    steps = np.diff(times)
+    if steps.size == 0:
+        raise InputError(place, "holds a single instant", "two or more")
+    if (steps <= 0.0).any():
+        at = int(np.argmax(steps <= 0.0)) + 1
+        raise InputError(place, f"sample {at} does not come after the one before it", "increasing times")
+    mean_s = float(times[-1] - times[0]) / steps.size * unit_s
+    rate = exact_rate(float(f"{1.0 / mean_s:.9g}"), place)
+    even = np.arange(times.size) / float(rate)
+    if np.abs((times - times[0]) * unit_s - even).max() <= _UNEVEN * mean_s:
+        return stamps_of_rate(times.size, rate), rate
+    return np.rint((times - times[0]) * (unit_s * NS_PER_S)).astype(np.int64), None
