@@ -29,7 +29,8 @@ def require_shape(owner: str, parameters: object, shape: tuple[int, ...], meanin
         try:
             value = np.asarray(getattr(parameters, key), dtype=np.float64)
         except ValueError:
-            raise InputError(f"{owner}.{key}", "rows of unequal length", f"shape {shape}: {meaning}") from None
+            raise InputError(f"{owner}.{key}", "rows of unequal length",
+                             f"shape {shape}: {meaning}") from None
         if value.shape != shape:
             raise InputError(f"{owner}.{key}", f"shape {value.shape}", f"shape {shape}: {meaning}")
         if not np.isfinite(value).all():

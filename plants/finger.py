@@ -181,7 +181,7 @@ class Finger:
         """(angles, rates, accelerations, activation) at `times_ns`, ascending, state untouched."""
         times = np.array(times_ns, dtype=np.int64)
         if inputs[0] is state.stimulation and self._next_change(state) >= times_ns[-1]:
-            rows = self._system.read_ahead(state.z, times - start_ns)
+            rows = self._system.read_ahead(state.z, start_ns, times)
         else:
             rows = self._observe_across(state.copy(), cast(Array, inputs[0]), start_ns, times)
         return rows[:, 0:3], rows[:, 3:6], rows[:, 6:9], rows[:, 9:13]
@@ -197,8 +197,7 @@ class Finger:
             change = self._next_change(ahead)
             upto = bisect_right(times_ns, change, lo=done)
             if upto > done:
-                later = times_ns[done:upto] - start_ns
-                parts.append(self._system.read_ahead(ahead.z, later))
+                parts.append(self._system.read_ahead(ahead.z, start_ns, times_ns[done:upto]))
                 done = upto
             if done < times_ns.size:
                 self._system.advance(ahead.z, change - start_ns)

@@ -63,27 +63,45 @@ def advance_held(table: Array, z: Array, duration_ns: int) -> None:
 
 
 @njit(cache=True)
-def read_outputs(output_t: Array, z: Array) -> Array:
-    """y = offset + [c d] z, where `output_t` stacks offset, c' and d' (d' left out where d is zero)."""
-    y = np.empty(output_t.shape[1])
+def read_outputs(output_t: Array, z: Array, y: Array) -> None:
+    """y := offset + [c d] z; `output_t` stacks offset, c' and d' (d' left out where d is zero)."""
     for i in range(y.size):
         y[i] = output_t[0, i]
     for j in range(output_t.shape[0] - 1):
         factor = z[j]
         for i in range(y.size):
             y[i] += output_t[j + 1, i] * factor
+
+
+@njit(cache=True)
+def read_now(output_t: Array, z: Array) -> Array:
+    """Outputs under z, fresh."""
+    y = np.empty(output_t.shape[1])
+    read_outputs(output_t, z, y)
     return y
 
 
 @njit(cache=True)
-def read_ahead(table: Array, output_t: Array, z: Array, later_ns: NDArray[np.int64]) -> Array:
-    """Rows of outputs after each of the durations `later_ns`, z untouched."""
-    rows = np.empty((later_ns.size, output_t.shape[1]))
+def read_first(output_t: Array, z: Array) -> float:
+    """The first output alone, as a float."""
+    first = output_t[0, 0]
+    for j in range(output_t.shape[0] - 1):
+        first += output_t[j + 1, 0] * z[j]
+    return float(first)
+
+
+@njit(cache=True)
+def read_ahead(
+    table: Array, output_t: Array, z: Array, start_ns: int, times_ns: NDArray[np.int64]
+) -> Array:
+    """Rows of outputs at `times_ns`, z being of `start_ns` and untouched."""
+    rows = np.empty((times_ns.size, output_t.shape[1]))
     ahead, after = np.empty(z.size), np.empty(table.shape[3])
-    for k in range(later_ns.size):
-        ahead[:] = z
-        advance_digits(table, ahead, later_ns[k], after)
-        rows[k] = read_outputs(output_t, ahead)
+    for k in range(times_ns.size):
+        for i in range(z.size):
+            ahead[i] = z[i]
+        advance_digits(table, ahead, times_ns[k] - start_ns, after)
+        read_outputs(output_t, ahead, rows[k])
     return rows
 
 
@@ -123,15 +141,20 @@ class HeldLinearSystem:
 
     def read(self, z: Array) -> Array:
         """y, (p,), fresh."""
-        outputs: Array = read_outputs(self._output_t, z)
+        outputs: Array = read_now(self._output_t, z)
         return outputs
 
-    def read_ahead(self, z: Array, later_ns: NDArray[np.int64]) -> Array:
-        """y after each duration in `later_ns` (k,), ascending, as (k, p), fresh; z is left alone."""
-        furthest = int(later_ns[-1])
+    def read_first(self, z: Array) -> float:
+        """The first of y, as a float."""
+        first: float = read_first(self._output_t, z)
+        return first
+
+    def read_ahead(self, z: Array, start_ns: int, times_ns: NDArray[np.int64]) -> Array:
+        """y at `times_ns` (k,), ascending, as (k, p), fresh; z is of `start_ns` and left alone."""
+        furthest = int(times_ns[-1]) - start_ns
         if furthest >= self._reach_ns:
             self._extend(furthest)
-        rows: Array = read_ahead(self._table, self._output_t, z, later_ns)
+        rows: Array = read_ahead(self._table, self._output_t, z, start_ns, times_ns)
         return rows
 
     def _extend(self, duration_ns: int) -> None:
