@@ -8,27 +8,41 @@ recorder wants to see in between is evaluated beside the trajectory, so observin
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from fesloop.errors import RunError
 from fesloop.loop.block import Plant
-from fesloop.loop.clock import FOREVER, NS_PER_MS, RateClock
+from fesloop.loop.clock import FOREVER, NS_PER_MS, RateClock, ticks_from
 from fesloop.loop.record import InputRow, PlantRow
 from fesloop.loop.signals import NEVER, Sample, Value
 from fesloop.loop.wire import Link
 
 Incoming = tuple[tuple[int, Link], ...]
-_ROWS_A_STACK = 512
 
 
 class PlantStation:
     """What exact and fixed-step plants share: inputs, messages, the recorder's instants."""
 
-    __slots__ = ("_advance", "_feeds", "_read", "held", "input_rows", "inputs", "name", "now", "plant",
-                 "record_clock", "record_index", "record_next", "rows", "state")
+    __slots__ = (
+        "_advance",
+        "_feeds",
+        "_next_record",
+        "_queues",
+        "_read",
+        "held",
+        "input_rows",
+        "inputs",
+        "name",
+        "now",
+        "plant",
+        "record_clock",
+        "record_next",
+        "rows",
+        "state",
+    )
 
     def __init__(self, name: str, plant: Plant, state: Any, incoming: Incoming, rows: list[PlantRow] | None,
                  input_rows: list[InputRow] | None, record_clock: RateClock | None) -> None:
@@ -38,18 +52,16 @@ class PlantStation:
         self.now = 0
         self.rows, self.input_rows = rows, input_rows
         self.record_clock = record_clock
-        self.record_index = 0
-        self.record_next = FOREVER if record_clock is None or rows is None else record_clock.tick(0)
+        self.record_next = FOREVER
+        if record_clock is not None and rows is not None:
+            self._next_record = ticks_from(record_clock, 0)
+            self.record_next = self._next_record()
         self._feeds = tuple((port, link, link.queue) for port, link in incoming)
+        self._queues = tuple(link.queue for _, link in incoming)
         self._advance, self._read = plant.advance, plant.read
 
-    def values_at(self, time_ns: int) -> tuple[Value, ...]:
-        """Outputs at `time_ns`, the plant advanced to there."""
-        self.advance_to(time_ns)
-        return self._read(self.state, self.inputs)
-
-    def advance_to(self, time_ns: int) -> None:
-        """Go to `time_ns`, or to the last grid tick before it, past every input change on the way."""
+    def values_through(self, times_ns: Sequence[int]) -> Iterator[tuple[int, int, tuple[Value, ...]]]:
+        """(instant, physical instant of the values, outputs) at increasing instants, going along."""
         raise NotImplementedError
 
     def settle(self, time_ns: int) -> None:
@@ -77,14 +89,11 @@ class PlantStation:
 
     def _instants_before(self, stop_ns: int) -> list[int]:
         """The recorder's instants before `stop_ns` that have not been recorded."""
-        assert self.record_clock is not None
-        tick = self.record_clock.tick
+        following = self._next_record
         times = [self.record_next]
-        index = self.record_index + 1
-        while (instant := tick(index)) < stop_ns:
+        while (instant := following()) < stop_ns:
             times.append(instant)
-            index += 1
-        self.record_index, self.record_next = index, instant
+        self.record_next = instant
         return times
 
     def _check_recorded(self, times: Sequence[int], stacks: Sequence[Any]) -> None:
@@ -104,8 +113,9 @@ class PlantStation:
         """Back to what `save` gave; the recorder goes on after `recorded_to_ns`."""
         self.state, self.now, self.inputs[:], self.held[:] = saved
         if self.record_clock is not None and self.rows is not None:
-            self.record_index = self.record_clock.first_at_or_after(recorded_to_ns + 1)
-            self.record_next = self.record_clock.tick(self.record_index)
+            first = self.record_clock.first_at_or_after(recorded_to_ns + 1)
+            self._next_record = ticks_from(self.record_clock, first)
+            self.record_next = self._next_record()
 
 
 class ExactStation(PlantStation):
@@ -117,25 +127,30 @@ class ExactStation(PlantStation):
         super().__init__(*args)
         self._observe = getattr(self.plant, "observe", None) or self._observe_a_copy
 
-    def advance_to(self, time_ns: int) -> None:
+    def values_through(self, times_ns: Sequence[int]) -> Iterator[tuple[int, int, tuple[Value, ...]]]:
+        """(instant, instant, outputs): the values are of the very instant."""
+        for instant in times_ns:
+            self._advance_to(instant)
+            yield instant, instant, self._read(self.state, self.inputs)
+
+    def _advance_to(self, time_ns: int) -> None:
         """Go to `time_ns`, past every input change on the way."""
-        while (feed := self._next_feed(time_ns)) is not None:
-            port, link = feed
-            arrival = link.queue[0].arrived_ns
-            if arrival > self.now:
-                self._go(arrival)
-            self._latch(port, link, arrival)
+        self._pass_inputs(time_ns)
         if time_ns > self.now:
             self._go(time_ns)
 
-    def settle(self, time_ns: int) -> None:
-        """Latch what has arrived by `time_ns` and record up to and including it, without going there."""
+    def _pass_inputs(self, time_ns: int) -> None:
+        """Go to the last input change by `time_ns`, through all before it."""
         while (feed := self._next_feed(time_ns)) is not None:
             port, link = feed
-            arrival = link.queue[0].arrived_ns
+            arrival = link.queue[0][3]
             if arrival > self.now:
                 self._go(arrival)
             self._latch(port, link, arrival)
+
+    def settle(self, time_ns: int) -> None:
+        """Latch what has arrived by `time_ns` and record up to and including it, without going there."""
+        self._pass_inputs(time_ns)
         if self.record_next <= time_ns:
             self._record(time_ns + 1)
 
@@ -170,34 +185,45 @@ class ExactStation(PlantStation):
 class GridStation(PlantStation):
     """A plant of fixed steps: it rests at its last grid tick, and latches its inputs at the next."""
 
-    __slots__ = ("_captured", "_next", "_seen", "_step_index", "_tick_at", "_times")
+    __slots__ = ("_direct", "_following", "_grid", "_next_step", "_see", "_seen", "_shown")
 
     def __init__(self, *args: Any) -> None:
         super().__init__(*args)
         grid = self.plant.grid
         assert grid is not None
-        self._tick_at = grid.tick
-        self._step_index = 1
-        self._next = grid.tick(1)
-        self._times: list[int] = []
-        self._captured: list[int] = []
-        self._seen: list[tuple[Value, ...]] = []
+        self._grid = grid
+        self._start_steps(0)
+        self._shown: tuple[Value, ...] | None = None
+        self._seen: list[tuple[int, int, tuple[Value, ...]]] = []
+        self._see = self._seen.append
+        self._direct = self.plant.feedthrough
 
-    def advance_to(self, time_ns: int) -> None:
-        """Go to the last grid tick at or before `time_ns`."""
-        while True:
-            for _, _, queue in self._feeds:
-                if queue and queue[0][3] <= self.now:
-                    self._latch_due()
-            following = self._next
-            if following > time_ns:
-                return
-            if self.record_next < following:
-                self._record(following)
-            self._advance(self.state, self.inputs, self.now, following)
-            self.now = following
-            self._step_index = index = self._step_index + 1
-            self._next = self._tick_at(index)
+    def _start_steps(self, now_ns: int) -> None:
+        """Rest at a grid tick, the next one being the end of the next step."""
+        self._next_step = ticks_from(self._grid, self._grid.first_at_or_after(now_ns + 1))
+        self._following = self._next_step()
+
+    def values_through(self, times_ns: Sequence[int]) -> Iterator[tuple[int, int, tuple[Value, ...]]]:
+        """(instant, last grid tick by then, outputs of that tick), which are read once a tick."""
+        state, inputs, advance, read = self.state, self.inputs, self._advance, self._read
+        direct, queues, following = self._direct, self._queues, self._following
+        for instant in times_ns:
+            while following <= instant:
+                now = self.now
+                for queue in queues:
+                    if queue and queue[0][3] <= now:
+                        self._latch_due()
+                if self.record_next < following:
+                    self._record(following)
+                advance(state, inputs, now, following)
+                self._shown = None
+                self.now = following
+                self._following = following = self._next_step()
+            if direct:
+                self._latch_due()
+            if direct or self._shown is None:
+                self._shown = read(state, inputs)
+            yield instant, self.now, self._shown
 
     def _latch_due(self) -> None:
         """Deliver what arrived by this grid tick, in order of arrival."""
@@ -206,37 +232,35 @@ class GridStation(PlantStation):
 
     def settle(self, time_ns: int) -> None:
         """Go as far as the grid allows, record up to and including `time_ns`, hand the rows over."""
-        self.advance_to(time_ns)
+        for _ in self.values_through((time_ns,)):
+            self._latch_due()
         if self.record_next <= time_ns:
             self._record(time_ns + 1)
         self._hand_over()
 
     def _record(self, stop_ns: int) -> None:
         """The outputs stand still until the next step: record them for the instants before `stop_ns`."""
-        times = self._instants_before(stop_ns)
-        values = self._read(self.state, self.inputs)
-        for instant in times:
-            self._times.append(instant)
-            self._captured.append(self.now)
-            self._seen.append(values)
-        if len(self._times) >= _ROWS_A_STACK:
-            self._hand_over()
+        values = self._shown
+        if values is None or self._direct:
+            values = self._shown = self._read(self.state, self.inputs)
+        instant = self.record_next
+        while instant < stop_ns:
+            self._see((instant, self.now, values))
+            instant = self._next_record()
+        self.record_next = instant
 
     def _hand_over(self) -> None:
         """Stack what was seen into one row for the recorder."""
-        if self._times:
-            stacks = tuple(np.array(column) for column in zip(*self._seen, strict=True))
-            self._check_recorded(self._times, stacks)
+        if self._seen:
+            times, captured, values = (list(column) for column in zip(*self._seen, strict=True))
+            stacks = tuple(np.array(column) for column in zip(*values, strict=True))
+            self._check_recorded(times, stacks)
             assert self.rows is not None
-            self.rows.append((self._times, self._captured, stacks))
-            self._times, self._captured, self._seen = [], [], []
-
-    def save(self) -> Any:
-        """All that changes, for a snapshot."""
-        return super().save(), self._step_index
+            self.rows.append((times, captured, stacks))
+            self._seen.clear()
 
     def restore(self, saved: Any, recorded_to_ns: int) -> None:
         """Back to what `save` gave; the recorder goes on after `recorded_to_ns`."""
-        shared, self._step_index = saved
-        super().restore(shared, recorded_to_ns)
-        self._next = self._tick_at(self._step_index)
+        super().restore(saved, recorded_to_ns)
+        self._start_steps(self.now)
+        self._shown = None

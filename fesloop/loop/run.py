@@ -18,8 +18,9 @@ from fesloop.errors import RunError, SnapshotError
 from fesloop.loop.latency import LatencyReport
 from fesloop.loop.order import Sampling
 from fesloop.loop.plants import ExactStation, GridStation, PlantStation
+from fesloop.loop.publish import Publisher, Sampler
 from fesloop.loop.record import Recorder
-from fesloop.loop.stations import BlockStation, SamplingStation
+from fesloop.loop.stations import BlockStation
 from fesloop.loop.wire import Link
 from fesloop.loop.wiring import Node, Wiring
 
@@ -68,11 +69,46 @@ class Loop:
         self.now = -1
         self._links = [Link(c.wire, wiring.seed, self.trial) for c in wiring.connections]
         self._plants = {n.name: self._plant_station(n, states[n.name]) for n in wiring.nodes if n.is_plant}
-        self._stations: list[BlockStation | SamplingStation] = [
-            self._sampling_station(item) if isinstance(item, Sampling)
-            else self._block_station(item, states[item.name]) for item in wiring.order]
-        self._heap = [(s.tick_at(0), i, s) for i, s in enumerate(self._stations)]
+        self._samplers = [self._sampler(s) for s in wiring.order if isinstance(s, Sampling)]
+        self._publishers = self._grouped()
+        self._blocks = [self._block_station(n, states[n.name]) for n in wiring.order if isinstance(n, Node)]
+        self._schedule()
+
+    def _schedule(self) -> None:
+        """The events to come: block ticks, and samplings that must keep their place among them."""
+        self._heap: list[tuple[int, int, BlockStation | Sampler]] = []
+        blocks, samplers = iter(self._blocks), iter(self._samplers)
+        for number, item in enumerate(self.wiring.order):
+            if isinstance(item, Node):
+                block = next(blocks)
+                self._heap.append((block.due, number, block))
+            else:
+                sampler = next(samplers)
+                if item.plant.name in self._ordered:
+                    self._heap.append((sampler.due, number, sampler))
         heapify(self._heap)
+
+    def _grouped(self) -> dict[str, Publisher]:
+        """A publisher for each plant that needs no events, shared by the plants that exchange with it.
+
+        The outputs of a plant with feedthrough depend on what blocks send at the same instant: it, and
+        any plant that exchanges with it, is sampled by events in the wiring's order instead.
+        """
+        group = {name: {name} for name in self._plants}
+        for c in self.wiring.connections:
+            if c.source.is_plant and c.target.is_plant:
+                joined = group[c.source.name] | group[c.target.name]
+                for name in joined:
+                    group[name] = joined
+        direct = {n.name for n in self.wiring.nodes if n.is_plant and n.plant.feedthrough}
+        self._ordered = {name for name, members in group.items() if members & direct}
+        made: dict[int, Publisher] = {}
+        publishers = {}
+        for name, members in group.items():
+            if name not in self._ordered:
+                own = [s for s in self._samplers if s.plant.name in members]
+                publishers[name] = made.setdefault(id(members), Publisher(own))
+        return publishers
 
     def _incoming(self, node: Node) -> tuple[tuple[int, Link], ...]:
         pairs = zip(self.wiring.connections, self._links, strict=True)
@@ -88,18 +124,20 @@ class Loop:
         kind = ExactStation if node.plant.grid is None else GridStation
         return kind(node.name, node.plant, state, self._incoming(node), rows, inputs, clock)
 
-    def _sampling_station(self, sampling: Sampling) -> SamplingStation:
+    def _sampler(self, sampling: Sampling) -> Sampler:
         members = {id(c) for c in sampling.connections}
         pairs = zip(self.wiring.connections, self._links, strict=True)
         outgoing = tuple((c.source_port, link) for c, link in pairs if id(c) in members)
-        return SamplingStation(self._plants[sampling.plant.name], sampling.clock.tick, outgoing)
+        return Sampler(self._plants[sampling.plant.name], sampling.clock, outgoing)
 
     def _block_station(self, node: Node, state: Any) -> BlockStation:
-        pairs = zip(self.wiring.connections, self._links, strict=True)
+        pairs = list(zip(self.wiring.connections, self._links, strict=True))
         outgoing = tuple((c.source_port, link) for c, link in pairs if c.source is node)
+        read = {c.source.name for c, _ in pairs if c.target is node}
+        publishers = {id(p): p for name, p in self._publishers.items() if name in read}
         rows = None if self.recorder is None else self.recorder.blocks.setdefault(node.name, [])
         return BlockStation(node, state, self.wiring.seed, self.trial, self._incoming(node), outgoing,
-                            rows, self._events)
+                            tuple(publishers.values()), rows, self._events)
 
     def run_until(self, time_ns: int) -> None:
         """Do everything due at or before `time_ns` that has not been done.
@@ -111,8 +149,9 @@ class Loop:
         with np.errstate(over="ignore", invalid="ignore"):
             while heap and heap[0][0] <= time_ns:
                 now, number, station = heap[0]
-                station.fire(now)
-                heapreplace(heap, (station.tick_at(station.index), number, station))
+                heapreplace(heap, (station.fire(now), number, station))
+            for publisher in self._publishers.values():
+                publisher.until(time_ns)
             for plant in self._plants.values():
                 plant.settle(time_ns)
         self.now = max(self.now, time_ns)
@@ -135,13 +174,13 @@ class Loop:
     def states(self) -> dict[str, Any]:
         """State of every node, by name."""
         states = {name: plant.state for name, plant in self._plants.items()}
-        states.update((s.name, s.state) for s in self._stations if isinstance(s, BlockStation))
+        states.update((block.name, block.state) for block in self._blocks)
         return states
 
     def snapshot(self) -> Snapshot:
         """Everything that changes. Raises SnapshotError where a device cannot save its state."""
         saved = ([link.save() for link in self._links],
-                 [station.save() for station in self._stations],
+                 [station.save() for station in self._stations()],
                  {name: plant.save() for name, plant in self._plants.items()})
         try:
             content = pickle.dumps(saved, protocol=pickle.HIGHEST_PROTOCOL)
@@ -158,14 +197,18 @@ class Loop:
             _close(node, self._open[node.name])
         for link, saved in zip(self._links, links, strict=True):
             link.restore(saved)
-        for station, saved in zip(self._stations, stations, strict=True):
+        for station, saved in zip(self._stations(), stations, strict=True):
             station.restore(saved)
         for name, saved in plants.items():
             self._plants[name].restore(saved, snapshot.time_ns)
         self._open = self.states()
-        self._heap = [(s.tick_at(s.index), i, s) for i, s in enumerate(self._stations)]
-        heapify(self._heap)
+        for publisher in self._publishers.values():
+            publisher.settle()
+        self._schedule()
         self.now = snapshot.time_ns
+
+    def _stations(self) -> list[BlockStation | Sampler]:
+        return [*self._blocks, *self._samplers]
 
     def message_counts(self) -> dict[str, dict[str, int]]:
         """Messages sent, lost and dropped as late, by wire."""

@@ -1,17 +1,17 @@
-"""What fires at a tick: a block's step, and the sampling of a plant's outputs."""
+"""A sampled block in operation: what happens at its ticks."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from time import perf_counter_ns
 from typing import Any
 
 from fesloop.errors import RunError
 from fesloop.loop.block import Tick
-from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.clock import NS_PER_MS, ticks_from
 from fesloop.loop.guard import check_shapes, is_finite
 from fesloop.loop.noise import NoiseStream, stream_key
-from fesloop.loop.plants import PlantStation
+from fesloop.loop.publish import Publisher
 from fesloop.loop.record import BlockRow, EventRow
 from fesloop.loop.signals import NEVER, Port, Sample, Value
 from fesloop.loop.wire import Link
@@ -26,41 +26,6 @@ def empty_sample(port: Port) -> Sample:
     return Sample(port.initial_value(), NEVER, NEVER, NEVER)
 
 
-class SamplingStation:
-    """Publishes a plant's outputs at a clock's ticks into the links that sample then."""
-
-    __slots__ = ("checked", "index", "outgoing", "plant", "tick_at")
-
-    def __init__(self, plant: PlantStation, tick_at: Callable[[int], int], outgoing: Outgoing) -> None:
-        self.plant, self.tick_at, self.outgoing = plant, tick_at, outgoing
-        self.index = 0
-        self.checked = False
-
-    def fire(self, time_ns: int) -> None:
-        """Advance the plant to now and send what it shows."""
-        plant = self.plant
-        values = plant.values_at(time_ns)
-        if not self.checked:
-            check_shapes(plant.name, plant.plant.outputs, values)
-            self.checked = True
-        captured = plant.now
-        for port, link in self.outgoing:
-            value = values[port]
-            if not is_finite(value):
-                raise RunError(f"{plant.name}.{plant.plant.outputs[port].name} is not finite at "
-                               f"{time_ns / NS_PER_MS:.6f} ms: the simulation became unstable")
-            link.send(self.index, value, captured, captured, time_ns)
-        self.index += 1
-
-    def save(self) -> Any:
-        """All that changes, for a snapshot."""
-        return self.index
-
-    def restore(self, saved: Any) -> None:
-        """Back to what `save` gave."""
-        self.index = saved
-
-
 class BlockStation:
     """Steps a block: inputs read, outputs stamped, checked, sent, recorded.
 
@@ -68,36 +33,44 @@ class BlockStation:
     treats as part of the way. A tick that falls due before then is skipped and recorded.
     """
 
-    __slots__ = ("_draws", "_executed", "_execution", "_incoming", "_recorded", "_step", "block",
-                 "busy_until", "checked", "events", "held", "index", "name", "outgoing", "rows", "state",
-                 "tick", "tick_at")
+    __slots__ = ("_clock", "_draws", "_executed", "_execution", "_incoming", "_next_tick", "_publishers",
+                 "_recorded", "_step", "block", "busy_until", "checked", "due", "events", "held", "index",
+                 "name", "outgoing", "rows", "state", "tick")
 
     def __init__(self, node: Node, state: Any, seed: int, trial: int, incoming: Outgoing,
-                 outgoing: Outgoing, rows: list[BlockRow] | None, events: list[EventRow]) -> None:
+                 outgoing: Outgoing, publishers: tuple[Publisher, ...], rows: list[BlockRow] | None,
+                 events: list[EventRow]) -> None:
         clock = node.clock
         assert clock is not None
         self.name, self.block, self.state = node.name, node.block, state
-        self.tick_at = clock.tick
+        self._clock = clock
+        self._next_tick = ticks_from(clock, 0)
+        self.due = self._next_tick()
         self.outgoing, self.rows, self.events = outgoing, rows, events
         self.held = [empty_sample(port) for port in self.block.inputs]
         self.tick = Tick()
         self.index = self.busy_until = self._executed = 0
         self.checked = False
         self._incoming = tuple((port, link, link.queue) for port, link in incoming)
+        self._publishers = publishers
         self._step = self.block.step
         self._execution = None if node.execution.kind == "zero" else node.execution
         self._draws = NoiseStream(stream_key(seed, f"{node.name}/execution", trial), 1, "uniform")
         recorded = node.execution.recorded_ns
         self._recorded = recorded[trial] if recorded is not None and trial < len(recorded) else ()
 
-    def fire(self, time_ns: int) -> None:
-        """One tick."""
+    def fire(self, time_ns: int) -> int:
+        """One tick; when to fire next."""
         index = self.index
         self.index = index + 1
+        self.due = due = self._next_tick()
         if time_ns < self.busy_until:
             self.events.append((time_ns, self.name, "skipped",
                                 f"tick {index}: busy until {self.busy_until / NS_PER_MS:.6f} ms"))
-            return
+            return due
+        for publisher in self._publishers:
+            if publisher.due <= time_ns:
+                publisher.until(time_ns)
         held = self.held
         oldest = newest = NEVER
         for port, link, queue in self._incoming:
@@ -133,6 +106,7 @@ class BlockStation:
             link.send(index, values[port], oldest, newest, left)
         if self.rows is not None:
             self.rows.append((index, time_ns, left, oldest, newest, values))
+        return due
 
     def _duration_ns(self, index: int, wall_ns: int) -> int:
         """How long this step took on the loop's clock."""
@@ -171,3 +145,5 @@ class BlockStation:
         """Back to what `save` gave."""
         self.index, self.busy_until, self._executed, self.state, held = saved
         self.held[:] = held
+        self._next_tick = ticks_from(self._clock, self.index)
+        self.due = self._next_tick()

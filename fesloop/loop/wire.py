@@ -14,6 +14,8 @@ from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.loop.signals import Sample, Value
 
 Late = Literal["keep-newest", "in-order"]
+Message = tuple[Value, int, int, int]
+"""(value, oldest capture, newest capture, arrival), as in Sample."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,32 +100,34 @@ class Link:
 
     Attributes
     ----------
-    queue: samples under way, by arrival, then capture, then sequence.
+    queue: messages under way, by arrival, then sequence: the fields of a Sample as a bare tuple, for most
+        are overwritten before anyone reads them.
+    plain: whether every message takes `latency_ns` and none is lost.
     sent, lost, late: counts of messages sent, lost on the way, dropped because a newer one was there.
     """
 
-    __slots__ = ("_held", "_in_order", "_last_arrival", "_latency", "_noise", "_order", "_wire", "late",
-                 "lost", "queue", "send", "sent", "take", "wire_name")
+    __slots__ = ("_held", "_in_order", "_last_arrival", "_noise", "_order", "_wire", "late", "latency_ns",
+                 "lost", "plain", "queue", "send", "sent", "take", "wire_name")
 
     def __init__(self, wire: Wire, seed: int, trial: int) -> None:
         self.wire_name = wire.name
-        self.queue: deque[Sample] = deque()
+        self.queue: deque[Message] = deque()
         self.sent = self.lost = self.late = 0
         self._wire = wire
-        self._latency = wire.latency_ns
+        self.latency_ns = wire.latency_ns
         self._in_order = wire.late == "in-order"
         self._last_arrival = 0
         self._order: deque[int] = deque()
         self._held = -1
         self._noise = wire.noise(seed, trial)
-        plain = wire.loss == 0.0 and wire.jitter.kind == "zero"
-        self.send = self._send_steadily if plain else self._send_randomly
-        self.take = self._take_next if plain else self._take_newest
+        self.plain = wire.loss == 0.0 and wire.jitter.kind == "zero"
+        self.send = self._send_steadily if self.plain else self._send_randomly
+        self.take = self._take_next if self.plain else self._take_newest
 
     def _send_steadily(self, index: int, value: Value, oldest: int, newest: int, left: int) -> None:
         """Constant latency, no loss: messages stay in the order in which they were sent."""
         self.sent += 1
-        self.queue.append(Sample(value, oldest, newest, left + self._latency))
+        self.queue.append((value, oldest, newest, left + self.latency_ns))
 
     def _send_randomly(self, index: int, value: Value, oldest: int, newest: int, left: int) -> None:
         """Jitter or loss by the numbers of the source's tick `index`."""
@@ -133,26 +137,31 @@ class Link:
         if chance < self._wire.loss:
             self.lost += 1
             return
-        arrival = left + self._latency + self._wire.jitter.draw_ns(float(shape))
+        arrival = left + self.latency_ns + self._wire.jitter.draw_ns(float(shape))
         if self._in_order:
             arrival = self._last_arrival = max(arrival, self._last_arrival)
         queue = self.queue
         at = len(queue)
-        while at and queue[at - 1].arrived_ns > arrival:
+        while at and queue[at - 1][3] > arrival:
             at -= 1
-        queue.insert(at, Sample(value, oldest, newest, arrival))
+        queue.insert(at, (value, oldest, newest, arrival))
         self._order.insert(at, number)
 
     def take_due(self, time_ns: int, held: Sample) -> Sample:
         """What the port holds at `time_ns`: every message due by then is delivered to it."""
-        queue, take = self.queue, self.take
+        queue = self.queue
+        if self.plain:
+            message = None
+            while queue and queue[0][3] <= time_ns:
+                message = queue.popleft()
+            return held if message is None else Sample(*message)
         while queue and queue[0][3] <= time_ns:
-            held = take(held)
+            held = self.take(held)
         return held
 
     def _take_next(self, held: Sample) -> Sample:
         """Deliver the next message."""
-        return self.queue.popleft()
+        return Sample(*self.queue.popleft())
 
     def _take_newest(self, held: Sample) -> Sample:
         """Deliver the next message: it, or `held` where that was sent later."""
@@ -161,7 +170,7 @@ class Link:
             self.late += 1
             return held
         self._held = number
-        return message
+        return Sample(*message)
 
     def save(self) -> tuple[Any, ...]:
         """All that changes, for a snapshot."""

@@ -49,7 +49,7 @@ def impulse_test(grid, nodes, wires, seed, captured_ns):
     plant = Node("plant", ImpulseProbe(impulse_ns=captured_ns, grid=grid))
     loop = Loop(Wiring([plant, *nodes], wires, seed))
     loop.run_until(captured_ns + 3 * NS_PER_S)
-    loop._plants["plant"].advance_to(captured_ns + 3 * NS_PER_S)
+    list(loop._plants["plant"].values_through((captured_ns + 3 * NS_PER_S,)))
     return next((instant for instant, value in loop.states()["plant"].log if value == 1.0), None)
 
 

@@ -1,0 +1,128 @@
+"""Plant outputs on their way into wires: sampled at declared ticks, as late as someone reads them.
+
+Samples that nobody has looked for yet need no event of their own. A block that is about to read asks for
+everything that was to be sampled by then, and the samples are made in order of time, as if each had been
+made at its tick: the plant meets the same instants and the same inputs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite
+
+from fesloop.errors import RunError
+from fesloop.loop.clock import FOREVER, NS_PER_MS, Clock, ticks_from
+from fesloop.loop.guard import check_shapes, is_finite
+from fesloop.loop.plants import PlantStation
+from fesloop.loop.wire import Link
+
+
+class Sampler:
+    """One plant, one clock, and the links that carry what is sampled then.
+
+    Attributes
+    ----------
+    due: instant of the next sample, ns.
+    """
+
+    __slots__ = ("_checked", "_clock", "_links", "_next_tick", "_plain", "_random", "due", "index", "plant")
+
+    def __init__(self, plant: PlantStation, clock: Clock, outgoing: Sequence[tuple[int, Link]]) -> None:
+        self.plant, self._clock = plant, clock
+        checks = [isfinite if port.shape == () else is_finite for port in plant.plant.outputs]
+        self._links = [link for _, link in outgoing if link.plain]
+        self._plain = tuple((port, checks[port], link.queue.append, link.latency_ns)
+                            for port, link in outgoing if link.plain)
+        self._random = tuple((port, checks[port], link.send) for port, link in outgoing if not link.plain)
+        self._checked = False
+        self.index = self.due = 0
+        self.restore(0)
+
+    def until(self, time_ns: int) -> None:
+        """Make every sample due at or before `time_ns`."""
+        index = self.index
+        for due, captured, values in self.plant.values_through(self._take_dues(time_ns)):
+            if not self._checked:
+                check_shapes(self.plant.name, self.plant.plant.outputs, values)
+                self._checked = True
+            for port, finite, append, latency in self._plain:
+                value = values[port]
+                if not finite(value):
+                    raise _unstable(self.plant, port, due)
+                # What link.send does, spelt out: this is the loop's busiest place.
+                append((value, captured, captured, due + latency))
+            for port, finite, send in self._random:
+                if not finite(values[port]):
+                    raise _unstable(self.plant, port, due)
+                send(index, values[port], captured, captured, due)
+            index += 1
+        for link in self._links:
+            link.sent += index - self.index
+        self.index = index
+
+    def _take_dues(self, time_ns: int) -> list[int]:
+        """Instants of the samples due at or before `time_ns`; `due` moves past them."""
+        dues, due, next_tick = [], self.due, self._next_tick
+        while due <= time_ns:
+            dues.append(due)
+            due = next_tick()
+        self.due = due
+        return dues
+
+    def fire(self, time_ns: int) -> int:
+        """Sample now; when to do so next. For a plant whose sampling is an event of the loop."""
+        self.until(time_ns)
+        return self.due
+
+    def save(self) -> int:
+        """All that changes, for a snapshot."""
+        return self.index
+
+    def restore(self, saved: int) -> None:
+        """Back to what `save` gave."""
+        self.index = saved
+        self._next_tick = ticks_from(self._clock, saved)
+        self.due = self._next_tick()
+
+
+class Publisher:
+    """The samplers of plants that exchange with each other (mostly one plant), in order of time.
+
+    Attributes
+    ----------
+    due: instant of the next sample, ns.
+    """
+
+    __slots__ = ("due", "samplers")
+
+    def __init__(self, samplers: Sequence[Sampler]) -> None:
+        self.samplers = tuple(samplers)
+        self.due = self._next_due()
+
+    def _next_due(self) -> int:
+        return min((sampler.due for sampler in self.samplers), default=FOREVER)
+
+    def until(self, time_ns: int) -> None:
+        """Make every sample due at or before `time_ns`; at one instant in the order of declaration."""
+        if len(self.samplers) == 1:
+            only = self.samplers[0]
+            only.until(time_ns)
+            self.due = only.due
+            return
+        due = self.due
+        while due <= time_ns:
+            for sampler in self.samplers:
+                if sampler.due == due:
+                    sampler.until(due)
+            due = self._next_due()
+        self.due = due
+
+    def settle(self) -> None:
+        """Look anew at when the next sample is due, after samplers were restored."""
+        self.due = self._next_due()
+
+
+def _unstable(plant: PlantStation, port: int, time_ns: int) -> RunError:
+    name = plant.plant.outputs[port].name
+    return RunError(f"{plant.name}.{name} is not finite at {time_ns / NS_PER_MS:.6f} ms: "
+                    "the simulation became unstable")
