@@ -65,21 +65,21 @@ class Allocation:
         """Largest drive of each muscle, (channels,): recruitment at the longest pulse; infinite if linear."""
         if self.recruitment is None:
             return np.full(self.channels, np.inf)
-        pulses = np.column_stack([1e-3 * np.asarray(self.current_ma),
-                                  np.full(self.channels, 1e-6 * self.width_max_us)])
+        pulses = np.column_stack([np.asarray(self.current_ma) / 1e3,
+                                  np.full(self.channels, self.width_max_us / 1e6)])
         return self.recruitment.fraction(pulses)
 
     def table(self) -> Array:
         """Rows for `allocate`, (channels, 6): current A, width limit s, linear width s (0 if lognormal),
         threshold mA, spread, chronaxie s."""
         rows = np.zeros((self.channels, 6))
-        rows[:, 0] = 1e-3 * np.asarray(self.current_ma)
+        rows[:, 0] = np.asarray(self.current_ma) / 1e3
         if self.recruitment is None:
-            rows[:, 1], rows[:, 2] = np.inf, 1e-6 * self.full_scale_us
+            rows[:, 1], rows[:, 2] = np.inf, self.full_scale_us / 1e6
         else:
-            rows[:, 1] = 1e-6 * self.width_max_us
+            rows[:, 1] = self.width_max_us / 1e6
             rows[:, 3], rows[:, 4] = self.recruitment.threshold_ma, self.recruitment.spread
-            rows[:, 5] = 1e-6 * self.recruitment.chronaxie_us
+            rows[:, 5] = self.recruitment.chronaxie_us / 1e6
         return rows
 
     def stimulation(self, drive: Array) -> Array:

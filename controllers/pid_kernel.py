@@ -30,7 +30,7 @@ def pid_tick(
     mixing: (muscles, joints).
     channels: (muscles, 3): bias, least and greatest drive.
     table: of `Allocation.table`.
-    memory: (3, joints), updated in place; left alone on non-finite input.
+    memory: (3, joints), updated in place; left alone on non-finite input, not on overflow inside.
     primed: whether `memory` holds a previous measurement.
     """
     muscles, joints = mixing.shape
@@ -46,6 +46,9 @@ def pid_tick(
         command = gains[j, 0] * (reference[j] - measured[j]) + memory[INTEGRAL, j] + memory[DERIVATIVE, j]
         for i in range(muscles):
             drive[i] += mixing[i, j] * command
+    for i in range(muscles):
+        if not math.isfinite(drive[i]):
+            return NON_FINITE, pulses
     for j in range(joints):
         growth = gains[j, 1] * (reference[j] - measured[j])
         if can_follow(mixing[:, j], channels, drive, growth):
