@@ -54,7 +54,8 @@ def test_what_is_within_the_limits_passes_unchanged():
 
 def test_charge_rises_by_the_limit_and_falls_at_once():
     pulses, reports = run(Safety(**GENTLE), [[[20e-3, 399e-6]]] * 5 + [[[20e-3, 50e-6]]])
-    np.testing.assert_allclose(pulses[:, 0, 1] * 20e-3, [2e-6, 4e-6, 6e-6, 7.98e-6, 7.98e-6, 1e-6], rtol=1e-12)
+    charges = pulses[:, 0, 1] * 20e-3
+    np.testing.assert_allclose(charges, [2e-6, 4e-6, 6e-6, 7.98e-6, 7.98e-6, 1e-6], rtol=1e-12)
     assert [status for status, _ in reports] == ["slew_limited"]
 
 
