@@ -13,161 +13,74 @@ from typing import Any
 
 import numpy as np
 
-from fesloop.errors import RunError
 from fesloop.loop.block import Plant
-from fesloop.loop.clock import FOREVER, NS_PER_MS, RateClock, ticks_from
-from fesloop.loop.record import InputRow, PlantRow
-from fesloop.loop.signals import NEVER, Sample, Value
-from fesloop.loop.wire import Link
-
-Incoming = tuple[tuple[int, Link], ...]
+from fesloop.loop.clock import RateClock, ticks_from
+from fesloop.loop.plant_ports import PlantInputs, PlantRecord
+from fesloop.loop.signals import Value
 
 
-class PlantStation:
-    """What exact and fixed-step plants share: inputs, messages, the recorder's instants."""
+class ExactStation:
+    """A plant that goes to any instant.
 
-    __slots__ = (
-        "_advance",
-        "_feeds",
-        "_next_record",
-        "_queues",
-        "_read",
-        "held",
-        "input_rows",
-        "inputs",
-        "name",
-        "now",
-        "plant",
-        "record_clock",
-        "record_next",
-        "rows",
-        "state",
-    )
+    Attributes
+    ----------
+    now: the instant that `state` is of, ns.
+    """
 
-    def __init__(self, name: str, plant: Plant, state: Any, incoming: Incoming, rows: list[PlantRow] | None,
-                 input_rows: list[InputRow] | None, record_clock: RateClock | None) -> None:
+    __slots__ = ("_advance", "_inputs", "_observe", "_read", "_record", "_shown", "name", "now", "plant",
+                 "state")
+
+    def __init__(self, name: str, plant: Plant, state: Any, inputs: PlantInputs, record: PlantRecord) -> None:
         self.name, self.plant, self.state = name, plant, state
-        self.inputs: list[Value] = [port.initial_value() for port in plant.inputs]
-        self.held = [Sample(value, NEVER, NEVER, NEVER) for value in self.inputs]
         self.now = 0
-        self.rows, self.input_rows = rows, input_rows
-        self.record_clock = record_clock
-        self.record_next = FOREVER
-        if record_clock is not None and rows is not None:
-            self._next_record = ticks_from(record_clock, 0)
-            self.record_next = self._next_record()
-        self._feeds = tuple((port, link, link.queue) for port, link in incoming)
-        self._queues = tuple(link.queue for _, link in incoming)
+        self._inputs, self._record = inputs, record
         self._advance, self._read = plant.advance, plant.read
+        self._observe = getattr(plant, "observe", None) or self._observe_a_copy
+        self._shown: tuple[Value, ...] | None = None
 
     def values_through(self, times_ns: Sequence[int]) -> Iterator[tuple[int, int, tuple[Value, ...]]]:
-        """(instant, physical instant of the values, outputs) at increasing instants, going along."""
-        raise NotImplementedError
-
-    def settle(self, time_ns: int) -> None:
-        """Everything up to `time_ns` is over: latch what has arrived and record what is due."""
-        raise NotImplementedError
-
-    def _next_feed(self, time_ns: int) -> tuple[int, Link] | None:
-        """Port and link of the next message due at or before `time_ns`."""
-        first, found = time_ns + 1, None
-        for port, link, queue in self._feeds:
-            if queue and queue[0][3] < first:
-                first, found = queue[0][3], (port, link)
-        return found
-
-    def _latch(self, port: int, link: Link, acts_ns: int) -> None:
-        """Deliver one message; it acts from `acts_ns` on."""
-        before = self.held[port]
-        sample = link.take(before)
-        if sample is before:
-            return
-        self.held[port] = sample
-        self.inputs[port] = sample[0]
-        if self.input_rows is not None:
-            self.input_rows.append((acts_ns, port, sample[1], sample[2], sample[0]))
-
-    def _instants_before(self, stop_ns: int) -> list[int]:
-        """The recorder's instants before `stop_ns` that have not been recorded."""
-        following = self._next_record
-        times = [self.record_next]
-        while (instant := following()) < stop_ns:
-            times.append(instant)
-        self.record_next = instant
-        return times
-
-    def _check_recorded(self, times: Sequence[int], stacks: Sequence[Any]) -> None:
-        """Raise RunError where a recorded output is not finite, naming the first instant."""
-        for port, stack in zip(self.plant.outputs, stacks, strict=True):
-            finite = np.isfinite(stack).reshape(len(times), -1).all(axis=1)
-            if not finite.all():
-                at = times[int(np.argmin(finite))]
-                raise RunError(f"{self.name}.{port.name} is not finite at {at / NS_PER_MS:.6f} ms: "
-                               "the simulation became unstable")
-
-    def save(self) -> Any:
-        """All that changes, for a snapshot."""
-        return self.state, self.now, list(self.inputs), list(self.held)
-
-    def restore(self, saved: Any, recorded_to_ns: int) -> None:
-        """Back to what `save` gave; the recorder goes on after `recorded_to_ns`."""
-        self.state, self.now, self.inputs[:], self.held[:] = saved
-        if self.record_clock is not None and self.rows is not None:
-            first = self.record_clock.first_at_or_after(recorded_to_ns + 1)
-            self._next_record = ticks_from(self.record_clock, first)
-            self.record_next = self._next_record()
-
-
-class ExactStation(PlantStation):
-    """A plant that goes to any instant."""
-
-    __slots__ = ("_observe",)
-
-    def __init__(self, *args: Any) -> None:
-        super().__init__(*args)
-        self._observe = getattr(self.plant, "observe", None) or self._observe_a_copy
-
-    def values_through(self, times_ns: Sequence[int]) -> Iterator[tuple[int, int, tuple[Value, ...]]]:
-        """(instant, instant, outputs): the values are of the very instant."""
+        """(instant, instant, outputs) at increasing instants, the plant going along."""
         for instant in times_ns:
-            self._advance_to(instant)
-            yield instant, instant, self._read(self.state, self.inputs)
-
-    def _advance_to(self, time_ns: int) -> None:
-        """Go to `time_ns`, past every input change on the way."""
-        self._pass_inputs(time_ns)
-        if time_ns > self.now:
-            self._go(time_ns)
+            self._pass_inputs(instant)
+            if instant > self.now:
+                self._go(instant)
+            self._shown = shown = self._read(self.state, self._inputs.values)
+            yield instant, instant, shown
 
     def _pass_inputs(self, time_ns: int) -> None:
         """Go to the last input change by `time_ns`, through all before it."""
-        while (feed := self._next_feed(time_ns)) is not None:
-            port, link = feed
-            arrival = link.queue[0][3]
+        for queue in self._inputs.queues:
+            if queue and queue[0][3] <= time_ns:
+                break
+        else:
+            return
+        for arrival, port, link in self._inputs.due(time_ns):
             if arrival > self.now:
                 self._go(arrival)
-            self._latch(port, link, arrival)
+            self._inputs.latch(port, link, arrival)
 
     def settle(self, time_ns: int) -> None:
         """Latch what has arrived by `time_ns` and record up to and including it, without going there."""
         self._pass_inputs(time_ns)
-        if self.record_next <= time_ns:
-            self._record(time_ns + 1)
+        if self._record.next <= time_ns:
+            self._note(time_ns + 1)
+        self._record.hand_over()
 
     def _go(self, stop_ns: int) -> None:
         """Advance under the inputs as they are."""
-        if self.record_next < stop_ns:
-            self._record(stop_ns)
-        self._advance(self.state, self.inputs, self.now, stop_ns)
+        if self._record.next < stop_ns:
+            self._note(stop_ns)
+        self._advance(self.state, self._inputs.values, self.now, stop_ns)
+        self._shown = None
         self.now = stop_ns
 
-    def _record(self, stop_ns: int) -> None:
-        """Evaluate the outputs at the recorder's instants before `stop_ns`."""
-        times = self._instants_before(stop_ns)
-        stacks = self._observe(self.state, self.inputs, self.now, times)
-        self._check_recorded(times, stacks)
-        assert self.rows is not None
-        self.rows.append((times, times, stacks))
+    def _note(self, stop_ns: int) -> None:
+        """Note the outputs at the recorder's instants before `stop_ns`: as just read, or evaluated ahead."""
+        times = self._record.instants_before(stop_ns)
+        if self._shown is not None and times == [self.now] and not self.plant.feedthrough:
+            self._record.see(self.now, self.now, self._shown)
+        else:
+            self._record.see_stacks(times, self._observe(self.state, self._inputs.values, self.now, times))
 
     def _observe_a_copy(
         self, state: Any, inputs: Sequence[Value], start_ns: int, times_ns: Sequence[int]
@@ -181,86 +94,95 @@ class ExactStation(PlantStation):
             seen.append(self._read(ahead, inputs))
         return tuple(np.array(column) for column in zip(*seen, strict=True))
 
+    def save(self) -> Any:
+        """All that changes, for a snapshot."""
+        return self.state, self.now, self._inputs.save()
 
-class GridStation(PlantStation):
-    """A plant of fixed steps: it rests at its last grid tick, and latches its inputs at the next."""
+    def restore(self, saved: Any, recorded_to_ns: int) -> None:
+        """Back to what `save` gave; the recorder goes on after `recorded_to_ns`."""
+        self.state, self.now, inputs = saved
+        self._inputs.restore(inputs)
+        self._record.resume(recorded_to_ns)
+        self._shown = None
 
-    __slots__ = ("_direct", "_following", "_grid", "_next_step", "_see", "_seen", "_shown")
 
-    def __init__(self, *args: Any) -> None:
-        super().__init__(*args)
-        grid = self.plant.grid
-        assert grid is not None
-        self._grid = grid
-        self._start_steps(0)
+class GridStation:
+    """A plant of fixed steps: it rests at its last grid tick, and latches its inputs at the next.
+
+    Attributes
+    ----------
+    now: the grid tick that `state` is of, ns.
+    """
+
+    __slots__ = ("_advance", "_following", "_grid", "_inputs", "_next_step", "_read", "_record", "_shown",
+                 "name", "now", "plant", "state")
+
+    def __init__(self, name: str, plant: Plant, state: Any, inputs: PlantInputs, record: PlantRecord,
+                 grid: RateClock) -> None:
+        self.name, self.plant, self.state = name, plant, state
+        self.now = 0
+        self._inputs, self._record, self._grid = inputs, record, grid
+        self._advance, self._read = plant.advance, plant.read
         self._shown: tuple[Value, ...] | None = None
-        self._seen: list[tuple[int, int, tuple[Value, ...]]] = []
-        self._see = self._seen.append
-        self._direct = self.plant.feedthrough
+        self._start_steps()
 
-    def _start_steps(self, now_ns: int) -> None:
-        """Rest at a grid tick, the next one being the end of the next step."""
-        self._next_step = ticks_from(self._grid, self._grid.first_at_or_after(now_ns + 1))
+    def _start_steps(self) -> None:
+        """Have the steps go on from `now`."""
+        self._next_step = ticks_from(self._grid, self._grid.first_at_or_after(self.now + 1))
         self._following = self._next_step()
 
     def values_through(self, times_ns: Sequence[int]) -> Iterator[tuple[int, int, tuple[Value, ...]]]:
         """(instant, last grid tick by then, outputs of that tick), which are read once a tick."""
-        state, inputs, advance, read = self.state, self.inputs, self._advance, self._read
-        direct, queues, following = self._direct, self._queues, self._following
+        state, inputs, record, advance = self.state, self._inputs, self._record, self._advance
+        values, queues, direct = inputs.values, inputs.queues, self.plant.feedthrough
+        following = self._following
         for instant in times_ns:
             while following <= instant:
                 now = self.now
                 for queue in queues:
                     if queue and queue[0][3] <= now:
                         self._latch_due()
-                if self.record_next < following:
-                    self._record(following)
-                advance(state, inputs, now, following)
+                if record.next < following:
+                    record.see_held(now, following, self._outputs(direct))
+                advance(state, values, now, following)
                 self._shown = None
                 self.now = following
                 self._following = following = self._next_step()
             if direct:
                 self._latch_due()
-            if direct or self._shown is None:
-                self._shown = read(state, inputs)
-            yield instant, self.now, self._shown
+            shown = self._shown
+            yield instant, self.now, self._outputs(direct) if shown is None or direct else shown
+
+    def _outputs(self, direct: bool) -> tuple[Value, ...]:
+        """Outputs at the last grid tick, read once unless they follow the inputs."""
+        if self._shown is None or direct:
+            self._shown = self._read(self.state, self._inputs.values)
+        return self._shown
 
     def _latch_due(self) -> None:
-        """Deliver what arrived by this grid tick, in order of arrival."""
-        while (feed := self._next_feed(self.now)) is not None:
-            self._latch(*feed, self.now)
+        """Deliver what arrived by the last grid tick, in order of arrival; it acts from there on."""
+        for _, port, link in self._inputs.due(self.now):
+            self._inputs.latch(port, link, self.now)
 
     def settle(self, time_ns: int) -> None:
         """Go as far as the grid allows, record up to and including `time_ns`, hand the rows over."""
         for _ in self.values_through((time_ns,)):
             self._latch_due()
-        if self.record_next <= time_ns:
-            self._record(time_ns + 1)
-        self._hand_over()
+        if self._record.next <= time_ns:
+            self._record.see_held(self.now, time_ns + 1, self._outputs(self.plant.feedthrough))
+        self._record.hand_over()
 
-    def _record(self, stop_ns: int) -> None:
-        """The outputs stand still until the next step: record them for the instants before `stop_ns`."""
-        values = self._shown
-        if values is None or self._direct:
-            values = self._shown = self._read(self.state, self.inputs)
-        instant = self.record_next
-        while instant < stop_ns:
-            self._see((instant, self.now, values))
-            instant = self._next_record()
-        self.record_next = instant
-
-    def _hand_over(self) -> None:
-        """Stack what was seen into one row for the recorder."""
-        if self._seen:
-            times, captured, values = (list(column) for column in zip(*self._seen, strict=True))
-            stacks = tuple(np.array(column) for column in zip(*values, strict=True))
-            self._check_recorded(times, stacks)
-            assert self.rows is not None
-            self.rows.append((times, captured, stacks))
-            self._seen.clear()
+    def save(self) -> Any:
+        """All that changes, for a snapshot."""
+        return self.state, self.now, self._inputs.save()
 
     def restore(self, saved: Any, recorded_to_ns: int) -> None:
         """Back to what `save` gave; the recorder goes on after `recorded_to_ns`."""
-        super().restore(saved, recorded_to_ns)
-        self._start_steps(self.now)
+        self.state, self.now, inputs = saved
+        self._inputs.restore(inputs)
+        self._record.resume(recorded_to_ns)
         self._shown = None
+        self._start_steps()
+
+
+PlantStation = ExactStation | GridStation

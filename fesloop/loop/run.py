@@ -17,6 +17,7 @@ import numpy as np
 from fesloop.errors import RunError, SnapshotError
 from fesloop.loop.latency import LatencyReport
 from fesloop.loop.order import Sampling
+from fesloop.loop.plant_ports import PlantInputs, PlantRecord
 from fesloop.loop.plants import ExactStation, GridStation, PlantStation
 from fesloop.loop.publish import Publisher, Sampler
 from fesloop.loop.record import Recorder
@@ -115,14 +116,17 @@ class Loop:
         return tuple((c.target_port, link) for c, link in pairs if c.target is node)
 
     def _plant_station(self, node: Node, state: Any) -> PlantStation:
-        recorder = self.recorder
-        rows = inputs = clock = None
+        plant, recorder = node.plant, self.recorder
+        input_rows = rows = clock = None
         if recorder is not None:
-            inputs = recorder.inputs.setdefault(node.name, [])
+            input_rows = recorder.inputs.setdefault(node.name, [])
             rows = recorder.plants.setdefault(node.name, [])
             clock = recorder.plant_clock
-        kind = ExactStation if node.plant.grid is None else GridStation
-        return kind(node.name, node.plant, state, self._incoming(node), rows, inputs, clock)
+        inputs = PlantInputs(plant, self._incoming(node), input_rows)
+        record = PlantRecord(node.name, plant, rows, clock)
+        if plant.grid is None:
+            return ExactStation(node.name, plant, state, inputs, record)
+        return GridStation(node.name, plant, state, inputs, record, plant.grid)
 
     def _sampler(self, sampling: Sampling) -> Sampler:
         members = {id(c) for c in sampling.connections}

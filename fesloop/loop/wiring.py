@@ -24,14 +24,14 @@ class Node:
     ----------
     name: unique; wires and recordings use it.
     part: the block or plant.
-    rate, offset_ms: when a sampled block steps, Hz and ms. A plant has none, nor has a block with a clock
-        of its own.
+    rate, offset_ms: when a sampled block steps, Hz and ms; or in place of a rate a Clock, such as that of
+        a block that plays a recording. A plant has none, nor has a block with a clock of its own.
     execution: how long a step takes; outputs leave at its end.
     """
 
     name: str
     part: Block | Plant
-    rate: str | int | float | None = None
+    rate: str | int | float | Clock | None = None
     offset_ms: float = 0.0
     execution: Duration = ZERO
 
@@ -51,6 +51,8 @@ class Node:
             raise InputError(f"{where}.rate", "this block has a clock of its own", "no rate and no offset")
         elif own_clock is None and self.rate is None:
             raise InputError(f"{where}.rate", "is missing", 'a positive rate in hertz such as "100"')
+        elif self.given_clock is not None and self.offset_ms:
+            raise InputError(f"{where}.offset_ms", "given beside a clock", "no offset")
         _ = self.clock
         if self.execution.least_ns < 0:
             raise InputError(f"{where}.execution", "can be negative", "zero or more")
@@ -71,11 +73,16 @@ class Node:
         return cast(Block, self.part)
 
     @property
+    def given_clock(self) -> Clock | None:
+        """The clock that stands in place of a rate."""
+        return cast(Clock, self.rate) if hasattr(self.rate, "tick") else None
+
+    @property
     def clock(self) -> Clock | None:
         """When the block steps; None for a plant."""
         if self.is_plant:
             return None
-        own: Clock | None = getattr(self.part, "clock", None)
+        own: Clock | None = getattr(self.part, "clock", None) or self.given_clock
         if own is not None:
             return own
         offset = duration_ns(self.offset_ms, NS_PER_MS, f"{self.name}.offset_ms")
