@@ -1,0 +1,158 @@
+"""A tracker that is exact but for an error that is asked for: sweeps of accuracy need nothing more."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, cast
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
+from fesloop.loop.noise import NoiseStream
+from fesloop.loop.signals import Port, Sample, Value
+
+Array = NDArray[np.float64]
+PerJoint = float | tuple[float, ...]
+
+
+@dataclass(slots=True, eq=False)
+class IdealState:
+    """Memory of an IdealTracker.
+
+    Attributes
+    ----------
+    noise: two rows of numbers a tick, for white noise and random walk.
+    errors: (4, joints), rad: bias, drift a second, sd of white noise, sd of the walk a root second.
+    walk: (joints,), rad, the random walk so far.
+    time_ns: of the last tick.
+    past: (instant, truth) of the ticks that the delay still needs, oldest first.
+    missing: whether it has been reported that no truth has arrived.
+    """
+
+    noise: NoiseStream
+    errors: Array
+    walk: Array
+    time_ns: int = 0
+    past: list[tuple[int, Array]] = field(default_factory=list)
+    missing: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class IdealTracker:
+    """True joint angles with a declared error: bias, drift, random walk, white noise, delay, quantisation.
+
+    Input and output `angles` (joints,), rad. At tick time t the output is
+
+        round((truth(t - delay) + bias + drift t + walk(t) + noise) / quantisation) quantisation
+
+    with walk(t) a Wiener process. Errors are given as one value for all joints or one a joint.
+
+    Attributes
+    ----------
+    joints: how many; 0 takes it from what is wired to `angles`.
+    bias_deg: constant error.
+    drift_deg_s: linear drift, deg/s.
+    walk_deg: sd of the random walk after one second, deg.
+    noise_deg: sd of the white noise of each tick, deg.
+    quantisation_deg: step of the output; 0 for none.
+    delay_ms: rounded up to this block's ticks: the truth is the one read at the last tick that is at least
+        this old (the first one until then). Stamps do not show this delay; `latency_ms` of a wire is exact
+        and shows in them.
+    """
+
+    joints: int = 0
+    bias_deg: PerJoint = 0.0
+    drift_deg_s: PerJoint = 0.0
+    walk_deg: PerJoint = 0.0
+    noise_deg: PerJoint = 0.0
+    quantisation_deg: float = 0.0
+    delay_ms: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.joints < 0:
+            raise InputError("joints", f"{self.joints}", "1 or more, or 0 to take it from the wire")
+        duration_ns(self.delay_ms, NS_PER_MS, "delay_ms")
+        if not (math.isfinite(self.quantisation_deg) and self.quantisation_deg >= 0.0):
+            raise InputError("quantisation_deg", f"{self.quantisation_deg}", "zero or more")
+        for name in ("bias_deg", "drift_deg_s", "walk_deg", "noise_deg"):
+            _per_joint(name, getattr(self, name), self.joints, signed=name in ("bias_deg", "drift_deg_s"))
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """angles."""
+        return (Port("angles", (self.joints or None,), "rad"),)
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """angles."""
+        return (Port("angles", (self.joints or None,), "rad"),)
+
+    def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> IdealTracker:
+        """The same tracker for the number of joints wired to it."""
+        return replace(self, joints=shapes["angles"][0])
+
+    def init(self, context: Context) -> IdealState:
+        """No walk yet."""
+        errors = np.radians([
+            _per_joint(name, getattr(self, name), self.joints, signed=True)
+            for name in ("bias_deg", "drift_deg_s", "noise_deg", "walk_deg")])
+        return IdealState(context.noise(2 * self.joints), errors, np.zeros(self.joints))
+
+    def step(self, state: IdealState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """The truth with its error; before any truth has arrived, what the input holds, and a report."""
+        sample = inputs[0]
+        if sample.arrived_ns < 0:
+            if not state.missing:
+                tick.report("no_sample", "no angles have arrived yet: zero stands in")
+                state.missing = True
+            return (sample.value,)
+        elapsed_s = (tick.time_ns - state.time_ns) / NS_PER_S
+        state.time_ns = tick.time_ns
+        truth = cast(Array, sample.value)
+        if self.delay_ms:
+            truth = self._delayed(state, truth, tick.time_ns)
+        angles: Array = with_error(truth, state.errors, state.walk, state.noise.row(tick.index),
+                                   tick.time_ns / NS_PER_S, elapsed_s, math.radians(self.quantisation_deg))
+        return (angles,)
+
+    def _delayed(self, state: IdealState, truth: Array, time_ns: int) -> Array:
+        """The truth as read at the last tick at or before `delay_ms` ago."""
+        past = state.past
+        past.append((time_ns, truth))
+        due = time_ns - duration_ns(self.delay_ms, NS_PER_MS, "delay_ms")
+        while len(past) > 1 and past[1][0] <= due:
+            del past[0]
+        return past[0][1]
+
+
+@numba.njit(cache=True)
+def with_error(
+    truth: Any, errors: Any, walk: Any, row: Any, time_s: float, elapsed_s: float, step: float
+) -> Any:
+    """Truth (joints,) with its error, rad; moves `walk` on by `elapsed_s`.
+
+    `errors` is (4, joints) as in IdealState, `row` (2 joints,) standard normal, `step` the quantisation.
+    """
+    joints = truth.size
+    angles = np.empty(joints)
+    for i in range(joints):
+        walk[i] += errors[3, i] * math.sqrt(elapsed_s) * row[joints + i]
+        angle = truth[i] + errors[0, i] + errors[1, i] * time_s + walk[i] + errors[2, i] * row[i]
+        angles[i] = step * np.floor(angle / step + 0.5) if step > 0.0 else angle
+    return angles
+
+
+def _per_joint(name: str, value: PerJoint, joints: int, *, signed: bool) -> tuple[float, ...]:
+    """One value a joint. Raises InputError for a wrong number, and for a negative one where not `signed`."""
+    values = value if isinstance(value, tuple) else (value,) * max(1, joints)
+    if joints and len(values) != joints:
+        raise InputError(name, f"has {len(values)} values", f"one, or {joints}: one a joint")
+    if not values or not all(math.isfinite(v) and (signed or v >= 0.0) for v in values):
+        raise InputError(name, f"{value}", "finite numbers" if signed else "finite numbers, zero or more")
+    return values
