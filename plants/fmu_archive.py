@@ -1,0 +1,100 @@
+"""An FMU's archive: checked before anything is written, extracted to a folder that goes after use."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import stat
+import tempfile
+import weakref
+import zipfile
+from pathlib import Path, PurePosixPath
+from typing import IO
+
+from fesloop.errors import InputError, SnapshotError
+
+MAX_BYTES = 8 * 1024**3
+"""Refuse to unpack more than this (chosen; a zip of a few kB can declare more)."""
+_CORRUPT = (zipfile.BadZipFile, OSError, EOFError, NotImplementedError, RuntimeError)
+
+
+class ExtractedFmu:
+    """The extracted files of one FMU, shared by its instances; the folder goes when the last user does.
+
+    Attributes
+    ----------
+    path: the .fmu file.
+    digest: sha256 of that file.
+    folder: where the archive was extracted to.
+    """
+
+    __slots__ = ("__weakref__", "_remove", "digest", "folder", "path")
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            file = path.open("rb")
+        except OSError as fault:
+            raise InputError("path", f"{path} cannot be read: {fault.strerror}", "an .fmu file") from None
+        with file:
+            self.digest = hashlib.file_digest(file, "sha256").hexdigest()
+            self.folder = _extract(file, path)
+        self._remove = weakref.finalize(self, _remove_folder, self.folder, os.getpid())
+
+    def __reduce__(self) -> tuple[object, tuple[Path, str]]:
+        return _again, (self.path, self.digest)
+
+
+def _again(path: Path, digest: str) -> ExtractedFmu:
+    """The files of an FMU in another process, or of a saved run: the same archive or none."""
+    extracted = ExtractedFmu(path)
+    if extracted.digest != digest:
+        raise SnapshotError(f"{path} has changed since the state was saved")
+    return extracted
+
+
+def _remove_folder(folder: Path, owner: int) -> None:
+    if os.getpid() == owner:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _extract(file: IO[bytes], path: Path) -> Path:
+    """Extract a checked archive; nothing is written unless every name in it is safe."""
+    try:
+        archive = zipfile.ZipFile(file)
+    except _CORRUPT:
+        raise InputError("path", f"{path} is not a zip archive", "an FMU",
+                         "export it again, or copy it again if it was cut short") from None
+    with archive:
+        for entry in archive.infolist():
+            _check_entry(entry, path)
+        declared = sum(entry.file_size for entry in archive.infolist())
+        if declared > MAX_BYTES:
+            raise InputError("path", f"{path} would unpack to {declared / 1e9:.1f} GB",
+                             f"{MAX_BYTES / 1e9:.1f} GB")
+        if "modelDescription.xml" not in archive.namelist():
+            raise InputError("path", f"{path} holds no modelDescription.xml", "an FMU")
+        folder = Path(tempfile.mkdtemp(prefix="fesloop-fmu-"))
+        try:
+            archive.extractall(folder)
+        except BaseException as fault:
+            shutil.rmtree(folder, ignore_errors=True)
+            if isinstance(fault, (*_CORRUPT, ValueError)) or type(fault).__module__ == "zlib":
+                raise InputError("path", f"{path} cannot be extracted: {fault}",
+                                 remedy="copy it again, or make room in the temporary folder") from None
+            raise
+    return folder
+
+
+def _check_entry(entry: zipfile.ZipInfo, path: Path) -> None:
+    """Raise InputError for an entry that would leave the folder it is extracted to, or is no plain file."""
+    name = entry.orig_filename
+    parts = PurePosixPath(name).parts
+    if name.startswith("/") or "\\" in name or ":" in name or ".." in parts or "\0" in name:
+        raise InputError("path", f"{path} holds the file {name!r}, which escapes the folder it is extracted "
+                         "to", "relative names without '..'", "do not use this file; nothing was extracted")
+    mode = entry.external_attr >> 16
+    if mode and stat.S_IFMT(mode) not in (0, stat.S_IFREG, stat.S_IFDIR):
+        raise InputError("path", f"{path} holds {name!r}, which is a link or device, not a file",
+                         "plain files", "do not use this file; nothing was extracted")

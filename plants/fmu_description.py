@@ -1,0 +1,153 @@
+"""What modelDescription.xml says of an FMU, reduced to what running it takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from fesloop.errors import InputError
+
+Interface = Literal["co_simulation", "model_exchange"]
+SUPPORTED = "FMI 2.0 co-simulation, FMI 2.0 model exchange, FMI 3.0 co-simulation"
+NUMERIC = ("Real", "Integer", "Boolean", "Enumeration", "Float64", "Float32", "Int8", "UInt8", "Int16",
+           "UInt16", "Int32", "UInt32", "Int64", "UInt64")
+
+
+@dataclass(frozen=True, slots=True)
+class FmuVariable:
+    """A variable of an FMU.
+
+    Attributes
+    ----------
+    name, reference, type, causality, variability: as FMI says; type such as "Real" or "Float64".
+    shape: () for a scalar, the dimensions of an FMI 3.0 array.
+    unit: as the FMU names it, "1" if it names none.
+    start: start value of a scalar, nan if there is none that is a number.
+    """
+
+    name: str
+    reference: int
+    type: str
+    causality: str
+    variability: str
+    shape: tuple[int, ...]
+    unit: str
+    start: float
+
+    @property
+    def size(self) -> int:
+        """Number of elements."""
+        product = 1
+        for length in self.shape:
+            product *= length
+        return product
+
+
+@dataclass(frozen=True, slots=True)
+class FmuDescription:
+    """An FMU and the one of its interfaces that is used.
+
+    Attributes
+    ----------
+    version: 2 or 3, of FMI.
+    interface: co-simulation or model exchange.
+    identifier: name of the shared library. token: GUID (FMI 2) or instantiation token (FMI 3).
+    variables: by name.
+    states, indicators: numbers of continuous states and event indicators (model exchange).
+    completes_steps: whether it wants to hear of completed integrator steps.
+    saves: whether it claims that its state can be saved as bytes.
+    once: whether it can be instantiated only once in a process.
+    needs_tool: whether it says that it needs the program that made it.
+    internal_step_s: fixed internal step, 0 where none is declared (FMI 3).
+    has_sources: whether C sources came with it.
+    """
+
+    version: int
+    interface: Interface
+    identifier: str
+    token: str
+    variables: dict[str, FmuVariable]
+    states: int
+    indicators: int
+    completes_steps: bool
+    saves: bool
+    once: bool
+    needs_tool: bool
+    internal_step_s: float
+    has_sources: bool
+
+
+def read_description(folder: Path, path: Path, wanted: Literal["auto"] | Interface) -> FmuDescription:
+    """Read and check the description of an extracted FMU.
+
+    Raises InputError for an invalid description, an unsupported FMI version or interface, or a missing
+    binary for this platform.
+    """
+    model = _read_xml(folder, path)
+    version = {"2.0": 2, "3.0": 3}.get(str(model.fmiVersion)[:3], 0)
+    if version == 0:
+        raise InputError("path", f"{path} is of FMI {model.fmiVersion}", SUPPORTED)
+    available = [name for name, part in (("co_simulation", model.coSimulation),
+                                         ("model_exchange", model.modelExchange if version == 2 else None))
+                 if part is not None]
+    if not available or wanted not in ("auto", *available):
+        found = f"{path} (FMI {model.fmiVersion}) has "
+        if available:
+            raise InputError("interface", f"{found}{', '.join(available)}, not {wanted}", SUPPORTED)
+        raise InputError("path", f"{found}no interface that can be run", SUPPORTED)
+    interface: Interface = "model_exchange" if "model_exchange" in (wanted, available[0]) else "co_simulation"
+    part = model.coSimulation if interface == "co_simulation" else model.modelExchange
+    if not str(part.modelIdentifier).isidentifier():
+        raise InputError("path", f"{path} has the modelIdentifier {part.modelIdentifier!r}", "a C identifier",
+                         "do not use this file")
+    sources = (folder / "sources").is_dir()
+    _check_binary(folder, path, version, str(part.modelIdentifier), sources)
+    return FmuDescription(
+        version=version, interface=interface, identifier=str(part.modelIdentifier), token=str(model.guid),
+        variables={v.name: _variable(v) for v in model.modelVariables},
+        states=len(model.derivatives), indicators=int(model.numberOfEventIndicators or 0),
+        completes_steps=bool(getattr(part, "needsCompletedIntegratorStep", False)),
+        saves=bool(part.canGetAndSetFMUstate and part.canSerializeFMUstate),
+        once=bool(part.canBeInstantiatedOnlyOncePerProcess), needs_tool=bool(part.needsExecutionTool),
+        internal_step_s=float(getattr(part, "fixedInternalStepSize", None) or 0.0), has_sources=sources)
+
+
+def _read_xml(folder: Path, path: Path) -> Any:
+    """FMPy's reading of the description."""
+    from fmpy.model_description import ValidationError, read_model_description
+
+    try:
+        return read_model_description(str(folder))
+    except ValidationError as fault:
+        problem = str(fault.problems[0]) if fault.problems else "no reason given"
+        raise InputError("path", f"modelDescription.xml of {path} is invalid: {problem}", "valid FMI",
+                         "have the FMU's maker export it again") from None
+    except Exception as fault:  # noqa: BLE001 - FMPy and lxml raise whatever a malformed description provokes
+        raise InputError("path", f"modelDescription.xml of {path} cannot be read: {fault}", "valid FMI",
+                         "have the FMU's maker export it again") from None
+
+
+def _check_binary(folder: Path, path: Path, version: int, identifier: str, sources: bool) -> None:
+    """Raise InputError where the library for this machine is missing, naming what is there."""
+    import fmpy
+
+    ours = fmpy.platform if version == 2 else fmpy.platform_tuple
+    if (folder / "binaries" / ours / (identifier + fmpy.sharedLibraryExtension)).is_file():
+        return
+    present = sorted(entry.name for entry in folder.glob("binaries/*"))
+    remedy = (f"its C sources are there: `fmpy compile {path}` builds a binary where a compiler is installed"
+              if sources else "get it exported for this platform")
+    raise InputError("path", f"{path} holds no binary for {ours}, it has {', '.join(present) or 'none'}",
+                     f"binaries/{ours}/{identifier}{fmpy.sharedLibraryExtension}", remedy)
+
+
+def _variable(variable: Any) -> FmuVariable:
+    unit = variable.unit or (variable.declaredType.unit if variable.declaredType is not None else None)
+    try:
+        start = float({"true": "1", "false": "0"}.get(variable.start, variable.start))
+    except (TypeError, ValueError):
+        start = float("nan")
+    return FmuVariable(
+        variable.name, int(variable.valueReference), str(variable.type), str(variable.causality),
+        str(variable.variability), tuple(int(n) for n in variable.shape or ()), unit or "1", start)
