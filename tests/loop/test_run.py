@@ -252,7 +252,8 @@ def test_refusals_name_the_wire_the_fault_and_the_remedy():
 
 def test_a_latency_or_an_execution_time_opens_an_algebraic_loop():
     def wiring(latency_ms=0.0, execution=Duration()):  # noqa: B008
-        return Wiring([Node("gain", Pass(), rate="10", execution=execution), Node("other", Pass(), rate="10")],
+        gain = Node("gain", Pass(), rate="10", execution=execution)
+        return Wiring([gain, Node("other", Pass(), rate="10")],
                       [Wire("gain.y", "other.u", latency_ms=latency_ms), Wire("other.y", "gain.u")])
 
     wiring(latency_ms=1e-6)
