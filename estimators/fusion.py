@@ -17,11 +17,11 @@ from estimators.joints import (
     initial_flexion,
     no_offsets,
     resolve_pairs,
+    turned_angle,
 )
 from estimators.samples import SampleWatch, watch_samples
 from estimators.vqf_bank import VqfBank
 from fesloop.errors import InputError
-from fesloop.hand import quaternion
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, RateClock, StampClock, duration_ns
 from fesloop.loop.signals import Port, Sample, Value
@@ -39,7 +39,7 @@ class FusionState:
     watch: what is wrong with the samples.
     pairs: (joints, 2), parent and child; (0, 2) for a single sensor.
     heading: (joints, 2), what is removed of the children's heading.
-    origin: first orientation of a single sensor, (4,).
+    origin: orientations when aligned, (n, 4).
     ticks: number of the next tick.
     aligned: whether `heading` and `origin` are known.
     announced: whether the alignment has been reported.
@@ -215,7 +215,8 @@ def _start(
     joints = np.array(resolve_pairs(pairs, sensors), dtype=np.int64).reshape(-1, 2)
     return FusionState(bank=VqfBank(sensors, clock.period_s, magnetometer, **settings),
                        watch=SampleWatch.of(sensors, 3 if magnetometer else 2),
-                       pairs=joints, heading=no_offsets(len(joints)), origin=np.array([1.0, 0.0, 0.0, 0.0]))
+                       pairs=joints, heading=no_offsets(len(joints)),
+                       origin=np.tile([1.0, 0.0, 0.0, 0.0], (sensors, 1)))
 
 
 def _fuse(state: FusionState, inputs: Sequence[Sample], limits: Sequence[float], tick: Tick) -> bool:
@@ -239,13 +240,15 @@ def _fuse(state: FusionState, inputs: Sequence[Sample], limits: Sequence[float],
 
 def _align(state: FusionState, orientation: Array, flexion: Array | None) -> None:
     state.aligned = True
-    state.origin = orientation[0].copy()
+    state.origin = orientation.copy()
     if flexion is not None and len(state.pairs):
         state.heading = heading_offsets(orientation, state.pairs, flexion)
 
 
 def _angles(state: FusionState, orientation: Array) -> Array:
+    angles: Array
     if len(state.pairs):
-        angles: Array = flexion_angles(orientation, state.pairs, state.heading)
-        return angles
-    return np.atleast_1d(quaternion.rotation_angle(quaternion.relative(state.origin, orientation[0])))
+        angles = flexion_angles(orientation, state.pairs, state.heading)
+    else:
+        angles = turned_angle(state.origin, orientation)
+    return angles

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
-from fesloop.hand.quaternion_kernels import conjugate, euler_z_of_zxy, multiply
+from fesloop.hand.quaternion_kernels import conjugate, euler_z_of_zxy, multiply, rotation_angle
 
 Array = NDArray[np.float64]
 Pairs = tuple[tuple[int, int], ...]
@@ -38,6 +38,15 @@ def flexion_angles(orientation: Any, pairs: Any, heading: Any) -> Any:
         turn = (heading[k, 0], 0.0, 0.0, heading[k, 1])
         child = multiply(turn, (c[0], c[1], c[2], c[3]))
         angles[k] = euler_z_of_zxy(multiply(conjugate((p[0], p[1], p[2], p[3])), child))
+    return angles
+
+
+@numba.njit(cache=True)
+def turned_angle(origin: Any, orientation: Any) -> Any:
+    """Angle between two orientations, each (1, 4), as (1,), rad in [0, pi]."""
+    a, b = origin[0], orientation[0]
+    angles = np.empty(1)
+    angles[0] = rotation_angle(multiply(conjugate((a[0], a[1], a[2], a[3])), (b[0], b[1], b[2], b[3])))
     return angles
 
 
