@@ -1,6 +1,6 @@
 """`fesloop bench loop`: what the loop costs per block call, beside a bare heap loop of the same work.
 
-Both run the same small closed loop (see `yardstick_loop`) with the same plant arithmetic, one numpy step of
+Both run the same small closed loop (see `_yardstick_loop`) with the same plant arithmetic, one numpy step of
 1 ms, turn by turn in one process. The case `exact` is fesloop's default for a linear plant instead: exact
 at every instant, and the recorder's 1 kHz evaluated in stacks.
 """
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.bench.yardstick_loop import (
+from fesloop.bench._yardstick_loop import (
     CALLS,
     CONTROL_S,
     END_NS,
@@ -94,7 +94,7 @@ def _run_loop(plant: Plant) -> NDArray[np.float64]:
 
 def _exact_plant() -> Plant:
     """The same plant as the kind `state_space`."""
-    from fesloop.bench.yardstick_loop import continuous
+    from fesloop.bench._yardstick_loop import continuous
     from fesloop.experiment.registry import find
 
     a, b = continuous()
