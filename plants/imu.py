@@ -135,8 +135,9 @@ class FingerImus:
         angles: Any = inputs[0][0]
         rates: Any = inputs[1][0]
         accelerations: Any = inputs[2][0]
-        samples, clipped = measure(angles, rates, accelerations, self._geometry, state.mounting,
-                                   state.bias, state.noise.row(tick.index), state.errors)
+        samples = np.empty((2, 4, 3))
+        clipped = measure(angles, rates, accelerations, self._geometry, state.mounting, state.bias,
+                          state.noise.row(tick.index), state.errors, samples)
         if clipped:
             names = (name for bit, name in enumerate(SENSORS) if clipped >> bit & 1)
             tick.report("clipped", "out of range: " + ", ".join(names))

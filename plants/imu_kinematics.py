@@ -16,10 +16,12 @@ Array = NDArray[np.float64]
 
 
 @njit(cache=True)
-def chain_samples(angles: Array, rates: Array, accelerations: Array, lengths: Array, up: Array) -> Array:
-    """Angular rate and specific force at hand, proximal, middle and distal segment, (2, 4, 3).
+def chain_samples(
+    angles: Array, rates: Array, accelerations: Array, lengths: Array, up: Array, samples: Array
+) -> None:
+    """Fill `samples` with angular rate and specific force at hand, proximal, middle and distal segment.
 
-    Each in its segment's own frame, rad/s and m/s^2, at the middle of the segment.
+    (2, 4, 3), each in its segment's own frame, rad/s and m/s^2, at the middle of the segment.
 
     Parameters
     ----------
@@ -27,7 +29,7 @@ def chain_samples(angles: Array, rates: Array, accelerations: Array, lengths: Ar
     lengths: (3,), of the phalanges, m.
     up: (3,), what an accelerometer at rest reads in the hand's frame, m/s^2.
     """
-    samples = np.zeros((2, 4, 3))
+    samples[0] = 0.0
     x, y, z = up[0], up[1], up[2]
     samples[1, 0, 0], samples[1, 0, 1], samples[1, 0, 2] = x, y, z
     turning, turning_up = 0.0, 0.0
@@ -44,7 +46,6 @@ def chain_samples(angles: Array, rates: Array, accelerations: Array, lengths: Ar
         samples[1, k + 1, 2] = z
         x += tangential
         y += centripetal
-    return samples
 
 
 @njit(cache=True)
@@ -92,14 +93,14 @@ def walk_bias(bias: Array, noise: Array, sd: float) -> None:
 @njit(cache=True)
 def measure(
     angles: Array, rates: Array, accelerations: Array, geometry: Array, mounting: Array, bias: Array,
-    noise: Array, errors: Array,
-) -> tuple[Array, int]:
-    """Samples (2, 4, 3) of one tick and the mask of clipped sensors; steps `bias` on.
+    noise: Array, errors: Array, samples: Array,
+) -> int:
+    """Fill `samples` (2, 4, 3) of one tick, step `bias` on, return the mask of clipped sensors.
 
     `geometry` stacks lengths and up, (2, 3); `noise` (36,) serves samples, then walk; `errors` (4, 2) has
     rows noise sd, limits, resolution and (walk a tick, 0), for gyroscopes and accelerometers.
     """
-    samples = chain_samples(angles, rates, accelerations, geometry[0], geometry[1])
+    chain_samples(angles, rates, accelerations, geometry[0], geometry[1], samples)
     walk_bias(bias, noise[24:], errors[3, 0])
-    clipped = corrupt(samples, mounting, bias, noise, errors[0], errors[1], errors[2])
-    return samples, clipped
+    clipped: int = corrupt(samples, mounting, bias, noise, errors[0], errors[1], errors[2])
+    return clipped

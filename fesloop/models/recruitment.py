@@ -21,16 +21,18 @@ Array = NDArray[np.float64]
 
 
 @njit(cache=True)
-def recruited_fraction(stimulation: Array, threshold_ma: Array, spread: Array, chronaxie_us: float) -> Array:
-    """Recruited fraction (muscles,) under `stimulation` (muscles, 2): current in A, pulse width in s."""
-    fraction = np.zeros(threshold_ma.size)
+def recruit(
+    stimulation: Array, threshold_ma: Array, spread: Array, chronaxie_us: float, fraction: Array
+) -> None:
+    """Fill `fraction` (muscles,) under `stimulation` (muscles, 2): current in A, pulse width in s."""
     for i in range(threshold_ma.size):
         current, width = stimulation[i, 0], stimulation[i, 1]
         if current > 0.0 and width > 0.0:
             effective_ma = 1e3 * current / (1.0 + 1e-6 * chronaxie_us / width)
             z = math.log(effective_ma / threshold_ma[i]) / spread[i]
             fraction[i] = 0.5 * math.erfc(-z * math.sqrt(0.5))
-    return fraction
+        else:
+            fraction[i] = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,7 +77,8 @@ class Recruitment:
         """
         if stimulation.shape != (self.muscles, 2):
             raise InputError("stimulation", f"shape {stimulation.shape}", f"({self.muscles}, 2)")
-        fraction: Array = recruited_fraction(stimulation, self._threshold_ma, self._spread, self.chronaxie_us)
+        fraction = np.empty(self.muscles)
+        recruit(stimulation, self._threshold_ma, self._spread, self.chronaxie_us, fraction)
         return fraction
 
     def pulse_width_s(self, fraction: Array, current_a: Array) -> Array:
