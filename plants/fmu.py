@@ -66,20 +66,28 @@ class Fmu:
             raise InputError("probe_timeout_s", f"{self.probe_timeout_s}", "above 0")
         grid = RateClock.from_rate(self.step_rate, where="step_rate")
         extracted = ExtractedFmu(Path(self.path))
-        description = read_description(extracted.folder, extracted.path, self.interface)
-        setup = FmuSetup(
-            description, bind_ports(description, "input", self.input_ports, "input_ports"),
-            bind_ports(description, "output", self.output_ports, "output_ports"),
-            _checked_starts(description, self.starts), grid.period_num, grid.period_den, self.substeps)
-        probed = probe(setup, extracted.folder, extracted.path, self.probe_timeout_s)
-        if probed.internal_step_s > 0.0:
-            raise InputError(
-                "step_rate", f"the communication step, {1e3 * setup.period_s:g} ms, is shorter than the "
-                f"FMU's internal step, {1e3 * probed.internal_step_s:g} ms: outputs would be stale",
-                f"at most {1 / probed.internal_step_s:g} Hz")
+        try:
+            setup = self._fit(extracted, grid)
+            probed = probe(setup, extracted.folder, extracted.path, self.probe_timeout_s)
+            if probed.internal_step_s > 0.0:
+                raise InputError(
+                    "step_rate", f"the communication step, {1e3 * setup.period_s:g} ms, is shorter than the "
+                    f"FMU's internal step, {1e3 * probed.internal_step_s:g} ms: outputs would be stale",
+                    f"at most {1 / probed.internal_step_s:g} Hz")
+        except BaseException:
+            extracted.close()
+            raise
         derived = {"_grid": grid, "_extracted": extracted, "_setup": setup, "_probed": probed}
         for name, value in derived.items():
             object.__setattr__(self, name, value)
+
+    def _fit(self, extracted: ExtractedFmu, grid: RateClock) -> FmuSetup:
+        """These parameters on that FMU."""
+        description = read_description(extracted.folder, extracted.path, self.interface)
+        return FmuSetup(
+            description, bind_ports(description, "input", self.input_ports, "input_ports"),
+            bind_ports(description, "output", self.output_ports, "output_ports"),
+            _checked_starts(description, self.starts), grid.period_num, grid.period_den, self.substeps)
 
     @property
     def inputs(self) -> tuple[Port, ...]:

@@ -42,6 +42,10 @@ class ExtractedFmu:
             self.folder = _extract(file, path)
         self._remove = weakref.finalize(self, _remove_folder, self.folder, os.getpid())
 
+    def close(self) -> None:
+        """Remove the folder now."""
+        self._remove()
+
     def __reduce__(self) -> tuple[object, tuple[Path, str]]:
         return _again, (self.path, self.digest)
 
