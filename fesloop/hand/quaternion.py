@@ -16,6 +16,11 @@ from fesloop.hand import quaternion_kernels as kernels
 Array = NDArray[np.float64]
 
 
+def _plain(kernel: Any) -> Any:
+    """The Python form of a kernel, which takes arrays; the kernel itself where compilation is turned off."""
+    return getattr(kernel, "py_func", kernel)
+
+
 def _parts(q: ArrayLike) -> tuple[Any, Any, Any, Any]:
     array = np.asarray(q, dtype=np.float64)
     return array[..., 0], array[..., 1], array[..., 2], array[..., 3]
@@ -27,12 +32,12 @@ def _joined(parts: tuple[Any, Any, Any, Any]) -> Array:
 
 def multiply(a: ArrayLike, b: ArrayLike) -> Array:
     """Product a b (first b, then a), (..., 4)."""
-    return _joined(kernels.multiply.py_func(_parts(a), _parts(b)))
+    return _joined(_plain(kernels.multiply)(_parts(a), _parts(b)))
 
 
 def conjugate(q: ArrayLike) -> Array:
     """Inverse rotation, (..., 4)."""
-    return _joined(kernels.conjugate.py_func(_parts(q)))
+    return _joined(_plain(kernels.conjugate)(_parts(q)))
 
 
 def relative(a: ArrayLike, b: ArrayLike) -> Array:
@@ -79,22 +84,22 @@ def to_matrix(q: ArrayLike) -> Array:
 
 def about_z(angle: ArrayLike) -> Array:
     """Rotation by `angle` (...), rad, about z: (..., 4)."""
-    return _joined(kernels.about_z.py_func(np.asarray(angle, dtype=np.float64)))
+    return _joined(_plain(kernels.about_z)(np.asarray(angle, dtype=np.float64)))
 
 
 def rotation_angle(q: ArrayLike) -> Array:
     """Angle of the whole rotation, (...), rad in [0, pi]."""
-    return np.asarray(kernels.rotation_angle.py_func(_parts(q)))
+    return np.asarray(_plain(kernels.rotation_angle)(_parts(q)))
 
 
 def twist_z(q: ArrayLike) -> Array:
     """Angle of the part about z, (...), rad in [-pi, pi]: of an error where z is up, the heading."""
-    return np.asarray(kernels.twist_z.py_func(_parts(q)))
+    return np.asarray(_plain(kernels.twist_z)(_parts(q)))
 
 
 def tilt_z(q: ArrayLike) -> Array:
     """Angle by which z is tilted, (...), rad in [0, pi]: of an error where z is up, the inclination."""
-    return np.asarray(kernels.tilt_z.py_func(_parts(q)))
+    return np.asarray(_plain(kernels.tilt_z)(_parts(q)))
 
 
 def from_euler_zxy(z: ArrayLike, x: ArrayLike, y: ArrayLike) -> Array:
@@ -110,8 +115,8 @@ def euler_zxy(q: ArrayLike) -> Array:
     +-90 deg, where flexion and pronation turn about one axis and only their sum is defined.
     """
     parts = _parts(q)
-    angles = (kernels.euler_z_of_zxy.py_func(parts), kernels.euler_x_of_zxy.py_func(parts),
-              kernels.euler_y_of_zxy.py_func(parts))
+    angles = (_plain(kernels.euler_z_of_zxy)(parts), _plain(kernels.euler_x_of_zxy)(parts),
+              _plain(kernels.euler_y_of_zxy)(parts))
     return np.stack(angles, axis=-1)
 
 

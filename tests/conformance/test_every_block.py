@@ -1,0 +1,129 @@
+"""The contract of blocks and plants, held by every registered kind."""
+
+import copy
+import json
+import os
+import pickle
+import subprocess
+import sys
+from dataclasses import FrozenInstanceError, fields, is_dataclass
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import conformance_parts as parts
+import numpy as np
+import pytest
+
+from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.guard import check_shapes
+
+KINDS = sorted({e.name for e in entry_points(group="fesloop.blocks")} - parts.NOT_WITHOUT_FILES)
+TICKS = 40
+
+
+@pytest.fixture(scope="module")
+def specimens():
+    return parts.specimens()
+
+
+@pytest.fixture(params=KINDS)
+def kind(request):
+    return request.param
+
+
+@pytest.fixture
+def block(specimens, kind):
+    return specimens[kind]
+
+
+def run(kind, block, feeds=None):
+    return parts.step_through(kind, block, block.init(parts.context(kind)), feeds or parts.feed(block, TICKS))
+
+
+def test_parameters_are_frozen_and_documented(block):
+    assert is_dataclass(block)
+    name = next((f.name for f in fields(block) if f.init), None)
+    if name is not None:
+        with pytest.raises((FrozenInstanceError, AttributeError)):
+            setattr(block, name, None)
+    assert block.__doc__
+    assert not block.__doc__.startswith(type(block).__name__ + "(")
+
+
+def test_the_same_inputs_give_the_same_bits(kind, block):
+    assert parts.flat(run(kind, block)) == parts.flat(run(kind, block))
+
+
+def test_declared_ports_are_kept(kind, block):
+    for outputs, _ in run(kind, block):
+        check_shapes(kind, block.outputs, outputs)
+
+
+def test_something_comes_out_that_depends_on_what_goes_in(kind, block):
+    if not block.inputs:
+        pytest.skip("a source")
+    first, second = run(kind, block), run(kind, block, parts.feed(block, TICKS, seed=2))
+    assert parts.flat(first) != parts.flat(second)
+
+
+@pytest.mark.parametrize("at", [0, 1, 17])
+def test_save_restore_continue_equals_uninterrupted(kind, block, at):
+    feeds = parts.feed(block, TICKS)
+    whole = parts.flat(run(kind, block, feeds))
+    state = block.init(parts.context(kind))
+    first = parts.step_through(kind, block, state, feeds[:at])
+    saved = pickle.dumps(state)
+    parts.step_through(kind, block, state, feeds[at:], at)  # going on must not reach into what was saved
+    rest = parts.step_through(kind, block, pickle.loads(saved), feeds[at:], at)
+    assert parts.flat(first + rest) == whole
+
+
+def test_inputs_and_past_outputs_are_left_alone(kind, block):
+    feeds = parts.feed(block, TICKS)
+    before = copy.deepcopy(feeds)
+    state = block.init(parts.context(kind))
+    seen, copies = [], []
+    for k, samples in enumerate(feeds):
+        (result,) = parts.step_through(kind, block, state, [samples], k)
+        seen.append(result[0])
+        copies.append(copy.deepcopy(result[0]))
+    for given, kept in zip(feeds, before, strict=True):
+        assert all(np.array_equal(a.value, b.value) for a, b in zip(given, kept, strict=True))
+    for outputs, kept in zip(seen, copies, strict=True):
+        assert all(np.array_equal(a, b) for a, b in zip(outputs, kept, strict=True))
+
+
+def test_a_plant_is_observed_as_a_copy_would_be_and_untouched(kind, block):
+    if not hasattr(block, "observe"):
+        pytest.skip("no observe")
+    feeds = parts.feed(block, 3)
+    state = block.init(parts.context(kind))
+    parts.step_through(kind, block, state, feeds)
+    inputs, now = [s.value for s in feeds[1]], 30 * NS_PER_MS
+    times = [now, now + 1, now + 7 * NS_PER_MS, now + 35 * NS_PER_MS]
+    before = pickle.dumps(state)
+    stacks = block.observe(state, inputs, now, times)
+    assert pickle.dumps(state) == before
+    for i, instant in enumerate(times):
+        ahead = pickle.loads(before)
+        if instant > now:
+            block.advance(ahead, inputs, now, instant)
+        for stack, expected in zip(stacks, block.read(ahead, inputs), strict=True):
+            assert np.allclose(stack[i], expected, rtol=0, atol=1e-12)
+
+
+def test_compiled_kernels_equal_plain_python():
+    script = Path(parts.__file__)
+    results = []
+    for disabled in ("0", "1"):
+        env = {**os.environ, "NUMBA_DISABLE_JIT": disabled}
+        done = subprocess.run([sys.executable, script], env=env, capture_output=True, text=True, check=True,
+                              timeout=300)
+        results.append(json.loads(done.stdout))
+    compiled, plain = results
+    assert compiled.keys() == plain.keys() == set(KINDS)
+    for kind in KINDS:
+        for (a, told), (b, told_plain) in zip(compiled[kind], plain[kind], strict=True):
+            assert told == told_plain, kind
+            for x, y in zip(a, b, strict=True):
+                assert np.allclose(x, y, rtol=1e-9, atol=1e-9), kind

@@ -1,0 +1,107 @@
+"""One specimen of every registered kind, and inputs to feed it, for the conformance tests.
+
+Run as a script it prints what every block puts out, so that compiled and uncompiled kernels can be compared.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from importlib.metadata import entry_points
+
+import numpy as np
+
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_MS, RateClock
+from fesloop.loop.signals import Sample
+
+CURVES = {"threshold_ma": (12.0, 10.0, 10.0, 8.0), "spread": (0.35,) * 4}
+NOT_WITHOUT_FILES = {"fmu", "replay", "ilc", "mpc"}
+"""Kinds whose specimens need a file; their own tests hold them to the same contract."""
+
+
+def specimens():
+    """{kind: block} for every registered kind, open shapes resolved."""
+    from fesloop.models.recruitment import Recruitment
+
+    finger = load("finger")()
+    curves = Recruitment(**CURVES)
+    model = finger.linear_model()
+    joints = {"kp": (1.0,) * 3, "ki": (5.0,) * 3, "kd": (0.02,) * 3,
+              "mixing": ((0.4, -0.5, 2.5), (-0.4, 1.8, -3.0), (-1.0, 0.2, -0.3), (1.5, -1.2, 0.4))}
+    current = {"current_ma": (40.0,) * 4}
+    parameters = {
+        "state_space": {"a": ((0.0, 1.0), (-30.0, -4.0)), "b": ((0.0,), (30.0,)), "c": ((1.0, 0.0),)},
+        "finger": {}, "finger_imus": {}, "vqf": {"initial_angles_deg": (20.0, 25.0, 15.0), "align_s": 0.1},
+        "vqf9": {}, "ideal": {"noise_deg": 0.3, "drift_deg_per_root_s": 0.1},
+        "minimum_jerk": {"times_s": (0.1, 0.4), "angles_deg": ((20.0, 25.0, 15.0), (40.0, 50.0, 25.0)),
+                         "preview": 5},
+        "pid": {**joints, **current, "recruitment": curves}, "safety": {},
+        "ilc": {"model": model, "duration_s": 0.5, **current}, "mpc": {"model": model, **current},
+    }
+    registered = {entry.name for entry in entry_points(group="fesloop.blocks")}
+    made = {}
+    for kind in sorted(registered - NOT_WITHOUT_FILES):
+        cls = load(kind)
+        given = parameters[kind]
+        known = getattr(cls, "__dataclass_fields__", {})
+        block = cls(**{key: value for key, value in given.items() if key in known})
+        shapes = {p.name: tuple(4 if size is None and p.name != "angles" else size or 3 for size in p.shape)
+                  for p in block.inputs}
+        made[kind] = block.resolve(shapes) if any(not p.resolved for p in block.inputs) else block
+    return made
+
+
+def load(kind):
+    """The class of a kind."""
+    (entry,) = (e for e in entry_points(group="fesloop.blocks") if e.name == kind)
+    return entry.load()
+
+
+def context(kind):
+    """A place in time."""
+    return Context(kind, 5, 0, RateClock.from_rate("100"))
+
+
+def value(port, rng):
+    """A plausible value of a port."""
+    if port.unit == "A,s":
+        return rng.uniform((0.0, 0.0), (0.04, 4e-4), port.shape)
+    scale, mean = {"m/s^2": (1.0, 5.0), "T": (1e-5, 3e-5)}.get(port.unit, (0.3, 0.4))
+    drawn = mean + scale * rng.standard_normal(port.shape)
+    return float(drawn) if port.shape == () else drawn
+
+
+def feed(block, ticks, seed=1):
+    """Inputs for some ticks: lists of Samples."""
+    rng = np.random.default_rng(seed)
+    return [[Sample(value(port, rng), k * 10 * NS_PER_MS, k * 10 * NS_PER_MS, k * 10 * NS_PER_MS)
+             for port in block.inputs] for k in range(ticks)]
+
+
+def step_through(kind, block, state, feeds, first=0):
+    """[(outputs, reports)] of consecutive ticks, or of consecutive 10 ms of a plant."""
+    seen = []
+    for k, samples in enumerate(feeds, first):
+        tick = Tick()
+        tick.index, tick.time_ns = k, k * 10 * NS_PER_MS
+        if hasattr(block, "advance"):
+            inputs = [sample.value for sample in samples]
+            block.advance(state, inputs, tick.time_ns, tick.time_ns + 10 * NS_PER_MS)
+            outputs = block.read(state, inputs)
+        else:
+            outputs = block.step(state, samples, tick)
+        seen.append((outputs, list(tick.reports)))
+    return seen
+
+
+def flat(seen):
+    """Outputs of all ticks as nested lists, reports after them."""
+    return [([np.asarray(v).tolist() for v in outputs], reports) for outputs, reports in seen]
+
+
+if __name__ == "__main__":
+    results = {}
+    for name, specimen in specimens().items():
+        results[name] = flat(step_through(name, specimen, specimen.init(context(name)), feed(specimen, 30)))
+    json.dump(results, sys.stdout)
