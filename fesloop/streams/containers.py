@@ -7,7 +7,7 @@ line. Neither runs code from the file: pickled objects are refused.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -42,11 +42,11 @@ def read_container(path: Path) -> Mapping[str, Any]:
     raise InputError(where, "is empty" if not head else "is neither a .mat nor an .npz file", FORMATS)
 
 
-def _decoded(path: Path, decode: Any) -> Mapping[str, Any]:
+def _decoded(path: Path, decode: Callable[[Path], dict[str, Any]]) -> Mapping[str, Any]:
     try:  # whatever the decoder raises on a broken file means the same to the user
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            content: dict[str, Any] = decode(path)
+            content = decode(path)
     except InputError:
         raise
     except Exception as fault:
@@ -58,7 +58,7 @@ def _decoded(path: Path, decode: Any) -> Mapping[str, Any]:
 
 
 def _read_npz(path: Path) -> dict[str, Any]:
-    with np.load(path, allow_pickle=False) as archive:
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
         content: dict[str, Any] = {}
         for key in archive.files:
             try:
@@ -74,5 +74,5 @@ def _read_npz(path: Path) -> dict[str, Any]:
 def _read_mat(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat
 
-    content = loadmat(path, simplify_cells=True)
+    content = loadmat(str(path), appendmat=False, simplify_cells=True)
     return {key: value for key, value in content.items() if not key.startswith("__")}
