@@ -179,31 +179,31 @@ class Finger:
         self, state: FingerState, inputs: Sequence[Value], start_ns: int, times_ns: Sequence[int]
     ) -> tuple[Array, ...]:
         """(angles, rates, accelerations, activation) at `times_ns`, ascending, state untouched."""
-        times = np.array(times_ns, dtype=np.int64)
+        rows = np.empty((len(times_ns), 13))
         if inputs[0] is state.stimulation and self._next_change(state) >= times_ns[-1]:
-            rows = self._system.read_ahead(state.z, start_ns, times)
+            self._system.read_ahead(state.z, start_ns, np.array(times_ns, dtype=np.int64), rows)
         else:
-            rows = self._observe_across(state.copy(), cast(Array, inputs[0]), start_ns, times)
+            self._observe_across(state.copy(), cast(Array, inputs[0]), start_ns, times_ns, rows)
         return rows[:, 0:3], rows[:, 3:6], rows[:, 6:9], rows[:, 9:13]
 
     def _observe_across(
-        self, ahead: FingerState, stimulation: Array, start_ns: int, times_ns: NDArray[np.int64]
-    ) -> Array:
-        """Rows of outputs at `times_ns`, past changes of the drive; `ahead` is used up."""
+        self, ahead: FingerState, stimulation: Array, start_ns: int, times_ns: Sequence[int], rows: Array
+    ) -> None:
+        """Fill `rows` with the outputs at `times_ns`, past changes of the drive; `ahead` is used up."""
         if stimulation is not ahead.stimulation:
             self._stimulate(ahead, stimulation, start_ns)
-        parts, done = [], 0
-        while done < times_ns.size:
+        times, done = np.array(times_ns, dtype=np.int64), 0
+        while True:
             change = self._next_change(ahead)
             upto = bisect_right(times_ns, change, lo=done)
             if upto > done:
-                parts.append(self._system.read_ahead(ahead.z, start_ns, times_ns[done:upto]))
+                self._system.read_ahead(ahead.z, start_ns, times[done:upto], rows[done:upto])
                 done = upto
-            if done < times_ns.size:
-                self._system.advance(ahead.z, change - start_ns)
-                start_ns = change
-                self._change_drive(ahead, change)
-        return np.concatenate(parts)
+            if done == len(times_ns):
+                return
+            self._system.advance(ahead.z, change - start_ns)
+            start_ns = change
+            self._change_drive(ahead, change)
 
     def _stimulate(self, state: FingerState, stimulation: Array, time_ns: int) -> None:
         """Take note of the input of `time_ns`; an equal one changes nothing, so splits nothing."""

@@ -34,8 +34,8 @@ class FingerState:
 
     def copy(self) -> FingerState:
         """A state that can go ahead on its own."""
-        ahead = FingerState(self.fitness)
-        ahead.z = self.z.copy()
+        ahead = FingerState.__new__(FingerState)
+        ahead.z, ahead.fitness = self.z.copy(), self.fitness
         ahead.recruited, ahead.stimulation = self.recruited, self.stimulation
         ahead.arriving, ahead.fitness_ns = self.arriving.copy(), self.fitness_ns
         return ahead

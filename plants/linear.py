@@ -140,14 +140,12 @@ class HeldLinearSystem:
         first: float = read_first(self._output_t, z)
         return first
 
-    def read_ahead(self, z: Array, start_ns: int, times_ns: NDArray[np.int64]) -> Array:
-        """y at `times_ns` (k,), ascending, as (k, p), fresh; z is of `start_ns` and left alone."""
+    def read_ahead(self, z: Array, start_ns: int, times_ns: NDArray[np.int64], rows: Array) -> None:
+        """Fill `rows` (k, p) with y at `times_ns` (k,), ascending; z is of `start_ns` and left alone."""
         furthest = int(times_ns[-1]) - start_ns
         if furthest >= self._reach_ns:
             self._extend(furthest)
-        rows = np.empty((times_ns.size, self._outputs))
         read_ahead(self._table, self._output_t, z, start_ns, times_ns, rows)
-        return rows
 
     def _extend(self, duration_ns: int) -> None:
         """Make the table reach `duration_ns`."""

@@ -160,7 +160,8 @@ class StateSpace:
     ) -> tuple[Array, ...]:
         """(y,) of an exact plant at `times_ns`, ascending, state untouched."""
         z = state.z if inputs[0] is state.held else self._under(state.z, inputs[0])
-        rows = self._system.read_ahead(z, start_ns, np.array(times_ns, dtype=np.int64))
+        rows = np.empty((len(times_ns), len(self.c)))
+        self._system.read_ahead(z, start_ns, np.array(times_ns, dtype=np.int64), rows)
         return (rows[:, 0] if len(self.c) == 1 else rows,)
 
     def _under(self, z: Array, value: Value) -> Array:

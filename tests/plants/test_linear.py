@@ -64,7 +64,8 @@ def test_outputs_ahead_are_the_outputs_once_there_bit_for_bit() -> None:
     z = np.random.default_rng(0).normal(size=7)
     before = z.copy()
     times = np.array([1_000, 1_000, 5_123_456, 77_000_001], dtype=np.int64)
-    rows = system.read_ahead(z, 1_000, times)
+    rows = np.empty((4, 3))
+    system.read_ahead(z, 1_000, times, rows)
     np.testing.assert_array_equal(z, before)
     for row, time_ns in zip(rows, times, strict=True):
         there = before.copy()
@@ -102,7 +103,8 @@ def test_a_zero_duration_leaves_the_state() -> None:
     z = np.arange(7.0)
     system.advance(z, 0)
     np.testing.assert_array_equal(z, np.arange(7.0))
-    rows = system.read_ahead(z, 5, np.array([5], dtype=np.int64))
+    rows = np.empty((1, 3))
+    system.read_ahead(z, 5, np.array([5], dtype=np.int64), rows)
     np.testing.assert_array_equal(rows[0], system.read(z))
 
 
