@@ -1,0 +1,214 @@
+"""What the plant's state is now, from measurements that are old by a known age and inputs that are recorded.
+
+A Kalman filter stands at the instant of the newest capture. A new sample takes it on to its own capture
+under the inputs that acted until then; to see the present, the estimate is taken on from there without
+being moved. All transitions are exact to the nanosecond for a linear model behind a pure delay.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_discrete_are
+
+from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.signals import NEVER
+from fesloop.models.linear_model import LinearModel, zero_order_hold
+
+Array = NDArray[np.float64]
+Stamps = NDArray[np.int64]
+_LONG_AGO = -(2**62)
+_LADDER_BITS = 40
+"""Transitions over 1, 2, 4, ... ns up to 2^39 ns, 9 minutes."""
+
+
+@dataclass(slots=True, eq=False)
+class ObserverState:
+    """Estimate and recorded inputs.
+
+    Attributes
+    ----------
+    at_ns: instant of the estimate: the newest capture, or the start of the trial.
+    x: (states,), estimate then.
+    disturbance: (outputs,), estimate of what the model leaves unexplained of the outputs, rad.
+    stamps, inputs: (kept,) ns and (kept, muscles): when each drive was given out; oldest first.
+    """
+
+    at_ns: int
+    x: Array
+    disturbance: Array
+    stamps: Stamps
+    inputs: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observer:
+    """Coefficients of the observer.
+
+    The model's output carries a disturbance that walks, which makes control free of offset (Pannocchia and
+    Rawlings 2003, doi 10.1002/aic.690490213). The gain is that of the stationary filter with one sample a
+    period; it is used whatever the true distance of two captures.
+
+    Attributes
+    ----------
+    ladder: (bits, states + muscles, states): transposed [Phi Gamma] over 2^i ns.
+    c, offset: output of the model, (outputs, states) and (outputs,).
+    gain: (states + outputs, outputs).
+    delay_ns: from giving a drive out to its acting on x.
+    kept: number of inputs kept.
+    """
+
+    ladder: Array
+    c: Array
+    offset: Array
+    gain: Array
+    delay_ns: int
+    kept: int
+
+    @classmethod
+    def design(
+        cls, model: LinearModel, *, period_ns: int, delay_ns: int, reach_ns: int, drive_noise: float,
+        disturbance_walk: float, measurement_noise: float,
+    ) -> Observer:
+        """Observer of a model.
+
+        Parameters
+        ----------
+        period_ns: of the samples, for the gain.
+        delay_ns: from giving a drive out to its acting on the model's state, all delays together.
+        reach_ns: oldest measurement to be understood.
+        drive_noise: sd of the error of the drive, held over a period.
+        disturbance_walk: sd of the output disturbance after one second, rad.
+        measurement_noise: sd, rad.
+        """
+        states, outputs = model.a.shape[0], model.outputs
+        ladder = np.stack([np.vstack([m.T for m in zero_order_hold(model.a, model.b, 2**i / NS_PER_S)])
+                           for i in range(_LADDER_BITS)])
+        phi, gamma = zero_order_hold(model.a, model.b, period_ns / NS_PER_S)
+        a = np.eye(states + outputs)
+        a[:states, :states] = phi
+        c = np.hstack([model.c, np.eye(outputs)])
+        noise = np.zeros_like(a)
+        noise[:states, :states] = drive_noise**2 * gamma @ gamma.T
+        noise[states:, states:] = disturbance_walk**2 * period_ns / NS_PER_S * np.eye(outputs)
+        noise[:states, :states] += 1e-12 * np.eye(states)
+        covariance = solve_discrete_are(a.T, c.T, noise, measurement_noise**2 * np.eye(outputs))
+        gain = covariance @ c.T @ np.linalg.inv(c @ covariance @ c.T + measurement_noise**2 * np.eye(outputs))
+        kept = (reach_ns + delay_ns) // period_ns + 3
+        return cls(ladder, np.ascontiguousarray(model.c), model.offset, np.ascontiguousarray(gain),
+                   delay_ns, kept)
+
+    def init(self) -> ObserverState:
+        """At rest before t = 0, nothing given out before."""
+        states, muscles = self.ladder.shape[2], self.ladder.shape[1] - self.ladder.shape[2]
+        return ObserverState(NEVER, np.zeros(states), np.zeros(self.offset.size),
+                             np.full(self.kept, _LONG_AGO, dtype=np.int64), np.zeros((self.kept, muscles)))
+
+    def record(self, state: ObserverState, time_ns: int, drive: Array) -> None:
+        """A drive is given out at `time_ns`."""
+        record(state.stamps, state.inputs, time_ns, drive)
+
+    def correct(self, state: ObserverState, captured_ns: int, measured: Array) -> None:
+        """Take in outputs (outputs,) in rad as they were at `captured_ns`; nothing if that is no news."""
+        if captured_ns <= state.at_ns:
+            return
+        correct(self.ladder, self.c, self.offset, self.gain, state.x, state.disturbance, state.stamps,
+                state.inputs, self.delay_ns, state.at_ns, captured_ns, measured)
+        state.at_ns = captured_ns
+
+    def ahead(self, state: ObserverState, time_ns: int, period_ns: int, stored: int) -> Array:
+        """Estimate at `time_ns`, fresh: x, then the drives given out 1 ... `stored` periods before.
+
+        That is the state of `LinearModel.sampled` for the same delay. The observer's state is left alone.
+        """
+        present: Array = ahead(self.ladder, state.x, state.stamps, state.inputs, self.delay_ns, state.at_ns,
+                               time_ns, period_ns, stored)
+        return present
+
+
+@numba.njit(cache=True)
+def record(stamps: Stamps, inputs: Array, time_ns: int, drive: Array) -> None:
+    """Append to the records, the oldest falling out."""
+    stamps[:-1] = stamps[1:]
+    inputs[:-1] = inputs[1:]
+    stamps[-1] = time_ns
+    inputs[-1] = drive
+
+
+@numba.njit(cache=True)
+def step_bits(ladder: Array, x: Array, drive: Array, duration_ns: int, after: Array) -> None:
+    """x over a duration under a held drive, as the product of the steps of the duration's bits."""
+    states = x.size
+    bit = 0
+    while duration_ns > 0:
+        if duration_ns & 1:
+            for i in range(states):
+                after[i] = 0.0
+            for j in range(states):
+                for i in range(states):
+                    after[i] += ladder[bit, j, i] * x[j]
+            for j in range(drive.size):
+                for i in range(states):
+                    after[i] += ladder[bit, states + j, i] * drive[j]
+            x[:] = after
+        duration_ns >>= 1
+        bit += 1
+
+
+@numba.njit(cache=True)
+def carry(
+    ladder: Array, x: Array, stamps: Stamps, inputs: Array, delay_ns: int, from_ns: int, to_ns: int
+) -> None:
+    """x from one instant to another under the recorded inputs, each acting `delay_ns` after it was given."""
+    after = np.empty(x.size)
+    k = stamps.size - 1
+    while k > 0 and stamps[k] + delay_ns > from_ns:
+        k -= 1
+    while from_ns < to_ns:
+        stop = to_ns
+        if k + 1 < stamps.size:
+            stop = min(to_ns, stamps[k + 1] + delay_ns)
+        step_bits(ladder, x, inputs[k], stop - from_ns, after)
+        from_ns = stop
+        k += 1
+
+
+@numba.njit(cache=True)
+def correct(
+    ladder: Array, c: Array, offset: Array, gain: Array, x: Array, disturbance: Array, stamps: Stamps,
+    inputs: Array, delay_ns: int, from_ns: int, captured_ns: int, measured: Array,
+) -> None:
+    """Carry to the capture, then the measurement update, in place."""
+    carry(ladder, x, stamps, inputs, delay_ns, from_ns, captured_ns)
+    states = x.size
+    innovation = measured - offset - disturbance
+    for i in range(innovation.size):
+        for j in range(states):
+            innovation[i] -= c[i, j] * x[j]
+    for i in range(innovation.size):
+        for j in range(states):
+            x[j] += gain[j, i] * innovation[i]
+        for j in range(disturbance.size):
+            disturbance[j] += gain[states + j, i] * innovation[i]
+
+
+@numba.njit(cache=True)
+def ahead(
+    ladder: Array, x: Array, stamps: Stamps, inputs: Array, delay_ns: int, from_ns: int, to_ns: int,
+    period_ns: int, stored: int,
+) -> Array:
+    """x carried to `to_ns`, followed by the drives in force 1 ... `stored` periods before, flat."""
+    states, muscles = x.size, inputs.shape[1]
+    present = np.empty(states + stored * muscles)
+    present[:states] = x
+    carry(ladder, present[:states], stamps, inputs, delay_ns, from_ns, to_ns)
+    k = stamps.size - 1
+    for lag in range(1, stored + 1):
+        # Half a period of tolerance: ticks of a rate that is no whole number of ns differ by 1 ns.
+        while k > 0 and stamps[k] > to_ns - lag * period_ns + period_ns // 2:
+            k -= 1
+        present[states + (lag - 1) * muscles:states + lag * muscles] = inputs[k]
+    return present
