@@ -37,7 +37,7 @@ class Fmu:
     interface: "auto" takes co-simulation where there is the choice.
     input_ports, output_ports: how variables make ports; without any, `bind_ports` tells how they are made.
     starts: start values by variable name, parameters above all.
-    substeps: Runge-Kutta steps in a communication step (model exchange only).
+    substeps: Runge-Kutta steps of order 8 in a communication step (model exchange only).
     probe_timeout_s: how long the check may take.
 
     Raises
@@ -52,7 +52,7 @@ class Fmu:
     input_ports: tuple[FmuPort, ...] = ()
     output_ports: tuple[FmuPort, ...] = ()
     starts: dict[str, float | int | bool | str] = field(default_factory=dict)
-    substeps: int = 10
+    substeps: int = 5
     probe_timeout_s: float = 30.0
     _grid: RateClock = field(init=False, repr=False)
     _extracted: ExtractedFmu = field(init=False, repr=False)
