@@ -20,7 +20,6 @@ from fesloop.loop.wiring import Node, Wiring
 if TYPE_CHECKING:
     from fesloop.experiment.trial import Result
 
-_NODE_KEYS = ("rate", "offset_ms", "execution")
 _WIRE_NAMES = {"source": "from", "target": "to"}
 
 
@@ -118,6 +117,9 @@ class Experiment:
         object.__setattr__(self, "wiring", Wiring(self.nodes, self.wires, self.seed))
         for fault in self.score.faults(self.nodes):
             raise fault
+        for node in self.nodes:
+            if node.given_clock is not None:
+                _owner(self.nodes, node)
         if self.duration_ns <= 0:
             raise InputError("experiment.duration_s", f"{self.duration_s}", "above 0")
 
@@ -135,16 +137,27 @@ class Experiment:
 
     def document(self) -> dict[str, Any]:
         """The experiment with every parameter resolved, as plain tables: what a file of it would say."""
-        about = {"name": self.name, "description": self.description, "duration_s": self.duration_s,
+        about = {"name": self.name, "description": self.description,
+                 "duration_s": None if self.duration_s is None else float(self.duration_s),
                  "trials": self.trials, "seed": self.seed}
         return {
             "experiment": {key: value for key, value in about.items() if value is not None},
             "record": plain(self.record),
-            "blocks": {node.name: _block_table(node) for node in self.nodes},
+            "blocks": {node.name: self._block_table(node) for node in self.nodes},
             "wires": [{_WIRE_NAMES.get(key, key): value for key, value in plain(wire).items()}
                       for wire in self.wires],
             "score": plain(self.score),
         }
+
+    def _block_table(self, node: Node) -> dict[str, Any]:
+        place: dict[str, Any] = {}
+        if not node.is_plant:
+            place = {"offset_ms": float(node.offset_ms), "execution": plain(node.execution)}
+        if node.given_clock is not None:
+            place["clock"] = _owner(self.nodes, node)
+        elif node.rate is not None:
+            place["rate"] = node.rate
+        return {"kind": registry.kind_of(type(node.part)), **place, **plain(node.part)}
 
     def fingerprint(self) -> str:
         """SHA-256 of the document, as hexadecimal text."""
@@ -179,6 +192,10 @@ class Experiment:
         return result
 
 
-def _block_table(node: Node) -> dict[str, Any]:
-    place = {key: plain(getattr(node, key)) for key in _NODE_KEYS if getattr(node, key) is not None}
-    return {"kind": registry.kind_of(type(node.part)), **place, **plain(node.part)}
+def _owner(nodes: Iterable[Node], follower: Node) -> str:
+    """Name of the node whose clock a node follows; raises InputError if there is none."""
+    for node in nodes:
+        if node is not follower and node.clock is follower.given_clock:
+            return node.name
+    raise InputError(f"{follower.name}.rate", "is a clock that no other node has",
+                     "a rate, or the clock of another node")

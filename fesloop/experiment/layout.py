@@ -44,7 +44,7 @@ def _block(kinds: Kinds) -> Any:
     for kind, cls in kinds.items():
         place: dict[str, Any] = {"kind": Required[Literal[kind]]}
         if not hasattr(cls, "advance"):
-            place |= {"rate": NotRequired[Rate], "offset_ms": NotRequired[float],
+            place |= {"rate": NotRequired[Rate], "clock": NotRequired[str], "offset_ms": NotRequired[float],
                       "execution": NotRequired[execution]}
         members.append(table(cls, kinds, extra=place))
     if len(members) == 1:

@@ -17,13 +17,14 @@ from fesloop.experiment import registry
 from fesloop.experiment.experiment import Experiment, Record, Score
 from fesloop.experiment.faults import faults_of
 from fesloop.experiment.layout import experiment_table, keys_at
-from fesloop.experiment.schema import make
+from fesloop.experiment.schema import Kinds, make
 from fesloop.experiment.settings import apply_settings
+from fesloop.loop.clock import Clock
 from fesloop.loop.duration import Duration
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node
 
-_PLACE = ("kind", "rate", "offset_ms", "execution")
+_PLACE = ("kind", "rate", "clock", "offset_ms", "execution")
 
 
 def shipped() -> list[str]:
@@ -108,9 +109,10 @@ def _kinds_in(document: Any) -> dict[str, type[Any]]:
     return {kind: registry.find(kind) for kind in sorted(named.intersection(registry.kinds()))}
 
 
-def _check(document: dict[str, Any], kinds: dict[str, type[Any]]) -> None:
+def _check(document: dict[str, Any], kinds: Kinds) -> None:
     """Raise InputErrors naming everything that is not of the declared form."""
-    faults = [_unknown_kind(name, table) for name, table in _blocks_of_no_kind(document, kinds)]
+    unknown = _blocks_of_no_kind(document, kinds)
+    faults = [_unknown_kind(name, table) for name, table in unknown]
     table = experiment_table(kinds)
     try:
         text = json.dumps(document, default=_as_text)
@@ -118,7 +120,9 @@ def _check(document: dict[str, Any], kinds: dict[str, type[Any]]) -> None:
     except ValidationError as fault:
         found = faults_of(fault.errors(include_url=False), document,
                           lambda path: keys_at(table, path, document))
-        faults += [each for each in found if not any(each.where == other.where for other in faults)]
+        hidden = tuple(f"blocks.{name}" for name, _ in unknown)
+        faults += [each for each in found if each.where not in hidden and not each.where.startswith(
+            tuple(f"{place}." for place in hidden))]
     _raise(faults)
 
 
@@ -129,7 +133,7 @@ def _as_text(value: Any) -> str:
     raise TypeError(f"{value!r} is not of TOML")
 
 
-def _blocks_of_no_kind(document: dict[str, Any], kinds: dict[str, type[Any]]) -> list[tuple[str, Any]]:
+def _blocks_of_no_kind(document: dict[str, Any], kinds: Kinds) -> list[tuple[str, Any]]:
     blocks = document.get("blocks")
     tables = blocks.items() if isinstance(blocks, dict) else ()
     return [(name, table) for name, table in tables
@@ -149,7 +153,7 @@ def _unknown_kind(name: str, table: dict[str, Any]) -> InputError:
     raise AssertionError(f"{name} is of a known kind")
 
 
-def _experiment(document: dict[str, Any], kinds: dict[str, type[Any]]) -> Experiment:
+def _experiment(document: dict[str, Any], kinds: Kinds) -> Experiment:
     """Make every object, gathering what each of them refuses."""
     faults: list[InputError] = []
 
@@ -162,7 +166,9 @@ def _experiment(document: dict[str, Any], kinds: dict[str, type[Any]]) -> Experi
             faults.append(fault)
         return None
 
-    nodes = [made(_node, name, table, kinds) for name, table in document["blocks"].items()]
+    nodes: dict[str, Any] = dict.fromkeys(document["blocks"])
+    for name, table in sorted(document["blocks"].items(), key=lambda item: "clock" in item[1]):
+        nodes[name] = made(_node, name, table, kinds, nodes)
     wires = [made(_wire, i, table, kinds) for i, table in enumerate(document.get("wires", []))]
     record = made(make, Record, document.get("record", {}), kinds, "record")
     score = made(make, Score, document.get("score", {}), kinds, "score")
@@ -170,15 +176,17 @@ def _experiment(document: dict[str, Any], kinds: dict[str, type[Any]]) -> Experi
     about = dict(document["experiment"])
     if "duration_s" in about:
         about["duration_s"] = float(about["duration_s"])
-    return Experiment(nodes=tuple(nodes), wires=tuple(wires), record=record, score=score, **about)
+    return Experiment(nodes=tuple(nodes.values()), wires=tuple(wires), record=record, score=score, **about)
 
 
-def _node(name: str, table: dict[str, Any], kinds: dict[str, type[Any]]) -> Node:
-    """A block or plant in its place."""
+def _node(name: str, table: dict[str, Any], kinds: Kinds, nodes: Mapping[str, Node | None]) -> Node:
+    """A block or plant in its place; `nodes` are those whose clock it may follow."""
     where = f"blocks.{name}"
     parameters = {key: value for key, value in table.items() if key not in _PLACE}
     part = make(kinds[table["kind"]], parameters, kinds, where)
     place: dict[str, Any] = {key: table[key] for key in ("rate", "offset_ms") if key in table}
+    if "clock" in table:
+        place["rate"] = _followed_clock(f"{where}.clock", table, nodes)
     if "execution" in table:
         place["execution"] = make(Duration, table["execution"], kinds, f"{where}.execution")
     try:
@@ -187,7 +195,19 @@ def _node(name: str, table: dict[str, Any], kinds: dict[str, type[Any]]) -> Node
         raise InputError(f"blocks.{fault.where}", fault.found, fault.allowed, fault.remedy) from None
 
 
-def _wire(number: int, table: dict[str, Any], kinds: dict[str, type[Any]]) -> Wire:
+def _followed_clock(where: str, table: dict[str, Any], nodes: Mapping[str, Node | None]) -> Clock | None:
+    """The clock of the node that a block says it ticks with."""
+    if "rate" in table:
+        raise InputError(where, "stands beside a rate", "one of clock and rate", "remove one of the two")
+    sampled = [name for name, node in nodes.items() if node is not None and not node.is_plant]
+    node = nodes.get(table["clock"])
+    if node is None or node.is_plant:
+        raise InputError(where, f"there is no block {table['clock']!r} with a clock", ", ".join(sampled),
+                         did_you_mean(table["clock"], sampled))
+    return node.clock
+
+
+def _wire(number: int, table: dict[str, Any], kinds: Kinds) -> Wire:
     """A wire, in a fault named by its number in the file and by its ends."""
     names = {"from": "source", "to": "target"}
     where = f"wires[{number}]"

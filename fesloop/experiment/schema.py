@@ -8,7 +8,7 @@ table, `plain` the table from an object.
 from __future__ import annotations
 
 import types
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, Field, fields, is_dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -159,24 +159,33 @@ def _place(inner: str, where: str, names: Mapping[str, Any]) -> str:
     return f"{where}.{inner}"
 
 
-def _declared(annotation: Any, value: Any) -> Any:
-    """An int that stands where a float is declared, as that float: both spellings are one experiment."""
-    members = {annotation, *get_args(annotation)}
-    return float(value) if type(value) is int and float in members and int not in members else value
+def plain(value: Any, declared: Any = Any) -> Any:
+    """What stands in a file for a parameter object: tables, lists, numbers, text. None is left out.
 
-
-def plain(value: Any) -> Any:
-    """What stands in a file for a parameter object: tables, lists, numbers, text. None is left out."""
+    An int where a float is `declared` is that float, so that both spellings are one experiment.
+    """
     if is_dataclass(value) and not isinstance(value, type):
         hints = get_type_hints(type(value))
         items = ((field.name, getattr(value, field.name)) for field in fields(value) if field.init)
-        return {name: plain(_declared(hints[name], item)) for name, item in items if item is not None}
+        return {name: plain(item, hints[name]) for name, item in items if item is not None}
     if isinstance(value, Mapping):
         return {key: plain(item) for key, item in value.items()}
     if isinstance(value, (tuple, list)):
-        return [plain(item) for item in value]
+        return [plain(item, hint) for item, hint in zip(value, _items(declared, len(value)), strict=False)]
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, np.generic):
         return value.item()
+    if type(value) is int:
+        members = {declared, *get_args(declared)}
+        return float(value) if float in members and int not in members else value
     return str(value) if isinstance(value, (Fraction, Path)) else value
+
+
+def _items(declared: Any, size: int) -> Sequence[Any]:
+    """The annotations of a list's items."""
+    for member in (declared, *get_args(declared)):
+        args = get_args(member)
+        if get_origin(member) in (tuple, list) and args:
+            return args if get_origin(member) is tuple and args[-1] is not ... else (args[0],) * size
+    return (Any,) * size

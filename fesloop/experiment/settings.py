@@ -57,12 +57,12 @@ def _assign(document: dict[str, Any], path: list[str], text: str, key: str, name
     """Put the value of `text` at a path."""
     here: Any = document
     for depth, part in enumerate(path[:-1]):
-        if depth == 0 and isinstance(here, dict):
+        if isinstance(here, dict) and depth != 1:
             here = here.setdefault(part, {})
         else:
             here = here[_step(here, part, key, name)]
-            if not isinstance(here, (dict, list)):
-                raise InputError(f"--set {key}", f"{part!r} holds no further keys", remedy=f"see {name}")
+        if not isinstance(here, (dict, list)):
+            raise InputError(f"--set {key}", f"{part!r} holds no further keys", remedy=f"see {name}")
     last = path[-1]
     if isinstance(here, list):
         here[_step(here, last, key, name)] = _value(text, False)

@@ -1,0 +1,195 @@
+"""Every mistake in a file is named, with its key and what is allowed, and all of them at once."""
+
+from pathlib import Path
+
+import pytest
+
+import fesloop
+from controllers.pid import Pid
+from controllers.reference import MinimumJerk
+from fesloop import Duration, Experiment, InputError, Node, Score, Wire
+from fesloop.experiment.parse import from_document, read, shipped
+from fesloop.models.linear_model import LinearModel
+from fesloop.models.recruitment import Recruitment
+from plants.finger import Finger
+
+SMALL = Path(__file__).parent / "small.toml"
+
+
+def faults_with(*settings):
+    """Lines of the refusal of the small experiment with some keys changed."""
+    with pytest.raises(InputError) as refused:
+        fesloop.load(SMALL, settings)
+    return str(refused.value).splitlines()
+
+
+def faults_of(tmp_path, *changes):
+    """Lines of the refusal of the small experiment with some text replaced."""
+    text = SMALL.read_text()
+    for before, after in changes:
+        assert before in text
+        text = text.replace(before, after, 1)
+    file = tmp_path / "changed.toml"
+    file.write_text(text)
+    with pytest.raises(InputError) as refused:
+        fesloop.load(file)
+    return str(refused.value).splitlines()
+
+
+@pytest.mark.parametrize(("setting", "place", "allowed"), [
+    ('wires.1.latency_ms="0.01"', "wires[1].latency_ms", "a number"),
+    ("wires.1.latency_ms=true", "wires[1].latency_ms", "a number"),
+    ("wires.1.latency_ms=-1", "latency_ms", "zero or more"),
+    ("wires.1.loss=1.5", "loss", "[0, 1)"),
+    ("wires.1.late=never", "wires[1].late", "keep-newest"),
+    ("wires.1.jitter.kind=gauss", "wires[1].jitter.kind", "normal"),
+    ("wires.1.jitter.low_ms=9", "jitter.low_ms", "at most high_ms"),
+    ("wires.1.jitter.low_ms=-30", "jitter", "at least 0"),
+    ("wires.1.from=finger.angle", "finger.angle", "angles"),
+    ("wires.1.from=fingers.angles", "fingers.angles", "finger"),
+    ("wires.1.to=pid.measure", "pid.measure", "measured"),
+    ("wires.1.to=pid", "'pid'", "node.port"),
+    ("blocks.pid.rate=-50", "pid.rate", "a positive rate"),
+    ("blocks.pid.rate=true", "blocks.pid.rate", "a positive rate"),
+    ("blocks.pid.kind=pidd", "blocks.pid.kind", "did you mean 'pid'?"),
+    ("blocks.pid.kp.1=big", "blocks.pid.kp[1]", "a number"),
+    ("blocks.pid.kp=[0.1, 0.2]", "blocks.pid", "one a joint"),
+    ("blocks.pid.gain=0.1", "blocks.pid.gain", "kp"),
+    ("blocks.pid.recruitment.chronaxie_us=-1", "blocks.pid.recruitment.chronaxie_us", "above 0"),
+    ("blocks.pid.execution.kind=fixed", "blocks.pid.execution.ms", "fixed: ms"),
+    ("blocks.finger.rate=100", "blocks.finger.rate", "stiffness"),
+    ("blocks.finger.stiffness=[1.0, 2.0]", "blocks.finger.stiffness", "a"),
+    ("experiment.duration_s=0", "experiment.duration_s", "above 0"),
+    ("experiment.duration_s=nan", "experiment.duration_s", "zero or more"),
+    ("experiment.trials=0", "experiment.trials", "1 or more"),
+    ("experiment.trials=2.5", "experiment.trials", "an integer"),
+    ("experiment.seed=-1", "seed", "0 or more"),
+    ("experiment.duration_s=2020-01-01", "experiment.duration_s", "a number"),
+    ("score.truth=finger.angel", "score.truth", "finger.angles"),
+    ("record.plant_rate=0", "record.plant_rate", "a positive rate"),
+])
+def test_a_wrong_value_is_one_line_with_file_key_and_what_is_allowed(setting, place, allowed):
+    lines = faults_with(setting)
+    assert len(lines) == 1
+    assert str(SMALL) in lines[0]
+    assert place in lines[0]
+    assert allowed in lines[0]
+
+
+def test_all_faults_are_named_at_once():
+    lines = faults_with("blocks.pid.gain=1", "wires.0.latency_ms=true", "experiment.trials=x",
+                        "blocks.finger.damping=1")
+    places = ("blocks.pid.gain", "wires[0].latency_ms", "experiment.trials", "blocks.finger.damping")
+    assert len(lines) == len(places)
+    for place in places:
+        assert any(place in line for line in lines)
+
+
+def test_faults_that_only_the_objects_know_are_all_named():
+    lines = faults_with("blocks.finger.density=-1", "blocks.pid.width_max_us=-5", "wires.0.loss=2")
+    assert len(lines) == 3
+
+
+def test_two_wires_into_a_port_are_refused(tmp_path):
+    line, = faults_of(tmp_path, ('to = "pid.reference"', 'to = "pid.measured"'),
+                      ("[score]", '[[wires]]\nfrom = "reference.angles"\nto = "pid.reference"\n\n[score]'))
+    assert "already has a wire" in line
+    assert "changed.toml" in line
+
+
+@pytest.mark.parametrize("rate", ["true", "[50]", "0", "-0.5", '"fast"', "1e12"])
+def test_a_rate_is_text_or_a_number_above_zero(tmp_path, rate):
+    line, = faults_of(tmp_path, ('rate = "50"\nkp', f"rate = {rate}\nkp"))
+    assert "pid.rate" in line
+    assert "a number" in line or "positive rate" in line or "1 ns" in line
+
+
+def test_an_input_without_a_wire_is_refused(tmp_path):
+    line, = faults_of(tmp_path, ('[[wires]]\nfrom = "reference.angles"\nto = "pid.reference"\n', ""))
+    assert "pid.reference" in line
+    assert "no wire" in line
+
+
+def test_a_unit_mismatch_is_refused(tmp_path):
+    line, = faults_of(tmp_path, ('from = "finger.angles"', 'from = "finger.rates"'))
+    assert "'rad/s'" in line
+    assert "'rad'" in line
+
+
+def test_a_shape_mismatch_is_refused(tmp_path):
+    line, = faults_of(tmp_path, ("angles_deg = [[20, 25, 15], [35, 45, 25]]", "angles_deg = [[20], [35]]"))
+    assert "(1,)" in line
+    assert "(3,)" in line
+
+
+@pytest.mark.parametrize(("content", "found"), [
+    (b"[experiment\n", "line 1"),
+    (b"a = 1\na = 2\n", "line 2"),
+    (b"\xff\xfe", "UTF-8"),
+    (b"", "experiment: is missing"),
+])
+def test_a_file_that_is_no_toml_says_where(tmp_path, content, found):
+    file = tmp_path / "bad.toml"
+    file.write_bytes(content)
+    with pytest.raises(InputError, match=r"bad\.toml") as refused:
+        fesloop.load(file)
+    assert found in str(refused.value)
+
+
+def test_missing_files_and_names_are_refused(tmp_path):
+    with pytest.raises(InputError, match="cannot be read: No such"):
+        fesloop.load(tmp_path / "absent.toml")
+    with pytest.raises(InputError, match="Is a directory"):
+        fesloop.load(tmp_path)
+    with pytest.raises(InputError, match="did you mean"):
+        fesloop.load("finger_icl")
+
+
+def test_a_setting_in_python_and_in_toml_makes_the_same_experiment():
+    recruitment = Recruitment(threshold_ma=(12, 10, 10, 8), spread=(0.35,) * 4)
+    pid = Pid(kp=(0.3, 0.3, 0), ki=(1, 1, 0), kd=(0, 0, 0),
+              mixing=((0, 1, 0), (1, 0, 0), (0, 0, 0), (0, 0, 0)),
+              current_ma=(30,) * 4, recruitment=recruitment)
+    made = Experiment(
+        name="small", description="PID on a virtual finger", duration_s=1, trials=2, seed=3,
+        nodes=(
+            Node("reference", MinimumJerk(times_s=(0.1, 0.6), angles_deg=((20, 25, 15), (35, 45, 25))), "50"),
+            Node("pid", pid, "50"),
+            Node("finger", Finger()),
+        ),
+        wires=(
+            Wire("reference.angles", "pid.reference"),
+            Wire("finger.angles", "pid.measured", latency_ms=15,
+                 jitter=Duration(kind="uniform", low_ms=0, high_ms=4)),
+            Wire("pid.stimulation", "finger.stimulation", latency_ms=5),
+        ),
+        score=Score(truth="finger.angles", reference="reference.angles"),
+    )
+    assert made == fesloop.load(SMALL)
+    assert made != fesloop.load(SMALL, ["blocks.pid.kp.0=0.31"])
+
+
+@pytest.mark.parametrize("name", [SMALL, "finger_ilc", "finger_mpc", "finger_pid_latency"])
+def test_the_resolved_document_makes_the_same_experiment_again(name):
+    experiment = fesloop.load(name)
+    again = from_document(experiment.document())
+    assert again == experiment
+    assert again.fingerprint() == experiment.fingerprint()
+
+
+def test_a_model_can_be_given_as_a_plant_or_as_matrices():
+    from fesloop.experiment.schema import build, plain
+
+    told = build(LinearModel, {"kind": "finger", "strength": 1.2}, {"finger": Finger}, "model")
+    matrices = build(LinearModel, plain(told), {}, "model")
+    assert (told.b == Finger(strength=1.2).linear_model().b).all()
+    assert (matrices.a == told.a).all()
+    assert matrices.recruitment == told.recruitment
+
+
+def test_shipped_experiments_describe_themselves():
+    assert {"finger_ilc", "finger_mpc", "finger_pid_latency", "finger_fmu", "replay"} <= set(shipped())
+    for name in shipped():
+        about = read(name)[1]["experiment"]
+        assert about["name"] == name
+        assert about["description"]

@@ -1,0 +1,56 @@
+"""`--set` changes what a file says, by alias or by path, and refuses keys that lead nowhere."""
+
+import pytest
+
+from fesloop.errors import InputError
+from fesloop.experiment.settings import apply_settings
+
+DOCUMENT = {
+    "experiment": {"name": "x", "seed": 1},
+    "blocks": {"pid": {"kind": "pid", "rate": "50", "kp": [1.0, 2.0]},
+               "play": {"kind": "replay", "file": "a"}},
+    "wires": [{"from": "a.b", "to": "c.d"}, {"from": "e.f", "to": "g.h", "latency_ms": 1}],
+    "aliases": {"recording": "blocks.play.file", "gains": ["blocks.pid.kp.0", "blocks.pid.kp.1"]},
+}
+
+
+def changed(*settings):
+    return apply_settings(DOCUMENT, settings, "x.toml")
+
+
+@pytest.mark.parametrize(("setting", "path", "value"), [
+    ("experiment.seed=7", ("experiment", "seed"), 7),
+    ("blocks.pid.kp.1=2.5", ("blocks", "pid", "kp", 1), 2.5),
+    ("blocks.pid.kp[1]=2.5", ("blocks", "pid", "kp", 1), 2.5),
+    ("blocks.pid.kp=[3, 4]", ("blocks", "pid", "kp"), [3, 4]),
+    ("blocks.pid.rate=60", ("blocks", "pid", "rate"), "60"),
+    ("wires.1.latency_ms=30", ("wires", 1, "latency_ms"), 30),
+    ('wires."a.b->c.d".loss=0.1', ("wires", 0, "loss"), 0.1),
+    ("recording=/data/trial 1.mat", ("blocks", "play", "file"), "/data/trial 1.mat"),
+    ("recording=2024", ("blocks", "play", "file"), "2024"),
+    ('recording="b=c"', ("blocks", "play", "file"), "b=c"),
+    ("gains=5", ("blocks", "pid", "kp"), [5, 5]),
+    ("score.truth=a.b", ("score", "truth"), "a.b"),
+])
+def test_a_setting_lands_where_its_key_points(setting, path, value):
+    here = changed(setting)
+    for key in path:
+        here = here[key]
+    assert here == value
+    assert "score" not in DOCUMENT
+
+
+@pytest.mark.parametrize(("setting", "found"), [
+    ("blocks.pidd.kp=1", "did you mean 'pid'"),
+    ("recordin=1", "did you mean 'recording'"),
+    ("wires.7.loss=0", "0 to 1"),
+    ('wires."a.b->c.e".loss=0', "a.b->c.d"),
+    ("blocks.pid.kp.9=0", "no '9'"),
+    ("experiment.seed.x=0", "no further keys"),
+    ("seed", "KEY=VALUE"),
+    ("=3", "KEY=VALUE"),
+])
+def test_a_key_that_leads_nowhere_is_refused(setting, found):
+    with pytest.raises(InputError, match="--set") as refused:
+        changed(setting)
+    assert found in str(refused.value)
