@@ -1,0 +1,68 @@
+"""Replay: a recording's samples at a recording's stamps, through the loop."""
+
+import numpy as np
+import pytest
+from recording_files import CONTENTS, write
+
+from fesloop.errors import InputError
+from fesloop.loop.block import Tick
+from fesloop.loop.clock import FOREVER
+from fesloop.loop.record import Recorder
+from fesloop.loop.run import Loop
+from fesloop.loop.wiring import Node, Wiring
+from fesloop.streams.replay import Replay
+
+
+def played(replay, until_ns):
+    recorder = Recorder()
+    Loop(Wiring([Node("replay", replay)], []), recorder=recorder).run_until(until_ns)
+    rows = recorder.blocks["replay"]
+    ports = zip(*(row[5] for row in rows), strict=True)
+    return np.array([row[1] for row in rows]), [np.array(port) for port in ports]
+
+
+@pytest.mark.parametrize("kind", list(CONTENTS))
+def test_every_sample_leaves_once_at_its_stamp(tmp_path, kind):
+    replay = Replay(recording=str(write(tmp_path, kind)))
+    times, ports = played(replay, 10**12)
+    source = replay.source
+    np.testing.assert_array_equal(times, source.stamps_ns)
+    np.testing.assert_array_equal(ports[0], source.gyr)
+    np.testing.assert_array_equal(ports[1], source.acc)
+    assert [port.name for port in replay.outputs] == ["gyr", "acc"] + ["mag"] * (source.mag is not None)
+    if source.mag is not None:
+        np.testing.assert_array_equal(ports[2], source.mag)
+
+
+def test_uneven_stamps_are_played_unevenly(tmp_path):
+    content = CONTENTS["body16"]()
+    content["t"][7] += 0.004
+    times, _ = played(Replay(recording=str(write(tmp_path, "body16", content))), 10**12)
+    assert times[6:9].tolist() == [60_000_000, 74_000_000, 80_000_000]
+
+
+def test_a_part_starts_at_zero_and_ends_in_time(tmp_path):
+    replay = Replay(recording=str(write(tmp_path, "body16")), start_s=0.095, duration_s=0.1)
+    assert replay.start_ns == 100_000_000
+    times, ports = played(replay, 10**12)
+    assert times.tolist() == [k * 10_000_000 for k in range(11)]
+    np.testing.assert_array_equal(ports[0], replay.source.gyr[10:21])
+    assert replay.clock.tick(11) == FOREVER
+
+
+def test_nothing_to_play_and_bad_files_are_refused(tmp_path):
+    path = str(write(tmp_path, "body16"))
+    with pytest.raises(InputError, match=r"start_s: 9\.0 is past the last sample"):
+        Replay(recording=path, start_s=9.0)
+    with pytest.raises(InputError, match="duration_s"):
+        Replay(recording=path, duration_s=-1.0)
+    with pytest.raises(InputError, match="no such file"):
+        Replay(recording=path + ".gone")
+
+
+def test_samples_cannot_be_written_to(tmp_path):
+    replay = Replay(recording=str(write(tmp_path, "broad")))
+    tick = Tick()
+    for value in replay.step(None, (), tick):
+        with pytest.raises(ValueError, match="read-only"):
+            value[0, 0] = 1.0
