@@ -32,7 +32,7 @@ class Fmu:
 
     Attributes
     ----------
-    path: the .fmu file.
+    path: the .fmu file; "shipped:finger" is the default finger, exported anew (which takes a compiler).
     step_rate: communication points, Hz.
     interface: "auto" takes co-simulation where there is the choice.
     input_ports, output_ports: how variables make ports; without any, `bind_ports` tells how they are made.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import os
 import shutil
 import stat
@@ -16,6 +17,8 @@ from fesloop.errors import InputError, SnapshotError
 
 MAX_BYTES = 8 * 1024**3
 """Refuse to unpack more than this (chosen; a zip of a few kB can declare more)."""
+SHIPPED = "shipped:finger"
+"""Path that stands for the default finger as an FMU, built when it is asked for."""
 _CORRUPT = (zipfile.BadZipFile, OSError, EOFError, NotImplementedError, RuntimeError)
 
 
@@ -33,11 +36,7 @@ class ExtractedFmu:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        try:
-            file = path.open("rb")
-        except OSError as fault:
-            raise InputError("path", f"{path} cannot be read: {fault.strerror}", "an .fmu file") from None
-        with file:
+        with _opened(path) as file:
             self.digest = hashlib.file_digest(file, "sha256").hexdigest()
             self.folder = _extract(file, path)
         self._remove = weakref.finalize(self, _remove_folder, self.folder, os.getpid())
@@ -48,6 +47,20 @@ class ExtractedFmu:
 
     def __reduce__(self) -> tuple[object, tuple[Path, str]]:
         return _again, (self.path, self.digest)
+
+
+def _opened(path: Path) -> io.BufferedReader | io.BytesIO:
+    """The archive, open to read; the shipped one is built first."""
+    if str(path) == SHIPPED:
+        from plants.fmu_export import build_finger_fmu
+
+        with tempfile.TemporaryDirectory(prefix="fesloop-fmu-") as folder:
+            return io.BytesIO(build_finger_fmu(Path(folder) / "finger.fmu", binary=True).path.read_bytes())
+    try:
+        return path.open("rb")
+    except OSError as fault:
+        raise InputError("path", f"{path} cannot be read: {fault.strerror}",
+                         f"an .fmu file, or {SHIPPED}") from None
 
 
 def _again(path: Path, digest: str) -> ExtractedFmu:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.errors import SnapshotError
+from fesloop.errors import RunError, SnapshotError
 from fesloop.loop.signals import Value
 from plants.fmu_archive import ExtractedFmu
 from plants.fmu_ports import BoundPort
@@ -65,7 +65,11 @@ class FmuState:
         if self.why_not:
             raise SnapshotError(f"{self.running.library.name}: the state of {self.extracted.path.name} "
                                 f"cannot be saved: {self.why_not}")
-        return _resumed, (self.running.setup, self.extracted, self.running.library.name, self.running.save())
+        try:
+            saved = self.running.save()
+        except RunError as fault:
+            raise SnapshotError(str(fault)) from fault
+        return _resumed, (self.running.setup, self.extracted, self.running.library.name, saved)
 
 
 def _resumed(setup: FmuSetup, extracted: ExtractedFmu, name: str, saved: Any) -> FmuState:
