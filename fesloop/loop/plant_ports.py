@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from fesloop.errors import RunError
 from fesloop.loop.block import Plant
 from fesloop.loop.clock import FOREVER, NS_PER_MS, RateClock, ticks_from
+from fesloop.loop.guard import is_finite
 from fesloop.loop.record import InputRow, PlantRow
 from fesloop.loop.signals import NEVER, Sample, Value
 from fesloop.loop.wire import Link
@@ -69,15 +70,19 @@ class PlantInputs:
 class PlantRecord:
     """What the recorder sees of a plant: its outputs at the recorder's own instants.
 
+    `sampled` are the numbers of the output ports that someone samples.
+
     Attributes
     ----------
     next: the first instant that has not been noted; FOREVER where nothing is recorded.
     """
 
-    __slots__ = ("_clock", "_name", "_next_instant", "_ports", "_rows", "_seen", "next")
+    __slots__ = ("_clock", "_name", "_next_instant", "_rows", "_seen", "_unsampled", "next")
 
-    def __init__(self, name: str, plant: Plant, rows: list[PlantRow] | None, clock: RateClock | None) -> None:
-        self._name, self._ports, self._clock = name, plant.outputs, clock
+    def __init__(self, name: str, plant: Plant, rows: list[PlantRow] | None, clock: RateClock | None,
+                 sampled: Set[int]) -> None:
+        self._name, self._clock = name, clock
+        self._unsampled = tuple((i, port.name) for i, port in enumerate(plant.outputs) if i not in sampled)
         self._rows: list[PlantRow] = [] if rows is None else rows
         self._seen: list[tuple[int, int, tuple[Value, ...]]] = []
         self.next = FOREVER
@@ -124,11 +129,11 @@ class PlantRecord:
             self._add(times, captured, tuple(np.array(column) for column in zip(*values, strict=True)))
 
     def _add(self, times: list[int], captured: list[int], stacks: tuple[Any, ...]) -> None:
-        """One row, refused where an output is not finite: the run ends there, by name and instant."""
-        for port, stack in zip(self._ports, stacks, strict=True):
-            finite = np.isfinite(stack)
-            if not finite.all():
-                at = times[int(np.argmin(finite.reshape(len(times), -1).all(axis=1)))]
-                raise RunError(f"{self._name}.{port.name} is not finite at {at / NS_PER_MS:.6f} ms: "
+        """One row. An output that is sampled is checked there; any other that is not finite ends the run."""
+        for i, name in self._unsampled:
+            if not is_finite(stacks[i]):
+                finite = np.isfinite(stacks[i]).reshape(len(times), -1).all(axis=1)
+                at = times[int(np.argmin(finite))]
+                raise RunError(f"{self._name}.{name} is not finite at {at / NS_PER_MS:.6f} ms: "
                                "the simulation became unstable")
         self._rows.append((times, captured, stacks))

@@ -8,11 +8,10 @@ made at its tick: the plant meets the same instants and the same inputs.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isfinite
 
 from fesloop.errors import RunError
 from fesloop.loop.clock import FOREVER, NS_PER_MS, Clock, ticks_from
-from fesloop.loop.guard import check_shapes, is_finite
+from fesloop.loop.guard import check_shapes, finite_check
 from fesloop.loop.plants import PlantStation
 from fesloop.loop.wire import Link
 
@@ -23,14 +22,17 @@ class Sampler:
     Attributes
     ----------
     due: instant of the next sample, ns.
+    index: its number, which is how many have been sent.
+    plain_links: those that leave the counting to the sender.
     """
 
-    __slots__ = ("_checked", "_clock", "_links", "_next_tick", "_plain", "_random", "due", "index", "plant")
+    __slots__ = ("_checked", "_clock", "_next_tick", "_plain", "_random", "due", "index", "plain_links",
+                 "plant")
 
     def __init__(self, plant: PlantStation, clock: Clock, outgoing: Sequence[tuple[int, Link]]) -> None:
         self.plant, self._clock = plant, clock
-        checks = [isfinite if port.shape == () else is_finite for port in plant.plant.outputs]
-        self._links = [link for _, link in outgoing if link.plain]
+        checks = [finite_check(port) for port in plant.plant.outputs]
+        self.plain_links = [link for _, link in outgoing if link.plain]
         self._plain = tuple((port, checks[port], link.queue.append, link.latency_ns)
                             for port, link in outgoing if link.plain)
         self._random = tuple((port, checks[port], link.send) for port, link in outgoing if not link.plain)
@@ -49,15 +51,12 @@ class Sampler:
                 value = values[port]
                 if not finite(value):
                     raise _unstable(self.plant, port, due)
-                # What link.send does, spelt out: this is the loop's busiest place.
                 append((value, captured, captured, due + latency))
             for port, finite, send in self._random:
                 if not finite(values[port]):
                     raise _unstable(self.plant, port, due)
                 send(index, values[port], captured, captured, due)
             index += 1
-        for link in self._links:
-            link.sent += index - self.index
         self.index = index
 
     def _take_dues(self, time_ns: int) -> list[int]:
@@ -68,6 +67,11 @@ class Sampler:
             due = next_tick()
         self.due = due
         return dues
+
+    @property
+    def sent(self) -> int:
+        """Messages sent into each of the links."""
+        return self.index
 
     def fire(self, time_ns: int) -> int:
         """Sample now; when to do so next. For a plant whose sampling is an event of the loop."""

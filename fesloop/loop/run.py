@@ -123,7 +123,8 @@ class Loop:
             rows = recorder.plants.setdefault(node.name, [])
             clock = recorder.plant_clock
         inputs = PlantInputs(plant, self._incoming(node), input_rows)
-        record = PlantRecord(node.name, plant, rows, clock)
+        sampled = {c.source_port for c in self.wiring.connections if c.source is node}
+        record = PlantRecord(node.name, plant, rows, clock, sampled)
         if plant.grid is None:
             return ExactStation(node.name, plant, state, inputs, record)
         return GridStation(node.name, plant, state, inputs, record, plant.grid)
@@ -216,8 +217,9 @@ class Loop:
 
     def message_counts(self) -> dict[str, dict[str, int]]:
         """Messages sent, lost and dropped as late, by wire."""
-        return {link.wire_name: {"sent": link.sent, "lost": link.lost, "late": link.late}
-                for link in self._links}
+        counted = {id(link): s.sent for s in self._stations() for link in s.plain_links}
+        return {link.wire_name: {"sent": counted.get(id(link), link.sent), "lost": link.lost,
+                                 "late": link.late} for link in self._links}
 
     def latency_report(self, horizon_ns: int | None = None) -> LatencyReport:
         """Latency of every path from a plant output back to a plant input, by stage."""

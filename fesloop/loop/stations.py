@@ -9,7 +9,7 @@ from typing import Any
 from fesloop.errors import RunError
 from fesloop.loop.block import Tick
 from fesloop.loop.clock import NS_PER_MS, ticks_from
-from fesloop.loop.guard import check_shapes, is_finite
+from fesloop.loop.guard import check_shapes, finite_check, is_finite
 from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.loop.publish import Publisher
 from fesloop.loop.record import BlockRow, EventRow
@@ -17,6 +17,8 @@ from fesloop.loop.signals import NEVER, Port, Sample, Value
 from fesloop.loop.wire import Link
 from fesloop.loop.wiring import Node
 
+_new_tuple = tuple.__new__
+"""Makes a Sample of a message without the cost of its argument handling."""
 Outgoing = tuple[tuple[int, Link], ...]
 """Links with the number of the port whose value they carry."""
 
@@ -33,9 +35,9 @@ class BlockStation:
     treats as part of the way. A tick that falls due before then is skipped and recorded.
     """
 
-    __slots__ = ("_clock", "_draws", "_executed", "_execution", "_incoming", "_next_tick", "_publishers",
-                 "_recorded", "_step", "block", "busy_until", "checked", "due", "events", "held", "index",
-                 "name", "outgoing", "rows", "state", "tick")
+    __slots__ = ("_checks", "_clock", "_draws", "_executed", "_execution", "_incoming", "_next_tick",
+                 "_plain", "_publishers", "_random", "_recorded", "_step", "block", "busy_until", "checked", "due",
+                 "events", "held", "index", "name", "plain_links", "rows", "sent", "state", "tick")
 
     def __init__(self, node: Node, state: Any, seed: int, trial: int, incoming: Outgoing,
                  outgoing: Outgoing, publishers: tuple[Publisher, ...], rows: list[BlockRow] | None,
@@ -46,7 +48,13 @@ class BlockStation:
         self._clock = clock
         self._next_tick = ticks_from(clock, 0)
         self.due = self._next_tick()
-        self.outgoing, self.rows, self.events = outgoing, rows, events
+        self.rows, self.events = rows, events
+        self.plain_links = [link for _, link in outgoing if link.plain]
+        self._plain = tuple((port, link.queue.append, link.latency_ns)
+                            for port, link in outgoing if link.plain)
+        self._random = tuple((port, link.send) for port, link in outgoing if not link.plain)
+        self._checks = tuple(finite_check(port) for port in self.block.outputs)
+        self.sent = 0
         self.held = [empty_sample(port) for port in self.block.inputs]
         self.tick = Tick()
         self.index = self.busy_until = self._executed = 0
@@ -75,7 +83,13 @@ class BlockStation:
         oldest = newest = NEVER
         for port, link, queue in self._incoming:
             if queue and queue[0][3] <= time_ns:
-                held[port] = link.take_due(time_ns, held[port])
+                if link.plain:
+                    message = queue.popleft()
+                    while queue and queue[0][3] <= time_ns:
+                        message = queue.popleft()
+                    held[port] = _new_tuple(Sample, message)
+                else:
+                    held[port] = link.take_due(time_ns, held[port])
             _, old, new, arrived = held[port]
             if arrived >= 0:
                 if old < oldest or oldest < 0:
@@ -97,13 +111,16 @@ class BlockStation:
         if not self.checked:
             check_shapes(self.name, self.block.outputs, values)
             self.checked = True
-        for value in values:
-            if not is_finite(value):
+        for finite, value in zip(self._checks, values, strict=True):
+            if not finite(value):
                 values = self._made_safe(values)
         if tick.reports:
             self._record_reports(time_ns)
-        for port, link in self.outgoing:
-            link.send(index, values[port], oldest, newest, left)
+        for port, append, latency in self._plain:
+            append((values[port], oldest, newest, left + latency))
+        for port, send in self._random:
+            send(index, values[port], oldest, newest, left)
+        self.sent += 1
         if self.rows is not None:
             self.rows.append((index, time_ns, left, oldest, newest, values))
         return due
@@ -139,11 +156,11 @@ class BlockStation:
 
     def save(self) -> Any:
         """All that changes, for a snapshot."""
-        return self.index, self.busy_until, self._executed, self.state, list(self.held)
+        return self.index, self.busy_until, self._executed, self.sent, self.state, list(self.held)
 
     def restore(self, saved: Any) -> None:
         """Back to what `save` gave."""
-        self.index, self.busy_until, self._executed, self.state, held = saved
+        self.index, self.busy_until, self._executed, self.sent, self.state, held = saved
         self.held[:] = held
         self._next_tick = ticks_from(self._clock, self.index)
         self.due = self._next_tick()

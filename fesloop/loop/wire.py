@@ -102,12 +102,14 @@ class Link:
     ----------
     queue: messages under way, by arrival, then sequence: the fields of a Sample as a bare tuple, for most
         are overwritten before anyone reads them.
-    plain: whether every message takes `latency_ns` and none is lost.
-    sent, lost, late: counts of messages sent, lost on the way, dropped because a newer one was there.
+    plain: whether every message takes `latency_ns` and none is lost: whoever sends may then append to
+        `queue` by itself, and counts what it sends.
+    sent, lost, late: counts of messages sent (unless plain), lost on the way, dropped because a newer one
+        was there.
     """
 
     __slots__ = ("_held", "_in_order", "_last_arrival", "_noise", "_order", "_wire", "late", "latency_ns",
-                 "lost", "plain", "queue", "send", "sent", "take", "wire_name")
+                 "lost", "plain", "queue", "sent", "wire_name")
 
     def __init__(self, wire: Wire, seed: int, trial: int) -> None:
         self.wire_name = wire.name
@@ -121,16 +123,9 @@ class Link:
         self._held = -1
         self._noise = wire.noise(seed, trial)
         self.plain = wire.loss == 0.0 and wire.jitter.kind == "zero"
-        self.send = self._send_steadily if self.plain else self._send_randomly
-        self.take = self._take_next if self.plain else self._take_newest
 
-    def _send_steadily(self, index: int, value: Value, oldest: int, newest: int, left: int) -> None:
-        """Constant latency, no loss: messages stay in the order in which they were sent."""
-        self.sent += 1
-        self.queue.append((value, oldest, newest, left + self.latency_ns))
-
-    def _send_randomly(self, index: int, value: Value, oldest: int, newest: int, left: int) -> None:
-        """Jitter or loss by the numbers of the source's tick `index`."""
+    def send(self, index: int, value: Value, oldest: int, newest: int, left: int) -> None:
+        """A message on its way, with jitter and loss by the numbers of the source's tick `index`."""
         number = self.sent
         self.sent += 1
         chance, shape = self._noise.row(index)
@@ -150,26 +145,19 @@ class Link:
     def take_due(self, time_ns: int, held: Sample) -> Sample:
         """What the port holds at `time_ns`: every message due by then is delivered to it."""
         queue = self.queue
-        if self.plain:
-            message = None
-            while queue and queue[0][3] <= time_ns:
-                message = queue.popleft()
-            return held if message is None else Sample(*message)
         while queue and queue[0][3] <= time_ns:
             held = self.take(held)
         return held
 
-    def _take_next(self, held: Sample) -> Sample:
-        """Deliver the next message."""
-        return Sample(*self.queue.popleft())
-
-    def _take_newest(self, held: Sample) -> Sample:
+    def take(self, held: Sample) -> Sample:
         """Deliver the next message: it, or `held` where that was sent later."""
-        message, number = self.queue.popleft(), self._order.popleft()
-        if number < self._held:
-            self.late += 1
-            return held
-        self._held = number
+        message = self.queue.popleft()
+        if not self.plain:
+            number = self._order.popleft()
+            if number < self._held:
+                self.late += 1
+                return held
+            self._held = number
         return Sample(*message)
 
     def save(self) -> tuple[Any, ...]:
