@@ -180,7 +180,11 @@ class Finger:
     ) -> tuple[Array, ...]:
         """(angles, rates, accelerations, activation) at `times_ns`, ascending, state untouched."""
         rows = np.empty((len(times_ns), 13))
-        if inputs[0] is state.stimulation and self._next_change(state) >= times_ns[-1]:
+        # A new stimulation changes nothing before its delay is over.
+        change = self._next_change(state)
+        if inputs[0] is not state.stimulation:
+            change = min(change, start_ns + self._delay_ns)
+        if change >= times_ns[-1]:
             self._system.read_ahead(state.z, start_ns, np.array(times_ns, dtype=np.int64), rows)
         else:
             self._observe_across(state.copy(), cast(Array, inputs[0]), start_ns, times_ns, rows)

@@ -36,8 +36,8 @@ class BlockStation:
     """
 
     __slots__ = ("_checks", "_clock", "_draws", "_executed", "_execution", "_incoming", "_next_tick",
-                 "_plain", "_publishers", "_random", "_recorded", "_step", "block", "busy_until", "checked", "due",
-                 "events", "held", "index", "name", "plain_links", "rows", "sent", "state", "tick")
+                 "_plain", "_publishers", "_random", "_recorded", "_step", "block", "busy_until", "checked",
+                 "due", "events", "held", "index", "name", "plain_links", "rows", "sent", "state", "tick")
 
     def __init__(self, node: Node, state: Any, seed: int, trial: int, incoming: Outgoing,
                  outgoing: Outgoing, publishers: tuple[Publisher, ...], rows: list[BlockRow] | None,
