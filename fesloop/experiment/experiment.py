@@ -5,15 +5,16 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fesloop.errors import InputError
+from fesloop.errors import InputError, InputErrors
 from fesloop.experiment import registry
 from fesloop.experiment.schema import plain
 from fesloop.loop.clock import NS_PER_S, duration_ns, parse_rate
+from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
 
@@ -30,9 +31,11 @@ class Record:
     Attributes
     ----------
     plant_rate: how often plant outputs are recorded, Hz; reading them changes no trajectory.
+    timed: blocks whose steps are timed by the wall clock; that changes nothing either.
     """
 
     plant_rate: str | int | float = "1000"
+    timed: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         parse_rate(self.plant_rate, "plant_rate")
@@ -50,6 +53,7 @@ class Score:
     orientation: a tracker's orientation quaternions, scored against the reference of the recording that
         the node `recording` plays.
     recording: node that plays a recording.
+    joints: names of the joints, under which their own metrics stand.
     after_s: start of each trial that is left out.
     """
 
@@ -58,23 +62,37 @@ class Score:
     estimate: str | None = None
     orientation: str | None = None
     recording: str | None = None
+    joints: tuple[str, ...] = ()
     after_s: float = 0.0
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.after_s) and self.after_s >= 0.0):
             raise InputError("after_s", f"{self.after_s}", "0 or more seconds")
 
-    def faults(self, nodes: Iterable[Node]) -> list[InputError]:
-        """Signals and nodes that do not exist."""
-        outputs = {f"{n.name}.{port.name}": n for n in nodes for port in n.part.outputs}
-        names = {node.name for node in outputs.values()}
+    def faults(self, nodes: Sequence[Node]) -> list[InputError]:
+        """Signals and nodes that do not exist or do not fit."""
+        outputs = [name for node in nodes for name, _ in _outputs(node)]
         signals = ((key, getattr(self, key)) for key in ("truth", "reference", "estimate", "orientation"))
         faults = [InputError(f"score.{key}", f"there is no signal {name!r}", ", ".join(sorted(outputs)))
                   for key, name in signals if name is not None and name not in outputs]
-        if self.recording is not None and self.recording not in names:
-            faults.append(InputError("score.recording", f"there is no node {self.recording!r}",
-                                     ", ".join(sorted(names))))
+        players = [node.name for node in nodes if hasattr(node.part, "source")]
+        if self.recording is not None and self.recording not in players:
+            faults.append(InputError("score.recording", f"{self.recording!r} plays no recording",
+                                     ", ".join(players) or "no node does"))
+        if self.orientation is not None and self.recording is None:
+            faults.append(InputError("score.recording", "is missing", ", ".join(players) or "no node does",
+                                     "name the node whose recording holds the reference"))
+        shapes = {name: port.shape for node in nodes for name, port in _outputs(node)}
+        joints = shapes.get(self.truth or self.estimate or "", ())
+        if self.joints and joints != (len(self.joints),):
+            faults.append(InputError("score.joints", f"{len(self.joints)} names",
+                                     f"as many as the signals have values: {joints}"))
         return faults
+
+
+def _outputs(node: Node) -> Iterator[tuple[str, Port]]:
+    """Output ports of a node by the names of their signals."""
+    return ((f"{node.name}.{port.name}", port) for port in node.part.outputs)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -115,8 +133,12 @@ class Experiment:
         object.__setattr__(self, "nodes", tuple(self.nodes))
         object.__setattr__(self, "wires", tuple(self.wires))
         object.__setattr__(self, "wiring", Wiring(self.nodes, self.wires, self.seed))
-        for fault in self.score.faults(self.nodes):
-            raise fault
+        faults = self.score.faults(self.wiring.nodes)
+        blocks = [node.name for node in self.nodes if not node.is_plant]
+        faults += [InputError("record.timed", f"there is no block {name!r}", ", ".join(blocks))
+                   for name in self.record.timed if name not in blocks]
+        if faults:
+            raise InputErrors(faults)
         for node in self.nodes:
             if node.given_clock is not None:
                 _owner(self.nodes, node)

@@ -28,6 +28,7 @@ class Signal:
     Attributes
     ----------
     name, unit: as the experiment names it ("finger.angles"), and SI.
+    indices: (n,), number of the tick; of the row for a plant.
     times_ns: (n,), when each value was put out or recorded.
     values: (n, *shape of the port).
     oldest_ns, newest_ns: (n,), oldest and newest capture that each value derives from.
@@ -36,6 +37,7 @@ class Signal:
 
     name: str
     unit: str
+    indices: NDArray[np.int64]
     times_ns: NDArray[np.int64]
     values: NDArray[np.float64]
     oldest_ns: NDArray[np.int64]
@@ -95,7 +97,13 @@ class Recording:
     def wall(self) -> dict[str, Any]:
         """Wall-clock facts: seconds, deadlines, missed_deadlines, worst_late_s, started, machine."""
         wall = self._file["wall"]
-        return {**{name: wall[name][()].item() for name in wall}, **dict(wall.attrs)}
+        numbers = {name: item[()].item() for name, item in wall.items() if isinstance(item, h5py.Dataset)}
+        return {**numbers, **dict(wall.attrs)}
+
+    @property
+    def step_times_ns(self) -> dict[str, NDArray[np.int64]]:
+        """How long each step of a timed block took, by block."""
+        return {name: dataset[:] for name, dataset in self._file.get("wall/step_ns", {}).items()}
 
     @property
     def trials(self) -> int:
@@ -178,7 +186,8 @@ def _signal(name: str, field: str, dataset: h5py.Dataset, trial: int) -> Signal:
         oldest = newest = rows["captured_ns"]
     else:
         oldest, newest = rows["oldest_ns"], rows["newest_ns"]
-    return Signal(name, unit, times, rows[field], oldest, newest, left)
+    indices = rows["index"] if "index" in rows.dtype.names else np.arange(len(rows))
+    return Signal(name, unit, indices, times, rows[field], oldest, newest, left)
 
 
 def _open(path: Path) -> h5py.File:

@@ -10,6 +10,7 @@ start, with its trial as a column:
     events              trial, time_ns, where, status, detail
     messages            a row a trial and wire: trial, wire, sent, lost, late
     experiment          the experiment with every parameter resolved, as JSON; `fingerprint` is its SHA-256
+    wall/step_ns/NODE   how long each step of a timed block took
     status              running, done, failed or interrupted
     wall                what depends on the machine and the hour, and is no part of the digest
 """
@@ -20,7 +21,7 @@ import itertools
 import json
 import os
 import platform
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
@@ -32,6 +33,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.timing import TimedBlock
 from fesloop.loop.record import BlockRow, EventRow, InputRow, PlantRow, Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
@@ -48,7 +50,7 @@ _MESSAGES = np.dtype([*_STAMP, ("wire", "<i4"), ("sent", "<i8"), ("lost", "<i8")
 _CHUNK_BYTES = 32768
 _PACKAGES = ("fesloop", "numpy", "scipy", "numba", "h5py", "vqf", "osqp", "daqp", "fmpy")
 
-Rows = NDArray[np.void]
+Rows = NDArray[np.void] | NDArray[np.int64]
 
 
 class RecordingWriter:
@@ -96,6 +98,8 @@ class RecordingWriter:
             wall.create_dataset(name, data=0.0)
         for name in ("deadlines", "missed_deadlines"):
             wall.create_dataset(name, data=0)
+        self._step_times = {name: self._dataset(f"wall/step_ns/{name}", np.dtype("<i8"))
+                            for name in experiment.record.timed}
 
     def _stream(self, path: str, stamps: list[tuple[str, str]], ports: Sequence[Port]) -> h5py.Dataset:
         taken = [name for name, _ in stamps]
@@ -113,7 +117,7 @@ class RecordingWriter:
         dataset.attrs["units"] = json.dumps({"value": port.unit})
         return dataset
 
-    def _dataset(self, path: str, dtype: np.dtype[np.void]) -> h5py.Dataset:
+    def _dataset(self, path: str, dtype: np.dtype[Any]) -> h5py.Dataset:
         rows = max(1, _CHUNK_BYTES // dtype.itemsize)
         return self._file.create_dataset(path, shape=(0,), maxshape=(None,), chunks=(rows,), dtype=dtype)
 
@@ -130,6 +134,12 @@ class RecordingWriter:
                 of_port = [row for row in changes if row[1] == number]
                 _append(dataset, input_rows(dataset.dtype, of_port, trial))
         _append(self._events, event_rows(events, trial))
+
+    def write_step_times(self, blocks: Mapping[str, TimedBlock]) -> None:
+        """Append how long the steps of timed blocks took."""
+        for name, block in blocks.items():
+            _append(self._step_times[name], np.array(block.durations_ns, np.int64))
+            block.durations_ns.clear()
 
     def write_messages(self, loop: Loop) -> None:
         """Append the message counts of a trial that is over."""

@@ -1,12 +1,136 @@
-"""Metrics of a run, from its recording alone."""
+"""Metrics of a run, from its recording: which signals go into which metric."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from fesloop.experiment.reading import Recording
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.experiment.experiment import Score
+from fesloop.experiment.metrics import Trace, joint_rmse_deg, rmse_deg, split_error, tracker_rmse_deg
+from fesloop.experiment.reading import Recording, Signal
+from fesloop.experiment.schema import make
+from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.signals import NEVER, Sample
+from fesloop.loop.wire import Link, Wire
+
+_SPLIT = ("total", "tracker", "controller")
 
 
 def metrics_of(recording: Recording) -> dict[str, Any]:
-    """What the experiment's [score] asks for, by the names of the metrics' vocabulary."""
-    return {}
+    """What the experiment's [score] asks for.
+
+    joint_rmse_deg: one a trial, truth against reference. tracker_rmse_deg: one a trial, estimate against
+    the truth of the instant of its capture. split_rmse_deg: the error that the patient sees (total), what
+    of it the controller could not see (tracker, latency included), and what it saw and did not put right
+    (controller), one a trial. Under joints the same by joint. orientation_rmse_deg and
+    relative_angle_rmse_deg: against the reference of the recording that was played. step_us: median and
+    99th percentile of the timed blocks' steps.
+    """
+    score = make(Score, recording.experiment["score"], {}, "score")
+    metrics = _joint_metrics(recording, score)
+    if score.orientation is not None:
+        metrics |= _orientation_metrics(recording, score)
+    for name, times in recording.step_times_ns.items():
+        if times.size:
+            median, p99 = np.percentile(times, [50, 99]) / 1e3
+            metrics.setdefault("step_us", {})[name] = {"median": float(median), "p99": float(p99)}
+    return metrics
+
+
+def _joint_metrics(recording: Recording, score: Score) -> dict[str, Any]:
+    """Metrics of joint angles, those that the score's signals allow."""
+    trials = range(recording.trials)
+    truth = [_trace(recording, score.truth, trial, score.after_s) for trial in trials]
+    wanted = [_trace(recording, score.reference, trial, 0.0) for trial in trials]
+    seen = [_captured(recording, score, trial) for trial in trials]
+    every = [_trace(recording, score.truth, trial, 0.0) for trial in trials]
+    metrics: dict[str, Any] = {}
+    joints: dict[str, Any] = {name: {} for name in score.joints}
+    if score.truth and score.reference:
+        pairs = list(zip(truth, wanted, strict=True))
+        metrics["joint_rmse_deg"] = joint_rmse_deg(pairs)
+        _add_by_joint(joints, "joint_rmse_deg", [rmse_deg(*pair) for pair in pairs])
+    if score.truth and score.estimate:
+        pairs = list(zip(seen, every, strict=True))
+        metrics["tracker_rmse_deg"] = tracker_rmse_deg(pairs)
+        _add_by_joint(joints, "tracker_rmse_deg", [rmse_deg(*pair) for pair in pairs])
+    if score.truth and score.estimate and score.reference:
+        splits = [split_error(true, _arrived(recording, score.estimate, trial), reference)
+                  for trial, (true, reference) in enumerate(zip(truth, wanted, strict=True))]
+        metrics["split_rmse_deg"] = {part: [float(np.sqrt(np.mean(getattr(split, part) ** 2)))
+                                            for split in splits] for part in _SPLIT}
+        for part in _SPLIT:
+            _add_by_joint(joints, f"split_{part}_deg", [getattr(split, part) for split in splits])
+    return metrics | ({"joints": joints} if joints else {})
+
+
+def _add_by_joint(joints: dict[str, Any], metric: str, trials: list[NDArray[np.float64]]) -> None:
+    for number, values in enumerate(joints.values()):
+        values[metric] = [float(trial[number]) for trial in trials]
+
+
+def _trace(recording: Recording, name: str | None, trial: int, after_s: float) -> Trace:
+    """A signal from an instant on; nothing where none is named."""
+    if name is None:
+        return np.empty(0, np.int64), np.empty((0, 0))
+    signal = recording.signal(name, trial)
+    late = signal.times_ns >= after_s * NS_PER_S
+    return signal.times_ns[late], signal.values[late]
+
+
+def _captured(recording: Recording, score: Score, trial: int) -> Trace:
+    """The estimate, stamped with the newest capture behind each value; none before the first capture."""
+    if score.estimate is None:
+        return _trace(recording, None, trial, 0.0)
+    signal = recording.signal(score.estimate, trial)
+    told = (signal.newest_ns >= 0) & (signal.times_ns >= score.after_s * NS_PER_S)
+    return signal.newest_ns[told], signal.values[told]
+
+
+def _arrived(recording: Recording, name: str, trial: int) -> Trace:
+    """A signal as it stands at the end of its first wire: what the block there could see."""
+    signal = recording.signal(name, trial)
+    table = next((wire for wire in recording.experiment["wires"] if wire["from"] == name), None)
+    if table is None:
+        return signal.left_ns, signal.values
+    ends = {"from": "source", "to": "target"}
+    wire: Wire = make(Wire, {ends.get(key, key): value for key, value in table.items()}, {}, name)
+    return _through(wire, signal, recording.seed, trial)
+
+
+def _through(wire: Wire, signal: Signal, seed: int, trial: int) -> Trace:
+    """Arrivals over a wire, with the jitter and the losses that the run had."""
+    link = Link(wire, seed, trial)
+    rows = (signal.indices, signal.values, signal.oldest_ns, signal.newest_ns, signal.left_ns)
+    for index, value, oldest, newest, left in zip(*rows, strict=True):
+        link.send(int(index), value, int(oldest), int(newest), int(left))
+    held = Sample(0.0, NEVER, NEVER, NEVER)
+    seen: list[Sample] = []
+    while link.queue:
+        held = link.take(held)
+        if not seen or held is not seen[-1]:
+            seen.append(held)
+    values = [sample.value for sample in seen]
+    shape = signal.values.shape[1:]
+    return (np.array([sample.arrived_ns for sample in seen], np.int64),
+            np.concatenate(values).reshape(-1, *shape) if values and shape else np.array(values))
+
+
+def _orientation_metrics(recording: Recording, score: Score) -> dict[str, Any]:
+    """The tracker's orientations against the reference of the recording that was played."""
+    from fesloop.experiment.orientation_metrics import score_recording
+    from fesloop.streams.replay import Replay
+
+    assert score.orientation is not None
+    assert score.recording is not None
+    table = recording.experiment["blocks"][score.recording]
+    played = Replay(**{key: value for key, value in table.items()
+                       if key in ("recording", "sensor_set", "start_s", "duration_s")})
+    signal = recording.signal(score.orientation)
+    told = (signal.newest_ns >= 0) & (signal.times_ns >= score.after_s * NS_PER_S)
+    tracker = score.orientation.partition(".")[0]
+    magnetic = any(wire["to"] == f"{tracker}.mag" for wire in recording.experiment["wires"])
+    return score_recording(played.source, signal.newest_ns[told] + played.start_ns, signal.values[told],
+                           "absolute" if magnetic else "relative")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +17,7 @@ from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.reading import Recording
 from fesloop.experiment.recording import RecordingWriter
 from fesloop.experiment.scoring import metrics_of
+from fesloop.experiment.timing import TimedBlock, timed
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.realtime import Pacer, pace_of
 from fesloop.loop.record import Recorder
@@ -95,9 +96,10 @@ def _interruptible() -> Iterator[_Interrupt]:
 class _Run:
     """One run under way."""
 
-    def __init__(self, experiment: Experiment, loop: Loop, writer: RecordingWriter, pacer: Pacer | None,
-                 progress: Progress | None) -> None:
+    def __init__(self, experiment: Experiment, loop: Loop, timed_blocks: Mapping[str, TimedBlock],
+                 writer: RecordingWriter, pacer: Pacer | None, progress: Progress | None) -> None:
         self.experiment, self.loop, self.writer = experiment, loop, writer
+        self.timed = timed_blocks
         self.pacer, self.progress = pacer, progress
         self.simulated_ns = 0
         self.trial = 0
@@ -155,6 +157,7 @@ class _Run:
         """Write what the recorder holds."""
         assert self.loop.recorder is not None
         self.writer.write(self.loop.recorder, self.trial)
+        self.writer.write_step_times(self.timed)
         self._flushed = time.perf_counter()
 
 
@@ -165,11 +168,12 @@ def run(experiment: Experiment, out: Path, *, realtime: bool = False,
     A failure or Ctrl-C ends the run with that status; what was recorded until then is kept. Raises
     InputError, and leaves nothing behind, where the run cannot start.
     """
-    loop = Loop(experiment.wiring, recorder=Recorder(experiment.record.plant_rate))
+    wiring, timed_blocks = timed(experiment.wiring, experiment.record.timed)
+    loop = Loop(wiring, recorder=Recorder(experiment.record.plant_rate))
     with closing(loop):
         writer = RecordingWriter(out, experiment)
         pacer = Pacer(pace_of(experiment.nodes)) if realtime else None
-        this = _Run(experiment, loop, writer, pacer, progress)
+        this = _Run(experiment, loop, timed_blocks, writer, pacer, progress)
         status, cause = "failed", ""
         began = time.perf_counter()
         try:
