@@ -28,11 +28,13 @@ class Fmu:
     outputs are those of the last communication point. An FMU is native code: nothing is loaded but the file
     named here. It is checked when the plant is made, in a process of its own: that it initialises, that its
     outputs are not stale (an internal step longer than the communication step), whether it replays from a
-    saved state. Without that a run with it can go on, but not be snapshotted.
+    saved state. Without that a run with it can go on, but not be snapshotted. In a run it shares the process:
+    if its code crashes there, so does the run.
 
     Attributes
     ----------
-    path: the .fmu file; "shipped:finger" is the default finger, exported anew (which takes a compiler).
+    path: the .fmu file, from the working folder; "shipped:finger" is the default finger, exported anew
+        (which takes a compiler).
     step_rate: communication points, Hz.
     interface: "auto" takes co-simulation where there is the choice.
     input_ports, output_ports: how variables make ports; without any, `bind_ports` tells how they are made.

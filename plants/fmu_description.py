@@ -136,7 +136,7 @@ def _check_binary(folder: Path, path: Path, version: int, identifier: str, sourc
     if (folder / "binaries" / ours / (identifier + fmpy.sharedLibraryExtension)).is_file():
         return
     present = sorted(entry.name for entry in folder.glob("binaries/*"))
-    remedy = (f"its C sources are there: `fmpy compile {path}` builds a binary where a compiler is installed"
+    remedy = (f"its C sources are there: `fmpy compile {path}` compiles them (with cmake and a compiler)"
               if sources else "get it exported for this platform")
     raise InputError("path", f"{path} holds no binary for {ours}, it has {', '.join(present) or 'none'}",
                      f"binaries/{ours}/{identifier}{fmpy.sharedLibraryExtension}", remedy)

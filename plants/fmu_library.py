@@ -29,10 +29,10 @@ _NUMBERS = itertools.count(1)
 
 
 def _receive(
-    environment: int | None, _name: bytes, _status: int, _category: bytes, message: bytes | None
+    environment: int | None, _name: bytes, status: int, _category: bytes, message: bytes | None
 ) -> None:
     log = _LOGS.get(environment or 0)
-    if log is not None and message:
+    if log is not None and message and status >= WARNING:
         log.append(message.decode("utf-8", "replace").strip())
 
 
@@ -88,9 +88,9 @@ class FmuLibrary:
             self.functions.instantiate(logMessage=self._receive_message)
 
     def _receive_message(
-        self, _environment: Any, _status: int, _category: bytes, message: bytes | None
+        self, _environment: Any, status: int, _category: bytes, message: bytes | None
     ) -> None:
-        if message:
+        if message and status >= WARNING:
             self._log.append(message.decode("utf-8", "replace").strip())
 
     def initialise(self, starts: Mapping[str, StartValue], description: FmuDescription) -> None:

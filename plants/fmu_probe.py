@@ -72,7 +72,8 @@ def probe(setup: FmuSetup, folder: Path, path: Path, timeout_s: float) -> Probed
         return Probed(**found["probed"])
     stage = found.get("stage", "loading")
     if stage == "trial":
-        return Probed(why_not="the FMU broke down when it was tried out with made-up inputs")
+        ended = "was not done" if code is None else f"ended, {_ending(code, last_words)},"
+        return Probed(why_not=f"the FMU {ended} when it was tried out at load with made-up inputs")
     if code is None:
         raise InputError("path", f"{path} did not finish {stage} within {timeout_s:g} s",
                          remedy="give it longer with probe_timeout_s, or do not use it")
@@ -130,12 +131,14 @@ def _tried(setup: FmuSetup, folder: Path, running: RunningFmu) -> dict[str, obje
 def _internal_step(setup: FmuSetup, running: RunningFmu) -> float:
     """The FMU's fixed internal step in s if it is longer than a communication step, else 0.
 
-    Either the FMU says itself that it fell short, or its continuous outputs move on every m-th step only.
-    An FMU that does not move at all tells nothing; it is given inputs for the second half.
+    Either the FMU says itself that it fell short, or its continuous outputs move on every m-th step only,
+    each time to values not seen before (a square wave comes back to them). An FMU that does not move at all
+    tells nothing; it is given inputs for the second half.
     """
     moving = np.concatenate([np.full(v.size, v.variability == "continuous")
                              for bound in setup.outputs for v in bound.variables] or [np.zeros(0, bool)])
     changes: list[int] = []
+    seen: set[bytes] = set()
     before, shortfalls, began = running.outputs.values.copy(), 0, time.perf_counter()
     for step in range(STEPS):
         if step == STEPS // 2:
@@ -152,10 +155,12 @@ def _internal_step(setup: FmuSetup, running: RunningFmu) -> float:
                 return 0.0 if not shortfalls else _estimate(setup, changes, running)
             changes.append(step)
             before = running.outputs.values.copy()
+            seen.add(before[moving].tobytes())
         if len(changes) > 10 * PLATEAUS or time.perf_counter() - began > STEPS_WALL_S:
             break
     gaps = np.diff(changes)
-    if shortfalls or (gaps.size >= PLATEAUS and gaps.max() - gaps.min() <= 1):
+    staircase = gaps.size >= PLATEAUS and gaps.max() - gaps.min() <= 1 and len(seen) == len(changes)
+    if shortfalls or staircase:
         return _estimate(setup, changes, running)
     return 0.0
 

@@ -175,6 +175,18 @@ def test_messages_reach_the_instance_they_are_from(small2):
         plant.close(state)
 
 
+def test_the_plant_itself_can_be_sent_to_another_process(small2, no_folder_left):
+    plant = Fmu(path=str(small2()), step_rate="100")
+    sent = pickle.loads(pickle.dumps(plant))
+    rows = []
+    for each in (plant, sent):
+        state = each.init(Context("plant"))
+        rows.append(run(each, state, [[1.0]] * 5))
+        each.close(state)
+    assert rows[0] == rows[1]
+    del plant, sent, each, state
+
+
 def test_next_trial_starts_anew(small2):
     plant = Fmu(path=str(small2()), step_rate="100")
     state = plant.init(Context("plant"))

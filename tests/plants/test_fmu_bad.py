@@ -150,6 +150,10 @@ def test_stale_outputs_are_found_at_load(small2, definitions):
     Fmu(path=fmu, step_rate="50")
 
 
+def test_a_square_wave_is_not_stale(small2):
+    Fmu(path=str(small2("SQUARE_S=0.02")), step_rate="1000")
+
+
 def test_stale_outputs_of_fmi3_by_what_it_says(small3):
     assert "internal step, 10 ms" in refusal(path=str(small3("INTERNAL_STEP_S=0.01")), step_rate="400")
     assert "internal step, 20 ms" in refusal(

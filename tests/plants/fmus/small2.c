@@ -3,7 +3,7 @@
  * Co-simulation: x' = (u - x) / 0.1 s, y = x, k = counted steps (Integer), exact between communication points.
  *   CRASH, ABORT, HANG, REFUSE: in initialisation.      ERROR_AT_S, DISCARD_AT_S: in mid-run.
  *   INTERNAL_STEP_S: x moves on this grid only; TELLS: and the FMU admits it.
- *   FORGETS: a saved state leaves x out.
+ *   FORGETS: a saved state leaves x out.     SQUARE_S: y is a square wave of this half period instead.
  * Model exchange: BALL is a bouncing ball (state events); else x' = 1 up to 0.0505 s and -1 after (time event).
  */
 #include <math.h>
@@ -67,7 +67,10 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean b) {
 #ifdef DISCARD_AT_S
     if (t + 1e-9 > DISCARD_AT_S) return fmi2Discard;
 #endif
-#ifdef INTERNAL_STEP_S
+#if defined SQUARE_S
+    m->time = t + h;
+    m->x[0] = (long)floor(m->time / SQUARE_S + 1e-6) % 2;
+#elif defined INTERNAL_STEP_S
     while (m->time + INTERNAL_STEP_S <= t + h + 1e-9) {
         m->x[0] = m->u + (m->x[0] - m->u) * exp(-INTERNAL_STEP_S / 0.1);
         m->time += INTERNAL_STEP_S;
