@@ -92,7 +92,7 @@ class Mpc:
     output_weight: tuple[float, ...] = ()
     move_weight: float = 0.01
     effort_weight: float = 0.0
-    null_weight: float = 0.001
+    null_weight: float = 1e-5
     slew: float = 0.2
     drive_max: float = 1.0
     width_max_us: float = 500.0

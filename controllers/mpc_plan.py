@@ -6,7 +6,8 @@ Over a horizon of N periods, with drives V = [v_0; ...; v_{N-1}] and y_j = C A^j
     0 <= v_j <= reach,  |v_j - v_{j-1}| <= slew
 
 (Maciejowski 2002, Predictive Control with Constraints, chapter 3). Z spans the drives that move no output
-in steady state (co-contraction), so weighing them leaves control free of offset, which `effort` does not.
+in steady state (co-contraction), so weighing them leaves control free of offset, which `effort` does not;
+where a muscle lies at its limit, that holds as far as `null` is small.
 """
 
 from __future__ import annotations

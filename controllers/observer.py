@@ -21,8 +21,8 @@ from fesloop.models.linear_model import LinearModel, zero_order_hold
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 _LONG_AGO = -(2**62)
-_LADDER_BITS = 40
-"""Transitions over 1, 2, 4, ... ns up to 2^39 ns, 9 minutes."""
+_LADDER_BITS = 30
+"""Transitions over 1, 2, 4, ... ns up to 2^29 ns, half a second; longer ones repeat the last."""
 
 
 @dataclass(slots=True, eq=False)
@@ -142,9 +142,9 @@ def record(stamps: Stamps, inputs: Array, time_ns: int, drive: Array) -> None:
 def step_bits(ladder: Array, x: Array, drive: Array, duration_ns: int, after: Array) -> None:
     """x over a duration under a held drive, as the product of the steps of the duration's bits."""
     states = x.size
-    bit = 0
+    bit, top = 0, ladder.shape[0] - 1
     while duration_ns > 0:
-        if duration_ns & 1:
+        if bit == top or duration_ns & 1:
             for i in range(states):
                 after[i] = 0.0
             for j in range(states):
@@ -154,8 +154,11 @@ def step_bits(ladder: Array, x: Array, drive: Array, duration_ns: int, after: Ar
                 for i in range(states):
                     after[i] += ladder[bit, states + j, i] * drive[j]
             x[:] = after
-        duration_ns >>= 1
-        bit += 1
+        if bit < top:
+            duration_ns >>= 1
+            bit += 1
+        else:
+            duration_ns -= 1
 
 
 @numba.njit(cache=True)
