@@ -163,7 +163,7 @@ class Finger:
         """From `start_ns` to `stop_ns`, split at the instants at which the drive changes."""
         if inputs[0] is not state.stimulation:
             self._stimulate(state, cast(Array, inputs[0]), start_ns)
-        while (change := self._next_change(state)) < stop_ns:
+        while (change := self._next_change(state)) <= stop_ns:
             if change > start_ns:
                 self._system.advance(state.z, change - start_ns)
                 start_ns = change
