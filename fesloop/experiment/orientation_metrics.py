@@ -89,8 +89,9 @@ def score_recording(
     "orientation_rmse_deg": segment, and "parent-child" for relative orientation, to {total, heading,
     inclination}. The relative error is that of the estimates as they are, with no heading removed: trackers
     without magnetometers answer for the drift and for the first heading of one sensor against the other.
-    "relative_angle_rmse_deg": "parent-child" to the error of the angle between both. Empty where the
-    recording has no reference; no orientations where its frames are not the sensors'.
+    "relative_angle_rmse_deg": "parent-child" to the error of the angle between both. Segments and pairs
+    without a single scored instant are left out, and a metric without any; so all is left out where the
+    recording has no reference, and orientations where its frames are not the sensors'.
 
     Raises InputError for orientations of another number of sensors.
     """
@@ -103,30 +104,28 @@ def score_recording(
     scored = np.flatnonzero(reference.scored)
     estimate = quaternion.interpolate(times_ns, orientation, reference.stamps_ns[scored])
     true = reference.orientation[scored]
-    scores: dict[str, Any] = {}
-    if reference.sensor_frames:
-        scores["orientation_rmse_deg"] = _orientation_scores(recording, reference, estimate, true, heading)
-    if recording.pairs:
-        scores["relative_angle_rmse_deg"] = {
-            recording.pair_name((p, c)): relative_angle_rmse_deg(
-                quaternion.relative(estimate[:, p], estimate[:, c]),
-                quaternion.relative(true[:, p], true[:, c]))
-            for p, c in recording.pairs}
-    return scores
+    known = np.asarray(np.isfinite(estimate * true).all(axis=-1))
+    scores = {"orientation_rmse_deg": _orientation_scores(recording, reference, estimate, true, heading),
+              "relative_angle_rmse_deg": {
+                  recording.pair_name((p, c)): relative_angle_rmse_deg(
+                      quaternion.relative(estimate[:, p], estimate[:, c]),
+                      quaternion.relative(true[:, p], true[:, c]))
+                  for p, c in recording.pairs if (known[:, p] & known[:, c]).any()}}
+    return {name: values for name, values in scores.items() if values}
 
 
 def _orientation_scores(
     recording: MotionRecording, reference: Reference, estimate: Array, true: Array, heading: Heading
 ) -> dict[str, dict[str, float]]:
+    if not reference.sensor_frames:
+        return {}
     error = orientation_error(estimate, true)
-    free = heading == "relative" or not reference.north
-    scores = {}
-    for i, name in enumerate(recording.sensors):
-        of_sensor = error[:, i]
-        if free and np.isfinite(of_sensor).any():
-            of_sensor = without_heading(of_sensor, constant_heading(of_sensor))
-        scores[name] = error_rmse_deg(of_sensor)
+    errors = {name: error[:, i] for i, name in enumerate(recording.sensors)}
+    errors = {name: of_sensor for name, of_sensor in errors.items() if np.isfinite(of_sensor).any()}
+    if heading == "relative" or not reference.north:
+        errors = {name: without_heading(e, constant_heading(e)) for name, e in errors.items()}
     for p, c in recording.pairs:
-        scores[recording.pair_name((p, c))] = error_rmse_deg(
-            relative_orientation_error(error[:, p], error[:, c]))
-    return scores
+        of_pair = relative_orientation_error(error[:, p], error[:, c])
+        if np.isfinite(of_pair).any():
+            errors[recording.pair_name((p, c))] = of_pair
+    return {name: error_rmse_deg(e) for name, e in errors.items()}

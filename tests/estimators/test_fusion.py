@@ -10,6 +10,8 @@ from tracker_parts import RATE, planar_finger, run_tracker, sample
 from vqf import VQF
 
 from estimators.fusion import Vqf9Tracker, VqfTracker
+from estimators.joints import flexion_angles, turned_angle
+from estimators.samples import CLIPPED, LOST, inspect
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.loop.block import Context, Tick
@@ -153,3 +155,17 @@ def test_sizes_come_from_the_wire():
 def test_impossible_parameters_are_refused(wrong):
     with pytest.raises(InputError, match=list(wrong)[-1]):
         VqfTracker(**wrong)
+
+
+def test_compiled_kernels_equal_plain_python():
+    rng = np.random.default_rng(2)
+    orientation = quaternion.normalized(rng.normal(size=(4, 4)))
+    pairs, heading = np.array([[0, 1], [3, 2]]), quaternion.about_z(rng.normal(size=2))[:, ::3].copy()
+    for kernel, arguments in ((flexion_angles, (orientation, pairs, heading)),
+                              (turned_angle, (orientation[:1], orientation[1:2]))):
+        np.testing.assert_allclose(kernel(*arguments), kernel.py_func(*arguments), rtol=1e-13)
+    vectors = rng.normal(size=(5, 3))
+    vectors[1], vectors[2, 0], vectors[3] = 0.0, np.nan, 50.0
+    codes = np.zeros((2, 5), dtype=np.uint8)
+    assert inspect(vectors, 40.0, True, codes[0]) == inspect.py_func(vectors, 40.0, True, codes[1])
+    assert codes[0].tolist() == codes[1].tolist() == [0, LOST, LOST, CLIPPED, 0]

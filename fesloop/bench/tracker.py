@@ -1,0 +1,95 @@
+"""`fesloop bench tracker`: a tick of a tracker, beside the bare `vqf` updates that it cannot do without.
+
+Sixteen sensors (a hand tracker's number) worn by someone who moves, 100 Hz; trackers and yardstick take
+turns within each tick, so that what else the machine does touches both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from time import perf_counter_ns
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.experiment import registry
+from fesloop.loop.block import Block, Context, Tick
+from fesloop.loop.clock import RateClock
+from fesloop.loop.signals import Sample
+
+Array = NDArray[np.float64]
+SENSORS, RATE, TICKS, WARM_UP = 16, 100, 3000, 200
+KINDS = ("vqf", "vqf9")
+
+
+def moving_samples(ticks: int, sensors: int) -> dict[str, Array]:
+    """gyr (rad/s), acc (m/s^2) and mag (T), (ticks, sensors, 3), of a lively movement; the same each time."""
+    rng = np.random.default_rng(0)
+    gyr, acc, mag = rng.normal(size=(3, ticks, sensors, 3))
+    return {"gyr": gyr, "acc": acc + np.array([0.0, 0.0, 9.81]),
+            "mag": 1e-6 * (mag + np.array([0.0, 20.0, -40.0]))}
+
+
+def tick_times_us(tracker: Block, samples: Sequence[Array], rate: int | float | str) -> Array:
+    """Wall time of each tick of a tracker stepped over samples, (ticks,), us; the loop is not in it.
+
+    Parameters
+    ----------
+    tracker: its inputs resolved.
+    samples: (ticks, sensors, 3) for each input, in the order of its ports, all read.
+    rate: of the samples, Hz.
+    """
+    step = _Stepper(tracker, samples, RateClock.from_rate(rate))
+    return np.array([step(k) for k in range(len(samples[0]))]) / 1e3
+
+
+class _Stepper:
+    """Steps a tracker and gives the ns that each step took."""
+
+    def __init__(self, tracker: Block, samples: Sequence[Array], clock: RateClock) -> None:
+        self.tracker, self.samples, self.clock, self.tick = tracker, samples, clock, Tick()
+        self.state = tracker.init(Context("tracker", clock=clock))
+
+    def __call__(self, k: int) -> int:
+        now = self.clock.tick(k)
+        inputs = [Sample(kind[k], now, now, now) for kind in self.samples]
+        self.tick.index, self.tick.time_ns = k, now
+        started = perf_counter_ns()
+        self.tracker.step(self.state, inputs, self.tick)
+        return perf_counter_ns() - started
+
+
+def _bare(samples: Sequence[Array]) -> list[Any]:
+    """For each sensor a vqf filter's update and its rows of samples, already apart."""
+    from vqf import VQF
+
+    sensors = range(samples[0].shape[1])
+    return [(VQF(1.0 / RATE).update, [np.ascontiguousarray(kind[:, i]) for kind in samples]) for i in sensors]
+
+
+def _bare_ns(filters: list[Any], k: int) -> int:
+    """Time of one update of every filter; picking the samples is not counted."""
+    calls = [(update, *(kind[k] for kind in kinds)) for update, kinds in filters]
+    started = perf_counter_ns()
+    for update, *sample in calls:
+        update(*sample)
+    return perf_counter_ns() - started
+
+
+def run() -> dict[str, Any]:
+    """One row a tracker, sixteen sensors each."""
+    samples = moving_samples(TICKS, SENSORS)
+    rows = []
+    for kind in KINDS:
+        tracker = registry.find(kind)(sensors=SENSORS)
+        fed = [samples[port.name] for port in tracker.inputs]
+        step, filters = _Stepper(tracker, fed, RateClock.from_rate(RATE)), _bare(fed)
+        times = np.array([(step(k), _bare_ns(filters, k)) for k in range(TICKS)])[WARM_UP:] / 1e3
+        ours, bare = times[:, 0], float(np.median(times[:, 1]))
+        rows.append({
+            "case": f"{kind}, {SENSORS} sensors", "us_median": float(np.median(ours)),
+            "us_p99": float(np.percentile(ours, 99)), "us_worst": float(ours.max()),
+            "reference": f"{SENSORS} bare vqf updates", "reference_us_median": bare,
+            "ratio": float(np.median(ours)) / bare})
+    return {"bench": "tracker", "rows": rows}
