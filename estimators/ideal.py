@@ -111,7 +111,7 @@ class IdealTracker:
             if not state.missing:
                 tick.report("no_sample", "no angles have arrived yet: zero stands in")
                 state.missing = True
-            return (sample.value,)
+            return (np.array(sample.value),)
         elapsed_s = (tick.time_ns - state.time_ns) / NS_PER_S
         state.time_ns = tick.time_ns
         truth = cast(Array, sample.value)

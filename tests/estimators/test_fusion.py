@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tracker_parts import RATE, planar_finger, run_tracker, sample
+from tracker_parts import RATE, planar_finger, run_tracker, sample, swing
 from vqf import VQF
 
 from estimators.fusion import Vqf9Tracker, VqfTracker
@@ -16,6 +16,7 @@ from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
+from plants.imu import FingerImus
 
 TIMES = np.arange(4 * RATE) / RATE
 START_DEG = (20.0, 30.0, 10.0)
@@ -42,6 +43,15 @@ def test_joint_angles_of_a_finger_whatever_the_hands_attitude(seed):
     # A rate held over 10 ms lags by 5 ms, and accelerometers feel the swing as well as gravity.
     assert np.degrees(np.abs(angles - true)).max() < 2.0
     assert np.degrees(np.sqrt(np.mean((angles - true) ** 2))) < 1.0
+
+
+@pytest.mark.parametrize("base", [PALM_DOWN, quaternion.from_axis_angle([1.0, 1.0, 0.0], 1.2)])
+def test_joint_angles_from_modelled_sensors_with_noise_and_bias(base):
+    imus = FingerImus(hand_orientation=tuple(base))
+    motion = swing(TIMES, np.radians(START_DEG), np.radians([50.0, 60.0, 30.0]))
+    (gyr, acc), _, _ = run_tracker(imus, *motion)
+    (_, angles), _, _ = run_tracker(VqfTracker(sensors=4, initial_angles_deg=START_DEG), gyr, acc)
+    assert np.degrees(np.sqrt(np.mean((angles - motion[0]) ** 2, axis=0))).max() < 1.5
 
 
 def test_headings_are_wrong_without_the_initial_pose():
