@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +71,6 @@ class VqfTracker:
 
     Attributes
     ----------
-    heading: what the headings of `orientation` mean (not a parameter).
     sensors: n; 0 takes it from what is wired to `gyr`.
     pairs: (parent, child) sensors of each joint; empty: each sensor and the next.
     initial_angles_deg: flexion of each joint in the initial pose, abduction and pronation zero; None where
@@ -82,8 +81,6 @@ class VqfTracker:
     gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, deg/s and multiples of
         9.81 m/s^2 (2000: Kortier et al. 2014, doi 10.1186/1743-0003-11-70; 16: chosen, usual of its kind).
     """
-
-    heading: ClassVar[Literal["absolute", "relative"]] = "relative"
 
     sensors: int = 0
     pairs: Pairs = ()
@@ -147,14 +144,11 @@ class Vqf9Tracker:
 
     Attributes
     ----------
-    heading: what the headings of `orientation` mean (not a parameter).
     sensors: n; 0 takes it from what is wired to `gyr`.
     pairs: (parent, child) sensors of each joint; empty: each sensor and the next.
     tau_acc_s, tau_mag_s: time constants of the inclination and heading corrections, s (VQF's own defaults).
     gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, as of VqfTracker.
     """
-
-    heading: ClassVar[Literal["absolute", "relative"]] = "absolute"
 
     sensors: int = 0
     pairs: Pairs = ()
