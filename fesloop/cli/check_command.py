@@ -24,10 +24,21 @@ def execute(args: Namespace) -> int:
         print_json(_table(experiment, report))
         return 0
     _print_wiring(experiment)
-    for path in report.paths:
+    for title, rows in _budgets(report):
         print()
-        print_table(path.name, ("stage, ms", "min", "mean", "max"), _stage_rows(path), sys.stdout)
+        print_table(title, ("stage, ms", "min", "mean", "max"), rows, sys.stdout)
     return 0
+
+
+def _budgets(report: LatencyReport) -> list[tuple[str, list[tuple[str, ...]]]]:
+    """Title and rows a way through the loop; ways of several signals that take the same time are one."""
+    budgets: dict[tuple[str, tuple[tuple[str, ...], ...]], list[str]] = {}
+    for path in report.paths:
+        source, _, way = path.name.partition(" -> ")
+        sources = budgets.setdefault((way, tuple(_stage_rows(path))), [])
+        if source not in sources:
+            sources.append(source)
+    return [(f"{', '.join(sources)} -> {way}", list(rows)) for (way, rows), sources in budgets.items()]
 
 
 def _table(experiment: Experiment, report: LatencyReport) -> dict[str, Any]:
@@ -69,5 +80,6 @@ def _wire_row(wire: Wire) -> tuple[str, str, str, str]:
 
 
 def _stage_rows(path: PathLatency) -> list[tuple[str, ...]]:
+    """The stages that take any time, and the total."""
     return [(stage.name, *(f"{ns / NS_PER_MS:.3f}" for ns in (stage.least_ns, stage.mean_ns, stage.most_ns)))
-            for stage in path.summary()]
+            for stage in path.summary() if stage.most_ns or stage.name == "total"]

@@ -32,29 +32,38 @@ def execute(args: Namespace) -> int:
 
 
 def _summarise(result: Result) -> None:
+    """The summary: what happened and every plain metric, then a table for each metric that is one."""
     rows = [["status", result.status], ["seed", str(result.seed)]]
-    rows += [[name, text] for name, text in _flat("", result.metrics)]
+    tables = {}
+    for name, value in result.metrics.items():
+        if isinstance(value, dict) and all(isinstance(item, dict) for item in value.values()):
+            tables[name] = value
+        elif isinstance(value, dict):
+            rows += [[f"{name} {key}", _text(item)] for key, item in value.items()]
+        else:
+            rows.append([name, _text(value)])
     rows += [["wall time", f"{result.wall_s:.2f} s"], ["real-time factor", f"{result.realtime_factor:.1f}"]]
     if result.deadlines:
         rows.append(["missed deadlines", f"{result.missed_deadlines} of {result.deadlines}"])
     rows += [["events", f"{count} x {status} ({where})"] for (where, status), count in _events(result)]
     print_table(result.experiment, ("", ""), rows, sys.stderr)
+    for name, value in tables.items():
+        columns = list(dict.fromkeys(key for item in value.values() for key in item))
+        cells = [[key, *(_text(item.get(column)) for column in columns)] for key, item in value.items()]
+        print(file=sys.stderr)
+        print_table(name, ("", *columns), cells, sys.stderr)
+
+
+def _text(value: Any) -> str:
+    """A value in a cell; a list, one value a trial, side by side."""
+    if isinstance(value, list):
+        return "  ".join(_text(item) for item in value)
+    if value is None:
+        return "-"
+    return f"{value:.3f}" if isinstance(value, float) else str(value)
 
 
 def _events(result: Result) -> list[tuple[tuple[str, str], int]]:
     """Kinds of events, the most frequent first."""
     with Recording(result.recording) as recording:
         return Counter((event.where, event.status) for event in recording.events).most_common(8)
-
-
-def _flat(name: str, value: Any) -> list[tuple[str, str]]:
-    """Metrics as rows: tables in tables by their names, a list on one line."""
-    if isinstance(value, dict):
-        return [row for key, item in value.items() for row in _flat(f"{name} {key}".strip(), item)]
-    if isinstance(value, list):
-        return [(name, "  ".join(_number(item) for item in value))]
-    return [(name, _number(value))]
-
-
-def _number(value: Any) -> str:
-    return f"{value:.3f}" if isinstance(value, float) else str(value)

@@ -24,7 +24,7 @@ def experiment_table(kinds: Kinds) -> Any:
                              "duration_s": NotRequired[float], "trials": NotRequired[int],
                              "seed": NotRequired[int]})
     block: Any = _block(kinds)
-    wire: Any = table(Wire, kinds, rename={"source": "from", "target": "to"})
+    wire: Any = table(Wire, kinds, {"optional": NotRequired[bool]}, {"source": "from", "target": "to"})
     return closed("Experiment", {
         "experiment": Required[about],
         "record": NotRequired[table(Record, kinds)],

@@ -123,7 +123,16 @@ def _check(document: dict[str, Any], kinds: Kinds) -> None:
         hidden = tuple(f"blocks.{name}" for name, _ in unknown)
         faults += [each for each in found if each.where not in hidden and not each.where.startswith(
             tuple(f"{place}." for place in hidden))]
-    _raise(faults)
+    _raise([_with_alias(fault, document) for fault in faults])
+
+
+def _with_alias(fault: InputError, document: dict[str, Any]) -> InputError:
+    """The fault of a missing key, with the alias by which the command line can give it."""
+    aliases = document.get("aliases")
+    if fault.found == "is missing" and isinstance(aliases, dict) and fault.where in aliases.values():
+        alias = next(name for name, path in aliases.items() if path == fault.where)
+        return InputError(fault.where, fault.found, fault.allowed, f"give it with --set {alias}=...")
+    return fault
 
 
 def _as_text(value: Any) -> str:
@@ -169,7 +178,8 @@ def _experiment(document: dict[str, Any], kinds: Kinds) -> Experiment:
     nodes: dict[str, Any] = dict.fromkeys(document["blocks"])
     for name, table in sorted(document["blocks"].items(), key=lambda item: "clock" in item[1]):
         nodes[name] = made(_node, name, table, kinds, nodes)
-    wires = [made(_wire, i, table, kinds) for i, table in enumerate(document.get("wires", []))]
+    wires = [made(_wire, i, table, kinds) for i, table in enumerate(document.get("wires", []))
+             if not table.get("optional") or _can_be_wired(table, nodes)]
     record = made(make, Record, document.get("record", {}), kinds, "record")
     score = made(make, Score, document.get("score", {}), kinds, "score")
     _raise(faults)
@@ -207,9 +217,19 @@ def _followed_clock(where: str, table: dict[str, Any], nodes: Mapping[str, Node 
     return node.clock
 
 
+def _can_be_wired(table: dict[str, Any], nodes: Mapping[str, Node | None]) -> bool:
+    """Whether both ports of an optional wire are there; the wire is left out where they are not."""
+    for end, side in ((table["from"], "outputs"), (table["to"], "inputs")):
+        name, _, port = end.partition(".")
+        node = nodes.get(name)
+        if node is None or port not in [each.name for each in getattr(node.part, side)]:
+            return False
+    return True
+
+
 def _wire(number: int, table: dict[str, Any], kinds: Kinds) -> Wire:
     """A wire, in a fault named by its number in the file and by its ends."""
     names = {"from": "source", "to": "target"}
     where = f"wires[{number}]"
-    values = {names.get(key, key): value for key, value in table.items()}
+    values = {names.get(key, key): value for key, value in table.items() if key != "optional"}
     return make(Wire, values, kinds, where)  # type: ignore[no-any-return]

@@ -24,6 +24,7 @@ import platform
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import metadata
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -222,14 +223,15 @@ def block_rows(dtype: np.dtype[np.void], rows: Sequence[BlockRow], trial: int) -
 
 def plant_rows(dtype: np.dtype[np.void], stacks: Sequence[PlantRow], trial: int) -> Rows:
     """Stacks of a plant's outputs as one structured array."""
-    table = np.empty(sum(len(times) for times, _, _ in stacks), dtype)
+    if not stacks:
+        return np.empty(0, dtype)
+    times, captured, values = zip(*stacks, strict=True)
+    stamps = [np.array(list(chain.from_iterable(column)), np.int64) for column in (times, captured)]
+    table = np.empty(stamps[0].size, dtype)
     table["trial"] = trial
-    at = 0
-    for times, captured, values in stacks:
-        part = table[at:at + len(times)]
-        for name, column in zip((dtype.names or ())[1:], (times, captured, *values), strict=True):
-            part[name] = column
-        at += len(times)
+    columns = [*stamps, *(np.concatenate(column) for column in zip(*values, strict=True))]
+    for name, column in zip((dtype.names or ())[1:], columns, strict=True):
+        table[name] = column
     return table
 
 

@@ -1,0 +1,61 @@
+"""Some elements of a vector, such as the one joint of many that a controller is to move."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fesloop.errors import InputError
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.signals import Port, Sample, Value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Select:
+    """Picks elements of a vector.
+
+    Input `vector` (size,), output `elements` (len(indices),), both in `unit`.
+
+    Attributes
+    ----------
+    indices: of the elements, from 0, in the order in which they are wanted.
+    unit: of both ports.
+    size: of the vector; 0 takes it from what is wired in.
+    """
+
+    indices: tuple[int, ...]
+    unit: str = "rad"
+    size: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.indices:
+            raise InputError("indices", "no index", "one or more")
+        if self.size < 0:
+            raise InputError("size", f"{self.size}", "1 or more, or 0 for what is wired in")
+        most = self.size - 1 if self.size else None
+        for index in self.indices:
+            if index < 0 or (most is not None and index > most):
+                raise InputError("indices", f"{index}", "0 or more" if most is None else f"0 to {most}")
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """`vector`."""
+        return (Port("vector", (self.size or None,), self.unit),)
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """`elements`."""
+        return (Port("elements", (len(self.indices),), self.unit),)
+
+    def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Select:
+        """For the size that is wired in; raises InputError where an index is beyond it."""
+        return replace(self, size=shapes["vector"][0])
+
+    def init(self, context: Context) -> None:
+        """No state."""
+
+    def step(self, state: None, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """The elements of now."""
+        return (np.asarray(inputs[0].value)[list(self.indices)],)
