@@ -136,8 +136,8 @@ class Ilc:
                           width_max_us=self.width_max_us, full_scale_us=self.full_scale_us)
 
     def samples(self, period: int) -> int:
-        """Ticks of a trial at a period in ns."""
-        return -(-duration_ns(self.duration_s, NS_PER_S, "duration_s") // period)
+        """Ticks of a trial at a period in ns, both ends counted."""
+        return duration_ns(self.duration_s, NS_PER_S, "duration_s") // period + 1
 
     def learning(self, period: int) -> Learning:
         """The learning law at a period in ns."""

@@ -73,7 +73,7 @@ class Learning:
         if self.law == "noilc_constrained":
             return self._constrained(drives, errors, covered)
         step = self.learning_operator(covered) @ np.where(covered[:, None], errors, 0.0).ravel()
-        return self.within_limits(self._smoothed(drives + step.reshape(drives.shape))), ""
+        return self.within_limits(self.smoothed(drives + step.reshape(drives.shape))), ""
 
     def learning_operator(self, covered: Mask) -> Array:
         """L of v + L e, (samples muscles, samples outputs)."""
@@ -84,13 +84,13 @@ class Learning:
             ahead = np.minimum(np.arange(self.samples) + self.lead, np.flatnonzero(covered)[-1])
             shift[np.arange(self.samples), ahead] = 1.0
             shift[np.flatnonzero(covered)[-1] + 1:] = 0.0
-            shifted: Array = self.gain * np.kron(shift, np.linalg.pinv(steady))
-            return shifted
+            shifted = self.gain * np.kron(shift, np.linalg.pinv(steady))
+            return np.asarray(shifted, dtype=np.float64)
         lifted = self.model.lifted(self.samples)
         weighted = lifted.T * self._weights(covered)
         curvature = weighted @ lifted + self.change_weight * np.eye(lifted.shape[1])
-        operator: Array = np.linalg.solve(curvature, weighted)
-        return operator
+        operator = np.linalg.solve(curvature, weighted)
+        return np.asarray(operator, dtype=np.float64)
 
     def within_limits(self, drives: Array) -> Array:
         """Drives clipped into their box and then, tick by tick, into the slew limit."""
@@ -113,9 +113,9 @@ class Learning:
         seen = seen[strength >= share * strength[0]].T
         left = seen - self.learning_operator(np.ones(self.samples, dtype=bool)) @ (actual @ seen)
         shape = (self.samples, -1, seen.shape[1])
-        return float(np.linalg.norm(seen.T @ self._smoothed(left.reshape(shape)).reshape(left.shape), 2))
+        return float(np.linalg.norm(seen.T @ self.smoothed(left.reshape(shape)).reshape(left.shape), 2))
 
-    def _smoothed(self, drives: Array) -> Array:
+    def smoothed(self, drives: Array) -> Array:
         """Q along the first axis."""
         if self.law != "phase_lead" or self.cutoff == 0.0:
             return drives

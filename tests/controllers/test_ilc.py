@@ -1,0 +1,175 @@
+import pickle
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from controllers.ilc import Ilc
+from controllers.reference import MinimumJerk
+from controllers.safety import Safety
+from estimators.fusion import VqfTracker
+from estimators.ideal import IdealTracker
+from fesloop.errors import InputError
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import RateClock
+from fesloop.loop.record import Recorder
+from fesloop.loop.run import Loop
+from fesloop.loop.signals import NEVER, Sample
+from fesloop.loop.wire import Wire
+from fesloop.loop.wiring import Node, Wiring
+from plants.finger import Finger
+from plants.imu import FingerImus
+
+RATE, SECONDS = "40", 4.0
+CONTEXT = Context("ilc", clock=RateClock.from_rate(RATE))
+NOMINAL = Finger()
+GRASP = MinimumJerk(times_s=(1.0, 2.0, 2.6, 3.6), angles_deg=(
+    (20.0, 25.0, 15.0), (40.0, 55.0, 25.0), (40.0, 55.0, 25.0), (25.0, 32.0, 18.0)))
+
+
+def learner(**changes):
+    return Ilc(**{"model": NOMINAL.linear_model(), "current_ma": (40.0,) * 4, "duration_s": SECONDS,
+                  "actuation_delay_ms": 5.0} | changes)
+
+
+def loop_of(ilc, finger, *, latency_ms=20.0, tracker="vqf", recorder=None):
+    nodes = [Node("reference", GRASP, RATE), Node("ilc", ilc, RATE), Node("safety", Safety(), RATE),
+             Node("finger", finger)]
+    wires = [Wire("reference.angles", "ilc.reference"), Wire("ilc.stimulation", "safety.stimulation"),
+             Wire("safety.stimulation", "finger.stimulation", latency_ms=5.0),
+             Wire("tracker.angles", "ilc.measured", latency_ms=latency_ms)]
+    if tracker == "vqf":
+        nodes += [Node("imus", FingerImus(), "100"),
+                  Node("tracker", VqfTracker(initial_angles_deg=NOMINAL.rest_deg), "100")]
+        wires += [Wire(f"finger.{port}", f"imus.{port}") for port in ("angles", "rates", "accelerations")]
+        wires += [Wire(f"imus.{port}", f"tracker.{port}") for port in ("gyr", "acc")]
+    else:
+        nodes.append(Node("tracker", IdealTracker(), "100"))
+        wires.append(Wire("finger.angles", "tracker.angles"))
+    return Loop(Wiring(nodes, wires, seed=1), recorder=recorder)
+
+
+def run_trials(loop, recorder, trials):
+    """Joint RMSE of each trial, deg."""
+    rmse = []
+    for trial in range(trials):
+        if trial:
+            loop.next_trial()
+        recorder.drain()
+        loop.run_until(round(SECONDS * 1e9))
+        rows = recorder.plants["finger"]
+        times = np.concatenate([row[0] for row in rows]) / 1e9
+        angles = np.concatenate([np.asarray(row[2][0]) for row in rows])
+        error = np.degrees(angles - GRASP.angles_at(times))[times > 0.5]
+        rmse.append(float(np.sqrt(np.mean(error**2))))
+    return rmse
+
+
+@pytest.mark.parametrize(("strength", "speed"), [(1.2, 1.15), (0.8, 0.85)])
+def test_tracks_within_two_degrees_after_five_trials_with_a_tracker_and_a_wrong_model(strength, speed):
+    recorder = Recorder("200")
+    loop = loop_of(learner(), Finger(strength=strength, speed=speed), recorder=recorder)
+    rmse = run_trials(loop, recorder, 6)
+    loop.close()
+    assert rmse[0] > 10.0
+    assert rmse[5] < 2.0
+    assert all(later < 1.1 * earlier + 0.1 for earlier, later in pairwise(rmse))
+
+
+def test_capture_stamps_take_latency_out_of_what_is_learnt():
+    errors = {}
+    for align in (True, False):
+        recorder = Recorder("200")
+        loop = loop_of(learner(align_captures=align), Finger(strength=0.8, speed=0.9), latency_ms=120.0,
+                       tracker="ideal", recorder=recorder)
+        errors[align] = run_trials(loop, recorder, 5)[-1]
+        loop.close()
+    assert errors[True] < 0.5
+    assert errors[False] > 3.0 * errors[True]
+
+
+def sample(value, captured_ns, now_ns):
+    return Sample(np.asarray(value, dtype=float), captured_ns, captured_ns, now_ns)
+
+
+def steps(ilc, state, ticks, measured=lambda k: np.radians(NOMINAL.rest_deg)):
+    """Pulses (ticks, muscles, 2) and reports of steps with fresh samples."""
+    tick, pulses = Tick(), []
+    for k in range(*ticks):
+        tick.index, now = k, CONTEXT.clock.tick(k)
+        tick.time_ns = now
+        goal = sample(GRASP.angles_at(np.array([now / 1e9]))[0], now, now)
+        pulses.append(ilc.step(state, (goal, sample(measured(k), now, now)), tick)[0])
+    return np.array(pulses), tick.reports
+
+
+def test_an_early_end_leaves_the_rest_of_the_drives_alone():
+    ilc = learner(first_drive=(0.2, 0.2, 0.2, 0.2), slew=1.0, law="noilc")
+    state = ilc.init(CONTEXT)
+    steps(ilc, state, (0, 60))
+    after = ilc.next_trial(state, CONTEXT)
+    np.testing.assert_allclose(after.drives[60:], state.drives[60:], atol=1e-9)
+    assert np.abs(after.drives[:60] - state.drives[:60]).max() > 0.01
+
+
+def test_a_trial_without_measurements_is_told_and_changes_nothing():
+    ilc, tick = learner(first_drive=(0.1, 0.1, 0.1, 0.1)), Tick()
+    state = ilc.init(CONTEXT)
+    absent = Sample(np.zeros(3), NEVER, NEVER, NEVER)
+    ilc.step(state, (sample(np.zeros(3), 0, 0), absent), tick)
+    after = ilc.next_trial(state, CONTEXT)
+    np.testing.assert_array_equal(after.drives, state.drives)
+    _, reports = steps(ilc, after, (0, 2))
+    assert [status for status, _ in reports] == ["unobserved"]
+
+
+def test_non_finite_measurements_are_told_and_left_out():
+    ilc = learner()
+    sound, broken = ilc.init(CONTEXT), ilc.init(CONTEXT)
+    steps(ilc, sound, (0, 161))
+    _, reports = steps(ilc, broken, (0, 161),
+                       lambda k: np.full(3, np.nan) if k in (50, 51) else np.radians(NOMINAL.rest_deg))
+    assert [status for status, _ in reports] == ["non_finite"]
+    learnt = ilc.next_trial(sound, CONTEXT).drives
+    np.testing.assert_allclose(ilc.next_trial(broken, CONTEXT).drives, learnt, atol=1e-6)
+
+
+def test_last_drive_is_held_past_the_end_and_that_is_told():
+    ilc = learner(first_drive=(0.1, 0.2, 0.3, 0.1))
+    pulses, reports = steps(ilc, ilc.init(CONTEXT), (0, 164))
+    np.testing.assert_array_equal(pulses[160:], np.tile(pulses[160], (4, 1, 1)))
+    assert [status for status, _ in reports] == ["past_end"]
+
+
+def test_state_pickles_and_learns_alike():
+    ilc = learner()
+    state = ilc.init(CONTEXT)
+    steps(ilc, state, (0, 80))
+    twin = pickle.loads(pickle.dumps(state))
+    for each in (state, twin):
+        steps(ilc, each, (80, 161))
+    np.testing.assert_array_equal(ilc.next_trial(state, CONTEXT).pulses, ilc.next_trial(twin, CONTEXT).pulses)
+
+
+def test_convergence_factor_stays_below_one_for_the_mismatch_it_must_bear():
+    period = 25_000_000
+    for strength, speed in ((1.2, 1.15), (0.8, 0.85)):
+        wrong = Finger(strength=strength, speed=speed).linear_model()
+        assert learner(duration_s=2.0).convergence_factor(period, wrong) < 1.0
+    far_off = Finger(strength=3.0).linear_model()
+    assert learner(duration_s=2.0).convergence_factor(period, far_off) > 1.0
+
+
+@pytest.mark.parametrize(("faulty", "key"), [
+    ({"current_ma": (40.0,)}, "current_ma"), ({"first_drive": (0.1,)}, "first_drive"),
+    ({"change_weight": 0.0}, "change_weight"), ({"duration_s": float("nan")}, "duration_s"),
+    ({"lead_ms": -1.0}, "lead_ms"), ({"cutoff_hz": -1.0}, "cutoff_hz"),
+    ({"output_weight": (1.0,)}, "output_weight")])
+def test_names_the_faulty_key(faulty, key):
+    with pytest.raises(InputError, match=key):
+        learner(**faulty)
+
+
+def test_low_pass_must_fit_the_rate():
+    with pytest.raises(InputError, match="cutoff_hz"):
+        learner(cutoff_hz=20.0).init(CONTEXT)
