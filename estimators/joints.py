@@ -2,7 +2,7 @@
 
 Without magnetometers the heading of each sensor is arbitrary. In a known initial pose the heading of each
 child relative to its parent is known, and the offset found then is removed from there on (initial-pose
-alignment, Salchow-Hoemmen et al. 2019, doi 10.3390/s19010208, section 2.4).
+alignment, Salchow-Hoemmen et al. 2019, doi 10.3390/s19010208, section 2.4.2).
 """
 
 from __future__ import annotations
