@@ -103,7 +103,9 @@ class OsqpSolver:
         self._upper_half = sparse.triu(sparse.csc_matrix(hessian), format="csc")
         self._rows = sparse.vstack([sparse.eye(n), sparse.csc_matrix(rows)], format="csc")
         self._settings = {"eps_abs": tolerance, "eps_rel": tolerance, "max_iter": max_iterations,
-                          "verbose": False, "polishing": False, "check_termination": 25}
+                          "verbose": False, "polishing": False, "check_termination": 25,
+                          # By count, never by time: equal problems take equal steps on any machine.
+                          "adaptive_rho": 1, "adaptive_rho_interval": 50}
         self._start: Start | None = Start(np.zeros(n), np.zeros(self._rows.shape[0]))
         self._size = n
 
