@@ -23,6 +23,8 @@ from fesloop.models.linear_model import zero_order_hold
 
 Array = NDArray[np.float64]
 _DIGITS = 10
+NEGLIGIBLE = 1e-100
+"""What is smaller becomes zero, or a system at rest would decay into denormal numbers, which are slow."""
 
 
 @njit(cache=True)
@@ -33,7 +35,8 @@ def step_held(step_t: Array, z: Array) -> None:
     for j in range(z.size):
         for i in range(states):
             after[i] += step_t[j, i] * z[j]
-    z[:states] = after
+    for i in range(states):
+        z[i] = after[i] if abs(after[i]) > NEGLIGIBLE else 0.0
 
 
 @njit(cache=True)
@@ -50,7 +53,7 @@ def advance_digits(table: Array, z: Array, duration_ns: int, after: Array) -> No
                 for i in range(after.size):
                     after[i] += table[place, digit, j, i] * factor
             for i in range(after.size):
-                z[i] = after[i]
+                z[i] = after[i] if abs(after[i]) > NEGLIGIBLE else 0.0
         duration_ns //= 10
         place += 1
 
@@ -121,7 +124,8 @@ class HeldLinearSystem:
     def step_matrix(self, duration_s: float) -> Array:
         """Transpose of [Phi Gamma] of one duration, (n + m, n), for `step_held`."""
         phi, gamma = zero_order_hold(self.a, self.b, duration_s)
-        return np.concatenate([phi.T, gamma.T])
+        step_t = np.concatenate([phi.T, gamma.T])
+        return np.where(np.abs(step_t) > NEGLIGIBLE, step_t, 0.0)
 
     def advance(self, z: Array, duration_ns: int) -> None:
         """Take z over `duration_ns` (0 or more), in place."""
