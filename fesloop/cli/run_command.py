@@ -49,9 +49,19 @@ def _summarise(result: Result) -> None:
     print_table(result.experiment, ("", ""), rows, sys.stderr)
     for name, value in tables.items():
         columns = list(dict.fromkeys(key for item in value.values() for key in item))
-        cells = [[key, *(_text(item.get(column)) for column in columns)] for key, item in value.items()]
+        cells = [[key, *(_text(_last(item.get(column))) for column in columns)] for key, item in value.items()]
         print(file=sys.stderr)
-        print_table(name, ("", *columns), cells, sys.stderr)
+        print_table(f"{name}{_which(value)}", ("", *columns), cells, sys.stderr)
+
+
+def _last(value: Any) -> Any:
+    return value[-1] if isinstance(value, list) and value else value
+
+
+def _which(table: dict[str, Any]) -> str:
+    """What the cells of a table are of, where that must be said."""
+    lists = [item for row in table.values() for item in row.values() if isinstance(item, list)]
+    return f", trial {len(lists[0])}" if lists and len(lists[0]) > 1 else ""
 
 
 def _text(value: Any) -> str:

@@ -193,11 +193,11 @@ def run(experiment: Experiment, out: Path, *, realtime: bool = False,
 def _load_kernels(wiring: Wiring) -> None:
     """Run a loop of its own for a moment, so that no tick of the run waits for compiled code.
 
-    Not where a device would notice. What goes wrong here does so again in the run, which tells.
+    Not where a device would notice. Whatever goes wrong here does so again in the run, which tells.
     """
     if any(hasattr(node.part, "close") for node in wiring.nodes):
         return
-    with suppress(RunError):
+    with suppress(Exception):
         Loop(wiring, recorder=Recorder()).run_until(_REHEARSAL_NS)
 
 

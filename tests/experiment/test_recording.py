@@ -1,4 +1,4 @@
-"""A recording holds what happened, is the same for the same experiment, and survives whatever ends the run."""
+"""A recording holds what happened, is the same for the same experiment, and survives the end of its run."""
 
 import json
 import os
@@ -92,7 +92,8 @@ def test_the_digest_is_the_same_in_another_process_and_in_step_with_the_wall_clo
     assert digest_of(paced.recording) == digest_of(recorded.recording)
 
 
-@pytest.mark.parametrize("setting", ["experiment.seed=4", "wires.1.latency_ms=15.000001", "blocks.pid.kp.0=0.4"])
+@pytest.mark.parametrize("setting", [
+    "experiment.seed=4", "wires.1.latency_ms=15.000001", "blocks.pid.kp.0=0.4"])
 def test_the_digest_tells_experiments_apart(recorded, tmp_path, setting):
     changed = fesloop.load(SMALL, [setting]).run(tmp_path)
     assert digest_of(changed.recording) != digest_of(recorded.recording)
@@ -128,7 +129,8 @@ LONG = ["experiment.duration_s=60", "experiment.trials=1"]
 
 def start(folder):
     """A run in real time in a process of its own."""
-    command = [sys.executable, "-m", "fesloop", "run", str(SMALL), "--realtime", "--json", "--out", str(folder)]
+    command = [sys.executable, "-m", "fesloop", "run", str(SMALL), "--realtime", "--json"]
+    command += ["--out", str(folder)]
     for setting in LONG:
         command += ["--set", setting]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

@@ -1,0 +1,214 @@
+"""The command line as a user meets it: exit codes, one JSON object, one line a mistake, no traceback."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fesloop.cli import main
+from fesloop.experiment.reading import Recording
+
+ROOT = Path(__file__).resolve().parent.parent
+SMALL = str(ROOT / "tests" / "experiment" / "small.toml")
+
+
+def run(capsys, *arguments):
+    """(exit code, standard output, standard error) of a command."""
+    code = main(list(arguments))
+    captured = capsys.readouterr()
+    assert "Traceback" not in captured.err
+    return code, captured.out, captured.err
+
+
+def test_run_prints_one_object_with_the_agreed_keys(capsys, tmp_path):
+    code, out, err = run(capsys, "run", SMALL, "--json", "--seed", "9", "--out", str(tmp_path))
+    told = json.loads(out)
+    assert code == 0
+    assert list(told) == ["experiment", "seed", "status", "recording", "metrics", "wall_s", "realtime_factor"]
+    assert (told["experiment"], told["seed"], told["status"]) == ("small", 9, "done")
+    assert len(told["metrics"]["joint_rmse_deg"]) == 2
+    assert "joint_rmse_deg" in err
+    with Recording(told["recording"]) as recording:
+        assert recording.seed == 9
+
+
+def test_run_without_json_prints_the_recording_alone(capsys, tmp_path):
+    code, out, _ = run(capsys, "run", SMALL, "--out", str(tmp_path))
+    assert code == 0
+    assert Path(out.strip()).is_file()
+
+
+@pytest.mark.parametrize("arguments", [
+    ("run", SMALL, "--set", "blocks.pid.gain=1"),
+    ("run", SMALL, "--set", 'wires.1.latency_ms="0.01"'),
+    ("run", SMALL, "--set", "nothing=1"),
+    ("run", "absent"),
+    ("run", "absent.toml"),
+    ("check", SMALL, "--set", "blocks.pid.rate=-1"),
+    ("bench", "absent"),
+    ("fmu", "build", "absent"),
+])
+def test_bad_input_is_one_line_with_exit_code_2_and_leaves_nothing(capsys, tmp_path, monkeypatch, arguments):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(capsys, *arguments)
+    assert code == 2
+    assert out == ""
+    assert len(err.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_bad_input_with_json_is_one_object_too(capsys):
+    code, out, _ = run(capsys, "run", SMALL, "--json", "--set", "blocks.pid.gain=1", "--set", "score.x=1")
+    assert code == 2
+    assert len(json.loads(out)["faults"]) == 2
+
+
+def test_a_folder_that_cannot_be_written_to_is_bad_input(capsys, tmp_path):
+    (tmp_path / "file").touch()
+    code, _, err = run(capsys, "run", SMALL, "--out", str(tmp_path / "file" / "runs"))
+    assert code == 2
+    assert "--out" in err
+
+
+def test_replay_says_how_to_give_the_recording(capsys, tmp_path):
+    code, _, err = run(capsys, "run", "replay", "--out", str(tmp_path / "runs"))
+    assert code == 2
+    assert "--set recording=" in err
+    code, _, err = run(capsys, "run", "replay", "--set", "recording=absent.mat",
+                       "--out", str(tmp_path / "runs"))
+    assert code == 2
+    assert "absent.mat" in err
+    assert not (tmp_path / "runs").exists()
+
+
+UNSTABLE = """
+[experiment]
+name = "unstable"
+duration_s = 20
+
+[blocks.plant]
+kind = "state_space"
+a = [[60.0, 0.0], [0.0, -1.0]]
+b = [[1.0, 0.0], [0.0, 1.0]]
+c = [[1.0, 0.0], [0.0, 1.0]]
+initial_state = [1.0, 1.0]
+
+[blocks.feedback]
+kind = "select"
+rate = "100"
+indices = [1, 1]
+unit = "1"
+
+[[wires]]
+from = "plant.y"
+to = "feedback.vector"
+
+[[wires]]
+from = "feedback.elements"
+to = "plant.u"
+"""
+
+
+def test_a_failing_run_exits_with_1_its_cause_in_a_line_and_is_kept(capsys, tmp_path):
+    """exp(60 t) passes the greatest float at 11.8 s."""
+    file = tmp_path / "unstable.toml"
+    file.write_text(UNSTABLE)
+    code, out, err = run(capsys, "run", str(file), "--json", "--out", str(tmp_path))
+    told = json.loads(out)
+    assert code == 1
+    assert told["status"] == "failed"
+    assert err.splitlines()[0].startswith("fesloop: plant.y is not finite at 118")
+    with Recording(told["recording"]) as recording:
+        assert recording.status == "failed"
+        assert recording.signal("plant.y").times_ns[-1] > 11e9
+
+
+def test_check_prints_wiring_and_latency_and_runs_nothing(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, _ = run(capsys, "check", SMALL)
+    assert code == 0
+    assert "pid.stimulation" in out
+    assert "total" in out
+    assert list(tmp_path.iterdir()) == []
+    _, out, _ = run(capsys, "check", SMALL, "--json")
+    stages = json.loads(out)["latency"][0]["stages"]
+    assert stages[-1]["min_ms"] == 25.0
+
+
+def test_list_names_every_shipped_experiment_and_kind(capsys):
+    code, out, _ = run(capsys, "list", "--json")
+    told = json.loads(out)
+    assert code == 0
+    assert {"finger_ilc", "replay"} <= set(told["experiments"])
+    assert all(told["kinds"].values())
+    _, out, _ = run(capsys, "list")
+    assert "finger_ilc" in out
+
+
+def test_the_schema_accepts_shipped_files_and_refuses_a_typing_error(capsys):
+    jsonschema = pytest.importorskip("jsonschema", reason="jsonschema is not needed otherwise")
+    from fesloop.experiment.parse import read
+
+    _, out, _ = run(capsys, "schema")
+    schema = json.loads(out)
+    document = read(SMALL)[1]
+    jsonschema.validate(document, schema)
+    document["blocks"]["pid"]["gain"] = 1
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(document, schema)
+
+
+def test_fmu_build_writes_the_finger(capsys, tmp_path):
+    code, out, _ = run(capsys, "fmu", "build", "--out", str(tmp_path), "--json")
+    told = json.loads(out)
+    assert code == 0
+    assert Path(told["fmu"]).stat().st_size == told["size"]
+
+
+def test_an_error_inside_a_block_is_one_line_unless_asked_for(capsys, monkeypatch, tmp_path):
+    def broken(*_):
+        raise ZeroDivisionError("in a block")
+
+    monkeypatch.setattr("controllers.pid.Pid.step", broken)
+    code, _, err = run(capsys, "run", SMALL, "--out", str(tmp_path))
+    assert code == 1
+    assert "ZeroDivisionError" in err
+    with pytest.raises(ZeroDivisionError):
+        main(["--traceback", "run", SMALL, "--out", str(tmp_path)])
+    assert len(list(tmp_path.glob("small-*.h5"))) == 2
+
+
+def python(code, cwd=None):
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=cwd, check=False)
+
+
+@pytest.mark.parametrize("code", ["import fesloop", "from fesloop.cli import main; main(['--help'])"])
+def test_import_and_help_load_nothing_heavy(code):
+    heavy = "print([m for m in ('numpy', 'numba', 'scipy', 'h5py', 'pydantic', 'rich') if m in sys.modules])"
+    done = python(f"import atexit, sys; atexit.register(exec, {heavy!r}, {{'sys': sys}})\n{code}")
+    assert done.returncode == 0
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def imported_from(*folders, cwd=None):
+    """`import fesloop` where these folders come first, and no editable install comes before them."""
+    return python(
+        "import sys; sys.meta_path = [f for f in sys.meta_path if 'ditable' not in repr(f)]\n"
+        f"sys.path[:0] = {[str(folder) for folder in folders]}\nimport fesloop", cwd)
+
+
+@pytest.mark.parametrize("kind", ["module", "package"])
+def test_a_file_that_shadows_a_block_package_is_named(tmp_path, kind):
+    shadow = tmp_path / "plants.py" if kind == "module" else tmp_path / "plants" / "__init__.py"
+    shadow.parent.mkdir(exist_ok=True)
+    shadow.touch()
+    done = imported_from(tmp_path, ROOT)
+    assert done.returncode == 1
+    assert f"shadowed by {shadow}" in done.stderr.splitlines()[-1]
+
+
+def test_a_folder_without_a_package_in_it_shadows_nothing(tmp_path):
+    (tmp_path / "controllers").mkdir()
+    assert imported_from(tmp_path, ROOT, cwd=tmp_path).returncode == 0
