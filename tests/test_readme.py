@@ -1,0 +1,51 @@
+"""What the README says is so."""
+
+import re
+import shlex
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from fesloop.cli.parser import make_parser
+from fesloop.experiment.parse import from_document, load
+
+ROOT = Path(__file__).resolve().parent.parent
+TEXT = (ROOT / "README.md").read_text()
+
+
+def blocks(language):
+    return re.findall(rf"^```{language}\n(.*?)^```", TEXT, re.MULTILINE | re.DOTALL)
+
+
+COMMANDS = [line for block in blocks("sh") for line in block.splitlines()]
+
+
+def test_the_first_screen_has_a_command_that_runs_and_one_that_tests():
+    first = TEXT.splitlines()[:24]
+    assert any(line.endswith("fesloop run finger_ilc") for line in first)
+    assert any(line.endswith("-m pytest") for line in first)
+
+
+@pytest.mark.parametrize("line", [line for line in COMMANDS if line.startswith("fesloop ")])
+def test_every_command_is_one_that_the_program_knows(line):
+    args = make_parser().parse_args(shlex.split(line.partition(" > ")[0])[1:])
+    settings = [each for each in getattr(args, "settings", []) if "models/" not in each]
+    if hasattr(args, "experiment"):
+        assert load(args.experiment, settings).name == args.experiment
+
+
+def test_the_example_in_python_runs_and_is_the_one_in_toml(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    exec(compile(blocks("python")[0], "README.md", "exec"), names)
+    written, = (from_document(tomllib.loads(block)) for block in blocks("toml"))
+    assert names["experiment"] == written
+    error, = names["result"].metrics["joint_rmse_deg"]
+    assert error < 5.0
+    assert str([error]) in capsys.readouterr().out
+
+
+def test_every_file_that_is_linked_exists():
+    for target in re.findall(r"\]\(([^)#:]+)\)", TEXT):
+        assert (ROOT / target).exists(), target
