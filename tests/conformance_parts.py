@@ -34,7 +34,7 @@ def specimens():
     parameters = {
         "state_space": {"a": ((0.0, 1.0), (-30.0, -4.0)), "b": ((0.0,), (30.0,)), "c": ((1.0, 0.0),)},
         "finger": {}, "finger_imus": {}, "vqf": {"initial_angles_deg": (20.0, 25.0, 15.0), "align_s": 0.1},
-        "vqf9": {}, "ideal": {"noise_deg": 0.3, "drift_deg_per_root_s": 0.1},
+        "vqf9": {}, "ideal": {"noise_deg": 0.3, "walk_deg": 0.1},
         "minimum_jerk": {"times_s": (0.1, 0.4), "angles_deg": ((20.0, 25.0, 15.0), (40.0, 50.0, 25.0)),
                          "preview": 5},
         "select": {"indices": (2, 0)}, "fmu": {"path": "shipped:finger", "step_rate": "100"},
@@ -44,10 +44,7 @@ def specimens():
     registered = {entry.name for entry in entry_points(group="fesloop.blocks")}
     made = {}
     for kind in sorted(registered - NOT_WITHOUT_FILES):
-        cls = load(kind)
-        given = parameters[kind]
-        known = getattr(cls, "__dataclass_fields__", {})
-        block = cls(**{key: value for key, value in given.items() if key in known})
+        block = load(kind)(**parameters[kind])
         shapes = {p.name: tuple(4 if size is None and p.name != "angles" else size or 3 for size in p.shape)
                   for p in block.inputs}
         made[kind] = block.resolve(shapes) if any(not p.resolved for p in block.inputs) else block
