@@ -6,7 +6,7 @@ turns within each tick, so that what else the machine does touches both.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from time import perf_counter_ns
 from typing import Any
 
@@ -77,11 +77,13 @@ def _bare_ns(filters: list[Any], k: int) -> int:
     return perf_counter_ns() - started
 
 
-def run() -> dict[str, Any]:
+def run(progress: Callable[[float], None] | None = None) -> dict[str, Any]:
     """One row a tracker, sixteen sensors each."""
     samples = moving_samples(TICKS, SENSORS)
     rows = []
-    for kind in KINDS:
+    for number, kind in enumerate(KINDS):
+        if progress:
+            progress(number / len(KINDS))
         tracker = registry.find(kind)(sensors=SENSORS)
         fed = [samples[port.name] for port in tracker.inputs]
         step, filters = _Stepper(tracker, fed, RateClock.from_rate(RATE)), _bare(fed)

@@ -9,14 +9,14 @@ from importlib import import_module
 from typing import Any
 
 import fesloop.bench
-from fesloop.cli.output import print_json, print_table
+from fesloop.cli.output import print_json, print_table, progress_bar
 from fesloop.errors import InputError, did_you_mean
 
 _COLUMNS = ("us_median", "us_p99", "us_worst", "reference_us_median", "ratio")
 
 
 def names() -> list[str]:
-    """Every bench: the public modules of fesloop.bench."""
+    """Every bench: the public modules of fesloop.bench, each with `run(progress=...)`."""
     return sorted(module.name for module in pkgutil.iter_modules(fesloop.bench.__path__)
                   if not module.name.startswith("_"))
 
@@ -34,7 +34,8 @@ def execute(args: Namespace) -> int:
 
 def _one(name: str) -> dict[str, Any]:
     """Run a bench and print its rows."""
-    result: dict[str, Any] = import_module(f"fesloop.bench.{name}").run()
+    with progress_bar(f"bench {name}") as bar:
+        result: dict[str, Any] = import_module(f"fesloop.bench.{name}").run(progress=bar)
     rows = [[str(row["case"]), *(_cell(row.get(key)) for key in _COLUMNS)] for row in result["rows"]]
     print_table(f"bench {name}", ("case", *_COLUMNS), rows, sys.stderr)
     for key in ("max_abs_error", "realtime_factor"):

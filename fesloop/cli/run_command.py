@@ -49,7 +49,7 @@ def _summarise(result: Result) -> None:
     print_table(result.experiment, ("", ""), rows, sys.stderr)
     for name, value in tables.items():
         columns = list(dict.fromkeys(key for item in value.values() for key in item))
-        cells = [[key, *(_text(_last(item.get(column))) for column in columns)] for key, item in value.items()]
+        cells = [[key, *(_text(_last(row.get(column))) for column in columns)] for key, row in value.items()]
         print(file=sys.stderr)
         print_table(f"{name}{_which(value)}", ("", *columns), cells, sys.stderr)
 
