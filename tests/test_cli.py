@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import jsonschema
 import pytest
 
 from fesloop.cli import main
@@ -148,7 +149,6 @@ def test_list_names_every_shipped_experiment_and_kind(capsys):
 
 
 def test_the_schema_accepts_shipped_files_and_refuses_a_typing_error(capsys):
-    jsonschema = pytest.importorskip("jsonschema", reason="jsonschema is not needed otherwise")
     from fesloop.experiment.parse import read
 
     _, out, _ = run(capsys, "schema")
