@@ -6,7 +6,8 @@ import argparse
 
 EPILOG = """exit codes: 0 done, 1 the run failed, 2 bad input, 130 interrupted
 
-EXPERIMENT is the name of a shipped experiment (fesloop list) or the path of a .toml file."""
+EXPERIMENT is the name of a shipped experiment (fesloop list), the path of a .toml file, or that of a
+recording, which is then repeated."""
 
 
 def make_parser() -> argparse.ArgumentParser:

@@ -17,6 +17,7 @@ from fesloop.experiment import registry
 from fesloop.experiment.experiment import Experiment, Record, Score
 from fesloop.experiment.faults import faults_of
 from fesloop.experiment.layout import experiment_table, keys_at
+from fesloop.experiment.repeat import document_of
 from fesloop.experiment.schema import Kinds, make
 from fesloop.experiment.settings import apply_settings
 from fesloop.loop.clock import Clock
@@ -34,11 +35,11 @@ def shipped() -> list[str]:
 
 
 def load(experiment: str | Path, settings: Sequence[str] = (), seed: int | None = None) -> Experiment:
-    """The experiment of a file, or a shipped one by its name.
+    """The experiment of a file, a shipped one by its name, or that of a recording, to repeat it.
 
     Parameters
     ----------
-    experiment: name of a shipped experiment, or path of a TOML file.
+    experiment: name of a shipped experiment, path of a TOML file, or path of a recording (.h5).
     settings: "KEY=VALUE" each, changing what the file says: an alias of the file or a dotted key path.
     seed: takes the place of the file's.
 
@@ -54,6 +55,8 @@ def load(experiment: str | Path, settings: Sequence[str] = (), seed: int | None 
 def read(experiment: str | Path) -> tuple[str, dict[str, Any]]:
     """Name for messages, and the raw tables of an experiment."""
     text = str(experiment)
+    if text.endswith(".h5"):
+        return text, document_of(Path(text))
     if isinstance(experiment, str) and not text.endswith(".toml") and "/" not in text:
         if text not in shipped():
             raise InputError(text, "there is no shipped experiment of this name", ", ".join(shipped()),

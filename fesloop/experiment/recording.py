@@ -19,12 +19,11 @@ from __future__ import annotations
 
 import itertools
 import json
-import os
 import platform
+import secrets
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import metadata
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +66,17 @@ class RecordingWriter:
 
     def __init__(self, folder: Path, experiment: Experiment) -> None:
         draft, self._file = _draft(folder, experiment.name)
+        try:
+            self._make_datasets(experiment)
+            self._file.swmr_mode = True
+            self.path = _publish(draft, folder, experiment.name)
+        except BaseException:
+            self._file.close()
+            draft.unlink()
+            raise
+
+    def _make_datasets(self, experiment: Experiment) -> None:
+        """Everything that the file will hold, empty."""
         self._describe(experiment)
         wiring = experiment.wiring
         plants = [node for node in wiring.nodes if node.is_plant]
@@ -78,8 +88,6 @@ class RecordingWriter:
                         for node in plants for number, port in enumerate(node.part.inputs)}
         self._events = self._dataset("events", _EVENT)
         self._messages = self._dataset("messages", _MESSAGES)
-        self._file.swmr_mode = True
-        self.path = _publish(draft, folder, experiment.name)
 
     def _describe(self, experiment: Experiment) -> None:
         """Everything that is known before the first tick."""
@@ -135,6 +143,7 @@ class RecordingWriter:
                 of_port = [row for row in changes if row[1] == number]
                 _append(dataset, input_rows(dataset.dtype, of_port, trial))
         _append(self._events, event_rows(events, trial))
+        self._file.flush()
 
     def write_step_times(self, blocks: Mapping[str, TimedBlock]) -> None:
         """Append how long the steps of timed blocks took."""
@@ -163,7 +172,7 @@ class RecordingWriter:
 
 def _draft(folder: Path, name: str) -> tuple[Path, h5py.File]:
     """A file under a hidden name, until it is one that can be read."""
-    draft = folder / f".{name}-{os.getpid()}.h5"
+    draft = folder / f".{name}-{secrets.token_hex(8)}.h5"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         return draft, h5py.File(draft, "w", libver="latest")
@@ -180,6 +189,10 @@ def _publish(draft: Path, folder: Path, name: str) -> Path:
             path.hardlink_to(draft)
         except FileExistsError:
             continue
+        except OSError:  # a file system without links
+            if path.exists():
+                continue
+            return draft.rename(path)
         draft.unlink()
         return path
     raise AssertionError("numbers do not end")
@@ -190,7 +203,6 @@ def _append(dataset: h5py.Dataset, rows: Rows) -> None:
         before = dataset.shape[0]
         dataset.resize(before + len(rows), axis=0)
         dataset[before:] = rows
-        dataset.flush()
 
 
 def _versions() -> dict[str, str]:
@@ -226,7 +238,7 @@ def plant_rows(dtype: np.dtype[np.void], stacks: Sequence[PlantRow], trial: int)
     if not stacks:
         return np.empty(0, dtype)
     times, captured, values = zip(*stacks, strict=True)
-    stamps = [np.array(list(chain.from_iterable(column)), np.int64) for column in (times, captured)]
+    stamps = [np.array(list(itertools.chain.from_iterable(column)), np.int64) for column in (times, captured)]
     table = np.empty(stamps[0].size, dtype)
     table["trial"] = trial
     columns = [*stamps, *(np.concatenate(column) for column in zip(*values, strict=True))]

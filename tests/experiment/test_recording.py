@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import h5py
@@ -14,11 +15,26 @@ import numpy as np
 import pytest
 
 import fesloop
-from fesloop import InputError, Recording
+from fesloop import Experiment, InputError, Recording
 from fesloop.experiment.parse import from_document
+from fesloop.loop.signals import Port
 
 SMALL = Path(__file__).parent / "small.toml"
 KILLS = 3 if os.environ.get("CI") else 20
+
+
+@dataclass(frozen=True)
+class OddlyNamed:
+    """A block whose output has the name of a stamp."""
+
+    inputs = ()
+    outputs = (Port("time_ns"),)
+
+    def init(self, context):
+        return None
+
+    def step(self, state, inputs, tick):
+        return (0.0,)
 
 
 @pytest.fixture(scope="module")
@@ -104,6 +120,29 @@ def test_runs_never_overwrite_each_other_and_leave_nothing_else(tmp_path):
     first, second = experiment.run(tmp_path), experiment.run(tmp_path)
     assert sorted(tmp_path.iterdir()) == [first.recording, second.recording]
     assert first.recording.name == "small-1.h5"
+
+
+def test_a_run_with_measured_execution_times_is_repeated_exactly(tmp_path):
+    """Scaled so that steps take ms of simulated time: some ticks are skipped, differently in each run."""
+    execution = ["blocks.pid.execution.kind=measured", "blocks.pid.execution.scale=1000"]
+    first = fesloop.load(SMALL, execution).run(tmp_path)
+    again = fesloop.load(first.recording).run(tmp_path)
+    with Recording(first.recording) as one, Recording(again.recording) as other:
+        for trial in range(2):
+            steps = [each.signal("pid.stimulation", trial) for each in (one, other)]
+            assert (steps[0].left_ns > steps[0].times_ns).all()
+            np.testing.assert_array_equal(steps[0].left_ns, steps[1].left_ns)
+            angles = [each.signal("finger.angles", trial).values for each in (one, other)]
+            np.testing.assert_array_equal(*angles)
+
+
+def test_a_run_that_cannot_be_recorded_leaves_no_file(tmp_path):
+    experiment = fesloop.load(SMALL)
+    node = replace(experiment.nodes[0], part=OddlyNamed())
+    odd = Experiment(name="odd", nodes=(node,), duration_s=1)
+    with pytest.raises(InputError, match="time_ns"):
+        odd.run(tmp_path)
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("content", [None, b"", b"no hdf5", b"\x89HDF\r\n\x1a\n" + bytes(200)])
