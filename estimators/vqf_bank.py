@@ -53,7 +53,7 @@ class VqfBank:
 
     def orientation(self) -> Array:
         """Sensor to earth frame (z up; with magnetometers y north), (n, 4), w x y z."""
-        return np.array([quaternion() for quaternion in self._quaternions])
+        return np.concatenate([quaternion() for quaternion in self._quaternions]).reshape(-1, 4)
 
     def __getstate__(self) -> tuple[float, bool, dict[str, float], list[Any]]:
         return self.period_s, self.magnetometer, self._settings, [f.state for f in self._filters]

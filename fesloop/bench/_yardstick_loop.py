@@ -37,9 +37,10 @@ def matrices() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 def exact_trajectory() -> NDArray[np.float64]:
     """y at the 10,001 ticks, in plain floats."""
-    (a, b), (x0, x1) = matrices(), (0.0, 0.0)
-    (a00, a01), (a10, a11), (b0, b1) = *a.tolist(), b.tolist()
-    integral = u = 0.0
+    a, b = matrices()
+    a00, a01, a10, a11 = (float(value) for value in a.ravel())
+    b0, b1 = (float(value) for value in b)
+    x0 = x1 = integral = u = 0.0
     y = [0.0] * 10_001
     for k in range(10_001):
         y[k] = x0

@@ -77,7 +77,8 @@ class _Pi:
         return _PiState()
 
     def step(self, state: _PiState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        error = REFERENCE - inputs[0].value
+        measured: Any = inputs[0].value
+        error = REFERENCE - measured
         u = KP * error + KI * state.integral
         state.integral += CONTROL_S * error
         return (u,)
@@ -107,7 +108,8 @@ def run(repeats: int = 9, progress: Callable[[float], None] | None = None) -> di
     a, b = matrices()
     stepped = _SteppedPlant(a=a, b=b, grid=RateClock.from_rate("1000"))
     exact = _exact_plant()
-    cases = {"bare": run_bare, "stepped": lambda: _run_loop(stepped), "exact": lambda: _run_loop(exact)}
+    cases: dict[str, Callable[[], NDArray[np.float64]]] = {
+        "bare": run_bare, "stepped": lambda: _run_loop(stepped), "exact": lambda: _run_loop(exact)}
     walls: dict[str, list[float]] = {name: [] for name in cases}
     worst_error = 0.0
     truth = exact_trajectory()

@@ -110,9 +110,9 @@ class PlantRecord:
 
     def see_held(self, captured_ns: int, stop_ns: int, values: tuple[Value, ...]) -> None:
         """Note outputs that stand still until `stop_ns`."""
-        instant, following = self.next, self._next_instant
+        instant, following, see = self.next, self._next_instant, self._seen.append
         while instant < stop_ns:
-            self._seen.append((instant, captured_ns, values))
+            see((instant, captured_ns, values))
             instant = following()
         self.next = instant
 

@@ -38,6 +38,10 @@ class ExactStation:
         self._observe = getattr(plant, "observe", None) or self._observe_a_copy
         self._shown: tuple[Value, ...] | None = None
 
+    def read_now(self) -> tuple[Value, ...]:
+        """Outputs of the instant `now`."""
+        return self._read(self.state, self._inputs.values)
+
     def values_through(self, times_ns: Sequence[int]) -> Iterator[tuple[int, int, tuple[Value, ...]]]:
         """(instant, instant, outputs) at increasing instants, the plant going along."""
         for instant in times_ns:
@@ -143,19 +147,21 @@ class GridStation:
                     if queue and queue[0][3] <= now:
                         self._latch_due()
                 if record.next < following:
-                    record.see_held(now, following, self._outputs(direct))
+                    shown = self._shown
+                    record.see_held(now, following, self.read_now() if shown is None or direct else shown)
                 advance(state, values, now, following)
                 self._shown = None
                 self.now = following
                 self._following = following = self._next_step()
             if direct:
                 self._latch_due()
-            shown = self._shown
-            yield instant, self.now, self._outputs(direct) if shown is None or direct else shown
+            if direct or self._shown is None:
+                self._shown = self._read(state, values)
+            yield instant, self.now, self._shown
 
-    def _outputs(self, direct: bool) -> tuple[Value, ...]:
+    def read_now(self) -> tuple[Value, ...]:
         """Outputs at the last grid tick, read once unless they follow the inputs."""
-        if self._shown is None or direct:
+        if self._shown is None or self.plant.feedthrough:
             self._shown = self._read(self.state, self._inputs.values)
         return self._shown
 
@@ -169,7 +175,7 @@ class GridStation:
         for _ in self.values_through((time_ns,)):
             self._latch_due()
         if self._record.next <= time_ns:
-            self._record.see_held(self.now, time_ns + 1, self._outputs(self.plant.feedthrough))
+            self._record.see_held(self.now, time_ns + 1, self.read_now())
         self._record.hand_over()
 
     def save(self) -> Any:

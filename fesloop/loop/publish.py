@@ -26,7 +26,7 @@ class Sampler:
     plain_links: those that leave the counting to the sender.
     """
 
-    __slots__ = ("_checked", "_clock", "_next_tick", "_plain", "_random", "due", "index", "plain_links",
+    __slots__ = ("_clock", "_next_tick", "_plain", "_random", "due", "index", "plain_links",
                  "plant")
 
     def __init__(self, plant: PlantStation, clock: Clock, outgoing: Sequence[tuple[int, Link]]) -> None:
@@ -36,23 +36,24 @@ class Sampler:
         self._plain = tuple((port, checks[port], link.queue.append, link.latency_ns)
                             for port, link in outgoing if link.plain)
         self._random = tuple((port, checks[port], link.send) for port, link in outgoing if not link.plain)
-        self._checked = False
         self.index = self.due = 0
         self.restore(0)
 
     def until(self, time_ns: int) -> None:
         """Make every sample due at or before `time_ns`."""
-        index = self.index
-        for due, captured, values in self.plant.values_through(self._take_dues(time_ns)):
-            if not self._checked:
-                check_shapes(self.plant.name, self.plant.plant.outputs, values)
-                self._checked = True
-            for port, finite, append, latency in self._plain:
+        dues = self._take_dues(time_ns)
+        if not dues:
+            return
+        index, plain, random = self.index, self._plain, self._random
+        if index == 0:
+            check_shapes(self.plant.name, self.plant.plant.outputs, self.plant.read_now())
+        for due, captured, values in self.plant.values_through(dues):
+            for port, finite, append, latency in plain:
                 value = values[port]
                 if not finite(value):
                     raise _unstable(self.plant, port, due)
                 append((value, captured, captured, due + latency))
-            for port, finite, send in self._random:
+            for port, finite, send in random:
                 if not finite(values[port]):
                     raise _unstable(self.plant, port, due)
                 send(index, values[port], captured, captured, due)
