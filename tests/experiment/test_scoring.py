@@ -1,0 +1,64 @@
+"""Which signals go into which metric: held against the run itself."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fesloop
+from fesloop import Recording
+from fesloop.experiment.metrics import held
+from fesloop.experiment.scoring import _arrived, metrics_of
+
+LATENCY = "finger_pid_latency"
+WIRE = 'wires."tracker.angles->controller.measured"'
+ROUGH = [f"{WIRE}.loss=0.2", f"{WIRE}.jitter.kind=uniform", f"{WIRE}.jitter.low_ms=0",
+         f"{WIRE}.jitter.high_ms=25", "experiment.duration_s=6", "experiment.trials=2"]
+
+
+@pytest.mark.parametrize("late", ["keep-newest", "in-order"])
+def test_what_stood_at_the_controller_is_what_it_read_at_every_tick(tmp_path, late):
+    """The controller's own stamps say which estimate it used; jitter and loss are those of the run."""
+    result = fesloop.load(LATENCY, [*ROUGH, f"{WIRE}.late={late}"]).run(tmp_path)
+    with Recording(result.recording) as recording:
+        for trial in range(2):
+            arrived = _arrived(recording, "tracker.angles", trial)
+            estimate = recording.signal("tracker.angles", trial)
+            steps = recording.signal("controller.stimulation", trial)
+            told = steps.times_ns > 200_000_000
+            used = np.searchsorted(estimate.newest_ns, steps.oldest_ns[told])
+            np.testing.assert_array_equal(estimate.newest_ns[used], steps.oldest_ns[told])
+            np.testing.assert_array_equal(held(arrived, steps.times_ns[told]), estimate.values[used])
+        assert recording.messages[0]["tracker.angles->controller.measured"]["lost"] > 80
+
+
+def test_an_exact_tracker_has_no_error_of_its_own_but_latency_costs_the_controller(tmp_path):
+    """The stamps of a capture are those of the truth, so the tracker's error is nil at any latency."""
+    result = fesloop.load(LATENCY, ["blocks.tracker.noise_deg=0", "latency_ms=100"]).run(tmp_path)
+    metrics = result.metrics
+    assert metrics["tracker_rmse_deg"][0] < 1e-9
+    assert metrics["split_rmse_deg"]["tracker"][0] > 0.5
+    assert metrics["split_rmse_deg"]["total"] == pytest.approx(metrics["joint_rmse_deg"], rel=1e-3)
+
+
+def test_a_bias_of_the_tracker_is_its_error(tmp_path):
+    settings = ["blocks.tracker.noise_deg=0", "blocks.tracker.bias_deg=[3.0, 0.0, -4.0]"]
+    metrics = fesloop.load(LATENCY, settings).run(tmp_path).metrics
+    joints = metrics["joints"]
+    assert [joints[name]["tracker_rmse_deg"][0] for name in ("MCP", "PIP", "DIP")] == pytest.approx([3, 0, 4])
+    assert metrics["tracker_rmse_deg"][0] == pytest.approx(np.sqrt(25 / 3))
+
+
+def test_metrics_come_from_the_recording_alone(tmp_path):
+    result = fesloop.load(LATENCY, ["experiment.duration_s=3"]).run(tmp_path)
+    moved = result.recording.rename(tmp_path / "elsewhere.h5")
+    with Recording(moved) as recording:
+        assert metrics_of(recording) == result.metrics
+
+
+def test_an_experiment_without_a_score_has_no_metrics(tmp_path):
+    document = fesloop.load(Path(__file__).parent / "small.toml").document()
+    del document["score"]
+    from fesloop.experiment.parse import from_document
+
+    assert from_document(document).run(tmp_path).metrics == {}
