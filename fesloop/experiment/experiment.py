@@ -144,6 +144,9 @@ class Experiment:
                 _owner(self.nodes, node)
         if self.duration_ns <= 0:
             raise InputError("experiment.duration_s", f"{self.duration_s}", "above 0")
+        if self.score.after_s * NS_PER_S >= self.duration_ns:
+            raise InputError("score.after_s", f"{self.score.after_s:g} leaves nothing of a trial",
+                             f"below {self.duration_ns / NS_PER_S:g} s, the duration")
 
     @property
     def duration_ns(self) -> int:

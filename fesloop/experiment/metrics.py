@@ -21,6 +21,8 @@ Trace = tuple[Stamps, Array]
 def held(trace: Trace, at_ns: Stamps) -> Array:
     """Values that stand at other instants (zero-order hold), (m, ...); NaN before the first."""
     times, values = trace
+    if not times.size:
+        return np.full((at_ns.size, *values.shape[1:]), np.nan)
     newest = np.searchsorted(times, at_ns, side="right") - 1
     standing = np.array(values[np.maximum(newest, 0)], dtype=np.float64)
     standing[newest < 0] = np.nan
@@ -39,7 +41,7 @@ def rmse_deg(measured: Trace, wanted: Trace) -> Array:
     """
     times, values = measured
     error = values - held(wanted, times)
-    error = error[np.isfinite(error).reshape(len(error), -1).all(axis=1)]
+    error = error[np.isfinite(error).all(axis=tuple(range(1, error.ndim)))]
     return np.degrees(rms(error)) if len(error) else np.full(values.shape[1:], np.nan)
 
 
@@ -90,7 +92,8 @@ def split_error(truth: Trace, estimate: Trace, reference: Trace) -> TrackingSpli
     """
     times, true_values = truth
     seen, wanted = held(estimate, times), held(reference, times)
-    both = np.isfinite(seen + wanted + true_values).reshape(len(times), -1).all(axis=1)
+    sound = np.isfinite(seen + wanted + true_values)
+    both = sound.all(axis=tuple(range(1, sound.ndim)))
     if not both.any():
         nothing = np.full(true_values.shape[1:], np.nan)
         return TrackingSplit(nothing, nothing, nothing, nothing)

@@ -180,7 +180,10 @@ def _experiment(document: dict[str, Any], kinds: Kinds) -> Experiment:
 
     nodes: dict[str, Any] = dict.fromkeys(document["blocks"])
     for name, table in sorted(document["blocks"].items(), key=lambda item: "clock" in item[1]):
-        nodes[name] = made(_node, name, table, kinds, nodes)
+        owner = table.get("clock")
+        owner_refused = owner in nodes and nodes[owner] is None and "clock" not in document["blocks"][owner]
+        if not owner_refused:
+            nodes[name] = made(_node, name, table, kinds, nodes)
     wires = [made(_wire, i, table, kinds) for i, table in enumerate(document.get("wires", []))
              if not table.get("optional") or _can_be_wired(table, nodes)]
     record = made(make, Record, document.get("record", {}), kinds, "record")

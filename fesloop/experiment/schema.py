@@ -153,10 +153,12 @@ def make(cls: type[Any], values: Mapping[str, Any], kinds: Kinds, where: str) ->
 
 def _place(inner: str, where: str, names: Mapping[str, Any]) -> str:
     """A parameter that an object names, led by where the object stands; its own name for itself goes."""
-    own, _, rest = inner.partition(".")
-    if own not in names and rest.partition(".")[0].partition("[")[0] in names:
-        inner = rest
-    return f"{where}.{inner}"
+    def is_key(path: str) -> bool:
+        return path.partition(".")[0].partition("[")[0] in names
+
+    if not is_key(inner) and is_key(inner.partition(".")[2]):
+        inner = inner.partition(".")[2]
+    return f"{where}.{inner}" if is_key(inner) else f"{where}: {inner}"
 
 
 def plain(value: Any, declared: Any = Any) -> Any:

@@ -143,12 +143,12 @@ class Wiring:
             faults += _end_faults(wire, by_name)
         faults += _doubled_inputs(wires)
         _raise(faults)
+        _raise(_open_inputs(declared, wires))
         self.nodes = _resolved(declared, wires)
         by_name = {node.name: node for node in self.nodes}
         self.connections = tuple(_connect(wire, by_name) for wire in wires)
         for connection in self.connections:
             faults += _fit_faults(connection)
-        faults += _open_inputs(self.nodes, self.connections)
         _raise(faults)
         self.order = firing_order(self.nodes, self.connections)
 
@@ -273,9 +273,9 @@ def _fit_faults(connection: Connection) -> list[InputError]:
     return faults
 
 
-def _open_inputs(nodes: Sequence[Node], connections: Sequence[Connection]) -> list[InputError]:
+def _open_inputs(nodes: Sequence[Node], wires: Sequence[Wire]) -> list[InputError]:
     """Inputs that need a wire and have none."""
-    wired = {connection.wire.target for connection in connections}
+    wired = {wire.target for wire in wires}
     return [InputError(f"{node.name}.{port.name}", "this input has no wire", "one wire",
                        f'add a wire to "{node.name}.{port.name}"')
             for node in nodes for port in node.part.inputs

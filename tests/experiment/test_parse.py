@@ -65,6 +65,7 @@ def faults_of(tmp_path, *changes):
     ("experiment.trials=2.5", "experiment.trials", "an integer"),
     ("experiment.seed=-1", "seed", "0 or more"),
     ("experiment.duration_s=2020-01-01", "experiment.duration_s", "a number"),
+    ("score.after_s=1.0", "score.after_s", "below 1 s"),
     ("score.truth=finger.angel", "score.truth", "finger.angles"),
     ("record.plant_rate=0", "record.plant_rate", "a positive rate"),
 ])

@@ -62,3 +62,12 @@ def test_an_experiment_without_a_score_has_no_metrics(tmp_path):
     from fesloop.experiment.parse import from_document
 
     assert from_document(document).run(tmp_path).metrics == {}
+
+
+def test_a_run_that_broke_off_at_once_gives_no_number_but_no_error_either(tmp_path):
+    result = fesloop.load(LATENCY, ["experiment.duration_s=0.6"]).run(tmp_path)
+    with Recording(result.recording) as recording:
+        recording.experiment["score"]["after_s"] = 0.7
+        metrics = metrics_of(recording)
+    assert np.isnan(metrics["joint_rmse_deg"]).all()
+    assert np.isnan(metrics["split_rmse_deg"]["total"]).all()
