@@ -31,14 +31,14 @@ def lag_response(times):
 
 
 @pytest.fixture
-def no_folder_left():
-    """Nothing of an FMU may stay in the temporary folder."""
-    def ours():
-        return set(Path(tempfile.gettempdir()).glob("fesloop-*"))
-
-    before = ours()
+def no_folder_left(tmp_path, monkeypatch):
+    """Nothing of an FMU may stay in the temporary folder, which is one of this test alone."""
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    monkeypatch.setenv("TMPDIR", str(folder))
     yield
-    assert ours() <= before
+    assert not list(folder.iterdir())
 
 
 @pytest.mark.parametrize("rate", ["1000", "60", "2000/7"])
