@@ -4,7 +4,6 @@ import copy
 import math
 import pickle
 import tempfile
-from pathlib import Path
 
 import numpy as np
 import pytest
