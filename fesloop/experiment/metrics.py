@@ -6,26 +6,43 @@ left out; NaN anywhere else comes out as NaN.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
-Trace = tuple[Stamps, Array]
+_ROWS_AT_ONCE = 65536
+"""Traces are read in pieces, so that an hour of them need not be in memory."""
+
+
+class Values(Protocol):
+    """An array (n, ...), or what stands for one that is too long for memory: read by slices of its rows."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of the array."""
+
+    def __getitem__(self, rows: Any, /) -> Array:
+        """A span of rows."""
+
+
+Trace = tuple[Stamps, Values]
 """Increasing instants (n,), ns, and the values from each on, (n, ...)."""
 
 
 def held(trace: Trace, at_ns: Stamps) -> Array:
     """Values that stand at other instants (zero-order hold), (m, ...); NaN before the first."""
     times, values = trace
-    if not times.size:
-        return np.full((at_ns.size, *values.shape[1:]), np.nan)
     newest = np.searchsorted(times, at_ns, side="right") - 1
-    standing = np.array(values[np.maximum(newest, 0)], dtype=np.float64)
-    standing[newest < 0] = np.nan
+    standing = np.full((at_ns.size, *values.shape[1:]), np.nan)
+    told = newest >= 0
+    if told.any():
+        first, last = newest[told].min(), newest.max()
+        standing[told] = values[first:last + 1][newest[told] - first]
     return standing
 
 
@@ -34,15 +51,31 @@ def rms(error: Array) -> Array:
     return np.asarray(np.sqrt(np.mean(np.square(error), axis=0)))
 
 
+def _pieces(trace: Trace) -> Iterator[tuple[Stamps, Array]]:
+    """The trace in spans of rows."""
+    times, values = trace
+    for first in range(0, times.size, _ROWS_AT_ONCE):
+        rows = slice(first, first + _ROWS_AT_ONCE)
+        yield times[rows], values[rows]
+
+
+def _known(values: Array) -> NDArray[np.bool_]:
+    """Rows without NaN, (n,)."""
+    return np.asarray(np.isfinite(values).all(axis=tuple(range(1, values.ndim))))
+
+
 def rmse_deg(measured: Trace, wanted: Trace) -> Array:
     """RMS of measured minus wanted at the measured instants that have both, (joints,), deg.
 
     NaN where there is no such instant.
     """
-    times, values = measured
-    error = values - held(wanted, times)
-    error = error[np.isfinite(error).all(axis=tuple(range(1, error.ndim)))]
-    return np.degrees(rms(error)) if len(error) else np.full(values.shape[1:], np.nan)
+    total, count = np.zeros(measured[1].shape[1:]), 0
+    for times, values in _pieces(measured):
+        standing = held(wanted, times)
+        known = _known(standing)
+        total += np.square((values - standing)[known]).sum(axis=0)
+        count += int(known.sum())
+    return np.degrees(np.sqrt(total / count)) if count else np.full(total.shape, np.nan)
 
 
 def joint_rmse_deg(trials: Sequence[tuple[Trace, Trace]]) -> list[float]:
@@ -90,21 +123,25 @@ def split_error(truth: Trace, estimate: Trace, reference: Trace) -> TrackingSpli
     arrival at the controller. Instants before the first estimate or reference are left out; all NaN where
     none are left.
     """
-    times, true_values = truth
-    seen, wanted = held(estimate, times), held(reference, times)
-    sound = np.isfinite(seen + wanted + true_values)
-    both = sound.all(axis=tuple(range(1, sound.ndim)))
-    if not both.any():
-        nothing = np.full(true_values.shape[1:], np.nan)
+    tracker, controller, product, total = np.zeros((4, *truth[1].shape[1:]))
+    count = 0
+    for times, true_values in _pieces(truth):
+        seen, wanted = held(estimate, times), held(reference, times)
+        both = _known(seen + wanted)
+        missed_by_tracker = (true_values - seen)[both]
+        missed_by_controller = (seen - wanted)[both]
+        tracker += np.square(missed_by_tracker).sum(axis=0)
+        controller += np.square(missed_by_controller).sum(axis=0)
+        product += (missed_by_tracker * missed_by_controller).sum(axis=0)
+        total += np.square(missed_by_tracker + missed_by_controller).sum(axis=0)
+        count += int(both.sum())
+    if not count:
+        nothing = np.full(total.shape, np.nan)
         return TrackingSplit(nothing, nothing, nothing, nothing)
-    missed_by_tracker = (true_values - seen)[both]
-    missed_by_controller = (seen - wanted)[both]
-    tracker, controller = rms(missed_by_tracker), rms(missed_by_controller)
-    product = np.mean(missed_by_tracker * missed_by_controller, axis=0)
-    scale = tracker * controller
+    scale = np.sqrt(tracker * controller)
     correlation = np.divide(product, scale, out=np.zeros_like(scale), where=scale > 0.0)
-    total = rms(missed_by_tracker + missed_by_controller)
-    return TrackingSplit(np.degrees(total), np.degrees(tracker), np.degrees(controller), correlation)
+    total, tracker, controller = np.degrees(np.sqrt(np.stack([total, tracker, controller]) / count))
+    return TrackingSplit(total, tracker, controller, correlation)
 
 
 def by_joint(values: Array, names: Sequence[str]) -> dict[str, float]:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.experiment.opening import open_file
 
 _ROWS_A_READ = 65536
 _STREAMS = ("blocks", "plants", "inputs")
@@ -45,6 +46,20 @@ class Signal:
     left_ns: NDArray[np.int64]
 
 
+class Column:
+    """Values of a signal, (n, *shape of the port), read from the file where they are sliced."""
+
+    def __init__(self, dataset: h5py.Dataset, field: str, first: int, stop: int) -> None:
+        self._field, self._first, self._stop = dataset.fields(field), first, stop
+        self.shape: tuple[int, ...] = (stop - first, *dataset.dtype[field].shape)
+
+    def __getitem__(self, rows: slice) -> NDArray[np.float64]:
+        """Values of a span of rows; a step is not honoured."""
+        start, stop, _ = rows.indices(self.shape[0])
+        values: NDArray[np.float64] = self._field[self._first + start:self._first + max(start, stop)]
+        return values
+
+
 @dataclass(frozen=True, slots=True)
 class Event:
     """Something that happened to a node or a wire in a run."""
@@ -70,7 +85,7 @@ class Recording:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self._file = _open(self.path)
+        self._file = open_file(self.path)
         self.experiment: dict[str, Any] = json.loads(self._file["experiment"][()])
         self.name = str(self._file.attrs["name"])
         self.seed = int(self._file.attrs["seed"])
@@ -125,15 +140,31 @@ class Recording:
 
         Raises InputError for a name that is not recorded.
         """
+        dataset, field = self._stream(name)
+        return _signal(name, field, dataset, *_span(dataset, trial))
+
+    def column(self, name: str, trial: int = 0, after_ns: int = 0) -> tuple[NDArray[np.int64], Column]:
+        """Instants (n,) of a signal from `after_ns` on, and its values, left in the file until sliced.
+
+        For signals of any length. Raises InputError for a name that is not recorded.
+        """
+        dataset, field = self._stream(name)
+        first, stop = _span(dataset, trial)
+        times = dataset.fields("time_ns")[first:stop]
+        late = int(np.searchsorted(times, after_ns))
+        return times[late:], Column(dataset, field, first + late, stop)
+
+    def _stream(self, name: str) -> tuple[h5py.Dataset, str]:
+        """The dataset and the field that hold a signal."""
         node, _, port = name.partition(".")
         for kind in ("blocks", "plants"):
             dataset = self._file.get(f"{kind}/{node}")
             if dataset is not None and port in json.loads(dataset.attrs["units"]):
-                return _signal(name, port, dataset, trial)
+                return dataset, port
         dataset = self._file.get(f"inputs/{node}/{port}")
         if dataset is None:
             raise InputError(f"{self.path}: {name}", "is not recorded", ", ".join(self.signals))
-        return _signal(name, "value", dataset, trial)
+        return dataset, "value"
 
     @property
     def events(self) -> list[Event]:
@@ -174,59 +205,25 @@ class Recording:
                     yield from ((f"{kind}/{name}/{port}", group[name][port]) for port in sorted(group[name]))
 
 
-def _signal(name: str, field: str, dataset: h5py.Dataset, trial: int) -> Signal:
-    """One field of a stream's rows of a trial."""
-    trials = dataset["trial"]
-    first, stop = np.searchsorted(trials, [trial, trial + 1])
-    rows = dataset[first:stop]
-    times = rows["time_ns"]
+def _span(dataset: h5py.Dataset, trial: int) -> tuple[int, int]:
+    """First row of a trial, and the row after its last."""
+    first, stop = np.searchsorted(dataset.fields("trial")[:], [trial, trial + 1])
+    return int(first), int(stop)
+
+
+def _signal(name: str, field: str, dataset: h5py.Dataset, first: int, stop: int) -> Signal:
+    """One field of a stream's rows `first` to `stop`, with their stamps."""
+    def read(key: str) -> NDArray[Any]:
+        found: NDArray[Any] = dataset.fields(key)[first:stop]
+        return found
+
+    names = dataset.dtype.names
+    times, values = read("time_ns"), read(field)
     unit = json.loads(dataset.attrs["units"])[field]
-    left = rows["left_ns"] if "left_ns" in rows.dtype.names else times
-    if "captured_ns" in rows.dtype.names:
-        oldest = newest = rows["captured_ns"]
+    left = read("left_ns") if "left_ns" in names else times
+    if "captured_ns" in names:
+        oldest = newest = read("captured_ns")
     else:
-        oldest, newest = rows["oldest_ns"], rows["newest_ns"]
-    indices = rows["index"] if "index" in rows.dtype.names else np.arange(len(rows))
-    return Signal(name, unit, indices, times, rows[field], oldest, newest, left)
-
-
-def _open(path: Path) -> h5py.File:
-    if not path.is_file():
-        raise InputError(str(path), "there is no such recording", "a file that fesloop run wrote")
-    try:
-        file = _open_anyhow(path)
-    except (OSError, RuntimeError) as fault:
-        raise InputError(str(path), f"is no HDF5 file, or a damaged one: {fault}",
-                         "a file that fesloop run wrote") from None
-    if not str(file.attrs.get("format", "")).startswith("fesloop recording"):
-        file.close()
-        raise InputError(str(path), "is an HDF5 file, but no recording of fesloop",
-                         "a file that fesloop run wrote")
-    return file
-
-
-def _open_anyhow(path: Path) -> h5py.File:
-    """A file whose writer lives or was killed still says "open for write" and opens in SWMR mode only."""
-    try:
-        return h5py.File(path, "r")
-    except OSError as fault:
-        if not any(sign in str(fault) for sign in ("already open for", "unable to lock")):
-            raise
-    file = h5py.File(path, "r", swmr=True)
-    needed, size = _end_of_data(file), path.stat().st_size
-    if needed > size:
-        file.close()
-        raise OSError(f"cut short: {size} bytes of {needed}")
-    return file
-
-
-def _end_of_data(file: h5py.File) -> int:
-    """Where the last chunk ends: in SWMR mode HDF5 itself does not look for a missing end."""
-    ends = [0]
-
-    def note(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset) and item.chunks:
-            item.id.chunk_iter(lambda chunk: ends.append(chunk.byte_offset + chunk.size))
-
-    file.visititems(note)
-    return max(ends)
+        oldest, newest = read("oldest_ns"), read("newest_ns")
+    indices = read("index") if "index" in names else np.arange(len(times))
+    return Signal(name, unit, indices, times, values, oldest, newest, left)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from array import array
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +13,7 @@ from fesloop.experiment.experiment import Score
 from fesloop.experiment.metrics import Trace, joint_rmse_deg, rmse_deg, split_error, tracker_rmse_deg
 from fesloop.experiment.reading import Recording, Signal
 from fesloop.experiment.schema import make
-from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.clock import FOREVER, NS_PER_S
 from fesloop.loop.signals import NEVER, Sample
 from fesloop.loop.wire import Link, Wire
 
@@ -75,9 +77,7 @@ def _trace(recording: Recording, name: str | None, trial: int, after_s: float) -
     """A signal from an instant on; nothing where none is named."""
     if name is None:
         return np.empty(0, np.int64), np.empty((0, 0))
-    signal = recording.signal(name, trial)
-    late = signal.times_ns >= after_s * NS_PER_S
-    return signal.times_ns[late], signal.values[late]
+    return recording.column(name, trial, math.ceil(after_s * NS_PER_S))
 
 
 def _captured(recording: Recording, score: Score, trial: int) -> Trace:
@@ -103,19 +103,27 @@ def _arrived(recording: Recording, name: str, trial: int) -> Trace:
 def _through(wire: Wire, signal: Signal, seed: int, trial: int) -> Trace:
     """Arrivals over a wire, with the jitter and the losses that the run had."""
     link = Link(wire, seed, trial)
-    rows = (signal.indices, signal.values, signal.oldest_ns, signal.newest_ns, signal.left_ns)
-    for index, value, oldest, newest, left in zip(*rows, strict=True):
-        link.send(int(index), value, int(oldest), int(newest), int(left))
+    if link.plain:
+        return signal.left_ns + link.latency_ns, signal.values
+    rows, arrivals = array("q"), array("q")
     held = Sample(0.0, NEVER, NEVER, NEVER)
-    seen: list[Sample] = []
-    while link.queue:
-        held = link.take(held)
-        if not seen or held is not seen[-1]:
-            seen.append(held)
-    values = [sample.value for sample in seen]
-    shape = signal.values.shape[1:]
-    return (np.array([sample.arrived_ns for sample in seen], np.int64),
-            np.concatenate(values).reshape(-1, *shape) if values and shape else np.array(values))
+    for row, (index, left) in enumerate(zip(signal.indices, signal.left_ns, strict=True)):
+        # What stands for the value is the number of its row. Nothing sent from now on arrives before now.
+        held = _deliver(link, int(left), held, rows, arrivals)
+        link.send(int(index), float(row), NEVER, NEVER, int(left))
+    _deliver(link, FOREVER, held, rows, arrivals)
+    return np.array(arrivals, np.int64), signal.values[np.array(rows, np.int64)]
+
+
+def _deliver(link: Link, before_ns: int, held: Sample, rows: array[int], arrivals: array[int]) -> Sample:
+    """Note what reaches the end of a wire before an instant; what stands there then."""
+    while link.queue and link.queue[0][3] < before_ns:
+        taken = link.take(held)
+        if taken is not held:
+            held = taken
+            rows.append(int(cast(float, held.value)))
+            arrivals.append(held.arrived_ns)
+    return held
 
 
 def _orientation_metrics(recording: Recording, score: Score) -> dict[str, Any]:

@@ -60,6 +60,28 @@ def test_the_split_tells_a_blind_controller_from_a_lazy_one():
         assert split.controller[0] == pytest.approx(np.degrees(controller), abs=1e-12)
 
 
+@pytest.mark.parametrize("rows", [1, 7, 299, 300])
+def test_a_trace_in_pieces_has_the_error_of_the_whole(monkeypatch, rows):
+    rng = np.random.default_rng(3)
+    truth, estimate, reference = (trace(ms, 300 // ms, lambda t: rng.normal(size=(len(t), 2)))
+                                  for ms in (1, 3, 20))
+    whole = metrics.split_error(truth, estimate, reference), metrics.rmse_deg(estimate, truth)
+    monkeypatch.setattr(metrics, "_ROWS_AT_ONCE", rows)
+    split = metrics.split_error(truth, estimate, reference)
+    for part in ("total", "tracker", "controller", "correlation"):
+        np.testing.assert_allclose(getattr(split, part), getattr(whole[0], part), rtol=1e-12)
+    np.testing.assert_allclose(metrics.rmse_deg(estimate, truth), whole[1], rtol=1e-12)
+
+
+def test_what_is_no_number_shows_except_in_a_reference():
+    truth, wanted = trace(1, 10, ramp), trace(1, 10, ramp)
+    wanted[1][3] = np.nan
+    assert metrics.rmse_deg(truth, wanted) == pytest.approx([0.0, 0.0])
+    truth[1][5] = np.nan
+    assert np.isnan(metrics.rmse_deg(truth, wanted)).all()
+    assert np.isnan(metrics.split_error(truth, wanted, wanted).total).all()
+
+
 def test_nothing_in_common_is_not_a_number():
     late = np.array([10**12], dtype=np.int64), np.zeros((1, 2))
     assert np.isnan(metrics.rmse_deg(trace(1, 10, ramp), late)).all()

@@ -1,5 +1,6 @@
 """Which signals go into which metric: held against the run itself."""
 
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 import fesloop
 from fesloop import Recording
+from fesloop.experiment import metrics
 from fesloop.experiment.metrics import held
 from fesloop.experiment.scoring import _arrived, metrics_of
 
@@ -47,6 +49,36 @@ def test_a_bias_of_the_tracker_is_its_error(tmp_path):
     joints = metrics["joints"]
     assert [joints[name]["tracker_rmse_deg"][0] for name in ("MCP", "PIP", "DIP")] == pytest.approx([3, 0, 4])
     assert metrics["tracker_rmse_deg"][0] == pytest.approx(np.sqrt(25 / 3))
+
+
+def test_scoring_reads_a_long_recording_in_pieces(tmp_path, monkeypatch):
+    """An hour is 3.6 million rows of the plant; of each but its instants may be in memory at once."""
+    result = fesloop.load(LATENCY, ["experiment.duration_s=60", *ROUGH[:4]]).run(tmp_path)
+    monkeypatch.setattr(metrics, "_ROWS_AT_ONCE", 1024)
+    with Recording(result.recording) as recording:
+        rows = recording.signal("finger.angles").times_ns.size
+        tracemalloc.start()
+        try:
+            found = metrics_of(recording)
+            _, most = tracemalloc.get_traced_memory()
+        finally:
+            tracemalloc.stop()
+    assert rows == 60_000
+    assert most < 60 * rows, "a row of the plant is 124 bytes"
+    assert found["joint_rmse_deg"] == pytest.approx(result.metrics["joint_rmse_deg"], rel=1e-12)
+
+
+def test_a_column_is_the_signal_slice_by_slice(tmp_path):
+    result = fesloop.load(LATENCY, ["experiment.duration_s=1", "experiment.trials=2"]).run(tmp_path)
+    with Recording(result.recording) as recording:
+        for trial in range(2):
+            whole = recording.signal("finger.angles", trial)
+            times, values = recording.column("finger.angles", trial, after_ns=123_000_001)
+            assert times[0] == 124_000_000
+            np.testing.assert_array_equal(times, whole.times_ns[124:])
+            assert values.shape == whole.values[124:].shape
+            for rows in (slice(0, 10), slice(500, 5000), slice(None), slice(7, 7)):
+                np.testing.assert_array_equal(values[rows], whole.values[124:][rows])
 
 
 def test_metrics_come_from_the_recording_alone(tmp_path):
