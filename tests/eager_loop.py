@@ -1,0 +1,233 @@
+"""The loop's rules written down plainly: an eager simulation of any wiring, and parts with exact arithmetic.
+
+Nothing here is lazy, queued in bulk or skipped: time goes from instant to instant, every plant is advanced to
+each, and everything due is done in the order of the rules. States are whole numbers, so that a plant that is
+split elsewhere ends up in the same bits.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections import defaultdict
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+from fesloop.loop.noise import NoiseStream, stream_key
+from fesloop.loop.signals import NEVER, Port, Sample
+
+PRIME = 1_000_003
+
+
+@dataclass(slots=True)
+class Number:
+    """State of the parts below."""
+
+    x: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Mixer:
+    """A block whose outputs tell every input and every earlier step apart."""
+
+    takes: int
+    gives: int
+    salt: int
+    clock: Any = None
+
+    @property
+    def inputs(self):
+        return tuple(Port(f"u{i}", optional=True) for i in range(self.takes))
+
+    @property
+    def outputs(self):
+        return tuple(Port(f"y{i}") for i in range(self.gives))
+
+    def init(self, context):
+        return Number(context.trial)
+
+    def next_trial(self, state, context):
+        return Number(state.x % 17 + context.trial)
+
+    def step(self, state, inputs, tick):
+        mixed = 31 * self.salt + tick.index + sum((i + 2) * int(s.value) for i, s in enumerate(inputs))
+        state.x = (7 * state.x + mixed) % PRIME
+        return tuple(float((mixed * (i + 1) + state.x) % PRIME) for i in range(self.gives))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Adder:
+    """A plant that integrates its inputs exactly; with a grid, one that also multiplies at every step."""
+
+    takes: int
+    gives: int
+    salt: int
+    feedthrough: bool = False
+    grid: Any = None
+
+    @property
+    def inputs(self):
+        return tuple(Port(f"u{i}", optional=True) for i in range(self.takes))
+
+    @property
+    def outputs(self):
+        return tuple(Port(f"y{i}") for i in range(self.gives))
+
+    def init(self, context):
+        return Number(self.salt)
+
+    def next_trial(self, state, context):
+        return Number(state.x % 13)
+
+    def advance(self, state, inputs, start_ns, stop_ns):
+        assert stop_ns > start_ns
+        rate = self.salt + sum((i + 1) * int(value) for i, value in enumerate(inputs))
+        state.x = (state.x * (1 if self.grid is None else 3) + rate * (stop_ns - start_ns)) % PRIME
+
+    def read(self, state, inputs):
+        direct = sum(int(value) for value in inputs) if self.feedthrough else 0
+        return tuple(float((state.x * (i + 1) + direct) % PRIME) for i in range(self.gives))
+
+
+class EagerLoop:
+    """A wiring simulated up to and including `until_ns`.
+
+    Attributes
+    ----------
+    blocks: rows of each block as the Recorder has them. skipped: (time, block, tick).
+    inputs: of each plant, (instant it acts from, port, oldest, newest, value).
+    counts: messages by wire name: sent, lost.
+    """
+
+    def __init__(self, wiring, until_ns, trial=0):
+        self.wiring, self.until_ns = wiring, until_ns
+        self.blocks = {node.name: [] for node in wiring.nodes if not node.is_plant}
+        self.inputs = {node.name: [] for node in wiring.nodes if node.is_plant}
+        self.skipped = []
+        self.counts = {c.wire.name: {"sent": 0, "lost": 0} for c in wiring.connections}
+        self._state = {n.name: n.part.init(n.context(wiring.seed, trial)) for n in wiring.nodes}
+        self._held = {n.name: [Sample(p.initial_value(), NEVER, NEVER, NEVER) for p in n.part.inputs]
+                      for n in wiring.nodes}
+        self._under_way = {c.wire.name: [] for c in wiring.connections}
+        self._newest = dict.fromkeys(self._under_way, -1)
+        self._last_arrival = dict.fromkeys(self._under_way, 0)
+        self._wire_noise = {c.wire.name: c.wire.noise(wiring.seed, trial) for c in wiring.connections}
+        self._execution_noise = {n.name: NoiseStream(
+            stream_key(wiring.seed, f"{n.name}/execution", trial), 1, "uniform") for n in wiring.nodes}
+        self._at = dict.fromkeys(self.inputs, 0)
+        self._busy_until = dict.fromkeys(self.blocks, 0)
+        self._due = self._what_is_due()
+        self._instants = list(self._due)
+        heapq.heapify(self._instants)
+        while self._instants:
+            self._instant(heapq.heappop(self._instants))
+
+    def _what_is_due(self):
+        """{instant: [(number, node or connection that is sampled)]}; empty lists at ticks of grids."""
+        due = defaultdict(list)
+        items = [(c.wire.clock or c.target.clock, c) for c in self.wiring.connections if c.source.is_plant]
+        items += [(node.clock, node) for node in self.wiring.nodes if not node.is_plant]
+        for clock, item in items:
+            number = 0
+            while clock.tick(number) <= self.until_ns:
+                due[clock.tick(number)].append((number, item))
+                number += 1
+        for node in self.wiring.nodes:
+            if node.is_plant and node.plant.grid is not None:
+                for number in range(node.plant.grid.last_at_or_before(self.until_ns) + 1):
+                    _ = due[node.plant.grid.tick(number)]
+        return due
+
+    def _instant(self, now):
+        plants = [node for node in self.wiring.nodes if node.is_plant]
+        for node in plants:
+            self._advance(node, now)
+        for node in plants:
+            self._deliver(node, now)
+        waiting = list(self._due.pop(now, ()))
+        while waiting:
+            first = next(item for item in reversed(waiting)
+                         if not any(self._precedes(other[1], item[1]) for other in waiting))
+            waiting.remove(first)
+            self._do(*first, now)
+        for node in plants:
+            self._deliver(node, now)
+
+    def _advance(self, node, now):
+        grid, then = node.plant.grid, self._at[node.name]
+        if now > then and (grid is None or grid.tick(grid.first_at_or_after(now)) == now):
+            values = [sample.value for sample in self._held[node.name]]
+            node.plant.advance(self._state[node.name], values, then, now)
+            self._at[node.name] = now
+
+    def _precedes(self, before, after):
+        """Whether the one sends to the other, which must see it at this very instant."""
+        for c in self.wiring.connections:
+            sends = before is (c if c.source.is_plant else c.source)
+            direct = c.target.is_plant and c.target.plant.feedthrough
+            sees = after is c.target or (direct and getattr(after, "source", None) is c.target)
+            if sends and sees and c.wire.least_ns == 0 and c.source.execution.least_ns == 0:
+                return True
+        return False
+
+    def _do(self, number, item, now):
+        if item in self.wiring.connections:
+            self._sample(number, item, now)
+        elif now < self._busy_until[item.name]:
+            self.skipped.append((now, item.name, number))
+        else:
+            self._step(number, item, now)
+
+    def _sample(self, number, connection, now):
+        node = connection.source
+        self._deliver(node, now)
+        values = [sample.value for sample in self._held[node.name]]
+        value = node.plant.read(self._state[node.name], values)[connection.source_port]
+        captured = self._at[node.name]
+        self._send(connection, number, value, (captured, captured), now)
+
+    def _step(self, number, node, now):
+        self._deliver(node, now)
+        held = self._held[node.name]
+        present = [sample for sample in held if sample.present]
+        stamps = (min((s.oldest_ns for s in present), default=now),
+                  max((s.newest_ns for s in present), default=now))
+        values = node.block.step(self._state[node.name], held, SimpleNamespace(index=number, time_ns=now))
+        left = now
+        if node.execution.kind != "zero":
+            left += node.execution.draw_ns(float(self._execution_noise[node.name].row(number)[0]))
+        self._busy_until[node.name] = left
+        self.blocks[node.name].append((number, now, left, *stamps, values))
+        for connection in self.wiring.connections:
+            if connection.source is node:
+                self._send(connection, number, values[connection.source_port], stamps, left)
+
+    def _send(self, connection, number, value, stamps, left):
+        wire, counts = connection.wire, self.counts[connection.wire.name]
+        sequence = counts["sent"]
+        counts["sent"] += 1
+        chance, shape = self._wire_noise[wire.name].row(number)
+        if chance < wire.loss:
+            counts["lost"] += 1
+            return
+        arrival = left + wire.latency_ns + wire.jitter.draw_ns(float(shape))
+        if wire.late == "in-order":
+            arrival = self._last_arrival[wire.name] = max(arrival, self._last_arrival[wire.name])
+        heapq.heappush(self._under_way[wire.name], (arrival, sequence, value, *stamps))
+        if arrival <= self.until_ns:
+            heapq.heappush(self._instants, arrival)
+
+    def _deliver(self, node, now):
+        """What is due goes into the ports of a node; of a plant with a grid at its ticks only."""
+        if node.is_plant and self._at[node.name] != now:
+            return
+        for c in self.wiring.connections:
+            under_way = self._under_way[c.wire.name]
+            while c.target is node and under_way and under_way[0][0] <= now:
+                arrival, sequence, value, oldest, newest = heapq.heappop(under_way)
+                if sequence < self._newest[c.wire.name]:
+                    continue
+                self._newest[c.wire.name] = sequence
+                self._held[node.name][c.target_port] = Sample(value, oldest, newest, arrival)
+                if node.is_plant:
+                    self.inputs[node.name].append((now, c.target_port, oldest, newest, value))

@@ -1,0 +1,150 @@
+"""Random wirings against the loop's rules written down plainly, in one go, in stretches and from snapshots.
+
+Several plants, exact and of fixed steps, coupled, with and without feedthrough; blocks at rates, offsets and
+stamps; latency, jitter, loss, both ways of being late; execution times that skip ticks.
+"""
+
+import random
+
+import numpy as np
+from eager_loop import Adder, EagerLoop, Mixer
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from fesloop.errors import InputError
+from fesloop.loop.clock import NS_PER_MS, RateClock, StampClock
+from fesloop.loop.duration import ZERO, Duration
+from fesloop.loop.record import Recorder
+from fesloop.loop.run import Loop
+from fesloop.loop.wire import Wire
+from fesloop.loop.wiring import Node, Wiring
+
+RATES = ("7", "60", "285.714", "1000", "2000/7", "50", "100", "1000/3", "250", "20")
+UNTIL_NS = 300 * NS_PER_MS
+seeds = st.integers(0, 2**32)
+
+
+def duration(draw, zero, low_ms=0.0):
+    """A duration of any kind, zero with a given chance."""
+    if draw.random() < zero:
+        return ZERO
+    return draw.choice([
+        Duration(kind="fixed", ms=draw.choice([0, 1e-6, 1, 2.5, 10, 37.123457])),
+        Duration(kind="uniform", low_ms=low_ms, high_ms=draw.choice([0.0, 3, 40])),
+        Duration(kind="uniform", low_ms=low_ms, high_ms=low_ms + 2e-6),
+        Duration(kind="normal", mean_ms=1, sd_ms=3, low_ms=low_ms, high_ms=9),
+        Duration(kind="exponential", mean_ms=4, high_ms=30)])
+
+
+def plant(draw, name):
+    grid = RateClock.from_rate(draw.choice(RATES)) if draw.random() < 0.4 else None
+    return Node(name, Adder(takes=draw.randint(1, 2), gives=draw.randint(1, 2), salt=draw.randint(1, 99),
+                            feedthrough=draw.random() < 0.3, grid=grid))
+
+
+def block(draw, name):
+    size = {"takes": draw.randint(0, 3), "gives": draw.randint(0, 2), "salt": draw.randint(1, 99)}
+    if draw.random() < 0.2:
+        steps = [draw.choice([1, 1000, 5_000_000, 20_000_000]) for _ in range(draw.randint(1, 30))]
+        stamps = StampClock(np.cumsum(steps) - 1)
+        return Node(name, Mixer(**size, clock=stamps), execution=duration(draw, 0.6))
+    return Node(name, Mixer(**size), draw.choice(RATES), draw.choice([0, 0, 1, 3.3, 12.345678]),
+                duration(draw, 0.6))
+
+
+def wire(draw, source, end, target, port):
+    latency = draw.choice([0, 0, 0, 1, 5, 10, 30, 1e-6, 12.345678, 100])
+    sampled = source.is_plant and (target.is_plant or draw.random() < 0.4)
+    return Wire(end, f"{target.name}.{port}", latency, duration(draw, 0.6, draw.choice([0, -latency])),
+                draw.choice([0, 0, 0, 0.2, 0.7]), draw.choice(["keep-newest", "in-order"]),
+                draw.choice(RATES) if sampled else None, draw.choice([0, 0, 2, 7.7]) if sampled else 0)
+
+
+def random_wiring(seed):
+    """A wiring; one that is refused is no example."""
+    draw = random.Random(seed)
+    nodes = [plant(draw, f"p{i}") for i in range(draw.randint(1, 3))]
+    nodes += [block(draw, f"b{i}") for i in range(draw.randint(1, 5))]
+    draw.shuffle(nodes)
+    ends = [(node, f"{node.name}.{port.name}") for node in nodes for port in node.part.outputs]
+    try:
+        wires = [wire(draw, *draw.choice(ends), node, port.name)
+                 for node in nodes for port in node.part.inputs if draw.random() < 0.85]
+        draw.shuffle(wires)
+        return Wiring(nodes, wires, seed)
+    except InputError:
+        assume(False)
+
+
+def by_instant(recorder):
+    """What was recorded of the plants, an instant a row."""
+    return {name: [(time, captured, [float(stack[i]) for stack in stacks]) for times, instants, stacks in rows
+                   for i, (time, captured) in enumerate(zip(times, instants, strict=True))]
+            for name, rows in recorder.plants.items()}
+
+
+@given(seeds)
+@settings(max_examples=150, deadline=None)
+def test_the_loop_keeps_its_rules_to_the_bit(seed):
+    wiring = random_wiring(seed)
+    expected = EagerLoop(wiring, UNTIL_NS)
+    recorder = Recorder(None)
+    loop = Loop(wiring, recorder=recorder)
+    loop.run_until(UNTIL_NS)
+    assert recorder.blocks == expected.blocks
+    assert {name: sorted(rows) for name, rows in recorder.inputs.items()} == {
+        name: sorted(rows) for name, rows in expected.inputs.items()}
+    skipped = [(time, name, int(detail.split()[1][:-1])) for time, name, _, detail in recorder.events]
+    assert sorted(skipped) == sorted(expected.skipped)
+    for name, counts in loop.message_counts().items():
+        assert {key: counts[key] for key in ("sent", "lost")} == expected.counts[name]
+
+
+@given(seeds, st.sampled_from(["1000", "7", "285.714"]))
+@settings(max_examples=80, deadline=None)
+def test_stretches_and_snapshots_change_nothing(seed, rate):
+    wiring, draw = random_wiring(seed), random.Random(seed)
+    whole, parts = Recorder(rate), Recorder(rate)
+    Loop(wiring, recorder=whole).run_until(UNTIL_NS)
+    loop, now, snapshots = Loop(wiring, recorder=parts), -1, []
+    while now < UNTIL_NS:
+        now = min(UNTIL_NS, now + draw.choice([1, 999, NS_PER_MS, 333_333, 20 * NS_PER_MS, 77_777_777]))
+        loop.run_until(now)
+        snapshots.append(loop.snapshot())
+    assert parts.blocks == whole.blocks
+    assert parts.inputs == whole.inputs
+    assert parts.events == whole.events
+    assert by_instant(parts) == by_instant(whole)
+
+    saved = draw.choice(snapshots)
+    again = Recorder(rate)
+    other = Loop(wiring, recorder=again)
+    other.run_until(draw.randint(0, UNTIL_NS))
+    again.drain()
+    other.restore(saved)
+    other.run_until(UNTIL_NS)
+    assert again.blocks == {name: [row for row in rows if row[1] > saved.time_ns]
+                            for name, rows in whole.blocks.items()}
+    assert by_instant(again) == {name: [row for row in rows if row[0] > saved.time_ns]
+                                 for name, rows in by_instant(whole).items()}
+    assert other.message_counts() == loop.message_counts()
+
+
+@given(seeds)
+@settings(max_examples=30, deadline=None)
+def test_a_snapshot_of_a_later_trial_goes_on_identically(seed):
+    wiring = random_wiring(seed)
+    recorder = Recorder("285.714")
+    loop = Loop(wiring, recorder=recorder)
+    loop.run_until(UNTIL_NS)
+    first = dict(recorder.drain()[0])
+    loop.next_trial()
+    loop.run_until(UNTIL_NS // 2)
+    recorder.drain()
+    saved = loop.snapshot()
+    loop.run_until(UNTIL_NS)
+    through = recorder.drain()[0]
+    loop.restore(saved)
+    loop.run_until(UNTIL_NS)
+    assert recorder.drain()[0] == through
+    assert first.keys() == through.keys()
