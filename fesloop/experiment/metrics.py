@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
-_ROWS_AT_ONCE = 65536
+_ROWS_AT_ONCE = 8192
 """Traces are read in pieces, so that an hour of them need not be in memory."""
 
 

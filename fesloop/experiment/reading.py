@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -150,7 +151,7 @@ class Recording:
         """
         dataset, field = self._stream(name)
         first, stop = _span(dataset, trial)
-        times = dataset.fields("time_ns")[first:stop]
+        times = _read(dataset, "time_ns", first, stop)
         late = int(np.searchsorted(times, after_ns))
         return times[late:], Column(dataset, field, first + late, stop)
 
@@ -207,16 +208,23 @@ class Recording:
 
 def _span(dataset: h5py.Dataset, trial: int) -> tuple[int, int]:
     """First row of a trial, and the row after its last."""
-    first, stop = np.searchsorted(dataset.fields("trial")[:], [trial, trial + 1])
+    first, stop = np.searchsorted(_read(dataset, "trial", 0, dataset.shape[0]), [trial, trial + 1])
     return int(first), int(stop)
+
+
+def _read(dataset: h5py.Dataset, field: str, first: int, stop: int) -> NDArray[Any]:
+    """One field of some rows. HDF5 makes notes on every chunk of a read, so one read takes not too many."""
+    dtype, source = dataset.dtype[field], dataset.fields(field)
+    values = np.empty((stop - first, *dtype.shape), dtype.base)
+    for start in range(first, stop, _ROWS_A_READ):
+        until = min(start + _ROWS_A_READ, stop)
+        values[start - first:until - first] = source[start:until]
+    return values
 
 
 def _signal(name: str, field: str, dataset: h5py.Dataset, first: int, stop: int) -> Signal:
     """One field of a stream's rows `first` to `stop`, with their stamps."""
-    def read(key: str) -> NDArray[Any]:
-        found: NDArray[Any] = dataset.fields(key)[first:stop]
-        return found
-
+    read = partial(_read, dataset, first=first, stop=stop)
     names = dataset.dtype.names
     times, values = read("time_ns"), read(field)
     unit = json.loads(dataset.attrs["units"])[field]

@@ -46,8 +46,6 @@ def _joint_metrics(recording: Recording, score: Score) -> dict[str, Any]:
     trials = range(recording.trials)
     truth = [_trace(recording, score.truth, trial, score.after_s) for trial in trials]
     wanted = [_trace(recording, score.reference, trial, 0.0) for trial in trials]
-    seen = [_captured(recording, score, trial) for trial in trials]
-    every = [_trace(recording, score.truth, trial, 0.0) for trial in trials]
     metrics: dict[str, Any] = {}
     joints: dict[str, Any] = {name: {} for name in score.joints}
     if score.truth and score.reference:
@@ -55,9 +53,10 @@ def _joint_metrics(recording: Recording, score: Score) -> dict[str, Any]:
         metrics["joint_rmse_deg"] = joint_rmse_deg(pairs)
         _add_by_joint(joints, "joint_rmse_deg", [rmse_deg(*pair) for pair in pairs])
     if score.truth and score.estimate:
-        pairs = list(zip(seen, every, strict=True))
+        pairs = [_seen(recording, score, trial) for trial in trials]
         metrics["tracker_rmse_deg"] = tracker_rmse_deg(pairs)
         _add_by_joint(joints, "tracker_rmse_deg", [rmse_deg(*pair) for pair in pairs])
+        del pairs
     if score.truth and score.estimate and score.reference:
         splits = [split_error(true, _arrived(recording, score.estimate, trial), reference)
                   for trial, (true, reference) in enumerate(zip(truth, wanted, strict=True))]
@@ -80,13 +79,13 @@ def _trace(recording: Recording, name: str | None, trial: int, after_s: float) -
     return recording.column(name, trial, math.ceil(after_s * NS_PER_S))
 
 
-def _captured(recording: Recording, score: Score, trial: int) -> Trace:
-    """The estimate, stamped with the newest capture behind each value; none before the first capture."""
-    if score.estimate is None:
-        return _trace(recording, None, trial, 0.0)
+def _seen(recording: Recording, score: Score, trial: int) -> tuple[Trace, Trace]:
+    """The estimate, stamped with the newest capture behind each value, and the whole truth."""
+    assert score.estimate is not None
     signal = recording.signal(score.estimate, trial)
     told = (signal.newest_ns >= 0) & (signal.times_ns >= score.after_s * NS_PER_S)
-    return signal.newest_ns[told], signal.values[told]
+    captured = signal.newest_ns[told]
+    return (captured, signal.values[told]), _trace(recording, score.truth, trial, 0.0)
 
 
 def _arrived(recording: Recording, name: str, trial: int) -> Trace:
