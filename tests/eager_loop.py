@@ -96,13 +96,15 @@ class EagerLoop:
     ----------
     blocks: rows of each block as the Recorder has them. skipped: (time, block, tick).
     inputs: of each plant, (instant it acts from, port, oldest, newest, value).
+    plants: what a recorder sees at the ticks of `watch`, (instant, physical instant, outputs).
     counts: messages by wire name: sent, lost.
     """
 
-    def __init__(self, wiring, until_ns, trial=0):
-        self.wiring, self.until_ns = wiring, until_ns
+    def __init__(self, wiring, until_ns, trial=0, watch=None):
+        self.wiring, self.until_ns, self._watch = wiring, until_ns, watch
         self.blocks = {node.name: [] for node in wiring.nodes if not node.is_plant}
         self.inputs = {node.name: [] for node in wiring.nodes if node.is_plant}
+        self.plants = {node.name: [] for node in wiring.nodes if node.is_plant}
         self.skipped = []
         self.counts = {c.wire.name: {"sent": 0, "lost": 0} for c in wiring.connections}
         self._state = {n.name: n.part.init(n.context(wiring.seed, trial)) for n in wiring.nodes}
@@ -136,6 +138,9 @@ class EagerLoop:
             if node.is_plant and node.plant.grid is not None:
                 for number in range(node.plant.grid.last_at_or_before(self.until_ns) + 1):
                     _ = due[node.plant.grid.tick(number)]
+        if self._watch is not None:
+            for number in range(self._watch.last_at_or_before(self.until_ns) + 1):
+                _ = due[self._watch.tick(number)]
         return due
 
     def _instant(self, now):
@@ -152,6 +157,7 @@ class EagerLoop:
             self._do(*first, now)
         for node in plants:
             self._deliver(node, now)
+            self._observe(node, now)
 
     def _advance(self, node, now):
         grid, then = node.plant.grid, self._at[node.name]
@@ -159,6 +165,16 @@ class EagerLoop:
             values = [sample.value for sample in self._held[node.name]]
             node.plant.advance(self._state[node.name], values, then, now)
             self._at[node.name] = now
+
+    def _observe(self, node, now):
+        """Last of all, the recorder reads. An instant may come twice: messages may still arrive at it."""
+        watch, seen = self._watch, self.plants[node.name]
+        if watch is None or watch.tick(watch.first_at_or_after(now)) != now:
+            return
+        if seen and seen[-1][0] == now:
+            seen.pop()
+        values = [sample.value for sample in self._held[node.name]]
+        seen.append((now, self._at[node.name], list(node.plant.read(self._state[node.name], values))))
 
     def _precedes(self, before, after):
         """Whether the one sends to the other, which must see it at this very instant."""

@@ -22,6 +22,7 @@ from fesloop.loop.wiring import Node, Wiring
 RATES = ("7", "60", "285.714", "1000", "2000/7", "50", "100", "1000/3", "250", "20")
 UNTIL_NS = 300 * NS_PER_MS
 seeds = st.integers(0, 2**32)
+rates = st.sampled_from(["1000", "7", "285.714"])
 
 
 def duration(draw, zero, low_ms=0.0):
@@ -83,15 +84,16 @@ def by_instant(recorder):
             for name, rows in recorder.plants.items()}
 
 
-@given(seeds)
+@given(seeds, st.integers(0, 3), rates)
 @settings(max_examples=150, deadline=None)
-def test_the_loop_keeps_its_rules_to_the_bit(seed):
+def test_the_loop_keeps_its_rules_to_the_bit(seed, trial, rate):
     wiring = random_wiring(seed)
-    expected = EagerLoop(wiring, UNTIL_NS)
-    recorder = Recorder(None)
-    loop = Loop(wiring, recorder=recorder)
+    recorder = Recorder(rate)
+    expected = EagerLoop(wiring, UNTIL_NS, trial, recorder.plant_clock)
+    loop = Loop(wiring, trial, recorder)
     loop.run_until(UNTIL_NS)
     assert recorder.blocks == expected.blocks
+    assert by_instant(recorder) == expected.plants
     assert {name: sorted(rows) for name, rows in recorder.inputs.items()} == {
         name: sorted(rows) for name, rows in expected.inputs.items()}
     skipped = [(time, name, int(detail.split()[1][:-1])) for time, name, _, detail in recorder.events]
@@ -100,7 +102,7 @@ def test_the_loop_keeps_its_rules_to_the_bit(seed):
         assert {key: counts[key] for key in ("sent", "lost")} == expected.counts[name]
 
 
-@given(seeds, st.sampled_from(["1000", "7", "285.714"]))
+@given(seeds, rates)
 @settings(max_examples=80, deadline=None)
 def test_stretches_and_snapshots_change_nothing(seed, rate):
     wiring, draw = random_wiring(seed), random.Random(seed)
@@ -148,3 +150,31 @@ def test_a_snapshot_of_a_later_trial_goes_on_identically(seed):
     loop.run_until(UNTIL_NS)
     assert recorder.drain()[0] == through
     assert first.keys() == through.keys()
+
+
+@given(st.lists(st.lists(st.integers(0, 40), min_size=1, max_size=200), min_size=2, max_size=2),
+       st.integers(0, 99))
+@settings(max_examples=30, deadline=None)
+def test_recorded_durations_are_taken_in_their_order_trial_by_trial(durations_ms, snapshot_ms):
+    """A step takes what is written for it, also after a snapshot and in the second trial."""
+    padded = tuple(tuple(ms * NS_PER_MS for ms in (trial * 151)[:151]) for trial in durations_ms)
+    node = Node("b", Mixer(takes=0, gives=1, salt=1), "1000",
+                execution=Duration(kind="recorded", recorded_ns=padded))
+    recorder = Recorder()
+    loop = Loop(Wiring([node], []), recorder=recorder)
+    for trial in range(2):
+        if trial:
+            loop.next_trial()
+        loop.run_until(snapshot_ms * NS_PER_MS)
+        saved = loop.snapshot()
+        loop.run_until(150 * NS_PER_MS)
+        recorder.drain()
+        loop.restore(saved)
+        loop.run_until(99 * NS_PER_MS)
+        expected, busy_until, steps = [], 0, iter(padded[trial])
+        for now in range(0, 100 * NS_PER_MS, NS_PER_MS):
+            if now >= busy_until:
+                busy_until = now + next(steps)
+                expected.append((now, busy_until))
+        found = [(row[1], row[2]) for row in recorder.drain()[0]["b"]]
+        assert found == [step for step in expected if step[0] > saved.time_ns]
