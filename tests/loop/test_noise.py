@@ -11,6 +11,7 @@ from scipy import stats
 from fesloop.loop.block import Context
 from fesloop.loop.duration import Duration
 from fesloop.loop.noise import NoiseStream, stream_key
+from fesloop.loop.wire import Wire
 
 
 @given(st.lists(st.integers(0, 5000), min_size=1, max_size=20), st.integers(0, 2**64))
@@ -61,3 +62,15 @@ def test_durations_have_their_distribution_and_bounds(duration, distribution):
 def test_a_clipped_normal_keeps_its_bounds(uniform, mean, sd, low, width):
     duration = Duration(kind="normal", mean_ms=mean, sd_ms=sd, low_ms=low, high_ms=low + width)
     assert duration.least_ns <= duration.draw_ns(uniform) <= duration.most_ns
+
+
+def test_what_a_wire_draws_depends_on_seed_ends_trial_and_tick_alone():
+    def drawn(wire, seed=1, trial=0):
+        stream = wire.noise(seed, trial)
+        return [stream.row(tick).tolist() for tick in range(3)]
+
+    wire = Wire("a.y", "b.u", loss=0.1)
+    assert drawn(wire) == drawn(Wire("a.y", "b.u", latency_ms=5))
+    others = [drawn(wire, seed=2), drawn(wire, trial=1), drawn(Wire("a.y", "c.u")), drawn(Wire("c.y", "b.u"))]
+    assert all(other != drawn(wire) for other in others)
+    assert len({tuple(row) for row in drawn(wire)}) == 3
