@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import threading
 import time
@@ -30,6 +31,8 @@ _STRETCH_WALL_S = 0.05
 _REHEARSAL_NS = NS_PER_S // 10
 _FLUSH_WALL_S = 0.4
 """Stretch and flush together stay below the second that a killed run may lose."""
+
+_COLLECT_AFTER = 100_000
 
 Progress = Callable[[float], None]
 
@@ -201,10 +204,21 @@ def _load_kernels(wiring: Wiring) -> None:
         Loop(wiring, recorder=Recorder()).run_until(_REHEARSAL_NS)
 
 
+@contextmanager
+def _collecting_rarely() -> Iterator[None]:
+    """Recorded rows are many small tuples and no cycles: Python's collector would visit them in vain."""
+    before = gc.get_threshold()
+    gc.set_threshold(_COLLECT_AFTER, *before[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
+
+
 def _outcome(this: _Run) -> tuple[str, str]:
     """Run, and say how it ended: status and cause."""
     try:
-        with _interruptible() as interrupt:
+        with _interruptible() as interrupt, _collecting_rarely():
             this.trials(interrupt)
             return ("interrupted" if interrupt.asked else "done"), ""
     except KeyboardInterrupt:
