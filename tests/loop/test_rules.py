@@ -21,7 +21,7 @@ class Reporting(Source):
         return super().step(state, inputs, tick)
 
 
-@pytest.mark.parametrize("names", permutations("abc"))
+@pytest.mark.parametrize("names", list(permutations("abc")))
 def test_blocks_that_owe_each_other_nothing_step_as_declared(names):
     recorder = Recorder()
     nodes = [Node(name, Reporting(), rate="10") for name in names]
