@@ -1,0 +1,114 @@
+"""Measurements of a chain of segments as rows of a Jacobian, for the filter of `estimators.kortier_finger`.
+
+Each function writes rows with independent noise behind those that stand in the work space already.
+Kortier et al. 2014 (doi 10.1186/1743-0003-11-70), eq. 23-32.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+
+from estimators.error_state import fill_minus_cross
+from estimators.kortier_work import Work
+
+
+@numba.njit(cache=True)
+def add_accelerations(acc: Any, acc_variance: Any, used: Any, count: int, work: Work) -> int:
+    """Measurement rows of neighbouring accelerometers (eq. 26), from row `count` on; the new count.
+
+    Pair k says acc_k - Rh_k acc_(k+1) = -Rh_k [acc_(k+1)]x dth_k + noise. Where pair k - 1 is used as well
+    the two share accelerometer k: what it tells of that noise is subtracted, with the weight
+    c = variance_k / (variance of pair k - 1), after which the rows are independent.
+
+    Parameters
+    ----------
+    acc: (n + 1, 3), m/s^2; acc_variance: (n + 1,); used: (n,), which pairs to take.
+    """
+    coupled = False
+    for k in range(work.rotation.shape[0]):
+        if not used[k]:
+            coupled = False
+            continue
+        rows = work.design[count:count + 3]
+        rows[:] = 0.0
+        x, y, z = acc[k + 1, 0], acc[k + 1, 1], acc[k + 1, 2]
+        fill_minus_cross(work.rotation[k], x, y, z, rows[:, 3 * k:3 * k + 3])
+        variance = acc_variance[k] + acc_variance[k + 1]
+        weight = acc_variance[k] / work.variance[count - 1] if coupled else 0.0
+        for i in range(3):
+            turned = work.rotation[k, i, 0] * x + work.rotation[k, i, 1] * y + work.rotation[k, i, 2] * z
+            work.residual[count + i] = acc[k, i] - turned
+            if coupled:
+                for m in range(3):
+                    share = weight * work.rotation[k - 1, m, i]
+                    work.residual[count + i] += share * work.residual[count - 3 + m]
+                    for j in range(3 * k):
+                        rows[i, j] += share * work.design[count - 3 + m, j]
+            work.variance[count + i] = variance - weight * acc_variance[k]
+            work.span[count + i, 0] = work.span[count - 3, 0] if coupled else 3 * k
+            work.span[count + i, 1] = 3 * k + 3
+        count += 3
+        coupled = True
+    return count
+
+
+@numba.njit(cache=True)
+def add_field(base: Any, tip: Any, variance: float, count: int, work: Work) -> int:
+    """Measurement rows of the magnetometers of first and last segment, from row `count` on; the new count.
+
+    Parameters
+    ----------
+    base, tip: (3,), the field in the first and in the last segment; variance: of their noise, together.
+    """
+    joints = work.rotation.shape[0]
+    work.product[0] = work.rotation[0]
+    for k in range(1, joints):
+        for i in range(3):
+            for j in range(3):
+                work.product[k, i, j] = (
+                    work.product[k - 1, i, 0] * work.rotation[k, 0, j]
+                    + work.product[k - 1, i, 1] * work.rotation[k, 1, j]
+                    + work.product[k - 1, i, 2] * work.rotation[k, 2, j])
+    rows = work.design[count:count + 3]
+    x, y, z = tip[0], tip[1], tip[2]
+    for k in range(joints - 1, -1, -1):
+        fill_minus_cross(work.product[k], x, y, z, rows[:, 3 * k:3 * k + 3])
+        m = work.rotation[k]
+        x, y, z = (m[0, 0] * x + m[0, 1] * y + m[0, 2] * z, m[1, 0] * x + m[1, 1] * y + m[1, 2] * z,
+                   m[2, 0] * x + m[2, 1] * y + m[2, 2] * z)
+    work.residual[count], work.residual[count + 1] = base[0] - x, base[1] - y
+    work.residual[count + 2] = base[2] - z
+    for i in range(count, count + 3):
+        work.variance[i] = variance
+        work.span[i, 0], work.span[i, 1] = 0, 3 * joints
+    return count + 3
+
+
+@numba.njit(cache=True)
+def add_constraints(kinds: Any, variance: float, count: int, work: Work) -> int:
+    """Rows of what joints cannot do, from row `count` on; the new count.
+
+    With r the third row of Rh, the parent's z axis in the child's frame: a saddle keeps it orthogonal to the
+    child's x axis, a hinge to its y axis as well; r.v = 0 answers to dth by -(r x v).
+
+    Parameters
+    ----------
+    kinds: (n,), BALL, SADDLE or HINGE; variance: of each pseudo-measurement, rad^2.
+    """
+    for k in range(work.rotation.shape[0]):
+        rx, ry, rz = work.rotation[k, 2, 0], work.rotation[k, 2, 1], work.rotation[k, 2, 2]
+        for axis in range(kinds[k]):
+            row = work.design[count]
+            row[:] = 0.0
+            if axis == 0:
+                row[3 * k + 1], row[3 * k + 2] = -rz, ry
+                work.residual[count] = -rx
+            else:
+                row[3 * k], row[3 * k + 2] = rz, -rx
+                work.residual[count] = -ry
+            work.variance[count] = variance
+            work.span[count, 0], work.span[count, 1] = 3 * k, 3 * k + 3
+            count += 1
+    return count
