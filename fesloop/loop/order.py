@@ -15,27 +15,43 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sampling:
-    """A plant's outputs being published at a clock's ticks, into every wire that samples at that clock."""
+    """A plant's outputs being published at a clock's ticks, into every wire that samples at that clock.
+
+    `observing` says that nothing behind these wires leads to a plant: whether they are there or not, every
+    trajectory is the same to the last bit, so the plant is not split for them.
+    """
 
     plant: Node
     clock: Clock
     connections: tuple[Connection, ...]
+    observing: bool
 
 
 def samplings(connections: Sequence[Connection]) -> list[Sampling]:
-    """One a plant and clock, in the order of declaration."""
-    groups: list[tuple[Node, Clock, list[Connection]]] = []
+    """One a plant, clock and whether it only observes, in the order of declaration."""
+    acting = _acting(connections)
+    groups: list[tuple[Node, Clock, bool, list[Connection]]] = []
     for connection in connections:
-        clock = connection.clock
+        clock, observing = connection.clock, id(connection.target) not in acting
         if clock is None:
             continue
-        for node, at, members in groups:
-            if node is connection.source and at == clock:
+        for node, at, only, members in groups:
+            if node is connection.source and at == clock and only == observing:
                 members.append(connection)
                 break
         else:
-            groups.append((connection.source, clock, [connection]))
-    return [Sampling(node, clock, tuple(members)) for node, clock, members in groups]
+            groups.append((connection.source, clock, observing, [connection]))
+    return [Sampling(node, clock, tuple(members), only) for node, clock, only, members in groups]
+
+
+def _acting(connections: Sequence[Connection]) -> set[int]:
+    """Ids of plants and of blocks from which a way leads to a plant."""
+    acting = {id(c.target) for c in connections if c.target.is_plant}
+    before = -1
+    while len(acting) > before:
+        before = len(acting)
+        acting |= {id(c.source) for c in connections if not c.source.is_plant and id(c.target) in acting}
+    return acting
 
 
 def firing_order(nodes: Sequence[Node], connections: Sequence[Connection]) -> tuple[Sampling | Node, ...]:

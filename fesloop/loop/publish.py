@@ -26,11 +26,13 @@ class Sampler:
     plain_links: those that leave the counting to the sender.
     """
 
-    __slots__ = ("_clock", "_next_tick", "_plain", "_random", "due", "index", "plain_links",
+    __slots__ = ("_clock", "_next_tick", "_plain", "_random", "_values_at", "due", "index", "plain_links",
                  "plant")
 
-    def __init__(self, plant: PlantStation, clock: Clock, outgoing: Sequence[tuple[int, Link]]) -> None:
+    def __init__(self, plant: PlantStation, clock: Clock, outgoing: Sequence[tuple[int, Link]],
+                 observing: bool = False) -> None:
         self.plant, self._clock = plant, clock
+        self._values_at = plant.observed_at if observing else plant.values_through
         checks = [finite_check(port) for port in plant.plant.outputs]
         self.plain_links = [link for _, link in outgoing if link.plain]
         self._plain = tuple((port, checks[port], link.queue.append, link.latency_ns)
@@ -47,7 +49,7 @@ class Sampler:
         index, plain, random = self.index, self._plain, self._random
         if index == 0:
             check_shapes(self.plant.name, self.plant.plant.outputs, self.plant.read_now())
-        for due, captured, values in self.plant.values_through(dues):
+        for due, captured, values in self._values_at(dues):
             for port, finite, append, latency in plain:
                 value = values[port]
                 if not finite(value):

@@ -27,12 +27,18 @@ from fesloop.loop.wiring import Node, Wiring
 
 
 class Snapshot:
-    """A loop at rest at one instant, as bytes; `time_ns` and `trial` say where it stands."""
+    """A loop at rest at one instant, as bytes.
 
-    __slots__ = ("content", "time_ns", "trial")
+    Attributes
+    ----------
+    time_ns, trial: where it stands.
+    wiring: what it is of, as text: seed, nodes, wires.
+    """
 
-    def __init__(self, content: bytes, time_ns: int, trial: int) -> None:
-        self.content, self.time_ns, self.trial = content, time_ns, trial
+    __slots__ = ("content", "time_ns", "trial", "wiring")
+
+    def __init__(self, content: bytes, time_ns: int, trial: int, wiring: str) -> None:
+        self.content, self.time_ns, self.trial, self.wiring = content, time_ns, trial, wiring
 
 
 class Loop:
@@ -52,6 +58,7 @@ class Loop:
     def __init__(self, wiring: Wiring, trial: int = 0, recorder: Recorder | None = None) -> None:
         self.wiring, self.trial = wiring, trial
         self.recorder = recorder
+        self._ended = ""
         self._events = recorder.events if recorder is not None else []
         states: dict[str, Any] = {}
         self._open: dict[str, Any] = states
@@ -133,7 +140,7 @@ class Loop:
         members = {id(c) for c in sampling.connections}
         pairs = zip(self.wiring.connections, self._links, strict=True)
         outgoing = tuple((c.source_port, link) for c, link in pairs if id(c) in members)
-        return Sampler(self._plants[sampling.plant.name], sampling.clock, outgoing)
+        return Sampler(self._plants[sampling.plant.name], sampling.clock, outgoing, sampling.observing)
 
     def _block_station(self, node: Node, state: Any) -> BlockStation:
         pairs = list(zip(self.wiring.connections, self._links, strict=True))
@@ -147,8 +154,12 @@ class Loop:
     def run_until(self, time_ns: int) -> None:
         """Do everything due at or before `time_ns` that has not been done.
 
-        Raises RunError where a plant's output is not finite or a device fails; what was recorded stands.
+        Raises RunError where a plant's output is not finite or a device fails; what was recorded stands, and
+        nothing goes on from there but a snapshot.
         """
+        if self._ended:
+            raise RunError(f"the loop {self._ended}")
+        self._ended = "has failed: restore a snapshot of before"
         heap = self._heap
         # Overflow needs no warning of numpy's: what is not finite is caught where it is put out.
         with np.errstate(over="ignore", invalid="ignore"):
@@ -160,9 +171,12 @@ class Loop:
             for plant in self._plants.values():
                 plant.settle(time_ns)
         self.now = max(self.now, time_ns)
+        self._ended = ""
 
     def next_trial(self) -> None:
         """Back to t = 0 for the next trial, with what each part carries over (`next_trial`)."""
+        if self._ended:
+            raise RunError(f"the loop {self._ended}")
         states = self.states()
         self.trial += 1
         fresh: dict[str, Any] = {}
@@ -184,6 +198,8 @@ class Loop:
 
     def snapshot(self) -> Snapshot:
         """Everything that changes. Raises SnapshotError where a device cannot save its state."""
+        if self._ended:
+            raise SnapshotError(f"the loop {self._ended}")
         saved = ([link.save() for link in self._links],
                  [station.save() for station in self._stations()],
                  {name: plant.save() for name, plant in self._plants.items()})
@@ -191,15 +207,23 @@ class Loop:
             content = pickle.dumps(saved, protocol=pickle.HIGHEST_PROTOCOL)
         except (TypeError, pickle.PicklingError, AttributeError) as cause:
             raise SnapshotError(f"the state of a block cannot be saved: {cause}") from cause
-        return Snapshot(content, self.now, self.trial)
+        return Snapshot(content, self.now, self.trial, self._signature())
+
+    def _signature(self) -> str:
+        """The wiring as text; values inside blocks are theirs to know."""
+        nodes = [(n.name, type(n.part).__qualname__, str(n.clock), n.execution) for n in self.wiring.nodes]
+        return repr((self.wiring.seed, nodes, [c.wire for c in self.wiring.connections]))
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go on from a snapshot of this wiring; the recorder goes on after the snapshot's instant."""
         if snapshot.trial != self.trial:
             raise SnapshotError(f"the snapshot is of trial {snapshot.trial}, the loop is in {self.trial}")
+        if snapshot.wiring != self._signature():
+            raise SnapshotError("the snapshot is of another wiring")
         links, stations, plants = pickle.loads(snapshot.content)
         for node in self.wiring.nodes:
-            _close(node, self._open[node.name])
+            if node.name in self._open:
+                _close(node, self._open[node.name])
         for link, saved in zip(self._links, links, strict=True):
             link.restore(saved)
         for station, saved in zip(self._stations(), stations, strict=True):
@@ -210,7 +234,7 @@ class Loop:
         for publisher in self._publishers.values():
             publisher.settle()
         self._schedule()
-        self.now = snapshot.time_ns
+        self.now, self._ended = snapshot.time_ns, ""
 
     def _stations(self) -> list[BlockStation | Sampler]:
         return [*self._blocks, *self._samplers]
@@ -234,7 +258,7 @@ class Loop:
                     _close(node, self._open[node.name])
                 except RunError as fault:
                     faults.append(fault)
-        self._open = {}
+        self._open, self._ended = {}, "is closed"
         if faults:
             raise faults[0]
 

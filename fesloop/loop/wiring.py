@@ -213,7 +213,11 @@ def _resolved(nodes: list[Node], wires: list[Wire]) -> tuple[Node, ...]:
             shapes = _incoming_shapes(node, wires, current)
             if open_inputs and open_inputs <= shapes.keys() and hasattr(node.part, "resolve"):
                 part: Any = node.part
-                current[name] = replace(node, part=part.resolve(shapes))
+                part = part.resolve(shapes)
+                if any(not port.resolved for port in part.inputs):
+                    raise InputError(name, "leaves open a size that its wires settle",
+                                     "resolve() gives every input a size")
+                current[name] = replace(node, part=part)
                 progress = any(not p.resolved for p in node.part.inputs + node.part.outputs)
     return tuple(current[node.name] for node in nodes)
 
