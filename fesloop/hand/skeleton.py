@@ -1,0 +1,75 @@
+"""The hand as a segment tree: 17 segments, 23 degrees of freedom (doi 10.3390/s19010208, section 2.2).
+
+Frames after the ISB (doi 10.1016/j.jbiomech.2004.05.042), on both sides + for flexion about z, ulnar
+deviation about x and pronation about y: left x dorsal, y distal, z ulnar; right x palmar, y proximal,
+z radial, so that bones lie along -y. The reference frame of a forearm left at its place is the wrist
+coordinate system (WCS): origin at the wrist's centre, y along the middle finger when the wrist is neutral.
+A forearm bone that is not quite parallel to it is a matter of how its sensor is mounted.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError, did_you_mean
+from fesloop.hand.anthropometry import FINGERS, HandSize
+from fesloop.hand.ranges import radians
+from fesloop.hand.segments import JointKind, Segment, SegmentTree, Vector
+
+Array = NDArray[np.float64]
+_Chain = tuple[tuple[str, str, JointKind, str], ...]
+
+_THUMB: _Chain = (("m", "cmc", "ball", "thumb_cmc"), ("p", "mcp", "hinge", "thumb_mcp"),
+                  ("d", "ip", "hinge", "thumb_ip"))
+_FINGER: _Chain = (("p", "mcp", "saddle", "mcp"), ("m", "pip", "hinge", "pip"), ("d", "dip", "hinge", "dip"))
+"""Segment, joint, its kind, its row in the table of ranges."""
+CONTACTS = ("tip", "bottom", "top", "left", "right", "distal")
+"""Points on a fingertip: the bone's end, and on the skin the palmar, dorsal, left, right and distal one."""
+
+
+def hand_tree(size: HandSize) -> SegmentTree:
+    """Forearm, hand, then F1m F1p F1d and F2p F2m F2d to F5d, each frame at the segment's distal end."""
+    sign = size.outwards
+    centres, lengths = size.first_joints, size.segments
+    palm = float(centres[2, 0])
+    segments = [
+        Segment(name="forearm"),
+        Segment(name="hand", parent="forearm", joint="saddle", joint_name="wrist",
+                offset=(0.0, sign * palm, 0.0), ranges=radians("wrist")),
+    ]
+    for i, finger in enumerate(FINGERS):
+        # The hand's frame stands at the middle finger's MCP joint.
+        base: Vector = (0.0, sign * (float(centres[i, 0]) - palm), sign * float(centres[i, 1]))
+        parent = "hand"
+        for length, (letter, joint, kind, row) in zip(lengths[i], _THUMB if i == 0 else _FINGER, strict=True):
+            name = f"{finger}{letter}"
+            segments.append(Segment(
+                name=name, parent=parent, joint=kind, joint_name=f"{finger}_{joint}", base=base,
+                offset=(0.0, sign * float(length), 0.0), ranges=radians(row)))
+            parent, base = name, (0.0, 0.0, 0.0)
+    return SegmentTree(tuple(segments))
+
+
+def contact_points(size: HandSize) -> Array:
+    """Points (5, 6, 3), m, listed by `CONTACTS`, of fingers F1 to F5 in the frames of their distal segments.
+
+    As in figure 10 of doi 10.3390/s19010208: half the thickness below and above the bone's end, half the
+    width beside it, soft tissue beyond it. Left and right are those of one who looks at the back of the hand
+    with the fingers pointing away.
+    """
+    tissue, thick, wide = size.tips.T
+    dorsal, distal, ulnar = size.outwards * np.eye(3)
+    # On the back of the left hand the little finger is on the left.
+    left = np.outer(0.5 * wide, ulnar if size.side == "left" else -ulnar)
+    top = np.outer(0.5 * thick, dorsal)
+    return np.stack([np.zeros((5, 3)), -top, top, left, -left, np.outer(tissue, distal)], axis=1)
+
+
+def contact_point(size: HandSize, finger: str, contact: str) -> Array:
+    """One of these points, (3,), m; raises InputError for a name that does not exist."""
+    for name, known, what in ((finger, FINGERS, "finger"), (contact, CONTACTS, "point of contact")):
+        if name not in known:
+            raise InputError(what, f"{name!r}", ", ".join(known), did_you_mean(name, known))
+    point: Array = contact_points(size)[FINGERS.index(finger), CONTACTS.index(contact)]
+    return point
