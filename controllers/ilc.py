@@ -14,12 +14,12 @@ from controllers.alignment import posture_at
 from controllers.allocation import Allocation, allocate
 from controllers.ilc_laws import LawName, Learning
 from controllers.period import period_ns
-from controllers.status import StatusLatch
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.guard import is_finite
 from fesloop.loop.signals import NEVER, Port, Sample, Value
+from fesloop.loop.status import StatusLatch
 from fesloop.models.linear_model import LinearModel
 
 Array = NDArray[np.float64]

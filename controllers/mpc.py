@@ -15,12 +15,12 @@ from controllers.mpc_plan import Plan, Weights, fill, make_plan
 from controllers.observer import Observer, ObserverState
 from controllers.period import period_ns
 from controllers.qp import Qp
-from controllers.status import StatusLatch
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.loop.guard import is_finite
 from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.status import StatusLatch
 from fesloop.models.linear_model import LinearModel
 
 Array = NDArray[np.float64]

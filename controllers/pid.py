@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from controllers.allocation import Allocation
 from controllers.period import period_ns
 from controllers.pid_kernel import NON_FINITE, SATURATED, pid_tick
-from controllers.status import StatusLatch
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.status import StatusLatch
 from fesloop.models.recruitment import Recruitment
 
 Array = NDArray[np.float64]

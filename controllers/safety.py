@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.safety_kernel import CHARGE, CURRENT, ENERGY, SIGN, SLEW, WIDTH, limit_pulses
-from controllers.status import StatusLatch
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.loop.guard import is_finite
 from fesloop.loop.signals import NEVER, Port, Sample, Value
+from fesloop.loop.status import StatusLatch
 
 Array = NDArray[np.float64]
 ENERGY_MAX_J = 0.3

@@ -14,6 +14,7 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.status import StatusLatch
 from plants.checks import require_not_negative, require_positive, require_shape
 from plants.finger_dynamics import INDEX_LENGTHS_MM
 from plants.imu_kinematics import measure
@@ -33,12 +34,14 @@ class FingerImusState:
     bias: (2, 4, 3), of gyroscopes (rad/s) and accelerometers (m/s^2); the former walks.
     noise: rows for the ticks of this trial.
     errors: (4, 2), as `measure` takes them.
+    latch: the statuses that hold.
     """
 
-    __slots__ = ("bias", "errors", "mounting", "noise")
+    __slots__ = ("bias", "errors", "latch", "mounting", "noise")
 
     def __init__(self, mounting: Array, bias: Array, noise: NoiseStream, errors: Array) -> None:
         self.mounting, self.bias, self.noise, self.errors = mounting, bias, noise, errors
+        self.latch = StatusLatch()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,17 +133,18 @@ class FingerImus:
 
     def step(self, state: FingerImusState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """(gyr, acc) of one tick."""
-        if not inputs[0].present:
-            tick.report("waiting", "no posture has arrived; the samples are of all angles 0")
+        if not inputs[0].present or "waiting" in state.latch.holding:
+            state.latch.put(tick, "waiting", not inputs[0].present,
+                            "no posture has arrived; the samples are of all angles 0")
         angles: Any = inputs[0][0]
         rates: Any = inputs[1][0]
         accelerations: Any = inputs[2][0]
         samples = np.empty((2, 4, 3))
         clipped = measure(angles, rates, accelerations, self._geometry, state.mounting, state.bias,
                           state.noise.row(tick.index), state.errors, samples)
-        if clipped:
+        if clipped or "clipped" in state.latch.holding:
             names = (name for bit, name in enumerate(SENSORS) if clipped >> bit & 1)
-            tick.report("clipped", "out of range: " + ", ".join(names))
+            state.latch.put(tick, "clipped", bool(clipped), "out of range: " + ", ".join(names))
         return samples[0], samples[1]
 
 

@@ -55,7 +55,7 @@ def corrupt(
 ) -> int:
     """Make ideal samples real, in place; returns a bit mask of the sensors that clipped.
 
-    Turned into the sensor's frame, then biased, noisy, clipped and rounded, in this order.
+    Turned into the sensor's frame, then biased, noisy, rounded and clipped, in this order.
 
     Parameters
     ----------
@@ -73,11 +73,11 @@ def corrupt(
                 turn = mounting[sensor, axis]
                 value = turn[0] * x + turn[1] * y + turn[2] * z + bias[kind, sensor, axis]
                 value += noise_sd[kind] * noise[(kind * samples.shape[1] + sensor) * 3 + axis]
+                if step > 0.0:
+                    value = round(value / step) * step
                 if abs(value) > limit:
                     value = math.copysign(limit, value)
                     clipped |= 1 << sensor
-                if step > 0.0:
-                    value = round(value / step) * step
                 samples[kind, sensor, axis] = value
     return clipped
 

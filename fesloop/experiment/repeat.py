@@ -6,6 +6,7 @@ import copy
 from pathlib import Path
 from typing import Any
 
+from fesloop.errors import InputError
 from fesloop.experiment.reading import Recording
 
 
@@ -25,7 +26,10 @@ def document_of(path: Path) -> dict[str, Any]:
 
 def _durations_ns(recording: Recording, block: str, trial: int) -> list[int]:
     """How long each step that a block executed took."""
-    signal = next(name for name in recording.signals if name.startswith(f"{block}."))
+    signal = next((name for name in recording.signals if name.startswith(f"{block}.")), None)
+    if signal is None:
+        raise InputError(str(recording.path), f"measured times of {block!r}, which puts nothing out",
+                         "a measured block with an output", "run the experiment anew instead")
     steps = recording.signal(signal, trial)
     durations: list[int] = (steps.left_ns - steps.times_ns).tolist()
     return durations

@@ -19,13 +19,13 @@ from fesloop.experiment.reading import Recording
 from fesloop.experiment.recording import RecordingWriter
 from fesloop.experiment.scoring import metrics_of
 from fesloop.experiment.timing import TimedBlock, timed
-from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.realtime import Pacer, pace_of
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wiring import Wiring
 
-_FIRST_STRETCH_NS = NS_PER_S // 10
+_FIRST_STRETCH_NS = NS_PER_MS
 _LONGEST_STRETCH_NS = 100 * NS_PER_S
 _STRETCH_WALL_S = 0.05
 _REHEARSAL_NS = NS_PER_S // 10

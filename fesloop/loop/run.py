@@ -172,6 +172,8 @@ class Loop:
                 plant.settle(time_ns)
         self.now = max(self.now, time_ns)
         self._ended = ""
+        if self.recorder is None:
+            self._events.clear()
 
     def next_trial(self) -> None:
         """Back to t = 0 for the next trial, with what each part carries over (`next_trial`)."""

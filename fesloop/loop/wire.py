@@ -29,8 +29,8 @@ class Wire:
     jitter: added to the latency, drawn for each message; the sum is never negative.
     loss: probability that a message is lost, in [0, 1).
     late: what becomes of a message that a newer one has overtaken. "keep-newest" drops and counts it;
-        "in-order" lets no message overtake: each waits for its predecessor. Captures never run backwards
-        along a wire, so the order of sending is the order of capture, also where two captures are equal.
+        "in-order" lets no message overtake: each waits for its predecessor. What was sent later counts
+        as newer, also where two messages carry the same capture.
     rate, offset_ms: when a plant's output is sampled into the wire, Hz and ms; by default at the reader's
         ticks. A wire from plant to plant must give its communication rate. A block's output is sent when
         the block steps, so there is no rate to give.

@@ -37,7 +37,7 @@ class Node:
 
     def __post_init__(self) -> None:
         where = self.name if isinstance(self.name, str) else repr(self.name)
-        if not isinstance(self.name, str) or not self.name.replace("_", "a").isalnum():
+        if not (where == self.name and where.isascii() and where.replace("_", "a").isalnum()):
             raise InputError(f"node {where}", "is not a name", "letters, digits and underscores")
         own_clock = getattr(self.part, "clock", None)
         if self.is_plant:

@@ -16,7 +16,8 @@ from fesloop.streams.checks import Array, finite, numbers
 SLOWEST_HZ, FASTEST_HZ = 1.0, 100_000.0
 """Rates of motion recordings; beyond, the unit of time must be another (chosen)."""
 _SIMPLE = 1000
-_UNEVEN = 0.01
+_ROUNDING_S = 1e-6
+"""Stamps that differ by no more from evenly spaced ones are evenly spaced, and rounded."""
 
 
 def exact_rate(hertz: float, where: str) -> Fraction:
@@ -61,6 +62,6 @@ def stamps_of_times(times: Array, unit_s: float, place: str) -> tuple[NDArray[np
     mean_s = float(times[-1] - times[0]) / steps.size * unit_s
     rate = exact_rate(float(f"{1.0 / mean_s:.9g}"), place)
     even = np.arange(times.size) / float(rate)
-    if np.abs((times - times[0]) * unit_s - even).max() <= _UNEVEN * mean_s:
+    if np.abs((times - times[0]) * unit_s - even).max() <= _ROUNDING_S:
         return stamps_of_rate(times.size, rate), rate
     return np.rint((times - times[0]) * (unit_s * NS_PER_S)).astype(np.int64), None
