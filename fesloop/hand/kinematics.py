@@ -58,6 +58,24 @@ def segment_poses(tree: SegmentTree, angles: ArrayLike, root: Poses = AT_REFEREN
     return Poses(dual_quaternion.orientation(stacked), dual_quaternion.position(stacked))
 
 
+def placed(tree: SegmentTree, orientation: ArrayLike, root_position: ArrayLike = (0.0, 0.0, 0.0)) -> Poses:
+    """Poses of all segments from their orientations (..., n, 4), whatever their joints allow.
+
+    So a tracker that knows each segment's orientation, but no joint angles, finds its fingertips.
+    """
+    q = np.asarray(orientation, dtype=np.float64)
+    if q.shape[-2:] != (len(tree.segments), 4):
+        raise InputError("orientation", f"shape {q.shape}", f"(..., {len(tree.segments)}, 4)")
+    positions: list[Array] = []
+    for k, (parent, _, _) in enumerate(tree.layout):
+        if parent < 0:
+            positions.append(np.broadcast_to(np.asarray(root_position, dtype=np.float64), (*q.shape[:-2], 3)))
+            continue
+        to_joint = quaternion.rotate(q[..., parent, :], tree.geometry[k, 3])
+        positions.append(positions[parent] + to_joint + quaternion.rotate(q[..., k, :], tree.geometry[k, 4]))
+    return Poses(q, np.stack(positions, axis=-2))
+
+
 def points(tree: SegmentTree, poses: Poses, segment: str, point: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
     """Position (..., 3), m, in the reference frame, of a point (3,) or (..., 3) in a segment's frame."""
     k = tree.index(segment)

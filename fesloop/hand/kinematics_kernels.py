@@ -13,7 +13,14 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.hand.quaternion_kernels import Components, conjugate, multiply
+from fesloop.hand.quaternion_kernels import (
+    Components,
+    conjugate,
+    euler_x_of_zxy,
+    euler_y_of_zxy,
+    euler_z_of_zxy,
+    multiply,
+)
 
 Array = NDArray[np.float64]
 Layout = NDArray[np.int64]
@@ -65,6 +72,40 @@ def forward(layout: Layout, geometry: Array, angles: Array, root: Array, poses: 
         poses[k, 0], poses[k, 1], poses[k, 2], poses[k, 3] = real
         _, x, y, z = multiply(dual, conjugate(real))
         poses[k, 4], poses[k, 5], poses[k, 6] = 2.0 * x, 2.0 * y, 2.0 * z
+
+
+@numba.njit(cache=True)
+def place(layout: Layout, geometry: Array, orientations: Array, positions: Array) -> None:
+    """Fill `positions` (n, 3) of segments whose orientations (n, 4) are known; the root's stays as it is."""
+    for k in range(layout.shape[0]):
+        parent = layout[k, 0]
+        if parent < 0:
+            continue
+        above, own, base, offset = orientations[parent], orientations[k], geometry[k, 3], geometry[k, 4]
+        x, y, z = turned((above[0], above[1], above[2], above[3]), base[0], base[1], base[2])
+        a, b, c = turned((own[0], own[1], own[2], own[3]), offset[0], offset[1], offset[2])
+        positions[k, 0] = positions[parent, 0] + x + a
+        positions[k, 1] = positions[parent, 1] + y + b
+        positions[k, 2] = positions[parent, 2] + z + c
+
+
+@numba.njit(cache=True)
+def joint_rotations(layout: Layout, geometry: Array, orientations: Array, rotations: Array) -> None:
+    """Fill `rotations` (n, 3): each joint's flexion, abduction, pronation (`kinematics.joint_rotations`)."""
+    for k in range(layout.shape[0]):
+        parent = layout[k, 0]
+        if parent < 0:
+            rotations[k] = 0.0
+            continue
+        above, own, axes = orientations[parent], orientations[k], geometry[k]
+        w, x, y, z = multiply(conjugate((above[0], above[1], above[2], above[3])),
+                              (own[0], own[1], own[2], own[3]))
+        q = (w, x * axes[1, 0] + y * axes[1, 1] + z * axes[1, 2],
+             x * axes[2, 0] + y * axes[2, 1] + z * axes[2, 2],
+             x * axes[0, 0] + y * axes[0, 1] + z * axes[0, 2])
+        rotations[k, 0] = euler_z_of_zxy(q)
+        rotations[k, 1] = euler_x_of_zxy(q)
+        rotations[k, 2] = euler_y_of_zxy(q)
 
 
 @numba.njit(cache=True)

@@ -66,6 +66,20 @@ def contact_points(size: HandSize) -> Array:
     return np.stack([np.zeros((5, 3)), -top, top, left, -left, np.outer(tissue, distal)], axis=1)
 
 
+def dorsal_points(size: HandSize) -> Array:
+    """Where sensors are stuck on: points (17, 3), m, on the back of each segment's middle, in its own frame.
+
+    The skin is half a fingertip's thickness above the bone, of forearm and hand as of the middle finger
+    (chosen). The sensor of the forearm sits halfway to the elbow (chosen).
+    """
+    tree, back = hand_tree(size), np.array([size.outwards, 0.0, 0.0])
+    halfway = 0.5 * tree.geometry[:, 4]
+    halfway[0, 1] = 0.5 * size.outwards * size.forearm
+    thick = size.tips[:, 1]
+    above = np.concatenate([np.repeat(thick[2], 2), np.repeat(thick, 3)])
+    return np.asarray(0.5 * above[:, np.newaxis] * back - halfway)
+
+
 def contact_point(size: HandSize, finger: str, contact: str) -> Array:
     """One of these points, (3,), m; raises InputError for a name that does not exist."""
     for name, known, what in ((finger, FINGERS, "finger"), (contact, CONTACTS, "point of contact")):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import TypeAdapter
 
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import METACARPAL_ANGLES_DEG, METACARPAL_RATIOS, SOFT_TISSUE_MM, HandSize
@@ -46,6 +47,12 @@ def test_what_is_measured_goes_before_what_follows():
     assert np.hypot(*size.first_joints[1]) == pytest.approx(0.09 * .463 / .446)
     assert size.forearm == pytest.approx(0.25)
     np.testing.assert_allclose(size.tips[:, 1:], [[0.014, 0.0168]] * 5)
+
+
+def test_a_hand_reads_from_an_experiment_file():
+    written = '{"side": "left", "hand_mm": 182.0, "fingers_mm": [110.0, 95.0, 105.0, 98.0, 78.0]}'
+    size = TypeAdapter(HandSize).validate_json(written, strict=True)
+    assert size == HandSize(side="left", hand_mm=182.0, fingers_mm=(110.0, 95.0, 105.0, 98.0, 78.0))
 
 
 @pytest.mark.parametrize(("fields", "said"), [

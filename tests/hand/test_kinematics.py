@@ -97,7 +97,27 @@ def test_kernel_equals_batch(name):
         np.testing.assert_allclose(poses[:, 4:], batch.position[t], rtol=0.0, atol=1e-14)
 
 
-@pytest.mark.parametrize("name", ["forward", "joint_lines", "point_jacobian"])
+@pytest.mark.parametrize("name", TREES)
+def test_orientations_alone_place_the_segments(name):
+    tree, roots = TREES[name], random_roots(20)
+    poses = kinematics.segment_poses(tree, random_postures(tree, 20), roots)
+    again = kinematics.placed(tree, poses.orientation, roots.position)
+    np.testing.assert_allclose(again.position, poses.position, rtol=0.0, atol=1e-14)
+    positions, rotations = np.zeros((len(tree.names), 3)), np.empty((len(tree.names), 3))
+    positions[0] = roots.position[3]
+    kernels.place(tree.layout, tree.geometry, poses.orientation[3], positions)
+    np.testing.assert_allclose(positions, poses.position[3], rtol=0.0, atol=1e-14)
+    kernels.joint_rotations(tree.layout, tree.geometry, poses.orientation[3], rotations)
+    relative = kinematics.relative_of_segments(tree, poses.orientation[3])
+    np.testing.assert_allclose(rotations, kinematics.joint_rotations(tree, relative), atol=1e-12)
+
+
+def test_orientations_of_another_tree_are_refused():
+    with pytest.raises(InputError, match=r"shape \(16, 4\); allowed: \(\.\.\., 17, 4\)"):
+        kinematics.placed(TREES["left"], np.zeros((16, 4)))
+
+
+@pytest.mark.parametrize("name", ["forward", "place", "joint_rotations", "joint_lines", "point_jacobian"])
 def test_compiled_kernels_equal_plain_python(name):
     tree = TREES["tilted"]
     angles, root = random_postures(tree, 1)[0], np.concatenate([*(part[0] for part in random_roots(1))])
@@ -105,11 +125,13 @@ def test_compiled_kernels_equal_plain_python(name):
     kernels.forward(tree.layout, tree.geometry, angles, root, poses)
     kernels.joint_lines(tree.layout, tree.geometry, angles, poses, lines)
     arguments, shape = {
+        "place": ((tree.layout, tree.geometry, poses[:, :4]), (len(poses), 3)),
+        "joint_rotations": ((tree.layout, tree.geometry, poses[:, :4]), (len(poses), 3)),
         "forward": ((tree.layout, tree.geometry, angles, root), poses.shape),
         "joint_lines": ((tree.layout, tree.geometry, angles, poses), lines.shape),
         "point_jacobian": ((lines, tree.moved[4], np.array([0.1, 0.2, 0.3])), (6, len(angles))),
     }[name]
-    compiled, plain = np.empty(shape), np.empty(shape)
+    compiled, plain = np.zeros(shape), np.zeros(shape)
     getattr(kernels, name)(*arguments, compiled)
     getattr(kernels, name).py_func(*arguments, plain)
     np.testing.assert_allclose(compiled, plain, rtol=0.0, atol=1e-14)

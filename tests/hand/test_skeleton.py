@@ -8,7 +8,7 @@ from fesloop.errors import InputError
 from fesloop.hand import kinematics, quaternion
 from fesloop.hand.anthropometry import FINGERS, HandSize
 from fesloop.hand.ranges import RANGES
-from fesloop.hand.skeleton import CONTACTS, contact_point, contact_points, hand_tree
+from fesloop.hand.skeleton import CONTACTS, contact_point, contact_points, dorsal_points, hand_tree
 
 LONG = FINGERS[1:]
 NORTH, EAST, UP = np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
@@ -119,6 +119,22 @@ def test_points_of_contact_lie_around_the_tip(side):
     # With its soft tissue the middle finger reaches the length that was given for the hand, 190 mm.
     reach = (where["F3"] + quaternion.rotate(root, contact_point(size, "F3", "distal"))) @ NORTH
     assert reach == pytest.approx(0.19, abs=0.003)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_sensors_lie_on_the_back_of_the_hand(side):
+    size = HandSize(side=side)
+    tree = hand_tree(size)
+    root = kinematics.Poses(quaternion_of(ROOTS[side]), np.zeros(3))
+    poses = kinematics.segment_poses(tree, np.zeros(23), root)
+    middles = []
+    for name, place in zip(tree.names, dorsal_points(size), strict=True):
+        where = kinematics.points(tree, poses, name, place)
+        assert 0.003 < where @ UP < 0.01
+        middles.append(where @ NORTH)
+    assert middles[0] == pytest.approx(-0.5 * size.forearm)
+    assert middles[1] == pytest.approx(0.5 * size.first_joints[2, 0])
+    assert middles[10] == pytest.approx(poses.position[10] @ NORTH - 0.5 * size.segments[2, 2])
 
 
 def test_ranges_of_the_table_reach_the_tree():
