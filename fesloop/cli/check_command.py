@@ -6,7 +6,7 @@ import sys
 from argparse import Namespace
 from typing import Any
 
-from fesloop.cli.output import print_json, print_table
+from fesloop.cli.output import print_json, print_table, progress_bar
 from fesloop.experiment import registry
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.parse import load
@@ -18,8 +18,9 @@ from fesloop.loop.wiring import Node
 
 def execute(args: Namespace) -> int:
     """Validate and print the wiring and the latency budget."""
-    experiment = load(args.experiment, args.settings, args.seed)
-    report = LatencyReport(experiment.wiring, horizon_ns=min(experiment.duration_ns, 10**10))
+    with progress_bar(f"check {args.experiment}"):
+        experiment = load(args.experiment, args.settings, args.seed)
+        report = LatencyReport(experiment.wiring, horizon_ns=min(experiment.duration_ns, 10**10))
     if args.json:
         print_json(_table(experiment, report))
         return 0

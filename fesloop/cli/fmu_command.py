@@ -7,7 +7,7 @@ from argparse import Namespace
 from importlib.metadata import entry_points
 from pathlib import Path
 
-from fesloop.cli.output import print_json
+from fesloop.cli.output import print_json, progress_bar
 from fesloop.errors import InputError, did_you_mean
 
 GROUP = "fesloop.exporters"
@@ -25,7 +25,8 @@ def execute(args: Namespace) -> int:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as fault:
         raise InputError(f"--out {folder}", f"cannot be made: {fault.strerror}", "a folder") from None
-    built = exporters[args.plant].load()(folder / f"{args.plant}.fmu")
+    with progress_bar(f"fmu build {args.plant}"):
+        built = exporters[args.plant].load()(folder / f"{args.plant}.fmu")
     if built.note:
         print(f"fesloop: {built.note}", file=sys.stderr)
     if args.json:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
-import time
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
 _QUIET_S = 2.0
+_REFRESH_HZ = 2.0
 
 
 def print_json(table: Any) -> None:
@@ -53,40 +54,57 @@ def _is_number(text: str) -> bool:
 
 
 class _Bar:
-    """A progress bar that shows itself once the work has taken two seconds."""
+    """A progress bar on a terminal that shows itself once the work has taken two seconds.
+
+    A timer shows it, so that it comes up as well while nothing tells of progress: while code is compiled
+    or a file is read.
+    """
 
     def __init__(self, title: str) -> None:
         self._title = title
-        self._began = time.monotonic()
+        self._fraction = 0.0
+        self._over = False
         self._bar: tuple[Progress, TaskID] | None = None
+        self._lock = threading.Lock()
+        self._timer = threading.Timer(_QUIET_S, self._show)
+        self._timer.daemon = True
+        if sys.stderr.isatty():
+            self._timer.start()
 
     def __call__(self, fraction: float) -> None:
         """The work is done to this fraction."""
-        if self._bar is None and time.monotonic() - self._began >= _QUIET_S:
-            self._bar = self._show()
-        if self._bar is not None:
-            bar, task = self._bar
-            bar.update(task, completed=fraction)
+        with self._lock:
+            self._fraction = fraction
+            if self._bar is not None:
+                bar, task = self._bar
+                bar.update(task, completed=fraction, refresh=True)
 
-    def _show(self) -> tuple[Progress, TaskID]:
+    def _show(self) -> None:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-        bar = Progress(TextColumn(self._title), BarColumn(), TextColumn("{task.percentage:3.0f} %"),
-                       TimeElapsedColumn(), TimeRemainingColumn(), console=Console(file=sys.stderr),
-                       auto_refresh=False, transient=True)
-        bar.start()
-        return bar, bar.add_task("", total=1.0)
+        with self._lock:
+            if self._over:
+                return
+            bar = Progress(TextColumn(self._title), BarColumn(), TextColumn("{task.percentage:3.0f} %"),
+                           TimeElapsedColumn(), TimeRemainingColumn(), console=Console(file=sys.stderr),
+                           refresh_per_second=_REFRESH_HZ, transient=True)
+            self._bar = bar, bar.add_task("", total=1.0)
+            bar.update(self._bar[1], completed=self._fraction)
+            bar.start()
 
     def finish(self) -> None:
         """Take the bar away."""
-        if self._bar is not None:
-            self._bar[0].stop()
+        self._timer.cancel()
+        with self._lock:
+            self._over = True
+            if self._bar is not None:
+                self._bar[0].stop()
 
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[_Bar]:
-    """A function to tell the fraction done; quiet for work of less than two seconds."""
+    """A function to tell the fraction done; quiet for work of less than two seconds, and off a terminal."""
     bar = _Bar(title)
     try:
         yield bar

@@ -18,8 +18,8 @@ _EXIT_CODES = {"done": 0, "failed": 1, "interrupted": 130}
 
 def execute(args: Namespace) -> int:
     """Run, print the summary, and give the exit code that the run's status stands for."""
-    experiment = load(args.experiment, args.settings, args.seed)
-    with progress_bar(experiment.name) as bar:
+    with progress_bar(args.experiment) as bar:
+        experiment = load(args.experiment, args.settings, args.seed)
         result = run(experiment, Path(args.out), realtime=args.realtime, progress=bar)
     if result.cause:
         print(f"fesloop: {result.cause}", file=sys.stderr)
