@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.loop.signals import Port, Sample, Value
@@ -21,8 +22,6 @@ from plants.imu_kinematics import measure
 
 Array = NDArray[np.float64]
 SENSORS = ("hand", "proximal", "middle", "distal")
-STANDARD_GRAVITY = 9.80665
-"""m/s^2 (CGPM 1901)."""
 
 
 class FingerImusState:

@@ -9,6 +9,7 @@ from fesloop.errors import InputError
 from fesloop.hand import kinematics, motion, motion_kernels, quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
+from plants.imu_kinematics import chain_samples
 
 
 def drawn(tree, count, seed=0):
@@ -61,6 +62,22 @@ def test_specific_force_is_the_second_difference_of_position_less_gravity():
     force = (where[0] - 2.0 * where[1] + where[2]) / step**2 + np.array(motion.UPWARDS)
     own = quaternion.rotate(quaternion.conjugate(poses.orientation[1, tree.index("F4d")]), force)
     np.testing.assert_allclose(ours.acc[1, 0], own, atol=1e-5)
+
+
+def test_the_index_finger_of_a_still_right_hand_feels_what_the_planar_chain_says():
+    size = HandSize()
+    tree = hand_tree(size)
+    names = ("hand", "F2p", "F2m", "F2d")
+    sensors = motion.sensor_points(tree, names, -0.5 * tree.geometry[[tree.index(name) for name in names], 4])
+    up = np.array([-6.0, 1.0, np.sqrt(9.80665**2 - 37.0)])
+    finger = [tree.freedom(f"F2_{joint}_flexion") for joint in ("mcp", "pip", "dip")]
+    whole, planar = np.zeros((3, 23)), np.array([[0.4, 0.9, 0.3], [5.0, -7.0, 9.0], [80.0, 50.0, -60.0]])
+    whole[:, finger] = planar
+    ours = motion.sensed(tree, sensors, *whole, motion.root_motion(upwards=up))
+    expected = np.empty((2, 4, 3))
+    chain_samples(*planar, size.segments[1], up, expected)
+    np.testing.assert_allclose(ours.gyr, expected[0], atol=1e-12)
+    np.testing.assert_allclose(ours.acc, expected[1], atol=1e-12)
 
 
 def test_a_hand_at_rest_feels_gravity_alone():

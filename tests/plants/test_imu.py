@@ -9,11 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError
+from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import Sample
 from plants import imu_kinematics
-from plants.imu import STANDARD_GRAVITY, FingerImus
+from plants.imu import FingerImus
 
 CLOCK = RateClock.from_rate("100")
 CLEAN = {"gyroscope_noise_sd": 0.0, "accelerometer_noise_sd": 0.0, "gyroscope_walk": 0.0,
