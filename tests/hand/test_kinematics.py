@@ -52,7 +52,8 @@ def rotation_error(a, b):
     """Angle, rad, between rotation matrices; exact to round-off near 0, unlike that from the trace."""
     difference = np.swapaxes(a, -1, -2) @ b
     skew = difference - np.swapaxes(difference, -1, -2)
-    return np.arcsin(np.clip(np.linalg.norm(skew, axis=(-2, -1)) / np.sqrt(8.0), 0.0, 1.0))
+    sine = np.linalg.norm(skew, axis=(-2, -1)) / np.sqrt(8.0)
+    return np.arctan2(sine, 0.5 * (np.trace(difference, axis1=-2, axis2=-1) - 1.0))
 
 
 def mujoco_poses(tree, roots, angles):
