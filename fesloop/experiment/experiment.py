@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment import registry
 from fesloop.experiment.schema import plain
-from fesloop.loop.clock import NS_PER_S, duration_ns, parse_rate
+from fesloop.loop.clock import FOREVER, NS_PER_S, duration_ns, parse_rate
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from fesloop.experiment.trial import Result
 
 _WIRE_NAMES = {"source": "from", "target": "to"}
+_LONGEST_NAME = 100
+_MOST_TRIALS, _GREATEST_SEED = 2**31 - 1, 2**63 - 1
+"""What a recording has room for."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +42,9 @@ class Record:
 
     def __post_init__(self) -> None:
         parse_rate(self.plant_rate, "plant_rate")
+        for name in {name for name in self.timed if self.timed.count(name) > 1}:
+            raise InputError("timed", f"{name!r} stands there more than once", "each block once",
+                             "remove one")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,10 +132,9 @@ class Experiment:
     wiring: Wiring = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        if not self.name.replace("_", "a").replace("-", "a").isalnum():
-            raise InputError("experiment.name", f"{self.name!r}", "letters, digits, - and _")
-        if self.trials < 1:
-            raise InputError("experiment.trials", f"{self.trials}", "1 or more")
+        faults = list(self._faults_of_numbers())
+        if faults:
+            raise InputErrors(faults)
         object.__setattr__(self, "nodes", tuple(self.nodes))
         object.__setattr__(self, "wires", tuple(self.wires))
         object.__setattr__(self, "wiring", Wiring(self.nodes, self.wires, self.seed))
@@ -142,11 +147,27 @@ class Experiment:
         for node in self.nodes:
             if node.given_clock is not None:
                 _owner(self.nodes, node)
-        if self.duration_ns <= 0:
-            raise InputError("experiment.duration_s", f"{self.duration_s}", "above 0")
         if self.score.after_s * NS_PER_S >= self.duration_ns:
             raise InputError("score.after_s", f"{self.score.after_s:g} leaves nothing of a trial",
                              f"below {self.duration_ns / NS_PER_S:g} s, the duration")
+
+    def _faults_of_numbers(self) -> Iterator[InputError]:
+        """What is wrong with everything but the wiring."""
+        plain_name = self.name.replace("_", "a").replace("-", "a")
+        if not plain_name.isalnum() or len(self.name) > _LONGEST_NAME:
+            yield InputError("experiment.name", f"{self.name[:_LONGEST_NAME]!r}",
+                             f"letters, digits, - and _, at most {_LONGEST_NAME}")
+        if not 1 <= self.trials <= _MOST_TRIALS:
+            yield InputError("experiment.trials", f"{self.trials}", f"1 or more, at most {_MOST_TRIALS}")
+        if not 0 <= self.seed <= _GREATEST_SEED:
+            yield InputError("experiment.seed", f"{self.seed}",
+                             f"an integer, 0 or more, at most {_GREATEST_SEED}")
+        if self.duration_s is not None and not 0.0 < self.duration_s * NS_PER_S < FOREVER:
+            yield InputError("experiment.duration_s", f"{self.duration_s:g}",
+                             f"seconds above 0, below {FOREVER / NS_PER_S:.2g}")
+        if not self.nodes:
+            yield InputError("blocks", "there is none", "one or more",
+                             "add one: fesloop list names the kinds")
 
     @property
     def duration_ns(self) -> int:

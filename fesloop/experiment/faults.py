@@ -24,7 +24,7 @@ _ALLOWED = {
 _NOTHING = object()
 
 
-def faults_of(errors: Iterable[Any], document: Any, keys_at: Any) -> list[InputError]:
+def faults_of(errors: Iterable[Any], document: Any, keys_at: Any, tagged: bool) -> list[InputError]:
     """One fault a key, in the order of the document.
 
     Parameters
@@ -32,10 +32,11 @@ def faults_of(errors: Iterable[Any], document: Any, keys_at: Any) -> list[InputE
     errors: of a pydantic ValidationError.
     document: what was checked.
     keys_at: from a path (tuple of keys) to the keys that are valid there.
+    tagged: whether pydantic names the kind of a block after its name, as it does where there are several.
     """
     gathered: dict[tuple[Any, ...], list[Any]] = {}
     for error in errors:
-        path = _path(error["loc"], document, error["type"] == _MISSING)
+        path = _path(error["loc"], document, error["type"] == _MISSING, tagged)
         gathered.setdefault(path, []).append(error)
     return [_fault(path, group, document, keys_at) for path, group in gathered.items()]
 
@@ -48,13 +49,13 @@ def key_path(path: Sequence[Any]) -> str:
     return text or "the file"
 
 
-def _path(loc: Sequence[Any], document: Any, missing: bool) -> tuple[Any, ...]:
+def _path(loc: Sequence[Any], document: Any, missing: bool, tagged: bool) -> tuple[Any, ...]:
     """The part of a location that is a path into the document, without pydantic's union tags."""
     path: list[Any] = []
     here = document
     for position, key in enumerate(loc):
         below = _below(here, key)
-        if below is not _NOTHING and not (position == 2 and loc[0] == "blocks"):
+        if below is not _NOTHING and not (tagged and position == 2 and loc[0] == "blocks"):
             path.append(key)
             here = below
         elif missing and position == len(loc) - 1:

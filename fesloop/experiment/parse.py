@@ -68,7 +68,7 @@ def read(experiment: str | Path) -> tuple[str, dict[str, Any]]:
         except OSError as fault:
             raise InputError(text, f"cannot be read: {fault.strerror}", "an experiment file") from None
     try:
-        return text, tomllib.loads(content.decode())
+        return text, tomllib.loads(content.decode("utf-8-sig"))
     except UnicodeDecodeError as fault:
         raise InputError(text, f"is not UTF-8 text (byte {fault.start})", "a TOML file") from None
     except tomllib.TOMLDecodeError as fault:
@@ -122,7 +122,7 @@ def _check(document: dict[str, Any], kinds: Kinds) -> None:
         TypeAdapter(table).validate_json(text)
     except ValidationError as fault:
         found = faults_of(fault.errors(include_url=False), document,
-                          lambda path: keys_at(table, path, document))
+                          lambda path: keys_at(table, path, document), tagged=len(kinds) > 1)
         hidden = tuple(f"blocks.{name}" for name, _ in unknown)
         faults += [each for each in found if each.where not in hidden and not each.where.startswith(
             tuple(f"{place}." for place in hidden))]

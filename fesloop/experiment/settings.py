@@ -83,7 +83,7 @@ def _step(here: Any, part: str, key: str, name: str) -> Any:
         if part in ends:
             return ends.index(part)
         known = [f"0 to {len(here) - 1}", *ends]
-    raise InputError(f"--set {key}", f"{name} has no {part!r} there", ", ".join(known),
+    raise InputError(f"--set {key}", f"{name} has no {part!r} there", ", ".join(filter(None, known)),
                      did_you_mean(part, known))
 
 

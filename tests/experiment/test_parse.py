@@ -60,10 +60,16 @@ def faults_of(tmp_path, *changes):
     ("blocks.finger.rate=100", "blocks.finger.rate", "stiffness"),
     ("blocks.finger.stiffness=[1.0, 2.0]", "blocks.finger.stiffness", "a"),
     ("experiment.duration_s=0", "experiment.duration_s", "above 0"),
-    ("experiment.duration_s=nan", "experiment.duration_s", "zero or more"),
+    ("experiment.duration_s=nan", "experiment.duration_s", "above 0"),
+    ("experiment.duration_s=inf", "experiment.duration_s", "above 0"),
+    ("experiment.duration_s=1e300", "experiment.duration_s", "below 4.6e+09"),
+    ("experiment.trials=3000000000", "experiment.trials", "at most 2147483647"),
+    ("experiment.seed=9223372036854775808", "experiment.seed", "at most 9223372036854775807"),
+    (f"experiment.name={'x' * 300}", "experiment.name", "at most 100"),
+    ('record.timed=["pid", "pid"]', "record.timed", "each block once"),
     ("experiment.trials=0", "experiment.trials", "1 or more"),
     ("experiment.trials=2.5", "experiment.trials", "an integer"),
-    ("experiment.seed=-1", "seed", "0 or more"),
+    ("experiment.seed=-1", "experiment.seed", "0 or more"),
     ("experiment.duration_s=2020-01-01", "experiment.duration_s", "a number"),
     ("score.after_s=1.0", "score.after_s", "below 1 s"),
     ("score.truth=finger.angel", "score.truth", "finger.angles"),
@@ -89,6 +95,27 @@ def test_all_faults_are_named_at_once():
 def test_faults_that_only_the_objects_know_are_all_named():
     lines = faults_with("blocks.finger.density=-1", "blocks.pid.width_max_us=-5", "wires.0.loss=2")
     assert len(lines) == 3
+
+
+def test_a_wrong_value_of_the_only_kind_is_named_with_its_key():
+    """pydantic tells the kind of a block where it has several to choose from, and there alone."""
+    about = read(SMALL)[1]["experiment"]
+    with pytest.raises(InputError) as refused:
+        from_document({"experiment": about, "blocks": {"finger": {"kind": "finger", "strength": True}}})
+    assert refused.value.where == "experiment: blocks.finger.strength"
+
+
+def test_an_experiment_without_blocks_is_refused():
+    with pytest.raises(InputError, match="blocks: there is none"):
+        from_document({"experiment": {"name": "nothing", "duration_s": 1.0}, "blocks": {}})
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig"])
+def test_a_file_may_come_from_another_system(tmp_path, encoding):
+    """Byte order mark and carriage returns, as editors of another system write them."""
+    file = tmp_path / "other.toml"
+    file.write_bytes(SMALL.read_text().replace("\n", "\r\n").encode(encoding))
+    assert fesloop.load(file) == fesloop.load(SMALL)
 
 
 def test_two_wires_into_a_port_are_refused(tmp_path):

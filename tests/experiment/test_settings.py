@@ -45,7 +45,7 @@ def test_a_setting_lands_where_its_key_points(setting, path, value):
     ("recordin=1", "did you mean 'recording'"),
     ("wires.7.loss=0", "0 to 1"),
     ('wires."a.b->c.e".loss=0', "a.b->c.d"),
-    ("blocks.pid.kp.9=0", "no '9'"),
+    ("blocks.pid.kp.9=0", "no '9' there; allowed: 0 to 1"),
     ("experiment.seed.x=0", "no further keys"),
     ("seed", "KEY=VALUE"),
     ("=3", "KEY=VALUE"),
