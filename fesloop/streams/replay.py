@@ -53,6 +53,9 @@ class Replay:
         start_ns = int(source.stamps_ns[first])
         if self.duration_s is not None:
             length = duration_ns(self.duration_s, NS_PER_S, "duration_s")
+            if length == 0:
+                raise InputError("duration_s", f"{self.duration_s:g} plays nothing",
+                                 "above 0, or left out to play to the end")
             stop = int(np.searchsorted(source.stamps_ns, start_ns + length, side="right"))
         object.__setattr__(self, "source", source)
         object.__setattr__(self, "start_ns", start_ns)

@@ -50,8 +50,11 @@ class Select:
         return (Port("elements", (len(self.indices),), self.unit),)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Select:
-        """For the size that is wired in; raises InputError where an index is beyond it."""
-        return replace(self, size=shapes["vector"][0])
+        """For the size that is wired in; raises InputError where an index is beyond it or it is no vector."""
+        shape = shapes["vector"]
+        if len(shape) != 1:
+            raise InputError("vector", f"a signal of shape {shape} is wired in", "a vector: shape (size,)")
+        return replace(self, size=shape[0])
 
     def init(self, context: Context) -> None:
         """No state."""

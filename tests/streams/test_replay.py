@@ -56,6 +56,8 @@ def test_nothing_to_play_and_bad_files_are_refused(tmp_path):
         Replay(recording=path, start_s=9.0)
     with pytest.raises(InputError, match="duration_s"):
         Replay(recording=path, duration_s=-1.0)
+    with pytest.raises(InputError, match="duration_s: 0 plays nothing"):
+        Replay(recording=path, duration_s=0.0)
     with pytest.raises(InputError, match="no such file"):
         Replay(recording=path + ".gone")
 
