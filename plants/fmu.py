@@ -19,6 +19,9 @@ from plants.fmu_probe import Probed, probe
 from plants.fmu_running import FmuSetup
 from plants.fmu_state import FmuState
 
+_LONGEST_PROBE_S = 3600.0
+"""Chosen."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Fmu:
@@ -64,8 +67,9 @@ class Fmu:
     def __post_init__(self) -> None:
         if self.substeps < 1:
             raise InputError("substeps", f"{self.substeps}", "1 or more")
-        if not self.probe_timeout_s > 0.0:
-            raise InputError("probe_timeout_s", f"{self.probe_timeout_s}", "above 0")
+        if not 0.0 < self.probe_timeout_s <= _LONGEST_PROBE_S:
+            raise InputError("probe_timeout_s", f"{self.probe_timeout_s:g}",
+                             f"above 0, at most {_LONGEST_PROBE_S:g}")
         grid = RateClock.from_rate(self.step_rate, where="step_rate")
         extracted = ExtractedFmu(Path(self.path))
         try:

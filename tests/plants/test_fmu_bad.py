@@ -171,6 +171,7 @@ def test_ports_and_starts_that_do_not_fit(small2):
     assert "starts.mass: " in refusal(**wanted, starts={"mass": 1.0})
     assert "starts.u: True" in refusal(**wanted, starts={"u": True})
     assert "substeps: 0" in refusal(**wanted, substeps=0)
+    assert "probe_timeout_s: inf" in refusal(**wanted, probe_timeout_s=float("inf"))
     assert "step_rate: " in refusal(**wanted, step_rate="-5")
 
 
