@@ -34,7 +34,7 @@ def specimens():
     parameters = {
         "state_space": {"a": ((0.0, 1.0), (-30.0, -4.0)), "b": ((0.0,), (30.0,)), "c": ((1.0, 0.0),)},
         "finger": {}, "finger_imus": {}, "vqf": {"initial_angles_deg": (20.0, 25.0, 15.0), "align_s": 0.1},
-        "vqf9": {}, "ideal": {"noise_deg": 0.3, "walk_deg": 0.1},
+        "vqf9": {}, "constrained": {"joints": chain()}, "ideal": {"noise_deg": 0.3, "walk_deg": 0.1},
         "minimum_jerk": {"times_s": (0.1, 0.4), "angles_deg": ((20.0, 25.0, 15.0), (40.0, 50.0, 25.0)),
                          "preview": 5},
         "select": {"indices": (2, 0)}, "fmu": {"path": "shipped:finger", "step_rate": "100"},
@@ -49,6 +49,15 @@ def specimens():
                   for p in block.inputs}
         made[kind] = block.resolve(shapes) if any(not p.resolved for p in block.inputs) else block
     return made
+
+
+def chain():
+    """A joint of each kind, for four sensors."""
+    from estimators.joint_constraints import Joint
+
+    return (Joint(parent=0, child=1, kind="ball"),
+            Joint(parent=1, child=2, kind="hinge", ranges_deg=((-20.0, 100.0),)),
+            Joint(parent=2, child=3, kind="saddle", child_axis=(1.0, 0.0, 0.0)))
 
 
 def load(kind):

@@ -20,7 +20,8 @@ from fesloop.loop.signals import Sample
 
 Array = NDArray[np.float64]
 SENSORS, RATE, TICKS, WARM_UP = 16, 100, 3000, 200
-KINDS = ("vqf", "vqf9")
+KINDS: dict[str, dict[str, Any]] = {"vqf": {}, "vqf9": {}, "constrained": {"tree": "hand16"}}
+"""Tracker kinds and the parameters that each needs for sixteen sensors."""
 
 
 def moving_samples(ticks: int, sensors: int) -> dict[str, Array]:
@@ -81,10 +82,10 @@ def run(progress: Callable[[float], None] | None = None) -> dict[str, Any]:
     """One row a tracker, sixteen sensors each."""
     samples = moving_samples(TICKS, SENSORS)
     rows = []
-    for number, kind in enumerate(KINDS):
+    for number, (kind, parameters) in enumerate(KINDS.items()):
         if progress:
             progress(number / len(KINDS))
-        tracker = registry.find(kind)(sensors=SENSORS)
+        tracker = registry.find(kind)(sensors=SENSORS, **parameters)
         fed = [samples[port.name] for port in tracker.inputs]
         step, filters = _Stepper(tracker, fed, RateClock.from_rate(RATE)), _bare(fed)
         times = np.array([(step(k), _bare_ns(filters, k)) for k in range(TICKS)])[WARM_UP:] / 1e3

@@ -1,0 +1,116 @@
+"""Error-state Kalman filter of one joint: relative orientation, gyroscope bias and lever arms.
+
+State: q, child to parent; b (3), rad/s, what the child's gyroscope reads too much against the parent's,
+in the child's frame; l_p, l_c (3 each), m, from the joint's centre to each sensor, in that sensor's
+frame. Error state (12): rotation t in the child's frame (R = Rh (I + [t]x)), then b, l_p, l_c. With M(w)
+= [dw/dt]x + [w]x [w]x,
+
+    dt/dt = -[w_c - b]x t - db + noise
+    shared acceleration of the joint's centre:  0 = R' (f_p - M(w_p) l_p) - (f_c - M(w_c) l_c) + noise
+    hinge: a_c = R' a_p + noise, its two components across a_c;  saddle: 0 = a_c . R' a_p + noise
+    range: angle - limit = 0 + noise, while the angle is beyond its limit
+
+(f specific force, w angular velocity, a axis; R' = R transposed). The vector pair is that of Kortier et
+al. 2014 (doi 10.1186/1743-0003-11-70); the lever arms and the hinge's two rows on three axes are derived
+here. All measurements are made in the middle between two samples, so that rates, their derivative and
+forces belong to one instant. Arrays carry one joint a row.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+import numpy as np
+
+from estimators.constrained_measurements import (
+    BIAS_WALK,
+    PERIOD,
+    TURN,
+    UNSEEN,
+    N,
+    axes_agree,
+    correct,
+    keep_in_range,
+    mean_of,
+    shared_acceleration,
+)
+from estimators.constrained_vectors import components, rotated, store, turn_by
+from fesloop.hand.quaternion_kernels import multiply
+
+
+@numba.njit(cache=True)
+def advance(
+    q: Any, rest: Any, covariance: Any, ends: Any, kinds: Any, axes: Any, zero: Any, ranges: Any,
+    gyr: Any, acc: Any, seen: Any, settings: Any
+) -> None:
+    """All joints one period on.
+
+    Parameters
+    ----------
+    q: (joints, 4), changed; NaN for a joint that has not begun, which is left out.
+    rest: (joints, 13), b, l_p, l_c, the force's mean in the child's frame, m/s^2, and for how long a
+        sample has been missing, s; changed. covariance: (joints, 12, 12), changed.
+    ends, kinds, axes, zero, ranges: as of JointTable.
+    gyr, acc: (2, n, 3), the sample before and this one.
+    seen: (2, n), bool, whether each is to be believed.
+    settings: (10,), see PERIOD and the following.
+    """
+    x, h, gain, levers = np.empty(N), np.zeros(N), np.empty(N), np.empty((2, 3, 3))
+    period = settings[PERIOD]
+    for j in range(q.shape[0]):
+        if np.isnan(q[j, 0]):
+            continue
+        p, c = ends[j, 0], ends[j, 1]
+        now = seen[1, p] and seen[1, c]
+        at, s, cov = q[j], rest[j], covariance[j]
+        x[:] = 0.0
+        wp, wc = _rate(gyr, seen, p), _rate(gyr, seen, c)
+        if now:
+            _turn(at, s, wp, wc, 0.5 * period)
+            if seen[0, p] and seen[0, c]:
+                shared_acceleration(at, s, cov, gyr, acc, p, c, settings, x, h, gain, levers)
+        axes_agree(at, kinds[j], axes[j], cov, settings, x, h, gain)
+        correct(at, s, x)
+        keep_in_range(at, s, kinds[j], axes[j], zero[j], ranges[j], cov, settings, x, h, gain)
+        if now:
+            _turn(at, s, wp, wc, 0.5 * period)
+            _spread(cov, s, wc, period, settings[TURN] ** 2 * period, settings[BIAS_WALK] ** 2 * period)
+            s[12] = 0.0
+        else:
+            # An unknown rate lasts: its angle grows with the time that it has not been seen.
+            before = s[12]
+            s[12] += period
+            for i in range(3):
+                cov[i, i] += settings[UNSEEN] ** 2 * (s[12] ** 2 - before ** 2)
+
+
+@numba.njit(cache=True)
+def _rate(gyr: Any, seen: Any, i: int) -> Any:
+    """Mean of both samples' rates, or this one's where only it was seen."""
+    return mean_of(gyr, i) if seen[0, i] else (gyr[1, i, 0], gyr[1, i, 1], gyr[1, i, 2])
+
+
+@numba.njit(cache=True)
+def _turn(q: Any, s: Any, wp: Any, wc: Any, dt: float) -> None:
+    """The relative rotation `dt` on with constant rates."""
+    before = turn_by(-dt * wp[0], -dt * wp[1], -dt * wp[2])
+    after = turn_by(dt * (wc[0] - s[0]), dt * (wc[1] - s[1]), dt * (wc[2] - s[2]))
+    store(q, multiply(multiply(before, components(q)), after))
+
+
+@numba.njit(cache=True)
+def _spread(cov: Any, s: Any, wc: Any, dt: float, turned: float, walked: float) -> None:
+    """The covariance `dt` on; `turned` and `walked` are the variances that one sensor adds."""
+    back = turn_by(-dt * (wc[0] - s[0]), -dt * (wc[1] - s[1]), -dt * (wc[2] - s[2]))
+    for k in range(N):
+        v = rotated(back, (cov[0, k], cov[1, k], cov[2, k]))
+        for i in range(3):
+            cov[i, k] = v[i] - dt * cov[3 + i, k]
+    for k in range(N):
+        v = rotated(back, (cov[k, 0], cov[k, 1], cov[k, 2]))
+        for i in range(3):
+            cov[k, i] = v[i] - dt * cov[k, 3 + i]
+    for i in range(3):
+        cov[i, i] += 2.0 * turned
+        cov[3 + i, 3 + i] += 2.0 * walked

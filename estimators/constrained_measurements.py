@@ -1,0 +1,193 @@
+"""What a joint's two segments share, as scalar measurements on `constrained_filter`'s error state."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numba
+
+from estimators.constrained_posture import joint_angles
+from estimators.constrained_vectors import components, cross, dot, rotated, store, turn_by
+from estimators.joint_constraints import BALL, SADDLE
+from fesloop.hand.quaternion_kernels import conjugate, multiply
+
+N = 12
+PERIOD, TURN, BIAS_WALK, FORCE, SPIN, FORCE_TIME, AXIS, AXIS_TIME, RANGE, UNSEEN = range(10)
+"""Where each setting stands in `settings`: s; rad/sqrt(s); rad/s/sqrt(s); m/s^2; m (error of the shared
+acceleration a rad^2/s^2 of rotation); s; rad; s; rad; rad/s."""
+
+
+_MEAN_TIME = 1.0
+"""Time constant of a force's mean, s (chosen: longer than tremor and shorter than a posture)."""
+
+
+@numba.njit(cache=True)
+def mean_of(samples: Any, i: int) -> Any:
+    """Mean of the two samples of sensor i."""
+    return (0.5 * (samples[0, i, 0] + samples[1, i, 0]), 0.5 * (samples[0, i, 1] + samples[1, i, 1]),
+            0.5 * (samples[0, i, 2] + samples[1, i, 2]))
+
+
+@numba.njit(cache=True)
+def _measure(
+    cov: Any, h: Any, innovation: float, variance: float, x: Any, gain: Any, with_levers: bool
+) -> None:
+    """A scalar measurement with row `h` on the error state `x` found so far at this instant.
+
+    The row is zero for the bias always, and for the lever arms unless `with_levers`.
+    """
+    total, left = variance, innovation
+    for a in range(N):
+        gain[a] = cov[a, 0] * h[0] + cov[a, 1] * h[1] + cov[a, 2] * h[2]
+    if with_levers:
+        for a in range(N):
+            for b in range(6, N):
+                gain[a] += cov[a, b] * h[b]
+        for a in range(6, N):
+            total += h[a] * gain[a]
+            left -= h[a] * x[a]
+    for a in range(3):
+        total += h[a] * gain[a]
+        left -= h[a] * x[a]
+    for a in range(N):
+        share = gain[a] / total
+        x[a] += share * left
+        for b in range(a + 1):
+            value = cov[a, b] - share * gain[b]
+            cov[a, b] = value
+            cov[b, a] = value
+
+
+@numba.njit(cache=True)
+def _change(samples: Any, i: int, period: float) -> Any:
+    return ((samples[1, i, 0] - samples[0, i, 0]) / period,
+            (samples[1, i, 1] - samples[0, i, 1]) / period,
+            (samples[1, i, 2] - samples[0, i, 2]) / period)
+
+
+@numba.njit(cache=True)
+def _spin_matrix(w: Any, dw: Any, matrix: Any) -> None:
+    """[dw]x + [w]x [w]x into `matrix` (3, 3)."""
+    size = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
+    for i in range(3):
+        for k in range(3):
+            matrix[i, k] = w[i] * w[k] - (size if i == k else 0.0)
+    matrix[0, 1] -= dw[2]
+    matrix[1, 0] += dw[2]
+    matrix[0, 2] += dw[1]
+    matrix[2, 0] -= dw[1]
+    matrix[1, 2] -= dw[0]
+    matrix[2, 1] += dw[0]
+
+
+@numba.njit(cache=True)
+def _lasting(s: Any, v: Any, wc: Any, period: float, settings: Any) -> Any:
+    """The force v, in the child's frame, without what differs from its mean by no more than noise does.
+
+    Heading about the force is told by nothing but a change of its direction. Were noise taken for such a
+    change, a heading that nothing shows would seem better known with every sample.
+    """
+    back = turn_by(-period * wc[0], -period * wc[1], -period * wc[2])
+    mean = rotated(back, (s[9], s[10], s[11]))
+    share = min(1.0, period / _MEAN_TIME)
+    mean = (mean[0] + share * (v[0] - mean[0]), mean[1] + share * (v[1] - mean[1]),
+            mean[2] + share * (v[2] - mean[2]))
+    s[9], s[10], s[11] = mean
+    off = (v[0] - mean[0], v[1] - mean[1], v[2] - mean[2])
+    square = dot(off, off)
+    kept = max(0.0, 1.0 - settings[FORCE] ** 2 / max(square, 1e-12))
+    return mean[0] + kept * off[0], mean[1] + kept * off[1], mean[2] + kept * off[2]
+
+
+@numba.njit(cache=True)
+def shared_acceleration(
+    q: Any, s: Any, cov: Any, gyr: Any, acc: Any, p: int, c: int, settings: Any, x: Any, h: Any,
+    gain: Any, levers: Any
+) -> None:
+    """The acceleration of the joint's centre, seen from both sides, into the error state x.
+
+    `levers` (2, 3, 3) is written: how both sides depend on the lever arms, in the child's frame.
+    """
+    wp, wc, period = mean_of(gyr, p), mean_of(gyr, c), settings[PERIOD]
+    dp, dc = _change(gyr, p, period), _change(gyr, c, period)
+    fp, fc = mean_of(acc, p), mean_of(acc, c)
+    to_child = conjugate(components(q))
+    _spin_matrix(wp, dp, levers[0])
+    _spin_matrix(wc, dc, levers[1])
+    m = levers[0]
+    v = rotated(to_child, (fp[0] - (m[0, 0] * s[3] + m[0, 1] * s[4] + m[0, 2] * s[5]),
+                           fp[1] - (m[1, 0] * s[3] + m[1, 1] * s[4] + m[1, 2] * s[5]),
+                           fp[2] - (m[2, 0] * s[3] + m[2, 1] * s[4] + m[2, 2] * s[5])))
+    for k in range(3):
+        m[0, k], m[1, k], m[2, k] = rotated(to_child, (m[0, k], m[1, k], m[2, k]))
+    spin = dot(wp, wp) + dot(wc, wc) + math.sqrt(dot(dp, dp) + dot(dc, dc))
+    # Values nearer to each other than the correlation time tell no more than one of them.
+    variance = settings[FORCE] ** 2 + (settings[SPIN] * spin) ** 2
+    variance *= max(1.0, settings[FORCE_TIME] / period)
+    u = _lasting(s, v, wc, period, settings)
+    n = levers[1]
+    for i in range(3):
+        # Rows of -[u]x.
+        h[0] = 0.0 if i == 0 else -u[2] if i == 1 else u[1]
+        h[1] = u[2] if i == 0 else 0.0 if i == 1 else -u[0]
+        h[2] = -u[1] if i == 0 else u[0] if i == 1 else 0.0
+        for k in range(3):
+            h[6 + k] = m[i, k]
+            h[9 + k] = -n[i, k]
+        of_child = fc[i] - (n[i, 0] * s[6] + n[i, 1] * s[7] + n[i, 2] * s[8])
+        _measure(cov, h, v[i] - of_child, variance, x, gain, True)
+
+
+@numba.njit(cache=True)
+def axes_agree(
+    q: Any, kind: int, axes: Any, cov: Any, settings: Any, x: Any, h: Any, gain: Any
+) -> None:
+    """The axes of hinge and saddle into the error state x."""
+    if kind == BALL:
+        return
+    a = (axes[1, 0], axes[1, 1], axes[1, 2])
+    v = rotated(conjugate(components(q)), (axes[0, 0], axes[0, 1], axes[0, 2]))
+    variance = settings[AXIS] ** 2 * max(1.0, settings[AXIS_TIME] / settings[PERIOD])
+    if kind == SADDLE:
+        # a . (v + v x t): the row is a x v.
+        row = cross(a, v)
+        h[0], h[1], h[2] = row
+        _measure(cov, h, -dot(a, v), variance, x, gain, False)
+        return
+    # Whichever of x and y is farther from the axis.
+    n = cross(a, (1.0, 0.0, 0.0) if abs(a[0]) < abs(a[1]) else (0.0, 1.0, 0.0))
+    length = math.sqrt(dot(n, n))
+    n = (n[0] / length, n[1] / length, n[2] / length)
+    for _ in range(2):
+        row = cross(n, v)
+        h[0], h[1], h[2] = row
+        _measure(cov, h, -dot(n, v), variance, x, gain, False)
+        n = cross(a, n)
+
+
+@numba.njit(cache=True)
+def correct(q: Any, s: Any, x: Any) -> None:
+    """The error found goes into the state, and is zero then."""
+    store(q, multiply(components(q), turn_by(x[0], x[1], x[2])))
+    for i in range(9):
+        s[i] += x[3 + i]
+    x[:] = 0.0
+
+
+@numba.njit(cache=True)
+def keep_in_range(
+    q: Any, s: Any, kind: int, axes: Any, zero: Any, ranges: Any, cov: Any, settings: Any,
+    x: Any, h: Any, gain: Any
+) -> None:
+    """Each angle beyond its limit is drawn back, with the range's tolerance."""
+    for i in range(3):
+        if not (ranges[i, 0] > -math.inf or ranges[i, 1] < math.inf):
+            continue
+        angles, rows = joint_angles(q, kind, axes, zero)
+        angle, row = angles[i], rows[i]
+        beyond = max(angle - ranges[i, 1], 0.0) + min(angle - ranges[i, 0], 0.0)
+        if beyond != 0.0:
+            h[0], h[1], h[2] = row
+            _measure(cov, h, -beyond, settings[RANGE] ** 2, x, gain, False)
+            correct(q, s, x)

@@ -1,0 +1,228 @@
+"""The constrained tracker on known motions, on a recording, and under bad samples."""
+
+import dataclasses
+import math
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from jointed_parts import Errors, Jointed, away
+from tracker_parts import run_tracker
+
+from estimators.constrained import ConstrainedTracker
+from estimators.constrained_posture import joint_angles, posture
+from estimators.joint_constraints import Joint, joint_table, tree
+from fesloop.errors import InputError
+from fesloop.experiment.orientation_metrics import score_recording
+from fesloop.hand import quaternion
+from fesloop.streams.files import open_recording
+
+X, Y, Z = np.eye(3).tolist()
+EACH = (Joint(parent=0, child=1, kind="saddle", child_axis=(1.0, 0.0, 0.0)),
+        Joint(parent=1, child=2, kind="hinge"), Joint(parent=0, child=3, kind="ball"))
+HAND = tuple(dataclasses.replace(joint, ranges_deg=()) for joint in tree("hand16"))
+SENSORS = Errors(bias=math.radians(0.5), walk=1e-4)
+OF_EACH = ConstrainedTracker(sensors=4, joints=EACH)
+SADDLES = (Joint(parent=1, child=3, kind="saddle", parent_axis=tuple(X), child_axis=tuple(Y)),
+           Joint(parent=2, child=4, kind="saddle", parent_axis=tuple(Y), child_axis=tuple(Z)))
+
+
+def tracked(joints, motion, seconds, rate=50, **parameters):
+    """(times, error of the angles, their sd, orientation, reports) of a tracker over a motion."""
+    times = np.arange(int(seconds * rate)) / rate
+    tracker = ConstrainedTracker(sensors=motion.sensors, joints=joints, **parameters)
+    (orientation, angles, sd), reports, _ = run_tracker(tracker, *motion.samples(times), rate=rate)
+    return times, away(angles, motion.angles(times)), sd, orientation, reports
+
+
+def rms_deg(errors):
+    return np.degrees(np.sqrt(np.mean(np.square(errors), axis=0)))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_exact_sensors_give_exact_angles(seed):
+    times, error, _, orientation, _ = tracked(EACH, motion := Jointed(EACH, seed, Errors(noise=0.0)), 20)
+    assert rms_deg(error[times > 10]).max() < 0.5
+    q, _ = motion.poses(times[-1:])
+    for joint in EACH:
+        found, true = (quaternion.relative(each[-1, joint.parent], each[-1, joint.child])
+                       for each in (orientation, q))
+        assert np.degrees(quaternion.rotation_angle(quaternion.relative(found, true))) < 1.0
+
+
+def test_its_intervals_cover_the_truth_of_a_hand():
+    """Errors drawn as the parameters say: mounting 5 deg, axes 5 deg, datasheet noise, bias."""
+    stated = Errors(mounting=math.radians(5), axes=math.radians(5), bias=math.radians(0.5), walk=1e-4)
+    inside = []
+    for seed in range(10):
+        times, error, sd, _, _ = tracked(HAND, Jointed(HAND, seed, stated), 15, rate=100)
+        inside.append(np.abs(error[times > 5]) < 1.96 * sd[times > 5])
+    covered = np.mean(inside)
+    print(f"95 % intervals cover {100 * covered:.1f} %")
+    assert 0.90 <= covered <= 0.99
+
+
+def test_an_hour_leaves_it_as_it_was():
+    motion = Jointed(EACH, 0, Errors(bias=math.radians(0.3), walk=math.radians(0.003)), rest_s=60.0)
+    times, error, _, _, _ = tracked(EACH, motion, 3600, rate=20)
+    first, last = (rms_deg(error[(times > start) & (times <= start + 600)]) for start in (5, 3000))
+    print(f"deg, first and last ten minutes: {first.round(2)}, {last.round(2)}")
+    assert last.max() < 2.5
+    assert last.mean() < 1.3 * first.mean()
+
+
+def test_a_heading_that_nothing_shows_stays_unsure_while_all_is_still():
+    for seed in range(3):
+        _, _, sd, _, reports = tracked(EACH, Jointed(EACH, seed, SENSORS, lively=0.0), 600, rate=20)
+        assert reports[0] == ("unsure", "joint 0-1, 1-2, 0-3")
+        assert not any(status == "sure" and "0-3" in detail for status, detail in reports)
+        assert np.degrees(sd[-1, 3:].max()) > 15.0
+
+
+def test_uncertainty_grows_when_motion_ends():
+    """A ball joint known from motion: in stillness its heading is integrated from there, no better."""
+    times = np.arange(120 * 50) / 50
+    gyr, acc = Jointed(EACH, 1, SENSORS).samples(times[:3000])
+    gyr, acc = (np.concatenate([kind, np.repeat(still, 3000, axis=0)])
+                for kind, still in ((gyr, 0.0 * gyr[-1:]), (acc, acc[-1:])))
+    (_, _, sd), _, _ = run_tracker(OF_EACH, gyr, acc, rate=50)
+    assert sd[-1, 3:].max() > 1.2 * sd[2999, 3:].max()
+    assert (np.diff(sd[3100::100, 3:].max(axis=1)) > 0).all()
+
+
+def test_any_first_heading_is_left_within_seconds():
+    """Hinges know theirs from the first sample; saddles and balls find it in motion."""
+    late = []
+    for seed in range(12):
+        times, error, _, _, _ = tracked(EACH, Jointed(EACH, seed, SENSORS), 12)
+        far = np.abs(error) > math.radians(10)
+        late.append([times[rows].max(initial=0.0) for rows in far.T])
+    print(f"s until within 10 deg, an angle: {np.median(late, axis=0)}, worst {np.max(late, axis=0)}")
+    assert np.max(late, axis=0)[2] < 1.0
+    assert np.median(late, axis=0).max() < 2.0
+
+
+def test_ranges_hold_a_joint_that_nothing_else_does():
+    limited = (Joint(parent=0, child=1, kind="ball", ranges_deg=((-30.0, 30.0),) * 3),)
+    gyr = np.zeros((2000, 2, 3))
+    gyr[:, 1, 2] = 0.05
+    acc = np.tile([0.0, 0.0, 9.81], (2000, 2, 1))
+    (_, free, _), _, _ = run_tracker(ConstrainedTracker(sensors=2, joints=(
+        Joint(parent=0, child=1, kind="ball"),)), gyr, acc, rate=50)
+    (_, held, _), _, _ = run_tracker(ConstrainedTracker(sensors=2, joints=limited), gyr, acc, rate=50)
+    assert np.degrees(free.max()) > 90.0
+    assert np.degrees(held.max()) < 36.0
+
+
+def reversed_in_time(recording):
+    """The recording played backwards."""
+    reference, last = recording.reference, recording.stamps_ns[-1]
+    kept = reference.stamps_ns <= last
+    backwards = (last - reference.stamps_ns[kept])[::-1].copy()
+    return dataclasses.replace(
+        recording, gyr=-recording.gyr[::-1], acc=recording.acc[::-1].copy(), mag=None,
+        reference=dataclasses.replace(reference, stamps_ns=backwards, scored=backwards >= 5_000_000_000,
+                                      orientation=reference.orientation[kept][::-1].copy()))
+
+
+def biased(recording):
+    bias = np.radians(0.5) * np.random.default_rng(0).normal(size=(1, 5, 3))
+    return dataclasses.replace(recording, gyr=recording.gyr + bias)
+
+
+@pytest.mark.parametrize("changed", [lambda recording: recording, reversed_in_time, biased],
+                         ids=["as_recorded", "reversed", "biased"])
+@pytest.mark.parametrize(("sensor_set", "hinge_bar", "saddle_bar"),
+                         [("rigid", 3.8, 5.5), ("nonrigid", 5.8, 8.5)])
+def test_joints_of_the_chain(recordings, sensor_set, hinge_bar, saddle_bar, changed):
+    recording = changed(open_recording(str(recordings / "chain5" / "trial1.npz"), sensor_set))
+    for joints, apart, bar in (((), 1, hinge_bar), (SADDLES, 2, saddle_bar)):
+        tracker = ConstrainedTracker(sensors=5, joints=joints)
+        (orientation, _, _), _, _ = run_tracker(tracker, recording.gyr, recording.acc, rate=40)
+        score = score_recording(recording, recording.stamps_ns, orientation, "relative")
+        names = [f"seg{i}-seg{i + apart}" for i in range(2, 6 - apart)]
+        pairs = [score["orientation_rmse_deg"][name]["total"] for name in names]
+        print(f"{sensor_set}: {np.round(pairs, 2)}, mean {np.mean(pairs):.2f} deg")
+        assert np.mean(pairs) <= bar
+
+
+def test_lost_and_clipped_samples_stop_their_joints_and_cost_certainty():
+    times = np.arange(600) / 50
+    gyr, acc = Jointed(EACH, 2, SENSORS).samples(times)
+    clean, _, _ = run_tracker(OF_EACH, gyr, acc, rate=50)
+    gyr[400:410, 2, 1], acc[450, 3] = np.nan, 0.0
+    gyr[470, 2, 0] = math.radians(2000.0)
+    (orientation, angles, sd), reports, _ = run_tracker(OF_EACH, gyr, acc, rate=50)
+    assert np.isfinite(orientation).all()
+    assert np.isfinite(angles).all()
+    np.testing.assert_array_equal(angles[:500, :2], clean[1][:500, :2])
+    assert (np.diff(sd[399:410, 2]) > 0).all()
+    assert sd[409, 2] > 2 * clean[2][409, 2]
+    told = [(status, detail) for status, detail in reports if "sensor" in detail]
+    assert [each for each in told if each[0] != "samples_sound"] == [
+        ("lost_sample", "sensor 2"), ("lost_sample", "sensor 3"), ("clipped_sample", "sensor 2")]
+
+
+def test_a_sensor_that_never_speaks_leaves_its_joint_unknown():
+    times = np.arange(200) / 50
+    gyr, acc = Jointed(EACH, 2, SENSORS).samples(times)
+    gyr[:, 2], acc[:, 2] = np.nan, np.nan
+    (orientation, angles, sd), reports, _ = run_tracker(OF_EACH, gyr, acc, rate=50)
+    assert np.isfinite(orientation).all()
+    assert (angles[:, 2] == 0.0).all()
+    assert (sd[:, 2] == math.pi).all()
+    assert not any(status == "sure" and "1-2" in detail for status, detail in reports)
+
+
+@given(at=st.integers(0, 119))
+@settings(deadline=None, max_examples=10)
+def test_stop_save_restore_continue_equals_uninterrupted(at):
+    kinds = Jointed(EACH, 3, SENSORS).samples(np.arange(120) / 50)
+    whole, _, _ = run_tracker(OF_EACH, *kinds)
+    _, _, state = run_tracker(OF_EACH, *kinds, last=at) if at else (None, None, None)
+    rest, _, _ = run_tracker(OF_EACH, *kinds, state=pickle.loads(pickle.dumps(state)), first=at)
+    for all_of_it, part in zip(whole, rest, strict=True):
+        np.testing.assert_array_equal(all_of_it[at:], part)
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from(EACH))
+@settings(deadline=None, max_examples=40)
+def test_derivatives_of_joint_angles_are_those_of_differences(seed, joint):
+    rng = np.random.default_rng(seed)
+    table = joint_table((dataclasses.replace(joint, parent=0, child=1),), 2)
+    turns = rng.uniform(-1.0, 1.0, joint.angles)
+    axes = [*joint.axes] if joint.kind != "ball" else np.eye(3)[[2, 0, 1]]
+    q = np.array([1.0, 0.0, 0.0, 0.0])
+    for axis, turn in zip(axes, turns, strict=False):
+        q = quaternion.multiply(q, quaternion.from_axis_angle(axis, turn))
+    of = (table.kinds[0], table.axes[0], table.zero[0])
+    angles, rows = joint_angles(q, *of)
+    np.testing.assert_allclose(angles[:joint.angles], turns, atol=1e-9)
+    for k in range(3):
+        small = quaternion.from_axis_angle(np.eye(3)[k], 1e-6)
+        ahead, _ = joint_angles(quaternion.multiply(q, small), *of)
+        back, _ = joint_angles(quaternion.multiply(q, quaternion.conjugate(small)), *of)
+        for i in range(joint.angles):
+            assert rows[i][k] == pytest.approx((ahead[i] - back[i]) / 2e-6, abs=1e-4)
+
+
+def test_what_a_hinge_forbids_is_shared_by_the_sds():
+    table = joint_table((Joint(parent=0, child=1, kind="hinge"),), 2)
+    q = quaternion.multiply(quaternion.about_z(0.4), quaternion.from_axis_angle([1.0, 0.0, 0.0], 0.2))
+    for mounting, axis, left in ((5.0, 5.0, 0.1), (1.0, 3.0, 0.18), (3.0, 1.0, 0.02)):
+        orientation, angles, _, _ = posture(
+            np.array([[1.0, 0.0, 0.0, 0.0]]), q[np.newaxis], np.zeros((1, 12, 12)), table.roots,
+            table.ends, table.kinds, table.axes, table.zero, table.first_angle, 1, mounting, axis)
+        assert quaternion.tilt_z(orientation[1]) == pytest.approx(left, abs=1e-9)
+        assert angles[0] == pytest.approx(0.4, abs=1e-9)
+
+
+@pytest.mark.parametrize("wrong", [
+    {"sensors": -1}, {"axis_sd_deg": 0.0}, {"force_sd": float("nan")}, {"tree": "hnad16"},
+    {"sensors": 4, "tree": "chain5"}, {"joints": (Joint(parent=0, child=4, kind="ball"),), "sensors": 3}])
+def test_impossible_parameters_are_refused(wrong):
+    name = "joints" if "joints" in wrong else list(wrong)[-1]
+    with pytest.raises(InputError, match=name):
+        ConstrainedTracker(**wrong)
