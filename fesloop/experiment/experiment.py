@@ -89,8 +89,9 @@ class Score:
             faults.append(InputError("score.recording", "is missing", ", ".join(players) or "no node does",
                                      "name the node whose recording holds the reference"))
         shapes = {name: port.shape for node in nodes for name, port in _outputs(node)}
-        joints = shapes.get(self.truth or self.estimate or "", ())
-        if self.joints and joints != (len(self.joints),):
+        named = self.truth or self.estimate
+        joints = shapes.get(named or "", ())
+        if self.joints and joints != (len(self.joints),) and (named is None or named in shapes):
             faults.append(InputError("score.joints", f"{len(self.joints)} names",
                                      f"as many as the signals have values: {joints}"))
         return faults

@@ -73,6 +73,7 @@ def faults_of(tmp_path, *changes):
     ("experiment.duration_s=2020-01-01", "experiment.duration_s", "a number"),
     ("score.after_s=1.0", "score.after_s", "below 1 s"),
     ("score.truth=finger.angel", "score.truth", "finger.angles"),
+    ('score.joints=["MCP"]', "score.joints", "as many as the signals have values"),
     ("record.plant_rate=0", "record.plant_rate", "a positive rate"),
 ])
 def test_a_wrong_value_is_one_line_with_file_key_and_what_is_allowed(setting, place, allowed):
@@ -90,6 +91,11 @@ def test_all_faults_are_named_at_once():
     assert len(lines) == len(places)
     for place in places:
         assert any(place in line for line in lines)
+
+
+def test_names_of_joints_are_not_held_against_a_signal_that_is_not_there():
+    line, = faults_with('score.joints=["MCP", "PIP", "DIP"]', "score.truth=finger.angel")
+    assert "score.truth" in line
 
 
 def test_faults_that_only_the_objects_know_are_all_named():
