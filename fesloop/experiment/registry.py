@@ -38,6 +38,8 @@ def find(kind: str) -> type[Any]:
     try:
         return cast("type[Any]", entry.load())
     except (ImportError, AttributeError) as fault:
+        if isinstance(fault.__cause__ or fault.__context__, KeyboardInterrupt):
+            raise KeyboardInterrupt from fault  # a module in C says "initialization failed" instead
         raise InputError("kind", f"block kind {kind!r} ({entry.value}) does not import: {fault}",
                          remedy="reinstall the package that provides it") from fault
 

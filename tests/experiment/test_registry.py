@@ -1,0 +1,38 @@
+"""Block kinds: what a package that does not import amounts to."""
+
+import pytest
+
+from fesloop.errors import InputError
+from fesloop.experiment import registry
+
+
+class Broken:
+    """An entry point whose package ends in an error."""
+
+    value = "broken.package:Block"
+
+    def __init__(self, cause):
+        self.cause = cause
+
+    def load(self):
+        raise ImportError("initialization failed") from self.cause
+
+
+@pytest.fixture
+def broken(monkeypatch):
+    """Makes `kind` one whose package ends in an error with this cause."""
+    def make(kind, cause):
+        monkeypatch.setattr(registry, "_entries", lambda: {kind: Broken(cause)})
+    return make
+
+
+def test_a_package_that_does_not_import_is_named(broken):
+    broken("broken_kind", None)
+    with pytest.raises(InputError, match=r"'broken_kind' \(broken\.package:Block\) does not import: init"):
+        registry.find("broken_kind")
+
+
+def test_an_interrupt_while_importing_is_an_interrupt(broken):
+    broken("interrupted_kind", KeyboardInterrupt())
+    with pytest.raises(KeyboardInterrupt):
+        registry.find("interrupted_kind")
