@@ -11,7 +11,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.constrained_filter import advance
+from estimators.constrained_filter import DOUBTED, LOST, SOUND, advance
 from estimators.constrained_measurements import N
 from estimators.constrained_posture import posture
 from estimators.heading import first_orientation
@@ -46,7 +46,7 @@ class ConstrainedState:
     rest: (joints, 13), gyroscope bias, lever arms, mean force, time unseen.
     covariance: (joints, 12, 12), of the error state.
     gyr, acc: (2, n, 3), the sample before and the newest.
-    seen: (2, n), whether each is to be believed.
+    seen: (2, n), LOST, DOUBTED or SOUND, each of these.
     unsure: (joints,), whose angles have been reported as unsure.
     ticks: number of the next tick.
     begun: whether every joint has begun.
@@ -60,7 +60,7 @@ class ConstrainedState:
     covariance: Array
     gyr: Array
     acc: Array
-    seen: NDArray[np.bool_]
+    seen: NDArray[np.int64]
     unsure: NDArray[np.bool_]
     ticks: int = 0
     begun: bool = False
@@ -81,8 +81,9 @@ class ConstrainedTracker:
     turn (see Joint); `angle_sd` (a,), rad, their standard deviations.
 
     A joint is reported as "unsure" when the sd of one of its angles rises above `unsure_deg`, and as
-    "sure" when all are below again. Through a lost or clipped sample the joints of that sensor stand
-    still and their sd grows; before the first sound one they are at zero with the sd of no knowledge.
+    "sure" when all are well below again. Through a lost sample the joints of that sensor stand still, a
+    clipped one still moves them; their sd grows. Before the first sound one they are at zero with the sd
+    of no knowledge.
 
     Attributes
     ----------
@@ -176,7 +177,7 @@ class ConstrainedTracker:
             q=np.full((joints, 4), np.nan), rest=np.zeros((joints, 13)),
             covariance=np.zeros((joints, N, N)),
             gyr=np.zeros((2, self.sensors, 3)), acc=np.zeros((2, self.sensors, 3)),
-            seen=np.zeros((2, self.sensors), dtype=np.bool_), unsure=np.zeros(joints, dtype=np.bool_))
+            seen=np.zeros((2, self.sensors), dtype=np.int64), unsure=np.zeros(joints, dtype=np.bool_))
 
     def step(self, state: ConstrainedState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """One sample of every sensor."""
@@ -198,7 +199,7 @@ class ConstrainedTracker:
 
     def _begin(self, state: ConstrainedState, table: JointTable) -> None:
         """Joints whose sensors both give a sound sample for the first time."""
-        both = state.seen[1, table.ends].all(axis=1)
+        both = (state.seen[1, table.ends] == SOUND).all(axis=1)
         axis_sd = math.radians(math.hypot(self.axis_sd_deg, self.mounting_sd_deg))
         for j in np.flatnonzero(both & np.isnan(state.q[:, 0])):
             up = state.acc[1, table.ends[j]]
@@ -238,12 +239,15 @@ class ConstrainedTracker:
 def _take(state: ConstrainedState, table: JointTable, inputs: Sequence[Sample], sound: bool) -> None:
     """One period on with the samples that stand at the inputs."""
     state.seen[0] = state.seen[1]
-    np.equal(state.watch.codes, 0, out=state.seen[1])
+    state.seen[1] = SOUND
     for kept, given in ((state.gyr, inputs[0].value), (state.acc, inputs[1].value)):
         kept[0] = kept[1]
         kept[1] = given
     usable = state.watch.usable()
+    if state.watch.codes.any():
+        state.seen[1, state.watch.codes != 0] = DOUBTED
     if not sound:
+        state.seen[1, ~usable] = LOST
         state.gyr[1, ~usable] = 0.0
         state.acc[1, ~usable] = 0.0
     gyr, acc = state.gyr[1].take(table.roots, axis=0), state.acc[1].take(table.roots, axis=0)

@@ -38,6 +38,9 @@ from estimators.constrained_measurements import (
 from estimators.constrained_vectors import components, rotated, store, turn_by
 from fesloop.hand.quaternion_kernels import multiply
 
+LOST, DOUBTED, SOUND = range(3)
+"""What a sample is good for."""
+
 
 @numba.njit(cache=True)
 def advance(
@@ -53,7 +56,8 @@ def advance(
         sample has been missing, s; changed. covariance: (joints, 12, 12), changed.
     ends, kinds, axes, zero, ranges: as of JointTable.
     gyr, acc: (2, n, 3), the sample before and this one.
-    seen: (2, n), bool, whether each is to be believed.
+    seen: (2, n), LOST, DOUBTED or SOUND: a lost sample stops its joints, a doubted one (clipped) still
+        moves them, and both cost certainty.
     settings: (10,), see PERIOD and the following.
     """
     x, h, gain, levers = np.empty(N), np.zeros(N), np.empty(N), np.empty((2, 3, 3))
@@ -62,19 +66,20 @@ def advance(
         if np.isnan(q[j, 0]):
             continue
         p, c = ends[j, 0], ends[j, 1]
-        now = seen[1, p] and seen[1, c]
+        worst = min(seen[1, p], seen[1, c])
         at, s, cov = q[j], rest[j], covariance[j]
         x[:] = 0.0
         wp, wc = _rate(gyr, seen, p), _rate(gyr, seen, c)
-        if now:
+        if worst > LOST:
             _turn(at, s, wp, wc, 0.5 * period)
-            if seen[0, p] and seen[0, c]:
+            if min(worst, seen[0, p], seen[0, c]) == SOUND:
                 shared_acceleration(at, s, cov, gyr, acc, p, c, settings, x, h, gain, levers)
         axes_agree(at, kinds[j], axes[j], cov, settings, x, h, gain)
         correct(at, s, x)
         keep_in_range(at, s, kinds[j], axes[j], zero[j], ranges[j], cov, settings, x, h, gain)
-        if now:
+        if worst > LOST:
             _turn(at, s, wp, wc, 0.5 * period)
+        if worst == SOUND:
             _spread(cov, s, wc, period, settings[TURN] ** 2 * period, settings[BIAS_WALK] ** 2 * period)
             s[12] = 0.0
         else:
@@ -88,7 +93,7 @@ def advance(
 @numba.njit(cache=True)
 def _rate(gyr: Any, seen: Any, i: int) -> Any:
     """Mean of both samples' rates, or this one's where only it was seen."""
-    return mean_of(gyr, i) if seen[0, i] else (gyr[1, i, 0], gyr[1, i, 1], gyr[1, i, 2])
+    return mean_of(gyr, i) if seen[0, i] > LOST else (gyr[1, i, 0], gyr[1, i, 1], gyr[1, i, 2])
 
 
 @numba.njit(cache=True)

@@ -9,7 +9,9 @@ joint leaves all three. Any joint may be limited to a range.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -17,6 +19,9 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.hand import quaternion
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.segments import AXES, SegmentTree
+from fesloop.hand.skeleton import hand_tree
 
 Array = NDArray[np.float64]
 Axis = tuple[float, float, float]
@@ -171,24 +176,41 @@ def _chain5() -> tuple[Joint, ...]:
     return (Joint(parent=0, child=1, kind="ball"), *hinges)
 
 
-def _finger(first: int) -> tuple[Joint, ...]:
-    """MCP, PIP and DIP of a finger whose proximal sensor is number `first`, the hand's being 0."""
-    flexion: tuple[Range, ...] = ((-20.0, 100.0),)
-    return (Joint(parent=0, child=first, kind="saddle", parent_axis=Z, child_axis=X),
-            Joint(parent=first, child=first + 1, kind="hinge", ranges_deg=flexion),
-            Joint(parent=first + 1, child=first + 2, kind="hinge", ranges_deg=flexion))
+def joints_of(tree: SegmentTree, sensed: Sequence[str]) -> tuple[Joint, ...]:
+    """Joints between the sensed segments of a tree, their sensors numbered as `sensed` names them.
+
+    A segment whose parent is not sensed, or is joined to it rigidly, is left without a joint: it is a
+    root. Raises InputError for names that are not of the tree, and for a tilted ball joint.
+    """
+    numbers = {name: number for number, name in enumerate(sensed)}
+    joints = []
+    for name in sensed:
+        tree.index(name)
+    for segment in tree.segments:
+        if segment.name not in numbers or segment.parent not in numbers or segment.joint == "fixed":
+            continue
+        if segment.joint == "ball" and segment.axes not in ((), AXES):
+            raise InputError(f"segment {segment.name!r}: axes", f"{segment.axes}",
+                             f"of a ball joint {AXES}")
+        first, second = segment.frame[:2].tolist()
+        child_axis = first if segment.joint == "hinge" else second
+        joints.append(Joint(
+            parent=numbers[segment.parent], child=numbers[segment.name], kind=segment.joint,
+            parent_axis=tuple(first), child_axis=tuple(child_axis),
+            ranges_deg=tuple((math.degrees(low), math.degrees(high)) for low, high in segment.ranges)))
+    return tuple(joints)
 
 
-def _hand() -> tuple[Joint, ...]:
-    thumb = (Joint(parent=0, child=1, kind="ball"), Joint(parent=1, child=2, kind="hinge"),
-             Joint(parent=2, child=3, kind="hinge"))
-    return sum((_finger(first) for first in (4, 7, 10, 13)), thumb)
+def _hand(first: int) -> tuple[Joint, ...]:
+    """The hand's joints with sensors on its segments from number `first` on."""
+    segments = hand_tree(HandSize())
+    return joints_of(segments, segments.names[first:])
 
 
-TREES = {"chain5": _chain5, "hand16": _hand}
-"""Trees by name. chain5: ball joint, then hinges about x, y, z (`fesloop.streams.chain5`). hand16: back
-of the hand, then metacarpal, proximal, distal of F1 and proximal, middle, distal of F2 to F5; z flexes,
-x abducts; PIP and DIP from -20 to 100 deg (doi 10.3390/s19010208)."""
+TREES: dict[str, Callable[[], tuple[Joint, ...]]] = {
+    "chain5": _chain5, "hand16": partial(_hand, 1), "hand17": partial(_hand, 0)}
+"""Trees by name. chain5: ball joint, then hinges about x, y, z (`fesloop.streams.chain5`). hand17: every
+segment of the hand (`fesloop.hand.skeleton`), hand16: all but the forearm; in the tree's order."""
 
 
 def tree(name: str) -> tuple[Joint, ...]:

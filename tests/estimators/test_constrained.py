@@ -165,6 +165,19 @@ def test_lost_and_clipped_samples_stop_their_joints_and_cost_certainty():
         ("lost_sample", "sensor 2"), ("lost_sample", "sensor 3"), ("clipped_sample", "sensor 2")]
 
 
+def test_a_clipped_rate_still_moves_its_joint():
+    gyr = np.zeros((100, 2, 3))
+    gyr[50:60, 1, 2] = math.radians(2000.0)
+    acc = np.tile([0.0, 9.81, 0.0], (100, 2, 1))
+    turn = np.clip(np.arange(100) - 49, 0, 10) * math.radians(2000.0) / 500
+    acc[:, 1] = 9.81 * np.stack([np.sin(turn), np.cos(turn), 0.0 * turn], axis=1)
+    tracker = ConstrainedTracker(sensors=2, joints=(Joint(parent=0, child=1, kind="hinge"),))
+    (_, angles, sd), reports, _ = run_tracker(tracker, gyr, acc, rate=500)
+    assert np.degrees(away(angles[60:, 0], turn[60:])).max() < 5.0
+    assert sd[59, 0] > sd[49, 0]
+    assert ("clipped_sample", "sensor 1") in reports
+
+
 def test_a_sensor_that_never_speaks_leaves_its_joint_unknown():
     times = np.arange(200) / 50
     gyr, acc = Jointed(EACH, 2, SENSORS).samples(times)

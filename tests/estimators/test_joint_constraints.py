@@ -5,9 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from estimators.joint_constraints import TREES, Joint, joint_table, tree
+from estimators.constrained_posture import joint_angles
+from estimators.joint_constraints import TREES, Joint, joint_table, joints_of, tree
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.kinematics import segment_poses
+from fesloop.hand.skeleton import hand_tree
 
 
 @pytest.mark.parametrize(("wrong", "match"), [
@@ -30,7 +34,8 @@ def test_joints_that_form_no_tree_are_refused(ends, match):
 
 
 def test_trees_may_be_several_and_a_sensor_alone():
-    table = joint_table((Joint(parent=1, child=3, kind="ball"), Joint(parent=2, child=4, kind="hinge")), 6)
+    joints = Joint(parent=1, child=3, kind="ball"), Joint(parent=2, child=4, kind="hinge")
+    table = joint_table(joints, 6)
     assert table.roots.tolist() == [0, 1, 2, 5]
     assert table.first_angle.tolist() == [0, 3]
     assert table.angles == 4
@@ -54,15 +59,43 @@ def test_opposite_axes_are_a_half_turn_apart():
     np.testing.assert_allclose(turned, [0.0, 0.0, 1.0], atol=1e-12)
 
 
-def test_the_hand_has_one_joint_a_finger_segment():
-    joints = tree("hand16")
-    table = joint_table(joints, 16)
+def test_the_hand_has_the_joints_of_its_tree():
+    segments = hand_tree(HandSize())
+    table = joint_table(tree("hand17"), 17)
     assert table.roots.tolist() == [0]
-    assert table.angles == 21  # 23 of the hand without the wrist's two (doi 10.3390/s19010208)
-    assert sorted(joint.child for joint in joints) == list(range(1, 16))
+    assert table.angles == len(segments.freedoms) == 23  # doi 10.3390/s19010208, section 2.2
+    assert joint_table(tree("hand16"), 16).angles == 21  # without the wrist's two
+    limits = np.concatenate([ranges[:kind + 1]
+                             for ranges, kind in zip(table.ranges, table.kinds, strict=True)])
+    np.testing.assert_allclose(limits, segments.ranges, atol=1e-12)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(deadline=None, max_examples=20)
+def test_joint_angles_are_those_of_the_kinematics(seed):
+    segments = hand_tree(HandSize())
+    angles = np.random.default_rng(seed).uniform(-1.0, 1.0, 23)
+    orientation, _ = segment_poses(segments, angles)
+    table = joint_table(tree("hand17"), 17)
+    found = []
+    for (p, c), kind, axes, zero in zip(table.ends, table.kinds, table.axes, table.zero, strict=True):
+        q = quaternion.relative(orientation[p], orientation[c])
+        found += joint_angles(q, kind, axes, zero)[0][:kind + 1]
+    np.testing.assert_allclose(found, angles, atol=1e-9)
+
+
+def test_a_strip_left_off_leaves_its_joints_out():
+    names = [name for name in hand_tree(HandSize()).names if not name.startswith("F3")]
+    joints = joints_of(hand_tree(HandSize()), names)
+    assert len(joints) == len(names) - 1
+    assert joint_table(joints, len(names)).roots.tolist() == [0]
+    without_middle = joints_of(hand_tree(HandSize()), ["hand", "F2p", "F2d"])
+    assert [(joint.parent, joint.child) for joint in without_middle] == [(0, 1)]
+    with pytest.raises(InputError, match="F9p"):
+        joints_of(hand_tree(HandSize()), ["hand", "F9p"])
 
 
 def test_unknown_trees_are_named():
     with pytest.raises(InputError, match="did you mean 'hand16'"):
         tree("hand6")
-    assert all(joint_table(tree(name), 16).angles for name in TREES)
+    assert all(joint_table(tree(name), 17).angles for name in TREES)
