@@ -11,7 +11,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.constrained_filter import DOUBTED, LOST, SOUND, advance
+from estimators.constrained_filter import SOUND, admit, advance
 from estimators.constrained_measurements import N
 from estimators.constrained_posture import posture
 from estimators.heading import first_orientation
@@ -238,20 +238,13 @@ class ConstrainedTracker:
 
 def _take(state: ConstrainedState, table: JointTable, inputs: Sequence[Sample], sound: bool) -> None:
     """One period on with the samples that stand at the inputs."""
-    state.seen[0] = state.seen[1]
-    state.seen[1] = SOUND
-    for kept, given in ((state.gyr, inputs[0].value), (state.acc, inputs[1].value)):
-        kept[0] = kept[1]
-        kept[1] = given
-    usable = state.watch.usable()
-    if state.watch.codes.any():
-        state.seen[1, state.watch.codes != 0] = DOUBTED
-    if not sound:
-        state.seen[1, ~usable] = LOST
-        state.gyr[1, ~usable] = 0.0
-        state.acc[1, ~usable] = 0.0
-    gyr, acc = state.gyr[1].take(table.roots, axis=0), state.acc[1].take(table.roots, axis=0)
-    state.roots.update_only(usable[table.roots], gyr, acc, None)
+    codes, roots = state.watch.codes, table.roots
+    admit(inputs[0].value, inputs[1].value, codes, state.gyr, state.acc, state.seen)
+    gyr, acc = state.gyr[1].take(roots, axis=0), state.acc[1].take(roots, axis=0)
+    if sound:
+        state.roots.update(gyr, acc, None)
+    else:
+        state.roots.update_only(state.watch.usable()[roots], gyr, acc, None)
     advance(state.q, state.rest, state.covariance, table.ends, table.kinds, table.axes, table.zero,
             table.ranges, state.gyr, state.acc, state.seen, state.settings)
 

@@ -36,6 +36,7 @@ from estimators.constrained_measurements import (
     shared_acceleration,
 )
 from estimators.constrained_vectors import components, rotated, store, turn_by
+from estimators.samples import LOST as MISSING
 from fesloop.hand.quaternion_kernels import multiply
 
 LOST, DOUBTED, SOUND = range(3)
@@ -88,6 +89,22 @@ def advance(
             s[12] += period
             for i in range(3):
                 cov[i, i] += settings[UNSEEN] ** 2 * (s[12] ** 2 - before ** 2)
+
+
+@numba.njit(cache=True)
+def admit(new_gyr: Any, new_acc: Any, codes: Any, gyr: Any, acc: Any, seen: Any) -> None:
+    """Move the newest sample to before and the new one, (n, 3) each, in; a lost one is kept as zero.
+
+    `codes` (n,) are those of `estimators.samples`; `gyr`, `acc`, `seen` as of `advance`.
+    """
+    for i in range(codes.size):
+        lost = codes[i] & MISSING != 0
+        seen[0, i] = seen[1, i]
+        seen[1, i] = LOST if lost else SOUND if codes[i] == 0 else DOUBTED
+        for k in range(3):
+            gyr[0, i, k], acc[0, i, k] = gyr[1, i, k], acc[1, i, k]
+            gyr[1, i, k] = 0.0 if lost else new_gyr[i, k]
+            acc[1, i, k] = 0.0 if lost else new_acc[i, k]
 
 
 @numba.njit(cache=True)

@@ -181,13 +181,11 @@ def keep_in_range(
     x: Any, h: Any, gain: Any
 ) -> None:
     """Each angle beyond its limit is drawn back, with the range's tolerance."""
-    for i in range(3):
-        if not (ranges[i, 0] > -math.inf or ranges[i, 1] < math.inf):
-            continue
-        angles, rows = joint_angles(q, kind, axes, zero)
-        angle, row = angles[i], rows[i]
-        beyond = max(angle - ranges[i, 1], 0.0) + min(angle - ranges[i, 0], 0.0)
+    angles, rows = joint_angles(q, kind, axes, zero)
+    for i in range(kind + 1):
+        beyond = max(angles[i] - ranges[i, 1], 0.0) + min(angles[i] - ranges[i, 0], 0.0)
         if beyond != 0.0:
-            h[0], h[1], h[2] = row
+            h[0], h[1], h[2] = rows[i]
             _measure(cov, h, -beyond, settings[RANGE] ** 2, x, gain, False)
             correct(q, s, x)
+            angles, rows = joint_angles(q, kind, axes, zero)
