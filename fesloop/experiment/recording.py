@@ -21,6 +21,7 @@ import itertools
 import json
 import platform
 import secrets
+import shutil
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import metadata
@@ -30,7 +31,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from fesloop.errors import InputError
+from fesloop.errors import InputError, RunError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.rows import (
     BLOCK_STAMPS,
@@ -52,6 +53,8 @@ from fesloop.loop.signals import Port
 FORMAT = "fesloop recording 1"
 STATUS_TYPE = np.dtype("S16")
 _CHUNK_BYTES = 32768
+_ROOM_BYTES = 2**24
+"""What stays free on the disk (chosen): chunks are written whole, and the end of a run has to be noted."""
 _PACKAGES = ("fesloop", "numpy", "scipy", "numba", "h5py", "vqf", "osqp", "daqp", "fmpy")
 
 
@@ -90,6 +93,7 @@ class RecordingWriter:
                         for node in plants for number, port in enumerate(node.part.inputs)}
         self._events = self._dataset("events", EVENT)
         self._messages = self._dataset("messages", MESSAGES)
+        self._full = False
 
     def _describe(self, experiment: Experiment) -> None:
         """Everything that is known before the first tick."""
@@ -133,24 +137,42 @@ class RecordingWriter:
         return self._file.create_dataset(path, shape=(0,), maxshape=(None,), chunks=(rows,), dtype=dtype)
 
     def write(self, recorder: Recorder, trial: int) -> None:
-        """Append what the recorder holds and bring it to the disk's care."""
+        """Append what the recorder holds and bring it to the disk's care.
+
+        Raises RunError where the disk has no room left; what comes after that is not written.
+        """
         blocks, plants, inputs, events = recorder.drain()
+        tables: list[tuple[h5py.Dataset, Rows]] = []
         for name, rows in blocks.items():
-            _append(self._blocks[name], block_rows(self._blocks[name].dtype, rows, trial))
+            tables.append((self._blocks[name], block_rows(self._blocks[name].dtype, rows, trial)))
         for name, stacks in plants.items():
-            _append(self._plants[name], plant_rows(self._plants[name].dtype, stacks, trial))
+            tables.append((self._plants[name], plant_rows(self._plants[name].dtype, stacks, trial)))
         for name, changes in inputs.items():
             for number in {row[1] for row in changes}:
                 dataset = self._inputs[name, number]
                 of_port = [row for row in changes if row[1] == number]
-                _append(dataset, input_rows(dataset.dtype, of_port, trial))
-        _append(self._events, event_rows(events, trial))
+                tables.append((dataset, input_rows(dataset.dtype, of_port, trial)))
+        tables.append((self._events, event_rows(events, trial)))
+        self._append(tables)
+
+    def _append(self, tables: Sequence[tuple[h5py.Dataset, Rows]]) -> None:
+        """Append rows, where there is room: HDF5 does not survive a write that fails."""
+        if self._full or not tables:
+            return
+        free = _free_bytes(self.path)
+        if free < _ROOM_BYTES + sum(rows.nbytes for _, rows in tables):
+            self._full = True
+            raise RunError(f"{self.path}: the disk is full, {free / 1e6:.0f} MB are left; make room, or "
+                           "record into another folder")
+        for dataset, rows in tables:
+            _append(dataset, rows)
         self._file.flush()
 
     def write_step_times(self, blocks: Mapping[str, TimedBlock]) -> None:
         """Append how long the steps of timed blocks took."""
-        for name, block in blocks.items():
-            _append(self._step_times[name], np.array(block.durations_ns, np.int64))
+        self._append([(self._step_times[name], np.array(block.durations_ns, np.int64))
+                      for name, block in blocks.items()])
+        for block in blocks.values():
             block.durations_ns.clear()
 
     def write_messages(self, loop: Loop) -> None:
@@ -158,7 +180,7 @@ class RecordingWriter:
         counts = loop.message_counts().values()
         rows = [(loop.trial, number, each["sent"], each["lost"], each["late"])
                 for number, each in enumerate(counts)]
-        _append(self._messages, np.array(rows, MESSAGES))
+        self._append([(self._messages, np.array(rows, MESSAGES))])
 
     def close(self, status: str, seconds: float, deadlines: tuple[int, int, float] = (0, 0, 0.0)) -> None:
         """Write how the run ended and close the file.
@@ -176,6 +198,10 @@ def _draft(folder: Path, name: str) -> tuple[Path, h5py.File]:
     """A file under a hidden name, until it is one that can be read."""
     draft = folder / f".{name}-{secrets.token_hex(8)}.h5"
     try:
+        free = _free_bytes(folder)
+        if free < _ROOM_BYTES:
+            raise InputError(f"--out {folder}", f"the disk is full, {free / 1e6:.0f} MB are left",
+                             f"{_ROOM_BYTES / 1e6:.0f} MB or more", "make room, or give another folder")
         folder.mkdir(parents=True, exist_ok=True)
         return draft, h5py.File(draft, "w", libver="latest")
     except OSError as fault:
@@ -198,6 +224,12 @@ def _publish(draft: Path, folder: Path, name: str) -> Path:
         draft.unlink()
         return path
     raise AssertionError("numbers do not end")
+
+
+def _free_bytes(path: Path) -> int:
+    """Room on the disk of a path, or of where it will be made."""
+    there = next(each for each in (path, *path.absolute().parents) if each.exists())
+    return shutil.disk_usage(there).free
 
 
 def _append(dataset: h5py.Dataset, rows: Rows) -> None:

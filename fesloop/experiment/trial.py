@@ -183,7 +183,8 @@ def run(experiment: Experiment, out: Path, *, realtime: bool = False,
         try:
             status, cause = _outcome(this)
         finally:
-            this.flush()
+            with suppress(RunError):
+                this.flush()
             wall_s = time.perf_counter() - began
             late = (pacer.deadlines, pacer.missed, pacer.worst_late_ns / NS_PER_S) if pacer else (0, 0, 0.0)
             writer.close(status, wall_s, late)

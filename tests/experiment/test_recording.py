@@ -17,6 +17,7 @@ import pytest
 import fesloop
 from fesloop import Experiment, InputError, Recording
 from fesloop.experiment.parse import from_document
+from fesloop.experiment.trial import run
 from fesloop.loop.signals import Port
 
 SMALL = Path(__file__).parent / "small.toml"
@@ -235,3 +236,23 @@ def test_ctrl_c_keeps_a_readable_recording(tmp_path):
         assert recording.status == "interrupted"
         assert recording.signal("finger.angles").times_ns.size
     h5py.File(path, "r").close()
+
+
+def test_a_disk_that_fills_up_ends_the_run_and_leaves_a_whole_recording(tmp_path, monkeypatch):
+    """HDF5 crashes on a write that fails, so none may."""
+    free = iter([10**12] * 6)
+    monkeypatch.setattr("fesloop.experiment.trial._FLUSH_WALL_S", 0.0)
+    monkeypatch.setattr("fesloop.experiment.recording._free_bytes", lambda path: next(free, 10**6))
+    result = run(fesloop.load(SMALL), tmp_path)
+    assert result.status == "failed"
+    assert "the disk is full, 1 MB are left" in result.cause
+    with Recording(result.recording) as recording:
+        assert recording.status == "failed"
+        assert 0 < recording.signal("finger.angles").times_ns.size < 1000
+
+
+def test_a_full_disk_is_found_before_the_run(tmp_path, monkeypatch):
+    monkeypatch.setattr("fesloop.experiment.recording._free_bytes", lambda path: 10**6)
+    with pytest.raises(InputError, match=r"--out .*the disk is full, 1 MB"):
+        fesloop.load(SMALL).run(tmp_path / "runs")
+    assert list(tmp_path.iterdir()) == []
