@@ -15,16 +15,20 @@ from estimators.kortier_work import Work
 
 
 @numba.njit(cache=True)
-def add_accelerations(acc: Any, acc_variance: Any, used: Any, count: int, work: Work) -> int:
+def add_accelerations(
+    acc: Any, steady: Any, acc_variance: Any, used: Any, count: int, work: Work
+) -> int:
     """Measurement rows of neighbouring accelerometers (eq. 26), from row `count` on; the new count.
 
-    Pair k says acc_k - Rh_k acc_(k+1) = -Rh_k [acc_(k+1)]x dth_k + noise. Where pair k - 1 is used as well
-    the two share accelerometer k: what it tells of that noise is subtracted, with the weight
-    c = variance_k / (variance of pair k - 1), after which the rows are independent.
+    Pair k says acc_k - Rh_k acc_(k+1) = -Rh_k [acc_(k+1)]x dth_k + noise. The paper puts the sample itself
+    into the Jacobian, where its noise passes for knowledge of rotations about the vertical; `steady`, the
+    same smoothed, stands there instead. Where pair k - 1 is used as well the two share accelerometer k:
+    what it tells of that noise is subtracted, with the weight c = variance_k / (variance of pair k - 1),
+    after which the rows are independent.
 
     Parameters
     ----------
-    acc: (n + 1, 3), m/s^2; acc_variance: (n + 1,); used: (n,), which pairs to take.
+    acc, steady: (n + 1, 3), m/s^2; acc_variance: (n + 1,); used: (n,), which pairs to take.
     """
     coupled = False
     for k in range(work.rotation.shape[0]):
@@ -34,7 +38,8 @@ def add_accelerations(acc: Any, acc_variance: Any, used: Any, count: int, work: 
         rows = work.design[count:count + 3]
         rows[:] = 0.0
         x, y, z = acc[k + 1, 0], acc[k + 1, 1], acc[k + 1, 2]
-        fill_minus_cross(work.rotation[k], x, y, z, rows[:, 3 * k:3 * k + 3])
+        fill_minus_cross(work.rotation[k], steady[k + 1, 0], steady[k + 1, 1], steady[k + 1, 2],
+                         rows[:, 3 * k:3 * k + 3])
         variance = acc_variance[k] + acc_variance[k + 1]
         weight = acc_variance[k] / work.variance[count - 1] if coupled else 0.0
         for i in range(3):

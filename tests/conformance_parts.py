@@ -23,8 +23,10 @@ NOT_WITHOUT_FILES = {"replay"} if shutil.which("gcc") or shutil.which("cc") else
 
 def specimens():
     """{kind: block} for every registered kind, open shapes resolved."""
+    from estimators.kortier_tree import Chain
     from fesloop.models.recruitment import Recruitment
 
+    finger_chain = Chain(sensors=(0, 1, 2, 3), joints=("saddle", "hinge", "hinge"))
     finger = load("finger")()
     curves = Recruitment(**CURVES)
     model = finger.linear_model()
@@ -34,7 +36,8 @@ def specimens():
     parameters = {
         "state_space": {"a": ((0.0, 1.0), (-30.0, -4.0)), "b": ((0.0,), (30.0,)), "c": ((1.0, 0.0),)},
         "finger": {}, "finger_imus": {}, "vqf": {"initial_angles_deg": (20.0, 25.0, 15.0), "align_s": 0.1},
-        "vqf9": {}, "constrained": {"joints": chain()}, "ideal": {"noise_deg": 0.3, "walk_deg": 0.1},
+        "vqf9": {}, "constrained": {"joints": chain()}, "kortier": {"chains": (finger_chain,)},
+        "ideal": {"noise_deg": 0.3, "walk_deg": 0.1},
         "minimum_jerk": {"times_s": (0.1, 0.4), "angles_deg": ((20.0, 25.0, 15.0), (40.0, 50.0, 25.0)),
                          "preview": 5},
         "select": {"indices": (2, 0)}, "fmu": {"path": "shipped:finger", "step_rate": "100"},

@@ -114,7 +114,7 @@ def test_accelerometer_rows_against_finite_differences_and_their_noise(seed, cho
     residual = (acc[:-1] - stacked(rotation, acc[1:]))[used].ravel()
     work = new_work(JOINTS)
     fill_rotations(q, work)
-    count = add_accelerations(acc, variance, used, 0, work)
+    count = add_accelerations(acc, acc, variance, used, 0, work)
     assert_absorbed_as_textbook(q, bias, covariance, design, residual, noise, count, work)
 
 
@@ -229,7 +229,7 @@ def filtered(rng):
     for k in range(1, TICKS + 1):
         kortier_finger.predict(q, bias, covariance, gyr[k - 1], gyr_variance, WALK_SD**2 * DT, DT, work)
         if k % 2 == 0:
-            count = add_accelerations(acc[k], acc_variance, every_pair, 0, work)
+            count = add_accelerations(acc[k], acc[k], acc_variance, every_pair, 0, work)
             count = add_field(mag[k, 0], mag[k, -1], 2 * MAG_SD**2, count, work)
             count = add_constraints(KINDS, LAXITY**2, count, work)
             nis = kortier_finger.correct(q, bias, covariance, count, work)
