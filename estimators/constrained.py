@@ -15,7 +15,7 @@ from estimators.constrained_filter import SOUND, admit, advance
 from estimators.constrained_measurements import N
 from estimators.constrained_posture import posture
 from estimators.heading import first_orientation
-from estimators.joint_constraints import Joint, JointTable, joint_table, tree
+from estimators.joint_constraints import HINGE, Joint, JointTable, joint_table, tree
 from estimators.samples import SampleWatch, watch_samples
 from estimators.vqf_bank import VqfBank
 from fesloop.errors import InputError
@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 _POSITIVE = ("mounting_sd_deg", "axis_sd_deg", "axis_time_s", "turn_sd_deg", "bias_sd_deg_s",
              "bias_walk_deg_s", "force_sd", "spin_sd_m", "force_time_s", "lever_sd_m", "range_sd_deg",
              "unseen_deg_s", "unsure_deg", "tau_acc_s", "gyr_range_deg_s", "acc_range_g")
+_KNOWN, _CALM = 0.5, 1.0
+"""Sd of a heading, rad, and acceleration, m/s^2, below which a sample is believed (chosen)."""
 _FIRST_TILT = 0.3
 """Sd of the first sample's vertical, rad: 3 m/s^2 of acceleration against gravity (chosen)."""
 _SURE_AGAIN = 0.8
@@ -49,7 +51,8 @@ class ConstrainedState:
     seen: (2, n), LOST, DOUBTED or SOUND, each of these.
     unsure: (joints,), whose angles have been reported as unsure.
     ticks: number of the next tick.
-    begun: whether every joint has begun.
+    heading_sd: (joints,), rad, of a hinge that began with its axis too upright to tell it, else 0.
+    settled: whether every joint has begun, and none so.
     """
 
     roots: VqfBank
@@ -62,8 +65,9 @@ class ConstrainedState:
     acc: Array
     seen: NDArray[np.int64]
     unsure: NDArray[np.bool_]
+    heading_sd: Array
     ticks: int = 0
-    begun: bool = False
+    settled: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -177,7 +181,8 @@ class ConstrainedTracker:
             q=np.full((joints, 4), np.nan), rest=np.zeros((joints, 13)),
             covariance=np.zeros((joints, N, N)),
             gyr=np.zeros((2, self.sensors, 3)), acc=np.zeros((2, self.sensors, 3)),
-            seen=np.zeros((2, self.sensors), dtype=np.int64), unsure=np.zeros(joints, dtype=np.bool_))
+            seen=np.zeros((2, self.sensors), dtype=np.int64), unsure=np.zeros(joints, dtype=np.bool_),
+            heading_sd=np.zeros(joints))
 
     def step(self, state: ConstrainedState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """One sample of every sensor."""
@@ -187,30 +192,41 @@ class ConstrainedTracker:
         # Ticks that were skipped while the block was busy are made good with this sample.
         for _ in range(tick.index + 1 - state.ticks):
             _take(state, table, inputs, sound)
-            if not state.begun:
+            if not state.settled:
                 self._begin(state, table)
         state.ticks = tick.index + 1
         orientation, angles, sd, worst = posture(
-            state.roots.orientation(), state.q, state.covariance, table.roots, table.ends, table.kinds,
-            table.axes, table.zero, table.first_angle, table.angles, math.radians(self.mounting_sd_deg),
-            math.radians(self.axis_sd_deg))
+            state.roots.orientation(), state.q, state.covariance, state.heading_sd, table.roots,
+            table.ends, table.kinds, table.axes, table.zero, table.first_angle, table.angles,
+            math.radians(self.mounting_sd_deg), math.radians(self.axis_sd_deg))
         self._report(state, table, worst, tick)
         return orientation, angles, sd
 
     def _begin(self, state: ConstrainedState, table: JointTable) -> None:
-        """Joints whose sensors both give a sound sample for the first time."""
+        """Joints that begin, or begin anew, with a sample of both sensors that tells more than before.
+
+        A hinge whose axis stands upright has any heading. It moves on from an arbitrary one, whence its
+        filter, which is linear, may not find back: it begins anew once the axis leans and all is calm.
+        """
         both = (state.seen[1, table.ends] == SOUND).all(axis=1)
         axis_sd = math.radians(math.hypot(self.axis_sd_deg, self.mounting_sd_deg))
-        for j in np.flatnonzero(both & np.isnan(state.q[:, 0])):
+        missing = np.isnan(state.q[:, 0])
+        for j in np.flatnonzero(both & (missing | (state.heading_sd > 0.0))):
             up = state.acc[1, table.ends[j]]
-            state.q[j], heading_sd = first_orientation(int(table.kinds[j]), table.axes[j], up, axis_sd)
+            q, heading_sd = first_orientation(int(table.kinds[j]), table.axes[j], up, axis_sd)
+            leaning = table.kinds[j] != HINGE or heading_sd < _KNOWN
+            calm = (np.abs(np.linalg.norm(up, axis=1) - 9.81) < _CALM).all()
+            if not missing[j] and not (leaning and calm):
+                continue
+            state.q[j], state.heading_sd[j] = q, 0.0 if leaning else heading_sd
+            state.rest[j] = 0.0
             state.rest[j, 9:12] = up[1]
             vertical = up[1] / np.linalg.norm(up[1])
             turn = _FIRST_TILT ** 2 * np.eye(3) + heading_sd ** 2 * np.outer(vertical, vertical)
             bias = 2.0 * math.radians(self.bias_sd_deg_s) ** 2
             state.covariance[j] = np.diag([0.0] * 3 + [bias] * 3 + [self.lever_sd_m ** 2] * 6)
             state.covariance[j, :3, :3] = turn
-        state.begun = not np.isnan(state.q).any()
+        state.settled = not (np.isnan(state.q).any() or state.heading_sd.any())
 
     def _report(self, state: ConstrainedState, table: JointTable, worst: Array, tick: Tick) -> None:
         limit = math.radians(self.unsure_deg)

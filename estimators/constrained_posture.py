@@ -70,8 +70,8 @@ def _allowed(q: Any, kind: int, axes: Any, share: float) -> Any:
 
 @numba.njit(cache=True)
 def posture(
-    roots: Any, q: Any, covariance: Any, root_of: Any, ends: Any, kinds: Any, axes: Any, zero: Any,
-    first_angle: Any, angles: int, mounting_sd: float, axis_sd: float
+    roots: Any, q: Any, covariance: Any, heading_sd: Any, root_of: Any, ends: Any, kinds: Any, axes: Any,
+    zero: Any, first_angle: Any, angles: int, mounting_sd: float, axis_sd: float
 ) -> Any:
     """Orientations (n, 4), angles (angles,) with their sd, and the largest sd of each joint (joints,).
 
@@ -79,6 +79,7 @@ def posture(
     ----------
     roots: (roots, 4), orientation of the sensors `root_of` (roots,).
     q, covariance: of the joints' filters; a joint that has not begun is at zero, its sd pi.
+    heading_sd: (joints,), rad, of a first heading that its filter is not believed to have bettered.
     ends, kinds, axes, zero, first_angle: as of JointTable; `angles` in all.
     mounting_sd, axis_sd: rad, of the child's sensor against the parent's, and of the axes.
     """
@@ -95,7 +96,7 @@ def posture(
         for i in range(kinds[j] + 1):
             row = rows[i]
             # A tilt of one of a saddle's axes about the other is a turn about the other.
-            variance = 0.5 * axis_sd ** 2 if kinds[j] == SADDLE else 0.0
+            variance = heading_sd[j] ** 2 + (0.5 * axis_sd ** 2 if kinds[j] == SADDLE else 0.0)
             for a in range(3):
                 for b in range(3):
                     variance += row[a] * covariance[j, a, b] * row[b]

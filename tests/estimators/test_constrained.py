@@ -104,6 +104,25 @@ def test_any_first_heading_is_left_within_seconds():
     assert np.median(late, axis=0).max() < 2.0
 
 
+def test_a_hinge_that_begins_upright_is_unsure_until_its_axis_leans():
+    hinge = (Joint(parent=0, child=1, kind="hinge"),)
+    acc = np.tile([0.0, 0.0, 9.81], (400, 2, 1))
+    lean = np.clip(np.arange(400) - 200, 0, 100) * 0.01
+    gyr = np.zeros((400, 2, 3))
+    # About the parent's x; the child is turned by 2 rad about z against it.
+    gyr[200:300, 0, 0] = 0.5
+    for i, turned in enumerate((0.0, 2.0)):
+        about_z = quaternion.about_z(-turned)
+        gyr[:, i] = quaternion.rotate(about_z, gyr[:, 0])
+        up = np.stack([0.0 * lean, 9.81 * np.sin(lean), 9.81 * np.cos(lean)], axis=1)
+        acc[:, i] = quaternion.rotate(about_z, up)
+    (_, angles, sd), reports, _ = run_tracker(ConstrainedTracker(sensors=2, joints=hinge), gyr, acc, rate=50)
+    assert np.degrees(sd[:200].min()) > 90.0
+    assert np.degrees(np.abs(away(angles[320:, 0], 2.0))).max() < 5.0
+    assert np.degrees(sd[-1, 0]) < 10.0
+    assert [status for status, _ in reports] == ["unsure", "sure"]
+
+
 def test_ranges_hold_a_joint_that_nothing_else_does():
     limited = (Joint(parent=0, child=1, kind="ball", ranges_deg=((-30.0, 30.0),) * 3),)
     gyr = np.zeros((2000, 2, 3))
@@ -226,7 +245,7 @@ def test_what_a_hinge_forbids_is_shared_by_the_sds():
     q = quaternion.multiply(quaternion.about_z(0.4), quaternion.from_axis_angle([1.0, 0.0, 0.0], 0.2))
     for mounting, axis, left in ((5.0, 5.0, 0.1), (1.0, 3.0, 0.18), (3.0, 1.0, 0.02)):
         orientation, angles, _, _ = posture(
-            np.array([[1.0, 0.0, 0.0, 0.0]]), q[np.newaxis], np.zeros((1, 12, 12)), table.roots,
+            np.array([[1.0, 0.0, 0.0, 0.0]]), q[np.newaxis], np.zeros((1, 12, 12)), np.zeros(1), table.roots,
             table.ends, table.kinds, table.axes, table.zero, table.first_angle, 1, mounting, axis)
         assert quaternion.tilt_z(orientation[1]) == pytest.approx(left, abs=1e-9)
         assert angles[0] == pytest.approx(0.4, abs=1e-9)
