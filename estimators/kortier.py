@@ -55,11 +55,13 @@ class KortierTracker:
 
     Inputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and `mag` (n, 3) T, sensor frames equal to segment frames
     (z: flexion, x: abduction). They may have rates of their own: give the tracker that of the gyroscopes.
-    Magnetometers other than those of bases and tips are not read; `mag` may be left without a wire, and
-    headings then rest on the gyroscopes and the joints. Outputs `orientation` (n, 4), segment to earth
-    (z up; with magnetometers y to magnetic north, else the heading is zero at the start); `angles` (a,), rad,
-    chain by chain and joint by joint: flexion (hinge), abduction too (saddle), pronation too (ball), z-x-y
-    Euler; `angle_sd` (a,), rad; `position` (3,), m, and `velocity` (3,), m/s, of the hand since the start.
+    Magnetometers other than those of bases and tips are not read; `mag` may be left without a wire
+    (`sensors` is to be given then), and headings rest on the gyroscopes and the joints.
+
+    Outputs `orientation` (n, 4), segment to earth (z up; with magnetometers y to magnetic north, else the
+    heading is zero at the start); `angles` (a,), rad, chain by chain and joint by joint: flexion (hinge),
+    abduction too (saddle), pronation too (ball), z-x-y Euler; `angle_sd` (a,), rad; `position` (3,), m, and
+    `velocity` (3,), m/s, of the hand since the start.
 
     A lost rate is taken as the last one, a clipped one as read, with an uncertainty that says so. A joint is
     reported as "unseen" once a gyroscope of it has given nothing for `gap_ms` (so is a strip that was left
