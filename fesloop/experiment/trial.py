@@ -29,6 +29,8 @@ _FIRST_STRETCH_NS = NS_PER_MS
 _LONGEST_STRETCH_NS = 100 * NS_PER_S
 _STRETCH_WALL_S = 0.05
 _REHEARSAL_NS = NS_PER_S // 10
+_REHEARSAL_WALL_S = 1.0
+"""No stretch of the rehearsal begins later, however dense the ticks are."""
 _FLUSH_WALL_S = 0.4
 """Stretch and flush together stay below the second that a killed run may lose."""
 
@@ -86,16 +88,17 @@ class _Interrupt:
 
 @contextmanager
 def _interruptible() -> Iterator[_Interrupt]:
-    """Ctrl-C is heard between two stretches, where what is recorded is whole."""
+    """Ctrl-C, and SIGTERM as schedulers send it, are heard between two stretches, the recording whole."""
     interrupt = _Interrupt()
     if threading.current_thread() is not threading.main_thread():
         yield interrupt
         return
-    before = signal.signal(signal.SIGINT, interrupt.ask)
+    before = {number: signal.signal(number, interrupt.ask) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield interrupt
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 class _Run:
@@ -201,8 +204,12 @@ def _load_kernels(wiring: Wiring) -> None:
     """
     if any(hasattr(node.part, "close") for node in wiring.nodes):
         return
+    began, done = time.perf_counter(), 0
     with suppress(Exception):
-        Loop(wiring, recorder=Recorder()).run_until(_REHEARSAL_NS)
+        loop = Loop(wiring, recorder=Recorder())
+        while done < _REHEARSAL_NS and time.perf_counter() - began < _REHEARSAL_WALL_S:
+            done = max(1, 4 * done)
+            loop.run_until(min(done, _REHEARSAL_NS))
 
 
 @contextmanager

@@ -54,8 +54,8 @@ def duration_ns(value: str | int | float | Decimal, unit_ns: int, where: str) ->
         exact = Decimal(str(value)) * unit_ns
     except InvalidOperation:
         raise InputError(where, f"{value!r} is not a duration", "a number") from None
-    if not exact.is_finite() or exact < 0:
-        raise InputError(where, f"{value!r} is not a duration", "a finite number, zero or more")
+    if not exact.is_finite() or not 0 <= exact < FOREVER:
+        raise InputError(where, f"{value!r} is not a duration", "zero or more, up to 146 years")
     return int(exact.to_integral_value())
 
 

@@ -212,14 +212,22 @@ def _resolved(nodes: list[Node], wires: list[Wire]) -> tuple[Node, ...]:
             open_inputs = {port.name for port in node.part.inputs if not port.resolved}
             shapes = _incoming_shapes(node, wires, current)
             if open_inputs and open_inputs <= shapes.keys() and hasattr(node.part, "resolve"):
-                part: Any = node.part
-                part = part.resolve(shapes)
+                part = _resolve(node, shapes)
                 if any(not port.resolved for port in part.inputs):
                     raise InputError(name, "leaves open a size that its wires settle",
                                      "resolve() gives every input a size")
                 current[name] = replace(node, part=part)
                 progress = any(not p.resolved for p in node.part.inputs + node.part.outputs)
     return tuple(current[node.name] for node in nodes)
+
+
+def _resolve(node: Node, shapes: dict[str, tuple[int, ...]]) -> Any:
+    """The node's part for the sizes that are wired to it; its faults get the node's name."""
+    part: Any = node.part
+    try:
+        return part.resolve(shapes)
+    except InputError as fault:
+        raise InputError(f"{node.name}.{fault.where}", fault.found, fault.allowed, fault.remedy) from None
 
 
 def _incoming_shapes(node: Node, wires: list[Wire], nodes: dict[str, Node]) -> dict[str, tuple[int, ...]]:
