@@ -187,12 +187,14 @@ class ConstrainedTracker:
     def step(self, state: ConstrainedState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """One sample of every sensor."""
         table = self._joints()
+        axis_sd = math.radians(math.hypot(self.axis_sd_deg, self.mounting_sd_deg))
         limits = (math.radians(self.gyr_range_deg_s), 9.81 * self.acc_range_g)
         sound = watch_samples(state.watch, inputs, limits, tick)
         # Ticks that were skipped while the block was busy are made good with this sample.
         for _ in range(tick.index + 1 - state.ticks):
             _take(state, table, inputs, sound)
-            if not state.settled:
+            if not state.settled and may_begin(
+                    state.heading_sd, state.q, table.ends, table.axes, state.acc, state.seen, axis_sd):
                 self._begin(state, table)
         state.ticks = tick.index + 1
         orientation, angles, sd, worst = posture(
@@ -263,6 +265,24 @@ def _take(state: ConstrainedState, table: JointTable, inputs: Sequence[Sample], 
         state.roots.update_only(state.watch.usable()[roots], gyr, acc, None)
     advance(state.q, state.rest, state.covariance, table.ends, table.kinds, table.axes, table.zero,
             table.ranges, state.gyr, state.acc, state.seen, state.settings)
+
+
+@numba.njit(cache=True)
+def may_begin(
+    heading_sd: Any, q: Any, ends: Any, axes: Any, acc: Any, seen: Any, axis_sd: float
+) -> bool:
+    """Whether a joint has no estimate, or a sample to better it: both sensors calm, its axis leaning."""
+    for j in range(q.shape[0]):
+        good = heading_sd[j] > 0.0
+        for end in range(2):
+            up, axis = acc[1, ends[j, end]], axes[j, end]
+            size = math.sqrt(up[0] ** 2 + up[1] ** 2 + up[2] ** 2)
+            along = abs(up[0] * axis[0] + up[1] * axis[1] + up[2] * axis[2])
+            good &= seen[1, ends[j, end]] == SOUND and abs(size - 9.81) < _CALM
+            good &= size ** 2 - along ** 2 > (size * axis_sd / _KNOWN) ** 2
+        if good or np.isnan(q[j, 0]):
+            return True
+    return False
 
 
 @numba.njit(cache=True)
