@@ -1,0 +1,140 @@
+"""When blocks step and messages arrive: instants in whole ns, computed from a wiring without running it."""
+
+from __future__ import annotations
+
+from fesloop.loop.clock import FOREVER, NS_PER_S, Clock
+from fesloop.loop.noise import NoiseStream, stream_key
+from fesloop.loop.wiring import Connection, Node
+
+LOST_AFTER_NS = 60 * NS_PER_S
+"""What has not acted within a minute counts as lost."""
+
+
+class Timeline:
+    """When a block steps and when its outputs leave, with the ticks that it skips while busy."""
+
+    def __init__(self, node: Node, seed: int, trial: int) -> None:
+        clock = node.clock
+        assert clock is not None
+        self.clock: Clock = clock
+        self._execution = node.execution
+        self._draws = NoiseStream(stream_key(seed, f"{node.name}/execution", trial), 1, "uniform")
+        recorded = node.execution.recorded_ns
+        self._recorded = recorded[trial] if recorded is not None and trial < len(recorded) else ()
+        most, shortest = node.execution.most_ns, getattr(clock, "shortest_ns", 0)
+        self._never_busy = node.execution.kind == "measured" or (most is not None and most <= shortest)
+        self._left: list[int | None] = []
+        self._executed = self._busy_until = 0
+
+    def left_ns(self, index: int) -> int | None:
+        """When the outputs of tick `index` leave; None if that tick is skipped or never comes."""
+        if self._never_busy:
+            instant = self.clock.tick(index)
+            return None if instant >= FOREVER else instant + self._duration_ns(index, 0)
+        while len(self._left) <= index:
+            self._left.append(self._step(len(self._left)))
+        return self._left[index]
+
+    def _step(self, index: int) -> int | None:
+        """What tick `index` does, all before it being known."""
+        instant = self.clock.tick(index)
+        if instant >= FOREVER or instant < self._busy_until:
+            return None
+        self._busy_until = instant + self._duration_ns(index, self._executed)
+        self._executed += 1
+        return self._busy_until
+
+    def _duration_ns(self, index: int, executed: int) -> int:
+        kind = self._execution.kind
+        if kind == "recorded":
+            return self._recorded[executed] if executed < len(self._recorded) else 0
+        if kind == "measured":
+            return 0
+        return self._execution.draw_ns(float(self._draws.row(index)[0]) if self._execution.random else 0.0)
+
+    def steps_within(self, start_ns: int, stop_ns: int) -> tuple[int, int] | None:
+        """First and last executed tick at or after `start_ns` and before `stop_ns`; None if there is none.
+
+        A span without an end counts as one of 60 s.
+        """
+        first = last = None
+        index = self.clock.first_at_or_after(start_ns)
+        stop = min(stop_ns, start_ns + LOST_AFTER_NS)
+        while self.clock.tick(index) < stop:
+            if self.left_ns(index) is not None:
+                first, last = index if first is None else first, index
+            index += 1
+        return None if first is None or last is None else (first, last)
+
+
+class Samplings:
+    """When a plant is sampled into a wire."""
+
+    def __init__(self, clock: Clock) -> None:
+        self.clock = clock
+
+    def left_ns(self, index: int) -> int | None:
+        """When sample `index` is sent."""
+        instant = self.clock.tick(index)
+        return None if instant >= FOREVER else instant
+
+
+class Transit:
+    """Arrivals of a connection's messages by number."""
+
+    def __init__(self, connection: Connection, sender: Timeline | Samplings, seed: int, trial: int) -> None:
+        self._wire, self._sender = connection.wire, sender
+        self._noise = self._wire.noise(seed, trial)
+        self._most_jitter = self._wire.jitter.most_ns or 0
+
+    def arrival_ns(self, index: int) -> int | None:
+        """When message `index` is delivered; None if it is lost or never sent."""
+        arrival = self._raw_arrival_ns(index)
+        if arrival is None or self._wire.late != "in-order" or not self._wire.jitter.random:
+            return arrival
+        slowest = self._wire.latency_ns + self._most_jitter
+        for before in range(index - 1, -1, -1):
+            left = self._sender.left_ns(before)
+            if left is None:
+                continue
+            if left + slowest <= arrival:
+                break
+            earlier = self._raw_arrival_ns(before)
+            if earlier is not None:
+                arrival = max(arrival, earlier)
+        return arrival
+
+    def _raw_arrival_ns(self, index: int) -> int | None:
+        """Arrival before any waiting for predecessors."""
+        left = self._sender.left_ns(index)
+        if left is None:
+            return None
+        wire = self._wire
+        if wire.loss == 0.0 and wire.jitter.kind == "zero":
+            return left + wire.latency_ns
+        chance, shape = self._noise.row(index)
+        if chance < wire.loss:
+            return None
+        return left + wire.latency_ns + wire.jitter.draw_ns(float(shape))
+
+    def first_arrival(self, first: int, last: int | None = None) -> tuple[int, int] | None:
+        """(arrival, number) of the earliest to be delivered of messages `first` to `last` (or all later)."""
+        best: tuple[int, int] | None = None
+        index, silent_from = first, self._sender.clock.tick(first) + LOST_AFTER_NS
+        while last is None or index <= last:
+            sent = self._sender.clock.tick(index)
+            if sent >= FOREVER or sent > silent_from or (best and sent + self._wire.least_ns >= best[0]):
+                break
+            arrival = self.arrival_ns(index)
+            if arrival is not None and (best is None or arrival < best[0]):
+                best = arrival, index
+            index += 1
+        return best
+
+    def held_at(self, time_ns: int, first: int, last: int) -> tuple[int, int]:
+        """(arrival, number) of the newest of messages `first` to `last` that has arrived by `time_ns`."""
+        for index in range(last, first - 1, -1):
+            arrival = self.arrival_ns(index)
+            if arrival is not None and arrival <= time_ns:
+                return arrival, index
+        raise AssertionError("a message that was read must have arrived")
