@@ -281,3 +281,14 @@ def test_coupled_plants_exchange_simultaneously():
             assert abs(first[name][k] - y[name]) < 1e-13
         for name, u in (("a", 1.0), ("b", y["a"]), ("c", y["b"])):
             plant.advance(states[name], [u], 0, 10 * NS_PER_MS)
+
+
+def test_each_trial_loses_messages_of_its_own():
+    nodes = [Node("source", Source(), rate="100"), Node("sink", Sink(), rate="100")]
+    loop = Loop(Wiring(nodes, [Wire("source.y", "sink.u", loss=0.3)], seed=7))
+    received = []
+    for _ in range(2):
+        loop.run_until(NS_PER_S)
+        received.append([s.value for _, s in loop.states()["sink"].log])
+        loop.next_trial()
+    assert received[0] != received[1]
