@@ -1,0 +1,178 @@
+"""What every tracker knows of the body that wears its sensors: segments, who has a sensor, fingertips."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.kinematics_kernels import place, turned
+from fesloop.hand.quaternion_kernels import multiply
+from fesloop.hand.segments import Segment, SegmentTree
+from fesloop.hand.skeleton import hand_tree
+from fesloop.loop.signals import Port
+
+Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+UNSEEN_SD = math.pi
+"""Of an angle of which nothing is known, rad."""
+_ROOT = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Body:
+    """A segment tree with sensors on some of its segments; arrays are read-only.
+
+    Attributes
+    ----------
+    tree: of all segments.
+    sensed: (n,), index of the segment that each sensor sits on.
+    sensors: (segments,), number of the sensor on each segment, -1 where there is none.
+    tips: (t,), index of each segment that carries no other, in the tree's order: the fingertips' bones.
+    joints: (segments,), name of the joint by which each segment hangs on its parent, "" for the root.
+    """
+
+    tree: SegmentTree
+    sensed: Numbers
+    sensors: Numbers
+    tips: Numbers
+    joints: tuple[str, ...]
+
+    def seen(self) -> NDArray[np.bool_]:
+        """Whether both segments of each segment's joint have a sensor, (segments,); the root's has none."""
+        parents = self.tree.layout[:, 0]
+        return np.asarray((parents >= 0) & (self.sensors >= 0) & (self.sensors[parents] >= 0))
+
+
+def body_of(
+    sensors: int, hand: HandSize, segments: tuple[Segment, ...], sensed: tuple[str, ...]
+) -> Body:
+    """The body that wears `sensors` sensors.
+
+    Parameters
+    ----------
+    hand: its size, where `segments` is empty.
+    segments: another tree in place of the hand's.
+    sensed: names of the segments that the sensors sit on, in the order of the samples; empty: every segment,
+        or every one but the root, as the number of sensors says.
+
+    Raises InputError for unknown or repeated names, for another number of names than of sensors, and for a
+    hand beside another tree.
+    """
+    if segments and hand != HandSize():
+        raise InputError("hand", "given beside segments", "one of the two", "leave one out")
+    tree = SegmentTree(segments) if segments else hand_tree(hand)
+    names = sensed or _usual(tree, sensors)
+    if len(names) != sensors:
+        raise InputError("sensed", f"names {len(names)} segments, {sensors} sensors are wired",
+                         "one name a sensor")
+    indices = [tree.index(name) for name in names]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError("sensed", f"{name!r} given twice", "one sensor a segment")
+    of_segment = np.full(len(tree.segments), -1, dtype=np.int64)
+    of_segment[indices] = np.arange(sensors)
+    parents = set(tree.layout[:, 0].tolist())
+    tips = [k for k in range(len(tree.segments)) if k not in parents]
+    joints = tuple("" if s.parent is None else s.joint_name or f"{s.parent}-{s.name}" for s in tree.segments)
+    body = Body(tree, np.array(indices, dtype=np.int64), of_segment, np.array(tips, dtype=np.int64), joints)
+    for array in (body.sensed, body.sensors, body.tips):
+        array.flags.writeable = False
+    return body
+
+
+def _usual(tree: SegmentTree, sensors: int) -> tuple[str, ...]:
+    """All segments, or all but the root."""
+    count = len(tree.segments)
+    if sensors not in (count, count - 1):
+        raise InputError("sensed", f"is empty, and {sensors} sensors are wired",
+                         f"a name for each sensor, of {', '.join(tree.names)}",
+                         "name the segments that the sensors sit on")
+    return tree.names[count - sensors:]
+
+
+def posture_ports(body: Body | None, sensors: int) -> tuple[Port, ...]:
+    """Output ports of a tracker: orientation, angles, angle_sd, fingertips, fingertip_sd."""
+    freedoms = len(body.tree.ranges) if body else None
+    tips = len(body.tips) if body else None
+    return (Port("orientation", (sensors or None, 4), "1"), Port("angles", (freedoms,), "rad"),
+            Port("angle_sd", (freedoms,), "rad", UNSEEN_SD), Port("fingertips", (tips, 3), "m"),
+            Port("fingertip_sd", (tips, 3), "m"))
+
+
+@numba.njit(cache=True)
+def chain_up(layout: Numbers, relative: Array, orientations: Array) -> None:
+    """Fill `orientations` (n, 4), segment to root, from quaternions (n, 4) to each parent."""
+    for k in range(layout.shape[0]):
+        parent = layout[k, 0]
+        if parent < 0:
+            orientations[k] = _ROOT
+            continue
+        a, b = orientations[parent], relative[k]
+        q = multiply((a[0], a[1], a[2], a[3]), (b[0], b[1], b[2], b[3]))
+        orientations[k, 0], orientations[k, 1], orientations[k, 2], orientations[k, 3] = q
+
+
+@numba.njit(cache=True)
+def place_tips(
+    layout: Numbers, geometry: Array, orientations: Array, tips: Numbers, positions: Array, fingertips: Array
+) -> None:
+    """Fill `positions` (n, 3) of all segments in the root's frame, and `fingertips` (t, 3), m.
+
+    `orientations` (n, 4) are to the root's frame; `positions` is scratch whose root must be at zero.
+    """
+    place(layout, geometry, orientations, positions)
+    for i in range(tips.size):
+        fingertips[i] = positions[tips[i]]
+
+
+@numba.njit(cache=True)
+def spread_tips(
+    layout: Numbers, geometry: Array, orientations: Array, positions: Array, covariance: Array, tips: Numbers,
+    sd: Array
+) -> None:
+    """Fill `sd` (t, 3), m, of each fingertip in the root's frame.
+
+    Parameters
+    ----------
+    orientations, positions: (n, 4) and (n, 3), to the root's frame.
+    covariance: (n, 3, 3), rad^2, of the error d of each joint's rotation R (I + [d]x), in the child's
+        frame; joints count as independent of each other.
+    """
+    rows = np.empty((3, 3))
+    for i in range(tips.size):
+        tip, k = tips[i], tips[i]
+        x, y, z = 0.0, 0.0, 0.0
+        while layout[k, 0] >= 0:
+            q, offset = orientations[k], geometry[k, 4]
+            turn = (q[0], q[1], q[2], q[3])
+            to_frame = turned(turn, offset[0], offset[1], offset[2])
+            # From the joint's centre to the tip, in the root's frame, where d moves it by R d x r.
+            r0 = positions[tip, 0] - positions[k, 0] + to_frame[0]
+            r1 = positions[tip, 1] - positions[k, 1] + to_frame[1]
+            r2 = positions[tip, 2] - positions[k, 2] + to_frame[2]
+            for a in range(3):
+                axis = turned(turn, 1.0 if a == 0 else 0.0, 1.0 if a == 1 else 0.0, 1.0 if a == 2 else 0.0)
+                rows[0, a] = axis[1] * r2 - axis[2] * r1
+                rows[1, a] = axis[2] * r0 - axis[0] * r2
+                rows[2, a] = axis[0] * r1 - axis[1] * r0
+            cov = covariance[k]
+            x += _quadratic(rows[0], cov)
+            y += _quadratic(rows[1], cov)
+            z += _quadratic(rows[2], cov)
+            k = layout[k, 0]
+        sd[i, 0], sd[i, 1], sd[i, 2] = math.sqrt(x), math.sqrt(y), math.sqrt(z)
+
+
+@numba.njit(cache=True)
+def _quadratic(row: Array, covariance: Array) -> float:
+    total = 0.0
+    for a in range(3):
+        for b in range(3):
+            total += row[a] * covariance[a, b] * row[b]
+    return total
