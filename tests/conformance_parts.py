@@ -40,7 +40,8 @@ def specimens():
         "ideal": {"noise_deg": 0.3, "walk_deg": 0.1},
         "minimum_jerk": {"times_s": (0.1, 0.4), "angles_deg": ((20.0, 25.0, 15.0), (40.0, 50.0, 25.0)),
                          "preview": 5},
-        "select": {"indices": (2, 0)}, "fmu": {"path": "shipped:finger", "step_rate": "100"},
+        "select": {"indices": (2, 0)}, "join": {"unit": "T"},
+        "fmu": {"path": "shipped:finger", "step_rate": "100"},
         "pid": {**joints, **current, "recruitment": curves}, "safety": {},
         "ilc": {"model": model, "duration_s": 0.5, **current}, "mpc": {"model": model, **current},
     }

@@ -1,4 +1,7 @@
-"""No bad number travels: what blocks and plants put out is checked for its shape and for finiteness."""
+"""No bad number travels: what blocks and plants put out is checked for its shape and for finiteness.
+
+NaN passes where a port declares gaps: there it is a lost sample, not a bad number.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,9 @@ def is_finite(value: Value) -> bool:
 
 
 def finite_check(port: Port) -> Callable[[Any], bool]:
-    """The quickest `is_finite` for the values of a port."""
+    """The quickest `is_finite` for the values of a port; NaN is allowed where the port declares gaps."""
+    if port.gaps:
+        return _is_finite_but_for_gaps
     if port.shape == ():
         return isfinite
     return _is_finite_vector if len(port.shape) == 1 else is_finite
@@ -29,6 +34,10 @@ def finite_check(port: Port) -> Callable[[Any], bool]:
 
 def _is_finite_vector(value: NDArray[np.float64]) -> bool:
     return isfinite(value.dot(value)) or bool(np.isfinite(value).all())
+
+
+def _is_finite_but_for_gaps(value: Value) -> bool:
+    return is_finite(value) or not bool(np.isinf(value).any())
 
 
 def check_shapes(name: str, ports: Sequence[Port], values: Sequence[Value]) -> None:

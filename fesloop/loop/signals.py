@@ -27,6 +27,8 @@ class Port:
     initial: what an input reads before its first message, and what an output gives in place of a
         non-finite value (its safe output); a float fills the shape.
     optional: an input that may be left without a wire; it then reads `initial` for ever.
+    gaps: an output that may hold NaN: the sample of one sensor of several was lost, and whoever reads it
+        is told so by the NaN itself. Infinite values are replaced as everywhere.
     """
 
     name: str
@@ -34,6 +36,7 @@ class Port:
     unit: str = "1"
     initial: float | tuple[float, ...] = 0.0
     optional: bool = False
+    gaps: bool = False
 
     @property
     def resolved(self) -> bool:

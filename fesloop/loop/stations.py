@@ -9,7 +9,7 @@ from typing import Any
 from fesloop.errors import RunError
 from fesloop.loop.block import Tick
 from fesloop.loop.clock import NS_PER_MS, ticks_from
-from fesloop.loop.guard import check_shapes, finite_check, is_finite
+from fesloop.loop.guard import check_shapes, finite_check
 from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.loop.publish import Publisher
 from fesloop.loop.record import BlockRow, EventRow
@@ -143,7 +143,7 @@ class BlockStation:
         """The outputs with every non-finite value replaced by its port's safe one, and that reported."""
         safe = list(values)
         for i, port in enumerate(self.block.outputs):
-            if not is_finite(values[i]):
+            if not self._checks[i](values[i]):
                 safe[i] = port.initial_value()
                 self.tick.report("non_finite", f"output {port.name}: its safe value stands in")
         return tuple(safe)

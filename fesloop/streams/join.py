@@ -1,0 +1,85 @@
+"""Several signals as one, such as a wireless sensor's beside those of a cable."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fesloop.errors import InputError
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.status import StatusLatch
+
+_NAMES = ("first", "second", "third", "fourth", "fifth")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Join:
+    """Puts the rows of several inputs under each other.
+
+    Inputs `first`, `second`, ... (k_i, columns), output `joined` (sum of k_i, columns), all in `unit`. Each
+    input holds its newest message, so what comes late stands beside what is fresh; the output carries the
+    oldest and the newest capture of all. Rows of an input that nothing has reached yet are NaN, and the
+    status "waiting" names it.
+
+    Attributes
+    ----------
+    unit: of all ports.
+    sources: how many inputs, 2 to 5.
+    columns: of each input, as of vectors in space.
+    rows: k_i of each input; empty takes them from what is wired in.
+    """
+
+    unit: str
+    sources: int = 2
+    columns: int = 3
+    rows: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not 2 <= self.sources <= len(_NAMES):
+            raise InputError("sources", f"{self.sources}", f"2 to {len(_NAMES)}")
+        if self.columns < 1:
+            raise InputError("columns", f"{self.columns}", "1 or more")
+        if self.rows and (len(self.rows) != self.sources or min(self.rows) < 1):
+            raise InputError("rows", f"{self.rows}", f"{self.sources} numbers, 1 or more each")
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """`first`, `second` and so on."""
+        sizes = self.rows or (None,) * self.sources
+        return tuple(Port(name, (size, self.columns), self.unit)
+                     for name, size in zip(_NAMES, sizes, strict=False))
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """`joined`."""
+        return (Port("joined", (sum(self.rows) or None, self.columns), self.unit, gaps=True),)
+
+    def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Join:
+        """For the rows that are wired in; raises InputError for what has no rows of `columns` numbers."""
+        names = _NAMES[:self.sources]
+        for name in names:
+            if len(shapes[name]) != 2 or shapes[name][1] != self.columns:
+                raise InputError(name, f"a signal of shape {shapes[name]} is wired in",
+                                 f"rows of {self.columns} numbers: shape (k, {self.columns})")
+        return replace(self, rows=tuple(shapes[name][0] for name in names))
+
+    def init(self, context: Context) -> StatusLatch:
+        """The statuses that hold."""
+        return StatusLatch()
+
+    def step(self, state: StatusLatch, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """The rows of now."""
+        joined = np.empty((sum(self.rows), self.columns))
+        first, absent = 0, []
+        for name, count, sample in zip(_NAMES, self.rows, inputs, strict=False):
+            joined[first:first + count] = sample.value if sample.present else np.nan
+            if not sample.present:
+                absent.append(name)
+            first += count
+        if absent or state.holding:
+            state.put(tick, "waiting", bool(absent), "nothing has arrived at " + ", ".join(absent))
+        return (joined,)
+

@@ -1,0 +1,86 @@
+"""Join: rows under each other, their stamps through the loop, and what does not fit."""
+
+import numpy as np
+import pytest
+from loop_parts import Memory
+
+from fesloop.errors import InputError
+from fesloop.loop.block import Tick
+from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.record import Recorder
+from fesloop.loop.run import Loop
+from fesloop.loop.signals import NEVER, Port, Sample
+from fesloop.loop.wire import Wire
+from fesloop.loop.wiring import Node, Wiring
+from fesloop.streams.join import Join
+
+
+def sample(rows, arrived=0):
+    return Sample(np.asarray(rows, dtype=float), arrived, arrived, arrived)
+
+
+def test_rows_stand_in_the_order_of_the_inputs():
+    join = Join(unit="T").resolve({"first": (2, 3), "second": (1, 3)})
+    joined, = join.step(join.init(None), (sample([[1, 2, 3], [4, 5, 6]]), sample([[7, 8, 9]])), Tick())
+    np.testing.assert_array_equal(joined, [[1, 2, 3], [4, 5, 6], [7, 8, 9]])
+    assert [port.shape for port in (*join.inputs, *join.outputs)] == [(2, 3), (1, 3), (3, 3)]
+
+
+def test_what_has_not_arrived_is_nan_and_named_once():
+    join = Join(unit="T", sources=3, rows=(1, 1, 2))
+    state, tick = join.init(None), Tick()
+    nothing = Sample(np.zeros((1, 3)), NEVER, NEVER, NEVER)
+    given = (sample([[1, 2, 3]]), nothing, sample(np.ones((2, 3))))
+    for _ in range(2):
+        joined, = join.step(state, given, tick)
+    np.testing.assert_array_equal(np.isnan(joined).all(axis=1), [False, True, False, False])
+    assert tick.reports == [("waiting", "nothing has arrived at second")]
+
+
+class Stamped:
+    """Sends its instant, ms, in every row."""
+
+    inputs = ()
+
+    def __init__(self, rows):
+        self.outputs = (Port("y", (rows, 3), "T"),)
+
+    def init(self, context):
+        return Memory()
+
+    def step(self, state, inputs, tick):
+        return (np.full(self.outputs[0].shape, tick.time_ns / NS_PER_MS),)
+
+
+def test_a_late_wireless_sensor_stands_beside_the_strips_and_stamps_say_so():
+    """16 sensors by cable, one 10 ms late and with loss: the oldest stamp is the wireless one's."""
+    nodes = [Node("strips", Stamped(16), rate="100"), Node("forearm", Stamped(1), rate="100"),
+             Node("join", Join(unit="T"), rate="100")]
+    wires = [Wire("strips.y", "join.first"), Wire("forearm.y", "join.second", latency_ms=10.0, loss=0.2)]
+    recorder = Recorder()
+    Loop(Wiring(nodes, wires, seed=4), recorder=recorder).run_until(1000 * NS_PER_MS)
+    rows = recorder.blocks["join"]
+    assert len(rows) == 101
+    ages = []
+    for _, time, _, oldest, newest, (joined,) in rows[3:]:
+        assert joined.shape == (17, 3)
+        assert newest == time
+        assert joined[0, 0] == newest / NS_PER_MS
+        assert joined[16, 0] == oldest / NS_PER_MS
+        ages.append(time - oldest)
+    assert min(ages) == 10 * NS_PER_MS
+    assert max(ages) > 10 * NS_PER_MS
+    assert np.isnan(rows[0][-1][0][16]).all()
+
+
+@pytest.mark.parametrize(("parameters", "name"), [
+    ({"sources": 1}, "sources"), ({"columns": 0}, "columns"), ({"rows": (1, 0)}, "rows"),
+    ({"rows": (1, 2, 3)}, "rows")])
+def test_parameters_that_cannot_be_are_named(parameters, name):
+    with pytest.raises(InputError, match=name):
+        Join(unit="T", **parameters)
+
+
+def test_a_signal_that_has_no_such_rows_is_refused():
+    with pytest.raises(InputError, match=r"second: a signal of shape \(3,\)"):
+        Join(unit="T").resolve({"first": (2, 3), "second": (3,)})
