@@ -35,9 +35,12 @@ def specimens():
     current = {"current_ma": (40.0,) * 4}
     parameters = {
         "state_space": {"a": ((0.0, 1.0), (-30.0, -4.0)), "b": ((0.0,), (30.0,)), "c": ((1.0, 0.0),)},
-        "finger": {}, "finger_imus": {}, "vqf": {"initial_angles_deg": (20.0, 25.0, 15.0), "align_s": 0.1},
+        "finger": {}, "finger_imus": {}, "moving_hand": {"phases": wave()},
+        "vqf": {"initial_angles_deg": (20.0, 25.0, 15.0), "align_s": 0.1},
         "vqf9": {}, "constrained": {"joints": chain()}, "kortier": {"chains": (finger_chain,)},
         "ideal": {"noise_deg": 0.3, "walk_deg": 0.1},
+        "segment_calibration": {"method": "poses", "flat_s": (0.0, 0.1), "flexion_s": (0.1, 0.2),
+                                "assumed": (0,), "limits": any_pose()},
         "minimum_jerk": {"times_s": (0.1, 0.4), "angles_deg": ((20.0, 25.0, 15.0), (40.0, 50.0, 25.0)),
                          "preview": 5},
         "select": {"indices": (2, 0)}, "join": {"unit": "T"},
@@ -55,6 +58,13 @@ def specimens():
     return made
 
 
+def wave():
+    """A finger that bends once."""
+    from plants.motion_script import Phase
+
+    return (Phase(duration_s=0.2, posture_deg={"F2_pip_flexion": 60.0}),)
+
+
 def chain():
     """A joint of each kind, for four sensors."""
     from estimators.joint_constraints import Joint
@@ -62,6 +72,14 @@ def chain():
     return (Joint(parent=0, child=1, kind="ball"),
             Joint(parent=1, child=2, kind="hinge", ranges_deg=((-20.0, 100.0),)),
             Joint(parent=2, child=3, kind="saddle", child_axis=(1.0, 0.0, 0.0)))
+
+
+def any_pose():
+    """Limits of calibration that samples which are no pose keep."""
+    from estimators.calibration_poses import PoseLimits
+
+    return PoseLimits(least_samples=5, still_deg_s=1e4, spread_m_s2=1e3, gravity_m_s2=1e3,
+                      least_flexion_deg=0.01, wobble_deg=90.0, skew_deg=89.0)
 
 
 def load(kind):

@@ -1,0 +1,148 @@
+"""Scripts of hand movements: what is held, moved to, repeated and pinched, one phase after the other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from fesloop.errors import InputError, did_you_mean
+from fesloop.hand.anthropometry import FINGERS
+from fesloop.hand.skeleton import CONTACTS
+
+Three = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Contact:
+    """Two points of fingertips that stay at a distance while a phase lasts.
+
+    Attributes
+    ----------
+    first, second: such as "F1 bottom": a finger and one of `fesloop.hand.skeleton.CONTACTS`.
+    distance_mm: between them.
+    facing: whether the second lies straight out from the skin at the first, as with an object in between;
+        else in any direction.
+    """
+
+    first: str
+    second: str
+    distance_mm: float = 0.0
+    facing: bool = False
+
+    def __post_init__(self) -> None:
+        for key, text in (("first", self.first), ("second", self.second)):
+            finger, _, contact = text.partition(" ")
+            if finger not in FINGERS or contact not in CONTACTS:
+                known = [f"{f} {c}" for f in FINGERS for c in CONTACTS]
+                raise InputError(key, f"{text!r}", f"a finger ({', '.join(FINGERS)}) and one of "
+                                 f"{', '.join(CONTACTS)}", did_you_mean(text, known))
+        _require(self, 0.0, "distance_mm")
+        if self.facing and self.first.endswith(" tip"):
+            raise InputError("first", f"{self.first!r} is inside the finger", "a point on the skin",
+                             "a contact that faces another needs one")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArmSway:
+    """How the forearm moves through space in a phase: sinusoids with random phases, faded in and out.
+
+    Attributes
+    ----------
+    turn_deg: amplitudes about the forearm's flexion, abduction and pronation axes.
+    shift_m: amplitudes along east, north and up.
+    period_s: of the slowest component; a second one of half the amplitude runs 1.6 times as fast (chosen,
+        so that the movement does not repeat itself).
+    """
+
+    turn_deg: Three = (0.0, 0.0, 0.0)
+    shift_m: Three = (0.0, 0.0, 0.0)
+    period_s: float = 4.0
+
+    def __post_init__(self) -> None:
+        for key, triple in (("turn_deg", self.turn_deg), ("shift_m", self.shift_m)):
+            if len(triple) != 3 or not all(math.isfinite(each) for each in triple):
+                raise InputError(key, f"{triple}", "three finite numbers")
+        if not (math.isfinite(self.period_s) and self.period_s > 0.0):
+            raise InputError("period_s", f"{self.period_s}", "a finite number above 0")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Phase:
+    """One piece of a script. It begins with the posture in which the one before ended.
+
+    Without cycles and contacts the hand goes to `posture_deg` on minimum-jerk paths (Flash and Hogan 1985,
+    doi 10.1523/JNEUROSCI.05-07-01688.1985) that take `duration_s`, or holds still where nothing is named.
+
+    With cycles it goes there and back again as often; each cycle takes `duration_s`, `stay_s` of it at
+    either end. A `circle` has its first named freedom a quarter of a cycle ahead of the others.
+
+    With contacts it first takes up the contact, in `approach_s`, holds it for `duration_s`, and with cycles
+    opens and closes again as often. The posture is that nearest to the preferred one, `posture_deg` and
+    `play_deg`, in which the contacts hold.
+
+    Attributes
+    ----------
+    name: by which metrics find the phase.
+    duration_s: of the phase, or of one cycle.
+    posture_deg: by freedom (`fesloop.hand.segments.SegmentTree.freedoms`).
+    to_rest: freedoms that are not named go back to the hand's rest.
+    cycles: how often; 0 for once and no way back.
+    stay_s: standing still at either end of a cycle.
+    circle: freedoms in quadrature in place of there and back.
+    vary: relative sd by which amplitude and duration of each cycle differ.
+    contacts: what stays at a distance.
+    approach_s: to and from contacts.
+    play_deg: amplitude by which the preferred posture of the touching fingers moves meanwhile.
+    arm: how the forearm moves; None: it stands still.
+    """
+
+    name: str = ""
+    duration_s: float
+    posture_deg: dict[str, float] = field(default_factory=dict)
+    to_rest: bool = False
+    cycles: int = 0
+    stay_s: float = 0.0
+    circle: bool = False
+    vary: float = 0.0
+    contacts: tuple[Contact, ...] = ()
+    approach_s: float = 1.0
+    play_deg: float = 0.0
+    arm: ArmSway | None = None
+
+    def __post_init__(self) -> None:
+        _require(self, 1e-3, "duration_s", "approach_s")
+        _require(self, 0.0, "stay_s", "play_deg")
+        if not 0 <= self.cycles <= 100_000:
+            raise InputError("cycles", f"{self.cycles}", "0 or more")
+        if not 0.0 <= self.vary <= 0.3:
+            raise InputError("vary", f"{self.vary}", "0 to 0.3, a relative sd")
+        if self.cycles and not self.contacts and 2.0 * self.stay_s >= self.duration_s:
+            raise InputError("stay_s", f"{self.stay_s:g} twice in a cycle of {self.duration_s:g} s",
+                             "less than half of duration_s")
+        if self.circle and not (self.cycles and len(self.posture_deg) > 1):
+            raise InputError("circle", f"{self.cycles} cycles of {len(self.posture_deg)} freedoms",
+                             "one or more cycles of two or more freedoms")
+        for name, angle in self.posture_deg.items():
+            if not abs(angle) <= 180.0:
+                raise InputError(f"posture_deg.{name}", f"{angle}", "-180 to 180 deg")
+
+    @property
+    def length_s(self) -> float:
+        """How long it lasts."""
+        if self.contacts:
+            return max(1, self.cycles) * (self.duration_s + self.approach_s) + (
+                self.cycles * self.approach_s)
+        return max(1, self.cycles) * self.duration_s
+
+
+def length_s(phases: Sequence[Phase]) -> float:
+    """How long a script lasts, s."""
+    return sum(phase.length_s for phase in phases)
+
+
+def _require(owner: object, least: float, *names: str) -> None:
+    for name in names:
+        value = getattr(owner, name)
+        if not (math.isfinite(value) and value >= least):
+            raise InputError(name, f"{value}", f"a finite number, {least:g} or more")
