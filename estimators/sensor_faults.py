@@ -22,16 +22,17 @@ def sensor_name(sensor: int, names: Sequence[str]) -> str:
     return names[sensor] if names else f"sensor {sensor}"
 
 
-def first_of_each(faults: Iterable[SensorFault]) -> dict[int, SensorFault]:
-    """The first fault of every sensor, by its number."""
-    first: dict[int, SensorFault] = {}
-    for fault in faults:
-        first.setdefault(fault.sensor, fault)
-    return first
+def fault_errors(faults: Iterable[SensorFault], names: Sequence[str]) -> dict[int, InputError]:
+    """The first fault of every sensor that has one, by its number, in the order of these."""
+    first: dict[int, InputError] = {}
+    for sensor, found, allowed, remedy in faults:
+        if sensor not in first:
+            first[sensor] = InputError(sensor_name(sensor, names), found, allowed, remedy)
+    return dict(sorted(first.items()))
 
 
-def raise_faults(faults: Sequence[SensorFault], names: Sequence[str]) -> None:
+def raise_faults(faults: Iterable[SensorFault], names: Sequence[str]) -> None:
     """Raise InputErrors, a line a sensor, unless there are no faults."""
-    if faults:
-        raise InputErrors([InputError(sensor_name(sensor, names), fault.found, fault.allowed, fault.remedy)
-                           for sensor, fault in first_of_each(faults).items()])
+    errors = fault_errors(faults, names)
+    if errors:
+        raise InputErrors(list(errors.values()))
