@@ -126,8 +126,9 @@ def step_through(kind, block, state, feeds, first=0):
 
 
 def flat(seen):
-    """Outputs of all ticks as nested lists, reports after them."""
-    return [([np.asarray(v).tolist() for v in outputs], reports) for outputs, reports in seen]
+    """Outputs of all ticks as nested lists, reports after them; None for NaN, which equals nothing."""
+    return [([np.where(np.isnan(v), None, v).tolist() for v in outputs], reports)
+            for outputs, reports in seen]
 
 
 if __name__ == "__main__":
