@@ -78,8 +78,8 @@ class SegmentCalibration:
     its own axes, within `flexion_s`. Status "calibrating" until `flexion_s` ends, then "calibrated". A
     sensor of which a pose cannot be believed is named by "calibration_failed", with what to do.
 
-    Until calibrated, and for ever where calibration failed, a sensor's outputs are zero, which no
-    accelerometer at work reads: trackers take that for a lost sample.
+    Until calibrated, and for ever where calibration failed, a sensor's outputs are NaN, which trackers
+    take for lost samples.
 
     Attributes
     ----------
@@ -135,13 +135,14 @@ class SegmentCalibration:
     def inputs(self) -> tuple[Port, ...]:
         """gyr, acc and mag, in the sensors' frames."""
         gyr, acc, mag = self.outputs
-        return gyr, acc, replace(mag, optional=True)
+        return replace(gyr, gaps=False), replace(acc, gaps=False), replace(mag, gaps=False, optional=True)
 
     @property
     def outputs(self) -> tuple[Port, ...]:
         """gyr, acc and mag, in the segments' frames."""
         shape = (self.sensors or None, 3)
-        return Port("gyr", shape, "rad/s"), Port("acc", shape, "m/s^2"), Port("mag", shape, "T")
+        return (Port("gyr", shape, "rad/s", gaps=True), Port("acc", shape, "m/s^2", gaps=True),
+                Port("mag", shape, "T", gaps=True))
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SegmentCalibration:
         """The same for the number of sensors wired to it."""
@@ -228,8 +229,8 @@ class SegmentCalibration:
 
 @numba.njit(cache=True)
 def turn_samples(rotations: Any, passing: Any, gyr: Any, acc: Any, mag: Any) -> tuple[Any, Any, Any]:
-    """Three kinds of samples (n, 3) turned by quaternions (n, 4), fresh; zero where not `passing` (n,)."""
-    rows = np.zeros((3, passing.size, 3))
+    """Three kinds of samples (n, 3) turned by quaternions (n, 4), fresh; NaN where not `passing` (n,)."""
+    rows = np.full((3, passing.size, 3), np.nan)
     for i in range(passing.size):
         if passing[i]:
             q = (rotations[i, 0], rotations[i, 1], rotations[i, 2], rotations[i, 3])
