@@ -81,7 +81,7 @@ def motion_path(
     for phase in phases:
         writer.add(phase)
     count = max(6, 1 + math.ceil(length_s(phases) / knot_s))
-    times = knot_s * np.arange(count)
+    times: Array = knot_s * np.arange(count, dtype=np.float64)
     columns = np.zeros((count, 2 * ARM + len(tree.ranges)))
     columns[:, ARM:-ARM] = writer.now
     _fill(columns[:, ARM:-ARM], times, writer.fingers)
@@ -213,27 +213,28 @@ def _faded(t: Array, duration: float, fade: float) -> Array:
     return _rise(t / fade) * _rise((duration - t) / fade)
 
 
-def _sines(rng: np.random.Generator, amplitudes: Sequence[float], period: float) -> Course:
+def _sines(rng: np.random.Generator, amplitudes: Array, period: float) -> Course:
     """Two sinusoids a column, the second of half the amplitude and 1.6 times as fast, phases random."""
-    phases = rng.uniform(0.0, 2.0 * math.pi, (2, len(amplitudes)))
-    size = np.asarray(amplitudes)
+    phases = rng.uniform(0.0, 2.0 * math.pi, (2, amplitudes.size))
 
     def course(t: Array) -> Array:
         angle = (2.0 * math.pi / period * t)[:, np.newaxis]
-        return np.asarray(size / 1.5 * (np.sin(angle + phases[0]) + 0.5 * np.sin(1.6 * angle + phases[1])))
+        waves = np.sin(angle + phases[0]) + 0.5 * np.sin(1.6 * angle + phases[1])
+        return np.asarray(amplitudes / 1.5 * waves)
 
     return course
 
 
 def _sway(arm: ArmSway, duration: float, rng: np.random.Generator) -> Course:
-    moving = _sines(rng, (*np.radians(arm.turn_deg), *arm.shift_m), arm.period_s)
+    moving = _sines(rng, np.concatenate([np.radians(arm.turn_deg), arm.shift_m]), arm.period_s)
     return lambda t: _faded(t, duration, _FADE_S) * moving(t)
 
 
 def _held(solver: ContactSolver, preferred: Array, phase: Phase, rng: np.random.Generator) -> Course:
     """Postures in which the contacts hold while the preferred posture plays, as a spline of keyframes."""
-    times = np.linspace(0.0, phase.duration_s, max(4, 1 + math.ceil(phase.duration_s / _KEYFRAME_S)))
-    play = np.zeros_like(preferred)
+    count = max(4, 1 + math.ceil(phase.duration_s / _KEYFRAME_S))
+    times: Array = np.linspace(0.0, phase.duration_s, count, dtype=np.float64)
+    play = np.zeros(preferred.size)
     play[solver.freedoms] = math.radians(phase.play_deg)
     wanted = preferred + _faded(times, phase.duration_s, _FADE_S) * _sines(rng, play, _PLAY_PERIOD_S)(times)
     rows, angles = [], preferred

@@ -22,6 +22,7 @@ from fesloop.loop.signals import Port, Value
 from plants.anatomy import Deviation, person
 from plants.motion_path import MotionPath, motion_path
 from plants.motion_script import Phase, length_s
+from plants.motion_scripts import MotionScript, script
 from plants.moving_hand_kernels import observe_rows
 
 Array = NDArray[np.float64]
@@ -78,8 +79,9 @@ class MovingHand:
     ----------
     hand: the hand as it is measured.
     deviation: how this person differs from it.
-    phases: the script; afterwards the hand stands still.
-    rest_deg: posture at the start, by freedom; others are 0.
+    script: name of a script (`plants.motion_scripts`), or empty.
+    phases: a script of one's own; afterwards the hand stands still.
+    rest_deg: posture at the start of it, by freedom; others are 0.
     forearm_orientation: (w, x, y, z), of the wrist coordinate system to the global frame (ENU) without
         sway; empty: palm down, fingers to the north.
     knot_ms: the path is a quintic spline with knots at this distance.
@@ -87,24 +89,33 @@ class MovingHand:
 
     hand: HandSize = field(default_factory=HandSize)
     deviation: Deviation = field(default_factory=Deviation)
-    phases: tuple[Phase, ...]
+    script: str = ""
+    phases: tuple[Phase, ...] = ()
     rest_deg: dict[str, float] = field(default_factory=dict)
     forearm_orientation: tuple[float, ...] = ()
     knot_ms: float = 20.0
 
     def __post_init__(self) -> None:
-        if not self.phases:
-            raise InputError("phases", "none", "one or more")
+        if bool(self.script) == bool(self.phases):
+            found = f"{len(self.phases)} beside script {self.script!r}" if self.script else "none"
+            raise InputError("phases", found, "phases, or the name of a script")
+        if self.script and self.rest_deg:
+            raise InputError("rest_deg", "given beside a script", "none: the script has its own")
         if not 1.0 <= self.knot_ms <= 1000.0:
             raise InputError("knot_ms", f"{self.knot_ms}", "1 to 1000 ms")
         q = self.forearm_orientation
         if q and (len(q) != 4 or abs(math.hypot(*q) - 1.0) > 1e-6):
             raise InputError("forearm_orientation", f"{q}", "a quaternion (w, x, y, z) of length 1, or empty")
-        tree = hand_tree(self.hand)
-        for name in (*self.rest_deg, *(name for phase in self.phases for name in phase.posture_deg)):
+        tree, told = hand_tree(self.hand), self._told()
+        for name in (*told.rest_deg, *(name for phase in told.phases for name in phase.posture_deg)):
             tree.freedom(name)
-        if length_s(self.phases) > 24 * 3600.0:
-            raise InputError("phases", f"last {length_s(self.phases):g} s", "a day at most")
+        if self.length_s > 24 * 3600.0:
+            raise InputError("phases", f"last {self.length_s:g} s", "a day at most")
+
+    @property
+    def length_s(self) -> float:
+        """How long the script lasts, s."""
+        return length_s(self._told().phases)
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -144,7 +155,8 @@ class MovingHand:
         """The path of a trial. Raises InputError for contacts that this person does not reach."""
         own = SegmentTree((Segment(name="forearm"), *self.wearer(seed, name).tree.segments[2:]))
         rng = _drawn_from(stream_key(seed, f"{name}/path", trial))
-        return motion_path(self.phases, own, self.hand, self.rest_deg, rng, 1e-3 * self.knot_ms)
+        told = self._told()
+        return motion_path(told.phases, own, self.hand, told.rest_deg, rng, 1e-3 * self.knot_ms)
 
     def init(self, context: Context) -> MovingHandState:
         """At the beginning of the script."""
@@ -178,6 +190,11 @@ class MovingHand:
             samples)
         return (postures[:, 0], postures[:, 1], postures[:, 2], fingertips, orientations, positions,
                 samples[:, 0], samples[:, 1])
+
+    def _told(self) -> MotionScript:
+        if self.script:
+            return script(self.script)
+        return MotionScript(phases=self.phases, rest_deg=self.rest_deg)
 
     def _room(self) -> Array:
         usual = _LEFT_PALM_DOWN if self.hand.side == "left" else _RIGHT_PALM_DOWN
