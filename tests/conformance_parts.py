@@ -44,6 +44,7 @@ def specimens():
         "minimum_jerk": {"times_s": (0.1, 0.4), "angles_deg": ((20.0, 25.0, 15.0), (40.0, 50.0, 25.0)),
                          "preview": 5},
         "select": {"indices": (2, 0)}, "join": {"unit": "T"},
+        "imus": every_imu_error(), "fingertip_force": {},
         "fmu": {"path": "shipped:finger", "step_rate": "100"},
         "pid": {**joints, **current, "recruitment": curves}, "safety": {},
         "ilc": {"model": model, "duration_s": 0.5, **current}, "mpc": {"model": model, **current},
@@ -80,6 +81,18 @@ def any_pose():
 
     return PoseLimits(least_samples=5, still_deg_s=1e4, spread_m_s2=1e3, gravity_m_s2=1e3,
                       least_flexion_deg=0.01, wobble_deg=90.0, skew_deg=89.0)
+
+
+def every_imu_error():
+    """Parameters of `imus` with every source of error but loss, whose NaN equals nothing."""
+    from plants.imus_soft_tissue import SoftTissue
+    from plants.magnetic_field import Dipole, MagneticField
+    from plants.stimulation_artefacts import PulseArtefacts, Tremor
+
+    field = MagneticField(dipoles=(Dipole(position=(1.0, 0.0, 0.0), moment=(0.5, 0.0, 0.0)),
+                                   Dipole(position=(0.0, 0.05, 0.0), moment=(0.0, 0.1, 0.0), carrier="hand")))
+    return {"soft_tissue": SoftTissue(), "tremor": Tremor(), "artefacts": PulseArtefacts(),
+            "magnetic_field": field}
 
 
 def load(kind):
