@@ -16,10 +16,11 @@ from fesloop._siblings import check_siblings
 
 if TYPE_CHECKING:
     from fesloop.errors import FesloopError, InputError, RunError
-    from fesloop.experiment.experiment import Experiment, Record, Score
+    from fesloop.experiment.experiment import Experiment
     from fesloop.experiment.parse import load
     from fesloop.experiment.reading import Recording
     from fesloop.experiment.trial import Result
+    from fesloop.experiment.wanted import Record, Score
     from fesloop.loop.duration import Duration
     from fesloop.loop.run import Loop
     from fesloop.loop.wire import Wire
@@ -32,11 +33,11 @@ _HOMES = {
     "InputError": "fesloop.errors",
     "Loop": "fesloop.loop.run",
     "Node": "fesloop.loop.wiring",
-    "Record": "fesloop.experiment.experiment",
+    "Record": "fesloop.experiment.wanted",
     "Recording": "fesloop.experiment.reading",
     "Result": "fesloop.experiment.trial",
     "RunError": "fesloop.errors",
-    "Score": "fesloop.experiment.experiment",
+    "Score": "fesloop.experiment.wanted",
     "Wire": "fesloop.loop.wire",
     "Wiring": "fesloop.loop.wiring",
     "load": "fesloop.experiment.parse",

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment import registry
 from fesloop.experiment.schema import plain
-from fesloop.loop.clock import FOREVER, NS_PER_S, duration_ns, parse_rate
-from fesloop.loop.signals import Port
+from fesloop.experiment.wanted import Record, Score
+from fesloop.loop.clock import FOREVER, NS_PER_S, duration_ns
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
 
@@ -25,81 +24,6 @@ _WIRE_NAMES = {"source": "from", "target": "to"}
 _LONGEST_NAME = 100
 _MOST_TRIALS, _GREATEST_SEED = 2**31 - 1, 2**63 - 1
 """What a recording has room for."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Record:
-    """What a recording holds beyond the blocks' own ticks.
-
-    Attributes
-    ----------
-    plant_rate: how often plant outputs are recorded, Hz; reading them changes no trajectory.
-    timed: blocks whose steps are timed by the wall clock; that changes nothing either.
-    """
-
-    plant_rate: str | int | float = "1000"
-    timed: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        parse_rate(self.plant_rate, "plant_rate")
-        for name in {name for name in self.timed if self.timed.count(name) > 1}:
-            raise InputError("timed", f"{name!r} stands there more than once", "each block once",
-                             "remove one")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Score:
-    """Which signals are compared, each named as "node.port".
-
-    Attributes
-    ----------
-    truth: joint angles of the plant, rad.
-    reference: what they should be; with `truth` it gives joint_rmse_deg.
-    estimate: what the tracker made of them; with `truth` it gives tracker_rmse_deg.
-    orientation: a tracker's orientation quaternions, scored against the reference of the recording that
-        the node `recording` plays.
-    recording: node that plays a recording.
-    joints: names of the joints, under which their own metrics stand.
-    after_s: start of each trial that is left out.
-    """
-
-    truth: str | None = None
-    reference: str | None = None
-    estimate: str | None = None
-    orientation: str | None = None
-    recording: str | None = None
-    joints: tuple[str, ...] = ()
-    after_s: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.after_s) and self.after_s >= 0.0):
-            raise InputError("after_s", f"{self.after_s}", "0 or more seconds")
-
-    def faults(self, nodes: Sequence[Node]) -> list[InputError]:
-        """Signals and nodes that do not exist or do not fit."""
-        outputs = [name for node in nodes for name, _ in _outputs(node)]
-        signals = ((key, getattr(self, key)) for key in ("truth", "reference", "estimate", "orientation"))
-        faults = [InputError(f"score.{key}", f"there is no signal {name!r}", ", ".join(sorted(outputs)))
-                  for key, name in signals if name is not None and name not in outputs]
-        players = [node.name for node in nodes if hasattr(node.part, "source")]
-        if self.recording is not None and self.recording not in players:
-            faults.append(InputError("score.recording", f"{self.recording!r} plays no recording",
-                                     ", ".join(players) or "no node does"))
-        if self.orientation is not None and self.recording is None:
-            faults.append(InputError("score.recording", "is missing", ", ".join(players) or "no node does",
-                                     "name the node whose recording holds the reference"))
-        shapes = {name: port.shape for node in nodes for name, port in _outputs(node)}
-        named = self.truth or self.estimate
-        joints = shapes.get(named or "", ())
-        if self.joints and joints != (len(self.joints),) and (named is None or named in shapes):
-            faults.append(InputError("score.joints", f"{len(self.joints)} names",
-                                     f"as many as the signals have values: {joints}"))
-        return faults
-
-
-def _outputs(node: Node) -> Iterator[tuple[str, Port]]:
-    """Output ports of a node by the names of their signals."""
-    return ((f"{node.name}.{port.name}", port) for port in node.part.outputs)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

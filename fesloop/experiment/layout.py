@@ -10,8 +10,8 @@ from pydantic import Discriminator, TypeAdapter
 from typing_extensions import is_typeddict
 
 from fesloop.experiment import registry
-from fesloop.experiment.experiment import Record, Score
 from fesloop.experiment.schema import Kinds, checked, closed, table
+from fesloop.experiment.wanted import Record, Score
 from fesloop.loop.duration import Duration
 from fesloop.loop.wire import Wire
 

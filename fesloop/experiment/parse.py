@@ -14,12 +14,13 @@ from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment import registry
-from fesloop.experiment.experiment import Experiment, Record, Score
+from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.faults import faults_of
 from fesloop.experiment.layout import experiment_table, keys_at
 from fesloop.experiment.repeat import document_of
 from fesloop.experiment.schema import Kinds, make
 from fesloop.experiment.settings import apply_settings
+from fesloop.experiment.wanted import Record, Score
 from fesloop.loop.clock import Clock
 from fesloop.loop.duration import Duration
 from fesloop.loop.wire import Wire

@@ -9,10 +9,11 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.experiment import Score
+from fesloop.experiment.fingertip_metrics import by_tip, coverage, fingertip_error, fingertip_rmse_mm
 from fesloop.experiment.metrics import Trace, joint_rmse_deg, rmse_deg, split_error, tracker_rmse_deg
 from fesloop.experiment.reading import Recording, Signal
 from fesloop.experiment.schema import make
+from fesloop.experiment.wanted import Score
 from fesloop.loop.clock import FOREVER, NS_PER_S
 from fesloop.loop.signals import NEVER, Sample
 from fesloop.loop.wire import Link, Wire
@@ -27,13 +28,16 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
     the truth of the instant of its capture. split_rmse_deg: the error that the patient sees (total), what
     of it the controller could not see (tracker, latency included), and what it saw and did not put right
     (controller), one a trial. Under joints the same by joint. orientation_rmse_deg and
-    relative_angle_rmse_deg: against the reference of the recording that was played. step_us: median and
-    99th percentile of the timed blocks' steps.
+    relative_angle_rmse_deg: against the reference of the recording that was played. fingertip_rmse_mm: by
+    tracker and fingertip, one a trial; fingertip_coverage likewise, where the tracker gives its sd. step_us:
+    median and 99th percentile of the timed blocks' steps.
     """
     score = make(Score, recording.experiment["score"], {}, "score")
     metrics = _joint_metrics(recording, score)
     if score.orientation is not None:
         metrics |= _orientation_metrics(recording, score)
+    if score.fingertips is not None:
+        metrics |= _fingertip_metrics(recording, score, score.fingertips)
     for name, times in recording.step_times_ns.items():
         if times.size:
             median, p99 = np.percentile(times, [50, 99]) / 1e3
@@ -123,6 +127,28 @@ def _deliver(link: Link, before_ns: int, held: Sample, rows: array[int], arrival
             rows.append(int(cast(float, held.value)))
             arrivals.append(held.arrived_ns)
     return held
+
+
+def _fingertip_metrics(recording: Recording, score: Score, truth: str) -> dict[str, Any]:
+    """How far each tracker's fingertips are off, and how often its 95 % intervals hold the truth."""
+    rmse: dict[str, Any] = {}
+    covered: dict[str, Any] = {}
+    for tracker in score.trackers:
+        errors, shares = [], []
+        for trial in range(recording.trials):
+            true = recording.column(truth, trial)
+            signal = recording.signal(f"{tracker}.fingertips", trial)
+            told = (signal.newest_ns >= 0) & (signal.times_ns >= score.after_s * NS_PER_S)
+            error = fingertip_error((signal.newest_ns[told], signal.values[told]), true)
+            errors.append(fingertip_rmse_mm(error))
+            if f"{tracker}.fingertip_sd" in recording.signals:
+                sd = recording.signal(f"{tracker}.fingertip_sd", trial).values[told]
+                shares.append(coverage(error, sd[len(sd) - len(error):]))
+        names = score.tips or tuple(f"F{i + 1}" for i in range(len(errors[0])))
+        rmse[tracker] = by_tip(errors, names)
+        if shares:
+            covered[tracker] = by_tip(shares, names)
+    return {"fingertip_rmse_mm": rmse} | ({"fingertip_coverage": covered} if covered else {})
 
 
 def _orientation_metrics(recording: Recording, score: Score) -> dict[str, Any]:

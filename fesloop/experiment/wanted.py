@@ -1,0 +1,101 @@
+"""What an experiment wants of its run: what its recording holds, and which signals are compared."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from fesloop.errors import InputError
+from fesloop.loop.clock import parse_rate
+from fesloop.loop.signals import Port
+from fesloop.loop.wiring import Node
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Record:
+    """What a recording holds beyond the blocks' own ticks.
+
+    Attributes
+    ----------
+    plant_rate: how often plant outputs are recorded, Hz; reading them changes no trajectory.
+    timed: blocks whose steps are timed by the wall clock; that changes nothing either.
+    """
+
+    plant_rate: str | int | float = "1000"
+    timed: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        parse_rate(self.plant_rate, "plant_rate")
+        for name in {name for name in self.timed if self.timed.count(name) > 1}:
+            raise InputError("timed", f"{name!r} stands there more than once", "each block once",
+                             "remove one")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Score:
+    """Which signals are compared, each named as "node.port".
+
+    Attributes
+    ----------
+    truth: joint angles of the plant, rad.
+    reference: what they should be; with `truth` it gives joint_rmse_deg.
+    estimate: what the tracker made of them; with `truth` it gives tracker_rmse_deg.
+    orientation: a tracker's orientation quaternions, scored against the reference of the recording that
+        the node `recording` plays.
+    recording: node that plays a recording.
+    joints: names of the joints, under which their own metrics stand.
+    fingertips: positions of fingertips, (tips, 3), m.
+    trackers: nodes whose output `fingertips` is compared with them; gives fingertip_rmse_mm.
+    tips: names of the fingertips, under which their own metrics stand; empty: F1, F2, ...
+    after_s: start of each trial that is left out.
+    """
+
+    truth: str | None = None
+    reference: str | None = None
+    estimate: str | None = None
+    orientation: str | None = None
+    recording: str | None = None
+    joints: tuple[str, ...] = ()
+    fingertips: str | None = None
+    trackers: tuple[str, ...] = ()
+    tips: tuple[str, ...] = ()
+    after_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.after_s) and self.after_s >= 0.0):
+            raise InputError("after_s", f"{self.after_s}", "0 or more seconds")
+
+    def faults(self, nodes: Sequence[Node]) -> list[InputError]:
+        """Signals and nodes that do not exist or do not fit."""
+        outputs = [name for node in nodes for name, _ in _outputs(node)]
+        signals = [(key, getattr(self, key))
+                   for key in ("truth", "reference", "estimate", "orientation", "fingertips")]
+        signals += [("trackers", f"{name}.fingertips") for name in self.trackers]
+        faults = [InputError(f"score.{key}", f"there is no signal {name!r}", ", ".join(sorted(outputs)))
+                  for key, name in signals if name is not None and name not in outputs]
+        if bool(self.trackers) != (self.fingertips is not None):
+            faults.append(InputError("score.trackers", f"{list(self.trackers)} with fingertips "
+                                     f"{self.fingertips!r}", "both, or neither"))
+        players = [node.name for node in nodes if hasattr(node.part, "source")]
+        if self.recording is not None and self.recording not in players:
+            faults.append(InputError("score.recording", f"{self.recording!r} plays no recording",
+                                     ", ".join(players) or "no node does"))
+        if self.orientation is not None and self.recording is None:
+            faults.append(InputError("score.recording", "is missing", ", ".join(players) or "no node does",
+                                     "name the node whose recording holds the reference"))
+        shapes = {name: port.shape for node in nodes for name, port in _outputs(node)}
+        tips = shapes.get(self.fingertips or "", ())[:1]
+        if self.tips and tips and tips != (len(self.tips),):
+            faults.append(InputError("score.tips", f"{len(self.tips)} names", f"{tips[0]}, one a fingertip"))
+        named = self.truth or self.estimate
+        joints = shapes.get(named or "", ())
+        if self.joints and joints != (len(self.joints),) and (named is None or named in shapes):
+            faults.append(InputError("score.joints", f"{len(self.joints)} names",
+                                     f"as many as the signals have values: {joints}"))
+        return faults
+
+
+def _outputs(node: Node) -> Iterator[tuple[str, Port]]:
+    """Output ports of a node by the names of their signals."""
+    return ((f"{node.name}.{port.name}", port) for port in node.part.outputs)

@@ -1,0 +1,78 @@
+"""Theirs beside ours: rows of a table, the band of our virtual subjects, and whether theirs lies in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+LOW, HIGH = 5.0, 95.0
+"""Percentiles of the band over virtual subjects."""
+_DRAWS = 4000
+
+
+@dataclass(frozen=True, slots=True)
+class Band:
+    """Median and 5-95 % band of a figure over virtual subjects."""
+
+    median: float
+    low: float
+    high: float
+
+    def holds(self, value: float) -> bool:
+        """Whether a value lies in the band."""
+        return bool(self.low <= value <= self.high)
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One line of a comparison.
+
+    Attributes
+    ----------
+    table, row: which of the paper's.
+    theirs: the paper's figure, or what it states in words.
+    ours: our band, or what ours says in words.
+    holds: whether theirs lies in our band, or ours bears out the statement.
+    unit: of both.
+    """
+
+    table: str
+    row: str
+    theirs: float | str
+    ours: Band | str
+    holds: bool
+    unit: str = ""
+
+    def as_table(self) -> dict[str, object]:
+        """As `fesloop reproduce --json` prints it."""
+        ours = self.ours if isinstance(self.ours, str) else {
+            "median": self.ours.median, "low": self.ours.low, "high": self.ours.high}
+        return {"table": self.table, "row": self.row, "theirs": self.theirs, "ours": ours,
+                "holds": self.holds, "unit": self.unit}
+
+
+def band(values: ArrayLike) -> Band:
+    """Band of a figure, one value a subject."""
+    low, median, high = np.percentile(np.asarray(values, dtype=np.float64), [LOW, 50.0, HIGH])
+    return Band(float(median), float(low), float(high))
+
+
+def band_of_means(values: ArrayLike, size: int, seed: int = 0) -> Band:
+    """Band of the mean over `size` subjects: that of groups drawn from our subjects, each at most once."""
+    array = np.asarray(values, dtype=np.float64)
+    rng = np.random.default_rng(seed)
+    size = min(size, array.size)
+    return band([array[rng.choice(array.size, size, replace=False)].mean() for _ in range(_DRAWS)])
+
+
+def compared(table: str, row: str, theirs: float, ours: Band, unit: str) -> Row:
+    """A row that holds where theirs lies in our band."""
+    return Row(table, row, theirs, ours, ours.holds(theirs), unit)
+
+
+def share_that_holds(rows: Sequence[Row]) -> float:
+    """Share of the rows that hold."""
+    return sum(row.holds for row in rows) / len(rows) if rows else 0.0

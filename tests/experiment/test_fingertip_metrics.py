@@ -1,0 +1,56 @@
+import numpy as np
+import pytest
+
+from fesloop.errors import InputErrors
+from fesloop.experiment.fingertip_metrics import coverage, fingertip_error, fingertip_rmse_mm
+from fesloop.experiment.parse import from_document
+
+
+def test_rmse_is_that_of_the_distance_and_late_estimates_are_judged_at_their_capture():
+    times = np.arange(0, 1000, 10)
+    truth = np.zeros((100, 2, 3))
+    truth[:, 1, 0] = 1e-3 * np.arange(100)
+    seen = truth[5:50].copy()
+    seen[:, 0] += [3e-3, 4e-3, 0.0]
+    error = fingertip_error((times[5:50], seen), (times, truth))
+    assert np.allclose(fingertip_rmse_mm(error), [5.0, 0.0])
+
+
+def test_estimates_before_the_truth_begins_are_left_out():
+    error = fingertip_error((np.array([0, 50, 100]), np.ones((3, 1, 3))), (np.array([50]), np.zeros((1, 1, 3))))
+    assert error.shape == (2, 1, 3)
+
+
+def test_intervals_of_gaussian_errors_cover_95_percent():
+    rng = np.random.default_rng(0)
+    sd = rng.uniform(1e-3, 1e-2, (20000, 2, 3))
+    error = sd * rng.standard_normal(sd.shape)
+    assert np.allclose(coverage(error, sd), 0.95, atol=0.005)
+    assert (coverage(2.0 * error, sd) < 0.72).all()
+
+
+def test_trackers_and_truth_are_asked_for_together():
+    document = {
+        "experiment": {"name": "tips", "duration_s": 0.1},
+        "blocks": {"hand": {"kind": "moving_hand", "phases": [{"duration_s": 0.1}]}},
+        "score": {"fingertips": "hand.fingertips", "tips": ["F1"]}}
+    with pytest.raises(InputErrors) as fault:
+        from_document(document)
+    assert "score.trackers" in str(fault.value)
+    assert "score.tips" in str(fault.value)
+    document["score"] = {"fingertips": "hand.fingertips", "trackers": ["hand", "imus"]}
+    with pytest.raises(InputErrors, match=r"imus\.fingertips"):
+        from_document(document)
+    document["score"]["trackers"] = ["hand"]
+    assert from_document(document).score.trackers == ("hand",)
+
+
+def test_a_run_is_scored_by_tracker_and_fingertip(tmp_path):
+    document = {
+        "experiment": {"name": "tips", "duration_s": 0.5},
+        "record": {"plant_rate": "100"},
+        "blocks": {"hand": {"kind": "moving_hand", "phases": [
+            {"duration_s": 0.5, "posture_deg": {"F2_pip_flexion": 60.0}}]}},
+        "score": {"fingertips": "hand.fingertips", "trackers": ["hand"]}}
+    metrics = from_document(document).run(tmp_path).metrics
+    assert metrics["fingertip_rmse_mm"]["hand"] == {f"F{i}": [0.0] for i in range(1, 6)}
