@@ -17,7 +17,8 @@ def test_rmse_is_that_of_the_distance_and_late_estimates_are_judged_at_their_cap
 
 
 def test_estimates_before_the_truth_begins_are_left_out():
-    error = fingertip_error((np.array([0, 50, 100]), np.ones((3, 1, 3))), (np.array([50]), np.zeros((1, 1, 3))))
+    estimate = np.array([0, 50, 100]), np.ones((3, 1, 3))
+    error = fingertip_error(estimate, (np.array([50]), np.zeros((1, 1, 3))))
     assert error.shape == (2, 1, 3)
 
 
