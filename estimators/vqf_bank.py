@@ -21,48 +21,87 @@ class VqfBank:
     Parameters
     ----------
     sensors: how many.
-    period_s: of the samples; VQF takes it as constant.
+    period_s: of the gyroscopes' samples; VQF takes it as constant.
     magnetometer: 9-axis fusion in place of 6-axis.
+    acc_period_s, mag_period_s: of the others, where they are slower.
     settings: further parameters of VQF, under its own names (tauAcc, tauMag, ...).
     """
 
-    __slots__ = ("_filters", "_quaternions", "_settings", "_updates", "magnetometer", "period_s")
+    __slots__ = ("_filters", "_periods_s", "_quaternions", "_settings", "_updates", "magnetometer")
 
-    def __init__(self, sensors: int, period_s: float, magnetometer: bool, **settings: float) -> None:
-        self.period_s, self.magnetometer, self._settings = period_s, magnetometer, settings
-        self._fill([VQF(period_s, **settings) for _ in range(sensors)])
+    def __init__(
+        self, sensors: int, period_s: float, magnetometer: bool, *, acc_period_s: float | None = None,
+        mag_period_s: float | None = None, **settings: float
+    ) -> None:
+        self._periods_s = (period_s, acc_period_s or period_s, mag_period_s or period_s)
+        self.magnetometer, self._settings = magnetometer, settings
+        self._fill([self._new() for _ in range(sensors)])
+
+    def _new(self) -> Any:
+        return VQF(*self._periods_s, **self._settings)
 
     def _fill(self, filters: list[Any]) -> None:
         self._filters = filters
         self._updates = [f.update for f in filters]
         self._quaternions = [f.getQuat9D if self.magnetometer else f.getQuat6D for f in filters]
 
-    def update(self, gyr: Array, acc: Array, mag: Array | None) -> None:
-        """One sample of every sensor, (n, 3) each, C-contiguous: rad/s, m/s^2, any unit of field."""
-        if mag is None:
+    def update(self, gyr: Array, acc: Array | None, mag: Array | None) -> None:
+        """One sample of every sensor, (n, 3) each, C-contiguous: rad/s, m/s^2, any unit of field.
+
+        None stands for a kind of which this tick brings no sample.
+        """
+        if acc is None:
+            self.update_only(np.ones(len(self._filters), dtype=np.bool_), gyr, None, mag)
+        elif mag is None:
             for update, rate, specific_force in zip(self._updates, gyr, acc, strict=True):
                 update(rate, specific_force)
         else:
             for update, rate, specific_force, field in zip(self._updates, gyr, acc, mag, strict=True):
                 update(rate, specific_force, field)
 
-    def update_only(self, used: NDArray[np.bool_], gyr: Array, acc: Array, mag: Array | None) -> None:
+    def update_only(
+        self, used: NDArray[np.bool_], gyr: Array, acc: Array | None, mag: Array | None
+    ) -> None:
         """One sample of the sensors that are `used`, (n,); the others stay where they are."""
         for i in np.flatnonzero(used):
-            self._updates[i](gyr[i], acc[i], *(() if mag is None else (mag[i],)))
+            filter_ = self._filters[i]
+            filter_.updateGyr(gyr[i])
+            if acc is not None:
+                filter_.updateAcc(acc[i])
+            if mag is not None:
+                filter_.updateMag(mag[i])
+
+    def begin(
+        self, used: NDArray[np.bool_], bias: Array, acc: Array, mag: Array | None, samples: int
+    ) -> None:
+        """Let the sensors that are `used` begin anew, after a rest of so many samples at these readings.
+
+        Parameters
+        ----------
+        bias: (n, 3), rad/s, of the gyroscopes.
+        acc, mag: (n, 3), what they read in the rest; without mag the heading begins at zero.
+        """
+        filters = list(self._filters)
+        for i in np.flatnonzero(used):
+            filters[i] = self._new()
+            filters[i].setBiasEstimate(np.ascontiguousarray(bias[i]))
+            rest = [np.tile(kind[i], (samples, 1)) for kind in (bias, acc, mag) if kind is not None]
+            filters[i].updateBatch(*rest)
+        self._fill(filters)
 
     def orientation(self) -> Array:
         """Sensor to earth frame (z up; with magnetometers y north), (n, 4), w x y z."""
         return np.concatenate([quaternion() for quaternion in self._quaternions]).reshape(-1, 4)
 
-    def __getstate__(self) -> tuple[float, bool, dict[str, float], list[Any]]:
-        return self.period_s, self.magnetometer, self._settings, [f.state for f in self._filters]
+    def __getstate__(self) -> tuple[tuple[float, float, float], bool, dict[str, float], list[Any]]:
+        return self._periods_s, self.magnetometer, self._settings, [f.state for f in self._filters]
 
-    def __setstate__(self, saved: tuple[float, bool, dict[str, float], list[Any]]) -> None:
-        self.period_s, self.magnetometer, self._settings, states = saved
+    def __setstate__(
+        self, saved: tuple[tuple[float, float, float], bool, dict[str, float], list[Any]]
+    ) -> None:
+        self._periods_s, self.magnetometer, self._settings, states = saved
         filters = []
         for state in states:
-            made = VQF(self.period_s, **self._settings)
-            made.state = state
-            filters.append(made)
+            filters.append(self._new())
+            filters[-1].state = state
         self._fill(filters)
