@@ -1,38 +1,36 @@
-"""`constrained`: orientations without magnetometers, kept from drifting by the joints themselves."""
+"""`constrained`: a hand's posture without magnetometers, kept from drifting by the joints themselves."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from estimators.body import Body, body_of, posture_ports
+from estimators.constrained_beginning import Hypotheses, begin, weigh
 from estimators.constrained_filter import SOUND, admit, advance
-from estimators.constrained_measurements import N
+from estimators.constrained_fingertips import fingertip_posture, moving_joints
 from estimators.constrained_posture import posture
-from estimators.heading import first_orientation
-from estimators.joint_constraints import HINGE, Joint, JointTable, joint_table, tree
+from estimators.constrained_standing import SURE, report, stand
+from estimators.joint_constraints import CHAIN5, Joint, JointTable, body_table, joint_table
 from estimators.samples import SampleWatch, watch_samples
 from estimators.vqf_bank import VqfBank
 from fesloop.errors import InputError
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.segments import Segment
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock, StampClock
 from fesloop.loop.signals import Port, Sample, Value
 
 Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+_USUAL = HandSize()
 _POSITIVE = ("mounting_sd_deg", "axis_sd_deg", "axis_time_s", "turn_sd_deg", "bias_sd_deg_s",
              "bias_walk_deg_s", "force_sd", "spin_sd_m", "force_time_s", "lever_sd_m", "range_sd_deg",
              "unseen_deg_s", "unsure_deg", "tau_acc_s", "gyr_range_deg_s", "acc_range_g")
-_KNOWN, _CALM = 0.5, 1.0
-"""Sd of a heading, rad, and acceleration, m/s^2, below which a sample is believed (chosen)."""
-_FIRST_TILT = 0.3
-"""Sd of the first sample's vertical, rad: 3 m/s^2 of acceleration against gravity (chosen)."""
-_SURE_AGAIN = 0.8
-"""Share of the limit below which a joint is sure again; in between nothing is reported (chosen)."""
 
 
 @dataclass(slots=True, eq=False)
@@ -44,59 +42,61 @@ class ConstrainedState:
     roots: filters of the sensors that are no joint's child.
     watch: what is wrong with the samples.
     settings: of the joint filters, as `constrained_filter` reads them.
-    q: (joints, 4), child to parent; NaN until both sensors have given a sample.
-    rest: (joints, 13), gyroscope bias, lever arms, mean force, time unseen.
-    covariance: (joints, 12, 12), of the error state.
+    found: the joint filters.
     gyr, acc: (2, n, 3), the sample before and the newest.
     seen: (2, n), LOST, DOUBTED or SOUND, each of these.
-    unsure: (joints,), whose angles have been reported as unsure.
+    standing: (joints,), SURE, UNSURE or UNSEEN, as last reported.
     ticks: number of the next tick.
-    heading_sd: (joints,), rad, of a hinge that began with its axis too upright to tell it, else 0.
-    settled: whether every joint has begun, and none so.
     """
 
     roots: VqfBank
     watch: SampleWatch
     settings: Array
-    q: Array
-    rest: Array
-    covariance: Array
+    found: Hypotheses
     gyr: Array
     acc: Array
-    seen: NDArray[np.int64]
-    unsure: NDArray[np.bool_]
-    heading_sd: Array
+    seen: Numbers
+    standing: Numbers
     ticks: int = 0
-    settled: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ConstrainedTracker:
-    """Joint angles of a segment tree from gyroscopes and accelerometers, without drift.
+    """Posture of a segment tree from gyroscopes and accelerometers, without drift.
 
     Each joint has a filter (`estimators.constrained_filter`) that integrates the relative rotation and
     holds it by what the two segments share: the acceleration of the joint's centre, its axes, its
     ranges. Neither a magnetometer nor an initial pose is needed. What a sensor's mounting hides (a
-    constant turn about a hinge's own axis) no constraint can show; it is in the sd.
+    constant turn about a hinge's own axis) no constraint can show; it is in the sd. Where the first
+    samples leave a joint several headings, each has a filter until motion has decided
+    (`estimators.constrained_beginning`).
 
     Inputs `gyr` (n, 3) rad/s and `acc` (n, 3) m/s^2, sensor frames equal to segment frames. Outputs
-    `orientation` (n, 4), segment to earth, of one common heading in each tree, that of the 6-axis VQF
-    filter (doi 10.1016/j.inffus.2022.10.014) of its root; `angles` (a,), rad, those of each joint in
-    turn (see Joint); `angle_sd` (a,), rad, their standard deviations.
+    `orientation` (n, 4), segment to earth, of one common heading as far as joints reach from a root, that
+    of the 6-axis VQF filter (doi 10.1016/j.inffus.2022.10.014) there; `angles` (a,), rad, all freedoms of
+    the tree; `angle_sd` (a,), rad; `fingertips` (t, 3), m, in the frame of the tree's root (for a hand the
+    WCS); `fingertip_sd` (t, 3), m. Lengths are taken as exact.
+
+    With `joints` in place of a body, and for five sensors without any setting (those of chain5,
+    `fesloop.streams.chain5`), no lengths are known: there are no outputs `fingertips` and `fingertip_sd`,
+    and `angles` are those of each joint in turn (see Joint).
 
     A joint is reported as "unsure" when the sd of one of its angles rises above `unsure_deg`, and as
     "sure" when all are well below again. Through a lost sample the joints of that sensor stand still, a
-    clipped one still moves them; their sd grows. Before the first sound one they are at zero with the sd
-    of no knowledge.
+    clipped one still moves them; their sd grows until nothing is known. A joint without sensors or of
+    which nothing is known is reported as "unseen", until "seen": its angles are zero, their sd is pi.
 
     Attributes
     ----------
     sensors: n; 0 takes it from what is wired to `gyr`.
-    joints: from the root outwards; empty: those of `tree`.
-    tree: name of a tree (`estimators.joint_constraints.TREES`), read where `joints` is empty.
-    mounting_sd_deg, axis_sd_deg: of the sensors on their segments, and of the joints' axes (5 to 10 deg
-        each: doi 10.3390/s19010208, section 4). The part of a relative rotation that its joint forbids
-        is shared between the two causes accordingly.
+    hand: size of the hand.
+    sensed: names of the segments that the sensors sit on, in the order of the samples; empty: every one,
+        or all but the tree's root (a hand's forearm).
+    segments: another tree in place of the hand.
+    joints: from the root outwards, in place of a body.
+    mounting_sd_deg, axis_sd_deg: about each axis, of each sensor on its segment, and of the joints' axes
+        (5 to 10 deg each: doi 10.3390/s19010208, section 4). The part of a relative rotation that its
+        joint forbids is shared between the two causes accordingly.
     axis_time_s: after what time of motion the error of an axis counts as another one (chosen: a fifth of
         a slow finger movement).
     turn_sd_deg: of the gyroscopes' integral after a second, deg (chosen: soft tissue and scale, above
@@ -110,15 +110,18 @@ class ConstrainedTracker:
     force_time_s: its correlation time, s (chosen: that of tissue at 10 rad/s).
     lever_sd_m: of the distance from a joint's centre to its sensors at the start, m, each axis.
     range_sd_deg: tolerance of a joint's range (S19 clips hard; 3 is chosen).
-    unseen_deg_s: rms rate of a joint while a sample is missing (chosen: a finger in motion).
+    unseen_deg_s: rms rate of a joint while a sample is missing (chosen: a finger in motion). A joint is
+        unseen once that has made pi.
     unsure_deg: from which sd on a joint's angle is reported.
     tau_acc_s: time constant of the root's inclination, s (VQF's own default).
     gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, as of VqfTracker.
     """
 
     sensors: int = 0
+    hand: HandSize = _USUAL
+    sensed: tuple[str, ...] = ()
+    segments: tuple[Segment, ...] = ()
     joints: tuple[Joint, ...] = ()
-    tree: str = "chain5"
     mounting_sd_deg: float = 5.0
     axis_sd_deg: float = 5.0
     axis_time_s: float = 0.2
@@ -135,7 +138,9 @@ class ConstrainedTracker:
     tau_acc_s: float = 3.0
     gyr_range_deg_s: float = 2000.0
     acc_range_g: float = 16.0
+    body: Body | None = field(init=False, repr=False, default=None)
     table: JointTable | None = field(init=False, repr=False, default=None)
+    moving: Numbers | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self) -> None:
         if self.sensors < 0:
@@ -144,13 +149,19 @@ class ConstrainedTracker:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise InputError(name, f"{value} is not positive", "a finite number above 0")
-        joints = self.joints or tree(self.tree)
-        if self.sensors:
-            meant = 1 + max(joint.child for joint in joints)
-            if not self.joints and meant != self.sensors:
-                raise InputError("tree", f"{self.tree!r} has {meant} sensors, {self.sensors} are wired",
-                                 "a tree of as many", "name it, or give its `joints`")
-            object.__setattr__(self, "table", joint_table(joints, self.sensors))
+        worn = bool(self.sensed or self.segments or self.hand != _USUAL)
+        if self.joints and worn:
+            raise InputError("joints", "given beside hand, sensed or segments",
+                             "joints, or the body that wears the sensors", "leave one out")
+        if not self.sensors:
+            return
+        if self.joints or (self.sensors == 5 and not worn):
+            object.__setattr__(self, "table", joint_table(self.joints or CHAIN5, self.sensors))
+            return
+        body = body_of(self.sensors, self.hand, self.segments, self.sensed)
+        table = body_table(body)
+        for name, value in (("body", body), ("table", table), ("moving", moving_joints(body, table))):
+            object.__setattr__(self, name, value)
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -160,10 +171,12 @@ class ConstrainedTracker:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """orientation, angles and angle_sd."""
-        angles = self.table.angles if self.table else None
-        return (Port("orientation", (self.sensors or None, 4), "1"), Port("angles", (angles,), "rad"),
-                Port("angle_sd", (angles,), "rad", math.pi))
+        """orientation, angles, angle_sd and, where there is a body, fingertips and fingertip_sd."""
+        ports = posture_ports(self.body, self.sensors)
+        if self.table is None or self.body is not None:
+            return ports
+        shape = (self.table.angles,)
+        return ports[0], replace(ports[1], shape=shape), replace(ports[2], shape=shape)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> ConstrainedTracker:
         """The same tracker for the number of sensors wired to it."""
@@ -174,121 +187,79 @@ class ConstrainedTracker:
         if not isinstance(context.clock, (RateClock, StampClock)):
             raise InputError(f"{context.name}.rate", "is missing", "the rate of the sensors")
         table = self._joints()
-        joints, period = len(table.ends), context.clock.period_s
+        period = context.clock.period_s
         return ConstrainedState(
             roots=VqfBank(len(table.roots), period, False, tauAcc=self.tau_acc_s),
             watch=SampleWatch.of(self.sensors, 2), settings=self._settings(period),
-            q=np.full((joints, 4), np.nan), rest=np.zeros((joints, 13)),
-            covariance=np.zeros((joints, N, N)),
+            found=Hypotheses.none(len(table.ends)),
             gyr=np.zeros((2, self.sensors, 3)), acc=np.zeros((2, self.sensors, 3)),
-            seen=np.zeros((2, self.sensors), dtype=np.int64), unsure=np.zeros(joints, dtype=np.bool_),
-            heading_sd=np.zeros(joints))
+            seen=np.zeros((2, self.sensors), dtype=np.int64),
+            standing=np.full(len(table.ends), SURE, dtype=np.int64))
 
     def step(self, state: ConstrainedState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """One sample of every sensor."""
-        table = self._joints()
-        axis_sd = math.radians(math.hypot(self.axis_sd_deg, self.mounting_sd_deg))
+        table, found = self._joints(), state.found
         limits = (math.radians(self.gyr_range_deg_s), 9.81 * self.acc_range_g)
         sound = watch_samples(state.watch, inputs, limits, tick)
         # Ticks that were skipped while the block was busy are made good with this sample.
         for _ in range(tick.index + 1 - state.ticks):
             _take(state, table, inputs, sound)
-            if not state.settled and may_begin(
-                    state.heading_sd, state.q, table.ends, table.axes, state.acc, state.seen, axis_sd):
-                self._begin(state, table)
-        state.ticks = tick.index + 1
-        orientation, angles, sd, worst = posture(
-            state.roots.orientation(), state.q, state.covariance, state.heading_sd, table.roots,
-            table.ends, table.kinds, table.axes, table.zero, table.first_angle, table.angles,
-            math.radians(self.mounting_sd_deg), math.radians(self.axis_sd_deg))
-        self._report(state, table, worst, tick)
-        return orientation, angles, sd
+            self._begin(state, table)
+            if found.open:
+                found.open = weigh(found.q, found.rest, found.covariance, found.surprise, found.doubt)
+        first, state.ticks = state.ticks == 0, tick.index + 1
+        q, covariance = found.q[0], found.covariance[0]
+        pair_sd, axis_sd = self._sds()
+        orientation, angles, sd, relative, worst = posture(
+            state.roots.orientation(), q, covariance, found.doubt, table.roots, table.ends, table.kinds,
+            table.axes, table.zero, table.first_angle, table.angles, pair_sd, axis_sd)
+        if first or stand(worst, math.radians(self.unsure_deg), state.standing):
+            report(worst, math.radians(self.unsure_deg), state.standing, table, first, tick)
+        if self.body is None:
+            return orientation, angles, sd
+        tree = self.body.tree
+        tips, tip_sd = fingertip_posture(
+            tree.layout, tree.geometry, self.body.tips, self.moving, relative, q, covariance, found.doubt,
+            table.kinds, table.axes, pair_sd, axis_sd)
+        return orientation, angles, sd, tips, tip_sd
 
     def _begin(self, state: ConstrainedState, table: JointTable) -> None:
-        """Joints that begin, or begin anew, with a sample of both sensors that tells more than before.
-
-        A hinge whose axis stands upright has any heading. It moves on from an arbitrary one, whence its
-        filter, which is linear, may not find back: it begins anew once the axis leans and all is calm.
-        """
-        both = (state.seen[1, table.ends] == SOUND).all(axis=1)
-        axis_sd = math.radians(math.hypot(self.axis_sd_deg, self.mounting_sd_deg))
-        missing = np.isnan(state.q[:, 0])
-        for j in np.flatnonzero(both & (missing | (state.heading_sd > 0.0))):
-            up = state.acc[1, table.ends[j]]
-            q, heading_sd = first_orientation(int(table.kinds[j]), table.axes[j], up, axis_sd)
-            leaning = table.kinds[j] != HINGE or heading_sd < _KNOWN
-            calm = (np.abs(np.linalg.norm(up, axis=1) - 9.81) < _CALM).all()
-            if not missing[j] and not (leaning and calm):
-                continue
-            state.q[j], state.heading_sd[j] = q, 0.0 if leaning else heading_sd
-            state.rest[j] = 0.0
-            state.rest[j, 9:12] = up[1]
-            vertical = up[1] / np.linalg.norm(up[1])
-            turn = _FIRST_TILT ** 2 * np.eye(3) + heading_sd ** 2 * np.outer(vertical, vertical)
-            bias = 2.0 * math.radians(self.bias_sd_deg_s) ** 2
-            state.covariance[j] = np.diag([0.0] * 3 + [bias] * 3 + [self.lever_sd_m ** 2] * 6)
-            state.covariance[j, :3, :3] = turn
-        state.settled = not (np.isnan(state.q).any() or state.heading_sd.any())
-
-    def _report(self, state: ConstrainedState, table: JointTable, worst: Array, tick: Tick) -> None:
-        limit = math.radians(self.unsure_deg)
-        if not changes(worst, limit, state.unsure):
+        """Joints of which nothing is known begin with a sound sample of both sensors."""
+        q = state.found.q[0]
+        # A sum of finite numbers is finite; that of NaN is not, and costs one look at all joints.
+        if math.isfinite(q.sum()):
             return
-        rises = ~state.unsure & (worst > limit)
-        falls = state.unsure & (worst < _SURE_AGAIN * limit)
-        for status, changed in (("unsure", rises), ("sure", falls)):
-            if changed.any():
-                tick.report(status, "joint " + ", ".join(f"{p}-{c}" for p, c in table.ends[changed]))
-        state.unsure = (state.unsure | rises) & ~falls
+        both = (state.seen[1, table.ends] == SOUND).all(axis=1)
+        pair_sd, axis_sd = self._sds()
+        for j in np.flatnonzero(both & np.isnan(q[:, 0])):
+            begin(state.found, int(j), table, state.acc[1, table.ends[j]], math.hypot(pair_sd, axis_sd),
+                  math.radians(self.bias_sd_deg_s), self.lever_sd_m)
 
     def _joints(self) -> JointTable:
         if self.table is None:
             raise InputError("sensors", "0", "their number", "wire the tracker, or give it `sensors`")
         return self.table
 
+    def _sds(self) -> tuple[float, float]:
+        """Of the mounting of two sensors against each other, and of a joint's axes, rad."""
+        return math.radians(self.mounting_sd_deg) * math.sqrt(2.0), math.radians(self.axis_sd_deg)
+
     def _settings(self, period: float) -> Array:
-        axis = math.hypot(self.mounting_sd_deg, self.axis_sd_deg)
         return np.array([period, math.radians(self.turn_sd_deg), math.radians(self.bias_walk_deg_s),
-                         self.force_sd, self.spin_sd_m, self.force_time_s, math.radians(axis),
+                         self.force_sd, self.spin_sd_m, self.force_time_s, math.hypot(*self._sds()),
                          self.axis_time_s, math.radians(self.range_sd_deg),
                          math.radians(self.unseen_deg_s)])
 
 
 def _take(state: ConstrainedState, table: JointTable, inputs: Sequence[Sample], sound: bool) -> None:
     """One period on with the samples that stand at the inputs."""
-    codes, roots = state.watch.codes, table.roots
+    codes, roots, found = state.watch.codes, table.roots, state.found
     admit(inputs[0].value, inputs[1].value, codes, state.gyr, state.acc, state.seen)
     gyr, acc = state.gyr[1].take(roots, axis=0), state.acc[1].take(roots, axis=0)
     if sound:
         state.roots.update(gyr, acc, None)
     else:
         state.roots.update_only(state.watch.usable()[roots], gyr, acc, None)
-    advance(state.q, state.rest, state.covariance, table.ends, table.kinds, table.axes, table.zero,
-            table.ranges, state.gyr, state.acc, state.seen, state.settings)
-
-
-@numba.njit(cache=True)
-def may_begin(
-    heading_sd: Any, q: Any, ends: Any, axes: Any, acc: Any, seen: Any, axis_sd: float
-) -> bool:
-    """Whether a joint has no estimate, or a sample to better it: both sensors calm, its axis leaning."""
-    for j in range(q.shape[0]):
-        good = heading_sd[j] > 0.0
-        for end in range(2):
-            up, axis = acc[1, ends[j, end]], axes[j, end]
-            size = math.sqrt(up[0] ** 2 + up[1] ** 2 + up[2] ** 2)
-            along = abs(up[0] * axis[0] + up[1] * axis[1] + up[2] * axis[2])
-            good &= seen[1, ends[j, end]] == SOUND and abs(size - 9.81) < _CALM
-            good &= size ** 2 - along ** 2 > (size * axis_sd / _KNOWN) ** 2
-        if good or np.isnan(q[j, 0]):
-            return True
-    return False
-
-
-@numba.njit(cache=True)
-def changes(worst: Any, limit: float, unsure: Any) -> bool:
-    """Whether a joint's largest sd (joints,) has crossed what changes its being `unsure`."""
-    crossed = False
-    for j in range(worst.size):
-        crossed |= worst[j] < _SURE_AGAIN * limit if unsure[j] else worst[j] > limit
-    return crossed
+    for h in range(len(found.q) if found.open else 1):
+        advance(found.q[h], found.rest[h], found.covariance[h], found.surprise[h], table.ends, table.kinds,
+                table.axes, table.zero, table.ranges, state.gyr, state.acc, state.seen, state.settings)

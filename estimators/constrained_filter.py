@@ -18,6 +18,7 @@ forces belong to one instant. Arrays carry one joint a row.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numba
@@ -45,16 +46,18 @@ LOST, DOUBTED, SOUND = range(3)
 
 @numba.njit(cache=True)
 def advance(
-    q: Any, rest: Any, covariance: Any, ends: Any, kinds: Any, axes: Any, zero: Any, ranges: Any,
-    gyr: Any, acc: Any, seen: Any, settings: Any
+    q: Any, rest: Any, covariance: Any, surprise: Any, ends: Any, kinds: Any, axes: Any, zero: Any,
+    ranges: Any, gyr: Any, acc: Any, seen: Any, settings: Any
 ) -> None:
     """All joints one period on.
 
     Parameters
     ----------
-    q: (joints, 4), changed; NaN for a joint that has not begun, which is left out.
+    q: (joints, 4), changed; NaN for a joint that has not begun, which is left out, and once a sample has
+        been missing for so long that nothing is known any more.
     rest: (joints, 13), b, l_p, l_c, the force's mean in the child's frame, m/s^2, and for how long a
         sample has been missing, s; changed. covariance: (joints, 12, 12), changed.
+    surprise: (joints,), raised by minus twice the log likelihood of what was measured.
     ends, kinds, axes, zero, ranges: as of JointTable.
     gyr, acc: (2, n, 3), the sample before and this one.
     seen: (2, n), LOST, DOUBTED or SOUND: a lost sample stops its joints, a doubted one (clipped) still
@@ -74,10 +77,12 @@ def advance(
         if worst > LOST:
             _turn(at, s, wp, wc, 0.5 * period)
             if min(worst, seen[0, p], seen[0, c]) == SOUND:
-                shared_acceleration(at, s, cov, gyr, acc, p, c, settings, x, h, gain, levers)
-        axes_agree(at, kinds[j], axes[j], cov, settings, x, h, gain)
+                surprise[j] += shared_acceleration(
+                    at, s, cov, gyr, acc, p, c, settings, x, h, gain, levers)
+        surprise[j] += axes_agree(at, kinds[j], axes[j], cov, settings, x, h, gain)
         correct(at, s, x)
-        keep_in_range(at, s, kinds[j], axes[j], zero[j], ranges[j], cov, settings, x, h, gain)
+        surprise[j] += keep_in_range(
+            at, s, kinds[j], axes[j], zero[j], ranges[j], cov, settings, x, h, gain)
         if worst > LOST:
             _turn(at, s, wp, wc, 0.5 * period)
         if worst == SOUND:
@@ -89,6 +94,8 @@ def advance(
             s[12] += period
             for i in range(3):
                 cov[i, i] += settings[UNSEEN] ** 2 * (s[12] ** 2 - before ** 2)
+            if s[12] * settings[UNSEEN] > math.pi:
+                at[:] = np.nan
 
 
 @numba.njit(cache=True)

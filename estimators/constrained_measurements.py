@@ -32,10 +32,11 @@ def mean_of(samples: Any, i: int) -> Any:
 @numba.njit(cache=True)
 def _measure(
     cov: Any, h: Any, innovation: float, variance: float, x: Any, gain: Any, with_levers: bool
-) -> None:
+) -> float:
     """A scalar measurement with row `h` on the error state `x` found so far at this instant.
 
-    The row is zero for the bias always, and for the lever arms unless `with_levers`.
+    The row is zero for the bias always, and for the lever arms unless `with_levers`. Gives minus twice the
+    logarithm of its likelihood, but for a constant.
     """
     total, left = variance, innovation
     for a in range(N):
@@ -57,6 +58,7 @@ def _measure(
             value = cov[a, b] - share * gain[b]
             cov[a, b] = value
             cov[b, a] = value
+    return left * left / total + math.log(total)
 
 
 @numba.njit(cache=True)
@@ -104,7 +106,7 @@ def _lasting(s: Any, v: Any, wc: Any, period: float, settings: Any) -> Any:
 def shared_acceleration(
     q: Any, s: Any, cov: Any, gyr: Any, acc: Any, p: int, c: int, settings: Any, x: Any, h: Any,
     gain: Any, levers: Any
-) -> None:
+) -> float:
     """The acceleration of the joint's centre, seen from both sides, into the error state x.
 
     `levers` (2, 3, 3) is written: how both sides depend on the lever arms, in the child's frame.
@@ -127,6 +129,7 @@ def shared_acceleration(
     variance *= max(1.0, settings[FORCE_TIME] / period)
     u = _lasting(s, v, wc, period, settings)
     n = levers[1]
+    surprise = 0.0
     for i in range(3):
         # Rows of -[u]x.
         h[0] = 0.0 if i == 0 else -u[2] if i == 1 else u[1]
@@ -136,16 +139,17 @@ def shared_acceleration(
             h[6 + k] = m[i, k]
             h[9 + k] = -n[i, k]
         of_child = fc[i] - (n[i, 0] * s[6] + n[i, 1] * s[7] + n[i, 2] * s[8])
-        _measure(cov, h, v[i] - of_child, variance, x, gain, True)
+        surprise += _measure(cov, h, v[i] - of_child, variance, x, gain, True)
+    return surprise
 
 
 @numba.njit(cache=True)
 def axes_agree(
     q: Any, kind: int, axes: Any, cov: Any, settings: Any, x: Any, h: Any, gain: Any
-) -> None:
+) -> float:
     """The axes of hinge and saddle into the error state x."""
     if kind == BALL:
-        return
+        return 0.0
     a = (axes[1, 0], axes[1, 1], axes[1, 2])
     v = rotated(conjugate(components(q)), (axes[0, 0], axes[0, 1], axes[0, 2]))
     variance = settings[AXIS] ** 2 * max(1.0, settings[AXIS_TIME] / settings[PERIOD])
@@ -153,17 +157,18 @@ def axes_agree(
         # a . (v + v x t): the row is a x v.
         row = cross(a, v)
         h[0], h[1], h[2] = row
-        _measure(cov, h, -dot(a, v), variance, x, gain, False)
-        return
+        return _measure(cov, h, -dot(a, v), variance, x, gain, False)
     # Whichever of x and y is farther from the axis.
     n = cross(a, (1.0, 0.0, 0.0) if abs(a[0]) < abs(a[1]) else (0.0, 1.0, 0.0))
     length = math.sqrt(dot(n, n))
     n = (n[0] / length, n[1] / length, n[2] / length)
+    surprise = 0.0
     for _ in range(2):
         row = cross(n, v)
         h[0], h[1], h[2] = row
-        _measure(cov, h, -dot(n, v), variance, x, gain, False)
+        surprise += _measure(cov, h, -dot(n, v), variance, x, gain, False)
         n = cross(a, n)
+    return surprise
 
 
 @numba.njit(cache=True)
@@ -179,13 +184,15 @@ def correct(q: Any, s: Any, x: Any) -> None:
 def keep_in_range(
     q: Any, s: Any, kind: int, axes: Any, zero: Any, ranges: Any, cov: Any, settings: Any,
     x: Any, h: Any, gain: Any
-) -> None:
+) -> float:
     """Each angle beyond its limit is drawn back, with the range's tolerance."""
+    surprise = 0.0
     angles, rows = joint_angles(q, kind, axes, zero)
     for i in range(kind + 1):
         beyond = max(angles[i] - ranges[i, 1], 0.0) + min(angles[i] - ranges[i, 0], 0.0)
         if beyond != 0.0:
             h[0], h[1], h[2] = rows[i]
-            _measure(cov, h, -beyond, settings[RANGE] ** 2, x, gain, False)
+            surprise += _measure(cov, h, -beyond, settings[RANGE] ** 2, x, gain, False)
             correct(q, s, x)
             angles, rows = joint_angles(q, kind, axes, zero)
+    return surprise

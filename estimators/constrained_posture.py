@@ -70,39 +70,54 @@ def _allowed(q: Any, kind: int, axes: Any, share: float) -> Any:
 
 @numba.njit(cache=True)
 def posture(
-    roots: Any, q: Any, covariance: Any, heading_sd: Any, root_of: Any, ends: Any, kinds: Any, axes: Any,
-    zero: Any, first_angle: Any, angles: int, mounting_sd: float, axis_sd: float
+    roots: Any, q: Any, covariance: Any, doubt: Any, root_of: Any, ends: Any, kinds: Any, axes: Any,
+    zero: Any, first_angle: Any, angles: int, pair_sd: float, axis_sd: float
 ) -> Any:
-    """Orientations (n, 4), angles (angles,) with their sd, and the largest sd of each joint (joints,).
+    """What the joint filters say of the whole tree.
+
+    Gives orientations (n, 4); angles (angles,) with their sd, rad, zero and pi where no joint has put
+    them; relative orientations (joints, 4), without what the joints forbid; and the largest sd of each
+    joint (joints,), rad, infinite for one of which nothing is known.
 
     Parameters
     ----------
     roots: (roots, 4), orientation of the sensors `root_of` (roots,).
-    q, covariance: of the joints' filters; a joint that has not begun is at zero, its sd pi.
-    heading_sd: (joints,), rad, of a first heading that its filter is not believed to have bettered.
+    q, covariance: of the joints' filters; q is NaN for a joint that has not begun.
+    doubt: (joints,), rad, sd of a heading that is not decided.
     ends, kinds, axes, zero, first_angle: as of JointTable; `angles` in all.
-    mounting_sd, axis_sd: rad, of the child's sensor against the parent's, and of the axes.
+    pair_sd, axis_sd: rad, each axis, of one sensor's mounting against the other's, and of the axes.
     """
-    orientation = np.empty((roots.shape[0] + ends.shape[0], 4))
-    values, sds, worst = np.empty(angles), np.empty(angles), np.zeros(ends.shape[0])
+    orientation, relative = np.empty((roots.shape[0] + ends.shape[0], 4)), np.empty((ends.shape[0], 4))
+    values, sds = np.zeros(angles), np.full(angles, math.pi)
+    worst = np.zeros(ends.shape[0])
     for i in range(roots.shape[0]):
         orientation[root_of[i]] = roots[i]
-    share = mounting_sd ** 2 / (mounting_sd ** 2 + axis_sd ** 2)
+    share = mounting_share(pair_sd, axis_sd)
     for j in range(ends.shape[0]):
         begun = q[j, 0] * 0.0 == 0.0
-        relative = _allowed(components(q[j]), kinds[j], axes[j], share) if begun else components(zero[j])
-        store(orientation[ends[j, 1]], multiply(components(orientation[ends[j, 0]]), relative))
-        found, rows = joint_angles(relative, kinds[j], axes[j], zero[j])
+        between = _allowed(components(q[j]), kinds[j], axes[j], share) if begun else components(zero[j])
+        store(relative[j], between)
+        store(orientation[ends[j, 1]], multiply(components(orientation[ends[j, 0]]), between))
+        if not begun:
+            worst[j] = math.inf
+            continue
+        found, rows = joint_angles(between, kinds[j], axes[j], zero[j])
         for i in range(kinds[j] + 1):
             row = rows[i]
             # A tilt of one of a saddle's axes about the other is a turn about the other.
-            variance = heading_sd[j] ** 2 + (0.5 * axis_sd ** 2 if kinds[j] == SADDLE else 0.0)
+            variance = doubt[j] ** 2 + (0.5 * axis_sd ** 2 if kinds[j] == SADDLE else 0.0)
             for a in range(3):
                 for b in range(3):
                     variance += row[a] * covariance[j, a, b] * row[b]
-                variance += (mounting_sd * row[a]) ** 2
-            sd = min(math.sqrt(variance), math.pi) if begun else math.pi
+                variance += (pair_sd * row[a]) ** 2
+            sd = min(math.sqrt(variance), math.pi)
             values[first_angle[j] + i] = found[i]
             sds[first_angle[j] + i] = sd
             worst[j] = max(worst[j], sd)
-    return orientation, values, sds, worst
+    return orientation, values, sds, relative, worst
+
+
+@numba.njit(cache=True)
+def mounting_share(pair_sd: float, axis_sd: float) -> float:
+    """How much of a rotation that a joint forbids is its sensors' mounting, and not its axes' tilt."""
+    return pair_sd ** 2 / (pair_sd ** 2 + axis_sd ** 2)

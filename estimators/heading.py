@@ -1,8 +1,8 @@
-"""First relative orientation of two jointed segments from one sample of each, and how well it is known.
+"""First relative orientations of two jointed segments from one sample of each: all that it allows.
 
 Both accelerometers see the same vertical, as far as nothing accelerates; that leaves the heading of one
-sensor against the other. A hinge's axis gives it. A saddle's axes allow two headings, of which the one
-nearer to the joint's zero is taken; a ball joint gives none.
+sensor against the other. A hinge's axis gives it. A saddle's axes allow two headings. Where axes stand too
+upright to tell, and for a ball joint, four headings stand for all.
 """
 
 from __future__ import annotations
@@ -16,12 +16,18 @@ from estimators.joint_constraints import HINGE, SADDLE
 from fesloop.hand import quaternion
 
 Array = NDArray[np.float64]
-UNKNOWN = math.pi / math.sqrt(3.0)
-"""Sd of a heading of which nothing is known: that of a uniform one, rad."""
+ANY = 4
+"""How many headings stand for all: a filter finds its way from an eighth of a turn away (chosen)."""
+ANY_SD = math.pi / 4.0
+"""Sd of each of them, rad: a share that overlaps with its neighbours' (chosen)."""
+_KNOWN = 0.5
+"""Sd of a heading, rad, below which axes are believed to tell it (chosen)."""
 
 
-def first_orientation(kind: int, axes: Array, up: Array, axis_sd: float) -> tuple[Array, float]:
-    """Child to parent, (4,), and the sd of its heading, rad.
+def first_orientations(kind: int, axes: Array, up: Array, axis_sd: float) -> tuple[Array, float]:
+    """Child to parent, (h, 4), the nearest to the joint's zero first, and the sd of each's heading, rad.
+
+    h is 1 for a hinge, 2 for a saddle, `ANY` where the heading cannot be told.
 
     Parameters
     ----------
@@ -32,23 +38,30 @@ def first_orientation(kind: int, axes: Array, up: Array, axis_sd: float) -> tupl
     """
     up = up / np.linalg.norm(up, axis=1, keepdims=True)
     level = [_level(each) for each in up]
-    flat = [quaternion.rotate(q, axis) for q, axis in zip(level, axes, strict=True)]
-    lengths = [math.hypot(axis[0], axis[1]) for axis in flat]
-    bearings = [math.atan2(axis[1], axis[0]) for axis in flat]
-    if kind == HINGE:
-        headings = [bearings[0] - bearings[1]]
-    elif kind == SADDLE and min(lengths) > 0.0:
-        # With the child turned by h the product of the axes is l0 l1 cos(b1 + h - b0) + z0 z1 = 0.
-        cosine = -flat[0][2] * flat[1][2] / (lengths[0] * lengths[1])
-        away = math.acos(min(1.0, max(-1.0, cosine)))
-        headings = [bearings[0] - bearings[1] + away, bearings[0] - bearings[1] - away]
-    else:
-        headings = [0.0]
+    levelled = [quaternion.rotate(q, axis) for q, axis in zip(level, axes, strict=True)]
+    headings, sd = _headings(kind, levelled, axis_sd)
     found = [quaternion.multiply(quaternion.conjugate(level[0]),
                                  quaternion.multiply(quaternion.about_z(h), level[1])) for h in headings]
-    nearest = min(found, key=lambda q: float(quaternion.rotation_angle(q)))
-    known = axis_sd / max(min(lengths), 1e-6) if kind == HINGE else UNKNOWN
-    return nearest, min(known, UNKNOWN)
+    found.sort(key=lambda q: float(quaternion.rotation_angle(q)))
+    return np.array(found), sd
+
+
+def _headings(kind: int, axes: list[Array], axis_sd: float) -> tuple[list[float], float]:
+    """Headings of the child against the parent, rad, from their axes in level frames, and their sd."""
+    (x, y, up), (child_x, child_y, child_up) = (axis.tolist() for axis in axes)
+    first = math.atan2(y, x) - math.atan2(child_y, child_x)
+    lengths = math.hypot(x, y), math.hypot(child_x, child_y)
+    if kind == HINGE and axis_sd < _KNOWN * min(lengths):
+        return [first], axis_sd / min(lengths)
+    if kind == SADDLE:
+        # With the child turned by h the product of the axes is l0 l1 cos(h - first) + z0 z1 = 0.
+        across = lengths[0] * lengths[1]
+        cosine = min(1.0, max(-1.0, -up * child_up / max(across, 1e-9)))
+        slope = across * math.sqrt(1.0 - cosine ** 2)
+        if axis_sd < _KNOWN * slope:
+            away = math.acos(cosine)
+            return [first + away, first - away], axis_sd / slope
+    return [first + 2.0 * math.pi * i / ANY for i in range(ANY)], ANY_SD
 
 
 def _level(up: Array) -> Array:

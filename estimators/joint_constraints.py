@@ -9,19 +9,17 @@ joint leaves all three. Any joint may be limited to a range.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from estimators.body import Body
 from fesloop.errors import InputError, did_you_mean
 from fesloop.hand import quaternion
-from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.segments import AXES, SegmentTree
-from fesloop.hand.skeleton import hand_tree
 
 Array = NDArray[np.float64]
 Axis = tuple[float, float, float]
@@ -105,6 +103,8 @@ class JointTable:
     first_angle: (joints,), where the angles of each begin in the list of all.
     angles: how many angles there are in all.
     roots: (roots,), sensors that are no joint's child.
+    names: of the joints: those of the body's, else "parent-child".
+    unsensed: names of the body's joints that are not among these, for want of a sensor.
     """
 
     ends: NDArray[np.int64]
@@ -115,6 +115,8 @@ class JointTable:
     first_angle: NDArray[np.int64]
     angles: int
     roots: NDArray[np.int64]
+    names: tuple[str, ...]
+    unsensed: tuple[str, ...] = ()
 
 
 def joint_table(joints: tuple[Joint, ...], sensors: int) -> JointTable:
@@ -134,7 +136,8 @@ def joint_table(joints: tuple[Joint, ...], sensors: int) -> JointTable:
         ends=np.array([(joint.parent, joint.child) for joint in joints], dtype=np.int64).reshape(-1, 2),
         kinds=np.array([KINDS.index(joint.kind) for joint in joints], dtype=np.int64),
         axes=axes, zero=zero.reshape(-1, 4), ranges=ranges, first_angle=np.cumsum(counts) - counts,
-        angles=int(counts.sum()), roots=np.array(_roots(joints, sensors), dtype=np.int64))
+        angles=int(counts.sum()), roots=np.array(_roots(joints, sensors), dtype=np.int64),
+        names=tuple(f"{joint.parent}-{joint.child}" for joint in joints))
     for array in (table.ends, table.kinds, table.axes, table.zero, table.ranges, table.first_angle,
                   table.roots):
         array.flags.writeable = False
@@ -170,10 +173,10 @@ def _turn(axes: Array) -> Array:
     return quaternion.normalized(half)
 
 
-def _chain5() -> tuple[Joint, ...]:
-    hinges = (Joint(parent=i + 1, child=i + 2, kind="hinge", parent_axis=axis, child_axis=axis)
-              for i, axis in enumerate((X, Y, Z)))
-    return (Joint(parent=0, child=1, kind="ball"), *hinges)
+CHAIN5 = (Joint(parent=0, child=1, kind="ball"),
+          *(Joint(parent=i, child=i + 1, kind="hinge", parent_axis=axis, child_axis=axis)
+            for i, axis in enumerate((X, Y, Z), start=1)))
+"""A ball joint, then hinges about x, y, z (`fesloop.streams.chain5`, which gives no lengths)."""
 
 
 def joints_of(tree: SegmentTree, sensed: Sequence[str]) -> tuple[Joint, ...]:
@@ -201,21 +204,15 @@ def joints_of(tree: SegmentTree, sensed: Sequence[str]) -> tuple[Joint, ...]:
     return tuple(joints)
 
 
-def _hand(first: int) -> tuple[Joint, ...]:
-    """The hand's joints with sensors on its segments from number `first` on."""
-    segments = hand_tree(HandSize())
-    return joints_of(segments, segments.names[first:])
-
-
-TREES: dict[str, Callable[[], tuple[Joint, ...]]] = {
-    "chain5": _chain5, "hand16": partial(_hand, 1), "hand17": partial(_hand, 0)}
-"""Trees by name. chain5: ball joint, then hinges about x, y, z (`fesloop.streams.chain5`). hand17: every
-segment of the hand (`fesloop.hand.skeleton`), hand16: all but the forearm; in the tree's order."""
-
-
-def tree(name: str) -> tuple[Joint, ...]:
-    """The joints of a named tree. Raises InputError for an unknown name."""
-    if name not in TREES:
-        raise InputError("tree", f"there is no tree {name!r}", ", ".join(TREES),
-                         did_you_mean(name, TREES))
-    return TREES[name]()
+def body_table(body: Body) -> JointTable:
+    """The joints of a body that both have sensors, their angles where the tree has its freedoms."""
+    tree = body.tree
+    names = [tree.names[k] for k in body.sensed]
+    table = joint_table(joints_of(tree, names), len(names))
+    moved = body.sensed[table.ends[:, 1]]
+    first = tree.layout[moved, 2].copy()
+    first.flags.writeable = False
+    freedoms = tree.layout[:, 1]
+    return replace(
+        table, first_angle=first, angles=len(tree.ranges), names=tuple(body.joints[k] for k in moved),
+        unsensed=tuple(body.joints[k] for k in np.flatnonzero(~body.seen() & (freedoms > 0))))

@@ -37,7 +37,8 @@ def specimens():
         "state_space": {"a": ((0.0, 1.0), (-30.0, -4.0)), "b": ((0.0,), (30.0,)), "c": ((1.0, 0.0),)},
         "finger": {}, "finger_imus": {}, "moving_hand": {"phases": wave()},
         "vqf": {"initial_angles_deg": (20.0, 25.0, 15.0), "align_s": 0.1},
-        "vqf9": {}, "constrained": {"joints": chain()}, "kortier": {"chains": (finger_chain,)},
+        "vqf9": {}, "constrained": {"sensed": ("hand", "F2p", "F2m", "F2d")},
+        "kortier": {"chains": (finger_chain,)},
         "ideal": {"noise_deg": 0.3, "walk_deg": 0.1},
         "segment_calibration": {"method": "poses", "flat_s": (0.0, 0.1), "flexion_s": (0.1, 0.2),
                                 "assumed": (0,), "limits": any_pose()},
@@ -64,15 +65,6 @@ def wave():
     from plants.motion_script import Phase
 
     return (Phase(duration_s=0.2, posture_deg={"F2_pip_flexion": 60.0}),)
-
-
-def chain():
-    """A joint of each kind, for four sensors."""
-    from estimators.joint_constraints import Joint
-
-    return (Joint(parent=0, child=1, kind="ball"),
-            Joint(parent=1, child=2, kind="hinge", ranges_deg=((-20.0, 100.0),)),
-            Joint(parent=2, child=3, kind="saddle", child_axis=(1.0, 0.0, 0.0)))
 
 
 def any_pose():

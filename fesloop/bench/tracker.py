@@ -20,7 +20,7 @@ from fesloop.loop.signals import Sample
 
 Array = NDArray[np.float64]
 SENSORS, RATE, TICKS, WARM_UP = 16, 100, 3000, 200
-KINDS: dict[str, dict[str, Any]] = {"vqf": {}, "vqf9": {}, "constrained": {"tree": "hand16"},
+KINDS: dict[str, dict[str, Any]] = {"vqf": {}, "vqf9": {}, "constrained": {},
                                     "kortier": {}}
 """Tracker kinds and the parameters that each needs for sixteen sensors."""
 

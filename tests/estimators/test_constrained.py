@@ -13,16 +13,19 @@ from tracker_parts import run_tracker
 
 from estimators.constrained import ConstrainedTracker
 from estimators.constrained_posture import joint_angles, posture
-from estimators.joint_constraints import Joint, joint_table, tree
+from estimators.joint_constraints import Joint, joint_table, joints_of
 from fesloop.errors import InputError
 from fesloop.experiment.orientation_metrics import score_recording
 from fesloop.hand import quaternion
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.skeleton import hand_tree
 from fesloop.streams.files import open_recording
 
 X, Y, Z = np.eye(3).tolist()
 EACH = (Joint(parent=0, child=1, kind="saddle", child_axis=(1.0, 0.0, 0.0)),
         Joint(parent=1, child=2, kind="hinge"), Joint(parent=0, child=3, kind="ball"))
-HAND = tuple(dataclasses.replace(joint, ranges_deg=()) for joint in tree("hand16"))
+TREE = hand_tree(HandSize())
+HAND = tuple(dataclasses.replace(joint, ranges_deg=()) for joint in joints_of(TREE, TREE.names[1:]))
 SENSORS = Errors(bias=math.radians(0.5), walk=1e-4)
 OF_EACH = ConstrainedTracker(sensors=4, joints=EACH)
 SADDLES = (Joint(parent=1, child=3, kind="saddle", parent_axis=tuple(X), child_axis=tuple(Y)),
@@ -244,7 +247,7 @@ def test_what_a_hinge_forbids_is_shared_by_the_sds():
     table = joint_table((Joint(parent=0, child=1, kind="hinge"),), 2)
     q = quaternion.multiply(quaternion.about_z(0.4), quaternion.from_axis_angle([1.0, 0.0, 0.0], 0.2))
     for mounting, axis, left in ((5.0, 5.0, 0.1), (1.0, 3.0, 0.18), (3.0, 1.0, 0.02)):
-        orientation, angles, _, _ = posture(
+        orientation, angles, _, _, _ = posture(
             np.array([[1.0, 0.0, 0.0, 0.0]]), q[np.newaxis], np.zeros((1, 12, 12)), np.zeros(1), table.roots,
             table.ends, table.kinds, table.axes, table.zero, table.first_angle, 1, mounting, axis)
         assert quaternion.tilt_z(orientation[1]) == pytest.approx(left, abs=1e-9)
@@ -252,9 +255,9 @@ def test_what_a_hinge_forbids_is_shared_by_the_sds():
 
 
 @pytest.mark.parametrize("wrong", [
-    {"sensors": -1}, {"axis_sd_deg": 0.0}, {"force_sd": float("nan")}, {"tree": "hnad16"},
-    {"sensors": 4, "tree": "chain5"}, {"joints": (Joint(parent=0, child=4, kind="ball"),), "sensors": 3}])
+    {"sensors": -1}, {"axis_sd_deg": 0.0}, {"force_sd": float("nan")}, {"sensors": 4, "sensed": ()},
+    {"sensors": 2, "sensed": ("hand", "F2q")}, {"sensors": 4, "hand": HandSize(side="left"), "joints": EACH},
+    {"sensors": 3, "joints": (Joint(parent=0, child=4, kind="ball"),)}])
 def test_impossible_parameters_are_refused(wrong):
-    name = "joints" if "joints" in wrong else list(wrong)[-1]
-    with pytest.raises(InputError, match=name):
+    with pytest.raises(InputError, match="F2q" if "F2q" in wrong.get("sensed", ()) else list(wrong)[-1]):
         ConstrainedTracker(**wrong)

@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from estimators.body import body_of
 from estimators.constrained_posture import joint_angles
-from estimators.joint_constraints import TREES, Joint, joint_table, joints_of, tree
+from estimators.joint_constraints import CHAIN5, Joint, body_table, joint_table, joints_of
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
@@ -61,13 +62,25 @@ def test_opposite_axes_are_a_half_turn_apart():
 
 def test_the_hand_has_the_joints_of_its_tree():
     segments = hand_tree(HandSize())
-    table = joint_table(tree("hand17"), 17)
+    table = body_table(body_of(17, HandSize(), (), ()))
     assert table.roots.tolist() == [0]
     assert table.angles == len(segments.freedoms) == 23  # doi 10.3390/s19010208, section 2.2
-    assert joint_table(tree("hand16"), 16).angles == 21  # without the wrist's two
+    assert table.unsensed == ()
     limits = np.concatenate([ranges[:kind + 1]
                              for ranges, kind in zip(table.ranges, table.kinds, strict=True)])
     np.testing.assert_allclose(limits, segments.ranges, atol=1e-12)
+
+
+def test_angles_stand_where_the_tree_has_them_whatever_is_sensed():
+    segments = hand_tree(HandSize())
+    table = body_table(body_of(5, HandSize(), (), ("F2d", "hand", "F3p", "F2m", "F2p")))
+    of_joint = [[segments.freedoms[first + i] for i in range(kind + 1)]
+                for first, kind in zip(table.first_angle, table.kinds, strict=True)]
+    assert dict(zip(table.names, of_joint, strict=True)) == {
+        "F2_mcp": ["F2_mcp_flexion", "F2_mcp_abduction"], "F2_pip": ["F2_pip_flexion"],
+        "F2_dip": ["F2_dip_flexion"], "F3_mcp": ["F3_mcp_flexion", "F3_mcp_abduction"]}
+    assert table.angles == 23
+    assert set(table.names) | set(table.unsensed) == {s.joint_name for s in segments.segments} - {""}
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -76,7 +89,7 @@ def test_joint_angles_are_those_of_the_kinematics(seed):
     segments = hand_tree(HandSize())
     angles = np.random.default_rng(seed).uniform(-1.0, 1.0, 23)
     orientation, _ = segment_poses(segments, angles)
-    table = joint_table(tree("hand17"), 17)
+    table = joint_table(joints_of(segments, segments.names), 17)
     found = []
     for (p, c), kind, axes, zero in zip(table.ends, table.kinds, table.axes, table.zero, strict=True):
         q = quaternion.relative(orientation[p], orientation[c])
@@ -95,7 +108,6 @@ def test_a_strip_left_off_leaves_its_joints_out():
         joints_of(hand_tree(HandSize()), ["hand", "F9p"])
 
 
-def test_unknown_trees_are_named():
-    with pytest.raises(InputError, match="did you mean 'hand16'"):
-        tree("hand6")
-    assert all(joint_table(tree(name), 17).angles for name in TREES)
+def test_the_chain_is_one_tree():
+    table = joint_table(CHAIN5, 5)
+    assert (table.roots.tolist(), table.angles) == ([0], 6)

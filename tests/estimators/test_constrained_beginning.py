@@ -1,0 +1,74 @@
+"""Which of several first headings a joint keeps: simulated, and on a recording from many instants."""
+
+import math
+
+import numpy as np
+import pytest
+from jointed_parts import Errors, Jointed, away
+from tracker_parts import run_tracker
+
+from estimators.constrained import ConstrainedTracker
+from estimators.joint_constraints import Joint
+from fesloop.hand import quaternion
+from fesloop.streams.files import open_recording
+
+SADDLE = (Joint(parent=0, child=1, kind="saddle", child_axis=(1.0, 0.0, 0.0)),)
+SENSORS = Errors(mounting=math.radians(3), bias=math.radians(0.5))
+CHAIN_SADDLES = (
+    Joint(parent=1, child=3, kind="saddle", parent_axis=(1.0, 0.0, 0.0), child_axis=(0.0, 1.0, 0.0)),
+    Joint(parent=2, child=4, kind="saddle", parent_axis=(0.0, 1.0, 0.0), child_axis=(0.0, 0.0, 1.0)))
+FAR = math.radians(30)
+
+
+def still_then_moving(seed, still_s=5, rate=50):
+    """(gyr, acc, true angles) of a saddle that may stand anywhere at the start, far from its zero too."""
+    motion = Jointed(SADDLE, seed, SENSORS)
+    motion.middle[0] = motion.rng.uniform([-3.0, -1.2], [3.0, 1.2])
+    times = np.arange(15 * rate) / rate
+    gyr, acc = motion.samples(times)
+    still = still_s * rate
+    noise = motion.rng.normal(size=(2, still, 2, 3)) * np.array([1e-3, 2e-2])[:, None, None, None]
+    # At rest in the first pose: gravity alone, in each sensor's frame.
+    up = quaternion.rotate(quaternion.conjugate(motion.poses(times[:1])[0]), [0.0, 0.0, 9.81])
+    up = np.stack([quaternion.rotate(quaternion.conjugate(mounted), up[0, i])
+                   for i, mounted in enumerate(motion.mounting)])
+    angles = motion.angles(times)
+    return (np.concatenate([noise[0], gyr]), np.concatenate([up + noise[1], acc]),
+            np.concatenate([np.repeat(angles[:1], still, axis=0), angles]))
+
+
+def test_stillness_leaves_both_headings_open_and_motion_finds_the_true_one():
+    wrong_first = 0
+    for seed in range(40):
+        gyr, acc, true = still_then_moving(seed)
+        tracker = ConstrainedTracker(sensors=2, joints=SADDLE)
+        (_, angles, sd), reports, state = run_tracker(tracker, gyr, acc, rate=50)
+        error = np.abs(away(angles, true)).max(axis=1)
+        far = error > FAR
+        wrong_first += far[100]
+        # Wherever it is far off it says so; at the end it is neither.
+        assert (sd[far].max(axis=1) > math.radians(15)).all()
+        assert not far[-250:].any()
+        assert not state.found.open
+        assert {status for status, _ in reports} <= {"unsure", "sure"}
+    assert wrong_first >= 8
+
+
+@pytest.mark.parametrize("sensor_set", ["rigid", "nonrigid"])
+def test_saddles_of_the_chain_are_found_or_unsure_whenever_one_begins(recordings, sensor_set):
+    recording = open_recording(str(recordings / "chain5" / "trial1.npz"), sensor_set)
+    true = quaternion.interpolate(
+        recording.reference.stamps_ns, recording.reference.orientation, recording.stamps_ns)
+    tracker = ConstrainedTracker(sensors=5, joints=CHAIN_SADDLES)
+    silent = []
+    for start in range(0, 2200, 110):
+        span = slice(start, start + 400)
+        (orientation, _, sd), _, _ = run_tracker(
+            tracker, recording.gyr[span], recording.acc[span], rate=40)
+        for j, (p, c) in enumerate(((1, 3), (2, 4))):
+            found, reference = (quaternion.relative(q[:, p], q[:, c]) for q in (orientation, true[span]))
+            error = quaternion.rotation_angle(quaternion.relative(reference, found))
+            sure = sd[:, 2 * j:2 * j + 2].max(axis=1) < math.radians(15)
+            silent.append((error > FAR) & sure)
+            assert not (error[200:] > FAR).any()
+    assert np.mean(silent) < 0.01
