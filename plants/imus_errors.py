@@ -30,7 +30,7 @@ class TriadErrors:
     scale_sd: of each axis's scale factor, as a fraction.
     axes_deg: sd of the tilt of each axis towards each of the two others, which leaves them not orthogonal.
     turn_deg: sd, about each axis, of the triad's rotation in the sensor's case, so between its triads.
-    limit: largest magnitude that an axis reads, u; infinite: none.
+    limit: largest magnitude that an axis reads, u; 0: none.
     resolution: of a digit, u; 0 does not round.
     """
 
@@ -48,11 +48,8 @@ class TriadErrors:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            above = field.name in ("limit", "instability_time_s")
-            infinite = field.name == "limit" and value == math.inf
-            if value is None or infinite:
-                continue
-            if not (math.isfinite(value) and (value > 0.0 if above else value >= 0.0)):
+            above = field.name == "instability_time_s"
+            if value is not None and not (math.isfinite(value) and (value > 0.0 if above else value >= 0.0)):
                 raise InputError(f"triad_errors.{field.name}", f"{value}",
                                  "a finite number above 0" if above else "a finite number, 0 or more")
 
@@ -70,5 +67,5 @@ NUMBERS = tuple(field.name for field in fields(TriadErrors))
 """The numbers of a triad, in the order in which kernels take them."""
 NO_ERRORS = TriadErrors(
     noise_sd=0.0, bias_sd=0.0, instability_sd=0.0, instability_time_s=1.0, walk=0.0, scale_sd=0.0,
-    axes_deg=0.0, turn_deg=0.0, limit=math.inf, resolution=0.0)
+    axes_deg=0.0, turn_deg=0.0, limit=0.0, resolution=0.0)
 """An ideal triad."""

@@ -161,7 +161,7 @@ def read(
                 value += sd * noise[white + 3 * i + axis]
             if digit > 0.0:
                 value = round(value / digit) * digit
-            if abs(value) > limit:
+            if 0.0 < limit < abs(value):
                 value = math.copysign(limit, value)
                 clipped[i] = True
             samples[i, axis] = value

@@ -1,0 +1,89 @@
+"""Fingertip force sensors: each error against its parameter."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fesloop.errors import InputError
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.signals import Sample
+from plants.fingertip_force import FingertipForce
+
+IDEAL = {"gain_sd": 0.0, "offset_sd": 0.0, "drift": 0.0, "noise_sd": 0.0, "resolution": 0.0}
+MANY = 60
+
+
+def read(sensors, forces, ticks, seed=0, trial=0, period_ms=10):
+    """(samples (ticks, k), reports) of held or given forces."""
+    context = Context("force", seed=seed, trial=trial)
+    state, tick, rows, reports = sensors.init(context), Tick(), [], []
+    for k in range(ticks):
+        tick.index, tick.time_ns = k, k * period_ms * NS_PER_MS
+        value = forces(k) if callable(forces) else forces
+        rows.append(sensors.step(state, [Sample(value, 0, 0, 0)], tick)[0])
+        reports += [(k, *report) for report in tick.reports]
+        tick.reports.clear()
+    return np.array(rows), reports
+
+
+def spread_is(values, sd):
+    assert abs(values.std() / sd - 1.0) < 4.0 / math.sqrt(2.0 * values.size)
+    assert abs(values.mean()) < 4.0 * sd / math.sqrt(values.size)
+
+
+def test_an_ideal_sensor_reads_the_force():
+    sensors = FingertipForce(**IDEAL).resolve({"contact_force": (3,)})
+    samples, reports = read(sensors, np.array([0.0, 1.5, 20.0]), 2)
+    np.testing.assert_array_equal(samples, [[0.0, 1.5, 20.0]] * 2)
+    assert not reports
+
+
+def test_gain_and_offset_belong_to_the_sensors():
+    sensors = FingertipForce(**IDEAL | {"gain_sd": 0.05, "offset_sd": 0.1}, sensors=MANY, range_n=100.0)
+    both = [np.concatenate([read(sensors, np.full(MANY, force), 1, seed=seed, trial=seed % 2)[0][0]
+                            for seed in range(20)]) for force in (10.0, 20.0)]
+    gain = (both[1] - both[0]) / 10.0
+    spread_is(gain - 1.0, 0.05)
+    spread_is(both[0] - 10.0 * gain, 0.1)
+    first, again = (read(sensors, np.full(MANY, 5.0), 1, trial=trial)[0] for trial in (0, 1))
+    np.testing.assert_array_equal(first, again)
+
+
+def test_noise_and_drift():
+    noisy = FingertipForce(**IDEAL | {"noise_sd": 0.03}, sensors=MANY)
+    spread_is(read(noisy, np.full(MANY, 5.0), 100)[0] - 5.0, 0.03)
+    drifting = FingertipForce(**IDEAL | {"drift": 0.02}, sensors=MANY)
+    for period_ms in (10, 40):
+        ticks = 4000 // period_ms + 1
+        ends = np.concatenate([
+            read(drifting, np.full(MANY, 5.0), ticks, trial=trial, period_ms=period_ms)[0][-1]
+            for trial in range(8)])
+        spread_is(ends - 5.0, 0.04)
+
+
+def test_digits_and_the_ends_of_the_range():
+    sensors = FingertipForce(**IDEAL | {"resolution": 0.1}, sensors=2, range_n=5.0)
+
+    def forces(k):
+        return np.array([0.26, 7.0 if k in (2, 3) else 1.0])
+
+    samples, reports = read(sensors, forces, 6)
+    np.testing.assert_allclose(samples[:, 0], 0.3)
+    np.testing.assert_allclose(samples[:, 1], [1.0, 1.0, 5.0, 5.0, 1.0, 1.0])
+    assert reports == [(2, "saturated", "sensor 1")]
+    below = FingertipForce(**IDEAL | {"noise_sd": 0.1}, sensors=MANY)
+    assert read(below, np.zeros(MANY), 10)[0].min() == 0.0
+
+
+@pytest.mark.parametrize("wrong", [{"gain_sd": -0.1}, {"range_n": 0.0}, {"sensors": 61},
+                                   {"noise_sd": math.nan}])
+def test_parameters_that_cannot_be_are_named(wrong):
+    with pytest.raises(InputError, match=next(iter(wrong))):
+        FingertipForce(**wrong)
+
+
+def test_a_signal_that_is_no_vector_is_refused():
+    with pytest.raises(InputError, match=r"shape \(5, 3\)"):
+        FingertipForce().resolve({"contact_force": (5, 3)})
