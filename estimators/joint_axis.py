@@ -24,6 +24,8 @@ _FEW = 300
 _STARTS = np.eye(3)
 _LEAST = 50
 _SINGULAR = 1e12
+_RIVALS = 3
+"""How many other minima are looked at on all samples (chosen)."""
 _SAME = math.cos(math.radians(20.0))
 """Axes closer than this are one minimum (chosen)."""
 
@@ -38,8 +40,8 @@ class HingeAxes(NamedTuple):
     sd_deg: (2,), what the residuals imply, deg. They count as independent of each other, which those of
         soft tissue are not.
     gyr_rms: of the difference of the rates across the axis, rad/s.
-    rival: cost of the best other axes, or of one of these turned round, over the cost of these; near 1 the
-        motion does not tell them apart.
+    rival: cost of the best other minimum over the cost of this one, infinite where there is none; near 1 the
+        motion does not tell the two apart.
     """
 
     axes: Array
@@ -122,13 +124,13 @@ def _best_axes(rates: Array, forces: Array, fit: HingeFit) -> HingeAxes:
     tried = [_refined(np.stack([first, sign * second]), rates[few], forces[few], fit)
              for first in _STARTS for second in _STARTS for sign in (1.0, -1.0)]
     tried.sort(key=lambda one: one[1])
-    best, cost = _refined(tried[0][0], rates, forces, fit)
-    rivals = [best * [[1.0], [-1.0]], *[axes for axes, _ in tried if _apart(axes, best)][:1]]
-    rival = min((_refined(axes, rates, forces, fit) for axes in rivals), key=lambda one: one[1])
-    if rival[1] < cost:
-        (best, cost), rival = rival, (best, cost)
+    starts = [tried[0][0], tried[0][0] * [[1.0], [-1.0]]]
+    starts += [axes for axes, _ in tried if _apart(axes, starts[0])][:_RIVALS]
+    minima = [_refined(axes, rates, forces, fit) for axes in starts]
+    best, cost = min(minima, key=lambda one: one[1])
+    rival = min((other for axes, other in minima if _apart(axes, best)), default=math.inf)
     # A cost of nearly nothing, as of ideal sensors, is nothing to measure a rival by.
-    ratio = rival[1] / max(cost, 1e-9 * rival[1], np.finfo(np.float64).tiny)
+    ratio = rival / cost if cost > 1e-9 * rival else math.inf
     across = _across(rates, best)
     gyr_rms = float(np.sqrt(np.mean((across[:, 0] - across[:, 1]) ** 2)))
     sign = 1.0 if best[0, np.argmax(np.abs(best[0]))] > 0.0 else -1.0
