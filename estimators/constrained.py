@@ -109,7 +109,7 @@ class ConstrainedTracker:
         cm).
     force_time_s: its correlation time, s (chosen: that of tissue at 10 rad/s).
     lever_sd_m: of the distance from a joint's centre to its sensors at the start, m, each axis.
-    range_sd_deg: tolerance of a joint's range (S19 clips hard; 3 is chosen).
+    range_sd_deg: tolerance of a joint's range, beside what mounting hides (S19 clips hard; 3 is chosen).
     unseen_deg_s: rms rate of a joint while a sample is missing (chosen: a finger in motion). A joint is
         unseen once that has made pi.
     unsure_deg: from which sd on a joint's angle is reported.
@@ -245,9 +245,10 @@ class ConstrainedTracker:
         return math.radians(self.mounting_sd_deg) * math.sqrt(2.0), math.radians(self.axis_sd_deg)
 
     def _settings(self, period: float) -> Array:
+        pair_sd, axis_sd = self._sds()
         return np.array([period, math.radians(self.turn_sd_deg), math.radians(self.bias_walk_deg_s),
-                         self.force_sd, self.spin_sd_m, self.force_time_s, math.hypot(*self._sds()),
-                         self.axis_time_s, math.radians(self.range_sd_deg),
+                         self.force_sd, self.spin_sd_m, self.force_time_s, math.hypot(pair_sd, axis_sd),
+                         self.axis_time_s, math.hypot(math.radians(self.range_sd_deg), pair_sd),
                          math.radians(self.unseen_deg_s)])
 
 
@@ -261,5 +262,6 @@ def _take(state: ConstrainedState, table: JointTable, inputs: Sequence[Sample], 
     else:
         state.roots.update_only(state.watch.usable()[roots], gyr, acc, None)
     for h in range(len(found.q) if found.open else 1):
-        advance(found.q[h], found.rest[h], found.covariance[h], found.surprise[h], table.ends, table.kinds,
-                table.axes, table.zero, table.ranges, state.gyr, state.acc, state.seen, state.settings)
+        advance(found.q[h], found.rest[h], found.covariance[h], found.surprise[h], found.doubt, table.ends,
+                table.kinds, table.axes, table.zero, table.ranges, state.gyr, state.acc, state.seen,
+                state.settings)

@@ -46,7 +46,7 @@ LOST, DOUBTED, SOUND = range(3)
 
 @numba.njit(cache=True)
 def advance(
-    q: Any, rest: Any, covariance: Any, surprise: Any, ends: Any, kinds: Any, axes: Any, zero: Any,
+    q: Any, rest: Any, covariance: Any, surprise: Any, doubt: Any, ends: Any, kinds: Any, axes: Any, zero: Any,
     ranges: Any, gyr: Any, acc: Any, seen: Any, settings: Any
 ) -> None:
     """All joints one period on.
@@ -58,6 +58,7 @@ def advance(
     rest: (joints, 13), b, l_p, l_c, the force's mean in the child's frame, m/s^2, and for how long a
         sample has been missing, s; changed. covariance: (joints, 12, 12), changed.
     surprise: (joints,), raised by minus twice the log likelihood of what was measured.
+    doubt: (joints,), above 0 where hypotheses are not decided between.
     ends, kinds, axes, zero, ranges: as of JointTable.
     gyr, acc: (2, n, 3), the sample before and this one.
     seen: (2, n), LOST, DOUBTED or SOUND: a lost sample stops its joints, a doubted one (clipped) still
@@ -82,7 +83,7 @@ def advance(
         surprise[j] += axes_agree(at, kinds[j], axes[j], cov, settings, x, h, gain)
         correct(at, s, x)
         surprise[j] += keep_in_range(
-            at, s, kinds[j], axes[j], zero[j], ranges[j], cov, settings, x, h, gain)
+            at, s, kinds[j], axes[j], zero[j], ranges[j], cov, settings, x, h, gain, doubt[j] == 0.0)
         if worst > LOST:
             _turn(at, s, wp, wc, 0.5 * period)
         if worst == SOUND:

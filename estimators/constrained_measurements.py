@@ -183,16 +183,26 @@ def correct(q: Any, s: Any, x: Any) -> None:
 @numba.njit(cache=True)
 def keep_in_range(
     q: Any, s: Any, kind: int, axes: Any, zero: Any, ranges: Any, cov: Any, settings: Any,
-    x: Any, h: Any, gain: Any
+    x: Any, h: Any, gain: Any, decided: bool
 ) -> float:
-    """Each angle beyond its limit is drawn back, with the range's tolerance."""
-    surprise = 0.0
+    """Each angle beyond its limit is drawn back, as far as it is known worse than the limit's tolerance.
+
+    It is not while hypotheses are not decided between: a wrong one is to be seen, not to be hidden. The error of a limit lasts (it is mostly the sensors' mounting): seen again, it tells nothing new. Were it
+    taken for noise, an angle at its limit would soon be believed blindly.
+    """
+    surprise, tolerance = 0.0, settings[RANGE] ** 2
     angles, rows = joint_angles(q, kind, axes, zero)
     for i in range(kind + 1):
         beyond = max(angles[i] - ranges[i, 1], 0.0) + min(angles[i] - ranges[i, 0], 0.0)
-        if beyond != 0.0:
-            h[0], h[1], h[2] = rows[i]
-            surprise += _measure(cov, h, -beyond, settings[RANGE] ** 2, x, gain, False)
+        if beyond == 0.0:
+            continue
+        h[0], h[1], h[2] = rows[i]
+        known = 0.0
+        for a in range(3):
+            known += h[a] * (cov[a, 0] * h[0] + cov[a, 1] * h[1] + cov[a, 2] * h[2])
+        surprise += beyond ** 2 / (known + tolerance) * settings[PERIOD] / settings[AXIS_TIME]
+        if decided and known > tolerance:
+            _measure(cov, h, -beyond, tolerance, x, gain, False)
             correct(q, s, x)
             angles, rows = joint_angles(q, kind, axes, zero)
     return surprise
