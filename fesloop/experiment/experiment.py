@@ -63,10 +63,8 @@ class Experiment:
         object.__setattr__(self, "nodes", tuple(self.nodes))
         object.__setattr__(self, "wires", tuple(self.wires))
         object.__setattr__(self, "wiring", Wiring(self.nodes, self.wires, self.seed))
-        faults = self.score.faults(self.wiring.nodes)
-        blocks = [node.name for node in self.nodes if not node.is_plant]
-        faults += [InputError("record.timed", f"there is no block {name!r}", ", ".join(blocks))
-                   for name in self.record.timed if name not in blocks]
+        nodes = self.wiring.nodes
+        faults = self.score.faults(nodes, self.record.leave_out) + self.record.faults(nodes)
         if faults:
             raise InputErrors(faults)
         for node in self.nodes:

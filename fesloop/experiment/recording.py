@@ -49,6 +49,7 @@ from fesloop.experiment.timing import TimedBlock
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
+from fesloop.loop.wiring import Node
 
 FORMAT = "fesloop recording 1"
 STATUS_TYPE = np.dtype("S16")
@@ -85,9 +86,12 @@ class RecordingWriter:
         self._describe(experiment)
         wiring = experiment.wiring
         plants = [node for node in wiring.nodes if node.is_plant]
-        self._blocks = {node.name: self._stream(f"blocks/{node.name}", BLOCK_STAMPS, node.part.outputs)
+        self._kept = {node.name: [number for number, port in enumerate(node.part.outputs)
+                                  if f"{node.name}.{port.name}" not in experiment.record.leave_out]
+                      for node in wiring.nodes}
+        self._blocks = {node.name: self._stream(f"blocks/{node.name}", BLOCK_STAMPS, self._ports(node))
                         for node in wiring.nodes if not node.is_plant}
-        self._plants = {node.name: self._stream(f"plants/{node.name}", PLANT_STAMPS, node.part.outputs)
+        self._plants = {node.name: self._stream(f"plants/{node.name}", PLANT_STAMPS, self._ports(node))
                         for node in plants}
         self._inputs = {(node.name, number): self._input_stream(node.name, port)
                         for node in plants for number, port in enumerate(node.part.inputs)}
@@ -115,6 +119,10 @@ class RecordingWriter:
             wall.create_dataset(name, data=0)
         self._step_times = {name: self._dataset(f"wall/step_ns/{name}", np.dtype("<i8"))
                             for name in experiment.record.timed}
+
+    def _ports(self, node: Node) -> list[Port]:
+        """The outputs that are recorded."""
+        return [node.part.outputs[number] for number in self._kept[node.name]]
 
     def _stream(self, path: str, stamps: list[tuple[str, str]], ports: Sequence[Port]) -> h5py.Dataset:
         taken = [name for name, _ in stamps]
@@ -144,9 +152,11 @@ class RecordingWriter:
         blocks, plants, inputs, events = recorder.drain()
         tables: list[tuple[h5py.Dataset, Rows]] = []
         for name, rows in blocks.items():
-            tables.append((self._blocks[name], block_rows(self._blocks[name].dtype, rows, trial)))
+            dataset = self._blocks[name]
+            tables.append((dataset, block_rows(dataset.dtype, rows, trial, self._kept[name])))
         for name, stacks in plants.items():
-            tables.append((self._plants[name], plant_rows(self._plants[name].dtype, stacks, trial)))
+            dataset = self._plants[name]
+            tables.append((dataset, plant_rows(dataset.dtype, stacks, trial, self._kept[name])))
         for name, changes in inputs.items():
             for number in {row[1] for row in changes}:
                 dataset = self._inputs[name, number]

@@ -26,28 +26,31 @@ def _filled(column: Sequence[Any], shape: tuple[int, ...]) -> Any:
     return np.concatenate(column).reshape(-1, *shape) if shape else column
 
 
-def block_rows(dtype: np.dtype[np.void], rows: Sequence[BlockRow], trial: int) -> Rows:
-    """Rows of a block's steps as one structured array."""
+def block_rows(dtype: np.dtype[np.void], rows: Sequence[BlockRow], trial: int, kept: Sequence[int]) -> Rows:
+    """Rows of a block's steps as one structured array, of its outputs those that are `kept`."""
     table = np.empty(len(rows), dtype)
     if rows:
         table["trial"] = trial
         index, time, left, oldest, newest, outputs = zip(*rows, strict=True)
         stamps = (index, time, left, oldest, newest)
-        names = dtype.names or ()
-        for name, column in zip(names[1:], (*stamps, *zip(*outputs, strict=True)), strict=True):
+        names, columns = dtype.names or (), tuple(zip(*outputs, strict=True))
+        for name, column in zip(names[1:], (*stamps, *(columns[port] for port in kept)), strict=True):
             table[name] = _filled(column, dtype[name].shape)
     return table
 
 
-def plant_rows(dtype: np.dtype[np.void], stacks: Sequence[PlantRow], trial: int) -> Rows:
-    """Stacks of a plant's outputs as one structured array."""
+def plant_rows(
+    dtype: np.dtype[np.void], stacks: Sequence[PlantRow], trial: int, kept: Sequence[int]
+) -> Rows:
+    """Stacks of a plant's outputs as one structured array, of its outputs those that are `kept`."""
     if not stacks:
         return np.empty(0, dtype)
     times, captured, values = zip(*stacks, strict=True)
     stamps = [np.array(list(chain.from_iterable(column)), np.int64) for column in (times, captured)]
     table = np.empty(stamps[0].size, dtype)
     table["trial"] = trial
-    columns = [*stamps, *(np.concatenate(column) for column in zip(*values, strict=True))]
+    ports = tuple(zip(*values, strict=True))
+    columns = [*stamps, *(np.concatenate(ports[port]) for port in kept)]
     for name, column in zip((dtype.names or ())[1:], columns, strict=True):
         table[name] = column
     return table

@@ -20,16 +20,26 @@ class Record:
     ----------
     plant_rate: how often plant outputs are recorded, Hz; reading them changes no trajectory.
     timed: blocks whose steps are timed by the wall clock; that changes nothing either.
+    leave_out: outputs, as "node.port", that are not recorded, to save room.
     """
 
     plant_rate: str | int | float = "1000"
     timed: tuple[str, ...] = ()
+    leave_out: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         parse_rate(self.plant_rate, "plant_rate")
         for name in {name for name in self.timed if self.timed.count(name) > 1}:
             raise InputError("timed", f"{name!r} stands there more than once", "each block once",
                              "remove one")
+
+    def faults(self, nodes: Sequence[Node]) -> list[InputError]:
+        """Blocks and outputs that do not exist."""
+        blocks = [node.name for node in nodes if not node.is_plant]
+        outputs = [name for node in nodes for name, _ in _outputs(node)]
+        known = {"timed": (self.timed, "block", blocks), "leave_out": (self.leave_out, "signal", outputs)}
+        return [InputError(f"record.{key}", f"there is no {what} {name!r}", ", ".join(sorted(names)))
+                for key, (given, what, names) in known.items() for name in given if name not in names]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,14 +76,16 @@ class Score:
         if not (math.isfinite(self.after_s) and self.after_s >= 0.0):
             raise InputError("after_s", f"{self.after_s}", "0 or more seconds")
 
-    def faults(self, nodes: Sequence[Node]) -> list[InputError]:
-        """Signals and nodes that do not exist or do not fit."""
+    def faults(self, nodes: Sequence[Node], left_out: Sequence[str] = ()) -> list[InputError]:
+        """Signals and nodes that do not exist, do not fit, or are `left_out` of the recording."""
         outputs = [name for node in nodes for name, _ in _outputs(node)]
         signals = [(key, getattr(self, key))
                    for key in ("truth", "reference", "estimate", "orientation", "fingertips")]
         signals += [("trackers", f"{name}.fingertips") for name in self.trackers]
         faults = [InputError(f"score.{key}", f"there is no signal {name!r}", ", ".join(sorted(outputs)))
                   for key, name in signals if name is not None and name not in outputs]
+        faults += [InputError(f"score.{key}", f"{name!r} is left out of the recording", "what is recorded",
+                              "take it out of record.leave_out") for key, name in signals if name in left_out]
         if bool(self.trackers) != (self.fingertips is not None):
             faults.append(InputError("score.trackers", f"{list(self.trackers)} with fingertips "
                                      f"{self.fingertips!r}", "both, or neither"))
