@@ -65,7 +65,7 @@ class MotionPath:
 
 def motion_path(
     phases: Sequence[Phase], tree: SegmentTree, size: HandSize, rest_deg: Mapping[str, float],
-    rng: np.random.Generator, knot_s: float,
+    rng: np.random.Generator, knot_s: float, rest_sd_deg: float = 0.0,
 ) -> MotionPath:
     """The path of a script. Raises InputError for unknown freedoms and contacts out of reach.
 
@@ -76,8 +76,12 @@ def motion_path(
     rest_deg: the posture at t = 0, by freedom; others are 0.
     rng: where cycles vary and phases of sway and play come from.
     knot_s: distance of the knots.
+    rest_sd_deg: sd by which every angle of the posture at t = 0 is missed.
     """
-    writer = _Writer(tree, size, _posture(tree, rest_deg, np.zeros(len(tree.ranges))), rng)
+    rest = _posture(tree, rest_deg, np.zeros(len(tree.ranges)))
+    if rest_sd_deg:
+        rest += math.radians(rest_sd_deg) * rng.standard_normal(rest.size)
+    writer = _Writer(tree, size, rest, rng)
     for phase in phases:
         writer.add(phase)
     count = max(6, 1 + math.ceil(length_s(phases) / knot_s))

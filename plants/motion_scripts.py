@@ -84,8 +84,10 @@ _SIDE_SPACER = Contact(first="F2 left", second="F3 right", distance_mm=30.0, fac
 _GRASP: Posture = {**_PINCH, **_finger("F3", 50.0, 40.0, 20.0)}
 _CALIBRATION = (
     Phase(name="flat", duration_s=4.0),
-    Phase(name="flexion", duration_s=2.0, cycles=2, posture_deg={**_fist(60.0, 70.0, 45.0), **_THUMB_BENT}))
-"""K14, sensor-to-segment calibration: flat hand, then flexion without abduction, of the thumb as well."""
+    Phase(name="flexion", duration_s=2.0, cycles=2,
+          posture_deg={**_fist(60.0, 70.0, 45.0), **_THUMB_BENT, "wrist_flexion": 45.0}))
+"""K14, sensor-to-segment calibration: flat hand, then flexion without abduction, of wrist and thumb as well,
+whose sensors need an axis like the others."""
 
 
 def _from_flat(*phases: Phase) -> Callable[[], MotionScript]:

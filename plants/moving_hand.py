@@ -82,6 +82,7 @@ class MovingHand:
     script: name of a script (`plants.motion_scripts`), or empty.
     phases: a script of one's own; afterwards the hand stands still.
     rest_deg: posture at the start of it, by freedom; others are 0.
+    rest_sd_deg: sd by which this person misses each angle of it, anew in each trial.
     forearm_orientation: (w, x, y, z), of the wrist coordinate system to the global frame (ENU) without
         sway; empty: palm down, fingers to the north.
     knot_ms: the path is a quintic spline with knots at this distance.
@@ -92,6 +93,7 @@ class MovingHand:
     script: str = ""
     phases: tuple[Phase, ...] = ()
     rest_deg: dict[str, float] = field(default_factory=dict)
+    rest_sd_deg: float = 0.0
     forearm_orientation: tuple[float, ...] = ()
     knot_ms: float = 20.0
 
@@ -103,6 +105,8 @@ class MovingHand:
             raise InputError("rest_deg", "given beside a script", "none: the script has its own")
         if not 1.0 <= self.knot_ms <= 1000.0:
             raise InputError("knot_ms", f"{self.knot_ms}", "1 to 1000 ms")
+        if not 0.0 <= self.rest_sd_deg <= 30.0:
+            raise InputError("rest_sd_deg", f"{self.rest_sd_deg}", "0 to 30 deg")
         q = self.forearm_orientation
         if q and (len(q) != 4 or abs(math.hypot(*q) - 1.0) > 1e-6):
             raise InputError("forearm_orientation", f"{q}", "a quaternion (w, x, y, z) of length 1, or empty")
@@ -156,7 +160,8 @@ class MovingHand:
         own = SegmentTree((Segment(name="forearm"), *self.wearer(seed, name).tree.segments[2:]))
         rng = _drawn_from(stream_key(seed, f"{name}/path", trial))
         told = self._told()
-        return motion_path(told.phases, own, self.hand, told.rest_deg, rng, 1e-3 * self.knot_ms)
+        return motion_path(told.phases, own, self.hand, told.rest_deg, rng, 1e-3 * self.knot_ms,
+                           self.rest_sd_deg)
 
     def init(self, context: Context) -> MovingHandState:
         """At the beginning of the script."""

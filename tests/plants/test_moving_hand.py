@@ -159,3 +159,10 @@ def test_a_contact_out_of_reach_is_refused():
         plant.init(Context("hand", 1))
     with pytest.raises(InputError, match="F6"):
         Contact(first="F6 tip", second="F2 tip")
+
+
+def test_a_missed_rest_is_missed_anew_in_each_trial_by_what_is_stated():
+    plant = MovingHand(phases=(Phase(duration_s=1.0),), rest_sd_deg=4.0, rest_deg={"F2_pip_flexion": 30.0})
+    starts = np.degrees([plant.path(1, "hand", trial).knots[0, 0, 3:-3] for trial in range(60)])
+    assert np.std(starts) == pytest.approx(np.hypot(4.0, np.std(np.eye(23)[9] * 30.0)), rel=0.1)
+    assert starts[:, 9].mean() == pytest.approx(30.0, abs=2.0)
