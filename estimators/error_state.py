@@ -1,8 +1,10 @@
 """Steps that error-state Kalman filters of rotations share, compiled.
 
 A rotation R is estimated as Rh, and its error is the small rotation vector dth in R = Rh (I + [dth]x); the
-filter's state holds such errors. Measurements are absorbed one scalar row after the other, with Joseph's
-form of the covariance, which needs no inverse and keeps the covariance positive under round-off.
+filter's state holds such errors. Measurements are absorbed one scalar row after the other, which needs no
+inverse: P becomes P - a a' with a = P h' / sqrt(h P h' + variance). What is subtracted is symmetric to the
+last bit, and round-off is that of P before: it may not exceed the noise, whose sd is to stay above 1e-7 of
+that of what it measures.
 """
 
 from __future__ import annotations
@@ -95,38 +97,33 @@ def absorb(
 
     Parameters
     ----------
-    covariance, error: (n, n) and (n,), updated in place.
+    covariance, error: (n, n), symmetric, and (n,); updated in place.
     row: of the Jacobian; only columns `first` up to `stop` are read, the others are zero.
     variance: of the noise, independent of all that was absorbed before.
-    image, gain: (n,), scratch.
+    image, gain: scratch, (n,) or longer.
 
     Returns the square of the innovation over its variance.
     """
     n = covariance.shape[0]
-    image[:] = 0.0
+    for j in range(n):
+        image[j] = 0.0
     for c in range(first, stop):
+        weight = row[c]
         for j in range(n):
-            image[j] += row[c] * covariance[c, j]
+            image[j] += weight * covariance[c, j]
     predicted, spread = 0.0, variance
     for c in range(first, stop):
         predicted += row[c] * error[c]
         spread += row[c] * image[c]
-    innovation = residual - predicted
+    innovation, scale = residual - predicted, 1.0 / math.sqrt(spread)
     for i in range(n):
         gain[i] = image[i] / spread
         error[i] += gain[i] * innovation
+        image[i] *= scale
     for i in range(n):
+        weight = image[i]
         for j in range(n):
-            covariance[i, j] -= gain[i] * image[j]
-    # T = (I - K h) P stands there now; Joseph's form is T - (T h') K' + variance K K'.
-    image[:] = 0.0
-    for c in range(first, stop):
-        for j in range(n):
-            image[j] += row[c] * covariance[j, c]
-    for i in range(n):
-        rest = variance * gain[i] - image[i]
-        for j in range(n):
-            covariance[i, j] += rest * gain[j]
+            covariance[i, j] -= weight * image[j]
     return innovation * innovation / spread
 
 

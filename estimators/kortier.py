@@ -4,22 +4,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from estimators.kortier_chain import UNSEEN_SD, ChainFilter, Gates, new_chain, track_chain
-from estimators.kortier_navigation import HandFilter, HandGates, new_hand, track_hand
-from estimators.kortier_samples import Arrivals, Moment, Trust, no_moment, take
-from estimators.kortier_tree import FORBIDDEN, HAND, Chain, require_tree
+from estimators.body import Body, body_of, posture_ports
+from estimators.kortier_chain import Filters, Gates, new_filters
+from estimators.kortier_navigation import HandFilter, HandGates, new_hands
+from estimators.kortier_samples import Arrivals, Moment, Trust, no_moment, report_samples
+from estimators.kortier_tick import Posture, Settings, Worn, track, worn_by
+from estimators.kortier_tree import CHAIN5, base_of, pose_of
 from fesloop.errors import InputError
-from fesloop.hand import quaternion
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.kinematics import relative_orientations
+from fesloop.hand.segments import Segment
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock, StampClock
 from fesloop.loop.signals import Port, Sample, Value
 
 _UNKNOWN = 9.81
 """Sd of an acceleration whose sample is missing, m/s^2 (chosen: a hand in motion, upright or not)."""
+_USUAL = HandSize()
+_POSITIVE = ("gyr_sd", "acc_sd", "mag_sd_ut", "bias_walk", "bias_sd_deg_s", "angle_sd_deg",
+             "constraint_sd_deg", "acc_difference", "mag_difference_ut", "rate_limit", "still_rate",
+             "still_acc", "still_sd", "lost_rate_deg_s", "clipped_rate_deg_s", "gap_ms", "gyr_range_deg_s",
+             "acc_range_g")
+
 
 @dataclass(slots=True, eq=False)
 class KortierState:
@@ -27,50 +37,61 @@ class KortierState:
 
     Attributes
     ----------
-    hand, chains: the filters.
+    hands, filters: of attitudes and of chains.
     moment, arrivals: the samples.
-    settings: of the filters, as the kernels read them.
-    angles: how many are put out.
-    unseen: joints, as "parent-child", that have been reported as not seen.
+    worn, settings: what the kernels are told at each tick; never changed.
+    base: number of the hand's filter of which position and velocity are put out.
+    unseen: joints that have been reported as not seen; None before the first tick.
     """
 
-    hand: HandFilter
-    chains: tuple[ChainFilter, ...]
+    hands: HandFilter
+    filters: Filters
     moment: Moment
     arrivals: Arrivals
-    settings: tuple[Trust, Gates, HandGates]
-    angles: int
-    unseen: tuple[str, ...] = ()
+    worn: Worn
+    settings: Settings
+    base: int
+    unseen: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class KortierTracker:
-    """Joint angles, attitude and position of the hand by Kortier et al. 2014 (doi 10.1186/1743-0003-11-70).
+    """Posture, attitude and position of a hand by Kortier et al. 2014 (doi 10.1186/1743-0003-11-70).
 
-    Each chain has an error-state filter (`estimators.kortier_finger`) of the relative rotations of its
-    segments and of all gyroscope biases; neighbours' accelerometers, the magnetometers of base and tip and
-    what joints cannot do correct it. The base of the first chain, the hand, has a filter of attitude,
-    velocity and position (`estimators.kortier_hand`), which drifts within seconds unless the hand stands
-    still now and then.
+    Each chain of segments from where they branch to the next such or to a tip (a finger; forearm and hand)
+    has an error-state filter (`estimators.kortier_finger`) of the relative rotations of its segments and of
+    all gyroscope biases; neighbours' accelerometers, the magnetometers of base and tip and what joints
+    cannot do correct it. The base, the hand, has a filter of attitude, velocity and position
+    (`estimators.kortier_hand`), which drifts within seconds unless the hand stands still now and then. Where
+    sensors left off cut the tree apart, the innermost segment of each part has one.
 
-    Inputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and `mag` (n, 3) T, sensor frames equal to segment frames
-    (z: flexion, x: abduction). They may have rates of their own: give the tracker that of the gyroscopes.
-    Magnetometers other than those of bases and tips are not read; `mag` may be left without a wire
-    (`sensors` is to be given then), and headings rest on the gyroscopes and the joints.
+    Inputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and `mag` (n, 3) T, sensor frames equal to segment frames.
+    They may have rates of their own: give the tracker that of the gyroscopes. Magnetometers other than those
+    of bases and tips are not read; `mag` may be left without a wire (`sensors` is to be given then), and
+    headings rest on the gyroscopes and the joints.
 
     Outputs `orientation` (n, 4), segment to earth (z up; with magnetometers y to magnetic north, else the
-    heading is zero at the start); `angles` (a,), rad, chain by chain and joint by joint: flexion (hinge),
-    abduction too (saddle), pronation too (ball), z-x-y Euler; `angle_sd` (a,), rad; `position` (3,), m, and
-    `velocity` (3,), m/s, of the hand since the start.
+    heading is zero at the start); `angles` (a,), rad, all freedoms of the tree; `angle_sd` (a,), rad;
+    `fingertips` (t, 3), m, in the frame of the tree's root (for a hand the WCS), and `fingertip_sd` (t, 3),
+    m, from the filters' whole covariances, lengths taken as exact; `position` (3,), m, and `velocity` (3,),
+    m/s, of the base since the start. Five sensors without any setting are those of chain5
+    (`fesloop.streams.chain5`), whose lengths are not known: there are no fingertips then.
 
     A lost rate is taken as the last one, a clipped one as read, with an uncertainty that says so. A joint is
-    reported as "unseen" once a gyroscope of it has given nothing for `gap_ms` (so is a strip that was left
-    off): its angle stands still and its sd is pi, until "seen".
+    reported as "unseen", until "seen", when one of its segments has no sensor, or one whose gyroscope has
+    given nothing for `gap_ms` (so is a strip that was left off). The sd of its angles is pi; the angles of a
+    joint that has never been seen are 0, those of a lost one stay what they were.
 
     Attributes
     ----------
     sensors: n; 0 takes it from what is wired to `gyr`.
-    chains: every sensor but the first base is in one chain beyond its base; empty: those of a hand, `HAND`.
+    hand: size of the hand.
+    sensed: names of the segments that the sensors sit on, in the order of the samples; empty: every one, or
+        all but the tree's root (a hand's forearm).
+    segments: another tree in place of the hand.
+    base: name of the segment whose attitude and position are tracked; empty: "hand" where it has a sensor
+        and `segments` is empty, else the first of the tree that has one.
+    initial_angles_deg: the pose at the start by names of freedoms, such as `F2_mcp_flexion`; others are 0.
     gyr_sd, acc_sd: of a sample, rad/s, m/s^2 (K14, Table 1).
     mag_sd_ut: of a sample with what the field differs within a hand, uT (chosen: Table 1 prints 1e-4).
     bias_walk: of the gyroscopes, rad/s after a second (K14, Table 1, taken as a density).
@@ -91,7 +112,11 @@ class KortierTracker:
     """
 
     sensors: int = 0
-    chains: tuple[Chain, ...] = ()
+    hand: HandSize = _USUAL
+    sensed: tuple[str, ...] = ()
+    segments: tuple[Segment, ...] = ()
+    base: str = ""
+    initial_angles_deg: Mapping[str, float] = field(default_factory=dict)
     gyr_sd: float = 5e-4
     acc_sd: float = 4e-2
     mag_sd_ut: float = 1.0
@@ -114,16 +139,14 @@ class KortierTracker:
     gap_ms: float = 100.0
     gyr_range_deg_s: float = 2000.0
     acc_range_g: float = 16.0
+    body: Body | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self) -> None:
         if self.sensors < 0:
             raise InputError("sensors", f"{self.sensors}", "1 or more, or 0 to take it from the wire")
         if not 2 <= self.still_window <= 1000:
             raise InputError("still_window", f"{self.still_window}", "2 to 1000 samples")
-        for name in ("gyr_sd", "acc_sd", "mag_sd_ut", "bias_walk", "bias_sd_deg_s", "angle_sd_deg",
-                     "constraint_sd_deg", "acc_difference", "mag_difference_ut", "rate_limit", "still_rate",
-                     "still_acc", "still_sd", "lost_rate_deg_s", "clipped_rate_deg_s", "gap_ms",
-                     "gyr_range_deg_s", "acc_range_g"):
+        for name in _POSITIVE:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise InputError(name, f"{value} is not positive", "a finite number above 0")
@@ -132,7 +155,10 @@ class KortierTracker:
             if not (math.isfinite(value) and value >= 0.0):
                 raise InputError(name, f"{value}", "a finite number, zero or more")
         if self.sensors:
-            require_tree(self.chains or HAND, self.sensors)
+            segments = self.segments if self._lengths_known() else CHAIN5
+            object.__setattr__(self, "body", body_of(self.sensors, self.hand, segments, self.sensed))
+            self._base()
+            pose_of(self._body().tree, self.initial_angles_deg)
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -143,10 +169,9 @@ class KortierTracker:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """orientation, angles, angle_sd, position and velocity."""
-        shape = (self._angles() if self.sensors else None,)
-        return (Port("orientation", (self.sensors or None, 4), "1"), Port("angles", shape, "rad"),
-                Port("angle_sd", shape, "rad", UNSEEN_SD), Port("position", (3,), "m"),
+        """orientation, angles, angle_sd, fingertips, fingertip_sd, position and velocity."""
+        ports = posture_ports(self.body, self.sensors)
+        return (*ports[:5 if self._lengths_known() else 3], Port("position", (3,), "m"),
                 Port("velocity", (3,), "m/s"))
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> KortierTracker:
@@ -157,41 +182,50 @@ class KortierTracker:
         """Filters at their initial pose, the hand's attitude unknown."""
         if not isinstance(context.clock, (RateClock, StampClock)):
             raise InputError(f"{context.name}.rate", "is missing", "the rate of the gyroscopes")
-        chains = self.chains or HAND
-        angle_sd, bias_sd = math.radians(self.angle_sd_deg), math.radians(self.bias_sd_deg_s)
-        magnetometers = np.zeros(self.sensors, dtype=np.bool_)
-        filters = []
-        for chain in chains:
-            magnetometers[[chain.sensors[0], chain.sensors[-1]]] = True
-            start = quaternion.about_z(np.radians(chain.initial_angles_deg or (0.0,) * len(chain.joints)))
-            kinds = tuple(FORBIDDEN[kind] for kind in chain.joints)
-            filters.append(new_chain(chain.sensors, kinds, start, angle_sd, bias_sd))
-        return KortierState(new_hand(self.still_window), tuple(filters), no_moment(self.sensors),
-                            Arrivals(context.clock.period_s, magnetometers), self._settings(), self._angles())
+        body, base = self._body(), self._base()
+        worn = worn_by(body, base)
+        moved = worn.chains.segments
+        start = relative_orientations(body.tree, pose_of(body.tree, self.initial_angles_deg))[moved]
+        filters = new_filters(worn.chains, start, math.radians(self.angle_sd_deg),
+                              math.radians(self.bias_sd_deg_s))
+        return KortierState(
+            new_hands(len(worn.held_sensors), self.still_window), filters, no_moment(self.sensors),
+            Arrivals(context.clock.period_s), worn, self._settings(), int(worn.chains.part_of[base]))
 
     def step(self, state: KortierState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """What is new at this tick."""
-        limits = (math.radians(self.gyr_range_deg_s), 9.81 * self.acc_range_g, math.inf)
-        arrivals, moment, hand = state.arrivals, state.moment, state.hand
-        trust, gates, own = state.settings
-        arrivals.note(inputs, limits, moment.codes, tick)
-        elapsed = np.array(arrivals.elapsed_s)
-        take(inputs[0].value, inputs[1].value, inputs[2].value, elapsed, arrivals.period_s, trust, moment)
-        root = (self.chains or HAND)[0].sensors[0]
-        track_hand(hand, root, moment, elapsed, gates, own)
-        orientation = np.empty((self.sensors, 4))
-        orientation[root] = hand.q
-        angles, first = np.empty((2, state.angles)), 0
-        for chain in state.chains:
-            first = track_chain(chain, moment, elapsed, gates, orientation, first, angles[0], angles[1])
-        if state.unseen or moment.missing.max() > gates.gap_s:
-            _report_unseen(state, tick)
-        return orientation, angles[0], angles[1], hand.motion[1].copy(), hand.motion[0].copy()
+        gyr, acc, mag = inputs
+        arrivals, motion, body = state.arrivals, state.hands.motion, self._body()
+        elapsed = arrivals.note(inputs)
+        angles, tips = np.empty((2, len(body.tree.ranges))), np.empty((2, body.tips.size, 3))
+        posture = Posture(np.empty((self.sensors, 4)), angles, tips)
+        faults, joints = track(
+            gyr.value, acc.value, mag.value, (gyr.present, acc.present, mag.present), elapsed,
+            arrivals.period_s, state.worn, state.settings, state.hands, state.filters, state.moment, posture)
+        repeated = elapsed[0] == 0.0
+        if faults or repeated != arrivals.repeated:
+            report_samples(state.moment.codes[0], repeated, tick)
+            arrivals.repeated = repeated
+        if joints or state.unseen is None:
+            _report_unseen(state, body, tick)
+        fingertips = (tips[0], tips[1]) if self._lengths_known() else ()
+        return (posture.orientation, angles[0], angles[1], *fingertips, motion[state.base, 1].copy(),
+                motion[state.base, 0].copy())
 
-    def _angles(self) -> int:
-        return sum(3 - FORBIDDEN[kind] for chain in self.chains or HAND for kind in chain.joints)
+    def _body(self) -> Body:
+        if self.body is None:
+            raise InputError("sensors", "0", "their number", "wire the tracker, or give it `sensors`")
+        return self.body
 
-    def _settings(self) -> tuple[Trust, Gates, HandGates]:
+    def _lengths_known(self) -> bool:
+        """Whether there is a body with lengths, not that of chain5."""
+        return self.sensors != 5 or bool(self.segments or self.sensed) or self.hand != _USUAL
+
+    def _base(self) -> int:
+        """Index of the segment that is held."""
+        return base_of(self._body(), self.base, "" if self.segments else "hand")
+
+    def _settings(self) -> Settings:
         radians = math.radians
         trust = Trust(self.gyr_sd, self.acc_sd, 1e-6 * self.mag_sd_ut, radians(self.lost_rate_deg_s),
                       radians(self.clipped_rate_deg_s), self.lever_m, self.error_time_s)
@@ -200,14 +234,17 @@ class KortierTracker:
                       1e-3 * self.gap_ms)
         own = HandGates(self.motion_sd, self.still_rate, self.still_acc, self.still_sd, _UNKNOWN,
                         radians(self.angle_sd_deg), radians(self.bias_sd_deg_s))
-        return trust, gates, own
+        return Settings(trust, gates, own, (radians(self.gyr_range_deg_s), 9.81 * self.acc_range_g))
 
 
-def _report_unseen(state: KortierState, tick: Tick) -> None:
-    unseen = tuple(f"{chain.sensors[k]}-{chain.sensors[k + 1]}" for chain in state.chains
-                   for k in np.flatnonzero(~chain.seen))
-    for status, now, before in (("unseen", unseen, state.unseen), ("seen", state.unseen, unseen)):
-        changed = [joint for joint in now if joint not in before]
+def _report_unseen(state: KortierState, body: Body, tick: Tick) -> None:
+    """Say which joints are not seen any more, or again; those without sensors at the first tick."""
+    seen, freedoms, joint_of = state.filters.seen, body.tree.layout[:, 1], state.worn.chains.joint_of
+    unseen = tuple(body.joints[k] for k in np.flatnonzero(freedoms)
+                   if joint_of[k] < 0 or not seen[joint_of[k]])
+    before = state.unseen or ()
+    for status, now, other in (("unseen", unseen, before), ("seen", before, unseen)):
+        changed = [joint for joint in now if joint not in other]
         if changed:
             tick.report(status, "joint " + ", ".join(changed))
     state.unseen = unseen

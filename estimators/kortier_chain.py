@@ -1,4 +1,4 @@
-"""One tick of one chain: what is new and passes the gates goes into its filter; its angles come out."""
+"""One tick of the chains: what is new and passes the gates goes into their filters."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from estimators.body import UNSEEN_SD
 from estimators.kortier_finger import correct, predict
 from estimators.kortier_rows import add_accelerations, add_constraints, add_field
 from estimators.kortier_samples import Moment, repeats
+from estimators.kortier_tree import Chains
 from estimators.kortier_work import Work, error_size, fill_rotations, new_work
-from fesloop.hand.quaternion_kernels import euler_x_of_zxy, euler_y_of_zxy, euler_z_of_zxy, multiply
 
 Array = NDArray[np.float64]
-UNSEEN_SD = math.pi
-"""Of a joint that is not seen, rad: of an angle it says nothing."""
+BALL = 3
+"""Freedoms of a joint that turns at will."""
 
 
 class Gates(NamedTuple):
@@ -41,88 +42,120 @@ class Gates(NamedTuple):
     gap_s: float
 
 
-class ChainFilter(NamedTuple):
-    """Filter of a chain of n joints.
+class Filters(NamedTuple):
+    """Filters of all chains, laid out as `Chains` says.
 
     Attributes
     ----------
-    sensors: (n + 1,), numbers; kinds: (n,), BALL, SADDLE or HINGE.
-    q, bias, covariance: as of `kortier_finger`. seen: (n,), whether both segments of a joint are seen.
-    rates, gyr_variance, acc, steady, acc_variance, kept, used, held_kinds: scratch, as is `work`.
+    q: (joints, 4), child to parent; bias: (places, 3), rad/s.
+    covariance: (entries,), of the error states of `kortier_finger`, row by row.
+    seen: (joints,), whether both segments of a joint are seen; begun: (joints,), whether they ever were.
     """
 
-    sensors: NDArray[np.int64]
-    kinds: NDArray[np.int64]
     q: Array
     bias: Array
     covariance: Array
     seen: NDArray[np.bool_]
-    rates: Array
-    gyr_variance: Array
-    acc: Array
-    steady: Array
-    acc_variance: Array
-    kept: Array
-    used: NDArray[np.bool_]
-    held_kinds: NDArray[np.int64]
-    work: Work
+    begun: NDArray[np.bool_]
 
 
-def new_chain(
-    sensors: tuple[int, ...], kinds: tuple[int, ...], q: Array, angle_sd: float, bias_sd: float
-) -> ChainFilter:
-    """A filter that starts at q (n, 4)."""
-    n = len(kinds)
-    sds = np.full(error_size(n), bias_sd)
-    sds[:3 * n] = angle_sd
-    return ChainFilter(
-        sensors=np.array(sensors), kinds=np.array(kinds), q=q.copy(), bias=np.zeros((n + 1, 3)),
-        covariance=np.diag(sds ** 2), seen=np.zeros(n, dtype=np.bool_), rates=np.zeros((n + 1, 3)),
-        gyr_variance=np.zeros(n + 1), acc=np.zeros((n + 1, 3)), steady=np.zeros((n + 1, 3)),
-        acc_variance=np.zeros(n + 1), kept=np.zeros((n, 4)), used=np.zeros(n, dtype=np.bool_),
-        held_kinds=np.zeros(n, dtype=np.int64), work=new_work(n))
+class Chain(NamedTuple):
+    """One chain of n joints: its part of `Chains` and `Filters`, and the samples of its n + 1 places."""
+
+    sensors: Any
+    freedoms: Any
+    axes: Any
+    q: Any
+    bias: Any
+    covariance: Any
+    seen: Any
+    rates: Any
+    gyr_variance: Any
+    acc: Any
+    steady: Any
+    acc_variance: Any
+
+
+def new_filters(chains: Chains, q: Array, angle_sd: float, bias_sd: float) -> Filters:
+    """Filters that start at q (joints, 4)."""
+    covariances = []
+    for joints in np.diff(chains.first):
+        sds = np.full(error_size(joints), bias_sd)
+        sds[:3 * joints] = angle_sd
+        covariances.append(np.diag(sds ** 2).ravel())
+    return Filters(
+        q=q.copy(), bias=np.zeros((chains.sensors.size, 3)),
+        covariance=np.concatenate([np.empty(0), *covariances]),
+        seen=np.zeros(len(q), dtype=np.bool_), begun=np.zeros(len(q), dtype=np.bool_))
 
 
 @numba.njit(cache=True)
-def track_chain(
-    chain: ChainFilter, moment: Moment, elapsed: Any, gates: Gates, orientation: Any, first: int, angles: Any,
-    sds: Any,
-) -> int:
-    """One tick, put out; the entry after the last angle.
+def covariance_of(chain: int, chains: Chains, filters: Filters) -> Any:
+    """The covariance of one chain's error state, a view."""
+    size = error_size(chains.first[chain + 1] - chains.first[chain])
+    return filters.covariance[chains.first_entry[chain]:chains.first_entry[chain + 1]].reshape((size, size))
 
-    Parameters
-    ----------
-    elapsed: (3,), as of `kortier_samples.take`.
-    orientation: (n, 4), to which that of the chain's segments is added, its base's being there.
-    angles, sds: where angles and their sd go from entry `first` on.
+
+@numba.njit(cache=True)
+def track_chains(
+    chains: Chains, filters: Filters, moment: Moment, elapsed: Any, gates: Gates
+) -> bool:
+    """One tick of every chain; whether a joint has come into sight or been lost.
+
+    `elapsed` as Arrivals.note gives it.
     """
-    joints = chain.kinds.size
-    for k in range(joints + 1):
-        s = chain.sensors[k]
-        gone = moment.missing[s] > gates.gap_s
-        chain.rates[k] = chain.bias[k] if gone else moment.rates[s]
-        chain.gyr_variance[k] = 0.0 if gone else moment.gyr_variance[s]
-        chain.acc[k] = moment.acc[s]
-        chain.steady[k] = moment.steady[s]
-        chain.acc_variance[k] = moment.acc_variance[s]
-        if k < joints:
-            child = chain.sensors[k + 1]
-            chain.seen[k] = not gone and moment.missing[child] <= gates.gap_s
-            chain.held_kinds[k] = chain.kinds[k] if chain.seen[k] else 0
+    longest = 0
+    for c in range(chains.first.size - 1):
+        longest = max(longest, chains.first[c + 1] - chains.first[c])
+    work = new_work(longest)
+    at = chains.sensors
+    rates, gyr_variance, acc = moment.rates[at], moment.gyr_variance[at], moment.acc[at]
+    steady, acc_variance = moment.steady[at], moment.acc_variance[at]
+    changed = False
+    for c in range(chains.first.size - 1):
+        joints = slice(chains.first[c], chains.first[c + 1])
+        places = slice(chains.first[c] + c, chains.first[c + 1] + c + 1)
+        chain = Chain(
+            at[places], chains.freedoms[joints], chains.axes[joints], filters.q[joints], filters.bias[places],
+            covariance_of(c, chains, filters), filters.seen[joints], rates[places], gyr_variance[places],
+            acc[places], steady[places], acc_variance[places])
+        changed |= _look(chain, moment, gates, filters.begun[joints])
+        _track(chain, moment, elapsed, gates, work)
+    return changed
+
+
+@numba.njit(cache=True)
+def _look(chain: Chain, moment: Moment, gates: Gates, begun: Any) -> bool:
+    """Which joints are seen, and whether that has changed; a segment that is not seen stands still."""
+    changed = False
+    for k in range(chain.sensors.size):
+        gone = moment.missing[chain.sensors[k]] > gates.gap_s
+        if gone:
+            chain.rates[k] = chain.bias[k]
+            chain.gyr_variance[k] = 0.0
+        if k > 0:
+            seen = not gone and moment.missing[chain.sensors[k - 1]] <= gates.gap_s
+            changed |= seen != chain.seen[k - 1]
+            chain.seen[k - 1] = seen
+            begun[k - 1] |= seen
+    return changed
+
+
+@numba.njit(cache=True)
+def _track(chain: Chain, moment: Moment, elapsed: Any, gates: Gates, work: Work) -> None:
     if elapsed[0] > 0.0:
-        chain.kept[:] = chain.q
+        kept = chain.q.copy()
         predict(chain.q, chain.bias, chain.covariance, chain.rates, chain.gyr_variance,
-                gates.walk ** 2 * elapsed[0], elapsed[0], chain.work)
-        for k in range(joints):
+                gates.walk ** 2 * elapsed[0], elapsed[0], work)
+        for k in range(chain.seen.size):
             if not chain.seen[k]:
-                chain.q[k] = chain.kept[k]
+                chain.q[k] = kept[k]
                 _forget(chain.covariance, 3 * k)
     if elapsed[1] > 0.0 or elapsed[2] > 0.0:
-        fill_rotations(chain.q, chain.work)
-        count = _measure(chain, moment, elapsed, gates)
+        fill_rotations(chain.q, work)
+        count = _measure(chain, moment, elapsed, gates, work)
         if count:
-            correct(chain.q, chain.bias, chain.covariance, count, chain.work)
-    return put_out(chain, orientation, first, angles, sds)
+            correct(chain.q, chain.bias, chain.covariance, count, work)
 
 
 @numba.njit(cache=True)
@@ -135,27 +168,29 @@ def _forget(covariance: Any, at: int) -> None:
 
 
 @numba.njit(cache=True)
-def _measure(chain: ChainFilter, moment: Moment, elapsed: Any, gates: Gates) -> int:
+def _measure(chain: Chain, moment: Moment, elapsed: Any, gates: Gates, work: Work) -> int:
     """Rows of all that is new and passes; how many."""
-    joints = chain.kinds.size
+    joints = chain.seen.size
     count = 0
     if elapsed[1] > 0.0:
+        used, held = np.zeros(joints, dtype=np.bool_), chain.freedoms.copy()
         for k in range(joints):
             a, b = chain.acc[k], chain.acc[k + 1]
-            difference = abs(length(a) - length(b))
-            chain.used[k] = (
+            used[k] = (
                 chain.seen[k] and chain.acc_variance[k] < math.inf and chain.acc_variance[k + 1] < math.inf
-                and difference < gates.acc_difference and length(chain.rates[k]) < gates.rate
-                and length(chain.rates[k + 1]) < gates.rate)
-        count = add_accelerations(chain.acc, chain.steady, chain.acc_variance, chain.used, count, chain.work)
+                and abs(length(a) - length(b)) < gates.acc_difference
+                and length(chain.rates[k]) < gates.rate and length(chain.rates[k + 1]) < gates.rate)
+            if not chain.seen[k]:
+                held[k] = BALL
+        count = add_accelerations(chain.acc, chain.steady, chain.acc_variance, used, count, work)
         variance = repeats(gates.error_time_s, elapsed[1]) * gates.constraint_sd ** 2
-        count = add_constraints(chain.held_kinds, variance, count, chain.work)
-    if elapsed[2] > 0.0:
+        count = add_constraints(held, chain.axes, variance, count, work)
+    if elapsed[2] > 0.0 and chain.seen.all():
         base, tip = chain.sensors[0], chain.sensors[joints]
         variance = moment.mag_variance[base] + moment.mag_variance[tip]
         difference = abs(length(moment.mag[base]) - length(moment.mag[tip]))
-        if variance < math.inf and difference < gates.mag_difference and chain.seen.all():
-            count = add_field(moment.mag[base], moment.mag[tip], variance, count, chain.work)
+        if variance < math.inf and difference < gates.mag_difference:
+            count = add_field(moment.mag[base], moment.mag[tip], joints, variance, count, work)
     return count
 
 
@@ -163,32 +198,3 @@ def _measure(chain: ChainFilter, moment: Moment, elapsed: Any, gates: Gates) -> 
 def length(v: Any) -> float:
     """Length of a vector."""
     return math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-
-
-@numba.njit(cache=True)
-def put_out(chain: ChainFilter, orientation: Any, first: int, angles: Any, sds: Any) -> int:
-    """Write a chain's orientations, angles and their sd, from entry `first` on; the entry after the last.
-
-    With R = Rz(f) Rx(a) Ry(p), dth = R'z df + Ry(p)'x da + y dp, which is solved for the angles' errors.
-    """
-    for k in range(chain.kinds.size):
-        q = (chain.q[k, 0], chain.q[k, 1], chain.q[k, 2], chain.q[k, 3])
-        before = orientation[chain.sensors[k]]
-        w, x, y, z = multiply((before[0], before[1], before[2], before[3]), q)
-        after = orientation[chain.sensors[k + 1]]
-        after[0], after[1], after[2], after[3] = w, x, y, z
-        a, p = euler_x_of_zxy(q), euler_y_of_zxy(q)
-        sine, cosine, upright = math.sin(p), math.cos(p), max(math.cos(a), 1e-6)
-        cov = chain.covariance[3 * k:3 * k + 3, 3 * k:3 * k + 3]
-        rows = ((-sine / upright, 0.0, cosine / upright), (cosine, 0.0, sine),
-                (sine * math.sin(a) / upright, 1.0, -cosine * math.sin(a) / upright))
-        values = (euler_z_of_zxy(q), a, p)
-        for i in range(3 - chain.kinds[k]):
-            variance = 0.0
-            for m in range(3):
-                for j in range(3):
-                    variance += rows[i][m] * cov[m, j] * rows[i][j]
-            angles[first] = values[i]
-            sds[first] = min(math.sqrt(variance), UNSEEN_SD) if chain.seen[k] else UNSEEN_SD
-            first += 1
-    return first

@@ -28,7 +28,6 @@ from estimators.error_state import (
     fill_matrix,
     fill_right_jacobian,
     from_rotation_vector,
-    symmetrise,
     turn,
 )
 from estimators.kortier_work import Work, fill_rotations
@@ -88,29 +87,38 @@ def predict(
 @numba.njit(cache=True)
 def _transform(covariance: Any, joints: int, work: Work) -> None:
     """F P F': biases stay, each dth depends on itself and on the biases of its two segments."""
-    size = covariance.shape[0]
+    size, turns = covariance.shape[0], 3 * joints
     for k in range(joints):
-        at, parent, child = 3 * k, 3 * joints + 3 * k, 3 * joints + 3 * k + 3
+        at, parent, child = 3 * k, turns + 3 * k, turns + 3 * k + 3
         for i in range(3):
-            work.rows[i, :] = 0.0
+            row = work.rows[i]
+            for j in range(size):
+                row[j] = 0.0
             for m in range(3):
                 a, b, c = work.step[k + 1, i, m], work.of_parent[k, i, m], work.of_child[k, i, m]
                 for j in range(size):
-                    work.rows[i, j] += (a * covariance[at + m, j] + b * covariance[parent + m, j]
-                                        + c * covariance[child + m, j])
-        covariance[at:at + 3, :] = work.rows
-    for j in range(size):
-        for k in range(joints):
-            at, parent, child = 3 * k, 3 * joints + 3 * k, 3 * joints + 3 * k + 3
+                    row[j] += (a * covariance[at + m, j] + b * covariance[parent + m, j]
+                               + c * covariance[child + m, j])
+        for i in range(3):
+            for j in range(size):
+                covariance[at + i, j] = work.rows[i, j]
+    for j in range(turns):
+        row = covariance[j]
+        # The lower triangle only, and the biases' rows from the joints': the rest is their mirror image.
+        for k in range(j // 3 + 1):
+            at, parent, child = 3 * k, turns + 3 * k, turns + 3 * k + 3
             for i in range(3):
                 total = 0.0
                 for m in range(3):
-                    total += (work.step[k + 1, i, m] * covariance[j, at + m]
-                              + work.of_parent[k, i, m] * covariance[j, parent + m]
-                              + work.of_child[k, i, m] * covariance[j, child + m])
+                    total += (work.step[k + 1, i, m] * row[at + m] + work.of_parent[k, i, m] * row[parent + m]
+                              + work.of_child[k, i, m] * row[child + m])
                 work.image[i] = total
             for i in range(3):
-                covariance[j, at + i] = work.image[i]
+                row[at + i] = work.image[i]
+        for k in range(j):
+            covariance[k, j] = row[k]
+        for b in range(turns, size):
+            covariance[b, j] = row[b]
 
 
 @numba.njit(cache=True)
@@ -125,7 +133,6 @@ def correct(q: Any, bias: Any, covariance: Any, count: int, work: Work) -> float
     for m in range(count):
         nis += absorb(covariance, work.error, work.design[m], work.span[m, 0], work.span[m, 1],
                       work.residual[m], work.variance[m], work.image, work.gain)
-    symmetrise(covariance)
     error = work.error
     for k in range(joints):
         turn(q[k], UNTURNED, from_rotation_vector(error[3 * k], error[3 * k + 1], error[3 * k + 2]))

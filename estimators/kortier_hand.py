@@ -39,7 +39,7 @@ UNTURNED = (1.0, 0.0, 0.0, 0.0)
 
 
 class HandWork(NamedTuple):
-    """Scratch of the hand's kernels: nothing in it outlives a tick.
+    """Scratch of the hand's kernels, made anew at each tick.
 
     Attributes
     ----------
@@ -62,13 +62,13 @@ class HandWork(NamedTuple):
     gain: Array
 
 
+@numba.njit(cache=True)
 def new_hand_work() -> HandWork:
     """Scratch of the hand's kernels."""
     return HandWork(
-        rotation=np.zeros((3, 3)), jacobian=np.zeros((3, 3)), block=np.zeros((3, 3)),
-        transition=np.zeros((SIZE, SIZE)), noise=np.zeros((SIZE, 3)), product=np.zeros((SIZE, SIZE)),
-        rows=np.zeros((3, SIZE)), residual=np.zeros(3),
-        error=np.zeros(SIZE), image=np.zeros(SIZE), gain=np.zeros(SIZE))
+        np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((SIZE, SIZE)), np.zeros((SIZE, 3)),
+        np.zeros((SIZE, SIZE)), np.zeros((3, SIZE)), np.zeros(3), np.zeros(SIZE), np.zeros(SIZE),
+        np.zeros(SIZE))
 
 
 @numba.njit(cache=True)

@@ -1,4 +1,4 @@
-"""One tick of the hand's filter: its start, the gates of its measurements, and standing still."""
+"""One tick of a hand's filter: its start, the gates of its measurements, and standing still."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from estimators.error_state import turn
 from estimators.kortier_chain import Gates, length
@@ -25,9 +24,8 @@ from estimators.kortier_hand import (
 from estimators.kortier_samples import Moment, repeats
 from fesloop.hand.quaternion_kernels import about_z
 
-Array = NDArray[np.float64]
 UNTURNED = (1.0, 0.0, 0.0, 0.0)
-FILLED, BEGUN, FIELD_KNOWN, STILL = range(4)
+FILLED, BEGUN, FIELD_KNOWN, STILL, OLDEST = range(5)
 
 
 class HandGates(NamedTuple):
@@ -52,42 +50,54 @@ class HandGates(NamedTuple):
 
 
 class HandFilter(NamedTuple):
-    """Filter of the hand.
+    """Filter of one hand; or, with an axis before the others, filters of several.
 
     Attributes
     ----------
     q, bias, motion, covariance, shared: as of `kortier_hand`.
     acc: (2, 3), row 0 the accelerometer's sample in use, row 1 (its variance, 0, 0).
     rates, accs: (window, 3), of the zero-velocity detector. earth: (2, 3), up and the magnetic field.
-    flags: (4,), samples in the window; whether the filter has begun, the field is known, the hand stands.
+    flags: (5,), samples in the window; whether the filter has begun, the field is known, the hand stands;
+        where the window's oldest sample is.
     """
 
-    q: Array
-    bias: Array
-    motion: Array
-    covariance: Array
-    shared: Array
-    acc: Array
-    rates: Array
-    accs: Array
-    earth: Array
-    flags: NDArray[np.int64]
-    work: HandWork
+    q: Any
+    bias: Any
+    motion: Any
+    covariance: Any
+    shared: Any
+    acc: Any
+    rates: Any
+    accs: Any
+    earth: Any
+    flags: Any
 
 
-def new_hand(window: int) -> HandFilter:
-    """A filter that has not begun, with so many samples in its zero-velocity detector."""
-    return HandFilter(np.array(UNTURNED), np.zeros(3), np.zeros((2, 3)), np.zeros((SIZE, SIZE)),
-                      np.zeros((SIZE, 3)), np.zeros((2, 3)), np.zeros((window, 3)), np.zeros((window, 3)),
-                      np.array([[0.0, 0.0, GRAVITY], [0.0, 0.0, 0.0]]), np.zeros(4, dtype=np.int64),
-                      new_hand_work())
+def new_hands(count: int, window: int) -> HandFilter:
+    """Filters that have not begun, with so many samples in each zero-velocity detector."""
+    return HandFilter(
+        np.tile(UNTURNED, (count, 1)), np.zeros((count, 3)), np.zeros((count, 2, 3)),
+        np.zeros((count, SIZE, SIZE)), np.zeros((count, SIZE, 3)), np.zeros((count, 2, 3)),
+        np.zeros((count, window, 3)), np.zeros((count, window, 3)),
+        np.tile([[0.0, 0.0, GRAVITY], [0.0, 0.0, 0.0]], (count, 1, 1)), np.zeros((count, 5), dtype=np.int64))
 
 
 @numba.njit(cache=True)
-def track_hand(
-    hand: HandFilter, sensor: int, moment: Moment, elapsed: Any, gates: Gates, own: HandGates
+def track_hands(
+    hands: HandFilter, sensors: Any, moment: Moment, elapsed: Any, gates: Gates, own: HandGates
 ) -> None:
-    """One tick of the filter of `sensor`; `elapsed` (3,) as of `kortier_samples.take`."""
+    """One tick of the filters of `sensors` (hands,); `elapsed` as Arrivals.note gives it."""
+    work = new_hand_work()
+    for i in range(sensors.size):
+        hand = HandFilter(hands.q[i], hands.bias[i], hands.motion[i], hands.covariance[i], hands.shared[i],
+                          hands.acc[i], hands.rates[i], hands.accs[i], hands.earth[i], hands.flags[i])
+        _track(hand, sensors[i], moment, elapsed, gates, own, work)
+
+
+@numba.njit(cache=True)
+def _track(
+    hand: HandFilter, sensor: int, moment: Moment, elapsed: Any, gates: Gates, own: HandGates, work: HandWork
+) -> None:
     rate, dt = moment.rates[sensor], elapsed[0]
     fresh = elapsed[1] > 0.0
     sound = fresh and moment.acc_variance[sensor] < math.inf
@@ -96,7 +106,7 @@ def track_hand(
             _begin(hand, moment.acc[sensor], own)
     elif dt > 0.0:
         predict_hand(hand.q, hand.bias, hand.motion, hand.covariance, hand.shared, rate, hand.acc[0],
-                     moment.gyr_variance[sensor], hand.acc[1, 0], gates.walk ** 2 * dt, dt, hand.work)
+                     moment.gyr_variance[sensor], hand.acc[1, 0], gates.walk ** 2 * dt, dt, work)
     if not hand.flags[BEGUN]:
         return
     if fresh:
@@ -105,10 +115,10 @@ def track_hand(
     if sound:
         hand.acc[0] = moment.acc[sensor]
         hand.acc[1, 0] = moment.acc_variance[sensor]
-        _read_vertical(hand, rate, repeats(gates.error_time_s, elapsed[1]), gates, own)
-        _stand_still(hand, rate, own)
+        _read_vertical(hand, rate, repeats(gates.error_time_s, elapsed[1]), gates, own, work)
+        _stand_still(hand, rate, own, work)
     if elapsed[2] > 0.0 and moment.mag_variance[sensor] < math.inf:
-        _read_field(hand, moment.mag[sensor], moment.mag_variance[sensor], gates)
+        _read_field(hand, moment.mag[sensor], moment.mag_variance[sensor], gates, work)
 
 
 @numba.njit(cache=True)
@@ -132,43 +142,44 @@ def _begin(hand: HandFilter, acc: Any, own: HandGates) -> None:
 
 
 @numba.njit(cache=True)
-def _read_vertical(hand: HandFilter, rate: Any, times: float, gates: Gates, own: HandGates) -> None:
+def _read_vertical(
+    hand: HandFilter, rate: Any, times: float, gates: Gates, own: HandGates, work: HandWork
+) -> None:
     acc = hand.acc[0]
     difference = abs(length(acc) - GRAVITY)
     if difference < gates.acc_difference and length(rate) < gates.rate:
-        fill_vector_rows(hand.q, hand.earth[0], acc, hand.work)
+        fill_vector_rows(hand.q, hand.earth[0], acc, work)
         variance = hand.acc[1, 0]
         correct_hand(hand.q, hand.bias, hand.motion, hand.covariance, hand.shared,
-                     variance + times * own.motion_sd ** 2, variance, hand.work)
+                     variance + times * own.motion_sd ** 2, variance, work)
 
 
 @numba.njit(cache=True)
-def _stand_still(hand: HandFilter, rate: Any, own: HandGates) -> None:
+def _stand_still(hand: HandFilter, rate: Any, own: HandGates, work: HandWork) -> None:
     window = hand.rates.shape[0]
-    for k in range(window - 1):
-        hand.rates[k] = hand.rates[k + 1]
-        hand.accs[k] = hand.accs[k + 1]
-    hand.rates[window - 1] = rate
-    hand.accs[window - 1] = hand.acc[0]
+    oldest = hand.flags[OLDEST]
+    hand.rates[oldest] = rate
+    hand.accs[oldest] = hand.acc[0]
+    hand.flags[OLDEST] = (oldest + 1) % window
     hand.flags[FILLED] = min(window, hand.flags[FILLED] + 1)
     hand.flags[STILL] = 0
     if hand.flags[FILLED] == window and stillness(
             hand.rates, hand.accs, hand.bias, own.still_rate, own.still_acc) < 1.0:
         hand.flags[STILL] = 1
-        fill_still_rows(hand.motion, hand.work)
+        fill_still_rows(hand.motion, work)
         correct_hand(hand.q, hand.bias, hand.motion, hand.covariance, hand.shared, own.still_sd ** 2, 0.0,
-                     hand.work)
+                     work)
 
 
 @numba.njit(cache=True)
-def _read_field(hand: HandFilter, mag: Any, variance: float, gates: Gates) -> None:
+def _read_field(hand: HandFilter, mag: Any, variance: float, gates: Gates, work: HandWork) -> None:
     """The first sample defines the field and turns the heading to it: y to magnetic north."""
     if hand.flags[FIELD_KNOWN]:
         known = hand.earth[1]
         if abs(length(mag) - length(known)) < gates.mag_difference:
-            fill_vector_rows(hand.q, known, mag, hand.work)
+            fill_vector_rows(hand.q, known, mag, work)
             correct_hand(hand.q, hand.bias, hand.motion, hand.covariance, hand.shared, variance, 0.0,
-                         hand.work)
+                         work)
         return
     w, x, y, z = hand.q[0], hand.q[1], hand.q[2], hand.q[3]
     east = ((1.0 - 2.0 * (y * y + z * z)) * mag[0] + 2.0 * (x * y - w * z) * mag[1]

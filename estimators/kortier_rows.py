@@ -31,7 +31,7 @@ def add_accelerations(
     acc, steady: (n + 1, 3), m/s^2; acc_variance: (n + 1,); used: (n,), which pairs to take.
     """
     coupled = False
-    for k in range(work.rotation.shape[0]):
+    for k in range(used.size):
         if not used[k]:
             coupled = False
             continue
@@ -60,14 +60,14 @@ def add_accelerations(
 
 
 @numba.njit(cache=True)
-def add_field(base: Any, tip: Any, variance: float, count: int, work: Work) -> int:
+def add_field(base: Any, tip: Any, joints: int, variance: float, count: int, work: Work) -> int:
     """Measurement rows of the magnetometers of first and last segment, from row `count` on; the new count.
 
     Parameters
     ----------
-    base, tip: (3,), the field in the first and in the last segment; variance: of their noise, together.
+    base, tip: (3,), the field in the first and in the last segment, with so many joints between them.
+    variance: of their noise, together.
     """
-    joints = work.rotation.shape[0]
     work.product[0] = work.rotation[0]
     for k in range(1, joints):
         for i in range(3):
@@ -92,27 +92,31 @@ def add_field(base: Any, tip: Any, variance: float, count: int, work: Work) -> i
 
 
 @numba.njit(cache=True)
-def add_constraints(kinds: Any, variance: float, count: int, work: Work) -> int:
+def add_constraints(freedoms: Any, axes: Any, variance: float, count: int, work: Work) -> int:
     """Rows of what joints cannot do, from row `count` on; the new count.
 
-    With r the third row of Rh, the parent's z axis in the child's frame: a saddle keeps it orthogonal to the
-    child's x axis, a hinge to its y axis as well; r.v = 0 answers to dth by -(r x v).
+    With f, a, p the axes of flexion, abduction and pronation, each in parent and child alike: a saddle keeps
+    the parent's f orthogonal to the child's a (the paper's eq. 29), a hinge to its p as well (eq. 32); where
+    all is fixed the parent's a stays orthogonal to the child's p. u.(R v) = 0 answers to dth by
+    -(R'u x v).dth.
 
     Parameters
     ----------
-    kinds: (n,), BALL, SADDLE or HINGE; variance: of each pseudo-measurement, rad^2.
+    freedoms: (n,), 0 to 3 of each joint; axes: (n, 3, 3), f, a, p.
+    variance: of each pseudo-measurement, rad^2.
     """
-    for k in range(work.rotation.shape[0]):
-        rx, ry, rz = work.rotation[k, 2, 0], work.rotation[k, 2, 1], work.rotation[k, 2, 2]
-        for axis in range(kinds[k]):
+    for k in range(freedoms.size):
+        for forbidden in range(3 - freedoms[k]):
+            u, v = axes[k, 1 if forbidden == 2 else 0], axes[k, 1 if forbidden == 0 else 2]
+            m = work.rotation[k]
+            rx = m[0, 0] * u[0] + m[1, 0] * u[1] + m[2, 0] * u[2]
+            ry = m[0, 1] * u[0] + m[1, 1] * u[1] + m[2, 1] * u[2]
+            rz = m[0, 2] * u[0] + m[1, 2] * u[1] + m[2, 2] * u[2]
             row = work.design[count]
-            row[:] = 0.0
-            if axis == 0:
-                row[3 * k + 1], row[3 * k + 2] = -rz, ry
-                work.residual[count] = -rx
-            else:
-                row[3 * k], row[3 * k + 2] = rz, -rx
-                work.residual[count] = -ry
+            row[3 * k] = v[1] * rz - v[2] * ry
+            row[3 * k + 1] = v[2] * rx - v[0] * rz
+            row[3 * k + 2] = v[0] * ry - v[1] * rx
+            work.residual[count] = -(rx * v[0] + ry * v[1] + rz * v[2])
             work.variance[count] = variance
             work.span[count, 0], work.span[count, 1] = 3 * k, 3 * k + 3
             count += 1

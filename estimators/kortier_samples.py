@@ -21,6 +21,7 @@ from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.signals import Sample
 
 Array = NDArray[np.float64]
+Elapsed = tuple[float, float, float]
 KINDS = ("gyr", "acc", "mag")
 _SMOOTHING_S = 0.2
 """Time constant of `Moment.steady`, s (chosen: 20 samples of 100 Hz)."""
@@ -55,7 +56,7 @@ class Moment(NamedTuple):
     steady: (n, 3), accelerations smoothed in a frame that does not turn.
     acc, mag: (n, 3); acc_variance, mag_variance: (n,), infinite where the sample is not to be used.
     missing: (n,), s since the last sound sample of the gyroscope; infinite before the first.
-    codes: (3, n), LOST and CLIPPED of each kind.
+    codes: (2, 3, n), LOST and CLIPPED of each kind, now and at the tick before.
     """
 
     rates: Array
@@ -76,53 +77,77 @@ def no_moment(sensors: int) -> Moment:
         rates=np.zeros((sensors, 3)), gyr_variance=np.full(sensors, np.inf), newest=np.zeros((sensors, 3)),
         steady=np.zeros((sensors, 3)), acc=np.zeros((sensors, 3)), acc_variance=np.full(sensors, np.inf),
         mag=np.zeros((sensors, 3)), mag_variance=np.full(sensors, np.inf),
-        missing=np.full(sensors, np.inf), codes=np.zeros((3, sensors), dtype=np.uint8))
+        missing=np.full(sensors, np.inf), codes=np.zeros((2, 3, sensors), dtype=np.uint8))
 
 
 class Arrivals:
-    """Which samples are new at a tick, and what has been reported of them.
+    """Which samples are new at a tick.
 
     Attributes
     ----------
+    period_s: of the gyroscopes.
     newest_ns: capture of the newest sample of each kind; -1 before the first.
-    elapsed_s: (3,), from the sample before to the one that is new now, of each kind; 0 where none is.
+    repeated: whether the gyroscopes' sample was no new one at the last tick.
     """
 
-    __slots__ = ("elapsed_s", "magnetometers", "newest_ns", "period_s", "reported")
+    __slots__ = ("newest_ns", "period_s", "repeated")
 
-    def __init__(self, period_s: float, magnetometers: NDArray[np.bool_]) -> None:
-        self.period_s, self.magnetometers = period_s, magnetometers
+    def __init__(self, period_s: float) -> None:
+        self.period_s = period_s
         self.newest_ns = [-1, -1, -1]
-        self.elapsed_s = [0.0, 0.0, 0.0]
-        self.reported: tuple[bytes, bool] = (b"", False)
+        self.repeated = False
 
-    def note(self, samples: Sequence[Sample], limits: Sequence[float], codes: Any, tick: Tick) -> None:
-        """Which samples are new; what is wrong with them goes into `codes` (3, n) and is reported once."""
-        codes[:] = 0
-        for kind, sample in enumerate(samples):
-            before, self.elapsed_s[kind] = self.newest_ns[kind], 0.0
-            if sample.newest_ns > before:
-                first = before < 0
-                self.elapsed_s[kind] = self.period_s if first else (sample.newest_ns - before) / NS_PER_S
-                self.newest_ns[kind] = sample.newest_ns
-            if sample.present:
-                inspect(sample.value, limits[kind], kind > 0, codes[kind])
-        codes[2, ~self.magnetometers] = 0
-        now = (codes.tobytes(), self.elapsed_s[0] == 0.0)
-        if now != self.reported and (any(now[0]) or now[1] or any(self.reported[0]) or self.reported[1]):
-            self._report(codes, now[1], tick)
-        self.reported = now
+    def note(self, samples: Sequence[Sample]) -> Elapsed:
+        """Time from the sample before to the one that is new now, of each kind, s; 0 where none is."""
+        elapsed = [0.0, 0.0, 0.0]
+        for kind, (_, _, captured, _) in enumerate(samples):
+            before = self.newest_ns[kind]
+            if captured > before:
+                elapsed[kind] = self.period_s if before < 0 else (captured - before) / NS_PER_S
+                self.newest_ns[kind] = captured
+        return elapsed[0], elapsed[1], elapsed[2]
 
-    def _report(self, codes: NDArray[np.uint8], repeated: bool, tick: Tick) -> None:
-        for code, status in ((LOST, "lost_sample"), (CLIPPED, "clipped_sample")):
-            found = [f"{name} of sensor " + ", ".join(str(i) for i in np.flatnonzero(row & code))
-                     for name, row in zip(KINDS, codes, strict=True) if (row & code).any()]
-            if found:
-                tick.report(status, "; ".join(found))
-        if repeated:
-            tick.report("repeated_sample", "no newer sample of the gyroscopes has arrived")
-        elif not codes.any():
-            tick.report("samples_sound", "every sensor gives sound samples again")
+
+def report_samples(codes: NDArray[np.uint8], repeated: bool, tick: Tick) -> None:
+    """Say what is wrong with the samples, `codes` (3, n), or that nothing is any more."""
+    for code, status in ((LOST, "lost_sample"), (CLIPPED, "clipped_sample")):
+        found = [f"{name} of sensor " + ", ".join(str(i) for i in np.flatnonzero(row & code))
+                 for name, row in zip(KINDS, codes, strict=True) if (row & code).any()]
+        if found:
+            tick.report(status, "; ".join(found))
+    if repeated:
+        tick.report("repeated_sample", "no newer sample of the gyroscopes has arrived")
+    elif not codes.any():
+        tick.report("samples_sound", "every sensor gives sound samples again")
+
+
+@numba.njit(cache=True)
+def inspect_samples(
+    gyr: Any, acc: Any, mag: Any, present: Any, limits: Any, magnetometers: Any, codes: Any
+) -> bool:
+    """Write what is wrong with the samples, (n, 3) each, into `codes` (2, 3, n); whether that has changed.
+
+    Parameters
+    ----------
+    present: (3,), whether a message of each kind has ever arrived.
+    limits: (2,), from which magnitude on rates and accelerations are clipped.
+    magnetometers: (n,), those that are read; of others nothing is told.
+    """
+    codes[1] = codes[0]
+    codes[0] = 0
+    if present[0]:
+        inspect(gyr, limits[0], False, codes[0, 0])
+    if present[1]:
+        inspect(acc, limits[1], True, codes[0, 1])
+    if present[2]:
+        inspect(mag, math.inf, True, codes[0, 2])
+    changed = False
+    for s in range(magnetometers.size):
+        if not magnetometers[s]:
+            codes[0, 2, s] = 0
+        for kind in range(3):
+            changed |= codes[0, kind, s] != codes[1, kind, s]
+    return changed
 
 
 @numba.njit(cache=True)
@@ -141,10 +166,10 @@ def take(gyr: Any, acc: Any, mag: Any, elapsed: Any, period: float, trust: Trust
 
     Parameters
     ----------
-    elapsed: (3,), s from the last sample of each kind to the new one, 0 where there is none.
+    elapsed: as Arrivals.note gives it.
     period: s, of the gyroscopes; what a step lasts longer is a gap, whose rate is unknown.
     """
-    codes, dt = moment.codes, elapsed[0]
+    codes, dt = moment.codes[0], elapsed[0]
     for s in range(gyr.shape[0]):
         nothing = gyr[s, 0] == 0.0 and gyr[s, 1] == 0.0 and gyr[s, 2] == 0.0 and codes[1, s] & LOST
         lost = codes[0, s] & LOST or nothing

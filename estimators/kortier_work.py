@@ -1,4 +1,4 @@
-"""What the kernels of a chain of segments work on: kinds of joints and scratch that is made once."""
+"""What the kernels of a chain of segments work on: scratch that is made anew at each tick."""
 
 from __future__ import annotations
 
@@ -11,12 +11,10 @@ from numpy.typing import NDArray
 from estimators.error_state import fill_matrix
 
 Array = NDArray[np.float64]
-BALL, SADDLE, HINGE = 0, 1, 2
-"""Joints by the number of rotations that they forbid: none, pronation, pronation and abduction."""
 
 
 class Work(NamedTuple):
-    """Scratch of a chain's kernels: nothing in it outlives a tick.
+    """Scratch of a chain's kernels, large enough for n joints.
 
     Attributes
     ----------
@@ -47,21 +45,21 @@ class Work(NamedTuple):
     gain: Array
 
 
-def new_work(joints: int) -> Work:
-    """Scratch for a chain of so many joints."""
-    size, measurements = error_size(joints), 5 * joints + 3
-    return Work(
-        rotation=np.zeros((joints, 3, 3)), step=np.zeros((joints + 1, 3, 3)),
-        jacobian=np.zeros((joints + 1, 3, 3)), of_child=np.zeros((joints, 3, 3)),
-        of_parent=np.zeros((joints, 3, 3)), product=np.zeros((joints, 3, 3)), rows=np.zeros((3, size)),
-        design=np.zeros((measurements, 3 * joints)), residual=np.zeros(measurements),
-        variance=np.zeros(measurements), span=np.zeros((measurements, 2), dtype=np.int64),
-        error=np.zeros(size), image=np.zeros(size), gain=np.zeros(size))
-
-
+@numba.njit(cache=True)
 def error_size(joints: int) -> int:
     """Length of the error state of a chain: 3 a joint and 3 a segment."""
     return 3 * joints + 3 * (joints + 1)
+
+
+@numba.njit(cache=True)
+def new_work(joints: int) -> Work:
+    """Scratch for chains of so many joints at most: 3 rows a joint of accelerations, 3 of its constraints."""
+    size, measurements = error_size(joints), 6 * joints + 3
+    return Work(
+        np.zeros((joints, 3, 3)), np.zeros((joints + 1, 3, 3)), np.zeros((joints + 1, 3, 3)),
+        np.zeros((joints, 3, 3)), np.zeros((joints, 3, 3)), np.zeros((joints, 3, 3)), np.zeros((3, size)),
+        np.zeros((measurements, 3 * joints)), np.zeros(measurements), np.zeros(measurements),
+        np.zeros((measurements, 2), dtype=np.int64), np.zeros(size), np.zeros(size), np.zeros(size))
 
 
 @numba.njit(cache=True)

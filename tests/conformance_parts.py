@@ -23,10 +23,8 @@ NOT_WITHOUT_FILES = {"replay"} if shutil.which("gcc") or shutil.which("cc") else
 
 def specimens():
     """{kind: block} for every registered kind, open shapes resolved."""
-    from estimators.kortier_tree import Chain
     from fesloop.models.recruitment import Recruitment
 
-    finger_chain = Chain(sensors=(0, 1, 2, 3), joints=("saddle", "hinge", "hinge"))
     finger = load("finger")()
     curves = Recruitment(**CURVES)
     model = finger.linear_model()
@@ -38,7 +36,7 @@ def specimens():
         "finger": {}, "finger_imus": {}, "moving_hand": {"phases": wave()},
         "vqf": {"initial_angles_deg": (20.0, 25.0, 15.0), "align_s": 0.1},
         "vqf9": {}, "constrained": {"sensed": ("hand", "F2p", "F2m", "F2d")},
-        "kortier": {"chains": (finger_chain,)},
+        "kortier": {"sensed": ("hand", "F2p", "F2m", "F2d")},
         "ideal": {"noise_deg": 0.3, "walk_deg": 0.1},
         "segment_calibration": {"method": "poses", "flat_s": (0.0, 0.1), "flexion_s": (0.1, 0.2),
                                 "assumed": (0,), "limits": any_pose()},

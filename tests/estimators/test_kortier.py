@@ -7,15 +7,23 @@ import pytest
 from tracker_parts import RATE, planar_finger, run_tracker
 
 from estimators.kortier import KortierTracker
-from estimators.kortier_tree import HAND, Chain
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.kinematics import relative_orientations, segment_poses
+from fesloop.hand.segments import Segment, SegmentTree
+from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import NEVER, Sample
 
 START_DEG = (20.0, 30.0, 10.0)
-FINGER = (Chain(sensors=(0, 1, 2, 3), joints=("saddle", "hinge", "hinge"), initial_angles_deg=START_DEG),)
+FINGER = (Segment(name="palm"),
+          *(Segment(name=name, parent=parent, joint=kind, joint_name=joint, offset=(0.0, -length, 0.0))
+            for name, parent, kind, joint, length in (("proximal", "palm", "saddle", "mcp", 0.045),
+                                                      ("middle", "proximal", "hinge", "pip", 0.026),
+                                                      ("distal", "middle", "hinge", "dip", 0.017))))
+START = dict(zip(("mcp_flexion", "pip_flexion", "dip_flexion"), START_DEG, strict=True))
 FLEXION = [0, 2, 3]
 FIELD = np.array([0.0, 20e-6, -44e-6])
 TIMES = np.arange(6 * RATE) / RATE
@@ -35,13 +43,13 @@ def finger(base=TILTED, depth_deg=(50.0, 60.0, 30.0), seed=0):
 
 
 def tracker(**changed):
-    return KortierTracker(sensors=4, chains=FINGER, **changed)
+    return KortierTracker(**{"sensors": 4, "segments": FINGER, "initial_angles_deg": START, **changed})
 
 
 @pytest.mark.parametrize("base", [TILTED, PALM_DOWN])
 def test_joint_angles_of_a_swinging_finger(base):
     gyr, acc, mag, true, _ = finger(base)
-    (_, angles, sd, _, _), reports, _ = run_tracker(tracker(), gyr, acc, mag)
+    (_, angles, sd, *_), reports, _ = run_tracker(tracker(), gyr, acc, mag)
     error = angles[:, FLEXION] - true
     assert reports == []
     assert np.degrees(np.sqrt(np.mean(error ** 2, axis=0))).max() < 3.0
@@ -52,16 +60,15 @@ def test_joint_angles_of_a_swinging_finger(base):
 def test_where_flexion_is_about_the_vertical_the_uncertainty_says_so():
     """Neither gravity nor a constraint shows such flexion, and one magnetometer pair not its share."""
     gyr, acc, mag, true, _ = finger(np.array([1.0, 0.0, 0.0, 0.0]))
-    (_, angles, sd, _, _), _, _ = run_tracker(tracker(), gyr, acc, mag)
+    (_, angles, sd, *_), _, _ = run_tracker(tracker(), gyr, acc, mag)
     assert np.degrees(sd[-1, FLEXION]).min() > 3.0
     assert np.sqrt(np.mean(((angles[:, FLEXION] - true) / sd[:, FLEXION]) ** 2)) < 2.0
 
 
 def test_a_wrong_start_is_corrected_and_its_uncertainty_covers_it():
     gyr, acc, mag, true, _ = finger(depth_deg=(0.0, 0.0, 0.0))
-    straight = (Chain(sensors=(0, 1, 2, 3), joints=("saddle", "hinge", "hinge")),)
-    (_, angles, _, _, _), _, _ = run_tracker(
-        KortierTracker(sensors=4, chains=straight, angle_sd_deg=20.0), gyr, acc, mag)
+    straight = tracker(initial_angles_deg={}, angle_sd_deg=20.0)
+    (_, angles, *_), _, _ = run_tracker(straight, gyr, acc, mag)
     assert np.degrees(np.abs(angles[0, FLEXION] - true[0])).max() > 0.05
     assert np.degrees(np.abs(angles[-1, FLEXION] - true[-1])).max() < 1.5
 
@@ -75,7 +82,7 @@ def test_orientations_are_to_the_earth_and_north():
 
 def test_a_still_hand_stays_where_it_is():
     gyr, acc, mag, _, _ = finger(depth_deg=(0.0, 0.0, 0.0))
-    (_, _, _, position, velocity), _, _ = run_tracker(tracker(), gyr, acc, mag)
+    (*_, position, velocity), _, _ = run_tracker(tracker(), gyr, acc, mag)
     assert np.abs(position).max() < 0.02
     assert np.abs(velocity[-1]).max() < 0.01
 
@@ -88,7 +95,7 @@ def test_position_follows_a_short_move():
     acc = np.tile([0.0, 0.0, 9.81], (300, 4, 1))
     acc[..., 0] = along[:, None]
     gyr, mag = np.zeros((300, 4, 3)), np.tile(FIELD, (300, 4, 1))
-    (_, _, _, position, velocity), _, _ = run_tracker(tracker(), gyr, acc, mag)
+    (*_, position, velocity), _, _ = run_tracker(tracker(), gyr, acc, mag)
     np.testing.assert_allclose(position[-1], [0.1, 0.0, 0.0], atol=0.01)
     np.testing.assert_allclose(velocity[-1], 0.0, atol=0.01)
 
@@ -108,8 +115,8 @@ def run_at_200_hz(block, gyr, acc, mag, held):
 def test_slower_accelerometers_are_taken_once_a_sample():
     still = [kind[:40] for kind in finger(PALM_DOWN, (0.0, 0.0, 0.0))[:3]]
     block = tracker(angle_sd_deg=20.0, lever_m=0.0, error_time_s=0.0)
-    (_, _, once, _, _), reports = run_at_200_hz(block, *still, held=True)
-    (_, _, twice, _, _), _ = run_at_200_hz(block, *still, held=False)
+    (_, _, once, *_), reports = run_at_200_hz(block, *still, held=True)
+    (_, _, twice, *_), _ = run_at_200_hz(block, *still, held=False)
     assert reports == []
     # Of twice the samples the sd would be smaller by the root of two, before the biases come to matter.
     np.testing.assert_allclose((once / twice)[3:16:2, 2:], np.sqrt(2.0), rtol=0.12)
@@ -118,7 +125,7 @@ def test_slower_accelerometers_are_taken_once_a_sample():
 def test_joint_angles_with_slower_accelerometers():
     gyr, acc, mag, true, _ = finger()
     # The same motion in half the time, under the accelerations of the slow one.
-    (_, angles, _, _, _), _ = run_at_200_hz(tracker(), 2.0 * gyr, acc, mag, held=True)
+    (_, angles, *_), _ = run_at_200_hz(tracker(), 2.0 * gyr, acc, mag, held=True)
     assert np.degrees(np.sqrt(np.mean((angles[:, FLEXION] - true) ** 2, axis=0))).max() < 4.0
 
 
@@ -142,12 +149,12 @@ def test_short_losses_and_clipping_are_flagged_and_widen_the_uncertainty():
     spoilt[300:304, 2] = np.nan
     full[300:304, 2, 2] = np.radians(2000.0)
     for wrong, status in ((spoilt, "lost_sample"), (full, "clipped_sample")):
-        (_, angles, sd, _, _), reports, _ = run_tracker(tracker(), wrong, acc, mag)
+        (_, angles, sd, *_), reports, _ = run_tracker(tracker(), wrong, acc, mag)
         assert reports == [(status, "gyr of sensor 2"),
                            ("samples_sound", "every sensor gives sound samples again")]
         assert (sd[303, 2:] > 1.2 * clean[2][303, 2:]).all()
         assert np.isfinite(angles).all()
-    (_, angles, _, _, _), _, _ = run_tracker(tracker(), spoilt, acc, mag)
+    (_, angles, *_), _, _ = run_tracker(tracker(), spoilt, acc, mag)
     assert np.degrees(np.abs(angles[-1, FLEXION] - true[-1])).max() < 6.0
 
 
@@ -155,14 +162,107 @@ def test_a_strip_left_off_is_unseen_and_comes_back():
     gyr, acc, mag, true, _ = finger(depth_deg=(0.0, 0.0, 0.0))
     for kind in (gyr, acc, mag):
         kind[:300, 2:] = 0.0
-    (_, angles, sd, _, _), reports, _ = run_tracker(tracker(), gyr, acc, mag)
-    assert ("unseen", "joint 1-2, 2-3") in reports
-    assert reports[-1] == ("seen", "joint 1-2, 2-3")
+    (_, angles, sd, *_), reports, _ = run_tracker(tracker(), gyr, acc, mag)
+    assert ("unseen", "joint pip, dip") in reports
+    assert reports[-1] == ("seen", "joint pip, dip")
     assert (sd[:300, 2:] == np.pi).all()
-    np.testing.assert_allclose(angles[:300, 2:], np.tile(np.radians(START_DEG[1:]), (300, 1)), atol=1e-12)
+    assert (angles[:300, 2:] == 0.0).all()
     assert np.degrees(np.abs(angles[250, 0] - true[250, 0])) < 1.5
     assert np.degrees(sd[-1]).max() < 10.0
     assert np.degrees(np.abs(angles[-1, FLEXION] - true[-1])).max() < 2.0
+
+
+def test_a_lost_joint_keeps_its_last_angle():
+    gyr, acc, mag, _, _ = finger()
+    gyr[300:400, 3] = np.nan
+    (_, angles, sd, _, tip_sd, *_), reports, _ = run_tracker(tracker(), gyr, acc, mag)
+    assert ("unseen", "joint dip") in reports
+    lost = slice(311, 400)
+    assert (sd[lost, 3] == np.pi).all()
+    np.testing.assert_allclose(angles[lost, 3], angles[310, 3], atol=1e-12)
+    assert tip_sd[399, 0].max() > 0.017
+    assert tip_sd[250, 0].max() < 0.01
+
+
+HAND = hand_tree(HandSize())
+WORN = {16: HAND.names[1:], 17: HAND.names}
+
+
+def still_hand(angles, sensed, ticks=300, seed=0):
+    """gyr, acc, mag (ticks, n, 3), with noise, of a hand at rest with its palm down."""
+    attitude = quaternion.multiply(PALM_DOWN, segment_poses(HAND, angles).orientation)
+    attitude = attitude[[HAND.index(name) for name in sensed]]
+    rng = np.random.default_rng(seed)
+    acc, mag = (quaternion.rotate(quaternion.conjugate(attitude), v) for v in ((0.0, 0.0, 9.81), FIELD))
+    noise = rng.normal(size=(3, ticks, len(sensed), 3))
+    return 5e-4 * noise[0], acc + 4e-2 * noise[1], mag + 3e-7 * noise[2]
+
+
+@pytest.mark.parametrize("count", [16, 17])
+def test_the_posture_of_a_still_hand(count):
+    pose = {"F1_cmc_abduction": 20.0, "F1_ip_flexion": 30.0, "F2_mcp_flexion": 40.0, "F2_pip_flexion": 25.0,
+            "F4_mcp_abduction": 8.0}
+    if count == 17:
+        pose["wrist_flexion"] = 20.0
+    true = np.zeros(23)
+    for name, angle in pose.items():
+        true[HAND.freedom(name)] = np.radians(angle)
+    # Started up to five degrees beside the truth.
+    start = {name: angle - 5.0 for name, angle in pose.items()}
+    block = KortierTracker(sensors=count, initial_angles_deg=start)
+    outputs, reports, _ = run_tracker(block, *still_hand(true, WORN[count]))
+    _, angles, sd, tips, tip_sd, _, _ = (port[-1] for port in outputs)
+    assert reports == ([] if count == 17 else [("unseen", "joint wrist")])
+    seen = slice(0 if count == 17 else 2, None)
+    assert np.degrees(np.abs(angles - true)[seen]).max() < 4.0
+    assert ((np.abs(angles - true) < 3.0 * sd)[seen]).all()
+    assert (sd[:2] == np.pi).all() == (count == 16)
+    expected = segment_poses(HAND, true).position[[4, 7, 10, 13, 16]]
+    assert (np.abs(tips - expected) < np.maximum(3.0 * tip_sd, 0.005)).all()
+    assert (tip_sd.max() < 0.03) == (count == 17)
+
+
+def test_a_finger_left_out_and_sensors_in_another_order():
+    order = ("F2d", "hand", "F2p", "F2m", "F5p", "F5m", "forearm")
+    true = np.zeros(23)
+    true[HAND.freedom("F2_pip_flexion")] = np.radians(30.0)
+    block = KortierTracker(sensors=7, sensed=order, initial_angles_deg={"F2_pip_flexion": 30.0})
+    outputs, reports, _ = run_tracker(block, *still_hand(true, order))
+    (status, detail), = reports
+    assert (status, detail.split(", ")[-4:]) == ("unseen", ["F4_mcp", "F4_pip", "F4_dip", "F5_dip"])
+    sd = outputs[2][-1]
+    unseen = [name for name, each in zip(HAND.freedoms, sd, strict=True) if each == np.pi]
+    assert not any(name.startswith(("wrist", "F2", "F5_mcp", "F5_pip")) for name in unseen)
+    attitude = quaternion.multiply(PALM_DOWN, segment_poses(HAND, true).orientation)[
+        [HAND.index(name) for name in order]]
+    off = quaternion.rotation_angle(quaternion.relative(outputs[0][-1], attitude))
+    # The heading is that of the magnetic field, y to the north, as FIELD has it.
+    assert np.degrees(off).max() < 4.0
+
+
+def test_a_chain_of_hinges_about_other_axes():
+    """Nothing but gravity and what tilted hinges allow: motion about their axes is found."""
+    tilt = quaternion.to_matrix(quaternion.from_axis_angle([1.0, 2.0, -1.0], 0.9))
+    axes = [tuple(row) for row in tilt[:2]]
+    tree = SegmentTree((Segment(name="a"), Segment(name="b", parent="a", joint="hinge", axes=(axes[0],)),
+                        Segment(name="c", parent="b", joint="hinge", axes=(axes[1],))))
+    true = np.stack([0.8 * np.sin(2.0 * TIMES), 0.5 * np.sin(3.0 * TIMES)], axis=1)
+    relative = relative_orientations(tree, true)
+    attitude = [np.broadcast_to(TILTED, (len(TIMES), 4))]
+    for k in (1, 2):
+        attitude.append(quaternion.multiply(attitude[-1], relative[:, k]))
+    attitude = np.stack(attitude, axis=1)
+    turn = quaternion.relative(attitude[:-1], attitude[1:])
+    gyr = np.concatenate([np.zeros((1, 3, 3)), 2.0 * RATE * turn[..., 1:]])
+    rng = np.random.default_rng(0)
+    acc = quaternion.rotate(quaternion.conjugate(attitude), [0.0, 0.0, 9.81])
+    acc += 4e-2 * rng.normal(size=gyr.shape)
+    gyr = gyr + 0.01 * rng.normal(size=(3, 3)) + 5e-4 * rng.normal(size=gyr.shape)
+    block = KortierTracker(sensors=3, segments=tree.segments)
+    (_, angles, sd, *_), _, _ = run_tracker(block, gyr, acc, np.zeros_like(gyr))
+    error = (angles - true)[100:]
+    assert np.degrees(np.sqrt(np.mean(error ** 2))) < 2.0
+    assert np.sqrt(np.mean((error / sd[100:]) ** 2)) < 2.0
 
 
 def test_a_whole_hand_and_its_snapshot():
@@ -172,7 +272,7 @@ def test_a_whole_hand_and_its_snapshot():
     mag = 1e-6 * mag + FIELD
     block = KortierTracker().resolve({"gyr": (16, 3), "acc": (16, 3), "mag": (16, 3)})
     whole, _, _ = run_tracker(block, gyr, acc, mag)
-    assert [part.shape[1:] for part in whole] == [(16, 4), (21,), (21,), (3,), (3,)]
+    assert [part.shape[1:] for part in whole] == [(16, 4), (23,), (23,), (5, 3), (5, 3), (3,), (3,)]
     _, _, state = run_tracker(block, gyr, acc, mag, last=37)
     rest, _, _ = run_tracker(block, gyr, acc, mag, state=pickle.loads(pickle.dumps(state)), first=37)
     for all_of_it, part in zip(whole, rest, strict=True):
@@ -182,19 +282,11 @@ def test_a_whole_hand_and_its_snapshot():
 
 @pytest.mark.parametrize(("wrong", "key"), [
     ({"gyr_sd": 0.0}, "gyr_sd"), ({"lever_m": -1.0}, "lever_m"), ({"still_window": 1}, "still_window"),
-    ({"sensors": -1}, "sensors"), ({"sensors": 15, "chains": HAND}, "chains"),
-    ({"sensors": 17, "chains": HAND}, "chains"), ({"sensors": 17}, "16"),
-    ({"sensors": 4, "chains": (*FINGER, *FINGER)}, "given twice"),
-    ({"sensors": 8, "chains": (*FINGER, Chain(sensors=(5, 6), joints=("hinge",)))}, "base 5")])
+    ({"sensors": -1}, "sensors"), ({"sensors": 15}, "sensed"), ({"sensors": 4, "base": "wrist"}, "base"),
+    ({"sensors": 2, "sensed": ("hand", "F2p"), "base": "F3p"}, "base"),
+    ({"sensors": 16, "initial_angles_deg": {"F2_pip": 10.0}}, "F2_pip_flexion"),
+    ({"sensors": 16, "initial_angles_deg": {"F2_pip_flexion": 190.0}}, "-180 to 180")])
 def test_impossible_parameters_are_refused(wrong, key):
+    given = {"segments": FINGER, **wrong} if wrong.get("sensors") == 4 else wrong
     with pytest.raises(InputError, match=key):
-        KortierTracker(**wrong)
-
-
-@pytest.mark.parametrize("wrong", [
-    {"sensors": (0,), "joints": ()}, {"sensors": (0, 0), "joints": ("hinge",)},
-    {"sensors": (0, 1), "joints": ("rope",)}, {"sensors": (0, 1), "joints": ("hinge", "hinge")},
-    {"sensors": (0, 1), "joints": ("hinge",), "initial_angles_deg": (1.0, 2.0)}])
-def test_impossible_chains_are_refused(wrong):
-    with pytest.raises(InputError, match="chains"):
-        Chain(**wrong)
+        KortierTracker(**given)

@@ -8,12 +8,13 @@ from scipy.stats import chi2
 
 from estimators import kortier_finger
 from estimators.kortier_rows import add_accelerations, add_constraints, add_field
-from estimators.kortier_work import HINGE, SADDLE, error_size, fill_rotations, new_work
+from estimators.kortier_work import error_size, fill_rotations, new_work
 from fesloop.hand import quaternion
 
 JOINTS, DT = 3, 0.005
 SIZE, TURNS = error_size(JOINTS), 3 * JOINTS
-KINDS = np.array([SADDLE, HINGE, HINGE], dtype=np.int64)
+FREEDOMS = np.array([2, 1, 1])
+AXES = np.tile([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], (JOINTS, 1, 1))
 STEP = 1e-6
 
 
@@ -130,25 +131,64 @@ def test_magnetometer_rows_against_finite_differences(seed):
 
     work = new_work(JOINTS)
     fill_rotations(q, work)
-    count = add_field(base, tip, 0.7, 0, work)
+    count = add_field(base, tip, JOINTS, 0.7, 0, work)
     assert_absorbed_as_textbook(q, bias, covariance, differences(predicted, SIZE, 3),
                                 base - predicted(np.zeros(SIZE)), 0.7 * np.eye(3), count, work)
 
 
-@given(st.integers(0, 2**32 - 1))
-@settings(deadline=None, max_examples=10)
-def test_constraint_rows_against_finite_differences(seed):
-    _, q, bias, covariance = random_chain(seed)
+@given(st.integers(0, 2**32 - 1), st.tuples(*[st.integers(0, 3)] * JOINTS))
+@settings(deadline=None, max_examples=20)
+def test_constraint_rows_of_tilted_axes_against_finite_differences(seed, freedoms):
+    rng, q, bias, covariance = random_chain(seed)
+    axes = np.ascontiguousarray(quaternion.to_matrix(quaternion.normalized(rng.normal(size=(JOINTS, 4)))))
 
     def forbidden(error):
-        mcp, pip, dip = quaternion.to_matrix(displaced(q, bias, error)[0])
-        return np.array([mcp[2, 0], pip[2, 0], pip[2, 1], dip[2, 0], dip[2, 1]])
+        """Entries of each rotation in its joint's frame of abduction, pronation and flexion."""
+        turn = quaternion.to_matrix(displaced(q, bias, error)[0])
+        in_joint = axes[:, [1, 2, 0]] @ turn @ np.swapaxes(axes[:, [1, 2, 0]], 1, 2)
+        return np.array([m[at] for m, free in zip(in_joint, freedoms, strict=True)
+                         for at in ((2, 0), (2, 1), (0, 1))[:3 - free]])
 
     work = new_work(JOINTS)
     fill_rotations(q, work)
-    count = add_constraints(KINDS, 0.2, 0, work)
-    assert_absorbed_as_textbook(q, bias, covariance, differences(forbidden, SIZE, 5),
-                                -forbidden(np.zeros(SIZE)), 0.2 * np.eye(5), count, work)
+    count = add_constraints(np.array(freedoms), axes, 0.2, 0, work)
+    rows = 3 * JOINTS - sum(freedoms)
+    assert_absorbed_as_textbook(q, bias, covariance, differences(forbidden, SIZE, rows),
+                                -forbidden(np.zeros(SIZE)), 0.2 * np.eye(rows), count, work)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(deadline=None, max_examples=20)
+def test_sparse_steps_are_the_dense_ones_to_round_off(seed):
+    """F P F' + Q, and all rows at once in Joseph's form, written out in full."""
+    rng, q, bias, covariance = random_chain(seed)
+    work, variance = new_work(JOINTS), rng.uniform(0.1, 2.0, JOINTS + 1)
+    after = 0.5 * (covariance + covariance.T)
+    before = after.copy()
+    kortier_finger.predict(q, bias, after, rng.normal(size=(JOINTS + 1, 3)), variance, 0.3, DT, work)
+    transition, noise = np.eye(SIZE), np.zeros((SIZE, SIZE - TURNS))
+    for k in range(JOINTS):
+        at = slice(3 * k, 3 * k + 3)
+        transition[at, at] = work.step[k + 1]
+        noise[at, 3 * k:3 * k + 3], noise[at, 3 * k + 3:3 * k + 6] = work.of_parent[k], work.of_child[k]
+    transition[:, TURNS:] += noise
+    walk = np.diag([0.0] * TURNS + [0.3] * (SIZE - TURNS))
+    expected = transition @ before @ transition.T + noise @ np.diag(np.repeat(variance, 3)) @ noise.T + walk
+    np.testing.assert_allclose(after, expected, atol=1e-12 * np.abs(expected).max())
+    np.testing.assert_array_equal(after, after.T)
+    count = add_accelerations(*rng.normal(size=(2, JOINTS + 1, 3)), variance, np.ones(JOINTS, bool), 0, work)
+    count = add_constraints(FREEDOMS, AXES, 0.2, count, work)
+    design = np.hstack([np.where((np.arange(TURNS) >= work.span[:count, :1])
+                                 & (np.arange(TURNS) < work.span[:count, 1:]), work.design[:count], 0.0),
+                        np.zeros((count, SIZE - TURNS))])
+    spread = design @ after @ design.T + np.diag(work.variance[:count])
+    gain = np.linalg.solve(spread, design @ after).T
+    rest = np.eye(SIZE) - gain @ design
+    expected = rest @ after @ rest.T + gain @ np.diag(work.variance[:count]) @ gain.T
+    kortier_finger.correct(q, bias, after, count, work)
+    np.testing.assert_allclose(after, expected, atol=1e-12 * np.abs(before).max())
+    np.testing.assert_array_equal(after, after.T)
+    np.testing.assert_allclose(work.error, gain @ work.residual[:count], atol=1e-10)
 
 
 def assert_absorbed_as_textbook(q, bias, covariance, design, residual, noise, count, work):
@@ -174,7 +214,7 @@ def test_tight_constraints_leave_a_sound_covariance():
     rates = np.array([[0.3, 0.1, 0.2], [0.3, 0.1, 1.2], [0.3, 0.1, 2.2], [0.3, 0.1, 3.2]])
     for _ in range(10_000):
         kortier_finger.predict(q, bias, covariance, rates, np.full(4, 2.5e-7), 5e-11, DT, work)
-        count = add_constraints(KINDS, np.radians(1e-5) ** 2, 0, work)
+        count = add_constraints(FREEDOMS, AXES, np.radians(1e-5) ** 2, 0, work)
         kortier_finger.correct(q, bias, covariance, count, work)
     np.testing.assert_array_equal(covariance, covariance.T)
     assert np.linalg.eigvalsh(covariance).min() > 0.0
@@ -230,8 +270,8 @@ def filtered(rng):
         kortier_finger.predict(q, bias, covariance, gyr[k - 1], gyr_variance, WALK_SD**2 * DT, DT, work)
         if k % 2 == 0:
             count = add_accelerations(acc[k], acc[k], acc_variance, every_pair, 0, work)
-            count = add_field(mag[k, 0], mag[k, -1], 2 * MAG_SD**2, count, work)
-            count = add_constraints(KINDS, LAXITY**2, count, work)
+            count = add_field(mag[k, 0], mag[k, -1], JOINTS, 2 * MAG_SD**2, count, work)
+            count = add_constraints(FREEDOMS, AXES, LAXITY**2, count, work)
             nis = kortier_finger.correct(q, bias, covariance, count, work)
             error = error_of(q, bias, true_q[k], true_bias[k])
             seen.append((error @ np.linalg.solve(covariance, error), nis, count))

@@ -1,0 +1,93 @@
+"""One tick of a Kortier tracker in one kernel: samples, hand, chains, posture."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from estimators.body import Body
+from estimators.kortier_chain import Filters, Gates, track_chains
+from estimators.kortier_navigation import HandFilter, HandGates, track_hands
+from estimators.kortier_posture import put_angles, put_fingertips, put_orientations
+from estimators.kortier_samples import Moment, Trust, inspect_samples, take
+from estimators.kortier_tree import Chains, chains_of
+
+Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+
+
+class Worn(NamedTuple):
+    """Who wears the sensors, as kernels read it; read-only.
+
+    Attributes
+    ----------
+    layout, geometry: of the tree. sensors, tips: as of Body.
+    magnetometers: (n,), those that are read: of each chain's base and tip, and of what is held.
+    held_sensors: (parts,), of the segments that `chains` holds.
+    """
+
+    layout: Numbers
+    geometry: Array
+    sensors: Numbers
+    tips: Numbers
+    magnetometers: NDArray[np.bool_]
+    held_sensors: Numbers
+    chains: Chains
+
+
+class Settings(NamedTuple):
+    """What the filters suppose; limits: magnitudes from which on rates and accelerations are clipped."""
+
+    trust: Trust
+    gates: Gates
+    own: HandGates
+    limits: tuple[float, float]
+
+
+class Posture(NamedTuple):
+    """What is put out: orientation (n, 4); angles, fingertips and their sd: (2, freedoms), (2, t, 3)."""
+
+    orientation: Array
+    angles: Array
+    fingertips: Array
+
+
+def worn_by(body: Body, base: int) -> Worn:
+    """The sensors of a body whose segment `base` is to be held."""
+    chains = chains_of(body, base)
+    number = np.arange(len(chains.first) - 1)
+    read = np.zeros(len(body.sensed), dtype=np.bool_)
+    for places in (chains.first[:-1] + number, chains.first[1:] + number):
+        read[chains.sensors[places]] = True
+    held = body.sensors[chains.held]
+    read[held] = True
+    for array in (read, held):
+        array.flags.writeable = False
+    return Worn(body.tree.layout, body.tree.geometry, body.sensors, body.tips, read, held, chains)
+
+
+@numba.njit(cache=True)
+def track(
+    gyr: Any, acc: Any, mag: Any, present: Any, elapsed: Any, period: float, worn: Worn, settings: Settings,
+    hands: HandFilter, filters: Filters, moment: Moment, posture: Posture
+) -> Any:
+    """Whether there is news of the samples, and of which joints are seen; fills `posture`.
+
+    Parameters
+    ----------
+    gyr, acc, mag: (n, 3), rad/s, m/s^2, T. present, elapsed, period: as of `kortier_samples`.
+    """
+    trust, gates, own, limits = settings
+    faults = inspect_samples(gyr, acc, mag, present, limits, worn.magnetometers, moment.codes)
+    take(gyr, acc, mag, elapsed, period, trust, moment)
+    track_hands(hands, worn.held_sensors, moment, elapsed, gates, own)
+    joints = track_chains(worn.chains, filters, moment, elapsed, gates)
+    relative = np.empty((worn.layout.shape[0], 4))
+    put_orientations(worn.layout, worn.sensors, worn.chains, filters, hands.q, relative, posture.orientation)
+    put_angles(worn.chains, filters, posture.angles[0], posture.angles[1])
+    put_fingertips(worn.layout, worn.geometry, worn.tips, worn.chains, filters, relative,
+                   posture.fingertips[0], posture.fingertips[1])
+    return faults, joints

@@ -1,0 +1,88 @@
+"""`fesloop reproduce kortier2014`: its experiments on virtual subjects (doi 10.1186/1743-0003-11-70).
+
+Published are ten trials of one subject for each movement, and five subjects for repeatability. Ours is a
+cohort, each seed of the shipped experiment `kortier2014` a subject, whose error sources stand there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.experiment import registry
+from fesloop.reproduce import kortier_scores
+from fesloop.reproduce.cohort import Job, Progress, Scoring, run_jobs
+from fesloop.reproduce.comparison import Row, band, band_of_means, compared
+from fesloop.reproduce.result import Reproduction
+
+Array = NDArray[np.float64]
+EXPERIMENT = "kortier2014"
+SUBJECTS = 20
+TABLE_2 = {"flexion": (2.2, 2.0, 3.3, 5.0), "circles": (5.7, 4.9, 9.7, 12.4)}
+"""RMS difference of the index finger's tip in x, y, z and distance, mm, mean over ten trials."""
+PINCH_MM, PINCH_SHARE = 6.5, 3.7
+"""RMS distance of touching tips, mm, and in per cent of the widest opening."""
+RAPID_DEG = 80.0
+"""Range of the PIP joint at 116 beats a minute."""
+TABLE_3 = {"flat": (1.1, 0.4), "mould": (1.8, 0.6)}
+"""Range and standard deviation of joint angles, deg, mean over five subjects."""
+_SUBJECTS_OF_TABLE_3 = 5
+_MOTIONS: dict[str, tuple[Scoring, int]] = {
+    "flexion": (kortier_scores.index_tip, 10), "circles": (kortier_scores.index_tip, 10),
+    "pinch": (kortier_scores.pinch, 10), "rapid": (kortier_scores.rapid, 1),
+    "flat": (kortier_scores.flat_phase, 10), "mould": (kortier_scores.clenched_phase, 10)}
+"""Scoring and trials of each movement."""
+
+
+def jobs(subjects: int) -> list[Job]:
+    """Every movement of every subject, and one subject's traces."""
+    every = [Job((motion, seed), EXPERIMENT, settings(motion, trials), seed, scoring)
+             for motion, (scoring, trials) in _MOTIONS.items() for seed in range(1, subjects + 1)]
+    shown = [Job(("traces", motion), EXPERIMENT, settings(motion, 1), 1, kortier_scores.traces)
+             for motion in ("flexion", "circles", "rapid")]
+    return every + shown
+
+
+def settings(motion: str, trials: int) -> tuple[str, ...]:
+    """Of the shipped experiment, for a movement."""
+    script = f"kortier_{motion}"
+    length = registry.find("moving_hand")(script=script).length_s
+    return f"motion={script}", f"duration_s={length!r}", f"trials={trials}"
+
+
+def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
+    """The whole paper."""
+    kept = run_jobs(jobs(subjects), workers, progress)
+    by_motion = {motion: [kept[motion, seed] for seed in range(1, subjects + 1)] for motion in _MOTIONS}
+    traces = {motion: kept["traces", motion] for motion in ("flexion", "circles", "rapid")}
+    return Reproduction(EXPERIMENT, subjects, rows(by_motion), {}, {"traces": traces})
+
+
+def rows(kept: dict[str, list[dict[str, Any]]]) -> list[Row]:
+    """The paper's figures beside ours; `kept` has each subject's scores by movement."""
+    found = []
+    for motion, theirs in TABLE_2.items():
+        means = np.array([each["rms_mm"].mean(axis=0) for each in kept[motion]])
+        found += [compared("Table 2", f"{motion}, {name}", value, band(column), "mm")
+                  for name, value, column in zip(("x", "y", "z", "distance"), theirs, means.T, strict=True)]
+    found += [
+        compared("Pinch", "RMS distance of the tips", PINCH_MM,
+                 band([each["rms_mm"].mean() for each in kept["pinch"]]), "mm"),
+        compared("Pinch", "over the widest opening", PINCH_SHARE,
+                 band([100.0 * each["share"] for each in kept["pinch"]]), "%"),
+        compared("Figure 6", "range of the PIP joint at 116 beats/min", RAPID_DEG,
+                 band([each["range_deg"] for each in kept["rapid"]]), "deg")]
+    for motion, pair in TABLE_3.items():
+        for name, key, value in zip(("range", "sd"), ("range_deg", "sd_deg"), pair, strict=True):
+            column = [each[key] for each in kept[motion]]
+            found.append(compared("Table 3", f"{motion}, {name}, mean of five subjects", value,
+                                  band_of_means(column, _SUBJECTS_OF_TABLE_3), "deg"))
+    return found
+
+
+def movements() -> Sequence[str]:
+    """Names of the movements."""
+    return tuple(_MOTIONS)
