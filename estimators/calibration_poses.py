@@ -34,8 +34,8 @@ class PoseLimits:
         (chosen: 2 deg of gravity's direction, eight times the noise of doi 10.1186/1743-0003-11-70, Table 1).
     gravity_m_s2: how far the mean acceleration may be from gravity (chosen: 5 %, the offset and scale error
         of a sensor of this kind).
-    placement_deg: how far the vertical of the flat pose may be from where the stated mounting has it
-        (chosen: three times the 5-10 deg of misalignment in doi 10.3390/s19010208).
+    placement_deg: how far a sensor's vertical and its whole rotation may be from where its stated mounting
+        has them (chosen: three times the 5-10 deg of misalignment in doi 10.3390/s19010208).
     least_flexion_deg: how far each sensor must turn in the flexion (chosen: a third of a finger's reach).
     wobble_deg: by how much the flexion may be about other axes (chosen).
     skew_deg: how far the angle between vertical and flexion axis may be from what it should be (chosen:

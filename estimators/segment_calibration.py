@@ -74,9 +74,10 @@ class SegmentCalibration:
 
     `method` "assumed" turns by the stated `rotations`. "poses" finds the rotations in the first trial of
     a run (Kortier et al. 2014, doi 10.1186/1743-0003-11-70, eq. 34): the wearer keeps the hand flat with
-    its back upwards throughout `flat_s` and flexes every joint of every sensed segment, the thumb's about
-    its own axes, within `flexion_s`. Status "calibrating" until `flexion_s` ends, then "calibrated". A
-    sensor of which a pose cannot be believed is named by "calibration_failed", with what to do.
+    its back upwards throughout `flat_s`, raises it, and flexes every joint of every sensed segment, the
+    thumb's about its own axes, within `flexion_s`. Status "calibrating" until `flexion_s` ends, then
+    "calibrated". A sensor of which a pose cannot be believed is named by "calibration_failed", with what
+    to do.
 
     Until calibrated, and for ever where calibration failed, a sensor's outputs are NaN, which trackers
     take for lost samples.
@@ -87,7 +88,7 @@ class SegmentCalibration:
     side: of the hand: which way its back points in the segments' frames (fesloop.hand.skeleton).
     method: "assumed" or "poses".
     rotations: from each sensor's frame to its segment's (w, x, y, z); one for all, or one each; empty: both
-        frames coincide. For "poses", where given, what the flat pose is held against.
+        frames coincide. For "poses", where given, what the poses are held against.
     assumed: numbers of sensors that keep their stated rotation whatever the poses show, such as that of a
         forearm that rests on the table.
     flat_s, flexion_s: begin and end of the poses, s from the run's start, by the instants of capture (3 s
@@ -198,7 +199,7 @@ class SegmentCalibration:
         found = mounting_from_poses(state.flat, state.flexion, verticals, axes)
         faults = flat_faults(state.flat, self.limits, stated, verticals)
         faults += flexion_faults(state.flexion, self.limits)
-        faults += mounting_faults(found, self.limits)
+        faults += mounting_faults(found, self.limits, stated)
         kept = list(self.assumed)
         errors = fault_errors((fault for fault in faults if fault.sensor not in kept), self.sensed)
         for error in errors.values():

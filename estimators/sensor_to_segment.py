@@ -27,6 +27,7 @@ from estimators.calibration_poses import (
 )
 from estimators.sensor_faults import SensorFault, raise_faults
 from fesloop.errors import InputError
+from fesloop.hand import quaternion
 
 Array = NDArray[np.float64]
 Side = Literal["left", "right"]
@@ -156,12 +157,19 @@ def _angles(a: Array, b: Array) -> Array:
     return np.asarray(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.sum(a * b, axis=-1)))
 
 
-def mounting_faults(mounting: Mounting, limits: PoseLimits) -> list[SensorFault]:
-    """Sensors whose two measured axes are not at the angle that they should be."""
-    return [SensorFault(i, f"vertical and flexion axis are {skew:+.1f} deg from the angle they should make",
-                        f"within {limits.skew_deg:g} deg",
-                        "lay the hand flat, then flex without abduction or rotation")
-            for i, skew in enumerate(mounting.skew_deg) if not abs(skew) <= limits.skew_deg]
+def mounting_faults(mounting: Mounting, limits: PoseLimits, stated: Array | None) -> list[SensorFault]:
+    """Sensors whose two measured axes are not at their angle, or that sit otherwise than stated, (n, 4)."""
+    faults = [SensorFault(i, f"vertical and flexion axis are {skew:+.1f} deg from the angle they should make",
+                          f"within {limits.skew_deg:g} deg",
+                          "lay the hand flat, then flex without abduction or rotation")
+              for i, skew in enumerate(mounting.skew_deg) if not abs(skew) <= limits.skew_deg]
+    if stated is not None:
+        away = np.degrees(quaternion.rotation_angle(quaternion.relative(stated, mounting.rotations)))
+        faults += [SensorFault(int(i), f"sits {away[i]:.0f} deg from where `rotations` state it",
+                               f"within {limits.placement_deg:g} deg",
+                               "raise the hand before the flexion begins, flex first, or correct `rotations`")
+                   for i in np.flatnonzero(away > limits.placement_deg)]
+    return faults
 
 
 def calibrate_by_poses(
@@ -171,8 +179,8 @@ def calibrate_by_poses(
 ) -> Mounting:
     """Sensor to segment by K14's two poses, from samples of n sensors.
 
-    The wearer holds the hand flat on a table, its back upwards, then flexes every joint; on the way there
-    and back again counts as well: the furthest turn is taken for flexion.
+    The wearer holds the hand flat on a table, its back upwards, raises it, and then flexes every joint. The
+    furthest turn within `flexion_gyr` is taken for flexion, so the way back may be in it, the raising not.
 
     Parameters
     ----------
@@ -181,7 +189,7 @@ def calibrate_by_poses(
     side: of the hand; it says where dorsal is.
     limits: beyond which a pose is refused.
     names: of the sensors, for messages.
-    rotations: stated mountings, as of `assumed_mounting`, that the flat pose is held against; empty: none.
+    rotations: stated mountings, as of `assumed_mounting`, that the poses are held against; empty: none.
     verticals: where up is in the segments' frames while the hand is flat; empty: dorsal.
     axes: about which the segments turn first in the flexion, in their frames; empty: +z.
 
@@ -205,7 +213,7 @@ def calibrate_by_poses(
     flexion.take(bending - flat.bias(), np.full(len(bending), period_s))
     raise_faults(flexion_faults(flexion, limits), names)
     mounting = mounting_from_poses(flat, flexion, ups, turns)
-    raise_faults(mounting_faults(mounting, limits), names)
+    raise_faults(mounting_faults(mounting, limits, stated), names)
     return mounting
 
 

@@ -1,19 +1,25 @@
 """The block before a tracker: samples of sensors mounted anyhow come out as if they sat on their segments."""
 
 import pickle
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 from mounted_hand import BENT, NAMES, RATE, flat_then_bent, mounted
 from scipy.spatial.transform import Rotation
 
+from estimators.calibration_poses import PoseLimits
 from estimators.fusion import VqfTracker
 from estimators.segment_calibration import SegmentCalibration, turn_samples
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, RateClock
-from fesloop.loop.signals import Sample
+from fesloop.loop.record import Recorder
+from fesloop.loop.run import Loop
+from fesloop.loop.signals import Port, Sample
+from fesloop.loop.wire import Wire
+from fesloop.loop.wiring import Node, Wiring
 
 FLAT_S, BENT_S = 3.0, 4.0
 POSES = {"method": "poses", "flat_s": (0.0, FLAT_S), "flexion_s": (FLAT_S, FLAT_S + BENT_S), "sensed": NAMES}
@@ -136,18 +142,50 @@ def test_a_forearm_keeps_its_stated_rotation_whatever_it_does():
     felt = felt.copy()
     felt[:, 0, 0] = 0.0
     half_turn = (0.0, 1.0, 0.0, 0.0)
-    block = SegmentCalibration(sensors=16, assumed=(0,), rotations=(half_turn,), **{
-        **POSES, "method": "poses"}, limits=any_placement())
+    block = SegmentCalibration(sensors=16, assumed=(0,), rotations=(half_turn,),
+                               limits=PoseLimits(placement_deg=181.0), **POSES)
     seen, told, _ = stepped(block, felt)
     assert [status for _, status, _ in told] == ["calibrating", "calibrated"]
     np.testing.assert_allclose(seen[-1, 1, 0], quaternion.rotate(half_turn, felt[-1, 1, 0]))
     np.testing.assert_allclose(seen[-1, 0, 1:], true[-1, 0, 1:], atol=1e-6)
 
 
-def any_placement():
-    from estimators.calibration_poses import PoseLimits
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Glove:
+    """A block that puts out one kind of samples (m, n, 3), one a tick."""
 
-    return PoseLimits(placement_deg=181.0)
+    samples: np.ndarray
+    name: str
+    unit: str
+
+    inputs = ()
+
+    @property
+    def outputs(self):
+        return (Port(self.name, self.samples.shape[1:], self.unit),)
+
+    def init(self, context):
+        return None
+
+    def step(self, state, inputs, tick):
+        return (self.samples[tick.index],)
+
+
+def test_in_a_loop_with_slower_accelerometers_that_arrive_late():
+    true, felt = worn()
+    nodes = [Node("gyroscopes", Glove(samples=felt[:, 0], name="gyr", unit="rad/s"), rate=RATE),
+             Node("accelerometers", Glove(samples=felt[::2, 1].copy(), name="acc", unit="m/s^2"), rate=50),
+             Node("calibration", SegmentCalibration(sensors=16, **POSES), rate=RATE)]
+    wires = [Wire(source="gyroscopes.gyr", target="calibration.gyr", latency_ms=10),
+             Wire(source="accelerometers.acc", target="calibration.acc", latency_ms=30)]
+    recorder = Recorder()
+    Loop(Wiring(nodes, wires), recorder=recorder).run_until(8 * NS_PER_S)
+    told = [(at, status) for at, name, status, _ in recorder.events]
+    assert told == [(0, "calibrating"), (7 * NS_PER_S, "calibrated")]
+    last = recorder.blocks["calibration"][-1]
+    np.testing.assert_allclose(last[5][0], true[799, 0], atol=1e-6)
+    np.testing.assert_allclose(last[5][1], true[796, 1], atol=1e-5)
+    assert not np.any(last[5][2])
 
 
 @pytest.mark.parametrize("at", [50, 299, 300, 500, 700, 720])

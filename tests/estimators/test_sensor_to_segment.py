@@ -157,6 +157,16 @@ def test_a_finger_that_was_not_flat_is_found_by_its_stated_mounting():
         calibrated((flat.gyr, acc), bent, "left", rotations=(1.0, 0.0, 0.0, 0.0))
 
 
+def test_extending_first_is_found_by_the_stated_mounting():
+    # The furthest turn is taken for flexion: extension alone, or the raising of the hand, turns z round.
+    flat, bent = flat_then_bent("right")
+    nominal = quaternion.from_axis_angle([1.0, 2.0, 3.0], 0.1)
+    assert calibrated(flat, bent, "right", rotations=nominal).quality.min() > 0.99
+    with pytest.raises(InputErrors, match=r"hand: sits 1[78]\d deg from .*raise the hand before") as caught:
+        calibrated(flat, bent._replace(gyr=-bent.gyr), "right", rotations=nominal)
+    assert len(caught.value.faults) == len(NAMES)
+
+
 def test_nothing_is_assumed_but_what_is_stated():
     np.testing.assert_array_equal(assumed_mounting((), 2), [[1, 0, 0, 0]] * 2)
     np.testing.assert_array_equal(assumed_mounting((0.0, 0.6, 0.8, 0.0), 2), [[0, 0.6, 0.8, 0]] * 2)
