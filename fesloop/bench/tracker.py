@@ -19,16 +19,24 @@ from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import Sample
 
 Array = NDArray[np.float64]
-SENSORS, RATE, TICKS, WARM_UP = 16, 100, 3000, 200
-KINDS: dict[str, dict[str, Any]] = {"vqf": {}, "vqf9": {}, "constrained": {},
-                                    "kortier": {}}
-"""Tracker kinds and the parameters that each needs for sixteen sensors."""
+SENSORS, RATE, TICKS = 16, 100, 3000
+STILL, WARM_UP = 320, 400
+"""Ticks at rest, long enough for an initial pose of 3 s, and those at the start that are not counted."""
+CASES: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("vqf", {}), ("vqf9", {}), ("salchow_m2", {}), ("salchow_m2", {"front_end": "seel_ruppin"}),
+    ("salchow_m1", {}), ("salchow_b", {}), ("constrained", {}), ("kortier", {}))
+"""Tracker kinds and the parameters that each is given beside the number of sensors."""
 
 
-def moving_samples(ticks: int, sensors: int) -> dict[str, Array]:
-    """gyr (rad/s), acc (m/s^2) and mag (T), (ticks, sensors, 3), of a lively movement; the same each time."""
+def moving_samples(ticks: int, sensors: int, still: int = 0) -> dict[str, Array]:
+    """gyr (rad/s), acc (m/s^2) and mag (T), (ticks, sensors, 3), of a lively movement; the same each time.
+
+    For the first `still` ticks nothing moves.
+    """
     rng = np.random.default_rng(0)
-    gyr, acc, mag = rng.normal(size=(3, ticks, sensors, 3))
+    motion = rng.normal(size=(3, ticks, sensors, 3))
+    motion[:, :still] = 0.0
+    gyr, acc, mag = motion
     return {"gyr": gyr, "acc": acc + np.array([0.0, 0.0, 9.81]),
             "mag": 1e-6 * (mag + np.array([0.0, 20.0, -40.0]))}
 
@@ -81,18 +89,19 @@ def _bare_ns(filters: list[Any], k: int) -> int:
 
 def run(progress: Callable[[float], None] | None = None) -> dict[str, Any]:
     """One row a tracker, sixteen sensors each."""
-    samples = moving_samples(TICKS, SENSORS)
+    samples = moving_samples(TICKS, SENSORS, STILL)
     rows = []
-    for number, (kind, parameters) in enumerate(KINDS.items()):
+    for number, (kind, parameters) in enumerate(CASES):
         if progress:
-            progress(number / len(KINDS))
+            progress(number / len(CASES))
         tracker = registry.find(kind)(sensors=SENSORS, **parameters)
         fed = [samples[port.name] for port in tracker.inputs]
         step, filters = _Stepper(tracker, fed, RateClock.from_rate(RATE)), _bare(fed)
         times = np.array([(step(k), _bare_ns(filters, k)) for k in range(TICKS)])[WARM_UP:] / 1e3
         ours, bare = times[:, 0], float(np.median(times[:, 1]))
+        case = ", ".join([kind, *(str(value) for value in parameters.values()), f"{SENSORS} sensors"])
         rows.append({
-            "case": f"{kind}, {SENSORS} sensors", "us_median": float(np.median(ours)),
+            "case": case, "us_median": float(np.median(ours)),
             "us_p99": float(np.percentile(ours, 99)), "us_worst": float(ours.max()),
             "reference": f"{SENSORS} bare vqf updates", "reference_us_median": bare,
             "ratio": float(np.median(ours)) / bare})
