@@ -19,7 +19,7 @@ from estimators.initial_pose import (
     sensor_name,
     ties_of,
 )
-from estimators.salchow_kernels import Spread, find_seen, follow_gaps, posture
+from estimators.salchow_kernels import find_seen, follow_gaps, posture
 from estimators.salchow_method import InitialPose, Method
 from estimators.salchow_state import SalchowState
 from estimators.samples import LOST
@@ -128,13 +128,12 @@ def _posture(
     if changed or state.unseen is None:
         _report_unseen(state, body, tick)
     tilt = UNSEEN_SD if state.failing else method.mounting_sd
-    heading = math.hypot(method.heading_sd, method.drift * elapsed_s)
-    spread = Spread(tilt ** 2, min(heading, UNSEEN_SD) ** 2, state.gaps)
+    heading = min(math.hypot(method.heading_sd, method.drift * elapsed_s), UNSEEN_SD)
     freedoms, tips = len(tree.ranges), len(body.tips)
     outputs = (np.empty((len(fused), 4)), np.empty(freedoms), np.empty(freedoms), np.empty((tips, 3)),
                np.empty((tips, 3)))
     posture(tree.layout, tree.geometry, tree.ranges, body.sensors, state.counted, body.tips, fused,
-            state.headings, state.seen, method.constrained, spread, state.work, *outputs)
+            state.headings, state.seen, method.constrained, tilt ** 2, heading ** 2, state.gaps, *outputs)
     return outputs
 
 

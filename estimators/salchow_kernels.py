@@ -6,7 +6,6 @@ Arrays are those of `Body` and `SegmentTree`: n sensors, m segments, d freedoms,
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -28,36 +27,6 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Numbers = NDArray[np.int64]
 Triple = tuple[float, float, float]
-
-
-class Work(NamedTuple):
-    """Scratch of `posture`: relative and to_root (m, 4), own (n, 4), places (m, 3), covariance (m, 3, 3)."""
-
-    relative: Array
-    to_root: Array
-    own: Array
-    places: Array
-    covariance: Array
-
-
-class Spread(NamedTuple):
-    """How far the orientation of a segment against its parent is believed.
-
-    Attributes
-    ----------
-    tilt: rad^2, about any axis; heading: rad^2, about the vertical besides.
-    gaps: (n, 2), rad^2, of each sensor's inclination and heading, from samples that it did not give.
-    """
-
-    tilt: float
-    heading: float
-    gaps: Array
-
-
-def new_work(segments: int, sensors: int) -> Work:
-    """Scratch for a tree."""
-    return Work(np.empty((segments, 4)), np.empty((segments, 4)), np.empty((sensors, 4)),
-                np.zeros((segments, 3)), np.zeros((segments, 3, 3)))
 
 
 @numba.njit(cache=True)
@@ -129,33 +98,47 @@ def _dot(a: Triple, b: Triple) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@numba.njit(cache=True)
-def joint_turns(axes: Array, relative: Components) -> tuple[Triple, Triple, Triple, Triple]:
-    """Flexion, abduction, pronation about a joint's axes (eq. 20-22), and the turn d of each, rad/rad.
+@numba.njit(cache=True, inline="always")
+def in_joint(axes: Array, q: Components) -> Components:
+    """A rotation of a segment, in its joint's own axes."""
+    w, x, y, z = q
+    return (w, x * axes[1, 0] + y * axes[1, 1] + z * axes[1, 2],
+            x * axes[2, 0] + y * axes[2, 1] + z * axes[2, 2],
+            x * axes[0, 0] + y * axes[0, 1] + z * axes[0, 2])
 
-    A small change of the angles turns the child by the sum of these, each in the child's frame.
+
+@numba.njit(cache=True)
+def joint_turns(axes: Array, q: Components) -> tuple[Triple, Triple, Triple]:
+    """By what turn flexion, abduction and pronation move the child, in its frame, rad/rad.
+
+    `q`: child to parent, in the joint's own axes.
     """
-    w, x, y, z = relative
-    q = (w, x * axes[1, 0] + y * axes[1, 1] + z * axes[1, 2],
-         x * axes[2, 0] + y * axes[2, 1] + z * axes[2, 2],
-         x * axes[0, 0] + y * axes[0, 1] + z * axes[0, 2])
-    pronation = euler_y_of_zxy(q)
-    by_flexion = turned(conjugate(q), 0.0, 0.0, 1.0)
-    by_abduction = (math.cos(pronation), 0.0, math.sin(pronation))
-    return ((euler_z_of_zxy(q), euler_x_of_zxy(q), pronation), _in_segment(axes, by_flexion),
-            _in_segment(axes, by_abduction), (axes[2, 0], axes[2, 1], axes[2, 2]))
+    w, x, y, z = q
+    sine, cosine = 2.0 * (w * y - x * z), 1.0 - 2.0 * (x * x + y * y)
+    length = math.sqrt(sine * sine + cosine * cosine)
+    scale = 1.0 / length if length > 1e-12 else 0.0
+    return (_in_segment(axes, turned(conjugate(q), 0.0, 0.0, 1.0)),
+            _in_segment(axes, (scale * cosine, 0.0, scale * sine)), (axes[2, 0], axes[2, 1], axes[2, 2]))
 
 
 @numba.njit(cache=True)
-def allowed(
-    axes: Array, ranges: Array, freedoms: int, first: int, angles: Triple, values: Array
-) -> Components:
-    """The rotation a joint allows (section 2.4.3); its angles go into `values` (d,) from `first` on."""
+def joint_angles(q: Components, freedoms: int, first: int, angles: Array) -> None:
+    """Fill `angles` (d,) from `first` on: flexion, abduction, pronation (eq. 20-22), those that are free."""
+    if freedoms > 0:
+        angles[first] = euler_z_of_zxy(q)
+    if freedoms > 1:
+        angles[first + 1] = euler_x_of_zxy(q)
+    if freedoms > 2:
+        angles[first + 2] = euler_y_of_zxy(q)
+
+
+@numba.njit(cache=True)
+def allowed(axes: Array, ranges: Array, freedoms: int, first: int, angles: Array) -> Components:
+    """The rotation a joint allows (section 2.4.3), its `angles` (d,) clipped from `first` on, others zero."""
     q = (1.0, 0.0, 0.0, 0.0)
-    for i in range(freedoms):
-        angle = min(max(angles[i], ranges[first + i, 0]), ranges[first + i, 1])
-        values[first + i] = angle
-        q = multiply(q, about(axes[i], angle))
+    for i in range(first, first + freedoms):
+        angles[i] = min(max(angles[i], ranges[i, 0]), ranges[i, 1])
+        q = multiply(q, about(axes[i - first], angles[i]))
     return q
 
 
@@ -194,7 +177,7 @@ def spread_joint(
 @numba.njit(cache=True)
 def posture(
     layout: Numbers, geometry: Array, ranges: Array, sensors: Numbers, counted: Flags, tips: Numbers,
-    fused: Array, headings: Array, seen: Flags, constrained: bool, spread: Spread, work: Work,
+    fused: Array, headings: Array, seen: Flags, constrained: bool, tilt: float, heading: float, gaps: Array,
     orientation: Array, angles: Array, sd: Array, fingertips: Array, fingertip_sd: Array
 ) -> None:
     """Fill the outputs of a tracker.
@@ -204,13 +187,17 @@ def posture(
     counted: (m,), joints whose uncertainty the fingertips share.
     fused: (n, 4), sensor to earth. headings: (n, 2), cosine and sine of half the heading to turn it by.
     seen: (m,). constrained: whether joints hold what they allow.
+    tilt, heading: rad^2, by which a segment's orientation against its parent's is wrong, about any axis and
+        about the vertical besides. gaps: (n, 2), rad^2, of each sensor's inclination and heading, beside it.
     orientation: (n, 4), segment to earth; angles, sd: (d,), rad; fingertips, fingertip_sd: (t, 3), m.
     """
-    relative, to_root, own, places, covariance = work
+    count = layout.shape[0]
+    relative, to_root, own = np.empty((count, 4)), np.empty((count, 4)), np.empty(fused.shape)
+    places, covariance = np.zeros((count, 3)), np.empty((count, 3, 3))
     for s in range(fused.shape[0]):
         turn = (headings[s, 0], 0.0, 0.0, headings[s, 1])
         own[s, 0], own[s, 1], own[s, 2], own[s, 3] = multiply(turn, _unit(fused[s]))
-    for k in range(layout.shape[0]):
+    for k in range(count):
         parent, freedoms, first = layout[k, 0], layout[k, 1], layout[k, 2]
         axes, child = geometry[k], sensors[k]
         if child >= 0:
@@ -226,22 +213,19 @@ def posture(
             continue
         above = sensors[parent]
         measured = multiply(conjugate(_unit(own[above])), _unit(own[child]))
-        found, by_flexion, by_abduction, by_pronation = joint_turns(axes, measured)
+        q = in_joint(axes, measured)
+        joint_angles(q, freedoms, first, angles)
         if constrained:
-            measured = allowed(axes, ranges, freedoms, first, found, angles)
+            measured = allowed(axes, ranges, freedoms, first, angles)
             now = multiply(_unit(orientation[above]), measured)
             for i in range(4):
                 orientation[child, i] = now[i]
-        else:
-            for i in range(freedoms):
-                angles[first + i] = found[i]
         for i in range(4):
             relative[k, i] = measured[i]
-        gaps = spread.gaps
-        spread_joint((by_flexion, by_abduction, by_pronation), freedoms,
+        spread_joint(joint_turns(axes, q), freedoms,
                      turned(conjugate(_unit(own[child])), 0.0, 0.0, 1.0),
-                     spread.tilt + gaps[above, 0] + gaps[child, 0],
-                     spread.heading + gaps[above, 1] + gaps[child, 1],
+                     tilt + gaps[above, 0] + gaps[child, 0],
+                     heading + gaps[above, 1] + gaps[child, 1],
                      constrained, first, sd, covariance[k])
     chain_up(layout, relative, to_root)
     place_tips(layout, geometry, to_root, tips, places, fingertips)

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from estimators.body import Body
 from estimators.front_end import FrontEnd, front_end_of
 from estimators.initial_pose import known_angles
-from estimators.salchow_kernels import Work, new_work
 from estimators.salchow_method import Method
 from estimators.sample_arrivals import Arrivals
 from estimators.still_record import PoseRecord, new_record
@@ -45,7 +44,7 @@ class SalchowState:
     failing: whether the pose has been refused; quiet_ns: until when that is not reported again.
     seen, unseen: (m,), joints that are seen; names of those reported not to be, None before the first tick.
     counted: (m,), joints whose uncertainty the fingertips share.
-    work: scratch. ticks: number of the next tick.
+    ticks: number of the next tick.
     """
 
     method: Method
@@ -61,7 +60,6 @@ class SalchowState:
     posed: NDArray[np.bool_]
     seen: NDArray[np.bool_]
     counted: NDArray[np.bool_]
-    work: Work
     unseen: tuple[str, ...] | None = None
     aligned_ns: int | None = None
     pose_ticks: int = 0
@@ -85,7 +83,7 @@ def start(body: Body, method: Method, context: Context) -> SalchowState:
         forget=np.exp(-2.0 * period / np.array(fading)), silent_s=np.full(n, np.inf), gaps=np.zeros((n, 2)),
         record=new_record(n), known=segment_poses(body.tree, angles).orientation[body.sensed],
         headings=np.tile(_NO_TURN, (n, 1)), posed=np.ones(n, dtype=np.bool_),
-        seen=np.zeros(m, dtype=np.bool_), counted=_beyond_a_sensor(body), work=new_work(m, n))
+        seen=np.zeros(m, dtype=np.bool_), counted=_beyond_a_sensor(body))
 
 
 def _new_bank(sensors: int, period_s: float, method: Method) -> FrontEnd:

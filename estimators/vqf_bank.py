@@ -6,6 +6,7 @@ authors; its objects live in C++, so what pickles is their parameters and their 
 
 from __future__ import annotations
 
+from collections import deque
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,7 @@ class VqfBank:
     settings: further parameters of VQF, under its own names (tauAcc, tauMag, ...).
     """
 
-    __slots__ = ("_filters", "_periods_s", "_quaternions", "_settings", "_updates", "magnetometer")
+    __slots__ = ("_filters", "_periods_s", "_settings", "magnetometer")
 
     def __init__(
         self, sensors: int, period_s: float, magnetometer: bool, *, acc_period_s: float | None = None,
@@ -35,15 +36,10 @@ class VqfBank:
     ) -> None:
         self._periods_s = (period_s, acc_period_s or period_s, mag_period_s or period_s)
         self.magnetometer, self._settings = magnetometer, settings
-        self._fill([self._new() for _ in range(sensors)])
+        self._filters = [self._new() for _ in range(sensors)]
 
     def _new(self) -> Any:
         return VQF(*self._periods_s, **self._settings)
-
-    def _fill(self, filters: list[Any]) -> None:
-        self._filters = filters
-        self._updates = [f.update for f in filters]
-        self._quaternions = [f.getQuat9D if self.magnetometer else f.getQuat6D for f in filters]
 
     def update(self, gyr: Array, acc: Array | None, mag: Array | None) -> None:
         """One sample of every sensor, (n, 3) each, C-contiguous: rad/s, m/s^2, any unit of field.
@@ -53,11 +49,9 @@ class VqfBank:
         if acc is None:
             self.update_only(np.ones(len(self._filters), dtype=np.bool_), gyr, None, mag)
         elif mag is None:
-            for update, rate, specific_force in zip(self._updates, gyr, acc, strict=True):
-                update(rate, specific_force)
+            deque(map(VQF.update, self._filters, gyr, acc), maxlen=0)
         else:
-            for update, rate, specific_force, field in zip(self._updates, gyr, acc, mag, strict=True):
-                update(rate, specific_force, field)
+            deque(map(VQF.update, self._filters, gyr, acc, mag), maxlen=0)
 
     def update_only(
         self, used: NDArray[np.bool_], gyr: Array, acc: Array | None, mag: Array | None
@@ -87,11 +81,13 @@ class VqfBank:
             filters[i].setBiasEstimate(np.ascontiguousarray(bias[i]))
             rest = [np.tile(kind[i], (samples, 1)) for kind in (bias, acc, mag) if kind is not None]
             filters[i].updateBatch(*rest)
-        self._fill(filters)
+        self._filters = filters
 
     def orientation(self) -> Array:
         """Sensor to earth frame (z up; with magnetometers y north), (n, 4), w x y z."""
-        return np.concatenate([quaternion() for quaternion in self._quaternions]).reshape(-1, 4)
+        quaternion = VQF.getQuat9D if self.magnetometer else VQF.getQuat6D
+        # Joining bytes costs less than concatenating small arrays; what comes out cannot be written to.
+        return np.frombuffer(b"".join(map(quaternion, self._filters))).reshape(-1, 4)
 
     def __getstate__(self) -> tuple[tuple[float, float, float], bool, dict[str, float], list[Any]]:
         return self._periods_s, self.magnetometer, self._settings, [f.state for f in self._filters]
@@ -104,4 +100,4 @@ class VqfBank:
         for state in states:
             filters.append(self._new())
             filters[-1].state = state
-        self._fill(filters)
+        self._filters = filters
