@@ -26,24 +26,27 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SoftTissue:
-    """Elastic mount of every sensor (second order, as sensors on foam show; all numbers chosen).
+    """Elastic mount of every sensor.
 
-    The sensor turns against its bone; that it also shifts a little is left out.
+    The sensor turns against its bone; that it also shifts a little is left out. The default numbers are
+    medians of fits to five sensors on foam (recording chain5, first half of trial 1), where the model
+    explains half of what foam adds to gyroscopes in the second half; that skin is like foam is chosen.
 
     Attributes
     ----------
     natural_hz, damping: of the oscillation; damping ratio above 0 and below 1.
     share: of the bone's angular acceleration that tissue does not pass on at once: 1 for a sensor held by
-        tissue alone, less for one that tape ties to the skin around.
+        tissue alone, less for one that tape ties to the skin around, more for one whose weight lies off
+        its middle.
     sag_deg: turned by 1 g of specific force along the skin, at rest, deg.
     outwards: direction out of the skin in the segments' frames, a unit vector (right hand: -x is dorsal;
         left hand: +x).
     """
 
-    natural_hz: float = 8.0
-    damping: float = 0.3
-    share: float = 0.5
-    sag_deg: float = 2.0
+    natural_hz: float = 11.0
+    damping: float = 0.1
+    share: float = 1.2
+    sag_deg: float = 3.0
     outwards: tuple[float, float, float] = (-1.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
