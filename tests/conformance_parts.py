@@ -37,6 +37,8 @@ def specimens():
         "vqf": {"initial_angles_deg": (20.0, 25.0, 15.0), "align_s": 0.1},
         "vqf9": {}, "constrained": {"sensed": ("hand", "F2p", "F2m", "F2d")},
         "kortier": {"sensed": ("hand", "F2p", "F2m", "F2d")},
+        **{kind: {"sensed": ("hand", "F2p", "F2m", "F2d"), **any_initial_pose(kind)}
+           for kind in ("salchow_b", "salchow_m1", "salchow_m2")},
         "ideal": {"noise_deg": 0.3, "walk_deg": 0.1},
         "segment_calibration": {"method": "poses", "flat_s": (0.0, 0.1), "flexion_s": (0.1, 0.2),
                                 "assumed": (0,), "limits": any_pose()},
@@ -63,6 +65,15 @@ def wave():
     from plants.motion_script import Phase
 
     return (Phase(duration_s=0.2, posture_deg={"F2_pip_flexion": 60.0}),)
+
+
+def any_initial_pose(kind):
+    """An initial pose that samples which are none keep, of the kinds that take one."""
+    from estimators.initial_pose import InitialPoseLimits
+
+    limits = InitialPoseLimits(rate_deg_s=1e4, rate_sd_deg_s=1e4, bias_deg_s=1e4, turned_deg=180.0,
+                               gravity=1e3, tilt_deg=180.0)
+    return {} if kind == "salchow_b" else {"initial_pose_s": 0.1, "pose_limits": limits}
 
 
 def any_pose():
