@@ -19,6 +19,7 @@ from fesloop.loop.status import StatusLatch
 from plants.checks import require_not_negative, require_positive, require_shape
 from plants.finger_dynamics import INDEX_LENGTHS_MM
 from plants.imu_kinematics import measure
+from plants.imus_device import rotations
 
 Array = NDArray[np.float64]
 SENSORS = ("hand", "proximal", "middle", "distal")
@@ -123,8 +124,7 @@ class FingerImus:
             [math.radians(self.gyroscope_range_deg_s), self.accelerometer_range_g * STANDARD_GRAVITY],
             [self.gyroscope_resolution, self.accelerometer_resolution],
             [self.gyroscope_walk * math.sqrt(context.clock.period_s), 0.0]])
-        mounting = np.stack([_rotation(turn) for turn in turns])
-        return FingerImusState(mounting, bias, context.noise(36), errors)
+        return FingerImusState(rotations(turns), bias, context.noise(36), errors)
 
     def _drawn(self, context: Context, purpose: Literal["bias", "mounting"], width: int) -> Array:
         """Normal numbers that stay the same from trial to trial."""
@@ -151,14 +151,3 @@ def _third_row(quaternion: tuple[float, float, float, float]) -> Array:
     """The global vertical in a body's frame: the last row of its rotation matrix to the global frame."""
     w, x, y, z = quaternion
     return np.array([2.0 * (x * z - w * y), 2.0 * (y * z + w * x), w * w - x * x - y * y + z * z])
-
-
-def _rotation(turn: Array) -> Array:
-    """Matrix (3, 3) of a rotation vector in rad (Rodrigues)."""
-    angle = float(np.linalg.norm(turn))
-    if angle == 0.0:
-        return np.eye(3)
-    x, y, z = turn / angle
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    matrix: Array = np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross
-    return matrix
