@@ -36,6 +36,9 @@ class InputError(FesloopError, ValueError):
             text += f"; {remedy}"
         super().__init__(" ".join(text.split()))
 
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, str, str, str]]:
+        return InputError, (self.where, self.found, self.allowed, self.remedy)
+
 
 class InputErrors(InputError):
     """Several faults of one file, all named at once; `faults` holds them, one line each."""
@@ -44,6 +47,9 @@ class InputErrors(InputError):
         self.faults = faults
         first = faults[0]
         super().__init__(first.where, first.found, first.allowed, first.remedy)
+
+    def __reduce__(self) -> tuple[type[InputErrors], tuple[list[InputError]]]:  # type: ignore[override]
+        return InputErrors, (self.faults,)
 
     def __str__(self) -> str:
         return "\n".join(str(fault) for fault in self.faults)

@@ -1,0 +1,13 @@
+import pickle
+
+from fesloop.errors import InputError, InputErrors, RunError
+
+
+def test_errors_reach_another_process_whole():
+    one = InputError("blocks.pid.kp", "-1", "0 or more", "raise it")
+    again = pickle.loads(pickle.dumps(one))
+    assert (str(again), again.where, again.remedy) == (str(one), "blocks.pid.kp", "raise it")
+    several = pickle.loads(pickle.dumps(InputErrors([one, InputError("wires", "none")])))
+    assert [fault.where for fault in several.faults] == ["blocks.pid.kp", "wires"]
+    assert str(several).count("\n") == 1
+    assert str(pickle.loads(pickle.dumps(RunError("lost")))) == "lost"
