@@ -147,10 +147,13 @@ def wander(numbers: Array, columns: Numbers, noise: Array, elapsed_s: float, dri
 def read(
     sensors: Sensors, memory: Memory, kind: int, noise: Array, spike: float, samples: Array, clipped: Flags
 ) -> int:
-    """Fill `samples` (n, 3) of a kind and `clipped` (n,); how many sensors clipped."""
+    """Fill `samples` (n, 3) of a kind and `clipped` (n,), lost or not; how many sensors clipped."""
     sd, limit, digit = sensors.numbers[kind, 0], sensors.numbers[kind, 8], sensors.numbers[kind, 9]
     white, count = sensors.columns[kind, 0], 0
     for i in range(samples.shape[0]):
+        if not sensors.there[kind, i]:
+            samples[i] = np.nan
+            continue
         x, y, z = memory.true[kind, i, 0], memory.true[kind, i, 1], memory.true[kind, i, 2]
         for axis in range(3):
             row = sensors.matrices[kind, i, axis]
@@ -165,9 +168,8 @@ def read(
                 value = math.copysign(limit, value)
                 clipped[i] = True
             samples[i, axis] = value
-        if memory.lost[i] or not sensors.there[kind, i]:
+        if memory.lost[i]:
             samples[i] = np.nan
-            clipped[i] = False
         count += clipped[i]
     return count
 

@@ -237,6 +237,13 @@ def test_clipping_is_told_when_it_begins_with_the_names_of_those_that_clip():
     assert samples["gyr"][5, 2, 0] == 10.0
 
 
+def test_a_gap_in_the_samples_of_a_clipped_sensor_does_not_tell_of_it_anew():
+    imus = ideal(4, loss=0.5, gyroscope=TriadErrors(limit=1.0))
+    samples, reports = run(imus, sites(4, rate=(5.0, 0.0, 0.0)), 100)
+    assert np.isnan(samples["gyr"]).any(axis=(0, 2)).all()
+    assert reports == [(0, "clipped", "gyr of s0, s1, s2, s3")]
+
+
 def test_nothing_is_guessed_before_the_sites_have_come():
     imus = Imus(preset="ideal", measures=("acc",))
     state, tick = imus.init(Context("imus")), Tick()
