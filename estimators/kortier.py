@@ -12,7 +12,7 @@ from estimators.body import Body, body_of, posture_ports
 from estimators.kortier_chain import Filters, Gates, new_filters
 from estimators.kortier_navigation import HandFilter, HandGates, new_hands
 from estimators.kortier_samples import Arrivals, Moment, Trust, no_moment, report_samples
-from estimators.kortier_tick import Posture, Settings, Worn, track, worn_by
+from estimators.kortier_tick import Posture, Settings, Worn, report_unseen, track, worn_by
 from estimators.kortier_tree import CHAIN5, base_of, pose_of
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import HandSize
@@ -20,7 +20,7 @@ from fesloop.hand.kinematics import relative_orientations
 from fesloop.hand.segments import Segment
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock, StampClock
-from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.signals import NEVER, Port, Sample, Value
 
 _UNKNOWN = 9.81
 """Sd of an acceleration whose sample is missing, m/s^2 (chosen: a hand in motion, upright or not)."""
@@ -40,6 +40,7 @@ class KortierState:
     hands, filters: of attitudes and of chains.
     moment, arrivals: the samples.
     worn, settings: what the kernels are told at each tick; never changed.
+    no_field: what is read where there is no input `mag`.
     base: number of the hand's filter of which position and velocity are put out.
     unseen: joints that have been reported as not seen; None before the first tick.
     """
@@ -50,6 +51,7 @@ class KortierState:
     arrivals: Arrivals
     worn: Worn
     settings: Settings
+    no_field: Sample
     base: int
     unseen: tuple[str, ...] | None = None
 
@@ -67,8 +69,9 @@ class KortierTracker:
 
     Inputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and `mag` (n, 3) T, sensor frames equal to segment frames.
     They may have rates of their own: give the tracker that of the gyroscopes. Magnetometers other than those
-    of bases and tips are not read; `mag` may be left without a wire (`sensors` is to be given then), and
-    headings rest on the gyroscopes and the joints.
+    of bases and tips are not read. Without any (`magnetometers` false, or `mag` left without a wire, where
+    `sensors` is to be given) headings rest on the gyroscopes and the joints: so they should where the field
+    is not that of the earth, as gates on magnitudes alone let much of such a field pass.
 
     Outputs `orientation` (n, 4), segment to earth (z up; with magnetometers y to magnetic north, else the
     heading is zero at the start); `angles` (a,), rad, all freedoms of the tree; `angle_sd` (a,), rad;
@@ -91,6 +94,7 @@ class KortierTracker:
     segments: another tree in place of the hand.
     base: name of the segment whose attitude and position are tracked; empty: "hand" where it has a sensor
         and `segments` is empty, else the first of the tree that has one.
+    magnetometers: whether there is an input `mag`.
     initial_angles_deg: the pose at the start by names of freedoms, such as `F2_mcp_flexion`; others are 0.
     gyr_sd, acc_sd: of a sample, rad/s, m/s^2 (K14, Table 1).
     mag_sd_ut: of a sample with what the field differs within a hand, uT (chosen: Table 1 prints 1e-4).
@@ -116,6 +120,7 @@ class KortierTracker:
     sensed: tuple[str, ...] = ()
     segments: tuple[Segment, ...] = ()
     base: str = ""
+    magnetometers: bool = True
     initial_angles_deg: Mapping[str, float] = field(default_factory=dict)
     gyr_sd: float = 5e-4
     acc_sd: float = 4e-2
@@ -162,10 +167,11 @@ class KortierTracker:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """gyr, acc and mag."""
+        """gyr, acc and, where they are read, mag."""
         shape = (self.sensors or None, 3)
-        return (Port("gyr", shape, "rad/s"), Port("acc", shape, "m/s^2"),
-                Port("mag", shape, "T", optional=True))
+        ports = (Port("gyr", shape, "rad/s"), Port("acc", shape, "m/s^2"),
+                 Port("mag", shape, "T", optional=True))
+        return ports if self.magnetometers else ports[:2]
 
     @property
     def outputs(self) -> tuple[Port, ...]:
@@ -184,17 +190,17 @@ class KortierTracker:
             raise InputError(f"{context.name}.rate", "is missing", "the rate of the gyroscopes")
         body, base = self._body(), self._base()
         worn = worn_by(body, base)
-        moved = worn.chains.segments
-        start = relative_orientations(body.tree, pose_of(body.tree, self.initial_angles_deg))[moved]
-        filters = new_filters(worn.chains, start, math.radians(self.angle_sd_deg),
+        start = relative_orientations(body.tree, pose_of(body.tree, self.initial_angles_deg))
+        filters = new_filters(worn.chains, start[worn.chains.segments], math.radians(self.angle_sd_deg),
                               math.radians(self.bias_sd_deg_s))
         return KortierState(
             new_hands(len(worn.held_sensors), self.still_window), filters, no_moment(self.sensors),
-            Arrivals(context.clock.period_s), worn, self._settings(), int(worn.chains.part_of[base]))
+            Arrivals(context.clock.period_s), worn, self._settings(),
+            Sample(np.zeros((self.sensors, 3)), NEVER, NEVER, NEVER), int(worn.chains.part_of[base]))
 
     def step(self, state: KortierState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """What is new at this tick."""
-        gyr, acc, mag = inputs
+        gyr, acc, mag = (*inputs, state.no_field)[:3]
         arrivals, motion, body = state.arrivals, state.hands.motion, self._body()
         elapsed = arrivals.note(inputs)
         angles, tips = np.empty((2, len(body.tree.ranges))), np.empty((2, body.tips.size, 3))
@@ -207,7 +213,8 @@ class KortierTracker:
             report_samples(state.moment.codes[0], repeated, tick)
             arrivals.repeated = repeated
         if joints or state.unseen is None:
-            _report_unseen(state, body, tick)
+            seen = state.filters.seen
+            state.unseen = report_unseen(state.unseen or (), body, state.worn.chains, seen, tick)
         fingertips = (tips[0], tips[1]) if self._lengths_known() else ()
         return (posture.orientation, angles[0], angles[1], *fingertips, motion[state.base, 1].copy(),
                 motion[state.base, 0].copy())
@@ -230,21 +237,7 @@ class KortierTracker:
         trust = Trust(self.gyr_sd, self.acc_sd, 1e-6 * self.mag_sd_ut, radians(self.lost_rate_deg_s),
                       radians(self.clipped_rate_deg_s), self.lever_m, self.error_time_s)
         gates = Gates(self.acc_difference, 1e-6 * self.mag_difference_ut, self.rate_limit,
-                      radians(self.constraint_sd_deg), self.error_time_s, self.bias_walk,
-                      1e-3 * self.gap_ms)
+                      radians(self.constraint_sd_deg), self.error_time_s, self.bias_walk, 1e-3 * self.gap_ms)
         own = HandGates(self.motion_sd, self.still_rate, self.still_acc, self.still_sd, _UNKNOWN,
                         radians(self.angle_sd_deg), radians(self.bias_sd_deg_s))
         return Settings(trust, gates, own, (radians(self.gyr_range_deg_s), 9.81 * self.acc_range_g))
-
-
-def _report_unseen(state: KortierState, body: Body, tick: Tick) -> None:
-    """Say which joints are not seen any more, or again; those without sensors at the first tick."""
-    seen, freedoms, joint_of = state.filters.seen, body.tree.layout[:, 1], state.worn.chains.joint_of
-    unseen = tuple(body.joints[k] for k in np.flatnonzero(freedoms)
-                   if joint_of[k] < 0 or not seen[joint_of[k]])
-    before = state.unseen or ()
-    for status, now, other in (("unseen", unseen, before), ("seen", before, unseen)):
-        changed = [joint for joint in now if joint not in other]
-        if changed:
-            tick.report(status, "joint " + ", ".join(changed))
-    state.unseen = unseen

@@ -14,6 +14,7 @@ from estimators.kortier_navigation import HandFilter, HandGates, track_hands
 from estimators.kortier_posture import put_angles, put_fingertips, put_orientations
 from estimators.kortier_samples import Moment, Trust, inspect_samples, take
 from estimators.kortier_tree import Chains, chains_of
+from fesloop.loop.block import Tick
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -91,3 +92,22 @@ def track(
     put_fingertips(worn.layout, worn.geometry, worn.tips, worn.chains, filters, relative,
                    posture.fingertips[0], posture.fingertips[1])
     return faults, joints
+
+
+def report_unseen(
+    before: tuple[str, ...], body: Body, chains: Chains, seen: NDArray[np.bool_], tick: Tick
+) -> tuple[str, ...]:
+    """Say which joints have been lost and which are seen again; give those that are not seen.
+
+    Parameters
+    ----------
+    before: what was given the last time. seen: (joints,), of those of the chains.
+    """
+    joint_of, freedoms = chains.joint_of, body.tree.layout[:, 1]
+    unseen = tuple(body.joints[k] for k in np.flatnonzero(freedoms)
+                   if joint_of[k] < 0 or not seen[joint_of[k]])
+    for status, now, other in (("unseen", unseen, before), ("seen", before, unseen)):
+        changed = [joint for joint in now if joint not in other]
+        if changed:
+            tick.report(status, "joint " + ", ".join(changed))
+    return unseen

@@ -140,6 +140,10 @@ def test_without_a_magnetometer_wired():
         angles.append(block.step(state, [*now, nothing], tick)[1][FLEXION])
     assert tick.reports == []
     assert np.degrees(np.sqrt(np.mean((np.array(angles) - true) ** 2))) < 4.0
+    without = tracker(magnetometers=False)
+    assert [port.name for port in without.inputs] == ["gyr", "acc"]
+    (_, others, *_), _, _ = run_tracker(without, gyr, acc)
+    np.testing.assert_array_equal(others[:, FLEXION], angles)
 
 
 def test_short_losses_and_clipping_are_flagged_and_widen_the_uncertainty():
