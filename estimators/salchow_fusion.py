@@ -42,8 +42,10 @@ def track(state: SalchowState, body: Body, inputs: Sequence[Sample], tick: Tick)
     fused = state.bank.orientation()
     if method.pose is not None and state.aligned_ns is None:
         if not _take_pose(state, body, method, method.pose, inputs, fresh, tick):
-            outputs = _posture(state, body, method, state.known, 0.0, tick)
-            return fused, *outputs[1:]
+            _, angles, sd, tips, tip_sd = _posture(state, body, method, state.known, 0.0, tick)
+            if state.failing:
+                sd[:] = UNSEEN_SD
+            return fused, angles, sd, tips, tip_sd
         fused = state.bank.orientation()
     elapsed_s = (tick.time_ns - (state.aligned_ns or 0)) / NS_PER_S
     return _posture(state, body, method, fused, elapsed_s, tick)
