@@ -58,15 +58,16 @@ def test_ideal_sensors_give_the_posture_and_the_fingertips(kind, front_end, seed
     motion = moving_hand(tree, RATE, 8.0, seed, start=start_of(tree), inertia=False)
     outputs, reports, _ = run(with_pose(kind, sensors=17, hand=hand, front_end=front_end), motion)
     error = np.abs(outputs["angles"] - motion.angles)[MOVING:]
-    # VQF goes on estimating biases that are not there, and B is still on its way from its first orientation.
+    # VQF takes the slow beginning of a motion for bias, and B is still on its way from its first orientation.
     exact = front_end == "seel_ruppin" and kind is not SalchowB
-    longer = 3.0 if kind is SalchowB else 1.0
-    assert error.max() < (1e-9 if exact else longer * 1e-2)
+    assert error.max() < (1e-9 if exact else 3e-2)
+    assert exact or np.median(error) < 1e-3
     tips = np.linalg.norm(outputs["fingertips"] - motion.tips, axis=2)[MOVING:]
-    assert tips.max() < (1e-9 if exact else longer * 1e-3)
+    assert tips.max() < (1e-9 if exact else 3e-3)
     relative = quaternion.relative(outputs["orientation"][:, :1], outputs["orientation"])[MOVING:]
     true = quaternion.relative(motion.orientation[:, :1], motion.orientation)[MOVING:]
-    assert quaternion.rotation_angle(quaternion.relative(relative, true)).max() < (1e-6 if exact else longer * 1e-2)
+    apart = quaternion.rotation_angle(quaternion.relative(relative, true))
+    assert apart.max() < (1e-6 if exact else 3e-2)
     assert [status for status, _ in reports] == ([] if kind is SalchowB else ["aligning", "aligned"])
 
 
