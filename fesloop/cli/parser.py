@@ -21,6 +21,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_list(commands)
     _add_check(commands)
     _add_run(commands)
+    _add_reproduce(commands)
     _add_bench(commands)
     commands.add_parser("schema", help="print the JSON Schema of experiment files")
     _add_fmu(commands)
@@ -67,6 +68,16 @@ def _add_run(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--out", metavar="DIR", default="runs",
                          help="folder of the recording (default: runs)")
     command.add_argument("--realtime", action="store_true", help="keep in step with the wall clock")
+
+
+def _add_reproduce(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("reproduce", help="a paper's experiments on virtual subjects")
+    command.add_argument("paper", metavar="PAPER", help="kortier2014 or salchow2019")
+    command.add_argument("--subjects", type=int, metavar="N", help="how many (default: the full cohort)")
+    command.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
+    command.add_argument("--out", metavar="DIR", default="reproduced",
+                         help="folder of tables and figures (default: reproduced)")
+    command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 
 def _add_bench(commands: _Commands[argparse.ArgumentParser]) -> None:

@@ -32,6 +32,8 @@ def fingertip_rmse_mm(error: Array) -> Array:
 
 def coverage(error: Array, sd: Array) -> Array:
     """Share of each fingertip's coordinates, (tips,), within the 95 % interval of their sd (n, tips, 3)."""
+    if not len(error):
+        return np.full(error.shape[1], np.nan)
     inside = np.abs(error) <= TWO_SIDED_95 * sd
     return np.asarray(inside.mean(axis=(0, 2)))
 
