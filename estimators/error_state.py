@@ -117,9 +117,9 @@ def absorb(
         spread += row[c] * image[c]
     innovation, scale = residual - predicted, 1.0 / math.sqrt(spread)
     for i in range(n):
-        gain[i] = image[i] / spread
-        error[i] += gain[i] * innovation
         image[i] *= scale
+        gain[i] = scale * image[i]
+        error[i] += gain[i] * innovation
     for i in range(n):
         weight = image[i]
         for j in range(n):

@@ -39,9 +39,6 @@ class KortierState:
     ----------
     hands, filters: of attitudes and of chains.
     moment, arrivals: the samples.
-    worn, settings: what the kernels are told at each tick; never changed.
-    no_field: what is read where there is no input `mag`.
-    base: number of the hand's filter of which position and velocity are put out.
     unseen: joints that have been reported as not seen; None before the first tick.
     """
 
@@ -49,10 +46,6 @@ class KortierState:
     filters: Filters
     moment: Moment
     arrivals: Arrivals
-    worn: Worn
-    settings: Settings
-    no_field: Sample
-    base: int
     unseen: tuple[str, ...] | None = None
 
 
@@ -145,6 +138,9 @@ class KortierTracker:
     gyr_range_deg_s: float = 2000.0
     acc_range_g: float = 16.0
     body: Body | None = field(init=False, repr=False, default=None)
+    worn: Worn | None = field(init=False, repr=False, default=None)
+    settings: Settings = field(init=False, repr=False)
+    no_field: Sample = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         if self.sensors < 0:
@@ -159,11 +155,17 @@ class KortierTracker:
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise InputError(name, f"{value}", "a finite number, zero or more")
+        no_field = np.zeros((self.sensors, 3))
+        no_field.flags.writeable = False
+        object.__setattr__(self, "settings", self._settings())
+        object.__setattr__(self, "no_field", Sample(no_field, NEVER, NEVER, NEVER))
         if self.sensors:
             segments = self.segments if self._lengths_known() else CHAIN5
-            object.__setattr__(self, "body", body_of(self.sensors, self.hand, segments, self.sensed))
-            self._base()
-            pose_of(self._body().tree, self.initial_angles_deg)
+            body = body_of(self.sensors, self.hand, segments, self.sensed)
+            base = base_of(body, self.base, "" if self.segments else "hand")
+            pose_of(body.tree, self.initial_angles_deg)
+            object.__setattr__(self, "body", body)
+            object.__setattr__(self, "worn", worn_by(body, base))
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -188,49 +190,44 @@ class KortierTracker:
         """Filters at their initial pose, the hand's attitude unknown."""
         if not isinstance(context.clock, (RateClock, StampClock)):
             raise InputError(f"{context.name}.rate", "is missing", "the rate of the gyroscopes")
-        body, base = self._body(), self._base()
-        worn = worn_by(body, base)
+        body, worn = self._wearer()
         start = relative_orientations(body.tree, pose_of(body.tree, self.initial_angles_deg))
         filters = new_filters(worn.chains, start[worn.chains.segments], math.radians(self.angle_sd_deg),
                               math.radians(self.bias_sd_deg_s))
         return KortierState(
             new_hands(len(worn.held_sensors), self.still_window), filters, no_moment(self.sensors),
-            Arrivals(context.clock.period_s), worn, self._settings(),
-            Sample(np.zeros((self.sensors, 3)), NEVER, NEVER, NEVER), int(worn.chains.part_of[base]))
+            Arrivals(context.clock.period_s))
 
     def step(self, state: KortierState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """What is new at this tick."""
-        gyr, acc, mag = (*inputs, state.no_field)[:3]
-        arrivals, motion, body = state.arrivals, state.hands.motion, self._body()
+        gyr, acc, mag = (*inputs, self.no_field)[:3]
+        arrivals, motion = state.arrivals, state.hands.motion
+        body, worn = self._wearer()
         elapsed = arrivals.note(inputs)
         angles, tips = np.empty((2, len(body.tree.ranges))), np.empty((2, body.tips.size, 3))
         posture = Posture(np.empty((self.sensors, 4)), angles, tips)
         faults, joints = track(
             gyr.value, acc.value, mag.value, (gyr.present, acc.present, mag.present), elapsed,
-            arrivals.period_s, state.worn, state.settings, state.hands, state.filters, state.moment, posture)
+            arrivals.period_s, worn, self.settings, state.hands, state.filters, state.moment, posture)
         repeated = elapsed[0] == 0.0
         if faults or repeated != arrivals.repeated:
             report_samples(state.moment.codes[0], repeated, tick)
             arrivals.repeated = repeated
         if joints or state.unseen is None:
             seen = state.filters.seen
-            state.unseen = report_unseen(state.unseen or (), body, state.worn.chains, seen, tick)
+            state.unseen = report_unseen(state.unseen or (), body, worn.chains, seen, tick)
         fingertips = (tips[0], tips[1]) if self._lengths_known() else ()
-        return (posture.orientation, angles[0], angles[1], *fingertips, motion[state.base, 1].copy(),
-                motion[state.base, 0].copy())
+        return (posture.orientation, angles[0], angles[1], *fingertips, motion[worn.base, 1].copy(),
+                motion[worn.base, 0].copy())
 
-    def _body(self) -> Body:
-        if self.body is None:
+    def _wearer(self) -> tuple[Body, Worn]:
+        if self.body is None or self.worn is None:
             raise InputError("sensors", "0", "their number", "wire the tracker, or give it `sensors`")
-        return self.body
+        return self.body, self.worn
 
     def _lengths_known(self) -> bool:
         """Whether there is a body with lengths, not that of chain5."""
         return self.sensors != 5 or bool(self.segments or self.sensed) or self.hand != _USUAL
-
-    def _base(self) -> int:
-        """Index of the segment that is held."""
-        return base_of(self._body(), self.base, "" if self.segments else "hand")
 
     def _settings(self) -> Settings:
         radians = math.radians

@@ -28,6 +28,7 @@ class Worn(NamedTuple):
     layout, geometry: of the tree. sensors, tips: as of Body.
     magnetometers: (n,), those that are read: of each chain's base and tip, and of what is held.
     held_sensors: (parts,), of the segments that `chains` holds.
+    base: the part whose position and velocity are put out.
     """
 
     layout: Numbers
@@ -36,6 +37,7 @@ class Worn(NamedTuple):
     tips: Numbers
     magnetometers: NDArray[np.bool_]
     held_sensors: Numbers
+    base: int
     chains: Chains
 
 
@@ -67,7 +69,8 @@ def worn_by(body: Body, base: int) -> Worn:
     read[held] = True
     for array in (read, held):
         array.flags.writeable = False
-    return Worn(body.tree.layout, body.tree.geometry, body.sensors, body.tips, read, held, chains)
+    return Worn(body.tree.layout, body.tree.geometry, body.sensors, body.tips, read, held,
+                int(chains.part_of[base]), chains)
 
 
 @numba.njit(cache=True)

@@ -7,6 +7,7 @@ import pytest
 from tracker_parts import RATE, planar_finger, run_tracker
 
 from estimators.kortier import KortierTracker
+from estimators.kortier_tick import track
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
@@ -278,10 +279,20 @@ def test_a_whole_hand_and_its_snapshot():
     whole, _, _ = run_tracker(block, gyr, acc, mag)
     assert [part.shape[1:] for part in whole] == [(16, 4), (23,), (23,), (5, 3), (5, 3), (3,), (3,)]
     _, _, state = run_tracker(block, gyr, acc, mag, last=37)
+    compiled = len(track.signatures)
     rest, _, _ = run_tracker(block, gyr, acc, mag, state=pickle.loads(pickle.dumps(state)), first=37)
+    assert len(track.signatures) == compiled, "nothing is compiled anew for a restored state"
     for all_of_it, part in zip(whole, rest, strict=True):
         np.testing.assert_array_equal(all_of_it[37:], part)
     np.testing.assert_allclose(np.linalg.norm(whole[0], axis=2), 1.0, atol=1e-12)
+
+
+def test_five_sensors_alone_are_those_of_chain5_whose_lengths_nobody_knows():
+    block = KortierTracker(magnetometers=False).resolve({"gyr": (5, 3), "acc": (5, 3)})
+    assert [(port.name, port.shape) for port in block.outputs] == [
+        ("orientation", (5, 4)), ("angles", (6,)), ("angle_sd", (6,)), ("position", (3,)), ("velocity", (3,))]
+    worn = KortierTracker(sensors=5, sensed=("hand", "F2p", "F2m", "F2d", "forearm"))
+    assert [port.name for port in worn.outputs[3:5]] == ["fingertips", "fingertip_sd"]
 
 
 @pytest.mark.parametrize(("wrong", "key"), [
