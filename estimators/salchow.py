@@ -46,7 +46,7 @@ _USUAL_LIMITS = InitialPoseLimits()
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SalchowB:
-    """Posture of a hand from 9-axis sensors, each by itself: method B of S19.
+    """Posture of a hand from 9-axis sensors, each by itself: method B of Salchow-Hoemmen et al. 2019.
 
     Attributes
     ----------
@@ -57,7 +57,8 @@ class SalchowB:
     segments: another tree in place of the hand.
     front_end: "vqf" (doi 10.1016/j.inffus.2022.10.014) or "seel_ruppin" (doi 10.1016/j.ifacol.2017.08.1534,
         the paper's own).
-    tau_acc_s, tau_mag_s: time constants of its corrections, s; None: those of its authors.
+    tau_acc_s, tau_mag_s: time constants of its corrections, s (of "seel_ruppin": in which an error halves);
+        None: those of its authors.
     acc_every, mag_every: ticks from one sample of accelerometers, magnetometers, to the next.
     mounting_sd_deg: of the sensors on their segments, deg (5 to 10: S19, section 5).
     heading_sd_deg: of a magnetometer's heading against the neighbour's, deg (chosen; no sensor can tell).
@@ -113,7 +114,7 @@ class SalchowB:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SalchowM1:
-    """Posture of a hand from 9-axis sensors, an initial pose and what joints allow: method M1 of S19.
+    """Posture of a hand by method M1 of Salchow-Hoemmen et al. 2019: B, an initial pose, joint constraints.
 
     Until the initial pose is over, reported as "aligning", the outputs are the known pose; "aligned" ends
     it. A pose that moved, or is not as gravity says, is reported as "initial_pose_failed", with sensors and
@@ -179,7 +180,7 @@ class SalchowM1:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SalchowM2:
-    """Posture of a hand without magnetometers, from an initial pose and what joints allow: method M2 of S19.
+    """Posture of a hand by method M2 of Salchow-Hoemmen et al. 2019: M1 without magnetometers.
 
     As SalchowM1. Nothing corrects a heading after the initial pose: it drifts with what
     is left of the gyroscopes' bias, and so grows its sd; a heading that was lost with samples stays lost.

@@ -21,8 +21,10 @@ from fesloop.loop.clock import RateClock, StampClock
 
 Array = NDArray[np.float64]
 _NO_TURN = np.array([1.0, 0.0])
-_TAU_S = {"vqf": (3.0, 9.0), "seel_ruppin": (1.0 / math.log(2.0), 3.0 / math.log(2.0))}
-"""Time constants of both front ends where none are given, s: after a gap errors fade so fast."""
+_TAU_S = {"vqf": (3.0, 9.0), "seel_ruppin": (1.0, 3.0)}
+"""Of the corrections of accelerometer and magnetometer where none are given, s."""
+_TIME_CONSTANT = {"vqf": 1.0, "seel_ruppin": 1.0 / math.log(2.0)}
+"""Of an error that fades, over the former: VQF gives time constants, Seel-Ruppin times of halving."""
 
 
 @dataclass(slots=True, eq=False)
@@ -76,11 +78,11 @@ def start(body: Body, method: Method, context: Context) -> SalchowState:
     angles = known_angles(body.tree, method.pose.angles_deg if method.pose else {})
     usual = _TAU_S[method.front_end]
     tau_mag_s = (method.tau_mag_s or usual[1]) if method.magnetometer else math.inf
-    fading = (method.tau_acc_s or usual[0], tau_mag_s)
+    fading = _TIME_CONSTANT[method.front_end] * np.array([method.tau_acc_s or usual[0], tau_mag_s])
     return SalchowState(
         method=method, bank=_new_bank(n, period, method), arrivals=Arrivals(n, method.limits),
         period_s=period,
-        forget=np.exp(-2.0 * period / np.array(fading)), silent_s=np.full(n, np.inf), gaps=np.zeros((n, 2)),
+        forget=np.exp(-2.0 * period / fading), silent_s=np.full(n, np.inf), gaps=np.zeros((n, 2)),
         record=new_record(n), known=segment_poses(body.tree, angles).orientation[body.sensed],
         headings=np.tile(_NO_TURN, (n, 1)), posed=np.ones(n, dtype=np.bool_),
         seen=np.zeros(m, dtype=np.bool_), counted=_beyond_a_sensor(body))
