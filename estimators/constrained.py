@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimators.body import Body, body_of, posture_ports
-from estimators.constrained_beginning import Hypotheses, begin, weigh
-from estimators.constrained_filter import SOUND, admit, advance
+from estimators.constrained_beginning import Hypotheses, Unknown
 from estimators.constrained_fingertips import fingertip_posture, moving_joints
 from estimators.constrained_posture import posture
 from estimators.constrained_standing import SURE, report, stand
+from estimators.constrained_state import ConstrainedState, take
 from estimators.joint_constraints import CHAIN5, Joint, JointTable, body_table, joint_table
 from estimators.samples import SampleWatch, watch_samples
 from estimators.vqf_bank import VqfBank
@@ -28,36 +28,9 @@ from fesloop.loop.signals import Port, Sample, Value
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 _USUAL = HandSize()
-_POSITIVE = ("mounting_sd_deg", "axis_sd_deg", "axis_time_s", "turn_sd_deg", "bias_sd_deg_s",
-             "bias_walk_deg_s", "force_sd", "spin_sd_m", "force_time_s", "lever_sd_m", "range_sd_deg",
-             "unseen_deg_s", "unsure_deg", "tau_acc_s", "gyr_range_deg_s", "acc_range_g")
-
-
-@dataclass(slots=True, eq=False)
-class ConstrainedState:
-    """Memory of a ConstrainedTracker.
-
-    Attributes
-    ----------
-    roots: filters of the sensors that are no joint's child.
-    watch: what is wrong with the samples.
-    settings: of the joint filters, as `constrained_filter` reads them.
-    found: the joint filters.
-    gyr, acc: (2, n, 3), the sample before and the newest.
-    seen: (2, n), LOST, DOUBTED or SOUND, each of these.
-    standing: (joints,), SURE, UNSURE or UNSEEN, as last reported.
-    ticks: number of the next tick.
-    """
-
-    roots: VqfBank
-    watch: SampleWatch
-    settings: Array
-    found: Hypotheses
-    gyr: Array
-    acc: Array
-    seen: Numbers
-    standing: Numbers
-    ticks: int = 0
+_POSITIVE = ("mounting_sd_deg", "axis_sd_deg", "tissue_sd_deg", "tissue_time_s", "turn_sd_deg",
+             "bias_sd_deg_s", "bias_walk_deg_s", "force_sd", "spin_sd_m", "force_time_s", "lever_sd_m",
+             "range_sd_deg", "unseen_deg_s", "unsure_deg", "tau_acc_s", "gyr_range_deg_s", "acc_range_g")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -95,10 +68,12 @@ class ConstrainedTracker:
     segments: another tree in place of the hand.
     joints: from the root outwards, in place of a body.
     mounting_sd_deg, axis_sd_deg: about each axis, of each sensor on its segment, and of the joints' axes
-        (5 to 10 deg each: doi 10.3390/s19010208, section 4). The part of a relative rotation that its
-        joint forbids is shared between the two causes accordingly.
-    axis_time_s: after what time of motion the error of an axis counts as another one (chosen: a fifth of
-        a slow finger movement).
+        (5 to 10 deg each: doi 10.3390/s19010208, section 4). Both are constant: by what they tilt an
+        axis is found in motion; the part of a relative rotation that its joint forbids is shared between
+        the two causes.
+    tissue_sd_deg: by which soft tissue turns a sensor against its bone in motion (chosen: skin moves by
+        less, foam by more).
+    tissue_time_s: after what time that counts as another value (chosen: a fifth of a slow finger movement).
     turn_sd_deg: of the gyroscopes' integral after a second, deg (chosen: soft tissue and scale, above
         any gyroscope's noise).
     bias_sd_deg_s, bias_walk_deg_s: of the gyroscopes' bias at the start, deg/s, and of its change in a
@@ -124,7 +99,8 @@ class ConstrainedTracker:
     joints: tuple[Joint, ...] = ()
     mounting_sd_deg: float = 5.0
     axis_sd_deg: float = 5.0
-    axis_time_s: float = 0.2
+    tissue_sd_deg: float = 4.0
+    tissue_time_s: float = 0.2
     turn_sd_deg: float = 0.5
     bias_sd_deg_s: float = 0.6
     bias_walk_deg_s: float = 0.006
@@ -191,25 +167,21 @@ class ConstrainedTracker:
         return ConstrainedState(
             roots=VqfBank(len(table.roots), period, False, tauAcc=self.tau_acc_s),
             watch=SampleWatch.of(self.sensors, 2), settings=self._settings(period),
-            found=Hypotheses.none(len(table.ends)),
+            unknown=self._unknown(), found=Hypotheses.none(len(table.ends)),
             gyr=np.zeros((2, self.sensors, 3)), acc=np.zeros((2, self.sensors, 3)),
             seen=np.zeros((2, self.sensors), dtype=np.int64),
             standing=np.full(len(table.ends), SURE, dtype=np.int64))
 
     def step(self, state: ConstrainedState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """One sample of every sensor."""
-        table, found = self._joints(), state.found
+        table, found, (pair_sd, axis_sd) = self._joints(), state.found, self._sds()
         limits = (math.radians(self.gyr_range_deg_s), 9.81 * self.acc_range_g)
         sound = watch_samples(state.watch, inputs, limits, tick)
         # Ticks that were skipped while the block was busy are made good with this sample.
         for _ in range(tick.index + 1 - state.ticks):
-            _take(state, table, inputs, sound)
-            self._begin(state, table)
-            if found.open:
-                found.open = weigh(found.q, found.rest, found.covariance, found.surprise, found.doubt)
+            take(state, table, inputs, sound)
         first, state.ticks = state.ticks == 0, tick.index + 1
         q, covariance = found.q[0], found.covariance[0]
-        pair_sd, axis_sd = self._sds()
         orientation, angles, sd, relative, worst = posture(
             state.roots.orientation(), q, covariance, found.doubt, table.roots, table.ends, table.kinds,
             table.axes, table.zero, table.first_angle, table.angles, pair_sd, axis_sd)
@@ -223,18 +195,6 @@ class ConstrainedTracker:
             table.kinds, table.axes, pair_sd, axis_sd)
         return orientation, angles, sd, tips, tip_sd
 
-    def _begin(self, state: ConstrainedState, table: JointTable) -> None:
-        """Joints of which nothing is known begin with a sound sample of both sensors."""
-        q = state.found.q[0]
-        # A sum of finite numbers is finite; that of NaN is not, and costs one look at all joints.
-        if math.isfinite(q.sum()):
-            return
-        both = (state.seen[1, table.ends] == SOUND).all(axis=1)
-        pair_sd, axis_sd = self._sds()
-        for j in np.flatnonzero(both & np.isnan(q[:, 0])):
-            begin(state.found, int(j), table, state.acc[1, table.ends[j]], math.hypot(pair_sd, axis_sd),
-                  math.radians(self.bias_sd_deg_s), self.lever_sd_m)
-
     def _joints(self) -> JointTable:
         if self.table is None:
             raise InputError("sensors", "0", "their number", "wire the tracker, or give it `sensors`")
@@ -244,24 +204,12 @@ class ConstrainedTracker:
         """Of the mounting of two sensors against each other, and of a joint's axes, rad."""
         return math.radians(self.mounting_sd_deg) * math.sqrt(2.0), math.radians(self.axis_sd_deg)
 
+    def _unknown(self) -> Unknown:
+        return Unknown(math.hypot(*self._sds()), math.radians(self.bias_sd_deg_s), self.lever_sd_m)
+
     def _settings(self, period: float) -> Array:
-        pair_sd, axis_sd = self._sds()
+        pair_sd, _ = self._sds()
         return np.array([period, math.radians(self.turn_sd_deg), math.radians(self.bias_walk_deg_s),
-                         self.force_sd, self.spin_sd_m, self.force_time_s, math.hypot(pair_sd, axis_sd),
-                         self.axis_time_s, math.hypot(math.radians(self.range_sd_deg), pair_sd),
-                         math.radians(self.unseen_deg_s)])
-
-
-def _take(state: ConstrainedState, table: JointTable, inputs: Sequence[Sample], sound: bool) -> None:
-    """One period on with the samples that stand at the inputs."""
-    codes, roots, found = state.watch.codes, table.roots, state.found
-    admit(inputs[0].value, inputs[1].value, codes, state.gyr, state.acc, state.seen)
-    gyr, acc = state.gyr[1].take(roots, axis=0), state.acc[1].take(roots, axis=0)
-    if sound:
-        state.roots.update(gyr, acc, None)
-    else:
-        state.roots.update_only(state.watch.usable()[roots], gyr, acc, None)
-    for h in range(len(found.q) if found.open else 1):
-        advance(found.q[h], found.rest[h], found.covariance[h], found.surprise[h], found.doubt, table.ends,
-                table.kinds, table.axes, table.zero, table.ranges, state.gyr, state.acc, state.seen,
-                state.settings)
+                         self.force_sd, self.spin_sd_m, self.force_time_s, math.radians(self.tissue_sd_deg),
+                         self.tissue_time_s, math.hypot(math.radians(self.range_sd_deg), pair_sd),
+                         math.radians(self.unseen_deg_s), math.radians(self.bias_sd_deg_s)])

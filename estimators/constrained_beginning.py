@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -34,6 +34,18 @@ _FIRST_TILT = 0.3
 """Sd of the first sample's vertical, rad: 3 m/s^2 of acceleration against gravity (chosen)."""
 
 
+class Unknown(NamedTuple):
+    """Sd of what is not known of a joint that begins.
+
+    axis_sd: of its axes in the sensors' frames, rad, both together; bias_sd: of a gyroscope's bias, rad/s;
+    lever_sd: of each component of the lever arms, m.
+    """
+
+    axis_sd: float
+    bias_sd: float
+    lever_sd: float
+
+
 @dataclass(slots=True, eq=False)
 class Hypotheses:
     """Filters of all joints: arrays (ANY, joints, ...), the likeliest hypothesis first.
@@ -41,7 +53,7 @@ class Hypotheses:
     Attributes
     ----------
     q: (ANY, joints, 4), child to parent; NaN where there is no hypothesis.
-    rest: (ANY, joints, 13); covariance: (ANY, joints, 12, 12), as of `constrained_filter.advance`.
+    rest: (ANY, joints, 17); covariance: (ANY, joints, 16, 16), as of `constrained_filter.advance`.
     surprise: (ANY, joints), minus twice the log likelihood of all measurements since the beginning.
     doubt: (joints,), rad, how far apart the hypotheses are from the first one: their rms, by likelihood.
     open: whether any joint has more than one.
@@ -57,17 +69,27 @@ class Hypotheses:
     @classmethod
     def none(cls, joints: int) -> Hypotheses:
         """Nothing known of any joint."""
-        return cls(np.full((ANY, joints, 4), np.nan), np.zeros((ANY, joints, 13)),
+        return cls(np.full((ANY, joints, 4), np.nan), np.zeros((ANY, joints, 17)),
                    np.zeros((ANY, joints, N, N)), np.zeros((ANY, joints)), np.zeros(joints))
 
 
-def begin(
-    found: Hypotheses, j: int, table: JointTable, up: Array, axis_sd: float, bias_sd: float, lever_sd: float
+def begin_missing(
+    found: Hypotheses, table: JointTable, acc: Array, sound: NDArray[np.bool_], unknown: Unknown
 ) -> None:
-    """Let joint j begin with the specific forces `up` (2, 3), m/s^2, of parent and child.
+    """Let joints of which nothing is known begin, where both sensors' samples are sound.
 
-    The other arguments are the sd of its axes, rad, of a gyroscope's bias, rad/s, of lever arms, m.
+    Parameters
+    ----------
+    acc: (n, 3), m/s^2, the newest samples; sound: (n,), whether each is sound.
+    unknown: how little is known.
     """
+    both = sound[table.ends].all(axis=1)
+    for j in np.flatnonzero(both & np.isnan(found.q[0, :, 0])):
+        _begin(found, int(j), table, acc[table.ends[j]], unknown)
+
+
+def _begin(found: Hypotheses, j: int, table: JointTable, up: Array, unknown: Unknown) -> None:
+    axis_sd, bias_sd, lever_sd = unknown
     kind, told_sd = int(table.kinds[j]), math.hypot(axis_sd, _FIRST_TILT)
     orientations, heading_sd = first_orientations(kind, table.axes[j], up, told_sd)
     count = len(orientations)
@@ -76,7 +98,8 @@ def begin(
     found.q[:count, j] = orientations
     found.rest[:, j] = 0.0
     found.rest[:, j, 9:12] = up[1]
-    found.covariance[:, j] = np.diag([0.0] * 3 + [2.0 * bias_sd ** 2] * 3 + [lever_sd ** 2] * 6)
+    variances = np.repeat([0.0, 2.0 * bias_sd ** 2, lever_sd ** 2, 0.5 * axis_sd ** 2], [3, 3, 6, 4])
+    found.covariance[:, j] = np.diag(variances)
     found.covariance[:, j, :3, :3] = (
         _FIRST_TILT ** 2 * np.eye(3) + heading_sd ** 2 * np.outer(vertical, vertical))
     found.surprise[:, j] = 0.0

@@ -2,12 +2,14 @@
 
 State: q, child to parent; b (3), rad/s, what the child's gyroscope reads too much against the parent's,
 in the child's frame; l_p, l_c (3 each), m, from the joint's centre to each sensor, in that sensor's
-frame. Error state (12): rotation t in the child's frame (R = Rh (I + [t]x)), then b, l_p, l_c. With M(w)
+frame; d, c (2 each), rad, the tilts of the joint's axes in the parent and in the child, two components across
+each. Error state (16): rotation t in the child's frame (R = Rh (I + [t]x)), then b, l_p, l_c, d, c. With M(w)
 = [dw/dt]x + [w]x [w]x,
 
     dt/dt = -[w_c - b]x t - db + noise
     shared acceleration of the joint's centre:  0 = R' (f_p - M(w_p) l_p) - (f_c - M(w_c) l_c) + noise
-    hinge: a_c = R' a_p + noise, its two components across a_c;  saddle: 0 = a_c . R' a_p + noise
+    hinge: a_c + c = R' (a_p + d) + noise, its two components across a_c
+    saddle: 0 = (a_c + c) . R' (a_p + d) + noise
     range: angle - limit = 0 + noise, while the angle is beyond its limit
 
 (f specific force, w angular velocity, a axis; R' = R transposed). The vector pair is that of Kortier et
@@ -25,6 +27,7 @@ import numba
 import numpy as np
 
 from estimators.constrained_measurements import (
+    BIAS,
     BIAS_WALK,
     PERIOD,
     TURN,
@@ -32,22 +35,24 @@ from estimators.constrained_measurements import (
     N,
     axes_agree,
     correct,
-    keep_in_range,
     mean_of,
     shared_acceleration,
 )
-from estimators.constrained_vectors import components, rotated, store, turn_by
+from estimators.constrained_ranges import keep_in_range
+from estimators.constrained_vectors import components, dot, rotated, store, turn_by
 from estimators.samples import LOST as MISSING
-from fesloop.hand.quaternion_kernels import multiply
+from fesloop.hand.quaternion_kernels import conjugate, multiply
 
 LOST, DOUBTED, SOUND = range(3)
 """What a sample is good for."""
+_COHERENT = 0.25
+"""Angle over which a joint's turning does not reverse, rad, shared by two sensors (chosen)."""
 
 
 @numba.njit(cache=True)
 def advance(
-    q: Any, rest: Any, covariance: Any, surprise: Any, doubt: Any, ends: Any, kinds: Any, axes: Any, zero: Any,
-    ranges: Any, gyr: Any, acc: Any, seen: Any, settings: Any
+    q: Any, rest: Any, covariance: Any, surprise: Any, doubt: Any, ends: Any, kinds: Any, axes: Any,
+    zero: Any, ranges: Any, gyr: Any, acc: Any, seen: Any, settings: Any
 ) -> None:
     """All joints one period on.
 
@@ -55,15 +60,15 @@ def advance(
     ----------
     q: (joints, 4), changed; NaN for a joint that has not begun, which is left out, and once a sample has
         been missing for so long that nothing is known any more.
-    rest: (joints, 13), b, l_p, l_c, the force's mean in the child's frame, m/s^2, and for how long a
-        sample has been missing, s; changed. covariance: (joints, 12, 12), changed.
+    rest: (joints, 17), b, l_p, l_c, the force's mean in the child's frame, m/s^2, for how long a sample
+        has been missing, s, then d, c; changed. covariance: (joints, 16, 16), changed.
     surprise: (joints,), raised by minus twice the log likelihood of what was measured.
     doubt: (joints,), above 0 where hypotheses are not decided between.
     ends, kinds, axes, zero, ranges: as of JointTable.
     gyr, acc: (2, n, 3), the sample before and this one.
     seen: (2, n), LOST, DOUBTED or SOUND: a lost sample stops its joints, a doubted one (clipped) still
         moves them, and both cost certainty.
-    settings: (10,), see PERIOD and the following.
+    settings: (11,), see PERIOD and the following.
     """
     x, h, gain, levers = np.empty(N), np.zeros(N), np.empty(N), np.empty((2, 3, 3))
     period = settings[PERIOD]
@@ -80,14 +85,15 @@ def advance(
             if min(worst, seen[0, p], seen[0, c]) == SOUND:
                 surprise[j] += shared_acceleration(
                     at, s, cov, gyr, acc, p, c, settings, x, h, gain, levers)
-        surprise[j] += axes_agree(at, kinds[j], axes[j], cov, settings, x, h, gain)
+        surprise[j] += axes_agree(at, s, kinds[j], axes[j], zero[j], cov, settings, x, h, gain)
         correct(at, s, x)
         surprise[j] += keep_in_range(
             at, s, kinds[j], axes[j], zero[j], ranges[j], cov, settings, x, h, gain, doubt[j] == 0.0)
         if worst > LOST:
             _turn(at, s, wp, wc, 0.5 * period)
         if worst == SOUND:
-            _spread(cov, s, wc, period, settings[TURN] ** 2 * period, settings[BIAS_WALK] ** 2 * period)
+            walked = settings[BIAS_WALK] ** 2 + _turned_bias(at, wp, wc, settings[BIAS])
+            _spread(cov, s, wc, period, settings[TURN] ** 2 * period, walked * period)
             s[12] = 0.0
         else:
             # An unknown rate lasts: its angle grows with the time that it has not been seen.
@@ -130,17 +136,34 @@ def _turn(q: Any, s: Any, wp: Any, wc: Any, dt: float) -> None:
 
 
 @numba.njit(cache=True)
+def _turned_bias(q: Any, wp: Any, wc: Any, bias_sd: float) -> float:
+    """Variance that b gains a second, rad^2/s^3, as the parent's share turns in the child's frame."""
+    v = rotated(conjugate(components(q)), wp)
+    d = (wc[0] - v[0], wc[1] - v[1], wc[2] - v[2])
+    return _COHERENT * bias_sd ** 2 * math.sqrt(dot(d, d))
+
+
+@numba.njit(cache=True)
 def _spread(cov: Any, s: Any, wc: Any, dt: float, turned: float, walked: float) -> None:
     """The covariance `dt` on; `turned` and `walked` are the variances that one sensor adds."""
-    back = turn_by(-dt * (wc[0] - s[0]), -dt * (wc[1] - s[1]), -dt * (wc[2] - s[2]))
-    for k in range(N):
-        v = rotated(back, (cov[0, k], cov[1, k], cov[2, k]))
-        for i in range(3):
-            cov[i, k] = v[i] - dt * cov[3 + i, k]
-    for k in range(N):
-        v = rotated(back, (cov[k, 0], cov[k, 1], cov[k, 2]))
-        for i in range(3):
-            cov[k, i] = v[i] - dt * cov[k, 3 + i]
-    for i in range(3):
-        cov[i, i] += 2.0 * turned
-        cov[3 + i, 3 + i] += 2.0 * walked
+    w, i, j, k = turn_by(-dt * (wc[0] - s[0]), -dt * (wc[1] - s[1]), -dt * (wc[2] - s[2]))
+    r00, r11, r22 = 1.0 - 2.0 * (j * j + k * k), 1.0 - 2.0 * (i * i + k * k), 1.0 - 2.0 * (i * i + j * j)
+    r01, r02, r12 = 2.0 * (i * j - w * k), 2.0 * (i * k + w * j), 2.0 * (j * k - w * i)
+    r10, r20, r21 = 2.0 * (i * j + w * k), 2.0 * (i * k - w * j), 2.0 * (j * k + w * i)
+    for b in range(N):
+        x, y, z = cov[0, b], cov[1, b], cov[2, b]
+        cov[0, b] = r00 * x + r01 * y + r02 * z - dt * cov[3, b]
+        cov[1, b] = r10 * x + r11 * y + r12 * z - dt * cov[4, b]
+        cov[2, b] = r20 * x + r21 * y + r22 * z - dt * cov[5, b]
+    for a in range(3):
+        x, y, z = cov[a, 0], cov[a, 1], cov[a, 2]
+        cov[a, 0] = r00 * x + r01 * y + r02 * z - dt * cov[a, 3]
+        cov[a, 1] = r10 * x + r11 * y + r12 * z - dt * cov[a, 4]
+        cov[a, 2] = r20 * x + r21 * y + r22 * z - dt * cov[a, 5]
+        for b in range(3, N):
+            cov[b, a] = cov[a, b]
+    # Rounding must not make it asymmetric in the long run.
+    cov[1, 0], cov[2, 0], cov[2, 1] = cov[0, 1], cov[0, 2], cov[1, 2]
+    for a in range(3):
+        cov[a, a] += 2.0 * turned
+        cov[3 + a, 3 + a] += 2.0 * walked

@@ -7,15 +7,14 @@ from typing import Any
 
 import numba
 
-from estimators.constrained_posture import joint_angles
-from estimators.constrained_vectors import components, cross, dot, rotated, store, turn_by
+from estimators.constrained_vectors import components, cross, dot, rotated, store, turn_by, unit
 from estimators.joint_constraints import BALL, SADDLE
 from fesloop.hand.quaternion_kernels import conjugate, multiply
 
-N = 12
-PERIOD, TURN, BIAS_WALK, FORCE, SPIN, FORCE_TIME, AXIS, AXIS_TIME, RANGE, UNSEEN = range(10)
+N, LEVERS, TILTS = 16, 6, 12
+PERIOD, TURN, BIAS_WALK, FORCE, SPIN, FORCE_TIME, TISSUE, TISSUE_TIME, RANGE, UNSEEN, BIAS = range(11)
 """Where each setting stands in `settings`: s; rad/sqrt(s); rad/s/sqrt(s); m/s^2; m (error of the shared
-acceleration a rad^2/s^2 of rotation); s; rad; s; rad; rad/s."""
+acceleration a rad^2/s^2 of rotation); s; rad; s; rad; rad/s; rad/s."""
 
 
 _MEAN_TIME = 1.0
@@ -30,35 +29,37 @@ def mean_of(samples: Any, i: int) -> Any:
 
 
 @numba.njit(cache=True)
-def _measure(
-    cov: Any, h: Any, innovation: float, variance: float, x: Any, gain: Any, with_levers: bool
+def measure(
+    cov: Any, h: Any, innovation: float, variance: float, x: Any, gain: Any, first: int, last: int
 ) -> float:
-    """A scalar measurement with row `h` on the error state `x` found so far at this instant.
+    """A scalar measurement with row `h` on the error state `x` (N,) found so far at this instant.
 
-    The row is zero for the bias always, and for the lever arms unless `with_levers`. Gives minus twice the
-    logarithm of its likelihood, but for a constant.
+    The row is zero but for its first three places and those from `first` to before `last`. Gives minus twice
+    the logarithm of its likelihood, but for a constant.
     """
+    # Whole rows at a time, which the compiler turns into vector instructions.
+    for b in range(N):
+        gain[b] = cov[0, b] * h[0] + cov[1, b] * h[1] + cov[2, b] * h[2]
+    for a in range(first, last):
+        for b in range(N):
+            gain[b] += cov[a, b] * h[a]
     total, left = variance, innovation
-    for a in range(N):
-        gain[a] = cov[a, 0] * h[0] + cov[a, 1] * h[1] + cov[a, 2] * h[2]
-    if with_levers:
-        for a in range(N):
-            for b in range(6, N):
-                gain[a] += cov[a, b] * h[b]
-        for a in range(6, N):
-            total += h[a] * gain[a]
-            left -= h[a] * x[a]
     for a in range(3):
         total += h[a] * gain[a]
         left -= h[a] * x[a]
+    for a in range(first, last):
+        total += h[a] * gain[a]
+        left -= h[a] * x[a]
+    scale = 1.0 / math.sqrt(total)
+    for b in range(N):
+        gain[b] *= scale
+    left *= scale
     for a in range(N):
-        share = gain[a] / total
+        share = gain[a]
         x[a] += share * left
-        for b in range(a + 1):
-            value = cov[a, b] - share * gain[b]
-            cov[a, b] = value
-            cov[b, a] = value
-    return left * left / total + math.log(total)
+        for b in range(N):
+            cov[a, b] -= share * gain[b]
+    return left * left + math.log(total)
 
 
 @numba.njit(cache=True)
@@ -139,35 +140,51 @@ def shared_acceleration(
             h[6 + k] = m[i, k]
             h[9 + k] = -n[i, k]
         of_child = fc[i] - (n[i, 0] * s[6] + n[i, 1] * s[7] + n[i, 2] * s[8])
-        surprise += _measure(cov, h, v[i] - of_child, variance, x, gain, True)
+        surprise += measure(cov, h, v[i] - of_child, variance, x, gain, LEVERS, TILTS)
     return surprise
 
 
 @numba.njit(cache=True)
 def axes_agree(
-    q: Any, kind: int, axes: Any, cov: Any, settings: Any, x: Any, h: Any, gain: Any
+    q: Any, s: Any, kind: int, axes: Any, zero: Any, cov: Any, settings: Any, x: Any, h: Any, gain: Any
 ) -> float:
-    """The axes of hinge and saddle into the error state x."""
+    """The axes of hinge and saddle, each tilted by what is believed so far, into the error state x.
+
+    Of a hinge, with e, f two directions across its axis, both components of
+    (a + c_1 e + c_2 f) - R' (p + d_1 Z e + d_2 Z f) = 0 across it, Z the rotation at angle zero. Of a
+    saddle, whose axes p, a are each across the other, with n = p x a,
+    (a + c_1 p + c_2 n) . R' (p + d_1 a + d_2 n) = 0.
+    """
     if kind == BALL:
         return 0.0
-    a = (axes[1, 0], axes[1, 1], axes[1, 2])
-    v = rotated(conjugate(components(q)), (axes[0, 0], axes[0, 1], axes[0, 2]))
-    variance = settings[AXIS] ** 2 * max(1.0, settings[AXIS_TIME] / settings[PERIOD])
+    p, a = (axes[0, 0], axes[0, 1], axes[0, 2]), (axes[1, 0], axes[1, 1], axes[1, 2])
+    to_child = conjugate(components(q))
     if kind == SADDLE:
-        # a . (v + v x t): the row is a x v.
-        row = cross(a, v)
-        h[0], h[1], h[2] = row
-        return _measure(cov, h, -dot(a, v), variance, x, gain, False)
-    # Whichever of x and y is farther from the axis.
-    n = cross(a, (1.0, 0.0, 0.0) if abs(a[0]) < abs(a[1]) else (0.0, 1.0, 0.0))
-    length = math.sqrt(dot(n, n))
-    n = (n[0] / length, n[1] / length, n[2] / length)
+        e, g = p, a
+        f = cross(p, a)
+        k = f
+    else:
+        # Across the axis, beginning with whichever of x and y is farther from it.
+        e = unit(cross(a, (1.0, 0.0, 0.0) if abs(a[0]) < abs(a[1]) else (0.0, 1.0, 0.0)))
+        f = cross(a, e)
+        g, k = rotated(components(zero), e), rotated(components(zero), f)
+    own = (a[0] + s[15] * e[0] + s[16] * f[0], a[1] + s[15] * e[1] + s[16] * f[1],
+           a[2] + s[15] * e[2] + s[16] * f[2])
+    v = rotated(to_child, (p[0] + s[13] * g[0] + s[14] * k[0], p[1] + s[13] * g[1] + s[14] * k[1],
+                           p[2] + s[13] * g[2] + s[14] * k[2]))
+    g, k = rotated(to_child, g), rotated(to_child, k)
+    # Values nearer to each other than the correlation time tell no more than one of them.
+    variance = settings[TISSUE] ** 2 * max(1.0, settings[TISSUE_TIME] / settings[PERIOD])
+    if kind == SADDLE:
+        h[0], h[1], h[2] = cross(own, v)
+        h[12], h[13], h[14], h[15] = dot(own, g), dot(own, k), dot(e, v), dot(f, v)
+        return measure(cov, h, -dot(own, v), variance, x, gain, TILTS, N)
     surprise = 0.0
-    for _ in range(2):
-        row = cross(n, v)
-        h[0], h[1], h[2] = row
-        surprise += _measure(cov, h, -dot(n, v), variance, x, gain, False)
-        n = cross(a, n)
+    for i in range(2):
+        n = e if i == 0 else f
+        h[0], h[1], h[2] = cross(n, v)
+        h[12], h[13], h[14], h[15] = dot(n, g), dot(n, k), -1.0 + i, -1.0 * i
+        surprise += measure(cov, h, dot(n, own) - dot(n, v), variance, x, gain, TILTS, N)
     return surprise
 
 
@@ -177,32 +194,6 @@ def correct(q: Any, s: Any, x: Any) -> None:
     store(q, multiply(components(q), turn_by(x[0], x[1], x[2])))
     for i in range(9):
         s[i] += x[3 + i]
+    for i in range(4):
+        s[13 + i] += x[12 + i]
     x[:] = 0.0
-
-
-@numba.njit(cache=True)
-def keep_in_range(
-    q: Any, s: Any, kind: int, axes: Any, zero: Any, ranges: Any, cov: Any, settings: Any,
-    x: Any, h: Any, gain: Any, decided: bool
-) -> float:
-    """Each angle beyond its limit is drawn back, as far as it is known worse than the limit's tolerance.
-
-    It is not while hypotheses are not decided between: a wrong one is to be seen, not to be hidden. The error of a limit lasts (it is mostly the sensors' mounting): seen again, it tells nothing new. Were it
-    taken for noise, an angle at its limit would soon be believed blindly.
-    """
-    surprise, tolerance = 0.0, settings[RANGE] ** 2
-    angles, rows = joint_angles(q, kind, axes, zero)
-    for i in range(kind + 1):
-        beyond = max(angles[i] - ranges[i, 1], 0.0) + min(angles[i] - ranges[i, 0], 0.0)
-        if beyond == 0.0:
-            continue
-        h[0], h[1], h[2] = rows[i]
-        known = 0.0
-        for a in range(3):
-            known += h[a] * (cov[a, 0] * h[0] + cov[a, 1] * h[1] + cov[a, 2] * h[2])
-        surprise += beyond ** 2 / (known + tolerance) * settings[PERIOD] / settings[AXIS_TIME]
-        if decided and known > tolerance:
-            _measure(cov, h, -beyond, tolerance, x, gain, False)
-            correct(q, s, x)
-            angles, rows = joint_angles(q, kind, axes, zero)
-    return surprise

@@ -45,6 +45,13 @@ def dot(a: Any, b: Any) -> float:
 
 
 @numba.njit(cache=True)
+def unit(a: Any) -> Any:
+    """a with length 1."""
+    length = math.sqrt(dot(a, a))
+    return a[0] / length, a[1] / length, a[2] / length
+
+
+@numba.njit(cache=True)
 def store(q: Any, value: Any) -> None:
     """`value` into the row q, with length 1."""
     length = math.sqrt(value[0] ** 2 + value[1] ** 2 + value[2] ** 2 + value[3] ** 2)

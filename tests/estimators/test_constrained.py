@@ -13,6 +13,7 @@ from tracker_parts import run_tracker
 
 from estimators.constrained import ConstrainedTracker
 from estimators.constrained_posture import joint_angles, posture
+from estimators.constrained_ranges import truncated
 from estimators.joint_constraints import Joint, joint_table, joints_of
 from fesloop.errors import InputError
 from fesloop.experiment.orientation_metrics import score_recording
@@ -128,14 +129,35 @@ def test_a_hinge_that_begins_upright_is_unsure_until_its_axis_leans():
 
 def test_ranges_hold_a_joint_that_nothing_else_does():
     limited = (Joint(parent=0, child=1, kind="ball", ranges_deg=((-30.0, 30.0),) * 3),)
-    gyr = np.zeros((2000, 2, 3))
-    gyr[:, 1, 2] = 0.05
-    acc = np.tile([0.0, 0.0, 9.81], (2000, 2, 1))
+    gyr = np.zeros((5000, 2, 3))
+    gyr[:, 1, 2] = 0.02
+    acc = np.tile([0.0, 0.0, 9.81], (5000, 2, 1))
     (_, free, _), _, _ = run_tracker(ConstrainedTracker(sensors=2, joints=(
         Joint(parent=0, child=1, kind="ball"),)), gyr, acc, rate=50)
-    (_, held, _), _, _ = run_tracker(ConstrainedTracker(sensors=2, joints=limited), gyr, acc, rate=50)
+    tracker = ConstrainedTracker(sensors=2, joints=limited)
+    (_, held, sd), reports, state = run_tracker(tracker, gyr, acc, rate=50)
     assert np.degrees(free.max()) > 90.0
-    assert np.degrees(held.max()) < 36.0
+    # First they decide between headings, then they hold, within twice their tolerance.
+    assert not state.found.open
+    tolerance = math.hypot(tracker.range_sd_deg, math.sqrt(2.0) * tracker.mounting_sd_deg)
+    assert np.degrees(np.abs(held[-500:]).max()) < 30.0 + 2.0 * tolerance
+    assert np.degrees(sd[-1].max()) > 15.0
+    assert [status for status, _ in reports] == ["unsure"]
+
+
+@given(st.floats(-3.0, 3.0), st.floats(0.05, 2.0), st.floats(-1.5, 0.5), st.floats(0.1, 2.0))
+@settings(deadline=None, max_examples=50)
+def test_what_is_left_of_a_distribution_inside_a_range(mean, sd, low, width):
+    from scipy.stats import truncnorm
+
+    a, b = (low - mean) / sd, (low + width - mean) / sd
+    found, variance = truncated(mean, sd * sd, low, low + width)
+    if -5.0 < a < 5.0 or -5.0 < b < 5.0 or a < 0.0 < b:
+        expected = truncnorm(a, b, loc=mean, scale=sd)
+        assert found == pytest.approx(expected.mean(), abs=1e-4)
+        assert variance == pytest.approx(expected.var(), abs=1e-4)
+    else:
+        assert low <= found <= low + width
 
 
 def reversed_in_time(recording):
