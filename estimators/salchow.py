@@ -21,7 +21,7 @@ motion and a disturbed magnetic field are not in it.
 
 A lost rate leaves its sensor where it is, which adds `unseen_deg_s` times the gap to its sd; inclination
 comes back, and the heading where there is a magnetometer. A lost acceleration or field corrects nothing.
-Clipped samples are used. All of these are reported.
+Clipped samples are used, with the same doubt of a rate. All of these are reported.
 """
 
 from __future__ import annotations
@@ -62,7 +62,8 @@ class SalchowB:
     acc_every, mag_every: ticks from one sample of accelerometers, magnetometers, to the next.
     mounting_sd_deg: of the sensors on their segments, deg (5 to 10: S19, section 5).
     heading_sd_deg: of a magnetometer's heading against the neighbour's, deg (chosen; no sensor can tell).
-    unseen_deg_s: rms rate of a segment while its samples are missing (chosen: a finger in motion).
+    unseen_deg_s: rms rate of a segment whose samples are missing, or beyond what clipped ones say (chosen:
+        a finger in motion).
     gap_ms: how long a gyroscope may be silent before its joints are unseen (chosen: ten samples of 100 Hz).
     gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, as of VqfTracker.
     """

@@ -37,21 +37,20 @@ def follow_gaps(
 
     Parameters
     ----------
-    codes: (3, n), LOST of gyr, acc and mag.
-    elapsed_s: since the tick before. rate_sd: rad/s, at which a segment may turn unseen.
-    forget: (2,), share of the variances that a tick with a sample leaves.
+    codes: (3, n), LOST and CLIPPED of gyr, acc and mag.
+    elapsed_s: since the tick before. rate_sd: rad/s, of what a segment turns unseen, or beyond the range.
+    forget: (2,), share of the variances that a tick with a sound rate leaves.
     silent_s: since the last rate, infinite before the first.
     """
     lost = False
     for s in range(codes.shape[1]):
         lost |= ((codes[0, s] | codes[1, s] | codes[2, s]) & LOST) != 0
-        if codes[0, s] & LOST:
-            silent_s[s] += elapsed_s
+        silent_s[s] = silent_s[s] + elapsed_s if codes[0, s] & LOST else 0.0
+        if codes[0, s]:
             for i in range(2):
                 # A turn at one unknown rate: the sd grows with the time, not with its root.
                 gaps[s, i] = min((math.sqrt(gaps[s, i]) + rate_sd * elapsed_s) ** 2, UNSEEN_SD ** 2)
         else:
-            silent_s[s] = 0.0
             gaps[s, 0] *= forget[0]
             gaps[s, 1] *= forget[1]
     return lost

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from estimators import salchow_kernels
 from estimators.body import UNSEEN_SD, body_of
 from estimators.salchow_kernels import find_seen, follow_gaps, posture
-from estimators.samples import LOST
+from estimators.samples import CLIPPED, LOST
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import relative_orientations
@@ -198,6 +198,10 @@ def test_gaps_grow_with_the_time_and_fade_with_samples():
     codes[:] = 0
     follow_gaps(codes, 0.01, 2.0, forget, silent, gaps)
     np.testing.assert_allclose(gaps[1], [0.02, 0.04])
+    codes[0, 1], gaps[:] = CLIPPED, 0.0
+    follow_gaps(codes, 0.01, 2.0, forget, silent, gaps)
+    np.testing.assert_allclose(np.sqrt(gaps), [[0.0, 0.0], [0.02, 0.02]])
+    assert silent[1] == 0.0
     codes[0, 0] = LOST
     for _ in range(1000):
         follow_gaps(codes, 0.01, 2.0, forget, silent, gaps)
