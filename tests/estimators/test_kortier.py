@@ -10,10 +10,8 @@ from estimators.kortier import KortierTracker
 from estimators.kortier_tick import track
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
-from fesloop.hand.anthropometry import HandSize
-from fesloop.hand.kinematics import relative_orientations, segment_poses
+from fesloop.hand.kinematics import relative_orientations
 from fesloop.hand.segments import Segment, SegmentTree
-from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import NEVER, Sample
@@ -187,62 +185,6 @@ def test_a_lost_joint_keeps_its_last_angle():
     np.testing.assert_allclose(angles[lost, 3], angles[310, 3], atol=1e-12)
     assert tip_sd[399, 0].max() > 0.017
     assert tip_sd[250, 0].max() < 0.01
-
-
-HAND = hand_tree(HandSize())
-WORN = {16: HAND.names[1:], 17: HAND.names}
-
-
-def still_hand(angles, sensed, ticks=300, seed=0):
-    """gyr, acc, mag (ticks, n, 3), with noise, of a hand at rest with its palm down."""
-    attitude = quaternion.multiply(PALM_DOWN, segment_poses(HAND, angles).orientation)
-    attitude = attitude[[HAND.index(name) for name in sensed]]
-    rng = np.random.default_rng(seed)
-    acc, mag = (quaternion.rotate(quaternion.conjugate(attitude), v) for v in ((0.0, 0.0, 9.81), FIELD))
-    noise = rng.normal(size=(3, ticks, len(sensed), 3))
-    return 5e-4 * noise[0], acc + 4e-2 * noise[1], mag + 3e-7 * noise[2]
-
-
-@pytest.mark.parametrize("count", [16, 17])
-def test_the_posture_of_a_still_hand(count):
-    pose = {"F1_cmc_abduction": 20.0, "F1_ip_flexion": 30.0, "F2_mcp_flexion": 40.0, "F2_pip_flexion": 25.0,
-            "F4_mcp_abduction": 8.0}
-    if count == 17:
-        pose["wrist_flexion"] = 20.0
-    true = np.zeros(23)
-    for name, angle in pose.items():
-        true[HAND.freedom(name)] = np.radians(angle)
-    # Started up to five degrees beside the truth.
-    start = {name: angle - 5.0 for name, angle in pose.items()}
-    block = KortierTracker(sensors=count, initial_angles_deg=start)
-    outputs, reports, _ = run_tracker(block, *still_hand(true, WORN[count]))
-    _, angles, sd, tips, tip_sd, _, _ = (port[-1] for port in outputs)
-    assert reports == ([] if count == 17 else [("unseen", "joint wrist")])
-    seen = slice(0 if count == 17 else 2, None)
-    assert np.degrees(np.abs(angles - true)[seen]).max() < 4.0
-    assert ((np.abs(angles - true) < 3.0 * sd)[seen]).all()
-    assert (sd[:2] == np.pi).all() == (count == 16)
-    expected = segment_poses(HAND, true).position[[4, 7, 10, 13, 16]]
-    assert (np.abs(tips - expected) < np.maximum(3.0 * tip_sd, 0.005)).all()
-    assert (tip_sd.max() < 0.03) == (count == 17)
-
-
-def test_a_finger_left_out_and_sensors_in_another_order():
-    order = ("F2d", "hand", "F2p", "F2m", "F5p", "F5m", "forearm")
-    true = np.zeros(23)
-    true[HAND.freedom("F2_pip_flexion")] = np.radians(30.0)
-    block = KortierTracker(sensors=7, sensed=order, initial_angles_deg={"F2_pip_flexion": 30.0})
-    outputs, reports, _ = run_tracker(block, *still_hand(true, order))
-    (status, detail), = reports
-    assert (status, detail.split(", ")[-4:]) == ("unseen", ["F4_mcp", "F4_pip", "F4_dip", "F5_dip"])
-    sd = outputs[2][-1]
-    unseen = [name for name, each in zip(HAND.freedoms, sd, strict=True) if each == np.pi]
-    assert not any(name.startswith(("wrist", "F2", "F5_mcp", "F5_pip")) for name in unseen)
-    attitude = quaternion.multiply(PALM_DOWN, segment_poses(HAND, true).orientation)[
-        [HAND.index(name) for name in order]]
-    off = quaternion.rotation_angle(quaternion.relative(outputs[0][-1], attitude))
-    # The heading is that of the magnetic field, y to the north, as FIELD has it.
-    assert np.degrees(off).max() < 4.0
 
 
 def test_a_chain_of_hinges_about_other_axes():
