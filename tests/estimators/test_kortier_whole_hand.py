@@ -106,6 +106,6 @@ def test_fingertips_of_moving_hands():
         squares.append(np.mean(np.sum((found - tips) ** 2, axis=2)))
         covered.append((np.mean(np.abs(angles - true) < 1.96 * sd),
                         np.mean(np.abs(found - tips) < 1.96 * tip_sd)))
-    print(f"rmse of each hand, mm: {np.round(1e3 * np.sqrt(squares), 1)}; covered: {np.mean(covered, axis=0)}")
+    print(f"rmse, mm: {np.round(1e3 * np.sqrt(squares), 1)}; covered: {np.mean(covered, axis=0)}")
     assert np.sqrt(np.mean(squares)) < 5e-3
     assert np.mean(covered, axis=0).min() > 0.9
