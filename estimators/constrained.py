@@ -28,6 +28,8 @@ from fesloop.loop.signals import Port, Sample, Value
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 _USUAL = HandSize()
+_SPACING = 0.25
+"""How much of `force_time_s` lies between two measurements of a joint (chosen: well below 1)."""
 _POSITIVE = ("mounting_sd_deg", "axis_sd_deg", "tissue_sd_deg", "tissue_time_s", "turn_sd_deg",
              "bias_sd_deg_s", "bias_walk_deg_s", "force_sd", "spin_sd_m", "force_time_s", "lever_sd_m",
              "range_sd_deg", "unseen_deg_s", "unsure_deg", "tau_acc_s", "gyr_range_deg_s", "acc_range_g")
@@ -209,7 +211,8 @@ class ConstrainedTracker:
 
     def _settings(self, period: float) -> Array:
         pair_sd, _ = self._sds()
+        spacing = period * max(1, round(_SPACING * self.force_time_s / period))
         return np.array([period, math.radians(self.turn_sd_deg), math.radians(self.bias_walk_deg_s),
                          self.force_sd, self.spin_sd_m, self.force_time_s, math.radians(self.tissue_sd_deg),
                          self.tissue_time_s, math.hypot(math.radians(self.range_sd_deg), pair_sd),
-                         math.radians(self.unseen_deg_s), math.radians(self.bias_sd_deg_s)])
+                         math.radians(self.unseen_deg_s), math.radians(self.bias_sd_deg_s), spacing])

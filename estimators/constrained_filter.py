@@ -30,6 +30,7 @@ from estimators.constrained_measurements import (
     BIAS,
     BIAS_WALK,
     PERIOD,
+    SPACING,
     TURN,
     UNSEEN,
     N,
@@ -52,9 +53,12 @@ _COHERENT = 0.25
 @numba.njit(cache=True)
 def advance(
     q: Any, rest: Any, covariance: Any, surprise: Any, doubt: Any, ends: Any, kinds: Any, axes: Any,
-    zero: Any, ranges: Any, gyr: Any, acc: Any, seen: Any, settings: Any
+    zero: Any, ranges: Any, gyr: Any, acc: Any, seen: Any, settings: Any, number: int
 ) -> None:
     """All joints one period on.
+
+    Each is measured every so many periods, by turns: values nearer to each other than the correlation times
+    of their errors tell no more than one of them.
 
     Parameters
     ----------
@@ -68,29 +72,34 @@ def advance(
     gyr, acc: (2, n, 3), the sample before and this one.
     seen: (2, n), LOST, DOUBTED or SOUND: a lost sample stops its joints, a doubted one (clipped) still
         moves them, and both cost certainty.
-    settings: (11,), see PERIOD and the following.
+    settings: (12,), see PERIOD and the following; number: of this sample.
     """
     x, h, gain, levers = np.empty(N), np.zeros(N), np.empty(N), np.empty((2, 3, 3))
     period = settings[PERIOD]
+    every = max(1, round(settings[SPACING] / period))
     for j in range(q.shape[0]):
         if np.isnan(q[j, 0]):
             continue
         p, c = ends[j, 0], ends[j, 1]
         worst = min(seen[1, p], seen[1, c])
         at, s, cov = q[j], rest[j], covariance[j]
-        x[:] = 0.0
         wp, wc = _rate(gyr, seen, p), _rate(gyr, seen, c)
-        if worst > LOST:
-            _turn(at, s, wp, wc, 0.5 * period)
-            if min(worst, seen[0, p], seen[0, c]) == SOUND:
-                surprise[j] += shared_acceleration(
-                    at, s, cov, gyr, acc, p, c, settings, x, h, gain, levers)
-        surprise[j] += axes_agree(at, s, kinds[j], axes[j], zero[j], cov, settings, x, h, gain)
-        correct(at, s, x)
-        surprise[j] += keep_in_range(
-            at, s, kinds[j], axes[j], zero[j], ranges[j], cov, settings, x, h, gain, doubt[j] == 0.0)
-        if worst > LOST:
-            _turn(at, s, wp, wc, 0.5 * period)
+        if (number + j) % every > 0:
+            if worst > LOST:
+                _turn(at, s, wp, wc, period)
+        else:
+            x[:] = 0.0
+            if worst > LOST:
+                _turn(at, s, wp, wc, 0.5 * period)
+                if min(worst, seen[0, p], seen[0, c]) == SOUND:
+                    surprise[j] += shared_acceleration(
+                        at, s, cov, gyr, acc, p, c, settings, x, h, gain, levers)
+            surprise[j] += axes_agree(at, s, kinds[j], axes[j], zero[j], cov, settings, x, h, gain)
+            correct(at, s, x)
+            surprise[j] += keep_in_range(
+                at, s, kinds[j], axes[j], zero[j], ranges[j], cov, settings, x, h, gain, doubt[j] == 0.0)
+            if worst > LOST:
+                _turn(at, s, wp, wc, 0.5 * period)
         if worst == SOUND:
             walked = settings[BIAS_WALK] ** 2 + _turned_bias(at, wp, wc, settings[BIAS])
             _spread(cov, s, wc, period, settings[TURN] ** 2 * period, walked * period)

@@ -90,10 +90,12 @@ def _spread_of(
             kept[i, k] = one - share * forbidden
             own[i, k] = (share * axis_sd) ** 2 * forbidden + doubt ** 2 * one
     for i in range(3):
-        for k in range(3):
+        for c in range(3):
+            left = 0.0
             for b in range(3):
-                for c in range(3):
-                    own[i, k] += kept[i, b] * covariance[b, c] * kept[k, c]
+                left += kept[i, b] * covariance[b, c]
+            for k in range(3):
+                own[i, k] += left * kept[k, c]
 
 
 @numba.njit(cache=True)

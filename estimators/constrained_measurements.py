@@ -12,9 +12,11 @@ from estimators.joint_constraints import BALL, SADDLE
 from fesloop.hand.quaternion_kernels import conjugate, multiply
 
 N, LEVERS, TILTS = 16, 6, 12
-PERIOD, TURN, BIAS_WALK, FORCE, SPIN, FORCE_TIME, TISSUE, TISSUE_TIME, RANGE, UNSEEN, BIAS = range(11)
+PERIOD, TURN, BIAS_WALK, FORCE, SPIN, FORCE_TIME = range(6)
+TISSUE, TISSUE_TIME, RANGE, UNSEEN, BIAS, SPACING = range(6, 12)
 """Where each setting stands in `settings`: s; rad/sqrt(s); rad/s/sqrt(s); m/s^2; m (error of the shared
-acceleration a rad^2/s^2 of rotation); s; rad; s; rad; rad/s; rad/s."""
+acceleration a rad^2/s^2 of rotation); s; rad; s; rad; rad/s; rad/s; s (between two measurements of a
+joint)."""
 
 
 _MEAN_TIME = 1.0
@@ -127,8 +129,8 @@ def shared_acceleration(
     spin = dot(wp, wp) + dot(wc, wc) + math.sqrt(dot(dp, dp) + dot(dc, dc))
     # Values nearer to each other than the correlation time tell no more than one of them.
     variance = settings[FORCE] ** 2 + (settings[SPIN] * spin) ** 2
-    variance *= max(1.0, settings[FORCE_TIME] / period)
-    u = _lasting(s, v, wc, period, settings)
+    variance *= max(1.0, settings[FORCE_TIME] / settings[SPACING])
+    u = _lasting(s, v, wc, settings[SPACING], settings)
     n = levers[1]
     surprise = 0.0
     for i in range(3):
@@ -174,7 +176,7 @@ def axes_agree(
                            p[2] + s[13] * g[2] + s[14] * k[2]))
     g, k = rotated(to_child, g), rotated(to_child, k)
     # Values nearer to each other than the correlation time tell no more than one of them.
-    variance = settings[TISSUE] ** 2 * max(1.0, settings[TISSUE_TIME] / settings[PERIOD])
+    variance = settings[TISSUE] ** 2 * max(1.0, settings[TISSUE_TIME] / settings[SPACING])
     if kind == SADDLE:
         h[0], h[1], h[2] = cross(own, v)
         h[12], h[13], h[14], h[15] = dot(own, g), dot(own, k), dot(e, v), dot(f, v)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numba
 
-from estimators.constrained_measurements import PERIOD, RANGE, TISSUE_TIME, correct, measure
+from estimators.constrained_measurements import RANGE, SPACING, TISSUE_TIME, correct, measure
 from estimators.constrained_posture import joint_angles
 
 
@@ -35,7 +35,7 @@ def keep_in_range(
         known = 0.0
         for a in range(3):
             known += h[a] * (cov[a, 0] * h[0] + cov[a, 1] * h[1] + cov[a, 2] * h[2])
-        surprise += beyond ** 2 / (known + tolerance) * settings[PERIOD] / settings[TISSUE_TIME]
+        surprise += beyond ** 2 / (known + tolerance) * settings[SPACING] / settings[TISSUE_TIME]
         mean, left = truncated(angle, known, low, high)
         left += tolerance
         if decided and known > left:

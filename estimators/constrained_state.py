@@ -33,7 +33,7 @@ class ConstrainedState:
     gyr, acc: (2, n, 3), the sample before and the newest.
     seen: (2, n), LOST, DOUBTED or SOUND, each of these.
     standing: (joints,), SURE, UNSURE or UNSEEN, as last reported.
-    ticks: number of the next tick.
+    ticks: number of the next tick; taken: of the next sample.
     """
 
     roots: VqfBank
@@ -46,6 +46,7 @@ class ConstrainedState:
     seen: NDArray[np.int64]
     standing: NDArray[np.int64]
     ticks: int = 0
+    taken: int = 0
 
 
 def take(state: ConstrainedState, table: JointTable, inputs: Sequence[Sample], sound: bool) -> None:
@@ -60,7 +61,8 @@ def take(state: ConstrainedState, table: JointTable, inputs: Sequence[Sample], s
     for h in range(len(found.q) if found.open else 1):
         advance(found.q[h], found.rest[h], found.covariance[h], found.surprise[h], found.doubt, table.ends,
                 table.kinds, table.axes, table.zero, table.ranges, state.gyr, state.acc, state.seen,
-                state.settings)
+                state.settings, state.taken)
+    state.taken += 1
     # The sum of finite numbers is finite, that with a NaN is not: one look tells whether all have begun.
     if not math.isfinite(found.q[0].sum()):
         begin_missing(found, table, state.acc[1], state.seen[1] == SOUND, state.unknown)
