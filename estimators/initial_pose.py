@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -23,11 +24,11 @@ from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.hand.kinematics import relative_orientations
 from fesloop.hand.motion import STANDARD_GRAVITY
+from fesloop.hand.quaternion_kernels import about_z, conjugate, multiply, twist_z
 from fesloop.hand.segments import SegmentTree
 
 Array = NDArray[np.float64]
 KEEP_STILL = "keep still in the known pose"
-_IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,7 +98,7 @@ def ties_of(body: Body, angles: Array, present: NDArray[np.bool_]) -> Ties:
     """Each sensor's tie to the next one that is `present` (n,) towards the root, in a pose (f,), rad."""
     relative = relative_orientations(body.tree, angles)
     neighbours = np.full(len(body.sensed), -1, dtype=np.int64)
-    turns = np.tile(_IDENTITY, (len(body.sensed), 1))
+    turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(body.sensed), 1))
     for s, segment in enumerate(body.sensed):
         k = int(segment)
         while body.tree.layout[k, 0] >= 0 and neighbours[s] < 0:
@@ -117,13 +118,22 @@ def headings(ties: Ties, orientation: Array) -> Array:
     orientation: (n, 4), sensor to earth, as fused, in the pose. Its inclinations are left as they are.
     """
     turns = np.zeros(len(orientation))
-    for s in ties.order:
-        above = ties.neighbours[s]
-        if above >= 0:
-            held = quaternion.multiply(quaternion.about_z(turns[above]), orientation[above])
-            meant = quaternion.multiply(held, ties.relative[s])
-            turns[s] = quaternion.twist_z(quaternion.multiply(meant, quaternion.conjugate(orientation[s])))
+    turn_headings(ties.neighbours, ties.relative, ties.order, orientation, turns)
     return turns
+
+
+@numba.njit(cache=True)
+def turn_headings(
+    neighbours: NDArray[np.int64], relative: Array, order: NDArray[np.int64], orientation: Array, turns: Array
+) -> None:
+    """Fill `turns` (n,) of `headings`; the other arrays are those of Ties."""
+    for s in order:
+        above = neighbours[s]
+        if above >= 0:
+            q, p, known = orientation[s], orientation[above], relative[s]
+            held = multiply(about_z(turns[above]), (p[0], p[1], p[2], p[3]))
+            meant = multiply(held, (known[0], known[1], known[2], known[3]))
+            turns[s] = twist_z(multiply(meant, conjugate((q[0], q[1], q[2], q[3]))))
 
 
 def faults(
@@ -139,8 +149,9 @@ def faults(
     if not rest.present.any():
         return ["no sensor has given a sample"]
     found = []
+    ups = quaternion.rotate(quaternion.conjugate(ties.relative), rest.acc[ties.neighbours])
     for s in range(len(rest.present)):
-        why = _fault(record, rest, ties, limits, least, s) if rest.present[s] else _silent(record, s)
+        why = _fault(record, rest, ties, ups[s], limits, least, s) if rest.present[s] else _silent(record, s)
         if why:
             found.append(f"{sensor_name(body, s)} {why}")
     return found
@@ -157,7 +168,10 @@ def _silent(record: PoseRecord, s: int) -> str:
     return "gave too few samples" if some else ""
 
 
-def _fault(record: PoseRecord, rest: Rest, ties: Ties, limits: InitialPoseLimits, least: int, s: int) -> str:
+def _fault(
+    record: PoseRecord, rest: Rest, ties: Ties, up: Array, limits: InitialPoseLimits, least: int, s: int
+) -> str:
+    """Of sensor s, whose neighbour's acceleration would be `up` (3,) here in the known pose."""
     size = float(np.linalg.norm(rest.acc[s]))
     bias = math.degrees(float(np.linalg.norm(rest.bias[s])))
     variance = record.squares[s] / record.counts[s] - float(rest.bias[s] @ rest.bias[s])
@@ -175,7 +189,6 @@ def _fault(record: PoseRecord, rest: Rest, ties: Ties, limits: InitialPoseLimits
         return f"moved: its inclination changed by {turned:.0f} deg"
     above = ties.neighbours[s]
     if above >= 0:
-        up = quaternion.rotate(quaternion.conjugate(ties.relative[s]), rest.acc[above])
         tilt = _between_deg(up, rest.acc[s])
         if tilt > limits.tilt_deg:
             return (f"is inclined {tilt:.0f} deg off the known pose against sensor {above}: check the pose, "
@@ -184,8 +197,7 @@ def _fault(record: PoseRecord, rest: Rest, ties: Ties, limits: InitialPoseLimits
 
 
 def _between_deg(a: Array, b: Array) -> float:
-    across, along = np.linalg.norm(np.cross(a, b)), a @ b
-    return math.degrees(math.atan2(float(across), float(along)))
+    return math.degrees(math.atan2(float(np.linalg.norm(np.cross(a, b))), float(a @ b)))
 
 
 def still_readings(

@@ -108,7 +108,9 @@ def _align(
 ) -> list[str]:
     """Set biases and headings by a pose that is over; or why not."""
     rest = rest_of(state.record, method.magnetometer)
-    ties = ties_of(body, known_angles(body.tree, pose.angles_deg), rest.present)
+    ties = state.ties
+    if not rest.present.all():
+        ties = ties_of(body, known_angles(body.tree, pose.angles_deg), rest.present)
     found = faults(state.record, rest, body, ties, pose.limits, needed)
     if found:
         return found

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from estimators.body import Body
 from estimators.front_end import FrontEnd, front_end_of
-from estimators.initial_pose import known_angles
+from estimators.initial_pose import Ties, known_angles, ties_of
 from estimators.salchow_method import Method
 from estimators.sample_arrivals import Arrivals
 from estimators.still_record import PoseRecord, new_record
@@ -39,7 +39,7 @@ class SalchowState:
     period_s: of the ticks. forget: (2,), share of a gap's variances that a sample leaves.
     silent_s: (n,), since the last rate. gaps: (n, 2), variances that gaps have left, rad^2.
     record: of the initial pose, as far as it has come. pose_ticks: how far that is.
-    known: (n, 4), segments to the root in the known pose.
+    known: (n, 4), segments to the root in the known pose. ties: of all sensors in it.
     headings: (n, 2), cosine and sine of half the heading that each sensor is turned by.
     posed: (n,), which sensors have been aligned.
     aligned_ns: since when; None before.
@@ -58,6 +58,7 @@ class SalchowState:
     gaps: Array
     record: PoseRecord
     known: Array
+    ties: Ties
     headings: Array
     posed: NDArray[np.bool_]
     seen: NDArray[np.bool_]
@@ -84,6 +85,7 @@ def start(body: Body, method: Method, context: Context) -> SalchowState:
         period_s=period,
         forget=np.exp(-2.0 * period / fading), silent_s=np.full(n, np.inf), gaps=np.zeros((n, 2)),
         record=new_record(n), known=segment_poses(body.tree, angles).orientation[body.sensed],
+        ties=ties_of(body, angles, np.ones(n, dtype=np.bool_)),
         headings=np.tile(_NO_TURN, (n, 1)), posed=np.ones(n, dtype=np.bool_),
         seen=np.zeros(m, dtype=np.bool_), counted=_beyond_a_sensor(body))
 

@@ -17,9 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.hand import quaternion
 from fesloop.hand.kinematics_kernels import turned
-from fesloop.hand.quaternion_kernels import Components, conjugate, multiply
+from fesloop.hand.quaternion_kernels import Components, about_z, conjugate, multiply
 
 Array = NDArray[np.float64]
 HALVING = 1.4
@@ -134,16 +133,24 @@ def correct_heading(
             _learn(bias[s], now, error, share, period, zeta)
 
 
-def level_at(acc: Array, mag: Array | None, used: NDArray[np.bool_], q: Array) -> None:
-    """Fill q (n, 4) of the sensors used with what acc and mag (n, 3) say; without mag the heading is zero."""
-    for s in np.flatnonzero(used):
-        x, y, z = acc[s] / np.linalg.norm(acc[s])
-        tilted = quaternion.from_axis_angle([y, -x, 0.0], math.acos(z)) if x or y else np.array(
-            [1.0, 0.0, 0.0, 0.0] if z > 0.0 else [0.0, 1.0, 0.0, 0.0])
-        if mag is not None:
-            east, north, _ = quaternion.rotate(tilted, mag[s])
-            tilted = quaternion.multiply(quaternion.about_z(math.atan2(east, north)), tilted)
-        q[s] = tilted
+@numba.njit(cache=True)
+def level_at(acc: Array, used: NDArray[np.bool_], q: Array) -> None:
+    """Fill q (n, 4) of the sensors used with the least rotation that makes acc (n, 3) upright."""
+    for s in range(q.shape[0]):
+        if used[s]:
+            x, y, z = acc[s, 0], acc[s, 1], acc[s, 2]
+            upright = z + math.sqrt(x * x + y * y + z * z)
+            _keep(q[s], (upright, y, -x, 0.0) if upright > 1e-9 else (0.0, 1.0, 0.0, 0.0))
+
+
+@numba.njit(cache=True)
+def face_north(mag: Array, used: NDArray[np.bool_], q: Array) -> None:
+    """Turn q (n, 4) of the sensors used about the vertical so that mag (n, 3) points to y."""
+    for s in range(q.shape[0]):
+        if used[s]:
+            now = (q[s, 0], q[s, 1], q[s, 2], q[s, 3])
+            x, y, _ = turned(now, mag[s, 0], mag[s, 1], mag[s, 2])
+            _keep(q[s], multiply(about_z(math.atan2(x, y)), now))
 
 
 @numba.njit(cache=True, inline="always")
@@ -214,7 +221,9 @@ class SeelRuppinBank:
         bias: (n, 3), rad/s, of the gyroscopes.
         acc, mag: (n, 3), what they read in the rest; without mag the heading begins at zero.
         """
-        level_at(acc, mag, used, self.q)
+        level_at(acc, used, self.q)
+        if mag is not None:
+            face_north(mag, used, self.q)
         self.bias[used], self.deviations[used] = bias[used], 0.0
         self.acc_steps[used] = self.mag_steps[used] = samples
 

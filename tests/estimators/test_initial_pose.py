@@ -7,7 +7,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from estimators.body import body_of
-from estimators.initial_pose import InitialPoseLimits, headings, known_angles, still_readings, ties_of
+from estimators.initial_pose import (
+    InitialPoseLimits,
+    headings,
+    known_angles,
+    still_readings,
+    ties_of,
+    turn_headings,
+)
 from estimators.samples import LOST
 from estimators.still_record import add_samples, new_record
 from fesloop.errors import InputError
@@ -189,3 +196,8 @@ def test_compiled_kernel_equals_plain_python():
         moving = kernel(*vectors, codes, np.array([True, True, False]), 1, 0.5, record)
         records.append([moving, *(part.sum() for part in record)])
     np.testing.assert_allclose(*records)
+    ties = ties_of(BODY, known_angles(BODY.tree, THUMB), np.ones(17, dtype=np.bool_))
+    orientation = quaternion.normalized(rng.normal(size=(17, 4)))
+    plain = np.zeros(17)
+    turn_headings.py_func(ties.neighbours, ties.relative, ties.order, orientation, plain)
+    np.testing.assert_allclose(headings(ties, orientation), plain, atol=1e-12)

@@ -155,7 +155,10 @@ def test_compiled_kernels_equal_plain_python():
         pick(seel_ruppin.correct_inclination)(vectors[1], used, settings_, bank.q, bank.bias, bank.acc_steps,
                                               bank.deviations)
         pick(seel_ruppin.correct_heading)(vectors[2], used, settings_, bank.q, bank.bias, bank.mag_steps)
-        results.append(np.concatenate([bank.q, bank.bias], axis=1))
+        begun = np.empty((3, 4))
+        pick(seel_ruppin.level_at)(vectors[1], used, begun)
+        pick(seel_ruppin.face_north)(vectors[2], used, begun)
+        results.append(np.vstack([np.hstack([bank.q, bank.bias]), np.hstack([begun, 0.0 * bank.bias])])[:5])
     np.testing.assert_allclose(*results, rtol=1e-12, atol=1e-15)
 
 
