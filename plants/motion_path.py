@@ -231,7 +231,8 @@ def _sines(rng: np.random.Generator, amplitudes: Array, period: float) -> Course
 
 def _sway(arm: ArmSway, duration: float, rng: np.random.Generator) -> Course:
     moving = _sines(rng, np.concatenate([np.radians(arm.turn_deg), arm.shift_m]), arm.period_s)
-    return lambda t: _faded(t, duration, _FADE_S) * moving(t)
+    centre = np.array([0.0, 0.0, 0.0, *arm.offset_m])
+    return lambda t: _faded(t, duration, _FADE_S) * (centre + moving(t))
 
 
 def _held(solver: ContactSolver, preferred: Array, phase: Phase, rng: np.random.Generator) -> Course:

@@ -51,16 +51,19 @@ class ArmSway:
     ----------
     turn_deg: amplitudes about the forearm's flexion, abduction and pronation axes.
     shift_m: amplitudes along east, north and up.
+    offset_m: where it moves about, east, north and up of where the script began.
     period_s: of the slowest component; a second one of half the amplitude runs 1.6 times as fast (chosen,
         so that the movement does not repeat itself).
     """
 
     turn_deg: Three = (0.0, 0.0, 0.0)
     shift_m: Three = (0.0, 0.0, 0.0)
+    offset_m: Three = (0.0, 0.0, 0.0)
     period_s: float = 4.0
 
     def __post_init__(self) -> None:
-        for key, triple in (("turn_deg", self.turn_deg), ("shift_m", self.shift_m)):
+        for key, triple in (("turn_deg", self.turn_deg), ("shift_m", self.shift_m),
+                            ("offset_m", self.offset_m)):
             if len(triple) != 3 or not all(math.isfinite(each) for each in triple):
                 raise InputError(key, f"{triple}", "three finite numbers")
         if not (math.isfinite(self.period_s) and self.period_s > 0.0):

@@ -32,8 +32,9 @@ _FLAT: Posture = {}
 _OPPOSED: Posture = {"F1_cmc_flexion": 30.0, "F1_cmc_abduction": -30.0, "F1_cmc_pronation": 70.0,
                      "F1_mcp_flexion": 20.0, "F1_ip_flexion": 20.0}
 _PINCH: Posture = {**_OPPOSED, "F2_mcp_flexion": 50.0, "F2_pip_flexion": 40.0, "F2_dip_flexion": 20.0}
-_ANYWHERE = ArmSway(turn_deg=(40.0, 15.0, 50.0), shift_m=(0.15, 0.10, 0.15), period_s=5.0)
-"""S19, section 3.2.2: translation and rotation into all directions."""
+_ANYWHERE = ArmSway(turn_deg=(40.0, 15.0, 50.0), shift_m=(0.15, 0.10, 0.15), offset_m=(0.0, 0.1, 0.3),
+                    period_s=5.0)
+"""S19, section 3.2.2: translation and rotation into all directions, off the table on which the pose was."""
 
 
 def _finger(name: str, mcp: float, pip: float, dip: float, abduction: float = 0.0) -> Posture:

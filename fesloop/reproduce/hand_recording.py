@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,8 +35,19 @@ class Seen(NamedTuple):
 
 def plant_of(recording: Recording) -> Any:
     """The hand that moved."""
-    table = dict(recording.experiment["blocks"][HAND])
+    return _plant(json.dumps(recording.experiment["blocks"][HAND], sort_keys=True))
+
+
+@lru_cache(maxsize=8)
+def _plant(block: str) -> Any:
+    table = json.loads(block)
     return make(registry.find(table.pop("kind")), table, {}, f"blocks.{HAND}")
+
+
+@lru_cache(maxsize=32)
+def _spans(plant: Any, seed: int, trial: int) -> tuple[tuple[str, float, float], ...]:
+    path = plant.path(seed, HAND, trial)
+    return tuple((span.name, float(span.start), float(span.stop)) for span in path.spans)
 
 
 def size_of(recording: Recording) -> HandSize:
@@ -45,8 +58,8 @@ def size_of(recording: Recording) -> HandSize:
 
 def spans(recording: Recording, name: str, trial: int = 0) -> list[tuple[float, float]]:
     """When the phases of a name last, s."""
-    path = plant_of(recording).path(recording.seed, HAND, trial)
-    return [(float(span.start), float(span.stop)) for span in path.spans if span.name == name]
+    every = _spans(plant_of(recording), recording.seed, trial)
+    return [(start, stop) for each, start, stop in every if each == name]
 
 
 def seen(recording: Recording, signal: str, truth: str, trial: int = 0) -> Seen:

@@ -6,6 +6,7 @@ cohort, each seed of the shipped experiment `kortier2014` a subject, whose error
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -20,7 +21,7 @@ from fesloop.reproduce.result import Reproduction
 
 Array = NDArray[np.float64]
 EXPERIMENT = "kortier2014"
-SUBJECTS = 20
+SUBJECTS = 10
 TABLE_2 = {"flexion": (2.2, 2.0, 3.3, 5.0), "circles": (5.7, 4.9, 9.7, 12.4)}
 """RMS difference of the index finger's tip in x, y, z and distance, mm, mean over ten trials."""
 PINCH_MM, PINCH_SHARE = 6.5, 3.7
@@ -33,8 +34,9 @@ _SUBJECTS_OF_TABLE_3 = 5
 _MOTIONS: dict[str, tuple[Scoring, int]] = {
     "flexion": (kortier_scores.index_tip, 10), "circles": (kortier_scores.index_tip, 10),
     "pinch": (kortier_scores.pinch, 10), "rapid": (kortier_scores.rapid, 1),
-    "flat": (kortier_scores.flat_phase, 10), "mould": (kortier_scores.clenched_phase, 10)}
-"""Scoring and trials of each movement."""
+    "flat": (kortier_scores.flat_phase, 3), "mould": (kortier_scores.clenched_phase, 3)}
+"""Scoring and trials of each movement. Of the ten trials of flat hand and mould, of two and a half minutes
+each, there are three: what is compared is a mean over trials."""
 
 
 def jobs(subjects: int) -> list[Job]:
@@ -50,7 +52,11 @@ def settings(motion: str, trials: int) -> tuple[str, ...]:
     """Of the shipped experiment, for a movement."""
     script = f"kortier_{motion}"
     length = registry.find("moving_hand")(script=script).length_s
-    return f"motion={script}", f"duration_s={length!r}", f"trials={trials}"
+    unread = [f"hand.site_{name}" for name in ("orientation", "position", "rate", "force")]
+    unread += ["gyroscopes.gyr", "imus.acc", "imus.mag", "hand.accelerations",
+               *(f"calibration.{kind}" for kind in ("gyr", "acc", "mag"))]
+    return (f"motion={script}", f"duration_s={length!r}", f"trials={trials}",
+            f"record.leave_out={json.dumps(unread)}")
 
 
 def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:

@@ -32,16 +32,18 @@ TABLE_7 = {
     ("P4", "F1-F2"): (1.4, 5.7, 0.6), ("P4", "F1-F3"): (2.4, 9.7, 1.2), ("P4", "F2-F3"): (2.1, 5.0, 1.2)}
 """RMSE of the distance by method, cm; mean over four subjects."""
 _SUBJECTS_OF_TABLE_7 = 4
-MOMENT = 4.0
-"""Of each piece of furniture, A m^2, in setting 2. No source states a field. Declared before the first run,
-so that half a metre away it is some uT, as tens of degrees of heading near steel furniture need."""
-MOMENTS = (0.0, 1.0, 2.0, 4.0, 8.0, 16.0)
-_PIECES, _NEAREST_M, _FARTHEST_M = 3, 0.3, 0.6
+MOMENTS = (0.0, 0.3, 1.0, 3.0, 10.0)
+"""Of each piece of furniture, A m^2, in the sweep of setting 2."""
+_WEAKEST, _STRONGEST = 0.3, 10.0
+"""No source states a field, so each virtual subject has one of its own, drawn between these, uniformly in
+the logarithm: of some uT to some tens of uT a hand's breadth or two away, as steel furniture has."""
+_PIECES, _NEAREST_M, _FARTHEST_M = 3, 0.15, 0.5
+_NO_TISSUE = tuple(f"blocks.{node}.soft_tissue={{share=0.0, sag_deg=0.0}}"
+                   for node in ("imus", "forearm_imu"))
 _BARE = ("blocks.imus.preset=ideal", "blocks.forearm_imu.preset=ideal", "blocks.hand.deviation={}",
          *(f"blocks.{node}.{triad}={{}}" for node in ("imus", "forearm_imu")
-           for triad in ("gyroscope", "accelerometer")))
+           for triad in ("gyroscope", "accelerometer")), *_NO_TISSUE)
 """A textbook hand with ideal sensors in a homogeneous field."""
-_SENSORS = tuple(setting for setting in _BARE if "deviation" not in setting)
 _SWEPT = ("F-F2", "AF-F1", "AF-F3", "P1", "P3", "P4")
 SOURCES: dict[str, tuple[str, ...]] = {
     "all": (),
@@ -52,20 +54,31 @@ SOURCES: dict[str, tuple[str, ...]] = {
     "lengths, 3 %, 3 mm": (*_BARE, "blocks.hand.deviation={length=0.03, centre_mm=3.0}"),
     "noise and bias of the sensors": (
         "blocks.hand.deviation={}",
-        *(f"blocks.{node}.mounting_angle_deg=[0.0, 0.0]" for node in ("imus", "forearm_imu"))),
+        *(f"blocks.{node}.mounting_angle_deg=[0.0, 0.0]" for node in ("imus", "forearm_imu")), *_NO_TISSUE),
     "furniture": _BARE,
-    "soft tissue": (*_BARE, *(f"blocks.{node}.soft_tissue={{}}" for node in ("imus", "forearm_imu"))),
+    "soft tissue": (*_BARE, *(f"blocks.{node}.soft_tissue={{outwards=[1.0, 0.0, 0.0]}}"
+                              for node in ("imus", "forearm_imu"))),
     "initial pose missed by 3 deg": (*_BARE, "blocks.hand.rest_sd_deg=3.0")}
-"""Each error source alone, as settings. Soft tissue and a missed pose are in no row of the tables: no source
-gives their size."""
+"""Each error source alone, as settings. A missed pose is in no row of the tables: no source gives its
+size."""
 _WITH_FURNITURE = ("all", "furniture")
+_UNREAD = ["hand.site_orientation", "hand.site_position", "hand.site_rate", "hand.site_force", "hand.rates",
+           "hand.accelerations", *(f"{node}.{kind}" for node in ("imus", "forearm_imu")
+                                   for kind in ("gyr", "acc", "mag")),
+           *(f"{kind}.joined" for kind in ("gyr", "acc", "mag"))]
+
+
+def moment_of(seed: int) -> float:
+    """Strength of the furniture around a subject, A m^2."""
+    share = np.random.default_rng([seed, 2020]).uniform()
+    return float(_WEAKEST * (_STRONGEST / _WEAKEST) ** share)
 
 
 def furniture(seed: int, moment: float) -> tuple[str, ...]:
-    """Settings that put three magnetised pieces around a subject's place.
+    """Settings that put three magnetised pieces around the place of a subject's initial pose.
 
-    Each is a dipole of any direction, 0.3 to 0.6 m from the wrist, beside or below it (chosen: a table's
-    legs and frame, a computer).
+    Each is a dipole of any direction, 0.15 to 0.5 m from the wrist, beside or below it (chosen: frame and
+    legs of a table, a computer).
     """
     rng = np.random.default_rng([seed, 2019])
     dipoles = []
@@ -83,8 +96,9 @@ def settings(motion: str, seed: int, moment: float, source: str = "all") -> tupl
     """Of the shipped experiment, for a movement of a subject."""
     length = registry.find("moving_hand")(script=motion).length_s
     trials = 2 if motion in ("P1", "P2", "P3") and source == "all" else 1
-    around = furniture(seed, moment) if moment and motion in PAIRS else ()
-    return (*SOURCES[source], f"motion={motion}", f"duration_s={length!r}", f"trials={trials}", *around)
+    around = furniture(seed, moment) if moment else ()
+    return (*SOURCES[source], f"motion={motion}", f"duration_s={length!r}", f"trials={trials}", *around,
+            f"record.leave_out={json.dumps(_UNREAD)}")
 
 
 def jobs(subjects: int, of_sweeps: int) -> list[Job]:
@@ -93,16 +107,18 @@ def jobs(subjects: int, of_sweeps: int) -> list[Job]:
         return Job((key, motion, seed), EXPERIMENT, settings(motion, seed, moment, source), seed,
                    scoring_of(motion))
 
-    every = [job("main", motion, seed, MOMENT)
+    every = [job("main", motion, seed, moment_of(seed) if motion in PAIRS else 0.0)
              for motion in (*TABLE_6, *PAIRS) for seed in range(1, subjects + 1)]
     few = range(1, of_sweeps + 1)
-    alone = [job(f"source {source}", motion, seed, MOMENT if source in _WITH_FURNITURE else 0.0, source)
+    alone = [job(f"source {source}", motion, seed, moment_of(seed) if source in _WITH_FURNITURE else 0.0,
+                 source)
              for source in SOURCES for motion in _SWEPT for seed in few]
     field = [job(f"moment {moment:g}", motion, seed, moment)
-             for moment in MOMENTS for motion in PAIRS for seed in few]
+             for moment in MOMENTS for motion in _SWEPT for seed in few]
     shown = [Job(("traces", motion, 1), EXPERIMENT, settings(motion, 1, 0.0), 1, salchow_scores.tip_traces)
              for motion in ("A-F2", "F-F2", "AF-F2")]
-    pinch = Job(("traces", "P3", 1), EXPERIMENT, settings("P3", 1, MOMENT), 1, salchow_scores.distance_traces)
+    pinch = Job(("traces", "P3", 1), EXPERIMENT, settings("P3", 1, moment_of(1)), 1,
+                salchow_scores.distance_traces)
     return [*every, *alone, *field, *shown, pinch]
 
 
@@ -164,22 +180,24 @@ def _orderings(six: dict[str, Any], seven: dict[tuple[str, str], Any]) -> list[R
 
 def _sources(kept: dict[Any, dict[str, Any]], subjects: int) -> Sweep:
     """RMSE with each error source alone: medians over subjects, means over movements."""
-    table = []
-    for source in SOURCES:
-        values = [_median(kept, f"source {source}", motions, method, subjects)
-                  for motions in ([m for m in _SWEPT if m not in PAIRS], [m for m in _SWEPT if m in PAIRS])
-                  for method in METHODS]
-        table.append((source, tuple(values)))
-    columns = tuple(f"{what}, {method}" for what in ("tips", "distances") for method in METHODS)
-    return Sweep(title="What each error source contributes alone", unit="cm", columns=columns,
-                 rows=tuple(table))
+    return _swept(kept, subjects, "What each error source contributes alone",
+                  {source: f"source {source}" for source in SOURCES})
 
 
 def _field(kept: dict[Any, dict[str, Any]], subjects: int) -> Sweep:
-    """RMSE of distances against the strength of the furniture."""
-    table = [(f"{moment:g} A m2", tuple(_median(kept, f"moment {moment:g}", list(PAIRS), method, subjects)
-                                        for method in METHODS)) for moment in MOMENTS]
-    return Sweep(title="Distances in fields of other strength", unit="cm", columns=METHODS, rows=tuple(table))
+    """RMSE against the strength of the furniture, in setting 1 as well, which is said to have none."""
+    return _swept(kept, subjects, "In fields of other strength",
+                  {f"{moment:g} A m2": f"moment {moment:g}" for moment in MOMENTS})
+
+
+def _swept(kept: dict[Any, dict[str, Any]], subjects: int, title: str, conditions: dict[str, str]) -> Sweep:
+    settings_of = ([motion for motion in _SWEPT if motion not in PAIRS],
+                   [motion for motion in _SWEPT if motion in PAIRS])
+    table = [(name, tuple(_median(kept, key, motions, method, subjects)
+                          for motions in settings_of for method in METHODS))
+             for name, key in conditions.items()]
+    columns = tuple(f"{what}, {method}" for what in ("tips", "distances") for method in METHODS)
+    return Sweep(title=title, unit="cm", columns=columns, rows=tuple(table))
 
 
 def _median(
