@@ -12,44 +12,40 @@ from tracker_parts import sample
 from worn_parts import Worn, WornHand
 
 from estimators.constrained import ConstrainedTracker
-from estimators.vqf_bank import VqfBank
-from fesloop.hand import quaternion
-from fesloop.hand.kinematics import joint_angles, segment_poses
+from estimators.salchow import SalchowM2
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
 
 RATE = 100
 STILL = (1200.0, 1800.0)
 """Ten minutes without motion, s."""
-ALIGNED_S = 3.0
 
 
-class Drifting:
-    """What salchow_m2 does at its best: VQF without magnetometer, headings exact at `ALIGNED_S`.
+def drifting_tracker(hand):
+    """salchow_m2 (doi 10.3390/s19010208), told the true posture of the rest at the start."""
+    posture = np.degrees(hand.script(np.zeros(1))[0][0, 6:])
+    pose = dict(zip(hand.nominal.freedoms, posture.tolist(), strict=True))
+    return SalchowM2(sensors=17, initial_angles_deg=pose)
 
-    Angles that joints do not have are zeroed; nothing corrects the headings after that.
-    """
 
-    def __init__(self, hand):
-        self.hand, self.bank, self.offset = hand, VqfBank(17, 1.0 / hand.rate, False), None
-        self.parents = np.maximum(hand.nominal.layout[:, 0], 0)
+class Stepped:
+    """A tracker and its state, fed in chunks."""
 
-    def chunk(self, first, gyr, acc, true):
-        """Fingertips, (count, 5, 3), from sample `first` on; `true` (count, 23), rad, about the real axes."""
-        q = np.empty((len(gyr), 17, 4))
+    def __init__(self, tracker, rate):
+        self.tracker, self.clock, self.tick, self.reports = tracker, RateClock.from_rate(rate), Tick(), []
+        self.state = tracker.init(Context("tracker", clock=self.clock))
+
+    def chunk(self, first, gyr, acc):
+        """angles, angle_sd, fingertips, fingertip_sd, each (count, ...), from sample `first` on."""
+        found = []
         for i in range(len(gyr)):
-            self.bank.update(gyr[i], acc[i], None)
-            q[i] = self.bank.orientation()
-        aligned = int(ALIGNED_S * self.hand.rate) - first
-        if aligned >= 0:
-            reference = segment_poses(self.hand.tree, true[aligned]).orientation
-            # What turns each segment's heading away from that of the forearm followed by the true posture.
-            error = quaternion.multiply(
-                q[aligned], quaternion.conjugate(quaternion.multiply(q[aligned, 0], reference)))
-            self.offset = quaternion.about_z(-quaternion.twist_z(error))
-        q = quaternion.multiply(self.offset, q)
-        found = joint_angles(self.hand.nominal, quaternion.relative(q[:, self.parents], q))
-        return segment_poses(self.hand.nominal, found).position[:, self.hand.tips]
+            now = self.clock.tick(first + i)
+            self.tick.index, self.tick.time_ns = first + i, now
+            self.tick.reports.clear()
+            inputs = [sample(kind[i], now) for kind in (gyr, acc)]
+            found.append(self.tracker.step(self.state, inputs, self.tick)[1:])
+            self.reports += [(1e-9 * now, *report) for report in self.tick.reports]
+        return [np.array(port) for port in zip(*found, strict=True)]
 
 
 def followed(hand, minutes, drifting=True, **parameters):
@@ -59,25 +55,15 @@ def followed(hand, minutes, drifting=True, **parameters):
     rad; tip_inside, inside: share within +-1.96 sd of what is put out, (5,) and (23,); sd: mean of the sd of
     the angles, (23,). Reports: (seconds, status, detail).
     """
-    tracker = ConstrainedTracker(sensors=17, **parameters)
-    clock = RateClock.from_rate(hand.rate)
-    state, tick = tracker.init(Context("tracker", clock=clock)), Tick()
-    beside = Drifting(hand) if drifting else None
-    rows, reports, count = [], [], 60 * hand.rate
+    ours = Stepped(ConstrainedTracker(sensors=17, **parameters), hand.rate)
+    beside = Stepped(drifting_tracker(hand), hand.rate) if drifting else None
+    rows, count = [], 60 * hand.rate
     for minute in range(minutes):
-        gyr, acc, angles, tips = hand.chunk(minute * count, count)
-        true = hand.script((minute * count + np.arange(count)) / hand.rate)[0][:, 6:]
-        found = []
-        for i in range(count):
-            k = minute * count + i
-            tick.index, tick.time_ns = k, clock.tick(k)
-            tick.reports.clear()
-            inputs = [sample(kind[i], tick.time_ns) for kind in (gyr, acc)]
-            found.append(tracker.step(state, inputs, tick)[1:])
-            reports += [(k / hand.rate, *report) for report in tick.reports]
-        others = beside.chunk(minute * count, gyr, acc, true) if beside else None
-        rows.append(_compared([np.array(port) for port in zip(*found, strict=True)], angles, tips, others))
-    return rows, reports
+        first = minute * count
+        gyr, acc, angles, tips = hand.chunk(first, count)
+        others = beside.chunk(first, gyr, acc)[2] if beside else None
+        rows.append(_compared(ours.chunk(first, gyr, acc), angles, tips, others))
+    return rows, ours.reports
 
 
 def _compared(found, angles, tips, others):
@@ -102,7 +88,7 @@ def rms(rows, key, fingers=slice(1, 5)):
 def told(seed, minutes=60, still=STILL):
     """Follow a hand, print a row for each ten minutes and what must hold; give whether it holds."""
     rows, reports = followed(WornHand(seed, Worn(), long_rest=still), minutes)
-    print(f"seed {seed}: fingertips cm, F2-F5 constrained / without constraints, thumb")
+    print(f"seed {seed}: fingertips cm, F2-F5 constrained / salchow_m2, thumb")
     for start in range(0, minutes, 10):
         part = rows[start:start + 10]
         cm = [100 * rms(part, key, fingers) for fingers in (slice(1, 5), 0) for key in ("tips", "drifting")]
@@ -114,10 +100,20 @@ def told(seed, minutes=60, still=STILL):
     growth = rows[b - 1]["sd"] / rows[a - 1]["sd"]
     raised = [each for each in reports if still[0] < each[0] < still[1]]
     print(f"  last ten minutes {100 * last:.2f} cm, bar {100 * max(1.2 * first, 0.015):.2f}; sd of angles"
-          f" over the still minutes x{growth.min():.2f} to x{growth.max():.2f}, reports {raised}")
-    return rows, reports
+          f" over the still minutes x{growth.min():.2f} to x{growth.max():.2f}, reports {raised}", flush=True)
+    return rows
+
+
+def main(seeds):
+    """Each hand's hour, then all of them together."""
+    hands = [told(seed) for seed in seeds]
+    last = [row for rows in hands for row in rows[-10:]]
+    first = [rows[0] for rows in hands]
+    inside = [np.mean([row[key] for row in last]) for key in ("tip_inside", "inside")]
+    bar = max(1.2 * rms(first, "drifting"), 0.015)
+    print(f"{len(seeds)} hands, last ten minutes: {100 * rms(last, 'tips'):.2f} cm, bar {100 * bar:.2f},"
+          f" thumb {100 * rms(last, 'tips', 0):.2f}; inside: tips {inside[0]:.3f}, angles {inside[1]:.3f}")
 
 
 if __name__ == "__main__":
-    for chosen in [int(word) for word in sys.argv[1:]] or [0]:
-        told(chosen)
+    main([int(word) for word in sys.argv[1:]] or [0])

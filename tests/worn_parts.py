@@ -50,8 +50,12 @@ EXACT = Worn(mounting_deg=0.0, axes_deg=0.0, gyr_noise=0.0, acc_noise=0.0, bias_
              instability_deg_s=0.0, walk=0.0, tissue_rad_s=np.inf)
 
 
+BEGINS_S = 4.0
+"""Until then the hand rests in its first pose, s (S19 keeps an initial pose for 3 s or more)."""
+
+
 class Script:
-    """Motion that stops smoothly: 50 s of motion, 10 s of rest, again and again, and one long rest.
+    """Motion that stops smoothly: rest, 50 s of motion, 10 s of rest, again and again, and one long rest.
 
     Every freedom swings about the middle of its range by `reach` of half of it at most (sums of three
     sinusoids of 0.1 to 0.7 Hz: below 2 Hz as in S19); the forearm turns by 0.5 rad at most about each
@@ -64,6 +68,7 @@ class Script:
         rng = np.random.default_rng(seed)
         starts = np.arange(0.0, 3600.0 * hours, rest[1])
         rests = [(s + rest[0], s + rest[1]) for s in starts]
+        rests = [(-2.0, BEGINS_S), *rests]
         if long_rest:
             kept = [(a, b) for a, b in rests if b < long_rest[0] - 3.0 or a > long_rest[1] + 3.0]
             rests = [*kept, long_rest]

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from jointed_parts import Errors, Jointed, away
 from tracker_parts import run_tracker
+from worn_parts import EXACT, WornHand
 
 from estimators.constrained import ConstrainedTracker
 from estimators.constrained_posture import joint_angles, posture
@@ -19,6 +20,8 @@ from fesloop.errors import InputError
 from fesloop.experiment.orientation_metrics import score_recording
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.kinematics import segment_poses
+from fesloop.hand.segments import Segment
 from fesloop.hand.skeleton import hand_tree
 from fesloop.streams.files import open_recording
 
@@ -283,3 +286,78 @@ def test_what_a_hinge_forbids_is_shared_by_the_sds():
 def test_impossible_parameters_are_refused(wrong):
     with pytest.raises(InputError, match="F2q" if "F2q" in wrong.get("sensed", ()) else list(wrong)[-1]):
         ConstrainedTracker(**wrong)
+
+
+NAMES = TREE.names
+
+
+def hand_samples(sensed, ticks, seed=0):
+    """(gyr, acc) of a hand in motion, (ticks, n, 3), of the named segments at 100 Hz, and the true angles."""
+    hand = WornHand(seed, EXACT)
+    gyr, acc, angles, _ = hand.chunk(400, ticks)
+    rows = [NAMES.index(name) for name in sensed]
+    return np.ascontiguousarray(gyr[:, rows]), np.ascontiguousarray(acc[:, rows]), angles
+
+
+def test_a_strip_left_off_is_unseen_and_the_other_fingers_are_as_before():
+    strip = tuple(name for name in NAMES if not name.startswith("F3"))
+    whole, _, _ = run_tracker(ConstrainedTracker(sensors=17), *hand_samples(NAMES, 300)[:2])
+    gyr, acc, _ = hand_samples(strip, 300)
+    (orientation, angles, sd, tips, tip_sd), reports, _ = run_tracker(
+        ConstrainedTracker(sensors=14, sensed=strip), gyr, acc)
+    assert reports[0] == ("unseen", "joint F3_mcp, F3_pip, F3_dip")
+    of_strip = np.array([name.startswith("F3") for name in TREE.freedoms])
+    assert (angles[:, of_strip] == 0.0).all()
+    assert (sd[:, of_strip] == math.pi).all()
+    # Joints are measured by turns, which a missing one shifts.
+    np.testing.assert_allclose(angles[-100:, ~of_strip], whole[1][-100:, ~of_strip], atol=0.02)
+    np.testing.assert_allclose(tips[-100:, [0, 1, 3, 4]], whole[3][-100:, [0, 1, 3, 4]], atol=2e-3)
+    assert orientation.shape == (300, 14, 4)
+    assert tip_sd[-1, 2].max() > 0.1
+
+
+def test_without_a_forearm_the_wrist_is_unseen_and_neutral():
+    gyr, acc, _ = hand_samples(NAMES[1:], 200)
+    (_, angles, sd, tips, _), reports, _ = run_tracker(ConstrainedTracker(sensors=16), gyr, acc)
+    assert reports[0] == ("unseen", "joint wrist")
+    assert (angles[:, :2] == 0.0).all()
+    assert (sd[:, :2] == math.pi).all()
+    np.testing.assert_allclose(tips[-1], segment_poses(TREE, angles[-1]).position[
+        [TREE.index(f"F{finger}d") for finger in range(1, 6)]], atol=3e-3)
+
+
+def test_a_sensor_that_is_silent_for_long_is_unseen_and_begins_anew():
+    sensed = ("hand", "F2p", "F2m", "F2d")
+    gyr, acc, true = hand_samples(sensed, 1200)
+    gyr[300:600, 2] = np.nan
+    tracker = ConstrainedTracker(sensors=4, sensed=sensed)
+    (_, angles, sd, _, _), reports, _ = run_tracker(tracker, gyr, acc)
+    pip = TREE.freedom("F2_pip_flexion")
+    # At `unseen_deg_s` it takes 1.5 s until nothing is known.
+    assert (np.diff(sd[300:440, pip]) > 0.0).all()
+    assert (angles[460:600, pip] == 0.0).all()
+    assert (sd[460:600, pip] == math.pi).all()
+    assert np.abs(angles[1100:, pip] - true[1100:, pip]).max() < math.radians(3.0)
+    told = [each for each in reports if each[0] in ("unseen", "seen") and "F2_pip" in each[1]]
+    assert told == [("unseen", "joint F2_pip, F2_dip"), ("seen", "joint F2_pip, F2_dip")]
+
+
+def test_another_tree_and_a_left_hand_are_followed_as_well():
+    rod = (Segment(name="base"), Segment(name="rod", parent="base", joint="hinge", joint_name="elbow",
+                                         offset=(0.3, 0.0, 0.0), axes=((0.0, 1.0, 0.0),)))
+    body = ConstrainedTracker(sensors=2, segments=rod)
+    assert [port.shape for port in body.outputs] == [(2, 4), (1,), (1,), (1, 3), (1, 3)]
+    motion = Jointed((Joint(parent=0, child=1, kind="hinge", parent_axis=(0.0, 1.0, 0.0),
+                            child_axis=(0.0, 1.0, 0.0)),), 1, Errors(noise=0.0))
+    times = np.arange(500) / 50
+    (_, angles, _, tips, _), _, _ = run_tracker(body, *motion.samples(times), rate=50)
+    np.testing.assert_allclose(tips[:, 0], 0.3 * np.stack(
+        [np.cos(angles[:, 0]), 0.0 * times, -np.sin(angles[:, 0])], axis=1), atol=1e-3)
+    assert np.degrees(np.abs(away(angles[250:], motion.angles(times)[250:])).max()) < 1.0
+    left = ConstrainedTracker(sensors=17, hand=HandSize(side="left"))
+    assert left.outputs[3].shape == (5, 3)
+
+
+def test_joints_without_lengths_have_no_fingertips():
+    for tracker in (ConstrainedTracker(sensors=5), OF_EACH):
+        assert [port.name for port in tracker.outputs] == ["orientation", "angles", "angle_sd"]

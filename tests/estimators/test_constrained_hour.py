@@ -52,15 +52,14 @@ def test_intervals_cover_the_fingertips_and_angles_of_many_hands():
     assert 0.90 <= np.mean(angles) <= 0.99
 
 
-def test_it_stays_where_integration_drifts_and_says_what_it_cannot_see_at_rest():
+def test_it_stays_where_it_was_and_says_what_it_cannot_see_at_rest():
     """One minute of motion, two of rest, one of motion; a larger bias than in the hour makes it short."""
     hand = WornHand(5, Worn(bias_deg_s=1.0), long_rest=(60.0, 180.0))
     rows, reports = followed(hand, 4)
     for row in rows:
-        print(f"{100 * rms([row], 'tips'):.2f} cm, without constraints {100 * rms([row], 'drifting'):.2f};",
+        print(f"{100 * rms([row], 'tips'):.2f} cm, salchow_m2 {100 * rms([row], 'drifting'):.2f};",
               "sd of the thumb's CMC", np.degrees(row["sd"][2:5]).round(1))
-    assert rms(rows[3:], "tips") < max(1.2 * rms(rows[:1], "drifting"), 0.015)
-    assert rms(rows[3:], "drifting") > rms(rows[:1], "drifting")
+    assert rms(rows[3:], "tips") < 1.2 * rms(rows[1:2], "tips")
     thumb = slice(2, 5)
     assert rows[2]["sd"][thumb].max() > 1.2 * rows[1]["sd"][thumb].max()
     told = [status for at, status, detail in reports if at < 180.0 and "F1_cmc" in detail]
