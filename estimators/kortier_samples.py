@@ -83,28 +83,42 @@ def no_moment(sensors: int) -> Moment:
 class Arrivals:
     """Which samples are new at a tick.
 
+    A sample is new when its capture is later. What has passed a block with the gyroscopes, or was recorded
+    beside them, has their stamps even where it was held: it is old when it equals the one before to the
+    last bit, while the gyroscopes' does not.
+
     Attributes
     ----------
     period_s: of the gyroscopes.
     newest_ns: capture of the newest sample of each kind; -1 before the first.
+    numbers: of these samples, as bytes.
     repeated: whether the gyroscopes' sample was no new one at the last tick.
     """
 
-    __slots__ = ("newest_ns", "period_s", "repeated")
+    __slots__ = ("newest_ns", "numbers", "period_s", "repeated")
 
     def __init__(self, period_s: float) -> None:
         self.period_s = period_s
         self.newest_ns = [-1, -1, -1]
+        self.numbers = [b"", b"", b""]
         self.repeated = False
 
     def note(self, samples: Sequence[Sample]) -> Elapsed:
         """Time from the sample before to the one that is new now, of each kind, s; 0 where none is."""
         elapsed = [0.0, 0.0, 0.0]
-        for kind, (_, _, captured, _) in enumerate(samples):
+        turned = False
+        for kind, (value, _, captured, _) in enumerate(samples):
             before = self.newest_ns[kind]
-            if captured > before:
-                elapsed[kind] = self.period_s if before < 0 else (captured - before) / NS_PER_S
-                self.newest_ns[kind] = captured
+            if captured <= before:
+                continue
+            numbers = np.asarray(value).tobytes()
+            changed = numbers != self.numbers[kind]
+            if kind == 0:
+                turned = changed
+            elif turned and not changed and captured == self.newest_ns[0]:
+                continue
+            elapsed[kind] = self.period_s if before < 0 else (captured - before) / NS_PER_S
+            self.newest_ns[kind], self.numbers[kind] = captured, numbers
         return elapsed[0], elapsed[1], elapsed[2]
 
 
