@@ -1,7 +1,8 @@
 """A hand that moves by a script and wears inertial sensors with their errors, in chunks of any length.
 
 The motion is exact (sums of sinusoids of a time that stands still in rests, and the chain's own recursion);
-so an hour costs no more memory than a chunk of it.
+so an hour costs no more memory than a chunk of it. There are no magnetometers: the trackers that wear this
+hand read none, so that a disturbed field, permanent or not, changes nothing.
 """
 
 from __future__ import annotations
