@@ -29,7 +29,10 @@ def draw(found: Reproduction, folder: Path) -> list[Path]:
         raise InputError("figures", "matplotlib is not installed", "matplotlib 3.8 or later",
                          "pip install matplotlib") from None
     written = []
-    for name, make in {"bands": bands, **_OF_PAPER.get(found.paper, {})}.items():
+    every: dict[str, Callable[[Reproduction], Figure]] = dict(_OF_PAPER.get(found.paper, {}))
+    if any(isinstance(row.ours, Band) for row in found.rows):
+        every["bands"] = bands
+    for name, make in every.items():
         path = folder / f"{name}.png"
         make(found).savefig(path, dpi=110)
         written.append(path)
@@ -206,7 +209,27 @@ def sweep(name: str) -> Callable[[Reproduction], Figure]:
     return make
 
 
+def hour(found: Reproduction) -> Figure:
+    """RMSE of the fingertips minute by minute, with the sd that the tracker itself gives."""
+    figure = _figure(10.0, 4.5)
+    axes = figure.subplots()
+    for number, kept in enumerate(found.curves["minutes"]):
+        for tracker, colour, label in (("salchow_m2", ORANGE, "M2"), ("constrained", BLUE, "constrained")):
+            rmse = np.sqrt(np.mean(kept[tracker][:, 1:] ** 2, axis=1))
+            axes.plot(np.arange(len(rmse)) + 0.5, rmse, color=colour, alpha=0.8,
+                      label=f"{label}, RMSE" if number == 0 else None)
+        sd = np.sqrt(np.mean(kept["sd"][:, 1:] ** 2, axis=1))
+        axes.plot(np.arange(len(sd)) + 0.5, sd, ":", color=BLUE, alpha=0.6,
+                  label="constrained, its own sd" if number == 0 else None)
+        if number == 0:
+            axes.axvspan(*(kept["still"] / 60.0), color="0.9", label="still")
+    axes.set_ylim(bottom=0.0)
+    axes.legend(frameon=False)
+    _tidy(axes, "min", "fingertips F2-F5, cm", f"an hour, {found.subjects} virtual subjects")
+    return figure
+
+
 _OF_PAPER: dict[str, dict[str, Any]] = {
-    "kortier2014": {"figure_5": kortier_5, "figure_6": kortier_6},
+    "hour": {"hour": hour}, "kortier2014": {"figure_5": kortier_5, "figure_6": kortier_6},
     "salchow2019": {"figure_12": salchow_12, "figure_13": salchow_13, "figure_14": salchow_14,
                     "figure_15": salchow_15, "sources": sweep("sources"), "field": sweep("field")}}
