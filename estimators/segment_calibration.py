@@ -25,6 +25,7 @@ from estimators.sensor_to_segment import (
     directions,
     dorsal,
     mounting_faults,
+    mounting_from_flat,
     mounting_from_poses,
 )
 from fesloop.errors import InputError, did_you_mean
@@ -37,7 +38,7 @@ Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 Window = tuple[float, float]
-METHODS = ("assumed", "poses")
+METHODS = ("assumed", "flat", "poses")
 
 
 @dataclass(slots=True, eq=False)
@@ -86,7 +87,7 @@ class SegmentCalibration:
     ----------
     sensors: n; 0 takes it from what is wired.
     side: of the hand: which way its back points in the segments' frames (fesloop.hand.skeleton).
-    method: "assumed" or "poses".
+    method: "assumed", "flat" or "poses".
     rotations: from each sensor's frame to its segment's (w, x, y, z); one for all, or one each; empty: both
         frames coincide. For "poses", where given, what the poses are held against.
     assumed: numbers of sensors that keep their stated rotation whatever the poses show, such as that of a
@@ -101,7 +102,7 @@ class SegmentCalibration:
 
     sensors: int = 0
     side: Literal["left", "right"] = "right"
-    method: Literal["assumed", "poses"] = "assumed"
+    method: Literal["assumed", "flat", "poses"] = "assumed"
     rotations: tuple[Quaternion, ...] = ()
     assumed: tuple[int, ...] = ()
     flat_s: Window = (0.0, 3.0)
@@ -171,7 +172,7 @@ class SegmentCalibration:
                             f"flexion from {self.flexion_s[0]:g} to {self.flexion_s[1]:g} s")
                 state.announced = True
             self._gather(state, inputs)
-            if tick.time_ns >= self._window_ns("flexion_s")[1]:
+            if tick.time_ns >= self._window_ns("flat_s" if self.method == "flat" else "flexion_s")[1]:
                 self._settle(state, tick)
         gyr, acc, mag = (sample.value for sample in inputs)
         return cast(tuple[Value, ...], turn_samples(state.rotations, state.passing, gyr, acc, mag))
@@ -196,25 +197,29 @@ class SegmentCalibration:
         """Find the rotations, and report what they are worth."""
         verticals, axes = self._known_directions()
         stated = state.rotations if self.rotations else None
-        found = mounting_from_poses(state.flat, state.flexion, verticals, axes)
         faults = flat_faults(state.flat, self.limits, stated, verticals)
-        faults += flexion_faults(state.flexion, self.limits)
-        faults += mounting_faults(found, self.limits, stated)
-        kept = list(self.assumed)
-        errors = fault_errors((fault for fault in faults if fault.sensor not in kept), self.sensed)
+        if self.method == "flat":
+            rotations, told = mounting_from_flat(state.flat, verticals, state.rotations), ""
+        else:
+            found = mounting_from_poses(state.flat, state.flexion, verticals, axes)
+            faults += flexion_faults(state.flexion, self.limits)
+            faults += mounting_faults(found, self.limits, stated)
+            rotations = found.rotations
+        errors = fault_errors((fault for fault in faults if fault.sensor not in self.assumed), self.sensed)
         for error in errors.values():
             tick.report("calibration_failed", str(error))
         by_poses = np.ones(self.sensors, dtype=np.bool_)
-        by_poses[kept] = False
+        by_poses[list(self.assumed)] = False
         by_poses[list(errors)] = False
-        state.rotations[by_poses] = found.rotations[by_poses]
+        if self.method == "poses" and by_poses.any():
+            skew, wobble = np.abs(found.skew_deg[by_poses]).max(), found.wobble_deg[by_poses].max()
+            told = f": axes within {skew:.1f} deg of their angle, flexion within {wobble:.1f} deg of one axis"
+        state.rotations[by_poses] = rotations[by_poses]
         state.passing[:] = by_poses
-        state.passing[kept] = True
+        state.passing[list(self.assumed)] = True
         state.settled = True
         if by_poses.any():
-            skew, wobble = np.abs(found.skew_deg[by_poses]).max(), found.wobble_deg[by_poses].max()
-            tick.report("calibrated", f"{by_poses.sum()} of {self.sensors} sensors by poses: axes within "
-                        f"{skew:.1f} deg of their angle, flexion within {wobble:.1f} deg of one axis")
+            tick.report("calibrated", f"{by_poses.sum()} of {self.sensors} sensors by poses{told}")
 
     def _known_directions(self) -> tuple[Array, Array]:
         """Upwards in the flat pose and axis of flexion, in the segments' frames, (n, 3) each."""

@@ -152,6 +152,22 @@ def mounting_from_poses(flat: FlatPose, flexion: Flexion, verticals: Array, axes
     return Mounting(rotations, skew, wobble, quality)
 
 
+def mounting_from_flat(flat: FlatPose, verticals: Array, stated: Array) -> Array:
+    """Rotations (n, 4), sensor to segment, that one pose shows: stated ones (n, 4), turned the least so that
+    upwards is where it is known to be, `verticals` (n, 3) in the segments' frames.
+
+    A turn about the vertical itself no accelerometer shows: it stays as stated. Sensors without a vertical
+    keep their stated rotation.
+    """
+    up = quaternion.rotate(stated, flat.vertical())
+    cosine = np.sum(up * verticals, axis=1, keepdims=True)
+    half = np.concatenate([1.0 + cosine, np.cross(up, verticals)], axis=1)
+    known = np.linalg.norm(half, axis=1) > _PARALLEL
+    found = stated.copy()
+    found[known] = quaternion.multiply(quaternion.normalized(half[known]), stated[known])
+    return found
+
+
 def _angles(a: Array, b: Array) -> Array:
     """Angles (n,) between unit vectors (n, 3), rad in [0, pi]."""
     return np.asarray(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.sum(a * b, axis=-1)))

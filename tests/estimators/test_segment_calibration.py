@@ -211,3 +211,35 @@ def test_stop_save_restore_continue_equals_uninterrupted(at):
 def test_misuse_is_named(parameters, found):
     with pytest.raises(InputError, match=found):
         SegmentCalibration(**parameters)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_the_flat_pose_alone_leaves_nothing_but_a_turn_about_its_vertical(side):
+    true, _ = worn(side)
+    rng = np.random.default_rng(4)
+    turns = Rotation.from_rotvec(np.radians(10.0) * rng.standard_normal((len(NAMES), 3)))
+    felt = quaternion.rotate(turns.as_quat(scalar_first=True)[None, None], true)
+    block = SegmentCalibration(sensors=16, side=side, method="flat", flat_s=(0.0, FLAT_S), sensed=NAMES)
+    seen, told, state = stepped(block, felt)
+    end = round(FLAT_S * RATE)
+    assert np.isnan(seen[:end]).all()
+    assert [(k, status) for k, status, _ in told] == [(0, "calibrating"), (end, "calibrated")]
+    up = np.array([1.0 if side == "left" else -1.0, 0.0, 0.0])
+    np.testing.assert_allclose(seen[end, 1] / np.linalg.norm(seen[end, 1], axis=1, keepdims=True),
+                               np.broadcast_to(up, (16, 3)), atol=0.02)
+    # Whatever a sensor's turn is, what is left of it is about the vertical, and no larger.
+    left = Rotation.from_quat(state.rotations, scalar_first=True) * turns
+    assert np.abs(np.cross(left.as_rotvec(), up)).max() < 1e-4
+    assert (left.magnitude() <= turns.magnitude() + 1e-6).all()
+
+
+def test_a_hand_that_moved_in_the_flat_pose_is_named():
+    _, felt = worn()
+    felt[100:120, 0, 3] += 1.0
+    block = SegmentCalibration(sensors=16, method="flat", flat_s=(0.0, FLAT_S), sensed=NAMES)
+    seen, told, _ = stepped(block, felt)
+    failed = [detail for _, status, detail in told if status == "calibration_failed"]
+    assert len(failed) == 1
+    assert NAMES[3] in failed[0]
+    assert np.isnan(seen[-1, :, 3]).all()
+    assert np.isfinite(np.delete(seen[-1, :2], 3, axis=1)).all()
