@@ -45,26 +45,36 @@ def numbers(content: Mapping[str, Any], key: str, shape: Sequence[int | None], w
 
 
 def finite(array: Array, place: str) -> None:
-    """Every sample is a number."""
+    """Every row is of finite numbers."""
     bad = ~np.isfinite(array.reshape(array.shape[0], -1)).all(axis=1)
     if bad.any():
         raise InputError(place, f"{int(bad.sum())} of {bad.size} samples are not finite, the first is sample "
                          f"{int(np.argmax(bad))}", "finite numbers")
 
 
+def sound(samples: Array, place: str) -> Array:
+    """Those rows of samples (n, 3) that are not lost: a lost one holds NaN; infinite ones are refused."""
+    if np.isinf(samples).any():
+        at = int(np.argmax(np.isinf(samples).any(axis=1)))
+        raise InputError(place, f"is infinite in sample {at}", "finite numbers, NaN where a sample was lost")
+    rows = samples[~np.isnan(samples).any(axis=1)]
+    if not len(rows):
+        raise InputError(place, "holds no sample at all", "finite numbers, NaN where a sample was lost",
+                         "leave the sensor out")
+    return rows
+
+
 def plausible_gyr(gyr: Array, place: str) -> None:
-    """Angular rates (n, 3) that can be rad/s."""
-    finite(gyr, place)
-    fastest = float(np.abs(gyr).max())
+    """Angular rates (n, 3) that can be rad/s, as far as they are not lost."""
+    fastest = float(np.abs(sound(gyr, place)).max())
     if fastest > FASTEST_GYR:
         raise InputError(place, f"reaches {fastest:.4g}, which is no angular rate in rad/s",
                          f"at most {FASTEST_GYR:g} rad/s", "convert deg/s to rad/s")
 
 
 def plausible_acc(acc: Array, place: str) -> None:
-    """Accelerations (n, 3) that can be m/s^2 with gravity in them."""
-    finite(acc, place)
-    median = float(np.median(np.linalg.norm(acc, axis=-1)))
+    """Accelerations (n, 3) that can be m/s^2 with gravity in them, as far as they are not lost."""
+    median = float(np.median(np.linalg.norm(sound(acc, place), axis=-1)))
     low, high = GRAVITY_BAND
     if not low <= median <= high:
         raise InputError(place, f"has a median length of {median:.4g}",
@@ -72,9 +82,8 @@ def plausible_acc(acc: Array, place: str) -> None:
 
 
 def plausible_mag(mag: Array, place: str) -> None:
-    """Magnetic fields (n, 3) that can be T."""
-    finite(mag, place)
-    median = float(np.median(np.linalg.norm(mag, axis=-1)))
+    """Magnetic fields (n, 3) that can be T, as far as they are not lost."""
+    median = float(np.median(np.linalg.norm(sound(mag, place), axis=-1)))
     low, high = FIELD_BAND
     if not low <= median <= high:
         raise InputError(place, f"has a median length of {median * 1e6:.4g} uT",

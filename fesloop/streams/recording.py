@@ -49,8 +49,9 @@ class MotionRecording:
     sensors: their names, n_sensors of them.
     rate: exact, Hz; None where the samples are not evenly spaced.
     stamps_ns: (n_samples,), from 0 on.
-    gyr, acc: (n_samples, n_sensors, 3), rad/s and m/s^2 in the sensor's frame; acc is +9.81 upwards at rest.
-    mag: (n_samples, n_sensors, 3), T, or None.
+    gyr, acc: (n_samples, n_sensors, 3), rad/s and m/s^2 in the sensor's frame; acc is +g upwards at rest;
+        NaN where a sensor's sample was lost.
+    mag: (n_samples, n_sensors, 3), T, NaN where lost; or None.
     reference: what to hold a tracker against, or None.
     pairs: (parent, child) numbers of sensors on neighbouring segments.
     """

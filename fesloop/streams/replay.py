@@ -20,7 +20,8 @@ class Replay:
     """Plays a recording of inertial sensors with its own stamps.
 
     Outputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and, where the recording has it, `mag` (n, 3) T, one
-    sample a tick of the block's own clock, which stops after the last sample.
+    sample a tick of the block's own clock, which stops after the last sample. NaN is a sample that the
+    recording lost; it is that sensor's alone.
 
     Attributes
     ----------
@@ -71,8 +72,8 @@ class Replay:
     def outputs(self) -> tuple[Port, ...]:
         """gyr, acc and, where there is one, mag."""
         shape = (len(self.source.sensors), 3)
-        ports = (Port("gyr", shape, "rad/s"), Port("acc", shape, "m/s^2"))
-        return ports if self.source.mag is None else (*ports, Port("mag", shape, "T"))
+        ports = (Port("gyr", shape, "rad/s", gaps=True), Port("acc", shape, "m/s^2", gaps=True))
+        return ports if self.source.mag is None else (*ports, Port("mag", shape, "T", gaps=True))
 
     def init(self, context: Context) -> None:
         """No state: what is played is a function of the tick."""

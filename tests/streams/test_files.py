@@ -109,9 +109,9 @@ def changed(key, change):
     return lambda content: content.__setitem__(key, change(np.array(content[key])))
 
 
-def with_nan(array):
+def with_infinity(array):
     array = array.astype(float)
-    array[[3, 9], 0] = np.nan
+    array[[3, 9], 0] = -np.inf
     return array
 
 
@@ -121,7 +121,8 @@ def backwards(array):
 
 
 FAULTS = [
-    ("broad", changed("imu_gyr", with_nan), ("imu_gyr", "2 of 40 samples", "sample 3")),
+    ("broad", changed("imu_gyr", with_infinity), ("imu_gyr", "infinite in sample 3", "NaN where")),
+    ("broad", changed("imu_mag", lambda a: np.nan * a), ("imu_mag", "no sample at all")),
     ("broad", changed("imu_gyr", lambda a: np.rad2deg(300 * a)), ("imu_gyr", "rad/s", "deg/s")),
     ("broad", changed("imu_acc", lambda a: a / 9.81), ("imu_acc", "m/s^2", "gravity")),
     ("broad", changed("imu_mag", lambda a: 1e-6 * a), ("imu_mag", "uT")),

@@ -68,3 +68,15 @@ def test_samples_cannot_be_written_to(tmp_path):
     for value in replay.step(None, (), tick):
         with pytest.raises(ValueError, match="read-only"):
             value[0, 0] = 1.0
+
+
+def test_a_sample_that_the_recording_lost_is_lost_of_that_sensor_alone(tmp_path):
+    content = CONTENTS["body16"]()
+    content["hand_left"]["gyr"][7] = np.nan
+    content["hand_left"]["acc"][9, 1] = np.nan
+    replay = Replay(recording=str(write(tmp_path, "body16", content)))
+    _, (gyr, acc) = played(replay, 10**12)
+    np.testing.assert_array_equal(np.argwhere(np.isnan(gyr).any(axis=2)), [[7, 1]])
+    np.testing.assert_array_equal(np.argwhere(np.isnan(acc).any(axis=2)), [[9, 1]])
+    np.testing.assert_array_equal(gyr, replay.source.gyr)
+    assert np.all(gyr[:, 0] != 0.0)
