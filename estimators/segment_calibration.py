@@ -69,7 +69,7 @@ class SegmentCalibration:
     """Samples in the segments' frames from samples in the sensors' frames.
 
     Inputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and, where there are magnetometers, `mag` (n, 3) T (left
-    without a wire, give `sensors`; its output is then zero). Outputs the same, turned. All outputs carry
+    without a wire its output is zero). Outputs the same, turned. All outputs carry
     the stamps of all inputs together, as of any block: where gyroscopes are faster than accelerometers, a
     tracker behind this one cannot tell held samples from new ones by their stamps.
 
@@ -120,7 +120,7 @@ class SegmentCalibration:
                              did_you_mean(self.method, METHODS))
         dorsal(self.side)
         ends = [end for name in ("flat_s", "flexion_s") for end in self._window_ns(name)]
-        if ends[2] < ends[1]:
+        if self.method == "poses" and ends[2] < ends[1]:
             raise InputError("flexion_s", f"begins at {self.flexion_s[0]:g} s, before flat_s ends",
                              f"from {self.flat_s[1]:g} s on")
         if self.sensors:

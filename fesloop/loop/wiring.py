@@ -205,11 +205,13 @@ def _doubled_inputs(wires: Sequence[Wire]) -> list[InputError]:
 def _resolved(nodes: list[Node], wires: list[Wire]) -> tuple[Node, ...]:
     """Nodes with every open size settled from what is wired to it, sources first."""
     current = {node.name: node for node in nodes}
+    wired = {wire.target for wire in wires}
     progress = True
     while progress:
         progress = False
         for name, node in current.items():
-            open_inputs = {port.name for port in node.part.inputs if not port.resolved}
+            open_inputs = {port.name for port in node.part.inputs
+                           if not port.resolved and f"{name}.{port.name}" in wired}
             shapes = _incoming_shapes(node, wires, current)
             if open_inputs and open_inputs <= shapes.keys() and hasattr(node.part, "resolve"):
                 part = _resolve(node, shapes)
