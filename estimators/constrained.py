@@ -20,6 +20,7 @@ from estimators.samples import SampleWatch, watch_samples
 from estimators.vqf_bank import VqfBank
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.segments import Segment
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock, StampClock
@@ -177,7 +178,7 @@ class ConstrainedTracker:
     def step(self, state: ConstrainedState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """One sample of every sensor."""
         table, found, (pair_sd, axis_sd) = self._joints(), state.found, self._sds()
-        limits = (math.radians(self.gyr_range_deg_s), 9.81 * self.acc_range_g)
+        limits = (math.radians(self.gyr_range_deg_s), STANDARD_GRAVITY * self.acc_range_g)
         sound = watch_samples(state.watch, inputs, limits, tick)
         # Ticks that were skipped while the block was busy are made good with this sample.
         for _ in range(tick.index + 1 - state.ticks):

@@ -22,6 +22,7 @@ from estimators.joints import (
 from estimators.samples import SampleWatch, watch_samples
 from estimators.vqf_bank import VqfBank
 from fesloop.errors import InputError
+from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, RateClock, StampClock, duration_ns
 from fesloop.loop.signals import Port, Sample, Value
@@ -79,7 +80,8 @@ class VqfTracker:
         start at rest, where nothing but noise has to settle).
     tau_acc_s: time constant of the inclination correction, s (VQF's own default).
     gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, deg/s and multiples of
-        9.81 m/s^2 (2000: Kortier et al. 2014, doi 10.1186/1743-0003-11-70; 16: chosen, usual of its kind).
+        standard gravity (2000: Kortier et al. 2014, doi 10.1186/1743-0003-11-70; 16: chosen, usual of its
+        kind).
     """
 
     sensors: int = 0
@@ -119,7 +121,7 @@ class VqfTracker:
 
     def step(self, state: FusionState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """One sample of every sensor."""
-        limits = (math.radians(self.gyr_range_deg_s), 9.81 * self.acc_range_g)
+        limits = (math.radians(self.gyr_range_deg_s), STANDARD_GRAVITY * self.acc_range_g)
         sound = _fuse(state, inputs, limits, tick)
         orientation = state.bank.orientation()
         if not state.aligned:
@@ -185,7 +187,7 @@ class Vqf9Tracker:
 
     def step(self, state: FusionState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """One sample of every sensor."""
-        limits = (math.radians(self.gyr_range_deg_s), 9.81 * self.acc_range_g, math.inf)
+        limits = (math.radians(self.gyr_range_deg_s), STANDARD_GRAVITY * self.acc_range_g, math.inf)
         sound = _fuse(state, inputs, limits, tick)
         orientation = state.bank.orientation()
         if sound and not state.aligned:

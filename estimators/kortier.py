@@ -17,12 +17,13 @@ from estimators.kortier_tree import CHAIN5, base_of, pose_of
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import relative_orientations
+from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.segments import Segment
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock, StampClock
 from fesloop.loop.signals import NEVER, Port, Sample, Value
 
-_UNKNOWN = 9.81
+_UNKNOWN = STANDARD_GRAVITY
 """Sd of an acceleration whose sample is missing, m/s^2 (chosen: a hand in motion, upright or not)."""
 _USUAL = HandSize()
 _POSITIVE = ("gyr_sd", "acc_sd", "mag_sd_ut", "bias_walk", "bias_sd_deg_s", "angle_sd_deg",
@@ -237,4 +238,5 @@ class KortierTracker:
                       radians(self.constraint_sd_deg), self.error_time_s, self.bias_walk, 1e-3 * self.gap_ms)
         own = HandGates(self.motion_sd, self.still_rate, self.still_acc, self.still_sd, _UNKNOWN,
                         radians(self.angle_sd_deg), radians(self.bias_sd_deg_s))
-        return Settings(trust, gates, own, (radians(self.gyr_range_deg_s), 9.81 * self.acc_range_g))
+        limits = (radians(self.gyr_range_deg_s), STANDARD_GRAVITY * self.acc_range_g)
+        return Settings(trust, gates, own, limits)

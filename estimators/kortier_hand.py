@@ -29,10 +29,10 @@ from estimators.error_state import (
     symmetrise,
     turn,
 )
+from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.quaternion_kernels import conjugate
 
 Array = NDArray[np.float64]
-GRAVITY = 9.81
 SIZE, BIAS, VELOCITY, POSITION = 12, 3, 6, 9
 """Length of the error state, and where its parts begin after the attitude."""
 UNTURNED = (1.0, 0.0, 0.0, 0.0)
@@ -106,7 +106,7 @@ def predict_hand(
     for i in range(3):
         earth = work.rotation[i, 0] * acc[0] + work.rotation[i, 1] * acc[1] + work.rotation[i, 2] * acc[2]
         if i == 2:
-            earth -= GRAVITY
+            earth -= STANDARD_GRAVITY
         motion[1, i] += dt * motion[0, i] + 0.5 * dt * dt * earth
         motion[0, i] += dt * earth
     turn(q, UNTURNED, after)
@@ -227,7 +227,7 @@ def stillness(rates: Any, accs: Any, bias: Any, gyr_scale: float, acc_scale: flo
     length = math.sqrt(mean_x * mean_x + mean_y * mean_y + mean_z * mean_z)
     if length == 0.0:
         return math.inf
-    up = GRAVITY / length
+    up = STANDARD_GRAVITY / length
     total = 0.0
     for k in range(window):
         for i, mean in enumerate((mean_x, mean_y, mean_z)):

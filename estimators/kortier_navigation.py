@@ -11,7 +11,6 @@ import numpy as np
 from estimators.error_state import turn
 from estimators.kortier_chain import Gates, length
 from estimators.kortier_hand import (
-    GRAVITY,
     SIZE,
     HandWork,
     correct_hand,
@@ -22,6 +21,7 @@ from estimators.kortier_hand import (
     stillness,
 )
 from estimators.kortier_samples import Moment, repeats
+from fesloop.hand.motion import STANDARD_GRAVITY, UPWARDS
 from fesloop.hand.quaternion_kernels import about_z
 
 UNTURNED = (1.0, 0.0, 0.0, 0.0)
@@ -79,7 +79,7 @@ def new_hands(count: int, window: int) -> HandFilter:
         np.tile(UNTURNED, (count, 1)), np.zeros((count, 3)), np.zeros((count, 2, 3)),
         np.zeros((count, SIZE, SIZE)), np.zeros((count, SIZE, 3)), np.zeros((count, 2, 3)),
         np.zeros((count, window, 3)), np.zeros((count, window, 3)),
-        np.tile([[0.0, 0.0, GRAVITY], [0.0, 0.0, 0.0]], (count, 1, 1)), np.zeros((count, 5), dtype=np.int64))
+        np.tile([UPWARDS, (0.0, 0.0, 0.0)], (count, 1, 1)), np.zeros((count, 5), dtype=np.int64))
 
 
 @numba.njit(cache=True)
@@ -146,7 +146,7 @@ def _read_vertical(
     hand: HandFilter, rate: Any, times: float, gates: Gates, own: HandGates, work: HandWork
 ) -> None:
     acc = hand.acc[0]
-    difference = abs(length(acc) - GRAVITY)
+    difference = abs(length(acc) - STANDARD_GRAVITY)
     if difference < gates.acc_difference and length(rate) < gates.rate:
         fill_vector_rows(hand.q, hand.earth[0], acc, work)
         variance = hand.acc[1, 0]

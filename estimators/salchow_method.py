@@ -10,9 +10,9 @@ from estimators.body import Body, body_of
 from estimators.front_end import FrontEndName, require_front_end
 from estimators.initial_pose import InitialPoseLimits, known_angles
 from fesloop.errors import InputError
+from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.loop.signals import Port
 
-_GRAVITY = 9.81
 _POSITIVE = ("tau_acc_s", "tau_mag_s", "mounting_sd_deg", "heading_sd_deg", "drift_deg_s", "unseen_deg_s",
              "gap_ms", "gyr_range_deg_s", "acc_range_g", "initial_pose_s")
 
@@ -107,4 +107,4 @@ def method_of(tracker: Any, *, magnetometer: bool) -> Method:
         heading_sd=radians(tracker.heading_sd_deg) if magnetometer else 0.0,
         drift=0.0 if magnetometer else radians(tracker.drift_deg_s),
         unseen_rate=radians(tracker.unseen_deg_s), gap_s=1e-3 * tracker.gap_ms,
-        limits=(radians(tracker.gyr_range_deg_s), _GRAVITY * tracker.acc_range_g, math.inf))
+        limits=(radians(tracker.gyr_range_deg_s), STANDARD_GRAVITY * tracker.acc_range_g, math.inf))

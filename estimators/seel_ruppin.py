@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 HALVING = 1.4
 """1 / ln 2, as rounded by `qmt.oriEstIMU`: from a time of halving to a time constant."""
 GRAVITY = 9.81
-"""m/s^2, from which the rating of an accelerometer's sample counts."""
+"""m/s^2, from which the rating of an accelerometer's sample counts, as rounded by `qmt.oriEstIMU`."""
 RATED_SAMPLES = 10
 """The worst of so many samples rates the accelerometer."""
 BIAS_SHARE = HALVING / 160.0

@@ -8,9 +8,10 @@ from scipy.stats import chi2
 
 from estimators import kortier_hand
 from fesloop.hand import quaternion
+from fesloop.hand.motion import UPWARDS
 
 SIZE, DT, STEP = kortier_hand.SIZE, 0.005, 1e-6
-UP, DOWN = np.array([0.0, 0.0, 9.81]), np.array([0.0, 0.0, -9.81])
+UP, DOWN = np.array(UPWARDS), -np.array(UPWARDS)
 
 
 def turned(vectors):
