@@ -19,7 +19,12 @@ _REFRESH_HZ = 2.0
 
 def print_json(table: Any) -> None:
     """One JSON object; numbers that JSON cannot say are null."""
-    print(json.dumps(_sayable(table), indent=2, allow_nan=False))
+    print(as_json(table))
+
+
+def as_json(table: Any) -> str:
+    """The text of one JSON object; numbers that JSON cannot say are null."""
+    return json.dumps(_sayable(table), indent=2, allow_nan=False)
 
 
 def _sayable(value: Any) -> Any:

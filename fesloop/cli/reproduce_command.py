@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from argparse import Namespace
 from importlib import import_module
 from pathlib import Path
+from tempfile import TemporaryFile
 
-from fesloop.cli.output import print_json, print_table, progress_bar
+from fesloop.cli.output import as_json, print_json, print_table, progress_bar
 from fesloop.errors import InputError, did_you_mean
 from fesloop.reproduce.comparison import Band, Row, share_that_holds
 from fesloop.reproduce.result import Reproduction
@@ -29,11 +29,12 @@ def execute(args: Namespace) -> int:
     workers = os.cpu_count() or 1 if args.workers is None else args.workers
     if not 1 <= workers <= 1024:
         raise InputError("--workers", f"{workers}", "1 to 1024 processes")
+    folder = Path(args.out) / args.paper
+    _make(folder)
     with progress_bar(f"reproduce {args.paper}") as bar:
         found = paper.run(subjects, workers, bar)
-    folder = Path(args.out) / args.paper
-    _write(found, folder)
     _show(found)
+    _write(found, folder)
     if args.json:
         print_json(found.as_table())
     else:
@@ -41,17 +42,30 @@ def execute(args: Namespace) -> int:
     return 0
 
 
+def _make(folder: Path) -> None:
+    """Make the folder before the work of an hour, not after it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=folder):
+            pass
+    except OSError as fault:
+        raise _unwritable(folder, fault) from None
+
+
 def _write(found: Reproduction, folder: Path) -> None:
-    """Tables as JSON, and figures where matplotlib is installed."""
+    """The tables as JSON, and the figures."""
     from fesloop.reproduce.figures import draw
 
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "table.json").write_text(json.dumps(found.as_table(), indent=2) + "\n")
+        (folder / "table.json").write_text(as_json(found.as_table()) + "\n")
         draw(found, folder)
     except OSError as fault:
-        raise InputError(f"--out {folder}", f"cannot be written: {fault.strerror}",
-                         "a folder that can be written") from None
+        raise _unwritable(folder, fault) from None
+
+
+def _unwritable(folder: Path, fault: OSError) -> InputError:
+    return InputError(f"--out {folder}", f"cannot be written: {fault.strerror}",
+                      "a folder that can be written")
 
 
 def _show(found: Reproduction) -> None:

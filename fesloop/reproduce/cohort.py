@@ -6,21 +6,25 @@ processes nor on their order.
 
 from __future__ import annotations
 
-import multiprocessing
-from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from queue import Empty, SimpleQueue
 from tempfile import TemporaryDirectory
+from threading import Thread
 from typing import Any
 
-from fesloop.errors import RunError
+from fesloop.errors import InputError, RunError
 from fesloop.experiment.parse import load
 from fesloop.experiment.reading import Recording
 from fesloop.experiment.trial import run
+from fesloop.reproduce.worker import Worker
 
+Key = tuple[str | int, ...]
+Kept = dict[str, Any]
 Progress = Callable[[float], None]
-Scoring = Callable[[Recording], dict[str, Any]]
+Scoring = Callable[[Recording], Kept]
 """What is kept of a recording; a function of a module, so that other processes find it."""
 
 
@@ -37,48 +41,87 @@ class Job:
     score: what is kept of the recording.
     """
 
-    key: tuple[str | int, ...]
+    key: Key
     experiment: str
     settings: tuple[str, ...]
     seed: int
     score: Scoring
 
+    @property
+    def name(self) -> str:
+        """By which a user is told of it."""
+        return f"{self.experiment}, {' '.join(map(str, self.key))} (seed {self.seed})"
 
-def run_jobs(
-    jobs: Sequence[Job], workers: int, progress: Progress | None = None
-) -> dict[tuple[str | int, ...], dict[str, Any]]:
+
+def run_jobs(jobs: Sequence[Job], workers: int, progress: Progress | None = None) -> dict[Key, Kept]:
     """What each job's scoring kept, by key; recordings are not.
 
-    Raises RunError for the first run that fails.
+    Raises RunError, naming the job, for the first run that fails, and KeyboardInterrupt where one is
+    interrupted; no process outlives either.
     """
-    done: dict[tuple[str | int, ...], dict[str, Any]] = {}
-    for key, kept in _results(jobs, workers):
-        done[key] = kept
-        if progress is not None:
-            progress(len(done) / len(jobs))
+    done: dict[Key, Kept] = {}
+    alone = workers < 2 or len(jobs) < 2
+    with closing(_one_by_one(jobs) if alone else _shared(jobs, workers)) as results:
+        for key, kept in results:
+            done[key] = kept
+            if progress is not None:
+                progress(len(done) / len(jobs))
     return {job.key: done[job.key] for job in jobs}
 
 
-def _results(jobs: Sequence[Job], workers: int) -> Any:
-    if workers < 2 or len(jobs) < 2:
-        yield from (_scored(job) for job in jobs)
-        return
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context) as pool:
+def _one_by_one(jobs: Sequence[Job]) -> Generator[tuple[Key, Kept]]:
+    yield from ((job.key, _scored(job)) for job in jobs)
+
+
+def _shared(jobs: Sequence[Job], workers: int) -> Generator[tuple[Key, Kept]]:
+    """As they are done; a thread for each process hands it one job after the other."""
+    waiting: SimpleQueue[Job] = SimpleQueue()
+    results: SimpleQueue[tuple[Key, Kept | Exception]] = SimpleQueue()
+    for job in jobs:
+        waiting.put(job)
+    crew = [Worker() for _ in range(min(workers, len(jobs)))]
+    try:
+        for worker in crew:
+            Thread(target=_employ, args=(worker, waiting, results), daemon=True).start()
+        for _ in jobs:
+            key, kept = results.get()
+            if isinstance(kept, Exception):
+                raise kept
+            yield key, kept
+    finally:
+        for worker in crew:
+            worker.ask_to_end()
+        for worker in crew:
+            worker.end()
+
+
+def _employ(
+    worker: Worker, waiting: SimpleQueue[Job], results: SimpleQueue[tuple[Key, Kept | Exception]]
+) -> None:
+    """Until no job is waiting, or one fails."""
+    while True:
         try:
-            for future in as_completed([pool.submit(_scored, job) for job in jobs]):
-                yield future.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+            job = waiting.get_nowait()
+        except Empty:
+            return
+        try:
+            results.put((job.key, worker.call(_scored, job)))
+        except Exception as fault:  # noqa: BLE001 - raised in the thread that waits
+            results.put((job.key, fault))
+            return
 
 
-def _scored(job: Job) -> tuple[tuple[str | int, ...], dict[str, Any]]:
+def _scored(job: Job) -> Kept:
     """Run, score, and let the recording go."""
+    experiment = load(job.experiment, job.settings, job.seed)
     with TemporaryDirectory(prefix="fesloop-") as folder:
-        result = run(load(job.experiment, job.settings, job.seed), Path(folder))
+        try:
+            result = run(experiment, Path(folder))
+        except InputError as fault:
+            raise RunError(f"{job.name}: {fault}") from fault
+        if result.status == "interrupted":
+            raise KeyboardInterrupt
         if result.status != "done":
-            raise RunError(f"{job.experiment} {' '.join(job.settings)} (seed {job.seed}): "
-                           f"{result.cause or result.status}")
+            raise RunError(f"{job.name}: {result.cause or result.status}")
         with Recording(result.recording) as recording:
-            return job.key, job.score(recording)
+            return job.score(recording)
