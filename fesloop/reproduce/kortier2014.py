@@ -17,7 +17,7 @@ from fesloop.experiment import registry
 from fesloop.reproduce import kortier_scores
 from fesloop.reproduce.cohort import Job, Progress, Scoring, run_jobs
 from fesloop.reproduce.comparison import Row, band, band_of_means, compared
-from fesloop.reproduce.result import Reproduction
+from fesloop.reproduce.result import Reproduction, Sweep
 
 Array = NDArray[np.float64]
 EXPERIMENT = "kortier2014"
@@ -39,13 +39,28 @@ _MOTIONS: dict[str, tuple[Scoring, int]] = {
 each, there are three: what is compared is a mean over trials."""
 
 
+CONSTRAINTS = {
+    "as shipped: 5 deg, lasting": (),
+    "1 deg, lasting": ("blocks.tracker.constraint_sd_deg=1.0",),
+    "0.1 deg, lasting": ("blocks.tracker.constraint_sd_deg=0.1",),
+    "table 1: 1e-5 deg, all noise white": (
+        "blocks.tracker.constraint_sd_deg=1e-5", "blocks.tracker.error_time_s=0.0",
+        "blocks.tracker.lever_m=0.0", "blocks.tracker.mag_sd_ut=0.1")}
+"""How firmly joints are held, as settings; the paper's 1e-3 mG of magnetometer noise are read as 1e-3 G."""
+_SUBJECTS_OF_SWEEP = 6
+_HELD = ("flexion", "circles")
+
+
 def jobs(subjects: int) -> list[Job]:
-    """Every movement of every subject, and one subject's traces."""
+    """Every movement of every subject, the sweep of constraints, and one subject's traces."""
     every = [Job((motion, seed), EXPERIMENT, settings(motion, trials), seed, scoring)
              for motion, (scoring, trials) in _MOTIONS.items() for seed in range(1, subjects + 1)]
     shown = [Job(("traces", motion), EXPERIMENT, settings(motion, 1), 1, kortier_scores.traces)
              for motion in ("flexion", "circles", "rapid")]
-    return every + shown
+    held = [Job((name, motion, seed), EXPERIMENT, settings(motion, 1) + extra, seed, _MOTIONS[motion][0])
+            for name, extra in CONSTRAINTS.items() for motion in _HELD
+            for seed in range(1, min(subjects, _SUBJECTS_OF_SWEEP) + 1)]
+    return every + held + shown
 
 
 def settings(motion: str, trials: int) -> tuple[str, ...]:
@@ -64,7 +79,17 @@ def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = 
     kept = run_jobs(jobs(subjects), workers, progress)
     by_motion = {motion: [kept[motion, seed] for seed in range(1, subjects + 1)] for motion in _MOTIONS}
     traces = {motion: kept["traces", motion] for motion in ("flexion", "circles", "rapid")}
-    return Reproduction(EXPERIMENT, subjects, rows(by_motion), {}, {"traces": traces})
+    sweep = {"constraints": _constraints(kept, min(subjects, _SUBJECTS_OF_SWEEP))}
+    return Reproduction(EXPERIMENT, subjects, rows(by_motion), sweep, {"traces": traces})
+
+
+def _constraints(kept: dict[Any, dict[str, Any]], subjects: int) -> Sweep:
+    """RMS error of the index tip, median over subjects, by how firmly joints are held."""
+    table = [(name, tuple(float(np.median([kept[name, motion, seed]["rms_mm"][:, 3].mean()
+                                           for seed in range(1, subjects + 1)])) for motion in _HELD))
+             for name in CONSTRAINTS]
+    return Sweep(title="Index tip, by how firmly joints are held", unit="mm", columns=_HELD,
+                 rows=tuple(table))
 
 
 def rows(kept: dict[str, list[dict[str, Any]]]) -> list[Row]:
