@@ -6,11 +6,11 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from told_recording import broken, summed
 
 from fesloop.errors import InputError, RunError
 from fesloop.reproduce import cohort
 from fesloop.reproduce.cohort import Job, run_jobs
-from told_recording import broken, summed
 
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = str(ROOT / "tests" / "experiment" / "small.toml")

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from told_recording import ToldRecording
 
 import fesloop
 from fesloop.experiment.reading import Recording
@@ -16,7 +17,6 @@ from fesloop.reproduce.hand_recording import (
     spans,
     within,
 )
-from told_recording import ToldRecording
 
 
 @pytest.fixture(scope="module")

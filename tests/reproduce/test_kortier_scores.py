@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
+from told_recording import ToldRecording
 
 from fesloop.reproduce.kortier_scores import clenched_phase, flat_phase, index_tip, pinch, rapid, traces
-from told_recording import ToldRecording
 
 
 def told(motion, trials=1):

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from told_recording import ToldRecording
 
 from fesloop.hand import quaternion
 from fesloop.hand.kinematics import segment_poses
@@ -14,7 +15,6 @@ from fesloop.reproduce.salchow_scores import (
     tip,
     tip_traces,
 )
-from told_recording import ToldRecording
 
 
 def on_tips(offsets_m):
@@ -39,7 +39,7 @@ def test_the_error_of_a_tip_is_its_distance_from_the_truth_while_the_movement_la
 
 def test_each_movement_is_scored_at_the_finger_that_it_names():
     recording = on_tips([(0.01, 0.0, 0.0)] * 3)
-    told, captured = recording.told["salchow_m1.fingertips"]
+    told, _ = recording.told["salchow_m1.fingertips"]
     told[:, 2, 0] += 0.01
     assert scoring_of("A-F3")(recording)["M1"]["rmse"] == pytest.approx(2.0)
     assert scoring_of("A-F2")(recording)["M1"]["rmse"] == pytest.approx(1.0)

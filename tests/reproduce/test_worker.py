@@ -5,6 +5,7 @@ import subprocess
 import sys
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
@@ -23,7 +24,7 @@ def test_calls_are_answered_one_after_the_other_by_the_same_process(worker):
     assert worker.call(math.factorial, 5) == 120
     with pytest.raises(ValueError, match="factorial"):
         worker.call(math.factorial, -1)
-    first, second = worker.call(eval, "__import__('os').getpid()"), worker.call(eval, "__import__('os').getpid()")
+    first, second = (worker.call(eval, "__import__('os').getpid()") for _ in range(2))
     assert first == second != os.getpid()
 
 
@@ -73,6 +74,7 @@ def test_it_ends_with_the_process_that_began_it(tmp_path):
     began = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, timeout=60)
     assert began.returncode == -signal.SIGKILL
     limit = time.monotonic() + 5.0
-    while os.path.exists(f"/proc/{int(began.stdout)}") and time.monotonic() < limit:
+    running = Path(f"/proc/{int(began.stdout)}")
+    while running.exists() and time.monotonic() < limit:
         time.sleep(0.05)
-    assert not os.path.exists(f"/proc/{int(began.stdout)}")
+    assert not running.exists()

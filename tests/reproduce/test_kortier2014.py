@@ -1,0 +1,49 @@
+import pytest
+from made_up_scores import kortier, run_jobs, spread
+
+from fesloop.experiment.parse import load
+from fesloop.reproduce import kortier2014
+from fesloop.reproduce.comparison import share_that_holds
+from fesloop.reproduce.kortier2014 import jobs, rows
+
+MOTIONS = ("flexion", "circles", "pinch", "rapid", "flat", "mould")
+EVERY = {" ".join(map(str, job.key)): job for job in jobs(1)}
+
+
+def made_up(times=1.0, subjects=6):
+    return {motion: [kortier(motion, times * spread(seed)) for seed in range(subjects)] for motion in MOTIONS}
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_every_run_can_be_loaded(name):
+    job = EVERY[name]
+    experiment = load(job.experiment, job.settings, job.seed)
+    hand = next(node.part for node in experiment.nodes if node.name == "hand")
+    motion = job.key[1] if job.key[0] == "traces" else job.key[0]
+    assert hand.script == f"kortier_{motion}"
+    assert experiment.duration_ns == pytest.approx(hand.length_s * 1e9)
+
+
+def test_movements_are_repeated_as_in_the_paper():
+    trials = {job.key[0]: load(job.experiment, job.settings).trials for job in jobs(1)
+              if job.key[0] != "traces"}
+    assert trials == {"flexion": 10, "circles": 10, "pinch": 10, "rapid": 1, "flat": 3, "mould": 3}
+
+
+def test_the_papers_own_figures_hold_in_every_row():
+    found = rows(made_up())
+    assert len(found) == 8 + 3 + 4
+    assert share_that_holds(found) == 1.0
+    assert {row.table for row in found} == {"Table 2", "Pinch", "Figure 6", "Table 3"}
+
+
+@pytest.mark.parametrize("times", [0.8, 1.2])
+def test_other_figures_hold_in_no_row(times):
+    assert share_that_holds(rows(made_up(times))) == 0.0
+
+
+def test_a_whole_reproduction_has_a_row_for_each_figure_of_the_paper(monkeypatch):
+    monkeypatch.setattr(kortier2014, "run_jobs", run_jobs)
+    found = kortier2014.run(3, 1)
+    assert (found.paper, found.subjects, len(found.rows)) == ("kortier2014", 3, 15)
+    assert set(found.curves["traces"]) == {"flexion", "circles", "rapid"}

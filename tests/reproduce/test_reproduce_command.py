@@ -1,0 +1,76 @@
+import json
+
+import pytest
+from made_up_scores import run_jobs
+
+from fesloop.cli import main
+from fesloop.reproduce import kortier2014
+
+
+@pytest.fixture
+def made_up(monkeypatch):
+    """The cohort of kortier2014 answers at once."""
+    monkeypatch.setattr(kortier2014, "run_jobs", run_jobs)
+
+
+def refused(capsys, *arguments):
+    """The one line that a refusal prints."""
+    code = main(["reproduce", *arguments])
+    out, err = capsys.readouterr()
+    assert (code, out) == (2, "")
+    (line,) = err.splitlines()
+    return line
+
+
+@pytest.mark.parametrize(("arguments", "told"), [
+    (("kortier2013",), "did you mean 'kortier2014'?"),
+    (("salchow2019", "--subjects", "0"), "1 to 10000"),
+    (("kortier2014", "--subjects", "-3"), "1 to 10000"),
+    (("kortier2014", "--workers", "0"), "1 to 1024"),
+])
+def test_bad_input_is_one_line_and_leaves_nothing(arguments, told, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert told in refused(capsys, *arguments)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_written_is_told_before_anything_runs(capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr(kortier2014, "run_jobs", lambda *given: pytest.fail("it ran"))
+    file = tmp_path / "file"
+    file.write_text("")
+    assert "cannot be written" in refused(capsys, "kortier2014", "--out", str(file))
+
+
+def test_json_is_one_object_of_the_agreed_shape(made_up, capsys, tmp_path):
+    assert main(["reproduce", "kortier2014", "--subjects", "6", "--workers", "1", "--json",
+                 "--out", str(tmp_path)]) == 0
+    out, err = capsys.readouterr()
+    told = json.loads(out)
+    assert (told["paper"], told["subjects"], told["holding"]) == ("kortier2014", 6, 1.0)
+    assert len(told["rows"]) == 15
+    for row in told["rows"]:
+        assert list(row) == ["table", "row", "theirs", "ours", "holds", "unit"]
+        assert row["holds"] is True
+    assert "100 % of 15 rows hold" in err
+    written = tmp_path / "kortier2014"
+    assert json.loads((written / "table.json").read_text()) == told
+    assert (written / "bands.png").stat().st_size > 5000
+
+
+def test_without_json_the_folder_alone_is_printed(made_up, capsys, tmp_path):
+    assert main(["reproduce", "kortier2014", "--subjects", "1", "--out", str(tmp_path)]) == 0
+    out, err = capsys.readouterr()
+    assert out.strip() == str(tmp_path / "kortier2014")
+    assert "theirs beside ours" in err
+
+
+def test_a_row_that_does_not_hold_says_so(made_up, capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr(kortier2014, "RAPID_DEG", 500.0)
+    monkeypatch.setattr(kortier2014, "run_jobs", lambda jobs, *given: {
+        key: kept | ({"range_deg": 79.0} if key[0] == "rapid" else {})
+        for key, kept in run_jobs(jobs, 1).items()})
+    main(["reproduce", "kortier2014", "--subjects", "6", "--json", "--out", str(tmp_path)])
+    out, err = capsys.readouterr()
+    (broken,) = [row for row in json.loads(out)["rows"] if not row["holds"]]
+    assert broken["row"].startswith("range of the PIP joint")
+    assert "NO" in err
