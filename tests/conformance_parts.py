@@ -45,7 +45,7 @@ def specimens():
         "minimum_jerk": {"times_s": (0.1, 0.4), "angles_deg": ((20.0, 25.0, 15.0), (40.0, 50.0, 25.0)),
                          "preview": 5},
         "select": {"indices": (2, 0)}, "join": {"unit": "T"},
-        "imus": every_imu_error(), "fingertip_force": {},
+        "imus": every_imu_error(), "fingertip_force": {}, "muscles": a_tired_patient(),
         "fmu": {"path": "shipped:finger", "step_rate": "100"},
         "pid": {**joints, **current, "recruitment": curves}, "safety": {},
         "ilc": {"model": model, "duration_s": 0.5, **current}, "mpc": {"model": model, **current},
@@ -96,6 +96,15 @@ def every_imu_error():
             "magnetic_field": field}
 
 
+def a_tired_patient():
+    """Parameters of `muscles` with pulses, fatigue, spasticity and tremor."""
+    from plants.muscle_models.fitness import MuscleFatigue
+    from plants.muscle_models.patient_drive import MuscleTremor, StretchReflex
+
+    return {"model": "ding2007", "fatigue": MuscleFatigue(), "reflex": StretchReflex(),
+            "tremor": MuscleTremor()}
+
+
 def load(kind):
     """The class of a kind."""
     (entry,) = (e for e in entry_points(group="fesloop.blocks") if e.name == kind)
@@ -111,7 +120,7 @@ def value(port, rng):
     """A plausible value of a port."""
     if port.unit == "A,s":
         return rng.uniform((0.0, 0.0), (0.04, 4e-4), port.shape)
-    scale, mean = {"m/s^2": (1.0, 5.0), "T": (1e-5, 3e-5)}.get(port.unit, (0.3, 0.4))
+    scale, mean = {"m/s^2": (1.0, 5.0), "T": (1e-5, 3e-5), "Hz": (5.0, 30.0)}.get(port.unit, (0.3, 0.4))
     drawn = mean + scale * rng.standard_normal(port.shape)
     return float(drawn) if port.shape == () else drawn
 

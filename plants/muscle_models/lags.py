@@ -1,0 +1,142 @@
+"""Linear activation: two lags in series behind a held drive, solved in closed form.
+
+A critically damped second order is two equal lags of 1 / natural frequency; calcium release and activation
+are two different ones.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from fesloop.hand.muscles import MUSCLES
+from fesloop.loop.clock import NS_PER_S
+from plants.checks import require_positive
+
+Array = NDArray[np.float64]
+
+
+@njit(cache=True)
+def settle_lags(
+    levels: Array, drive: Array, first_s: float, second_s: float, elapsed_s: float, after: Array
+) -> None:
+    """Fill `after` (2, n) with the lags' levels, `elapsed_s` after they were `levels` (2, n).
+
+    c' = (drive - c) / first_s,  a' = (c - a) / second_s,  with `drive` (n,) held.
+    """
+    first, second = math.exp(-elapsed_s / first_s), math.exp(-elapsed_s / second_s)
+    apart = elapsed_s * (first_s - second_s) / (first_s * second_s)
+    # The integral of both exponentials, written so that it stays exact as the lags become equal.
+    if apart > 0.0:
+        passed = -first * math.expm1(-apart) / apart
+    elif apart < 0.0:
+        passed = second * math.expm1(apart) / apart
+    else:
+        passed = first
+    passed *= elapsed_s / second_s
+    for i in range(drive.size):
+        short = levels[0, i] - drive[i]
+        after[0, i] = drive[i] + short * first
+        after[1, i] = drive[i] + (levels[1, i] - drive[i]) * second + short * passed
+
+
+class LagState:
+    """Levels (2, muscles) of both lags at `since_ns`, and the drive (muscles,) held since then."""
+
+    __slots__ = ("drive", "levels", "since_ns")
+
+    def __init__(self) -> None:
+        self.levels = np.zeros((2, len(MUSCLES)))
+        self.drive = np.zeros(len(MUSCLES))
+        self.since_ns = 0
+
+    def copy(self) -> LagState:
+        """A state that can go ahead on its own; arrays here are replaced, never written to."""
+        ahead = LagState.__new__(LagState)
+        ahead.levels, ahead.drive, ahead.since_ns = self.levels, self.drive, self.since_ns
+        return ahead
+
+
+@dataclass(frozen=True, slots=True)
+class TwoLags:
+    """All muscles' activation by two lags in series.
+
+    Its state stays at the last change of the drive, so looking at it splits nothing.
+    """
+
+    first_s: float
+    second_s: float
+
+    def start(self) -> LagState:
+        """At rest."""
+        return LagState()
+
+    def rested(self, state: LagState, rest_s: float) -> LagState:
+        """At rest: lags remember nothing over a pause between trials."""
+        return LagState()
+
+    def advance(self, state: LagState, stop_ns: int) -> None:
+        """Nothing happens between changes of the drive."""
+
+    def change(self, state: LagState, time_ns: int, pulses: Array, drive: Array) -> None:
+        """`drive` (muscles,) acts from `time_ns` on."""
+        state.levels = self._levels(state, time_ns)
+        state.drive, state.since_ns = drive, time_ns
+
+    def activation(self, state: LagState, time_ns: int) -> Array:
+        """Force over that of the fresh, fully stimulated muscle, (muscles,)."""
+        levels: Array = self._levels(state, time_ns)[1]
+        return levels
+
+    def capacity(self, state: LagState) -> Array:
+        """Ones: what this model loses by fatigue is not its own affair."""
+        return np.ones(len(MUSCLES))
+
+    def _levels(self, state: LagState, time_ns: int) -> Array:
+        after = np.empty_like(state.levels)
+        settle_lags(state.levels, state.drive, self.first_s, self.second_s,
+                    (time_ns - state.since_ns) / NS_PER_S, after)
+        return after
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hammerstein:
+    """a'' + 2 w a' + w^2 a = w^2 drive: linear activation dynamics behind static recruitment.
+
+    Attributes
+    ----------
+    activation_rad_s: w (20-25 in grip-force data; a muscle then rises from 10 to 90 % in 0.134 s).
+    """
+
+    activation_rad_s: float = 25.0
+
+    def __post_init__(self) -> None:
+        require_positive("hammerstein", self, "activation_rad_s")
+
+    def contraction(self) -> TwoLags:
+        """The dynamics."""
+        return TwoLags(1.0 / self.activation_rad_s, 1.0 / self.activation_rad_s)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Riener:
+    """Calcium release, then activation: a lag each (Riener and Fuhr 1998, doi 10.1109/86.681177).
+
+    Attributes
+    ----------
+    calcium_ms, activation_ms: the lags (40 and 70, models of the Riener-Fuhr type).
+    """
+
+    calcium_ms: float = 40.0
+    activation_ms: float = 70.0
+
+    def __post_init__(self) -> None:
+        require_positive("riener", self, "calcium_ms", "activation_ms")
+
+    def contraction(self) -> TwoLags:
+        """The dynamics."""
+        return TwoLags(1e-3 * self.calcium_ms, 1e-3 * self.activation_ms)

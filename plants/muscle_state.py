@@ -1,0 +1,77 @@
+"""What muscles remember."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.hand.muscles import MUSCLES
+from plants.muscle_models.lags import LagState
+
+Array = NDArray[np.float64]
+PULSES, EFFORT, REFLEX = range(3)
+"""Signals on their way to a muscle: (recruited fraction, frequency in Hz) (2, muscles); drives (muscles,)."""
+
+
+class Contraction(Protocol):
+    """How all muscles contract; its state copies itself by `copy()`, and changes at instants of its own."""
+
+    def start(self) -> Any:
+        """A state at rest, fresh."""
+
+    def rested(self, state: Any, rest_s: float) -> Any:
+        """A state at rest, `rest_s` after `state`."""
+
+    def advance(self, state: Any, stop_ns: int) -> None:
+        """As far as the model's own instants go by `stop_ns`."""
+
+    def change(self, state: Any, time_ns: int, pulses: Array, drive: Array) -> None:
+        """From `time_ns` on `pulses` (2, muscles) act, or the steady activation `drive` (muscles,)."""
+
+    def activation(self, state: Any, time_ns: int) -> Array:
+        """Force over that of the fresh, fully stimulated muscle, (muscles,)."""
+
+    def capacity(self, state: Any) -> Array:
+        """What is left of the fresh muscles by the model's own fatigue, (muscles,)."""
+
+
+class MusclesState:
+    """Where the muscles are. Everything but `now_ns` changes at instants of their own, whoever looks.
+
+    Attributes
+    ----------
+    now_ns: instant that the state is of.
+    stimulated, natural: what stimulation, and what nerves, have made of the muscles.
+    fitness, effort: (muscles,), fitness at `since_ns` and what wears it from then on.
+    since_ns: the last change of the drive.
+    seen: the inputs as they last were, to tell new ones at a glance.
+    sent, acting: the newest value of each signal that left for the muscles, and the one that acts.
+    arriving: values under way through the delays, with their instants in ns, in order of arrival.
+    waves: of the tremor (3, c).
+    """
+
+    __slots__ = ("acting", "arriving", "effort", "fitness", "natural", "now_ns", "seen", "sent",
+                 "since_ns", "stimulated", "waves")
+
+    def __init__(self, stimulated: Any, natural: LagState, fitness: Array, waves: Array) -> None:
+        count = len(MUSCLES)
+        self.now_ns = self.since_ns = 0
+        self.stimulated, self.natural = stimulated, natural
+        self.fitness, self.effort, self.waves = fitness, np.zeros(count), waves
+        self.seen: tuple[Array | None, ...] = (None,) * 4
+        self.sent: list[Array] = [np.zeros((2, count)), np.zeros(count), np.zeros(count)]
+        self.acting: list[Array] = list(self.sent)
+        self.arriving: list[tuple[int, int, Array]] = []
+
+    def copy(self) -> MusclesState:
+        """A state that can go ahead on its own."""
+        ahead = MusclesState.__new__(MusclesState)
+        ahead.now_ns, ahead.since_ns = self.now_ns, self.since_ns
+        ahead.stimulated, ahead.natural = self.stimulated.copy(), self.natural.copy()
+        ahead.fitness, ahead.effort, ahead.waves = self.fitness, self.effort, self.waves
+        ahead.seen = self.seen
+        ahead.sent, ahead.acting = self.sent.copy(), self.acting.copy()
+        ahead.arriving = self.arriving.copy()
+        return ahead

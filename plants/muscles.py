@@ -1,0 +1,221 @@
+"""The muscles of hand and forearm: from recruited fractions and stimulation frequencies to activation."""
+
+from __future__ import annotations
+
+from bisect import insort
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from operator import itemgetter
+from typing import Literal, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.hand.muscles import MUSCLES
+from fesloop.loop.block import Context
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
+from fesloop.loop.signals import Port, Value
+from plants.checks import require_not_negative, require_positive
+from plants.muscle_models.ding import Ding2003, Ding2007
+from plants.muscle_models.fitness import MuscleFatigue
+from plants.muscle_models.lags import Hammerstein, Riener, TwoLags
+from plants.muscle_models.patient_drive import MuscleTremor, StretchReflex, trembling
+from plants.muscle_state import EFFORT, PULSES, REFLEX, Contraction, MusclesState
+
+Array = NDArray[np.float64]
+HIGHEST_HZ = 500.0
+"""Frequencies above count as this (chosen: far beyond stimulators, and a muscle is long fused)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Muscles:
+    """29 muscles of hand and forearm, as `fesloop.hand.muscles.MUSCLES` orders them.
+
+        stimulated = model(v(t - delay), f(t - delay))
+        natural'' + 2 w natural' + w^2 natural = w^2 min(effort + reflex, 1 - v)
+        activation = fitness (stimulated + natural + tremor)
+
+    Activation is the force over that of the fresh, fully stimulated muscle at the same length and speed:
+    the skeleton scales it by strength. `hammerstein` and `riener` follow v h(f), the recruited fraction
+    times h(f) = (f / fusion_hz)^2 / (1 + (f / fusion_hz)^2); `ding2003` and `ding2007` follow single
+    pulses, the first when f begins, the next 1 / f later and so on. Fibres that stimulation holds are out
+    of reach of effort and reflex, whose drives are held between messages. All is exact at any instant,
+    Ding's force alone within 1e-5 (`STEP_NS` in `muscle_models/ding_kernels.py`), and the same to the last
+    bit whoever looks in between.
+
+    Inputs, (29,) each: `recruitment` v, from 0 to 1, and `frequency` f in Hz; optional `velocity` in 1/s,
+    of the fibres over their optimal length, positive in stretch; optional `voluntary` effort, from 0 to 1.
+    What lies beyond counts as the nearest value within. Outputs, (29,) each: `activation`, and `fitness`,
+    of `ding2003` with fatigue A over its rest value. A next trial begins at rest, fitness as the pause
+    left it.
+
+    Attributes
+    ----------
+    model: how stimulated muscle contracts; its numbers are in the table of its name.
+    delay_ms: electromechanical delay (10-20 in models, 40-140 measured at the wrist).
+    fusion_hz: frequency of half the fused force (10, models of the Riener-Fuhr type).
+    fatigue: fitness equation; None for muscles that do not tire. Refused beside `ding2003`, which tires by
+        its own equations (`ding2003.fatigue`).
+    rest_between_trials_s: how long the muscles rest before the next trial, s (chosen).
+    voluntary_limit: the patient's greatest effort; 0 where nothing can be moved at will.
+    natural_rad_s: w, of effort and reflex (25, grip-force data).
+    reflex, tremor: None for a patient without.
+    """
+
+    model: Literal["hammerstein", "riener", "ding2003", "ding2007"] = "hammerstein"
+    hammerstein: Hammerstein = field(default_factory=Hammerstein)
+    riener: Riener = field(default_factory=Riener)
+    ding2003: Ding2003 = field(default_factory=Ding2003)
+    ding2007: Ding2007 = field(default_factory=Ding2007)
+    delay_ms: float = 20.0
+    fusion_hz: float = 10.0
+    fatigue: MuscleFatigue | None = None
+    rest_between_trials_s: float = 10.0
+    voluntary_limit: float = 1.0
+    natural_rad_s: float = 25.0
+    reflex: StretchReflex | None = None
+    tremor: MuscleTremor | None = None
+    _contraction: Contraction = field(init=False, repr=False, compare=False)
+    _natural: TwoLags = field(init=False, repr=False, compare=False)
+    _delays_ns: tuple[int, int, int] = field(init=False, repr=False, compare=False)
+    _sides: Array = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        models: dict[str, Hammerstein | Riener | Ding2003 | Ding2007] = {
+            "hammerstein": self.hammerstein, "riener": self.riener, "ding2003": self.ding2003,
+            "ding2007": self.ding2007}
+        if self.model not in models:
+            raise InputError("muscles.model", f"{self.model!r}", ", ".join(models))
+        if self.model == "ding2003" and self.fatigue is not None:
+            raise InputError("muscles.fatigue", "the fitness equation beside model ding2003",
+                             "no `fatigue` there", "that model tires by its own equations: ding2003.fatigue")
+        require_positive("muscles", self, "fusion_hz", "natural_rad_s")
+        require_not_negative("muscles", self, "rest_between_trials_s")
+        if not 0.0 <= self.voluntary_limit <= 1.0:
+            raise InputError("muscles.voluntary_limit", f"{self.voluntary_limit}", "from 0 to 1")
+        delay = duration_ns(self.delay_ms, NS_PER_MS, "muscles.delay_ms")
+        reflex = duration_ns(self.reflex.delay_ms, NS_PER_MS, "reflex.delay_ms") if self.reflex else 0
+        object.__setattr__(self, "_delays_ns", (delay, delay, delay + reflex))
+        object.__setattr__(self, "_contraction", models[self.model].contraction())
+        object.__setattr__(self, "_natural", TwoLags(1.0 / self.natural_rad_s, 1.0 / self.natural_rad_s))
+        object.__setattr__(self, "_sides", self.tremor.sides() if self.tremor else np.zeros(len(MUSCLES)))
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """Recruitment, frequency; velocity and effort, which may be left out."""
+        each = (len(MUSCLES),)
+        return (Port("recruitment", each, "1"), Port("frequency", each, "Hz"),
+                Port("velocity", each, "1/s", optional=True), Port("voluntary", each, "1", optional=True))
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """Activation and fitness."""
+        return Port("activation", (len(MUSCLES),), "1"), Port("fitness", (len(MUSCLES),), "1", 1.0)
+
+    @property
+    def grid(self) -> None:
+        """None: any instant can be gone to."""
+        return
+
+    @property
+    def feedthrough(self) -> bool:
+        """False: every input shows through a lag at least."""
+        return False
+
+    def init(self, context: Context) -> MusclesState:
+        """At rest, the muscles fresh."""
+        return MusclesState(self._contraction.start(), self._natural.start(), np.ones(len(MUSCLES)),
+                            self._waves(context))
+
+    def next_trial(self, state: MusclesState, context: Context) -> MusclesState:
+        """At rest again; fatigue as the pause between the trials left it."""
+        rest_s, fitness = self.rest_between_trials_s, self._fitness(state, state.now_ns)
+        if self.fatigue is not None:
+            fitness = self.fatigue.after(fitness, np.zeros(len(MUSCLES)), rest_s)
+        rested = self._contraction.rested(state.stimulated, rest_s)
+        return MusclesState(rested, self._natural.start(), fitness, self._waves(context))
+
+    def _waves(self, context: Context) -> Array:
+        return self.tremor.waves(context) if self.tremor else np.zeros((3, 0))
+
+    def advance(self, state: MusclesState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
+        """From `start_ns` to `stop_ns`, through the instants at which a drive changes."""
+        self._send(state, inputs, start_ns)
+        while state.arriving and state.arriving[0][0] <= stop_ns:
+            self._take(state, *state.arriving.pop(0))
+        self._contraction.advance(state.stimulated, stop_ns)
+        state.now_ns = stop_ns
+
+    def read(self, state: MusclesState, inputs: Sequence[Value]) -> tuple[Value, ...]:
+        """(activation, fitness)."""
+        return self._outputs(state)
+
+    def observe(
+        self, state: MusclesState, inputs: Sequence[Value], start_ns: int, times_ns: Sequence[int]
+    ) -> tuple[Array, ...]:
+        """(activation, fitness) at `times_ns`, ascending, state untouched."""
+        ahead, now = state.copy(), start_ns
+        rows = np.empty((2, len(times_ns), len(MUSCLES)))
+        for k, instant in enumerate(times_ns):
+            self.advance(ahead, inputs, now, instant)
+            rows[0, k], rows[1, k] = self._outputs(ahead)
+            now = instant
+        return rows[0], rows[1]
+
+    def _send(self, state: MusclesState, inputs: Sequence[Value], time_ns: int) -> None:
+        """Send off what the inputs of `time_ns` change; equal ones change nothing, so split nothing."""
+        recruitment, frequency, velocity, voluntary = cast(Sequence[Array], inputs)
+        seen, state.seen = state.seen, (recruitment, frequency, velocity, voluntary)
+        if recruitment is not seen[0] or frequency is not seen[1]:
+            pulses = np.stack([within(recruitment, 1.0), within(frequency, HIGHEST_HZ)])
+            self._send_one(state, PULSES, pulses, time_ns)
+        if velocity is not seen[2] and self.reflex is not None:
+            self._send_one(state, REFLEX, self.reflex.drive(velocity), time_ns)
+        if voluntary is not seen[3]:
+            self._send_one(state, EFFORT, within(voluntary, self.voluntary_limit), time_ns)
+
+    def _send_one(self, state: MusclesState, signal: int, value: Array, time_ns: int) -> None:
+        if value.tobytes() != state.sent[signal].tobytes():
+            state.sent[signal] = value
+            insort(state.arriving, (time_ns + self._delays_ns[signal], signal, value), key=itemgetter(0))
+
+    def _take(self, state: MusclesState, time_ns: int, signal: int, value: Array) -> None:
+        """Let a signal act from `time_ns` on."""
+        state.fitness = self._fitness(state, time_ns)
+        state.acting[signal], state.since_ns = value, time_ns
+        recruited, frequency = state.acting[PULSES]
+        ratio = (frequency / self.fusion_hz) ** 2
+        drive = recruited * (ratio / (1.0 + ratio))
+        if signal == PULSES:
+            self._contraction.change(state.stimulated, time_ns, value, drive)
+            if self.fatigue is not None:
+                state.effort = self.fatigue.effort(drive, frequency)
+        free = np.where(frequency > 0.0, 1.0 - recruited, 1.0)
+        natural = np.minimum(state.acting[EFFORT] + state.acting[REFLEX], free)
+        self._natural.change(state.natural, time_ns, state.acting[PULSES], natural)
+
+    def _fitness(self, state: MusclesState, time_ns: int) -> Array:
+        """What the fitness equation gives at an instant, (29,); ones without it."""
+        if self.fatigue is None:
+            return state.fitness
+        return self.fatigue.after(state.fitness, state.effort, (time_ns - state.since_ns) / NS_PER_S)
+
+    def _outputs(self, state: MusclesState) -> tuple[Array, Array]:
+        """(activation, fitness) of the instant that the state is of."""
+        now, fitness = state.now_ns, self._fitness(state, state.now_ns)
+        stimulated = self._contraction.activation(state.stimulated, now)
+        natural = self._natural.activation(state.natural, now)
+        if self.tremor is not None:
+            natural += trembling(state.waves, self._sides, now)
+        capacity = self._contraction.capacity(state.stimulated)
+        natural *= capacity
+        stimulated += natural
+        stimulated *= fitness
+        return stimulated, fitness * capacity
+
+
+def within(values: Array, highest: float) -> Array:
+    """`values`, those below 0 or above `highest` put there."""
+    limited: Array = np.minimum(np.maximum(values, 0.0), highest)
+    return limited
