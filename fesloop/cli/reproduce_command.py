@@ -72,7 +72,7 @@ def _show(found: Reproduction) -> None:
     """The rows, then what is swept."""
     cells = [[row.table, row.row, _theirs(row), _ours(row), row.unit, "yes" if row.holds else "NO"]
              for row in found.rows]
-    print_table(f"{found.paper}: theirs beside ours, {found.subjects} virtual subjects, median (5-95 %)",
+    print_table(f"{found.paper}: theirs beside ours, {found.cohort}, median (5-95 %)",
                 ("table", "row", "theirs", "ours", "unit", "holds"), cells, sys.stderr)
     print(f"{100.0 * share_that_holds(found.rows):.0f} % of {len(found.rows)} rows hold", file=sys.stderr)
     for sweep in found.sweeps.values():

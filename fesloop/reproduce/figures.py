@@ -72,7 +72,7 @@ def bands(found: Reproduction) -> Figure:
     axes.set_xlim(left=0.0)
     axes.legend(frameon=False, fontsize="small", loc="lower right")
     units = ", ".join(dict.fromkeys(row.unit for row in rows))
-    _tidy(axes, units, title=f"{found.paper}, {found.subjects} virtual subjects")
+    _tidy(axes, units, title=f"{found.paper}, {found.cohort}")
     return figure
 
 
@@ -225,7 +225,7 @@ def hour(found: Reproduction) -> Figure:
             axes.axvspan(*(kept["still"] / 60.0), color="0.9", label="still")
     axes.set_ylim(bottom=0.0)
     axes.legend(frameon=False)
-    _tidy(axes, "min", "fingertips F2-F5, cm", f"an hour, {found.subjects} virtual subjects")
+    _tidy(axes, "min", "fingertips F2-F5, cm", f"an hour, {found.cohort}")
     return figure
 
 

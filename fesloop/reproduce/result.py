@@ -49,6 +49,11 @@ class Reproduction:
     sweeps: dict[str, Sweep] = field(default_factory=dict)
     curves: dict[str, Any] = field(default_factory=dict)
 
+    @property
+    def cohort(self) -> str:
+        """How many subjects, in words."""
+        return f"{self.subjects} virtual subject" + "s" * (self.subjects != 1)
+
     def as_table(self) -> dict[str, Any]:
         """As `fesloop reproduce --json` prints it."""
         return {"paper": self.paper, "subjects": self.subjects, "rows": [row.as_table() for row in self.rows],
