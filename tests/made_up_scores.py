@@ -5,6 +5,8 @@ import numpy as np
 from fesloop.reproduce import kortier2014, salchow2019
 from fesloop.reproduce.salchow_scores import METHODS
 
+MOTIONS = ("flexion", "circles", "pinch", "rapid", "flat", "mould", *salchow2019.TABLE_6, *salchow2019.PAIRS)
+
 
 def summary(rmse):
     return {"rmse": rmse, "mean": rmse, "std": 0.1, "low": 0.5 * rmse, "median": rmse, "high": 1.5 * rmse,
@@ -59,7 +61,8 @@ def of_job(job):
     if job.key[0] == "traces":
         return kortier_traces() if job.experiment == "kortier2014" else salchow_traces(job.key[1])
     times = spread(job.seed)
-    return kortier(job.key[0], times) if job.experiment == "kortier2014" else salchow(job.key[1], times)
+    motion = next(each for each in job.key if each in MOTIONS)
+    return kortier(motion, times) if job.experiment == "kortier2014" else salchow(motion, times)
 
 
 def run_jobs(jobs, workers, progress=None):

@@ -6,7 +6,8 @@ import copy
 import re
 import tomllib
 from collections.abc import Sequence
-from typing import Any, get_args, get_type_hints
+from types import UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment import registry
@@ -108,4 +109,4 @@ def _takes_text(document: dict[str, Any], path: list[str], present: Any) -> bool
     if kind not in registry.kinds():
         return False
     hint = get_type_hints(registry.find(kind)).get(path[2])
-    return hint is str or str in get_args(hint)
+    return hint is str or (get_origin(hint) in (Union, UnionType) and str in get_args(hint))

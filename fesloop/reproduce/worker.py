@@ -19,8 +19,15 @@ from typing import Any
 
 from fesloop.errors import InputError, RunError
 
-_BEGIN = ("import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); "
-          "from fesloop.reproduce.worker import serve; serve()")
+_BEGIN = """
+import pickle, sys
+try:
+    sys.path[:] = pickle.load(sys.stdin.buffer)
+except EOFError:
+    sys.exit()
+from fesloop.reproduce.worker import serve
+serve()
+"""
 _PATIENCE_S = 5.0
 """For a process that is to end to take its temporary files away (chosen)."""
 
@@ -31,9 +38,10 @@ class Worker:
     What it prints goes to standard error. Calls and results travel pickled through its standard streams.
     """
 
-    __slots__ = ("_process",)
+    __slots__ = ("_asked", "_process")
 
     def __init__(self) -> None:
+        self._asked = False
         # In a session of its own a terminal's Ctrl-C is not heard twice.
         self._process = subprocess.Popen([sys.executable, "-c", _BEGIN], stdin=subprocess.PIPE,
                                          stdout=subprocess.PIPE, start_new_session=True)
@@ -57,12 +65,14 @@ class Worker:
         return result
 
     def ask_to_end(self) -> None:
-        """Have it break off what it does."""
-        self._process.terminate()
+        """Have it break off what it does; once, for it must not break off taking its files away."""
+        if not self._asked:
+            self._asked = True
+            self._process.terminate()
 
     def end(self) -> None:
         """Have it break off what it does, and wait until it has."""
-        self._process.terminate()
+        self.ask_to_end()
         try:
             self._process.wait(_PATIENCE_S)
         except subprocess.TimeoutExpired:
@@ -83,8 +93,8 @@ def serve() -> None:
     """Call what arrives on standard input until there is no more: the other end of `Worker`."""
     replies = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    signal.signal(signal.SIGTERM, _leave)
     with contextlib.suppress(EOFError, BrokenPipeError, KeyboardInterrupt):
+        signal.signal(signal.SIGTERM, _leave)
         while True:
             replies.write(_reply())
             replies.flush()

@@ -18,7 +18,7 @@ def check(files, names):
 
 
 @pytest.mark.parametrize(("paper", "names"), [
-    (kortier2014, {"figure_5", "figure_6", "bands"}),
+    (kortier2014, {"figure_5", "figure_6", "constraints", "bands"}),
     (salchow2019, {"figure_12", "figure_13", "figure_14", "figure_15", "sources", "field", "bands"}),
 ])
 def test_every_figure_of_a_paper_is_drawn(paper, names, monkeypatch, tmp_path):

@@ -19,14 +19,14 @@ def test_every_run_can_be_loaded(name):
     job = EVERY[name]
     experiment = load(job.experiment, job.settings, job.seed)
     hand = next(node.part for node in experiment.nodes if node.name == "hand")
-    motion = job.key[1] if job.key[0] == "traces" else job.key[0]
+    motion = next(part for part in job.key if part in MOTIONS)
     assert hand.script == f"kortier_{motion}"
     assert experiment.duration_ns == pytest.approx(hand.length_s * 1e9)
 
 
 def test_movements_are_repeated_as_in_the_paper():
     trials = {job.key[0]: load(job.experiment, job.settings).trials for job in jobs(1)
-              if job.key[0] != "traces"}
+              if job.key[0] in MOTIONS}
     assert trials == {"flexion": 10, "circles": 10, "pinch": 10, "rapid": 1, "flat": 3, "mould": 3}
 
 
@@ -47,3 +47,6 @@ def test_a_whole_reproduction_has_a_row_for_each_figure_of_the_paper(monkeypatch
     found = kortier2014.run(3, 1)
     assert (found.paper, found.subjects, len(found.rows)) == ("kortier2014", 3, 15)
     assert set(found.curves["traces"]) == {"flexion", "circles", "rapid"}
+    sweep = found.sweeps["constraints"]
+    assert [name for name, _ in sweep.rows] == list(kortier2014.CONSTRAINTS)
+    assert sweep.rows[0][1] == pytest.approx((5.0, 12.4), rel=0.03)
