@@ -105,9 +105,8 @@ class Imus:
         if not self.measures or sorted(self.measures) != sorted(set(KINDS) & set(self.measures)):
             raise InputError("imus.measures", f"{self.measures}", "one or more of " + ", ".join(KINDS))
         self._take_preset()
-        require_not_negative("imus", self, "soft_iron", "mounting_sd_deg", "mounting_angle_deg",
-                             "burst_samples", "channels")
-        require_shape("imus", self, (2,), "smallest, largest", "mounting_angle_deg")
+        require_not_negative("imus", self, "soft_iron", "mounting_sd_deg", "burst_samples", "channels")
+        self._require_mounting()
         self._require_loss()
         object.__setattr__(self, "_sites", tuple(self._number("sites", site) for site in self.sites))
         if len(set(self._sites)) < len(self._sites):
@@ -137,6 +136,14 @@ class Imus:
         for name, value in found.items():
             object.__setattr__(self, name, value)
 
+    def _require_mounting(self) -> None:
+        require_shape("imus", self, (2,), "smallest, largest", "mounting_angle_deg")
+        assert self.mounting_angle_deg is not None
+        smallest, largest = self.mounting_angle_deg
+        if not 0.0 <= smallest <= largest <= 180.0:
+            raise InputError("imus.mounting_angle_deg", f"{self.mounting_angle_deg}",
+                             "smallest <= largest, within 0 to 180 deg")
+
     def _require_loss(self) -> None:
         if not 0.0 <= self.loss < 1.0:
             raise InputError("imus.loss", f"{self.loss}", "a share from 0 to below 1")
@@ -165,7 +172,8 @@ class Imus:
                  Port("site_rate", (count, 3), "rad/s", optional=not needed[2]),
                  Port("site_force", (count, 3), "m/s^2", optional=not needed[3])]
         if self.artefacts is not None or self.tremor is not None:
-            ports.append(Port("pulses", (self.channels or None, 2), "A,s", optional=True))
+            # Without stimulation there is tremor; spikes without pulses are a wire that was forgotten.
+            ports.append(Port("pulses", (self.channels or None, 2), "A,s", optional=self.artefacts is None))
         return tuple(ports)
 
     def _needed(self) -> tuple[bool, bool, bool, bool]:

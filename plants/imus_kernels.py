@@ -12,8 +12,10 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.hand.kinematics_kernels import turned
+from fesloop.hand.quaternion_kernels import conjugate
 from plants.imus_soft_tissue import own_rate, turn_back, wobble
-from plants.magnetic_field import add_sources, place_carried, turned
+from plants.magnetic_field import add_sources, place_carried
 from plants.stimulation_artefacts import vibration
 
 Array = NDArray[np.float64]
@@ -99,11 +101,10 @@ def feel_field(
         placed = np.empty(around.carried.shape)
         place_carried(around.carried, around.carriers, orientation, position, placed)
         add_sources(placed, points, field)
-    inverse = np.empty(4)
     for i in range(count):
-        inverse[:] = orientation[sensors.sites[i]]
-        inverse[1:] *= -1.0
-        true[i, 0], true[i, 1], true[i, 2] = turned(inverse, field[i, 0], field[i, 1], field[i, 2])
+        q = orientation[sensors.sites[i]]
+        back = conjugate((q[0], q[1], q[2], q[3]))
+        true[i, 0], true[i, 1], true[i, 2] = turned(back, field[i, 0], field[i, 1], field[i, 2])
 
 
 @numba.njit(cache=True)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fesloop.errors import InputError
-from fesloop.hand.quaternion_kernels import conjugate, multiply
+from fesloop.hand.kinematics_kernels import turned
 from plants.checks import require_not_negative, require_positive, require_shape
 
 Array = NDArray[np.float64]
@@ -41,14 +41,6 @@ def add_sources(sources: Array, points: Array, field: Array) -> None:
             field[i, 2] += _MU_0_OVER_4_PI * (along * z - across * mz)
 
 
-@numba.njit(cache=True, inline="always")
-def turned(q: Array, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """A vector turned by the rotation q (4,)."""
-    unit = (q[0], q[1], q[2], q[3])
-    turn = multiply(multiply(unit, (0.0, x, y, z)), conjugate(unit))
-    return turn[1], turn[2], turn[3]
-
-
 @numba.njit(cache=True)
 def place_carried(
     carried: Array, carriers: NDArray[np.int64], orientation: Array, position: Array, sources: Array
@@ -59,12 +51,12 @@ def place_carried(
     """
     for i in range(carriers.size):
         site = carriers[i]
-        x, y, z = turned(orientation[site], carried[i, 0], carried[i, 1], carried[i, 2])
+        q = (orientation[site, 0], orientation[site, 1], orientation[site, 2], orientation[site, 3])
+        x, y, z = turned(q, carried[i, 0], carried[i, 1], carried[i, 2])
         sources[i, 0] = position[site, 0] + x
         sources[i, 1] = position[site, 1] + y
         sources[i, 2] = position[site, 2] + z
-        sources[i, 3], sources[i, 4], sources[i, 5] = turned(
-            orientation[site], carried[i, 3], carried[i, 4], carried[i, 5])
+        sources[i, 3], sources[i, 4], sources[i, 5] = turned(q, carried[i, 3], carried[i, 4], carried[i, 5])
         sources[i, 6] = carried[i, 6]
 
 

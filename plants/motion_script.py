@@ -37,6 +37,8 @@ class Contact:
                 known = [f"{f} {c}" for f in FINGERS for c in CONTACTS]
                 raise InputError(key, f"{text!r}", f"a finger ({', '.join(FINGERS)}) and one of "
                                  f"{', '.join(CONTACTS)}", did_you_mean(text, known))
+        if self.first[:2] == self.second[:2]:
+            raise InputError("second", f"{self.second!r} with {self.first!r}", "a point of another finger")
         _require(self, 0.0, "distance_mm")
         if self.facing and self.first.endswith(" tip"):
             raise InputError("first", f"{self.first!r} is inside the finger", "a point on the skin",

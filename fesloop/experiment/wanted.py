@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from fesloop.errors import InputError
@@ -97,6 +97,7 @@ class Score:
             faults.append(InputError("score.recording", "is missing", ", ".join(players) or "no node does",
                                      "name the node whose recording holds the reference"))
         shapes = {name: port.shape for node in nodes for name, port in _outputs(node)}
+        faults += self._tip_faults(shapes)
         tips = shapes.get(self.fingertips or "", ())[:1]
         if self.tips and tips and tips != (len(self.tips),):
             faults.append(InputError("score.tips", f"{len(self.tips)} names", f"{tips[0]}, one a fingertip"))
@@ -106,6 +107,19 @@ class Score:
             faults.append(InputError("score.joints", f"{len(self.joints)} names",
                                      f"as many as the signals have values: {joints}"))
         return faults
+
+    def _tip_faults(self, shapes: Mapping[str, tuple[int | None, ...]]) -> list[InputError]:
+        """Signals that are no places, or of other fingertips than the truth; unknown sizes are left alone."""
+        truth = shapes.get(self.fingertips or "")
+        if truth is None:
+            return []
+        if len(truth) != 2 or truth[1] != 3:
+            return [InputError("score.fingertips", f"{self.fingertips!r} has shape {truth}",
+                               "(tips, 3), places")]
+        told = {f"{name}.fingertips": shapes.get(f"{name}.fingertips", truth) for name in self.trackers}
+        return [InputError("score.trackers", f"{name!r} has shape {shape}",
+                           f"{truth}, as {self.fingertips!r}")
+                for name, shape in told.items() if None not in shape and shape != truth]
 
 
 def _outputs(node: Node) -> Iterator[tuple[str, Port]]:

@@ -7,7 +7,6 @@ cohort, each seed of the shipped experiment `kortier2014` a subject, whose error
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -112,8 +111,3 @@ def rows(kept: dict[str, list[dict[str, Any]]]) -> list[Row]:
             found.append(compared("Table 3", f"{motion}, {name}, mean of five subjects", value,
                                   band_of_means(column, _SUBJECTS_OF_TABLE_3), "deg"))
     return found
-
-
-def movements() -> Sequence[str]:
-    """Names of the movements."""
-    return tuple(_MOTIONS)
