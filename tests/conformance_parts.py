@@ -48,6 +48,7 @@ def specimens():
         "imus": every_imu_error(), "fingertip_force": {}, "muscles": a_tired_patient(),
         "fmu": {"path": "shipped:finger", "step_rate": "100"},
         "pid": {**joints, **current, "recruitment": curves}, "safety": {},
+        "stimulator": {}, "electrodes": {},
         "ilc": {"model": model, "duration_s": 0.5, **current}, "mpc": {"model": model, **current},
     }
     registered = {entry.name for entry in entry_points(group="fesloop.blocks")}
@@ -120,6 +121,8 @@ def value(port, rng):
     """A plausible value of a port."""
     if port.unit == "A,s":
         return rng.uniform((0.0, 0.0), (0.04, 4e-4), port.shape)
+    if port.unit == "A,s,Hz":
+        return rng.uniform((0.0, 5e-5, 20.0), (8e-4, 4e-4, 50.0), port.shape)
     scale, mean = {"m/s^2": (1.0, 5.0), "T": (1e-5, 3e-5), "Hz": (5.0, 30.0)}.get(port.unit, (0.3, 0.4))
     drawn = mean + scale * rng.standard_normal(port.shape)
     return float(drawn) if port.shape == () else drawn
