@@ -90,9 +90,10 @@ def _usual(tree: SegmentTree, sensors: int) -> tuple[str, ...]:
     """All segments, or all but the root."""
     count = len(tree.segments)
     if sensors not in (count, count - 1):
-        raise InputError("sensed", f"is empty, and {sensors} sensors are wired",
+        wired = "1 sensor is wired" if sensors == 1 else f"{sensors} sensors are wired"
+        raise InputError("sensed", f"is empty, and {wired}",
                          f"a name for each sensor, of {', '.join(tree.names)}",
-                         "name the segments that the sensors sit on")
+                         "name the segments that the sensors sit on, and give `segments` where it is no hand")
     return tree.names[count - sensors:]
 
 

@@ -16,7 +16,7 @@ from estimators.constrained_posture import posture
 from estimators.constrained_standing import SURE, report, stand
 from estimators.constrained_state import ConstrainedState, take
 from estimators.joint_constraints import CHAIN5, Joint, JointTable, body_table, joint_table
-from estimators.samples import SampleWatch, watch_samples
+from estimators.sample_arrivals import Arrivals
 from estimators.vqf_bank import VqfBank
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import HandSize
@@ -58,8 +58,9 @@ class ConstrainedTracker:
     and `angles` are those of each joint in turn (see Joint).
 
     A joint is reported as "unsure" when the sd of one of its angles rises above `unsure_deg`, and as
-    "sure" when all are well below again. Through a lost sample the joints of that sensor stand still, a
-    clipped one still moves them; their sd grows until nothing is known. A joint without sensors or of
+    "sure" when all are well below again. Through a lost sample (or frozen, or held for too long:
+    `estimators.sample_arrivals`) the joints of that sensor stand still, a clipped one still moves them;
+    their sd grows until nothing is known. A joint without sensors or of
     which nothing is known is reported as "unseen", until "seen": its angles are zero, their sd is pi.
 
     Attributes
@@ -167,9 +168,10 @@ class ConstrainedTracker:
             raise InputError(f"{context.name}.rate", "is missing", "the rate of the sensors")
         table = self._joints()
         period = context.clock.period_s
+        limits = (math.radians(self.gyr_range_deg_s), STANDARD_GRAVITY * self.acc_range_g, math.inf)
         return ConstrainedState(
             roots=VqfBank(len(table.roots), period, False, tauAcc=self.tau_acc_s),
-            watch=SampleWatch.of(self.sensors, 2), settings=self._settings(period),
+            arrivals=Arrivals(self.sensors, limits, period), settings=self._settings(period),
             unknown=self._unknown(), found=Hypotheses.none(len(table.ends)),
             gyr=np.zeros((2, self.sensors, 3)), acc=np.zeros((2, self.sensors, 3)),
             seen=np.zeros((2, self.sensors), dtype=np.int64),
@@ -178,11 +180,10 @@ class ConstrainedTracker:
     def step(self, state: ConstrainedState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """One sample of every sensor."""
         table, found, (pair_sd, axis_sd) = self._joints(), state.found, self._sds()
-        limits = (math.radians(self.gyr_range_deg_s), STANDARD_GRAVITY * self.acc_range_g)
-        sound = watch_samples(state.watch, inputs, limits, tick)
+        state.arrivals.note(inputs, tick)
         # Ticks that were skipped while the block was busy are made good with this sample.
         for _ in range(tick.index + 1 - state.ticks):
-            take(state, table, inputs, sound)
+            take(state, table, inputs)
         first, state.ticks = state.ticks == 0, tick.index + 1
         q, covariance = found.q[0], found.covariance[0]
         orientation, angles, sd, relative, worst = posture(

@@ -118,12 +118,12 @@ def advance(
 def admit(new_gyr: Any, new_acc: Any, codes: Any, gyr: Any, acc: Any, seen: Any) -> None:
     """Move the newest sample to before and the new one, (n, 3) each, in; a lost one is kept as zero.
 
-    `codes` (n,) are those of `estimators.samples`; `gyr`, `acc`, `seen` as of `advance`.
+    `codes` (3, n) are those of `estimators.samples`; `gyr`, `acc`, `seen` as of `advance`.
     """
-    for i in range(codes.size):
-        lost = codes[i] & MISSING != 0
+    for i in range(codes.shape[1]):
+        lost = (codes[0, i] | codes[1, i]) & MISSING != 0
         seen[0, i] = seen[1, i]
-        seen[1, i] = LOST if lost else SOUND if codes[i] == 0 else DOUBTED
+        seen[1, i] = LOST if lost else SOUND if codes[0, i] | codes[1, i] == 0 else DOUBTED
         for k in range(3):
             gyr[0, i, k], acc[0, i, k] = gyr[1, i, k], acc[1, i, k]
             gyr[1, i, k] = 0.0 if lost else new_gyr[i, k]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from estimators.constrained_beginning import Hypotheses, Unknown, begin_missing, weigh
 from estimators.constrained_filter import SOUND, admit, advance
 from estimators.joint_constraints import JointTable
-from estimators.samples import SampleWatch
+from estimators.sample_arrivals import Arrivals
 from estimators.vqf_bank import VqfBank
 from fesloop.loop.signals import Sample
 
@@ -26,7 +26,7 @@ class ConstrainedState:
     Attributes
     ----------
     roots: filters of the sensors that are no joint's child.
-    watch: what is wrong with the samples.
+    arrivals: which samples are new, and what is wrong with them.
     settings: of the joint filters, as `constrained_filter` reads them.
     unknown: what is known of a joint that begins.
     found: the joint filters.
@@ -37,7 +37,7 @@ class ConstrainedState:
     """
 
     roots: VqfBank
-    watch: SampleWatch
+    arrivals: Arrivals
     settings: Array
     unknown: Unknown
     found: Hypotheses
@@ -49,15 +49,15 @@ class ConstrainedState:
     taken: int = 0
 
 
-def take(state: ConstrainedState, table: JointTable, inputs: Sequence[Sample], sound: bool) -> None:
-    """One period on with the samples that stand at the inputs; `sound`: no sensor's is lost."""
-    codes, roots, found = state.watch.codes, table.roots, state.found
+def take(state: ConstrainedState, table: JointTable, inputs: Sequence[Sample]) -> None:
+    """One period on with the samples that stand at the inputs."""
+    codes, roots, found = state.arrivals.codes, table.roots, state.found
     admit(inputs[0].value, inputs[1].value, codes, state.gyr, state.acc, state.seen)
     gyr, acc = state.gyr[1].take(roots, axis=0), state.acc[1].take(roots, axis=0)
-    if sound:
+    if state.arrivals.sound:
         state.roots.update(gyr, acc, None)
     else:
-        state.roots.update_only(state.watch.usable()[roots], gyr, acc, None)
+        state.roots.update_only(state.arrivals.usable()[roots], gyr, acc, None)
     for h in range(len(found.q) if found.open else 1):
         advance(found.q[h], found.rest[h], found.covariance[h], found.surprise[h], found.doubt, table.ends,
                 table.kinds, table.axes, table.zero, table.ranges, state.gyr, state.acc, state.seen,

@@ -19,7 +19,7 @@ from estimators.joints import (
     resolve_pairs,
     turned_angle,
 )
-from estimators.samples import SampleWatch, watch_samples
+from estimators.sample_arrivals import Arrivals
 from estimators.vqf_bank import VqfBank
 from fesloop.errors import InputError
 from fesloop.hand.motion import STANDARD_GRAVITY
@@ -37,7 +37,7 @@ class FusionState:
     Attributes
     ----------
     bank: the filters.
-    watch: what is wrong with the samples.
+    arrivals: which samples are new, and what is wrong with them.
     pairs: (joints, 2), parent and child; (0, 2) for a single sensor.
     heading: (joints, 2), what is removed of the children's heading.
     origin: orientations when aligned, (n, 4).
@@ -47,7 +47,7 @@ class FusionState:
     """
 
     bank: VqfBank
-    watch: SampleWatch
+    arrivals: Arrivals
     pairs: NDArray[np.int64]
     heading: Array
     origin: Array
@@ -67,8 +67,9 @@ class VqfTracker:
     block's clock: give the tracker the rate of its sensors.
 
     Until `align_s` the outputs `angles` are the initial pose, reported as "aligning"; then the relative
-    headings are set so that they agree with it. A lost sample leaves its sensor's filter where it is, a
-    clipped or repeated one is used; each is reported.
+    headings are set so that they agree with it. A lost sample (or frozen, or held for too long:
+    `estimators.sample_arrivals`) leaves its sensor's filter where it is, a clipped or repeated one is used;
+    each is reported.
 
     Attributes
     ----------
@@ -117,12 +118,11 @@ class VqfTracker:
 
     def init(self, context: Context) -> FusionState:
         """Filters at their start, headings unknown."""
-        return _start(self.sensors, self.pairs, context, magnetometer=False, tauAcc=self.tau_acc_s)
+        return _start(self, context, magnetometer=False, tauAcc=self.tau_acc_s)
 
     def step(self, state: FusionState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """One sample of every sensor."""
-        limits = (math.radians(self.gyr_range_deg_s), STANDARD_GRAVITY * self.acc_range_g)
-        sound = _fuse(state, inputs, limits, tick)
+        sound = _fuse(state, inputs, tick)
         orientation = state.bank.orientation()
         if not state.aligned:
             flexion = initial_flexion(self.initial_angles_deg, len(state.pairs))
@@ -182,13 +182,11 @@ class Vqf9Tracker:
 
     def init(self, context: Context) -> FusionState:
         """Filters at their start."""
-        return _start(self.sensors, self.pairs, context, magnetometer=True,
-                      tauAcc=self.tau_acc_s, tauMag=self.tau_mag_s)
+        return _start(self, context, magnetometer=True, tauAcc=self.tau_acc_s, tauMag=self.tau_mag_s)
 
     def step(self, state: FusionState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """One sample of every sensor."""
-        limits = (math.radians(self.gyr_range_deg_s), STANDARD_GRAVITY * self.acc_range_g, math.inf)
-        sound = _fuse(state, inputs, limits, tick)
+        sound = _fuse(state, inputs, tick)
         orientation = state.bank.orientation()
         if sound and not state.aligned:
             _align(state, orientation, None)
@@ -209,25 +207,27 @@ def _outputs(sensors: int, pairs: Pairs) -> tuple[Port, ...]:
 
 
 def _start(
-    sensors: int, pairs: Pairs, context: Context, *, magnetometer: bool, **settings: float
+    tracker: VqfTracker | Vqf9Tracker, context: Context, *, magnetometer: bool, **settings: float
 ) -> FusionState:
-    clock = context.clock
+    clock, sensors = context.clock, tracker.sensors
     if not isinstance(clock, (RateClock, StampClock)):
         raise InputError(f"{context.name}.rate", "is missing", "the rate of the sensors")
-    joints = np.array(resolve_pairs(pairs, sensors), dtype=np.int64).reshape(-1, 2)
+    joints = np.array(resolve_pairs(tracker.pairs, sensors), dtype=np.int64).reshape(-1, 2)
+    limits = (math.radians(tracker.gyr_range_deg_s), STANDARD_GRAVITY * tracker.acc_range_g, math.inf)
     return FusionState(bank=VqfBank(sensors, clock.period_s, magnetometer, **settings),
-                       watch=SampleWatch.of(sensors, 3 if magnetometer else 2),
+                       arrivals=Arrivals(sensors, limits, clock.period_s),
                        pairs=joints, heading=no_offsets(len(joints)),
                        origin=np.tile([1.0, 0.0, 0.0, 0.0], (sensors, 1)))
 
 
-def _fuse(state: FusionState, inputs: Sequence[Sample], limits: Sequence[float], tick: Tick) -> bool:
+def _fuse(state: FusionState, inputs: Sequence[Sample], tick: Tick) -> bool:
     """Update the filters; whether every sensor had a sample.
 
     A filter counts time in samples, so ticks that were skipped while the block was busy are made good with
     this one.
     """
-    sound = watch_samples(state.watch, inputs, limits, tick)
+    state.arrivals.note(inputs, tick)
+    sound = state.arrivals.sound
     gyr: Any = inputs[0].value
     acc: Any = inputs[1].value
     mag: Any = inputs[2].value if len(inputs) > 2 else None
@@ -235,7 +235,7 @@ def _fuse(state: FusionState, inputs: Sequence[Sample], limits: Sequence[float],
         if sound:
             state.bank.update(gyr, acc, mag)
         else:
-            state.bank.update_only(state.watch.usable(), gyr, acc, mag)
+            state.bank.update_only(state.arrivals.usable(), gyr, acc, mag)
     state.ticks = tick.index + 1
     return sound
 

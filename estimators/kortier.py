@@ -11,9 +11,10 @@ import numpy as np
 from estimators.body import Body, body_of, posture_ports
 from estimators.kortier_chain import Filters, Gates, new_filters
 from estimators.kortier_navigation import HandFilter, HandGates, new_hands
-from estimators.kortier_samples import Arrivals, Moment, Trust, no_moment, report_samples
+from estimators.kortier_samples import Moment, Trust, no_moment
 from estimators.kortier_tick import Posture, Settings, Worn, report_unseen, track, worn_by
 from estimators.kortier_tree import CHAIN5, base_of, pose_of
+from estimators.sample_arrivals import Arrivals
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import relative_orientations
@@ -74,10 +75,10 @@ class KortierTracker:
     m/s, of the base since the start. Five sensors without any setting are those of chain5
     (`fesloop.streams.chain5`), whose lengths are not known: there are no fingertips then.
 
-    A lost rate is taken as the last one, a clipped one as read, with an uncertainty that says so. A joint is
-    reported as "unseen", until "seen", when one of its segments has no sensor, or one whose gyroscope has
-    given nothing for `gap_ms` (so is a strip that was left off). The sd of its angles is pi; the angles of a
-    joint that has never been seen are 0, those of a lost one stay what they were.
+    A lost rate (or frozen, or held for too long: `estimators.sample_arrivals`) is taken as the last one, a
+    clipped one as read, with an uncertainty that says so. A joint is reported as "unseen", until "seen", when
+    one of its segments has no sensor, or one whose gyroscope has given nothing for `gap_ms` (so is a strip
+    that was left off). Its angles are 0, their sd is pi.
 
     Attributes
     ----------
@@ -195,25 +196,22 @@ class KortierTracker:
         start = relative_orientations(body.tree, pose_of(body.tree, self.initial_angles_deg))
         filters = new_filters(worn.chains, start[worn.chains.segments], math.radians(self.angle_sd_deg),
                               math.radians(self.bias_sd_deg_s))
+        limits = (math.radians(self.gyr_range_deg_s), STANDARD_GRAVITY * self.acc_range_g, math.inf)
         return KortierState(
             new_hands(len(worn.held_sensors), self.still_window), filters, no_moment(self.sensors),
-            Arrivals(context.clock.period_s))
+            Arrivals(self.sensors, limits, context.clock.period_s, worn.magnetometers))
 
     def step(self, state: KortierState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """What is new at this tick."""
         gyr, acc, mag = (*inputs, self.no_field)[:3]
         arrivals, motion = state.arrivals, state.hands.motion
         body, worn = self._wearer()
-        elapsed = arrivals.note(inputs)
+        elapsed = arrivals.note(inputs if mag.present else inputs[:2], tick)
         angles, tips = np.empty((2, len(body.tree.ranges))), np.empty((2, body.tips.size, 3))
         posture = Posture(np.empty((self.sensors, 4)), angles, tips)
-        faults, joints = track(
-            gyr.value, acc.value, mag.value, (gyr.present, acc.present, mag.present), elapsed,
-            arrivals.period_s, worn, self.settings, state.hands, state.filters, state.moment, posture)
-        repeated = elapsed[0] == 0.0
-        if faults or repeated != arrivals.repeated:
-            report_samples(state.moment.codes[0], repeated, tick)
-            arrivals.repeated = repeated
+        joints = track(
+            gyr.value, acc.value, mag.value, arrivals.codes, elapsed, arrivals.period_s, worn, self.settings,
+            state.hands, state.filters, state.moment, posture)
         if joints or state.unseen is None:
             seen = state.filters.seen
             state.unseen = report_unseen(state.unseen or (), body, worn.chains, seen, tick)
@@ -238,5 +236,4 @@ class KortierTracker:
                       radians(self.constraint_sd_deg), self.error_time_s, self.bias_walk, 1e-3 * self.gap_ms)
         own = HandGates(self.motion_sd, self.still_rate, self.still_acc, self.still_sd, _UNKNOWN,
                         radians(self.angle_sd_deg), radians(self.bias_sd_deg_s))
-        limits = (radians(self.gyr_range_deg_s), STANDARD_GRAVITY * self.acc_range_g)
-        return Settings(trust, gates, own, limits)
+        return Settings(trust, gates, own)

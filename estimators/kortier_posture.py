@@ -24,7 +24,7 @@ from fesloop.hand.quaternion_kernels import (
 
 @numba.njit(cache=True)
 def put_angles(chains: Chains, filters: Filters, angles: Any, sds: Any) -> None:
-    """Fill angles and sd (freedoms,), rad: 0 and pi of a joint never seen, the last and pi of a lost one.
+    """Fill angles and sd (freedoms,), rad: 0 and pi of a joint that is not seen.
 
     With R = R_f(f) R_a(a) R_p(p) about the joint's axes, dth = R'f df + R_p'a da + p dp, which is solved
     for the angles' errors; f, a, p are taken for z, x, y.
@@ -34,7 +34,7 @@ def put_angles(chains: Chains, filters: Filters, angles: Any, sds: Any) -> None:
     for chain in range(chains.first.size - 1):
         covariance = covariance_of(chain, chains, filters)
         for k in range(chains.first[chain], chains.first[chain + 1]):
-            if not filters.begun[k]:
+            if not (filters.begun[k] and filters.seen[k]):
                 continue
             q = _in_joint(filters.q[k], chains.axes[k])
             a, p = euler_x_of_zxy(q), euler_y_of_zxy(q)
@@ -46,9 +46,8 @@ def put_angles(chains: Chains, filters: Filters, angles: Any, sds: Any) -> None:
             at = 3 * (k - chains.first[chain])
             for i in range(chains.freedoms[k]):
                 angles[chains.first_angle[k] + i] = values[i]
-                if filters.seen[k]:
-                    variance = _variance(rows[i], chains.axes[k], covariance[at:at + 3, at:at + 3])
-                    sds[chains.first_angle[k] + i] = min(math.sqrt(variance), UNSEEN_SD)
+                variance = _variance(rows[i], chains.axes[k], covariance[at:at + 3, at:at + 3])
+                sds[chains.first_angle[k] + i] = min(math.sqrt(variance), UNSEEN_SD)
 
 
 @numba.njit(cache=True)
@@ -119,11 +118,19 @@ def put_fingertips(
     """Fill fingertips and their sd (t, 3), m, in the root's frame.
 
     The errors of a chain's joints count with their covariances, those of different chains as independent. A
-    joint that is not seen errs by pi about each of its axes.
+    joint that is not seen is taken as straight, and errs by pi about each of its axes.
+
+    Parameters
+    ----------
+    relative: (segments, 4), child to parent; straightened where a joint is not seen.
     """
     count = layout.shape[0]
     orientations, positions = np.empty((count, 4)), np.zeros((count, 3))
     levers, path = np.empty((count, 3, 3)), np.empty(count, dtype=np.int64)
+    for k in range(chains.segments.size):
+        if not filters.seen[k]:
+            relative[chains.segments[k]] = 0.0
+            relative[chains.segments[k], 0] = 1.0
     chain_up(layout, relative, orientations)
     place_tips(layout, geometry, orientations, tips, positions, fingertips)
     for t in range(tips.size):

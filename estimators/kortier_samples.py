@@ -1,28 +1,22 @@
-"""What a Kortier tracker makes of its samples: which are new, which are to be believed, and how far.
+"""How far a Kortier tracker believes its samples.
 
-Gyroscope, accelerometer and magnetometer may have rates of their own: a sample is taken once, when its
-capture is newer than the last. A sensor without a sound gyroscope sample keeps its last rate with an
-uncertainty that says so; after a while what hangs on it is not seen any more.
+Which are new, and what is wrong with them, `estimators.sample_arrivals` tells. A sensor without a sound
+gyroscope sample keeps its last rate with an uncertainty that says so; after a while what hangs on it is not
+seen any more.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.samples import CLIPPED, LOST, inspect
-from fesloop.loop.block import Tick
-from fesloop.loop.clock import NS_PER_S
-from fesloop.loop.signals import Sample
+from estimators.samples import CLIPPED, LOST
 
 Array = NDArray[np.float64]
-Elapsed = tuple[float, float, float]
-KINDS = ("gyr", "acc", "mag")
 _SMOOTHING_S = 0.2
 """Time constant of `Moment.steady`, s (chosen: 20 samples of 100 Hz)."""
 
@@ -56,7 +50,6 @@ class Moment(NamedTuple):
     steady: (n, 3), accelerations smoothed in a frame that does not turn.
     acc, mag: (n, 3); acc_variance, mag_variance: (n,), infinite where the sample is not to be used.
     missing: (n,), s since the last sound sample of the gyroscope; infinite before the first.
-    codes: (2, 3, n), LOST and CLIPPED of each kind, now and at the tick before.
     """
 
     rates: Array
@@ -68,7 +61,6 @@ class Moment(NamedTuple):
     mag: Array
     mag_variance: Array
     missing: Array
-    codes: NDArray[np.uint8]
 
 
 def no_moment(sensors: int) -> Moment:
@@ -77,91 +69,7 @@ def no_moment(sensors: int) -> Moment:
         rates=np.zeros((sensors, 3)), gyr_variance=np.full(sensors, np.inf), newest=np.zeros((sensors, 3)),
         steady=np.zeros((sensors, 3)), acc=np.zeros((sensors, 3)), acc_variance=np.full(sensors, np.inf),
         mag=np.zeros((sensors, 3)), mag_variance=np.full(sensors, np.inf),
-        missing=np.full(sensors, np.inf), codes=np.zeros((2, 3, sensors), dtype=np.uint8))
-
-
-class Arrivals:
-    """Which samples are new at a tick.
-
-    A sample is new when its capture is later. What has passed a block with the gyroscopes, or was recorded
-    beside them, has their stamps even where it was held: it is old when it equals the one before to the
-    last bit, while the gyroscopes' does not.
-
-    Attributes
-    ----------
-    period_s: of the gyroscopes.
-    newest_ns: capture of the newest sample of each kind; -1 before the first.
-    numbers: of these samples, as bytes.
-    repeated: whether the gyroscopes' sample was no new one at the last tick.
-    """
-
-    __slots__ = ("newest_ns", "numbers", "period_s", "repeated")
-
-    def __init__(self, period_s: float) -> None:
-        self.period_s = period_s
-        self.newest_ns = [-1, -1, -1]
-        self.numbers = [b"", b"", b""]
-        self.repeated = False
-
-    def note(self, samples: Sequence[Sample]) -> Elapsed:
-        """Time from the sample before to the one that is new now, of each kind, s; 0 where none is."""
-        elapsed = [0.0, 0.0, 0.0]
-        turned = False
-        for kind, (value, _, captured, _) in enumerate(samples):
-            before = self.newest_ns[kind]
-            if captured <= before:
-                continue
-            numbers = np.asarray(value).tobytes()
-            changed = numbers != self.numbers[kind]
-            if kind == 0:
-                turned = changed
-            elif turned and not changed and captured == self.newest_ns[0]:
-                continue
-            elapsed[kind] = self.period_s if before < 0 else (captured - before) / NS_PER_S
-            self.newest_ns[kind], self.numbers[kind] = captured, numbers
-        return elapsed[0], elapsed[1], elapsed[2]
-
-
-def report_samples(codes: NDArray[np.uint8], repeated: bool, tick: Tick) -> None:
-    """Say what is wrong with the samples, `codes` (3, n), or that nothing is any more."""
-    for code, status in ((LOST, "lost_sample"), (CLIPPED, "clipped_sample")):
-        found = [f"{name} of sensor " + ", ".join(str(i) for i in np.flatnonzero(row & code))
-                 for name, row in zip(KINDS, codes, strict=True) if (row & code).any()]
-        if found:
-            tick.report(status, "; ".join(found))
-    if repeated:
-        tick.report("repeated_sample", "no newer sample of the gyroscopes has arrived")
-    elif not codes.any():
-        tick.report("samples_sound", "every sensor gives sound samples again")
-
-
-@numba.njit(cache=True)
-def inspect_samples(
-    gyr: Any, acc: Any, mag: Any, present: Any, limits: Any, magnetometers: Any, codes: Any
-) -> bool:
-    """Write what is wrong with the samples, (n, 3) each, into `codes` (2, 3, n); whether that has changed.
-
-    Parameters
-    ----------
-    present: (3,), whether a message of each kind has ever arrived.
-    limits: (2,), from which magnitude on rates and accelerations are clipped.
-    magnetometers: (n,), those that are read; of others nothing is told.
-    """
-    codes[1] = codes[0]
-    codes[0] = 0
-    if present[0]:
-        inspect(gyr, limits[0], False, codes[0, 0])
-    if present[1]:
-        inspect(acc, limits[1], True, codes[0, 1])
-    if present[2]:
-        inspect(mag, math.inf, True, codes[0, 2])
-    changed = False
-    for s in range(magnetometers.size):
-        if not magnetometers[s]:
-            codes[0, 2, s] = 0
-        for kind in range(3):
-            changed |= codes[0, kind, s] != codes[1, kind, s]
-    return changed
+        missing=np.full(sensors, np.inf))
 
 
 @numba.njit(cache=True)
@@ -171,7 +79,9 @@ def repeats(error_time_s: float, elapsed_s: float) -> float:
 
 
 @numba.njit(cache=True)
-def take(gyr: Any, acc: Any, mag: Any, elapsed: Any, period: float, trust: Trust, moment: Moment) -> None:
+def take(
+    gyr: Any, acc: Any, mag: Any, codes: Any, elapsed: Any, period: float, trust: Trust, moment: Moment
+) -> None:
     """Bring a moment up to the samples (n, 3) of this tick.
 
     Rates are the mean of a sample and the one before it. An accelerometer's variance grows by the
@@ -180,13 +90,12 @@ def take(gyr: Any, acc: Any, mag: Any, elapsed: Any, period: float, trust: Trust
 
     Parameters
     ----------
-    elapsed: as Arrivals.note gives it.
+    codes: (3, n), elapsed: as Arrivals has and gives them.
     period: s, of the gyroscopes; what a step lasts longer is a gap, whose rate is unknown.
     """
-    codes, dt = moment.codes[0], elapsed[0]
+    dt = elapsed[0]
     for s in range(gyr.shape[0]):
-        nothing = gyr[s, 0] == 0.0 and gyr[s, 1] == 0.0 and gyr[s, 2] == 0.0 and codes[1, s] & LOST
-        lost = codes[0, s] & LOST or nothing
+        lost = codes[0, s] & LOST
         speed, change = 0.0, 0.0
         if dt > 0.0:
             for i in range(3):

@@ -12,7 +12,7 @@ from estimators.body import Body
 from estimators.kortier_chain import Filters, Gates, track_chains
 from estimators.kortier_navigation import HandFilter, HandGates, track_hands
 from estimators.kortier_posture import put_angles, put_fingertips, put_orientations
-from estimators.kortier_samples import Moment, Trust, inspect_samples, take
+from estimators.kortier_samples import Moment, Trust, take
 from estimators.kortier_tree import Chains, chains_of
 from fesloop.loop.block import Tick
 
@@ -42,12 +42,11 @@ class Worn(NamedTuple):
 
 
 class Settings(NamedTuple):
-    """What the filters suppose; limits: magnitudes from which on rates and accelerations are clipped."""
+    """What the filters suppose."""
 
     trust: Trust
     gates: Gates
     own: HandGates
-    limits: tuple[float, float]
 
 
 class Posture(NamedTuple):
@@ -75,18 +74,17 @@ def worn_by(body: Body, base: int) -> Worn:
 
 @numba.njit(cache=True)
 def track(
-    gyr: Any, acc: Any, mag: Any, present: Any, elapsed: Any, period: float, worn: Worn, settings: Settings,
+    gyr: Any, acc: Any, mag: Any, codes: Any, elapsed: Any, period: float, worn: Worn, settings: Settings,
     hands: HandFilter, filters: Filters, moment: Moment, posture: Posture
 ) -> Any:
-    """Whether there is news of the samples, and of which joints are seen; fills `posture`.
+    """Whether there is news of which joints are seen; fills `posture`.
 
     Parameters
     ----------
-    gyr, acc, mag: (n, 3), rad/s, m/s^2, T. present, elapsed, period: as of `kortier_samples`.
+    gyr, acc, mag: (n, 3), rad/s, m/s^2, T. codes, elapsed, period: as of `kortier_samples.take`.
     """
-    trust, gates, own, limits = settings
-    faults = inspect_samples(gyr, acc, mag, present, limits, worn.magnetometers, moment.codes)
-    take(gyr, acc, mag, elapsed, period, trust, moment)
+    trust, gates, own = settings
+    take(gyr, acc, mag, codes, elapsed, period, trust, moment)
     track_hands(hands, worn.held_sensors, moment, elapsed, gates, own)
     joints = track_chains(worn.chains, filters, moment, elapsed, gates)
     relative = np.empty((worn.layout.shape[0], 4))
@@ -94,7 +92,7 @@ def track(
     put_angles(worn.chains, filters, posture.angles[0], posture.angles[1])
     put_fingertips(worn.layout, worn.geometry, worn.tips, worn.chains, filters, relative,
                    posture.fingertips[0], posture.fingertips[1])
-    return faults, joints
+    return joints
 
 
 def report_unseen(

@@ -37,7 +37,8 @@ def track(state: SalchowState, body: Body, inputs: Sequence[Sample], tick: Tick)
     method = state.method
     ticks = tick.index + 1 - state.ticks
     state.ticks = tick.index + 1
-    fresh = state.arrivals.note(inputs, tick)
+    gyr_s, acc_s, mag_s = state.arrivals.note(inputs, tick)
+    fresh = (gyr_s > 0.0, acc_s > 0.0, mag_s > 0.0)
     _fuse(state, method, inputs, fresh, ticks)
     fused = state.bank.orientation()
     if method.pose is not None and state.aligned_ns is None:

@@ -27,6 +27,9 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Numbers = NDArray[np.int64]
 Triple = tuple[float, float, float]
+_UNCORRECTED = math.radians(0.5)
+"""How fast inclination or heading go wrong that no sample corrects, rad/s (the bias that VQF supposes before
+it has found one, doi 10.1016/j.inffus.2022.10.014)."""
 
 
 @numba.njit(cache=True)
@@ -39,7 +42,7 @@ def follow_gaps(
     ----------
     codes: (3, n), LOST and CLIPPED of gyr, acc and mag.
     elapsed_s: since the tick before. rate_sd: rad/s, of what a segment turns unseen, or beyond the range.
-    forget: (2,), share of the variances that a tick with a sound rate leaves.
+    forget: (2,), share of the variances that a tick with sound samples leaves.
     silent_s: since the last rate, infinite before the first.
     """
     lost = False
@@ -51,8 +54,11 @@ def follow_gaps(
                 # A turn at one unknown rate: the sd grows with the time, not with its root.
                 gaps[s, i] = min((math.sqrt(gaps[s, i]) + rate_sd * elapsed_s) ** 2, UNSEEN_SD ** 2)
         else:
-            gaps[s, 0] *= forget[0]
-            gaps[s, 1] *= forget[1]
+            for i in range(2):
+                if codes[1 + i, s] & LOST:
+                    gaps[s, i] = min((math.sqrt(gaps[s, i]) + _UNCORRECTED * elapsed_s) ** 2, UNSEEN_SD ** 2)
+                else:
+                    gaps[s, i] *= forget[i]
     return lost
 
 

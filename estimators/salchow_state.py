@@ -81,7 +81,7 @@ def start(body: Body, method: Method, context: Context) -> SalchowState:
     tau_mag_s = (method.tau_mag_s or usual[1]) if method.magnetometer else math.inf
     fading = _TIME_CONSTANT[method.front_end] * np.array([method.tau_acc_s or usual[0], tau_mag_s])
     return SalchowState(
-        method=method, bank=_new_bank(n, period, method), arrivals=Arrivals(n, method.limits),
+        method=method, bank=_new_bank(n, period, method), arrivals=Arrivals(n, method.limits, period),
         period_s=period,
         forget=np.exp(-2.0 * period / fading), silent_s=np.full(n, np.inf), gaps=np.zeros((n, 2)),
         record=new_record(n), known=segment_poses(body.tree, angles).orientation[body.sensed],

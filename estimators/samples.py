@@ -1,51 +1,26 @@
-"""Samples that a tracker must not take at face value: lost, clipped, or seen before.
+"""What is wrong with a sample: lost, clipped or frozen.
 
 A sample is lost where a number in it is not finite, and where the acceleration (or field) is exactly zero,
 which no sensor gives: it is what stands in a port before the first message and in place of a value that was
-not finite. Trouble is reported when it starts, changes and ends, not at every tick of it.
+not finite. Frozen is a sensor that repeats its rate and its acceleration to the last bit for a while, which
+noise forbids. While it says that it turns, its samples are lost; what it says at rest is believed, as a
+simulated sensor without noise reads the same: it is told of, unless its rate is zero.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numba
-import numpy as np
-from numpy.typing import NDArray
-
-from fesloop.loop.block import Tick
-from fesloop.loop.signals import Sample
 
 LOST, CLIPPED = 1, 2
-
-
-@dataclass(slots=True, eq=False)
-class SampleWatch:
-    """What is wrong with the samples of `codes.size` sensors now.
-
-    Attributes
-    ----------
-    codes: (n,), LOST and CLIPPED of each sensor at this tick.
-    reported: codes and repetition as last reported.
-    newest_ns: newest capture read so far, an entry a kind of sample (gyr, acc, ...).
-    """
-
-    codes: NDArray[np.uint8]
-    reported: tuple[bytes, bool] = (b"", False)
-    newest_ns: list[int] = field(default_factory=list)
-
-    @classmethod
-    def of(cls, sensors: int, kinds: int) -> SampleWatch:
-        """For `kinds` kinds of samples of `sensors` sensors."""
-        codes = np.zeros(sensors, dtype=np.uint8)
-        return cls(codes, (codes.tobytes(), False), [-1] * kinds)
-
-    def usable(self) -> NDArray[np.bool_]:
-        """Sensors whose sample is not lost, (n,)."""
-        return np.asarray(self.codes & LOST == 0)
+_NO_RATE = 1e-6
+"""Below it a rate is zero but for rounding, rad/s (far below what any sensor of a hand resolves)."""
+_TURNING = 0.3
+"""Sum of a rate's components above which a sensor turns, rad/s (a MEMS gyroscope's bias: 5 deg/s an axis)."""
+GYR, ACC, MAG = 1, 2, 4
+"""Bits of sets of kinds of samples."""
 
 
 @numba.njit(cache=True)
@@ -63,40 +38,62 @@ def inspect(vectors: Any, limit: float, zero_is_lost: bool, codes: Any) -> int:
     return total
 
 
-def watch_samples(
-    watch: SampleWatch, samples: Sequence[Sample], limits: Sequence[float], tick: Tick
+@numba.njit(cache=True)
+def inspect_kinds(
+    gyr: Any, acc: Any, mag: Any, kinds: int, silent: int, limits: Any, read: Any, stuck: Any,
+    stuck_limit: int, codes: Any
 ) -> bool:
-    """Whether no sensor's sample is lost at this tick; trouble is reported.
+    """Fill `codes` (3, n) with what is wrong with samples (n, 3) of the first so many kinds.
+
+    Whether anything is, or a sensor frozen.
 
     Parameters
     ----------
-    samples: one of each kind, gyr first; a gyroscope may well read zero, the others may not.
-    limits: magnitude from which on each kind is clipped.
+    silent: kinds whose samples are too old to count.
+    limits: (3,), magnitude from which on each kind is clipped.
+    read: (n,), magnetometers that are read; of others nothing is told.
+    stuck: (n,), as of `compare`; from `stuck_limit` on a sensor is frozen.
     """
-    watch.codes[:] = 0
-    total = 0
-    repeated = False
-    newest = watch.newest_ns
-    for kind, (value, _, captured, _) in enumerate(samples):
-        total = inspect(value, limits[kind], kind > 0, watch.codes)
-        repeated = repeated or captured == newest[kind]
-        newest[kind] = captured
-    if total or repeated or watch.reported[1] or any(watch.reported[0]):
-        _report(watch, repeated, tick)
-        return bool(watch.usable().all())
-    return True
+    codes[:] = 0
+    inspect(gyr, limits[0], False, codes[0])
+    inspect(acc, limits[1], True, codes[1])
+    if kinds > 2:
+        inspect(mag, limits[2], True, codes[2])
+    wrong = False
+    for s in range(codes.shape[1]):
+        frozen = stuck[s] >= stuck_limit
+        rate = abs(gyr[s, 0]) + abs(gyr[s, 1]) + abs(gyr[s, 2])
+        # Zeros of both are what stands in a port before the first message.
+        if codes[1, s] & LOST and rate == 0.0:
+            codes[0, s] |= LOST
+        for kind in range(kinds):
+            if silent & (1 << kind) or (frozen and rate > _TURNING):
+                codes[kind, s] = LOST
+        if not read[s]:
+            codes[2, s] = 0
+        wrong |= frozen or codes[0, s] + codes[1, s] + codes[2, s] > 0
+    return wrong
 
 
-def _report(watch: SampleWatch, repeated: bool, tick: Tick) -> None:
-    now = (watch.codes.tobytes(), repeated)
-    if now == watch.reported:
-        return
-    watch.reported = now
-    for code, status in ((LOST, "lost_sample"), (CLIPPED, "clipped_sample")):
-        sensors = np.flatnonzero(watch.codes & code)
-        if sensors.size:
-            tick.report(status, "sensor " + ", ".join(str(i) for i in sensors))
-    if repeated and not (watch.codes & LOST).any():
-        tick.report("repeated_sample", "no newer sample has arrived: the last one is held")
-    if not repeated and not watch.codes.any():
-        tick.report("samples_sound", "every sensor gives sound samples again")
+@numba.njit(cache=True)
+def compare(gyr: Any, acc: Any, mag: Any, newer: bool, before: Any, stuck: Any) -> int:
+    """Kinds of which any number is another than `before` (3, n, 3), which becomes these samples (n, 3).
+
+    Parameters
+    ----------
+    newer: whether the rates are said to be new.
+    stuck: (n,), for how many new samples in a row a sensor has repeated them; brought up to date.
+    """
+    changed = 0
+    for s in range(stuck.size):
+        rate, moved = 0.0, 0
+        for i in range(3):
+            rate += abs(gyr[s, i])
+            moved |= GYR if gyr[s, i] != before[0, s, i] else 0
+            moved |= ACC if acc[s, i] != before[1, s, i] else 0
+            moved |= MAG if mag[s, i] != before[2, s, i] else 0
+            before[0, s, i], before[1, s, i], before[2, s, i] = gyr[s, i], acc[s, i], mag[s, i]
+        if newer:
+            stuck[s] = 0 if moved & (GYR | ACC) or rate < _NO_RATE else stuck[s] + 1
+        changed |= moved
+    return changed

@@ -1,17 +1,12 @@
-"""Front ends by name, equal to what they are made of, and beginning anew at rest; samples kind by kind."""
+"""Front ends by name, equal to what they are made of, and beginning anew at rest."""
 
 import numpy as np
 import pytest
-from tracker_parts import sample
 from vqf import VQF
 
 from estimators.front_end import NAMES, front_end_of
-from estimators.sample_arrivals import Arrivals, inspect_kinds
-from estimators.samples import CLIPPED, LOST
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
-from fesloop.loop.block import Tick
-from fesloop.loop.signals import NEVER, Sample
 
 PERIOD = 0.01
 EVERY = np.ones(3, dtype=np.bool_)
@@ -81,43 +76,3 @@ def test_another_name_is_refused_with_those_that_there_are():
         made("vfq")
     with pytest.raises(InputError, match="tau_acc_s"):
         made("seel_ruppin", tau_acc_s=-1.0)
-
-
-def arrived(arrivals, gyr, acc, mag, at):
-    """Which kinds are new when gyr, acc and mag have these captures, and what is reported."""
-    tick = Tick()
-    samples = [sample(rows, stamp) for rows, stamp in zip((gyr, acc, mag), at, strict=True)]
-    return arrivals.note(samples, tick), tick.reports
-
-
-def test_kinds_are_new_by_their_own_stamps_and_only_a_held_rate_is_a_repetition():
-    gyr, acc, mag = (rows[0] for rows in noisy(1))
-    arrivals = Arrivals(3, (30.0, 100.0, np.inf))
-    assert arrived(arrivals, gyr, acc, mag, (0, 0, 0)) == ((True, True, True), [])
-    assert arrived(arrivals, gyr, acc, mag, (10, 0, 0)) == ((True, False, False), [])
-    assert arrived(arrivals, gyr, acc, mag, (20, 20, 0)) == ((True, True, False), [])
-    new, reports = arrived(arrivals, gyr, acc, mag, (20, 20, 0))
-    assert not any(new)
-    assert [status for status, _ in reports] == ["repeated_sample"]
-    assert arrived(arrivals, gyr, acc, mag, (30, 20, 30))[1][0][0] == "samples_sound"
-
-
-def test_nothing_has_come_before_the_first_message():
-    arrivals, tick = Arrivals(3, (30.0, 100.0, np.inf)), Tick()
-    nothing = Sample(np.zeros((3, 3)), NEVER, NEVER, NEVER)
-    assert arrivals.note([nothing, nothing], tick) == (False, False, False)
-    assert (arrivals.codes[0] == LOST).all()
-    assert [status for status, _ in tick.reports] == ["lost_sample", "repeated_sample"]
-
-
-def test_codes_tell_kinds_apart_and_plain_python_agrees():
-    gyr, acc, mag = (rows[0] for rows in noisy(1))
-    gyr[0], acc[1], mag[2, 0], acc[2, 1], gyr[1] = np.nan, 0.0, np.inf, 120.0, 0.0
-    limits = np.array([30.0, 100.0, np.inf])
-    found = []
-    for kernel in (inspect_kinds, inspect_kinds.py_func):
-        codes = np.zeros((3, 3), dtype=np.uint8)
-        kernel(gyr, acc, mag, 3, limits, codes)
-        found.append(codes.tolist())
-    # Zeros of gyroscope and accelerometer together are what stands in a port before the first message.
-    assert found[0] == found[1] == [[LOST, LOST, 0], [0, LOST, CLIPPED], [0, 0, LOST]]

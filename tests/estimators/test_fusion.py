@@ -121,14 +121,14 @@ def test_lost_samples_leave_only_their_sensor_behind_and_are_reported_once():
     np.testing.assert_array_equal(orientation[20:25, 1], np.tile(orientation[19, 1], (5, 1)))
     assert np.isfinite(angles).all()
     assert [status for status, _ in reports] == ["lost_sample", "samples_sound"] * 2
-    assert reports[0] == ("lost_sample", "sensor 1")
+    assert reports[0] == ("lost_sample", "acc of sensor 1")
 
 
 def test_clipped_and_repeated_samples_are_used_and_reported():
     gyr, acc, _ = noisy(30, 2)
     gyr[10, 0, 1] = np.radians(2000.0)
     (orientation, _), reports, state = run_tracker(VqfTracker(sensors=2), gyr, acc)
-    assert reports == [("clipped_sample", "sensor 0"),
+    assert reports == [("clipped_sample", "gyr of sensor 0"),
                        ("samples_sound", "every sensor gives sound samples again")]
     batch = VQF(1 / RATE).updateBatch(np.ascontiguousarray(gyr[:, 0]), np.ascontiguousarray(acc[:, 0]))
     np.testing.assert_array_equal(orientation[:, 0], batch["quat6D"])
