@@ -225,13 +225,16 @@ def _followed_clock(where: str, table: dict[str, Any], nodes: Mapping[str, Node 
 
 
 def _can_be_wired(table: dict[str, Any], nodes: Mapping[str, Node | None]) -> bool:
-    """Whether both ports of an optional wire are there; the wire is left out where they are not."""
+    """Whether an optional wire stays: its ports are there, or the input cannot do without it."""
+    ports = []
     for end, side in ((table["from"], "outputs"), (table["to"], "inputs")):
-        name, _, port = end.partition(".")
+        name, _, wanted = end.partition(".")
         node = nodes.get(name)
-        if node is None or port not in [each.name for each in getattr(node.part, side)]:
+        if node is None:
             return False
-    return True
+        ports.append([port for port in getattr(node.part, side) if port.name == wanted])
+    sources, targets = ports
+    return bool(targets) and (bool(sources) or not targets[0].optional)
 
 
 def _wire(number: int, table: dict[str, Any], kinds: Kinds) -> Wire:

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from recording_files import write
 from vqf import VQF
 
 import fesloop
 from fesloop import Recording
+from fesloop.errors import InputError
 from fesloop.experiment.orientation_metrics import score_recording
 from fesloop.streams.files import open_recording
 
@@ -84,3 +86,9 @@ def test_the_tracker_of_a_replay_can_be_chosen_and_takes_the_magnetometer_where_
     assert experiment.run(tmp_path).metrics["orientation_rmse_deg"]["imu"]["total"] < 10.0
     wires = fesloop.load("replay", [f"recording={broad}"]).wires
     assert "recording.mag->tracker.mag" not in [wire.name for wire in wires]
+
+
+def test_a_tracker_that_needs_a_magnetometer_is_told_that_the_recording_has_none(tmp_path):
+    path = write(tmp_path, "wrist")
+    with pytest.raises(InputError, match=r"recording\.mag.*has no output port .mag.; allowed: gyr, acc"):
+        fesloop.load("replay", ["tracker=vqf9", f"recording={path}"])
