@@ -71,6 +71,7 @@ def _rms(values: Array) -> float:
 
 
 def _rows(subject: str, kept: dict[str, Any]) -> list[Row]:
+    """What is claimed of a subject's hour; the thumb, of which nothing is, stands in the sweep."""
     last = _rms(kept[OURS][-_LAST_MINUTES:, _FINGERS])
     bar = max(_BAR_RATIO * _rms(kept[THEIRS][:1, _FINGERS]), _BAR_CM)
     drifted = _rms(kept[THEIRS][-_LAST_MINUTES:, _FINGERS])
@@ -78,12 +79,10 @@ def _rows(subject: str, kept: dict[str, Any]) -> list[Row]:
     start, stop = kept["still"]
     first, end = int((start - _POSE_S) // _MINUTE_S) + 1, int((stop - _POSE_S) // _MINUTE_S) - 1
     growth = kept["sd"][end] / kept["sd"][first]
-    thumb = _rms(kept[OURS][-_LAST_MINUTES:, 0])
     told = int(((kept["unsure"] > start) & (kept["unsure"] < stop)).sum())
     return [
         Row(subject, "F2-F5, last ten minutes; at most 1.2 times M2's first minute, or 1.5 cm", f"{bar:.2f}",
             f"{last:.2f} (M2: {drifted:.2f})", last <= bar, "cm"),
-        Row(subject, "thumb, last ten minutes", "-", f"{thumb:.2f}", True, "cm"),
         Row(subject, "95 % intervals of F2-F5, last ten minutes", "90-99", f"{100.0 * inside:.1f}",
             _COVERAGE[0] <= inside <= _COVERAGE[1], "%"),
         Row(subject, "ten still minutes: the fingertips' sd grows, or a flag rises", "yes",
