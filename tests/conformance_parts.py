@@ -33,7 +33,7 @@ def specimens():
     current = {"current_ma": (40.0,) * 4}
     parameters = {
         "state_space": {"a": ((0.0, 1.0), (-30.0, -4.0)), "b": ((0.0,), (30.0,)), "c": ((1.0, 0.0),)},
-        "finger": {}, "finger_imus": {}, "moving_hand": {"phases": wave()},
+        "finger": {}, "finger_imus": {}, "moving_hand": {"phases": wave()}, "hand": {},
         "vqf": {"initial_angles_deg": (20.0, 25.0, 15.0), "align_s": 0.1},
         "vqf9": {}, "constrained": {"sensed": ("hand", "F2p", "F2m", "F2d")},
         "kortier": {"sensed": ("hand", "F2p", "F2m", "F2d")},
@@ -122,7 +122,7 @@ def value(port, rng):
     if port.unit == "A,s":
         return rng.uniform((0.0, 0.0), (0.04, 4e-4), port.shape)
     if port.unit == "A,s,Hz":
-        return rng.uniform((0.0, 5e-5, 20.0), (8e-4, 4e-4, 50.0), port.shape)
+        return rng.uniform((0.0, 5e-5, 20.0), (6e-3, 4e-4, 50.0), port.shape)
     scale, mean = {"m/s^2": (1.0, 5.0), "T": (1e-5, 3e-5), "Hz": (5.0, 30.0)}.get(port.unit, (0.3, 0.4))
     drawn = mean + scale * rng.standard_normal(port.shape)
     return float(drawn) if port.shape == () else drawn
