@@ -54,3 +54,16 @@ def test_a_key_that_leads_nowhere_is_refused(setting, found):
     with pytest.raises(InputError, match="--set") as refused:
         changed(setting)
     assert found in str(refused.value)
+
+
+def test_lists_and_tables_with_text_in_them_are_set_as_such():
+    """A value is text where the parameter is, not where some of its items or keys are."""
+    document = {"experiment": {"name": "set", "duration_s": 1}, "blocks": {
+        "hand": {"kind": "moving_hand", "script": "P1"},
+        "tracker": {"kind": "constrained", "rate": "100"}}}
+    settings = ["blocks.hand.rest_deg={F2_pip_flexion=10.0}", 'blocks.tracker.sensed=["hand", "F2p"]',
+                "blocks.hand.script=A-F1"]
+    blocks = apply_settings(document, settings, "set")["blocks"]
+    assert blocks["hand"]["rest_deg"] == {"F2_pip_flexion": 10.0}
+    assert blocks["tracker"]["sensed"] == ["hand", "F2p"]
+    assert blocks["hand"]["script"] == "A-F1"
