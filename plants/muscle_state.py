@@ -25,16 +25,14 @@ class Contraction(Protocol):
         """A state at rest, `rest_s` after `state`."""
 
     def advance(self, state: Any, stop_ns: int) -> None:
-        """As far as the model's own instants go by `stop_ns`."""
+        """As far as the model's own instants go before `stop_ns`."""
 
     def change(self, state: Any, time_ns: int, pulses: Array, drive: Array) -> None:
         """From `time_ns` on `pulses` (2, muscles) act, or the steady activation `drive` (muscles,)."""
 
-    def activation(self, state: Any, time_ns: int) -> Array:
-        """Force over that of the fresh, fully stimulated muscle, (muscles,)."""
-
-    def capacity(self, state: Any) -> Array:
-        """What is left of the fresh muscles by the model's own fatigue, (muscles,)."""
+    def look(self, state: Any, time_ns: int) -> tuple[Array, Array]:
+        """At an instant by which `advance` went: activation, and what the model's own fatigue has left of
+        the fresh muscles, (muscles,) each."""
 
 
 class MusclesState:

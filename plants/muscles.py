@@ -39,10 +39,10 @@ class Muscles:
     Activation is the force over that of the fresh, fully stimulated muscle at the same length and speed:
     the skeleton scales it by strength. `hammerstein` and `riener` follow v h(f), the recruited fraction
     times h(f) = (f / fusion_hz)^2 / (1 + (f / fusion_hz)^2); `ding2003` and `ding2007` follow single
-    pulses, the first when f begins, the next 1 / f later and so on. Fibres that stimulation holds are out
-    of reach of effort and reflex, whose drives are held between messages. All is exact at any instant,
-    Ding's force alone within 1e-5 (`STEP_NS` in `muscle_models/ding_kernels.py`), and the same to the last
-    bit whoever looks in between.
+    pulses, the first when f begins, the next 1 / f later and so on, whatever v does; a pulse takes the v
+    that acts at its instant. Fibres that stimulation holds are out of reach of effort and reflex, whose
+    drives are held between messages. All is exact at any instant, Ding's force within 1e-6 (`STEP_NS` in
+    `muscle_models/ding_kernels.py`), and the same to the last bit whoever looks in between.
 
     Inputs, (29,) each: `recruitment` v, from 0 to 1, and `frequency` f in Hz; optional `velocity` in 1/s,
     of the fibres over their optimal length, positive in stretch; optional `voluntary` effort, from 0 to 1.
@@ -204,15 +204,14 @@ class Muscles:
     def _outputs(self, state: MusclesState) -> tuple[Array, Array]:
         """(activation, fitness) of the instant that the state is of."""
         now, fitness = state.now_ns, self._fitness(state, state.now_ns)
-        stimulated = self._contraction.activation(state.stimulated, now)
-        natural = self._natural.activation(state.natural, now)
+        activation, capacity = self._contraction.look(state.stimulated, now)
+        natural, _ = self._natural.look(state.natural, now)
         if self.tremor is not None:
             natural += trembling(state.waves, self._sides, now)
-        capacity = self._contraction.capacity(state.stimulated)
         natural *= capacity
-        stimulated += natural
-        stimulated *= fitness
-        return stimulated, fitness * capacity
+        activation += natural
+        activation *= fitness
+        return activation, fitness * capacity
 
 
 def within(values: Array, highest: float) -> Array:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.errors import InputError
 from fesloop.hand.muscles import MUSCLES
 from plants.checks import require_not_negative, require_positive
 from plants.muscle_models.ding_kernels import (
@@ -71,7 +72,7 @@ class PulsedForce:
         return np.array([self.constants.a_rest, self.constants.tau1_rest, self.constants.km_rest])
 
     def advance(self, state: PulsedState, stop_ns: int) -> None:
-        """To the last node by `stop_ns`."""
+        """To the last node before `stop_ns`."""
         advance_nodes(state.muscles, state.trains, state.recruited, state.frequency, self.constants, stop_ns)
 
     def change(self, state: PulsedState, time_ns: int, pulses: Array, drive: Array) -> None:
@@ -82,23 +83,19 @@ class PulsedForce:
         change_trains(state.trains, state.frequency, frequency, time_ns)
         state.recruited, state.frequency = recruited, frequency
 
-    def activation(self, state: PulsedState, time_ns: int) -> Array:
-        """Force over that of the fresh, fully recruited muscle in fused tetanus, (muscles,).
+    def look(self, state: PulsedState, time_ns: int) -> tuple[Array, Array]:
+        """Activation and what is left of A, (muscles,) each.
 
-        That force, A (tau1 + tau2), is the limit for high frequencies.
+        Activation is force over that of the fresh, fully recruited muscle in fused tetanus.
         """
-        force = np.empty(len(MUSCLES))
-        look_ahead(state.muscles, state.trains, state.recruited, self.constants, time_ns, force)
-        return force / self.full_n
+        seen = np.empty((2, len(MUSCLES)))
+        look_ahead(state.muscles, state.trains, state.recruited, self.constants, time_ns, seen)
+        return seen[0] / self.full_n, seen[1] / self.constants.a_rest
 
     @property
     def full_n(self) -> float:
-        """Force of the fresh, fully recruited muscle in fused tetanus, N."""
+        """Force of the fresh, fully recruited muscle in the limit of high frequencies, N."""
         return self.constants.a_rest * (self.constants.tau1_rest + self.constants.tau2)
-
-    def capacity(self, state: PulsedState) -> Array:
-        """A over its value at rest, (muscles,), at each muscle's last node."""
-        return state.muscles[:, SCALING] / self.constants.a_rest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,6 +120,8 @@ class Ding2003Fatigue:
     def __post_init__(self) -> None:
         require_positive("fatigue", self, "recovery_s")
         require_not_negative("fatigue", self, "relaxation_per_n", "sensitivity_per_n_s")
+        if not -math.inf < self.scaling_per_s2 <= 0.0:
+            raise InputError("fatigue.scaling_per_s2", f"{self.scaling_per_s2}", "finite numbers, 0 or less")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -87,14 +87,9 @@ class TwoLags:
         state.levels = self._levels(state, time_ns)
         state.drive, state.since_ns = drive, time_ns
 
-    def activation(self, state: LagState, time_ns: int) -> Array:
-        """Force over that of the fresh, fully stimulated muscle, (muscles,)."""
-        levels: Array = self._levels(state, time_ns)[1]
-        return levels
-
-    def capacity(self, state: LagState) -> Array:
-        """Ones: what this model loses by fatigue is not its own affair."""
-        return np.ones(len(MUSCLES))
+    def look(self, state: LagState, time_ns: int) -> tuple[Array, Array]:
+        """Activation, and ones for what is left of the muscles: these have no fatigue of their own."""
+        return self._levels(state, time_ns)[1], np.ones(len(MUSCLES))
 
     def _levels(self, state: LagState, time_ns: int) -> Array:
         after = np.empty_like(state.levels)

@@ -95,7 +95,7 @@ class MuscleTremor:
     ----------
     activation: rms of what goes to either group, were it not cut at 0 (chosen).
     band_hz: where the patient's frequency lies (4-12, all kinds of tremor together).
-    spread_hz: how far its components lie from it, sd (chosen).
+    spread_hz: how far its components lie from it, sd (chosen: the tremor swells and fades within seconds).
     muscles: names of the muscles that tremble; empty: all.
     """
 
@@ -105,8 +105,8 @@ class MuscleTremor:
     muscles: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        require_not_negative("tremor", self, "activation", "spread_hz")
-        require_positive("tremor", self, "band_hz")
+        require_not_negative("tremor", self, "activation")
+        require_positive("tremor", self, "band_hz", "spread_hz")
         if self.band_hz[0] > self.band_hz[1]:
             raise InputError("tremor.band_hz", f"{self.band_hz}", "the lower frequency, then the upper")
         chosen(self.muscles, "tremor.muscles")
