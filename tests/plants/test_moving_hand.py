@@ -134,7 +134,7 @@ def test_a_person_is_the_same_in_every_trial_and_another_for_another_seed():
 
 
 @pytest.mark.parametrize(("change", "text"), [
-    ({"phases": ()}, "one or more"),
+    ({"phases": ()}, "name of a script"),
     ({"phases": (Phase(duration_s=1.0, posture_deg={"F2_pip": 1.0}),)}, "F2_pip"),
     ({"rest_deg": {"thumb": 1.0}}, "thumb"), ({"forearm_orientation": (1.0, 1.0, 0.0, 0.0)}, "length 1"),
     ({"knot_ms": 0.0}, "knot_ms")])
