@@ -1,0 +1,247 @@
+"""`hand`: a whole hand moved by 29 muscles, that can grasp: rigid bodies and contact by MuJoCo."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import cast
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError, RunError
+from fesloop.hand.anthropometry import FINGERS, HandSize
+from fesloop.hand.motion import STANDARD_GRAVITY
+from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.segments import SegmentTree
+from fesloop.hand.skeleton import hand_tree
+from fesloop.loop.block import Context
+from fesloop.loop.clock import NS_PER_MS, RateClock, duration_ns
+from fesloop.loop.signals import Port, Value
+from plants.checks import require_not_negative, require_positive
+from plants.hand_joints import resting_posture
+from plants.hand_model import (
+    add_muscles,
+    build_hand,
+    empty_spec,
+    nominal_passive,
+    resting_tension,
+    set_passive_joints,
+)
+from plants.hand_muscles import moment_arms, muscles
+from plants.hand_objects import GraspObject, Table, add_object, add_table
+from plants.hand_state import HandState, evaluate, step
+
+Array = NDArray[np.float64]
+LEFT_PALM_DOWN = (math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0)
+RIGHT_PALM_DOWN = (0.0, math.sqrt(0.5), 0.0, -math.sqrt(0.5))
+"""Forearm to global, palm down, fingers to the north."""
+OVERLAP_M = 0.001
+"""Chosen: an object may be pressed this far into the skin at the start."""
+UNSTABLE_RAD_S = 1000.0
+"""Chosen: above what joints do (snapping fingers, 140 rad/s: Acharya 2021, doi 10.1098/rsif.2021.0672); of an
+object also m/s."""
+_NEVER = 1e9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Hand:
+    """A hand of 23 degrees of freedom on a forearm that stays where it is, in gravity.
+
+        M(q) q'' + bias(q, q') = R' f + passive moments + contact
+        f_i = F_i (a_i fl(l_i) fv(l_i') + fp(l_i)),   l_i = l_rest - R_i (q - q_rest) / fibre length
+
+    in MuJoCo's fixed steps; activation is latched at their starts. Muscles are `fesloop.hand.muscles`, their
+    forces, fibres and constant moment arms R those of `plants.hand_muscles`; force-length, force-velocity and
+    passive tension are MuJoCo's muscle curves, tendons stiff. Passive moments of the joints themselves are
+    linear (`plants.hand_joints`), springs set so that without gravity the hand rests at `rest_deg`.
+
+    Input: `activation` (29,), from 0 to 1, clipped. Outputs: `angles`, `rates`, `accelerations` (23,), rad
+    and s, in the order of the hand's freedoms; `fingertips` (5, 3), m, bone ends in the wrist coordinate
+    system; of 17 sites on the back of the segments `site_orientation` (17, 4), to the global frame,
+    `site_position` (17, 3), m, global, `site_rate` (17, 3), rad/s, and `site_force` (17, 3), m/s^2, angular
+    velocity and specific force in the segments' frames; `contact_force` (5,), N, sum of the normal forces on
+    each distal segment; `velocity` (29,), 1/s, lengthening of the fibres in optimal lengths; and with an
+    object `object_position` (3,), m, from the wrist's centre, and `object_orientation` (4,), both global.
+    Accelerations and forces are those at the end of a step, under the activation that led there.
+
+    Attributes
+    ----------
+    hand: its measures and side.
+    forearm_orientation: (w, x, y, z), of the wrist coordinate system to the global frame (ENU); empty: palm
+        down, fingers to the north.
+    rest_deg: resting posture by freedom, in place of those of `plants.hand_joints`; also the start.
+    strength: factors on the peak forces of all muscles, in the order of `MUSCLES`; empty: 1.
+    stiffness, damping, passive_tension: factors on the joints' stiffness, on their damping, and on the
+        muscles' passive tension.
+    contracture: factor on the stiffness of the MCP joints: of a total of .04 N m/rad, .03 are the joint's, so
+        2.6 makes .088 (MAS 1+ after stroke), 17 makes .52 (MAS 2), 21 makes .64 (MAS 3); PMC7775510.
+    object: what is there to grasp. table: what it stands on.
+    step_ms: of the solver. Chosen: halving it changes a grasp by less than a degree.
+
+    Raises InputError for what cannot be, such as an object inside the hand; RunError when the simulation
+    becomes unstable.
+    """
+
+    hand: HandSize = field(default_factory=HandSize)
+    forearm_orientation: tuple[float, ...] = ()
+    rest_deg: dict[str, float] = field(default_factory=dict)
+    strength: tuple[float, ...] = ()
+    stiffness: float = 1.0
+    damping: float = 1.0
+    passive_tension: float = 1.0
+    contracture: float = 1.0
+    object: GraspObject | None = None
+    table: Table | None = None
+    step_ms: float = 1.0
+    model: mujoco.MjModel = field(init=False, repr=False, compare=False)
+    _tree: SegmentTree = field(init=False, repr=False, compare=False)
+    _rest: Array = field(init=False, repr=False, compare=False)
+    _stretch: Array = field(init=False, repr=False, compare=False)
+    _sites: NDArray[np.int64] = field(init=False, repr=False, compare=False)
+    _tips: NDArray[np.int64] = field(init=False, repr=False, compare=False)
+    _grid: RateClock = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        require_positive("hand", self, "strength", "contracture", "step_ms")
+        require_not_negative("hand", self, "stiffness", "damping", "passive_tension")
+        if self.strength and len(self.strength) != len(MUSCLES):
+            raise InputError("hand.strength", f"{len(self.strength)} of them", f"{len(MUSCLES)}, or none")
+        if self.step_ms > 10.0:
+            raise InputError("hand.step_ms", f"{self.step_ms:g}", "10 ms at most")
+        q = self.forearm_orientation
+        if q and (len(q) != 4 or abs(math.hypot(*q) - 1.0) > 1e-6):
+            raise InputError("hand.forearm_orientation", f"{q}",
+                             "a quaternion (w, x, y, z) of length 1, or empty")
+        tree = hand_tree(self.hand)
+        rest = resting_posture(tree, self.rest_deg)
+        for name, angle, (low, high) in zip(tree.freedoms, rest, tree.ranges, strict=True):
+            if not low <= angle <= high:
+                raise InputError(f"hand.rest_deg.{name}", f"{math.degrees(angle):g}",
+                                 f"{math.degrees(low):g} to {math.degrees(high):g} deg")
+        arms = moment_arms(tree, float(rest[tree.freedom("F1_cmc_pronation")]))
+        fibres = 1e-3 * np.array([muscle.fibre_mm for muscle in muscles()])
+        object.__setattr__(self, "_tree", tree)
+        object.__setattr__(self, "_rest", rest)
+        object.__setattr__(self, "_stretch", -arms / fibres[:, np.newaxis])
+        object.__setattr__(self, "_grid", RateClock(
+            duration_ns(self.step_ms, NS_PER_MS, "hand.step_ms"), 1))
+        model = self._compiled(arms)
+        object.__setattr__(self, "model", model)
+        sites = [model.site(f"imu {name}").id for name in tree.names]
+        object.__setattr__(self, "_sites", np.array(sites))
+        object.__setattr__(self, "_tips", np.array([model.site(f"tip {finger}d").id for finger in FINGERS]))
+        self._require_apart()
+
+    def _compiled(self, arms: Array) -> mujoco.MjModel:
+        tree, rest = self._tree, self._rest
+        usual = LEFT_PALM_DOWN if self.hand.side == "left" else RIGHT_PALM_DOWN
+        spec = empty_spec(1e-3 * self.step_ms)
+        build_hand(spec, tree, self.hand, np.array(self.forearm_orientation or usual), arms)
+        add_muscles(spec, muscles(), np.array(self.strength or (1.0,) * len(MUSCLES)), self.passive_tension,
+                    -arms @ rest)
+        if self.object is not None:
+            add_object(spec, self.object)
+        if self.table is not None:
+            add_table(spec, self.table)
+        model = spec.compile()
+        stiffness, damping = nominal_passive(tree)
+        for i, name in enumerate(tree.freedoms):
+            if name.endswith("mcp_flexion") and not name.startswith("F1"):
+                stiffness[i] *= self.contracture
+        set_passive_joints(model, tree, self.stiffness * stiffness, self.damping * damping, rest,
+                           arms.T @ resting_tension(muscles(), self.passive_tension), self.stiffness)
+        return model
+
+    def _require_apart(self) -> None:
+        """Raise InputError for an object that is inside the hand or the table at the start."""
+        if self.object is None:
+            return
+        data = self.init(Context("hand")).data
+        mujoco.mj_forward(self.model, data)
+        for contact in data.contact:
+            names = [self.model.geom(geom).name for geom in contact.geom]
+            if "object" in names and contact.dist < -OVERLAP_M:
+                other, depth_mm = names[1 - names.index("object")], -1e3 * contact.dist
+                raise InputError("hand.object", f"reaches {depth_mm:.1f} mm into {other} at the start",
+                                 f"{1e3 * OVERLAP_M:g} mm at most", "move it, or the hand")
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """Activation of the muscles."""
+        return (Port("activation", (len(MUSCLES),), "1"),)
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """Posture, fingertips, what the sites go through, forces, fibres, and the object's pose."""
+        ports = (Port("angles", (23,), "rad", tuple(float(angle) for angle in self._rest)),
+                 Port("rates", (23,), "rad/s"), Port("accelerations", (23,), "rad/s^2"),
+                 Port("fingertips", (5, 3), "m"),
+                 Port("site_orientation", (17, 4), "1", (1.0, 0.0, 0.0, 0.0)),
+                 Port("site_position", (17, 3), "m"), Port("site_rate", (17, 3), "rad/s"),
+                 Port("site_force", (17, 3), "m/s^2", (0.0, 0.0, STANDARD_GRAVITY)),
+                 Port("contact_force", (5,), "N"), Port("velocity", (len(MUSCLES),), "1/s"))
+        if self.object is None:
+            return ports
+        return (*ports, Port("object_position", (3,), "m"),
+                Port("object_orientation", (4,), "1", (1.0, 0.0, 0.0, 0.0)))
+
+    @property
+    def grid(self) -> RateClock:
+        """Steps of `step_ms`."""
+        return self._grid
+
+    @property
+    def feedthrough(self) -> bool:
+        """False: activation shows at the end of the step that it acts in."""
+        return False
+
+    def init(self, context: Context) -> HandState:
+        """At rest, muscles too; the object where it is put."""
+        data = mujoco.MjData(self.model)
+        data.qpos[:23] = self._rest
+        return HandState(data)
+
+    def advance(self, state: HandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
+        """From `start_ns` to `stop_ns`, steps of the grid."""
+        data = state.data
+        data.ctrl[:] = cast(Array, inputs[0])
+        period = self._grid.period_num
+        while state.time_ns < stop_ns:
+            if self.table is not None:
+                self._lower(self.table, state)
+            step(self.model, state)
+            state.time_ns += period
+            speeds = data.qvel
+            if not speeds.dot(speeds) < UNSTABLE_RAD_S**2:
+                self._give_up(state)
+
+    def _lower(self, table: Table, state: HandState) -> None:
+        """Put the table where it is at the start of the step."""
+        height = table.height_m - 0.005 - table.drop(state.time_ns)
+        if state.data.mocap_pos[0, 2] != height:
+            state.data.mocap_pos[0, 2] = height
+            state.evaluated = False
+
+    def _give_up(self, state: HandState) -> None:
+        speeds = np.nan_to_num(np.abs(state.data.qvel), nan=_NEVER, posinf=_NEVER)
+        worst = int(np.argmax(speeds))
+        what = self._tree.freedoms[worst] if worst < 23 else "the object"
+        raise RunError(f"hand became unstable at {state.time_ns / NS_PER_MS:g} ms: {what} moves at "
+                       f"{speeds[worst]:.3g} rad/s or m/s; take a smaller step_ms")
+
+    def read(self, state: HandState, inputs: Sequence[Value]) -> tuple[Value, ...]:
+        """All outputs now."""
+        evaluate(self.model, state)
+        data = state.data
+        sensed, rates = data.sensordata, data.qvel[:23].copy()
+        wrist = data.xmat[1].reshape(3, 3)
+        seen = (data.qpos[:23].copy(), rates, data.qacc[:23].copy(),
+                (data.site_xpos[self._tips] - data.xpos[1]) @ wrist, data.xquat[1:18].copy(),
+                data.site_xpos[self._sites], sensed[:51].reshape(17, 3).copy(),
+                sensed[51:102].reshape(17, 3).copy(), sensed[102:107].copy(), self._stretch @ rates)
+        if self.object is None:
+            return seen
+        return (*seen, data.qpos[23:26].copy(), data.qpos[26:30].copy())

@@ -1,0 +1,62 @@
+"""What holds the relaxed hand's joints: stiffness, damping and resting posture of every freedom."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.hand.segments import SegmentTree
+
+Array = NDArray[np.float64]
+
+
+class Passive(NamedTuple):
+    """Of one freedom: stiffness of the joint alone, N m/rad, damping, N m s/rad, resting angle, deg."""
+
+    stiffness: float
+    damping: float
+    rest_deg: float
+
+
+FINGER_RESTS_DEG = {"F2": (25.0, 35.0, 15.0), "F3": (30.0, 38.0, 15.0), "F4": (33.0, 40.0, 15.0),
+                    "F5": (35.0, 40.0, 15.0)}
+"""MCP, PIP, DIP, the wrist neutral. Chosen: the usual cascade, more flexed towards the little finger."""
+WRIST_END_DEG, WRIST_BEYOND_DEG = 75.0, 15.0
+WRIST_END_MOMENTS = {"flexion": 0.5, "extension": 1.2}
+"""The wrist's passive moment, N m, is about 0 over the central 150 deg and reaches these 15 deg beyond, where
+it is taken to grow linearly."""
+
+
+def passive_joints(tree: SegmentTree) -> dict[str, Passive]:
+    """By freedom.
+
+    Fingers: MCP joints are .033 to .047 N m/rad stiff, tendons included (PMC7775510), so less without them;
+    PIP and DIP are chosen for the proportions in which FDP and FDS flex the joints, tendons included
+    (Nimbarte 2008, doi 10.1186/1749-799X-3-8). Damping .003 to .005 at the MCP, PIP and DIP chosen for its
+    damping ratio. Thumb and abduction: chosen, in proportion to what moves along. Wrist: chosen, near nothing
+    in flexion, where it is free over the central 150 deg; damping chosen.
+    """
+    rows = {
+        "wrist_flexion": Passive(0.05, 0.03, 0.0), "wrist_abduction": Passive(0.5, 0.03, 0.0),
+        "F1_cmc_flexion": Passive(0.10, 0.008, 25.0), "F1_cmc_abduction": Passive(0.10, 0.008, -35.0),
+        "F1_cmc_pronation": Passive(0.15, 0.004, 60.0), "F1_mcp_flexion": Passive(0.05, 0.003, 15.0),
+        "F1_ip_flexion": Passive(0.02, 0.0006, 20.0)}
+    for finger, (mcp, pip, dip) in FINGER_RESTS_DEG.items():
+        rows[f"{finger}_mcp_flexion"] = Passive(0.030, 0.004, mcp)
+        rows[f"{finger}_mcp_abduction"] = Passive(0.08, 0.004, 0.0)
+        rows[f"{finger}_pip_flexion"] = Passive(0.014, 0.00085, pip)
+        rows[f"{finger}_dip_flexion"] = Passive(0.016, 0.00022, dip)
+    return {freedom: rows[freedom] for freedom in tree.freedoms}
+
+
+def resting_posture(tree: SegmentTree, rest_deg: dict[str, float]) -> Array:
+    """Angles (d,) at rest, rad; `rest_deg` replaces those of the freedoms that it names.
+
+    Raises InputError for a freedom that is not there.
+    """
+    angles = np.deg2rad([row.rest_deg for row in passive_joints(tree).values()])
+    for freedom, degrees in rest_deg.items():
+        angles[tree.freedom(freedom)] = np.deg2rad(degrees)
+    return angles

@@ -1,0 +1,140 @@
+import copy
+import pickle
+
+import mujoco
+import numpy as np
+import pytest
+
+from fesloop.errors import InputError, RunError
+from fesloop.hand import quaternion
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.kinematics import Poses, segment_poses
+from fesloop.hand.motion import root_motion, sensed, sensor_points
+from fesloop.hand.muscles import MUSCLES, muscle
+from fesloop.hand.skeleton import dorsal_points, hand_tree
+from fesloop.loop.block import Context
+from fesloop.loop.clock import NS_PER_MS
+from plants.hand import LEFT_PALM_DOWN, RIGHT_PALM_DOWN, Hand
+from plants.hand_objects import GraspObject, Table
+
+TREE = hand_tree(HandSize())
+NAMES = ("angles", "rates", "accelerations", "fingertips", "orientation", "position", "rate", "force",
+         "contact", "velocity", "object_position", "object_orientation")
+PALM_DOWN = {"left": LEFT_PALM_DOWN, "right": RIGHT_PALM_DOWN}
+BALL = {"object": GraspObject(shape="ball", size_mm=(50.0,), position_m=(0.03, 0.08, -0.07)),
+        "table": Table(height_m=-0.096)}
+
+
+def active(**levels):
+    rows = np.zeros(len(MUSCLES))
+    for name, level in levels.items():
+        rows[muscle(name)] = level
+    return rows
+
+
+def run(plant, activation, seconds, state=None, every=None):
+    """State and outputs after some seconds; every so many steps read in between, if given."""
+    state = plant.init(Context("hand")) if state is None else state
+    steps = round(1e3 * seconds / plant.step_ms)
+    for k in range(steps):
+        now = state.time_ns
+        plant.advance(state, [activation], now, now + plant.grid.period_num)
+        if every and k % every == 0:
+            plant.read(state, [activation])
+    return state, outputs(plant, state, activation)
+
+
+def outputs(plant, state, activation):
+    return dict(zip(NAMES, plant.read(state, [activation]), strict=False))
+
+
+@pytest.fixture(scope="module", params=["left", "right"])
+def moving(request):
+    """A hand in full motion: plant, and what it puts out."""
+    plant = Hand(hand=HandSize(side=request.param))
+    state, seen = run(plant, active(FDP2=0.05, EDC3=0.2, THENAR=0.05, ECRL=0.1, INT5=0.1), 0.06)
+    return plant, state, seen
+
+
+def test_sensor_sites_feel_what_the_chain_says(moving):
+    plant, _, seen = moving
+    tree, root = hand_tree(plant.hand), root_motion(PALM_DOWN[plant.hand.side])
+    points = sensor_points(tree, tree.names, dorsal_points(plant.hand))
+    samples = sensed(tree, points, seen["angles"], seen["rates"], seen["accelerations"], root)
+    assert np.abs(seen["rates"]).max() > 3.0
+    assert np.allclose(seen["rate"], samples.gyr, rtol=0, atol=1e-8)
+    assert np.allclose(seen["force"], samples.acc, rtol=0, atol=1e-8)
+
+
+def test_sites_and_fingertips_are_where_kinematics_has_them(moving):
+    plant, _, seen = moving
+    tree, down = hand_tree(plant.hand), np.array(PALM_DOWN[plant.hand.side])
+    poses = segment_poses(tree, seen["angles"], Poses(down, np.zeros(3)))
+    same = np.abs(np.sum(seen["orientation"] * poses.orientation, axis=1))
+    assert np.allclose(same, 1.0, rtol=0, atol=1e-12)
+    places = poses.position + quaternion.rotate(poses.orientation, dorsal_points(plant.hand))
+    assert np.allclose(seen["position"], places, rtol=0, atol=1e-12)
+    tips = [tree.index(f"F{i}d") for i in range(1, 6)]
+    ends = segment_poses(tree, seen["angles"]).position[tips]
+    assert np.allclose(seen["fingertips"], ends, rtol=0, atol=1e-12)
+
+
+def test_left_hand_is_the_mirror_of_the_right():
+    activation = active(FDP2=0.03, EDC3=0.1, THENAR=0.05, ECRL=0.1, FCU=0.05)
+    left, right = (run(Hand(hand=HandSize(side=side)), activation, 0.15)[1] for side in ("left", "right"))
+    assert np.allclose(left["angles"], right["angles"], rtol=0, atol=1e-9)
+    assert np.allclose(left["position"], right["position"] * [-1.0, 1.0, 1.0], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("things", [{}, BALL], ids=["free", "grasp"])
+def test_copies_and_pickles_go_on_bit_for_bit_and_reading_changes_nothing(things):
+    plant, activation = Hand(**things), active(FDP2=0.05, FDP3=0.05, FDS4=0.05, FPL=0.1, THENAR=0.05)
+    state, _ = run(plant, activation, 0.1)
+    saved, copied = pickle.dumps(state), copy.deepcopy(state)
+    _, seen = run(plant, activation, 0.15, state)
+    read_often, _ = run(plant, activation, 0.15, pickle.loads(saved), every=1)
+    for other in (pickle.loads(saved), copied, read_often):
+        if other is not read_often:
+            run(plant, activation, 0.15, other)
+        again = outputs(plant, other, activation)
+        assert all(np.array_equal(seen[name], again[name]) for name in seen)
+    if things:
+        assert state.data.ncon > 0
+
+
+def test_a_step_is_that_of_mujoco_itself():
+    plant, activation = Hand(**BALL), active(FDP2=0.05, FDS3=0.05, ECRL=0.1)
+    state = plant.init(Context("hand"))
+    data = copy.deepcopy(state.data)
+    run(plant, activation, 0.1, state)
+    data.ctrl[:] = activation
+    for _ in range(100):
+        mujoco.mj_step(plant.model, data)
+    assert np.array_equal(data.qpos, state.data.qpos)
+    assert np.array_equal(data.qvel, state.data.qvel)
+
+
+@pytest.mark.parametrize(("change", "text"), [
+    ({"strength": (1.0,)}, "strength"), ({"rest_deg": {"F2_pip": 1.0}}, "F2_pip"),
+    ({"rest_deg": {"F2_pip_flexion": 170.0}}, "F2_pip_flexion"), ({"stiffness": -1.0}, "stiffness"),
+    ({"forearm_orientation": (1.0, 1.0, 0.0, 0.0)}, "length 1"), ({"step_ms": 0.0}, "step_ms"),
+    ({"object": GraspObject(position_m=(0.0, 0.05, 0.0))}, "mm into hand"),
+    ({"contracture": float("nan")}, "contracture")])
+def test_what_cannot_be_is_named(change, text):
+    with pytest.raises(InputError, match=text):
+        Hand(**change)
+
+
+@pytest.mark.parametrize("fault", [{"shape": "egg"}, {"size_mm": (1.0,)}, {"mass_kg": 0.0},
+                                   {"orientation": (1.0, 1.0, 0.0, 0.0)}, {"position_m": (0.0, 0.0, np.inf)}])
+def test_objects_that_make_no_sense_are_refused(fault):
+    with pytest.raises(InputError):
+        GraspObject(**fault)
+
+
+def test_an_unstable_simulation_is_found_at_once_and_named():
+    plant = Hand()
+    state, _ = run(plant, active(), 0.01)
+    state.data.qvel[9] = 1e5
+    with pytest.raises(RunError, match="unstable at 11 ms: F2_pip_flexion moves"):
+        plant.advance(state, [active()], 10 * NS_PER_MS, 20 * NS_PER_MS)
