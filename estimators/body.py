@@ -133,6 +133,23 @@ def place_tips(
 
 
 @numba.njit(cache=True)
+def fill_lever(q: Array, offset: Array, origin: Array, tip: Array, lever: Array) -> None:
+    """Fill `lever` (3, 3), m/rad: how a tip moves with the error d of a segment's joint, R [d]x r.
+
+    Parameters
+    ----------
+    q: (4,), segment to root. offset: (3,), m, the segment's frame from the joint's centre, in its own axes.
+    origin, tip: (3,), m, of the segment's frame and of the tip, in the root's frame, as is the lever.
+    """
+    turn = (q[0], q[1], q[2], q[3])
+    x, y, z = turned(turn, offset[0], offset[1], offset[2])
+    x, y, z = tip[0] - origin[0] + x, tip[1] - origin[1] + y, tip[2] - origin[2] + z
+    for a in range(3):
+        u, v, w = turned(turn, 1.0 if a == 0 else 0.0, 1.0 if a == 1 else 0.0, 1.0 if a == 2 else 0.0)
+        lever[0, a], lever[1, a], lever[2, a] = v * z - w * y, w * x - u * z, u * y - v * x
+
+
+@numba.njit(cache=True)
 def spread_tips(
     layout: Numbers, geometry: Array, orientations: Array, positions: Array, covariance: Array, tips: Numbers,
     sd: Array
@@ -150,18 +167,7 @@ def spread_tips(
         tip, k = tips[i], tips[i]
         x, y, z = 0.0, 0.0, 0.0
         while layout[k, 0] >= 0:
-            q, offset = orientations[k], geometry[k, 4]
-            turn = (q[0], q[1], q[2], q[3])
-            to_frame = turned(turn, offset[0], offset[1], offset[2])
-            # From the joint's centre to the tip, in the root's frame, where d moves it by R d x r.
-            r0 = positions[tip, 0] - positions[k, 0] + to_frame[0]
-            r1 = positions[tip, 1] - positions[k, 1] + to_frame[1]
-            r2 = positions[tip, 2] - positions[k, 2] + to_frame[2]
-            for a in range(3):
-                axis = turned(turn, 1.0 if a == 0 else 0.0, 1.0 if a == 1 else 0.0, 1.0 if a == 2 else 0.0)
-                rows[0, a] = axis[1] * r2 - axis[2] * r1
-                rows[1, a] = axis[2] * r0 - axis[0] * r2
-                rows[2, a] = axis[0] * r1 - axis[1] * r0
+            fill_lever(orientations[k], geometry[k, 4], positions[k], positions[tip], rows)
             cov = covariance[k]
             x += _quadratic(rows[0], cov)
             y += _quadratic(rows[1], cov)

@@ -81,8 +81,7 @@ class VqfTracker:
         start at rest, where nothing but noise has to settle).
     tau_acc_s: time constant of the inclination correction, s (VQF's own default).
     gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, deg/s and multiples of
-        standard gravity (2000: Kortier et al. 2014, doi 10.1186/1743-0003-11-70; 16: chosen, usual of its
-        kind).
+        standard gravity (2000: Kortier et al. 2014, doi 10.1186/1743-0003-11-70; 16: chosen, a usual one).
     """
 
     sensors: int = 0
@@ -223,21 +222,19 @@ def _start(
 def _fuse(state: FusionState, inputs: Sequence[Sample], tick: Tick) -> bool:
     """Update the filters; whether every sensor had a sample.
 
-    A filter counts time in samples, so ticks that were skipped while the block was busy are made good with
-    this one.
+    A filter counts time in samples: ticks that were skipped while the block was busy are made good.
     """
     state.arrivals.note(inputs, tick)
-    sound = state.arrivals.sound
     gyr: Any = inputs[0].value
     acc: Any = inputs[1].value
     mag: Any = inputs[2].value if len(inputs) > 2 else None
     for _ in range(tick.index + 1 - state.ticks):
-        if sound:
+        if state.arrivals.sound:
             state.bank.update(gyr, acc, mag)
         else:
             state.bank.update_only(state.arrivals.usable(), gyr, acc, mag)
     state.ticks = tick.index + 1
-    return sound
+    return state.arrivals.sound
 
 
 def _align(state: FusionState, orientation: Array, flexion: Array | None) -> None:
@@ -248,9 +245,6 @@ def _align(state: FusionState, orientation: Array, flexion: Array | None) -> Non
 
 
 def _angles(state: FusionState, orientation: Array) -> Array:
-    angles: Array
     if len(state.pairs):
-        angles = flexion_angles(orientation, state.pairs, state.heading)
-    else:
-        angles = turned_angle(state.origin, orientation)
-    return angles
+        return np.asarray(flexion_angles(orientation, state.pairs, state.heading))
+    return np.asarray(turned_angle(state.origin, orientation))

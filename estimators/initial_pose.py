@@ -41,8 +41,7 @@ class InitialPoseLimits:
     rate_sd_deg_s: sd of the rates about their mean (chosen: a third of it).
     bias_deg_s: of the mean rate; above it the hand turns slowly (5: zero-rate level, usual of MEMS).
     turned_deg: between the verticals of the first and of the second half (chosen).
-    gravity: of the mean acceleration's size from standard gravity, m/s^2 (chosen: above usual bias and
-        scale).
+    gravity: of the mean acceleration's size from gravity, m/s^2 (chosen: above usual bias and scale).
     tilt_deg: of the inclination against the neighbour's from that in the known pose (chosen: mounting and a
         not quite straight finger stay below).
     share: of the pose's samples that a sensor must give at least (chosen).

@@ -8,10 +8,9 @@ from typing import Any
 import numba
 import numpy as np
 
-from estimators.body import UNSEEN_SD, chain_up, place_tips
+from estimators.body import UNSEEN_SD, chain_up, fill_lever, place_tips
 from estimators.kortier_chain import Filters, covariance_of
 from estimators.kortier_tree import Chains
-from fesloop.hand.kinematics_kernels import turned
 from fesloop.hand.quaternion_kernels import (
     Components,
     conjugate,
@@ -136,7 +135,7 @@ def put_fingertips(
     for t in range(tips.size):
         k, depth = tips[t], 0
         while layout[k, 0] >= 0:
-            _fill_lever(orientations[k], geometry[k, 4], positions[k], fingertips[t], levers[depth])
+            fill_lever(orientations[k], geometry[k, 4], positions[k], fingertips[t], levers[depth])
             path[depth] = k
             k, depth = layout[k, 0], depth + 1
         for x in range(3):
@@ -149,17 +148,6 @@ def put_fingertips(
                 _add_seen(levers, path, i, chains, filters, sds[t])
         for x in range(3):
             sds[t, x] = math.sqrt(sds[t, x])
-
-
-@numba.njit(cache=True)
-def _fill_lever(q: Any, offset: Any, origin: Any, tip: Any, lever: Any) -> None:
-    """Write how the tip moves with the error d of a segment's joint: R [d]x r, in the root's frame."""
-    turn = (q[0], q[1], q[2], q[3])
-    x, y, z = turned(turn, offset[0], offset[1], offset[2])
-    x, y, z = tip[0] - origin[0] + x, tip[1] - origin[1] + y, tip[2] - origin[2] + z
-    for a in range(3):
-        u, v, w = turned(turn, 1.0 if a == 0 else 0.0, 1.0 if a == 1 else 0.0, 1.0 if a == 2 else 0.0)
-        lever[0, a], lever[1, a], lever[2, a] = v * z - w * y, w * x - u * z, u * y - v * x
 
 
 @numba.njit(cache=True)
