@@ -5,7 +5,7 @@ import pytest
 from made_up_scores import run_jobs, salchow, spread
 
 from fesloop.experiment.parse import load
-from fesloop.reproduce import salchow2019
+from fesloop.reproduce import comparison, salchow2019
 from fesloop.reproduce.comparison import share_that_holds
 from fesloop.reproduce.salchow2019 import (
     MOMENTS,
@@ -20,6 +20,12 @@ from fesloop.reproduce.salchow2019 import (
 from fesloop.reproduce.salchow_scores import PAIRS
 
 EVERY = {(job.key[0], job.key[1]): job for job in jobs(1, 1)}
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch):
+    """Fewer groups of subjects are drawn, to save time."""
+    monkeypatch.setattr(comparison, "_DRAWS", 400)
 
 
 def made_up(change=lambda motion, scores: None, subjects=6, times=1.0):
@@ -89,7 +95,7 @@ def test_furniture_is_a_subjects_own_and_lies_where_it_is_said_to():
     # Uniform in the logarithm: half of them below the geometric mean.
     assert np.mean(np.array(moments) < np.sqrt(3.0)) == pytest.approx(0.5, abs=0.09)
     assert furniture(1, 2.0) == furniture(1, 2.0) != furniture(2, 2.0)
-    for seed in range(1, 20):
+    for seed in range(1, 6):
         settings = ["motion=P1", *furniture(seed, 2.0)]
         part = next(node.part for node in load("salchow2019", settings, 1).nodes if node.name == "imus")
         for dipole in part.magnetic_field.dipoles:
