@@ -97,8 +97,8 @@ class AxonScatter:
         spread = np.array([self.around_mm, self.along_mm, self.depth_mm, self.spread])
         axons = np.empty((len(points), self.count, 4))
         for point, rows in zip(points, axons, strict=True):
-            key = stream_key(seed, f"{name}/axons/{point.muscle}", 0)
-            drawn = spread * NoiseStream(key, 4 * self.count).row(0).reshape(self.count, 4)
+            stream = NoiseStream(stream_key(seed, f"{name}/axons/{point.muscle}", 0), 4)
+            drawn = spread * np.stack([stream.row(axon) for axon in range(self.count)])
             rows[:, 0] = math.radians(point.around_deg) * radius_mm + drawn[:, 0]
             rows[:, 1] = point.along_mm + drawn[:, 1]
             rows[:, 2] = np.maximum(point.depth_mm + drawn[:, 2], self.least_depth_mm)

@@ -28,9 +28,9 @@ LIMITED = ((BAD, "bad_input", "negative or not finite: no pulse"),
            (VOLTAGE, "voltage_limited", "current above what the device's voltage drives through the load"),
            (SMALL, "current_too_small", "current rounds to 0: no pulse"),
            (WIDTH, "width_limited", "pulse width above the device's range"),
-           (SHORT, "width_too_short", "pulse width below the device's range: no pulse"),
            (CHARGE, "charge_limited", "charge per phase above the user's limit: pulse shortened"),
-           (ENERGY, "energy_limited", "energy of the pulse above 300 mJ into 500 ohm: pulse shortened"))
+           (ENERGY, "energy_limited", "energy of the pulse above 300 mJ into 500 ohm: pulse shortened"),
+           (SHORT, "width_too_short", "pulse width below the device's range: no pulse"))
 """Bits of what a device does not give, with their statuses."""
 
 
@@ -96,18 +96,16 @@ def given_pulse(limits: Limits, current: float, width: float) -> tuple[float, fl
         return 0.0, 0.0, BAD
     if current == 0.0 or width == 0.0:
         return 0.0, 0.0, 0
-    cut = 0
-    if current > limits.current_max:
-        cut = CURRENT
-    most = min(limits.current_max, limits.current_driven)
-    if current > limits.current_driven:
+    cut = CURRENT if current > limits.current_max * (1.0 + _ROUND_OFF) else 0
+    if current > limits.current_driven * (1.0 + _ROUND_OFF):
         cut |= VOLTAGE
+    most = min(limits.current_max, limits.current_driven)
     current = min(_nearest(current, limits.current_step), _down(most, limits.current_step))
     if current == 0.0:
         return 0.0, 0.0, cut | SMALL
-    if width > limits.width_max:
+    if width > limits.width_max * (1.0 + _ROUND_OFF):
         cut |= WIDTH
-    elif width < limits.width_min:
+    elif width < limits.width_min * (1.0 - _ROUND_OFF):
         return 0.0, 0.0, cut | SHORT
     width = min(_nearest(width, limits.width_step), _down(limits.width_max, limits.width_step))
     energetic = IEC_ENERGY_J / (2.0 * IEC_LOAD_OHM * current)
