@@ -17,11 +17,8 @@ start, with its trial as a column:
 
 from __future__ import annotations
 
-import itertools
 import json
 import platform
-import secrets
-import shutil
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import metadata
@@ -33,6 +30,7 @@ import numpy as np
 
 from fesloop.errors import InputError, RunError
 from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.recording_file import ROOM_BYTES, draft_file, free_bytes, publish
 from fesloop.experiment.rows import (
     BLOCK_STAMPS,
     EVENT,
@@ -54,8 +52,6 @@ from fesloop.loop.wiring import Node
 FORMAT = "fesloop recording 1"
 STATUS_TYPE = np.dtype("S16")
 _CHUNK_BYTES = 32768
-_ROOM_BYTES = 2**24
-"""What stays free on the disk (chosen): chunks are written whole, and the end of a run has to be noted."""
 _PACKAGES = ("fesloop", "numpy", "scipy", "numba", "h5py", "vqf", "osqp", "daqp", "fmpy")
 
 
@@ -71,11 +67,11 @@ class RecordingWriter:
     """
 
     def __init__(self, folder: Path, experiment: Experiment) -> None:
-        draft, self._file = _draft(folder, experiment.name)
+        draft, self._file = draft_file(folder, experiment.name)
         try:
             self._make_datasets(experiment)
             self._file.swmr_mode = True
-            self.path = _publish(draft, folder, experiment.name)
+            self.path = publish(draft, folder, experiment.name)
         except BaseException:
             self._file.close()
             draft.unlink()
@@ -169,8 +165,8 @@ class RecordingWriter:
         """Append rows, where there is room: HDF5 does not survive a write that fails."""
         if self._full or not tables:
             return
-        free = _free_bytes(self.path)
-        if free < _ROOM_BYTES + sum(rows.nbytes for _, rows in tables):
+        free = free_bytes(self.path)
+        if free < ROOM_BYTES + sum(rows.nbytes for _, rows in tables):
             self._full = True
             raise RunError(f"{self.path}: the disk is full, {free / 1e6:.0f} MB are left; make room, or "
                            "record into another folder")
@@ -202,44 +198,6 @@ class RecordingWriter:
         wall["deadlines"][()], wall["missed_deadlines"][()], wall["worst_late_s"][()] = deadlines
         self._file["status"][()] = np.array(status.encode(), STATUS_TYPE)
         self._file.close()
-
-
-def _draft(folder: Path, name: str) -> tuple[Path, h5py.File]:
-    """A file under a hidden name, until it is one that can be read."""
-    draft = folder / f".{name}-{secrets.token_hex(8)}.h5"
-    try:
-        free = _free_bytes(folder)
-        if free < _ROOM_BYTES:
-            raise InputError(f"--out {folder}", f"the disk is full, {free / 1e6:.0f} MB are left",
-                             f"{_ROOM_BYTES / 1e6:.0f} MB or more", "make room, or give another folder")
-        folder.mkdir(parents=True, exist_ok=True)
-        return draft, h5py.File(draft, "w", libver="latest")
-    except OSError as fault:
-        raise InputError(f"--out {folder}", f"no recording can be made there: {fault.strerror or fault}",
-                         "a folder that can be written to") from None
-
-
-def _publish(draft: Path, folder: Path, name: str) -> Path:
-    """Give the draft its name, the first that is free, in one step: nobody ever sees half a file."""
-    for number in itertools.count(1):
-        path = folder / f"{name}-{number}.h5"
-        try:
-            path.hardlink_to(draft)
-        except FileExistsError:
-            continue
-        except OSError:  # a file system without links
-            if path.exists():
-                continue
-            return draft.rename(path)
-        draft.unlink()
-        return path
-    raise AssertionError("numbers do not end")
-
-
-def _free_bytes(path: Path) -> int:
-    """Room on the disk of a path, or of where it will be made."""
-    there = next(each for each in (path, *path.absolute().parents) if each.exists())
-    return shutil.disk_usage(there).free
 
 
 def _append(dataset: h5py.Dataset, rows: Rows) -> None:

@@ -242,7 +242,7 @@ def test_a_disk_that_fills_up_ends_the_run_and_leaves_a_whole_recording(tmp_path
     """HDF5 crashes on a write that fails, so none may."""
     free = iter([10**12] * 6)
     monkeypatch.setattr("fesloop.experiment.trial._FLUSH_WALL_S", 0.0)
-    monkeypatch.setattr("fesloop.experiment.recording._free_bytes", lambda path: next(free, 10**6))
+    monkeypatch.setattr("fesloop.experiment.recording.free_bytes", lambda path: next(free, 10**6))
     result = run(fesloop.load(SMALL), tmp_path)
     assert result.status == "failed"
     assert "the disk is full, 1 MB are left" in result.cause
@@ -252,7 +252,7 @@ def test_a_disk_that_fills_up_ends_the_run_and_leaves_a_whole_recording(tmp_path
 
 
 def test_a_full_disk_is_found_before_the_run(tmp_path, monkeypatch):
-    monkeypatch.setattr("fesloop.experiment.recording._free_bytes", lambda path: 10**6)
+    monkeypatch.setattr("fesloop.experiment.recording_file.free_bytes", lambda path: 10**6)
     with pytest.raises(InputError, match=r"--out .*the disk is full, 1 MB"):
         fesloop.load(SMALL).run(tmp_path / "runs")
     assert list(tmp_path.iterdir()) == []

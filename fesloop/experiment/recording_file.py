@@ -1,0 +1,53 @@
+"""The file of a recording on its disk: room for it, a hidden draft, and its name once it can be read."""
+
+from __future__ import annotations
+
+import itertools
+import secrets
+import shutil
+from pathlib import Path
+
+import h5py
+
+from fesloop.errors import InputError
+
+ROOM_BYTES = 2**24
+"""What stays free on the disk (chosen): chunks are written whole, and the end of a run has to be noted."""
+
+
+def draft_file(folder: Path, name: str) -> tuple[Path, h5py.File]:
+    """A file under a hidden name, until it is one that can be read."""
+    draft = folder / f".{name}-{secrets.token_hex(8)}.h5"
+    try:
+        free = free_bytes(folder)
+        if free < ROOM_BYTES:
+            raise InputError(f"--out {folder}", f"the disk is full, {free / 1e6:.0f} MB are left",
+                             f"{ROOM_BYTES / 1e6:.0f} MB or more", "make room, or give another folder")
+        folder.mkdir(parents=True, exist_ok=True)
+        return draft, h5py.File(draft, "w", libver="latest")
+    except OSError as fault:
+        raise InputError(f"--out {folder}", f"no recording can be made there: {fault.strerror or fault}",
+                         "a folder that can be written to") from None
+
+
+def publish(draft: Path, folder: Path, name: str) -> Path:
+    """Give the draft its name, the first that is free, in one step: nobody ever sees half a file."""
+    for number in itertools.count(1):
+        path = folder / f"{name}-{number}.h5"
+        try:
+            path.hardlink_to(draft)
+        except FileExistsError:
+            continue
+        except OSError:  # a file system without links
+            if path.exists():
+                continue
+            return draft.rename(path)
+        draft.unlink()
+        return path
+    raise AssertionError("numbers do not end")
+
+
+def free_bytes(path: Path) -> int:
+    """Room on the disk of a path, or of where it will be made."""
+    there = next(each for each in (path, *path.absolute().parents) if each.exists())
+    return shutil.disk_usage(there).free
