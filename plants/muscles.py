@@ -30,7 +30,7 @@ HIGHEST_HZ = 500.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Muscles:
-    """29 muscles of hand and forearm, as `fesloop.hand.muscles.MUSCLES` orders them.
+    """The 29 muscles of hand and forearm (`fesloop.hand.muscles`): four models, fatigue, reflex, tremor.
 
         stimulated = model(v(t - delay), f(t - delay))
         natural'' + 2 w natural' + w^2 natural = w^2 min(effort + reflex, 1 - v)
