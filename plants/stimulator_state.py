@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +14,12 @@ from fesloop.loop.signals import NEVER, Sample
 from fesloop.loop.status import StatusLatch
 from plants.stimulator_channels import fault_of
 from plants.stimulator_devices import IEC_DENSITY_MA_CM2, LIMITED, Limits, given_pulse
+from plants.stimulator_kernels import tally
 
 Array = NDArray[np.float64]
 
 
-@dataclass(slots=True, eq=False)
-class Account:
+class Account(NamedTuple):
     """Charge of the pulses that are given; its arrays are never written to.
 
     Attributes
@@ -33,18 +34,6 @@ class Account:
     element: Array
     element_rate: Array
     density: Array
-
-    @classmethod
-    def of(cls, given: Array, shares: Array, hertz: float, area_cm2: float) -> Account:
-        """Of pulses (channels, 2), every one given `hertz` times a second, through the channels' shares.
-
-        The r.m.s. current of a biphasic pulse I, w is I (2 w f)^0.5: both phases heat the skin.
-        """
-        charge = given[:, 0] * given[:, 1]
-        each = charge[:, np.newaxis] * shares
-        square = (given[:, 0] ** 2 * 2.0 * given[:, 1] * hertz) @ shares**2
-        return cls(charge, charge * hertz, each.max(axis=0), each.sum(axis=0) * hertz,
-                   1e3 * np.sqrt(square) / area_cm2)
 
 
 @dataclass(slots=True, eq=False)
@@ -89,7 +78,7 @@ class StimulatorState:
         """A device that has no command yet."""
         channels = len(shares)
         idle = np.zeros((channels, 2))
-        account = Account.of(idle, shares, hertz, area_cm2)
+        account = Account(*tally(idle, shares, hertz, area_cm2))
         return cls(limits, hertz, area_cm2, latency_ns, shares, idle, idle.copy(), account,
                    cut=[0] * channels)
 
@@ -111,7 +100,7 @@ class StimulatorState:
         self.latch.put(tick, "bad_multiplexing", bool(fault), f"{fault}: the one before stays in force")
         if not fault and not np.array_equal(shares, self.shares):
             self.shares = shares
-            self.tally(tick)
+            self.count_charge(tick)
 
     def fire(self, channel: int, tick: Tick) -> None:
         """Settle the pulse that a channel gives now."""
@@ -123,13 +112,13 @@ class StimulatorState:
                 tick.report(status, f"channel {channel}: {detail} ({1e3 * wished:g} mA, {1e6 * width:g} us)")
         if self.given[channel, 0] != current or self.given[channel, 1] != given_width:
             self.given[channel] = current, given_width
-            self.tally(tick)
+            self.count_charge(tick)
 
-    def tally(self, tick: Tick) -> None:
+    def count_charge(self, tick: Tick) -> None:
         """Account for the charge anew; elements whose current density has become too high are told."""
-        self.account = Account.of(self.given, self.shares, self.hertz, self.area_cm2)
+        self.account = Account(*tally(self.given, self.shares, self.hertz, self.area_cm2))
         density = self.account.density
-        dense = frozenset(np.flatnonzero(density > IEC_DENSITY_MA_CM2).tolist())
+        dense = frozenset((density > IEC_DENSITY_MA_CM2).nonzero()[0].tolist())
         joined = sorted(dense - self.dense)
         if joined:
             told = ", ".join(f"{element} ({density[element]:.2g})" for element in joined)
