@@ -164,7 +164,7 @@ class Experiment:
 def _owner(nodes: Iterable[Node], follower: Node) -> str:
     """Name of the node whose clock a node follows; raises InputError if there is none."""
     for node in nodes:
-        if node is not follower and node.clock is follower.given_clock:
+        if node is not follower and node.clock == follower.given_clock:
             return node.name
     raise InputError(f"{follower.name}.rate", "is a clock that no other node has",
                      "a rate, or the clock of another node")

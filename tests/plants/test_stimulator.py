@@ -1,4 +1,5 @@
 import math
+import pickle
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -8,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError
+from fesloop.experiment.parse import from_document, read
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, RateClock
 from fesloop.loop.record import Recorder
@@ -201,6 +203,21 @@ def test_takes_the_number_of_channels_from_the_wire():
 
 def test_the_clock_is_that_of_the_slots():
     assert Stimulator(frequency_hz="2000/49").clock == RateClock.from_rate("16000/49")
+
+
+def test_an_experiment_tells_that_electrodes_follow_the_stimulators_clock():
+    _, document = read("finger_pid_latency")
+    electrodes = [{"elements": [3]}, {"elements": [4, 5]}, {"elements": [20]}, {"elements": [40]}]
+    document["blocks"] |= {
+        "stimulator": {"kind": "stimulator", "electrodes": electrodes},
+        "arm": {"kind": "electrodes", "clock": "stimulator", "axons": {"count": 16}}}
+    document["wires"] += [{"from": "safety.stimulation", "to": "stimulator.stimulation"},
+                          {"from": "stimulator.elements", "to": "arm.elements"}]
+    experiment = from_document(document)
+    told = experiment.document()
+    assert told["blocks"]["arm"]["clock"] == "stimulator"
+    assert from_document(told) == experiment
+    assert pickle.loads(pickle.dumps(experiment)) == experiment
 
 
 def test_presets_are_of_three_generations():
