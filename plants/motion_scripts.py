@@ -31,6 +31,7 @@ _FLAT: Posture = {}
 """K14: flat on the table, the thumb beside the fingers."""
 _OPPOSED: Posture = {"F1_cmc_flexion": 30.0, "F1_cmc_abduction": -30.0, "F1_cmc_pronation": 70.0,
                      "F1_mcp_flexion": 20.0, "F1_ip_flexion": 20.0}
+_OPPOSED_CMC: Posture = {name: angle for name, angle in _OPPOSED.items() if "cmc" in name}
 _PINCH: Posture = {**_OPPOSED, "F2_mcp_flexion": 50.0, "F2_pip_flexion": 40.0, "F2_dip_flexion": 20.0}
 _ANYWHERE = ArmSway(turn_deg=(40.0, 15.0, 50.0), shift_m=(0.15, 0.10, 0.15), offset_m=(0.0, 0.1, 0.3),
                     period_s=5.0)
@@ -105,7 +106,8 @@ _KORTIER: dict[str, Callable[[], MotionScript]] = {
     "kortier_circles": _from_flat(Phase(
         name="task", duration_s=1.0, cycles=5, circle=True,
         posture_deg={"F2_mcp_flexion": 20.0, "F2_mcp_abduction": 18.0})),
-    "kortier_pinch": _from_flat(Phase(
+    # "Avoid rotations of this joint as much as possible": the thumb's CMC joint stands opposed throughout.
+    "kortier_pinch": _from_flat(Phase(duration_s=1.5, posture_deg=_OPPOSED_CMC), Phase(
         name="task", duration_s=1.0, approach_s=0.75, cycles=10, contacts=(_TIPS,), posture_deg=_PINCH,
         arm=ArmSway(turn_deg=(25.0, 10.0, 30.0), shift_m=(0.08, 0.05, 0.08)))),
     "kortier_rapid": _from_flat(Phase(

@@ -56,6 +56,16 @@ def size_of(recording: Recording) -> HandSize:
     return size
 
 
+def palm_error(recording: Recording) -> Array:
+    """What the palm is longer than trackers are told, from wrist to the hand's frame: (3,), m."""
+    plant = plant_of(recording)
+    own = plant.wearer(recording.seed, HAND).tree
+    told = hand_tree(plant.hand)
+    k, j = own.index("hand"), told.index("hand")
+    difference: Array = own.geometry[k, 4] - told.geometry[j, 4]
+    return difference
+
+
 def spans(recording: Recording, name: str, trial: int = 0) -> list[tuple[float, float]]:
     """When the phases of a name last, s."""
     every = _spans(plant_of(recording), recording.seed, trial)

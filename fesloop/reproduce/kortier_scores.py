@@ -16,6 +16,7 @@ from fesloop.reproduce.hand_recording import (
     Seen,
     contact_points_of,
     each_trial,
+    palm_error,
     seen,
     size_of,
     spans,
@@ -29,11 +30,14 @@ _SETTLING_S = 1.0
 
 
 def index_tip(recording: Recording) -> dict[str, Any]:
-    """RMS error of the index finger's tip in the hand's frame, mm: x, y, z and distance, by trial, (4,)."""
-    trials = []
+    """RMS error of the index finger's tip in the hand's frame, mm: x, y, z and distance, by trial, (4,).
+
+    The wrist rests in these experiments, so that the hand's frame is the wrist's, a palm further.
+    """
+    trials, palm = [], palm_error(recording)
     for trial in each_trial(recording):
         rows = _task(recording, "fingertips", trial)
-        error = 1e3 * (rows.estimate - rows.truth)[:, _INDEX]
+        error = 1e3 * (rows.estimate[:, _INDEX] - rows.truth[:, _INDEX] + palm)
         trials.append([*np.sqrt(np.mean(error ** 2, axis=0)), np.sqrt(np.mean((error ** 2).sum(axis=1)))])
     return {"rms_mm": np.array(trials)}
 
