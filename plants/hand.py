@@ -21,9 +21,10 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, RateClock, duration_ns
 from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative, require_positive
-from plants.hand_joints import resting_posture
+from plants.hand_joints import require_in_range, resting_posture
 from plants.hand_model import (
     add_muscles,
+    add_splint,
     build_hand,
     empty_spec,
     nominal_passive,
@@ -73,6 +74,7 @@ class Hand:
     forearm_orientation: (w, x, y, z), of the wrist coordinate system to the global frame (ENU); empty: palm
         down, fingers to the north.
     rest_deg: resting posture by freedom, in place of those of `plants.hand_joints`; also the start.
+    splint_deg: freedoms that are held, and at which angles, such as the wrist's by a splint.
     strength: factors on the peak forces of all muscles, in the order of `MUSCLES`; empty: 1.
     stiffness, damping, passive_tension: factors on the joints' stiffness, on their damping, and on the
         muscles' passive tension.
@@ -88,6 +90,7 @@ class Hand:
     hand: HandSize = field(default_factory=HandSize)
     forearm_orientation: tuple[float, ...] = ()
     rest_deg: dict[str, float] = field(default_factory=dict)
+    splint_deg: dict[str, float] = field(default_factory=dict)
     strength: tuple[float, ...] = ()
     stiffness: float = 1.0
     damping: float = 1.0
@@ -99,6 +102,7 @@ class Hand:
     model: mujoco.MjModel = field(init=False, repr=False, compare=False)
     _tree: SegmentTree = field(init=False, repr=False, compare=False)
     _rest: Array = field(init=False, repr=False, compare=False)
+    _start: Array = field(init=False, repr=False, compare=False)
     _stretch: Array = field(init=False, repr=False, compare=False)
     _sites: NDArray[np.int64] = field(init=False, repr=False, compare=False)
     _tips: NDArray[np.int64] = field(init=False, repr=False, compare=False)
@@ -117,14 +121,14 @@ class Hand:
                              "a quaternion (w, x, y, z) of length 1, or empty")
         tree = hand_tree(self.hand)
         rest = resting_posture(tree, self.rest_deg)
-        for name, angle, (low, high) in zip(tree.freedoms, rest, tree.ranges, strict=True):
-            if not low <= angle <= high:
-                raise InputError(f"hand.rest_deg.{name}", f"{math.degrees(angle):g}",
-                                 f"{math.degrees(low):g} to {math.degrees(high):g} deg")
+        start = resting_posture(tree, {**self.rest_deg, **self.splint_deg})
+        require_in_range("hand.rest_deg", tree, rest)
+        require_in_range("hand.splint_deg", tree, start)
         arms = moment_arms(tree, float(rest[tree.freedom("F1_cmc_pronation")]))
         fibres = 1e-3 * np.array([muscle.fibre_mm for muscle in muscles()])
         object.__setattr__(self, "_tree", tree)
         object.__setattr__(self, "_rest", rest)
+        object.__setattr__(self, "_start", start)
         object.__setattr__(self, "_stretch", -arms / fibres[:, np.newaxis])
         object.__setattr__(self, "_grid", RateClock(
             duration_ns(self.step_ms, NS_PER_MS, "hand.step_ms"), 1))
@@ -142,6 +146,7 @@ class Hand:
         build_hand(spec, tree, self.hand, np.array(self.forearm_orientation or usual), arms)
         add_muscles(spec, muscles(), np.array(self.strength or (1.0,) * len(MUSCLES)), self.passive_tension,
                     -arms @ rest)
+        add_splint(spec, {name: math.radians(angle) for name, angle in self.splint_deg.items()})
         if self.object is not None:
             add_object(spec, self.object)
         if self.table is not None:
@@ -176,7 +181,7 @@ class Hand:
     @property
     def outputs(self) -> tuple[Port, ...]:
         """Posture, fingertips, what the sites go through, forces, fibres, and the object's pose."""
-        ports = (Port("angles", (23,), "rad", tuple(float(angle) for angle in self._rest)),
+        ports = (Port("angles", (23,), "rad", tuple(float(angle) for angle in self._start)),
                  Port("rates", (23,), "rad/s"), Port("accelerations", (23,), "rad/s^2"),
                  Port("fingertips", (5, 3), "m"),
                  Port("site_orientation", (17, 4), "1", (1.0, 0.0, 0.0, 0.0)),
@@ -201,7 +206,7 @@ class Hand:
     def init(self, context: Context) -> HandState:
         """At rest, muscles too; the object where it is put."""
         data = mujoco.MjData(self.model)
-        data.qpos[:23] = self._rest
+        data.qpos[:23] = self._start
         return HandState(data)
 
     def advance(self, state: HandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:

@@ -24,9 +24,9 @@ BREADTH_RATIO, THICKNESS_RATIO = 0.45, 0.15
 chosen."""
 TIP_REACH_M = 0.002
 """How far beyond the skin of a distal segment its contacts count as the fingertip's."""
-ARMATURE = 1e-7
-"""kg m^2, added to every freedom: a tenth of the distal phalanges' inertia at most, so that nothing is
-singular."""
+END_SOLREF, END_SOLIMP = [0.01, 1.0], [0.98, 0.999, 0.02, 0.5, 2.0]
+"""Of the ends of a joint's range: back from beyond within 10 ms, critically damped, and as hard as keeps a joint
+under its muscles' full force within a few degrees (chosen)."""
 FINGER, FINGER_BASE, THUMB, PALM, OBJECT, TABLE = 1, 2, 4, 8, 16, 32
 """Groups of what can touch."""
 TOUCHES = {FINGER: 0, FINGER_BASE: 0, PALM: 0, THUMB: FINGER, OBJECT: FINGER | FINGER_BASE | THUMB | PALM,
@@ -57,7 +57,8 @@ def add_hand(spec: mujoco.MjSpec, tree: SegmentTree, size: HandSize, forearm: Ar
             body = bodies[segment.parent].add_body(name=segment.name, pos=place)
             for i, motion in enumerate(MOTIONS[:FREEDOMS[segment.joint]]):
                 body.add_joint(name=f"{segment.joint_name}_{motion}", type=mujoco.mjtJoint.mjJNT_HINGE,
-                               axis=geometry[i], range=segment.ranges[i], limited=True, armature=ARMATURE)
+                               axis=geometry[i], range=segment.ranges[i], limited=True,
+                               solref_limit=END_SOLREF, solimp_limit=END_SOLIMP)
             if segment.name == "hand":
                 _add_palm(body, size)
             else:

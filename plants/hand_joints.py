@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.errors import InputError
 from fesloop.hand.segments import SegmentTree
 
 Array = NDArray[np.float64]
@@ -40,13 +41,13 @@ def passive_joints(tree: SegmentTree) -> dict[str, Passive]:
     """
     rows = {
         "wrist_flexion": Passive(0.05, 0.03, 0.0), "wrist_abduction": Passive(0.5, 0.03, 0.0),
-        "F1_cmc_flexion": Passive(0.10, 0.008, 25.0), "F1_cmc_abduction": Passive(0.10, 0.008, -35.0),
-        "F1_cmc_pronation": Passive(0.15, 0.004, 60.0), "F1_mcp_flexion": Passive(0.05, 0.003, 15.0),
+        "F1_cmc_flexion": Passive(0.10, 0.008, 40.0), "F1_cmc_abduction": Passive(0.10, 0.008, -25.0),
+        "F1_cmc_pronation": Passive(0.15, 0.004, 70.0), "F1_mcp_flexion": Passive(0.05, 0.003, 15.0),
         "F1_ip_flexion": Passive(0.02, 0.0006, 20.0)}
     for finger, (mcp, pip, dip) in FINGER_RESTS_DEG.items():
         rows[f"{finger}_mcp_flexion"] = Passive(0.030, 0.004, mcp)
         rows[f"{finger}_mcp_abduction"] = Passive(0.08, 0.004, 0.0)
-        rows[f"{finger}_pip_flexion"] = Passive(0.014, 0.00085, pip)
+        rows[f"{finger}_pip_flexion"] = Passive(0.0148, 0.00085, pip)
         rows[f"{finger}_dip_flexion"] = Passive(0.016, 0.00022, dip)
     return {freedom: rows[freedom] for freedom in tree.freedoms}
 
@@ -60,3 +61,11 @@ def resting_posture(tree: SegmentTree, rest_deg: dict[str, float]) -> Array:
     for freedom, degrees in rest_deg.items():
         angles[tree.freedom(freedom)] = np.deg2rad(degrees)
     return angles
+
+
+def require_in_range(where: str, tree: SegmentTree, angles: Array) -> None:
+    """Raise InputError, naming the parameter `where`, for an angle (d,) outside its joint's range."""
+    rows = zip(tree.freedoms, np.rad2deg(angles), np.rad2deg(tree.ranges), strict=True)
+    for name, angle, (low, high) in rows:
+        if not low <= angle <= high:
+            raise InputError(f"{where}.{name}", f"{angle:g}", f"{low:g} to {high:g} deg")

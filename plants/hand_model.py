@@ -19,10 +19,14 @@ from plants.hand_muscles import Muscle
 Array = NDArray[np.float64]
 RESTING_LENGTH = 1.06
 """Fibre length over the optimal one where the hand rests (chosen: just onto the passive slope)."""
-SHORTEST, LONGEST, FASTEST, ECCENTRIC = 0.5, 1.6, 10.0, 1.4
-"""Fibre lengths at which active force is gone, over the optimal one (MuJoCo's defaults); optimal lengths per
-second at which force is gone in shortening, and force in fast lengthening over isometric (Thelen 2003,
-doi 10.1115/1.1531112)."""
+SHORTEST, LONGEST, FASTEST, ECCENTRIC = 0.0, 2.0, 10.0, 1.4
+"""Of Thelen 2003 (doi 10.1115/1.1531112): fibre lengths at which active force is gone, over the optimal one
+(his is exp(-(l - 1)^2 / .45): MuJoCo's curve stays within .08 of it from .5 to 1.5); optimal lengths per
+second at which force is gone in shortening, and force in fast lengthening over isometric."""
+NEARLY_NONE = 1e-12
+"""MuJoCo takes no passive force of 0."""
+SPLINT_TIME_S = 0.01
+"""Time constant with which a splinted joint returns, critically damped (chosen)."""
 MEMORY = 4 << 20
 """Bytes for constraints and scratch: enough for some hundred contacts, little enough to copy."""
 
@@ -73,7 +77,7 @@ def add_muscles(spec: mujoco.MjSpec, muscles: tuple[Muscle, ...], strength: Arra
     for name, muscle, factor, rest in zip(MUSCLES, muscles, strength, resting_lengths, strict=True):
         force, fibre = factor * muscle.force_n, 1e-3 * muscle.fibre_mm
         # MuJoCo's passive force is quadratic in stretch: this gives the stiffness wanted at rest.
-        passive = tension * muscle.passive_n_m * fibre * knee**2 / (force * stretch)
+        passive = NEARLY_NONE + tension * muscle.passive_n_m * fibre * knee**2 / (force * stretch)
         parameters = [RESTING_LENGTH, RESTING_LENGTH + 1.0, force, 1.0, SHORTEST, LONGEST, FASTEST, passive,
                       ECCENTRIC, 0.0]
         actuator = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_TENDON)
@@ -106,6 +110,15 @@ def set_passive_joints(model: mujoco.MjModel, tree: SegmentTree, stiffness: Arra
     for motion, moment in WRIST_END_MOMENTS.items():
         model.tendon_stiffness[model.tendon(f"wrist {motion} end").id] = (
             ends * moment / math.radians(WRIST_BEYOND_DEG))
+
+
+def add_splint(spec: mujoco.MjSpec, held: dict[str, float]) -> None:
+    """Hold freedoms at angles, rad, by constraints."""
+    for freedom, angle in held.items():
+        lock = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT,
+                                 name1=freedom)
+        lock.data[:5] = [angle, 0.0, 0.0, 0.0, 0.0]
+        lock.solref = [SPLINT_TIME_S, 1.0]
 
 
 def nominal_passive(tree: SegmentTree) -> tuple[Array, Array]:
