@@ -93,6 +93,7 @@ class AxonScatter:
 
         In mm and mA. They belong to the person: a function of the run's seed, the block's name and the
         muscle alone, the same in every trial and whatever other muscles there are.
+        More axons leave the first ones as they are.
         """
         spread = np.array([self.around_mm, self.along_mm, self.depth_mm, self.spread])
         axons = np.empty((len(points), self.count, 4))

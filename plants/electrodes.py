@@ -53,7 +53,7 @@ class Electrodes:
     arrays: their elements are numbered through, in this order.
     motor_points: of the muscles that can be reached, one each.
     axons: around every motor point.
-    radius_mm, length_mm: of the forearm.
+    radius_mm, length_mm: of the forearm (chosen, the length: an adult's from elbow to wrist).
     reference_mm: depth at which the field under a pad is 1.
     chronaxie_us: of the axons.
     pronation_share: of forearm rotation that a motor point at the wrist takes part in; in proportion to

@@ -48,7 +48,7 @@ class Stimulator:
     elements: of the arrays.
     electrodes: virtual electrode of each channel; empty: channel c has element c.
     frequency_hz: stimulation frequency, an exact rate.
-    charge_max_uc: the user's limit of a phase's charge.
+    charge_max_uc: the user's limit of a phase's charge (chosen: that of the `safety` block).
     load_ohm: between the poles; the compliance voltage drives no more current through it (chosen: the
         500 ohm of IEC 60601-2-10).
     element_area_cm2: of an element, for current density (chosen: a disc of 7 mm radius).

@@ -202,14 +202,23 @@ def test_recruitment_holds_until_the_next_pulse_is_due_and_no_longer():
 
 
 def test_a_train_keeps_its_frequency_where_slots_are_no_whole_nanoseconds():
-    clock = RateClock.from_rate("2000/7")
+    clock = RateClock.from_rate("300")
     worn = Worn(clock=clock)
-    train = (*STRONG[:2], 250.0 / 7.0)
+    train = (*STRONG[:2], 37.5)
     for slot in range(100):
         _, frequency = worn({16: train} if slot % 8 == 0 else {}, slot=slot)
-        np.testing.assert_allclose(frequency[frequency > 0.0], 250.0 / 7.0, rtol=1e-12)
+        np.testing.assert_allclose(frequency[frequency > 0.0], 37.5, rtol=1e-12)
         assert frequency.any()
     assert worn.statuses == []
+
+
+def test_the_field_follows_a_forearm_that_turns():
+    worn = Worn()
+    for slot, pronation_deg in enumerate((0.0, 40.0, 40.4, -70.0, 0.0)):
+        recruitment, _ = worn({16: STRONG}, math.radians(pronation_deg), slot=100 * slot)
+        expected = brute_force(SHIPPED, 1, {16: STRONG}, math.radians(round(pronation_deg)))
+        np.testing.assert_array_equal(recruitment, expected)
+    assert (brute_force(SHIPPED, 1, {16: STRONG}, math.radians(40.0)) != recruitment).any()
 
 
 def test_axons_belong_to_the_person_and_not_to_the_trial():
