@@ -73,7 +73,8 @@ class Hand:
     hand: its measures and side.
     forearm_orientation: (w, x, y, z), of the wrist coordinate system to the global frame (ENU); empty: palm
         down, fingers to the north.
-    rest_deg: resting posture by freedom, in place of those of `plants.hand_joints`; also the start.
+    rest_deg: resting posture by freedom, in place of those of `plants.hand_joints`.
+    start_deg: posture at the start by freedom, such as fingers held open; others start at rest.
     splint_deg: freedoms that are held, and at which angles, such as the wrist's by a splint.
     strength: factors on the peak forces of all muscles, in the order of `MUSCLES`; empty: 1.
     stiffness, damping, passive_tension: factors on the joints' stiffness, on their damping, and on the
@@ -90,6 +91,7 @@ class Hand:
     hand: HandSize = field(default_factory=HandSize)
     forearm_orientation: tuple[float, ...] = ()
     rest_deg: dict[str, float] = field(default_factory=dict)
+    start_deg: dict[str, float] = field(default_factory=dict)
     splint_deg: dict[str, float] = field(default_factory=dict)
     strength: tuple[float, ...] = ()
     stiffness: float = 1.0
@@ -121,9 +123,9 @@ class Hand:
                              "a quaternion (w, x, y, z) of length 1, or empty")
         tree = hand_tree(self.hand)
         rest = resting_posture(tree, self.rest_deg)
-        start = resting_posture(tree, {**self.rest_deg, **self.splint_deg})
+        start = resting_posture(tree, {**self.rest_deg, **self.start_deg, **self.splint_deg})
         require_in_range("hand.rest_deg", tree, rest)
-        require_in_range("hand.splint_deg", tree, start)
+        require_in_range("hand.start_deg", tree, start)
         arms = moment_arms(tree, float(rest[tree.freedom("F1_cmc_pronation")]))
         fibres = 1e-3 * np.array([muscle.fibre_mm for muscle in muscles()])
         object.__setattr__(self, "_tree", tree)
@@ -166,7 +168,7 @@ class Hand:
             return
         data = self.init(Context("hand")).data
         mujoco.mj_forward(self.model, data)
-        for contact in data.contact:
+        for contact in sorted(data.contact, key=lambda each: each.dist):
             names = [self.model.geom(geom).name for geom in contact.geom]
             if "object" in names and contact.dist < -OVERLAP_M:
                 other, depth_mm = names[1 - names.index("object")], -1e3 * contact.dist
@@ -204,7 +206,7 @@ class Hand:
         return False
 
     def init(self, context: Context) -> HandState:
-        """At rest, muscles too; the object where it is put."""
+        """At the start, muscles at rest; the object where it is put."""
         data = mujoco.MjData(self.model)
         data.qpos[:23] = self._start
         return HandState(data)

@@ -22,11 +22,17 @@ THUMB_RADIUS_RATIOS = {"m": 4.0 / 3.0, "p": 7.0 / 6.0, "d": 1.0}
 BREADTH_RATIO, THICKNESS_RATIO = 0.45, 0.15
 """Breadth and thickness of the palm over hand length: 85.8 of 190.2 mm (Ibeachu 2011); 28 of 190 mm is
 chosen."""
+HYPOTHENAR_RATIO, THENAR_RATIO = 0.075, 1.6
+"""Chosen: radius of the ball of the little finger over hand length; skin of the ball of the thumb over its
+metacarpal's radius."""
 TIP_REACH_M = 0.002
 """How far beyond the skin of a distal segment its contacts count as the fingertip's."""
 END_SOLREF, END_SOLIMP = [0.01, 1.0], [0.98, 0.999, 0.02, 0.5, 2.0]
-"""Of the ends of a joint's range: back from beyond within 10 ms, critically damped, and as hard as keeps a joint
-under its muscles' full force within a few degrees (chosen)."""
+"""Of the ends of a joint's range: back from beyond within 10 ms, critically damped, and as hard as keeps a
+joint under its muscles' full force within a few degrees (chosen)."""
+SKIN_SOLREF, SKIN_SOLIMP = [0.02, 1.0], [0.8, 0.95, 0.004, 0.5, 2.0]
+"""Of contacts: soft over the first 4 mm, as skin is (chosen; with it a step of 1 ms passes the halving check
+in a grasp)."""
 FINGER, FINGER_BASE, THUMB, PALM, OBJECT, TABLE = 1, 2, 4, 8, 16, 32
 """Groups of what can touch."""
 TOUCHES = {FINGER: 0, FINGER_BASE: 0, PALM: 0, THUMB: FINGER, OBJECT: FINGER | FINGER_BASE | THUMB | PALM,
@@ -86,6 +92,12 @@ def _add_palm(body: mujoco.MjsBody, size: HandSize) -> None:
     _set_inertia(body, mass, mass / 12.0 * (square.sum() - square), centre)
     body.add_geom(name="hand", type=mujoco.mjtGeom.mjGEOM_BOX, size=0.5 * sizes, pos=centre, mass=0.0,
                   contype=PALM, conaffinity=TOUCHES[PALM])
+    # The ball of the little finger rises out of the palm's ulnar half towards the wrist.
+    thick = HYPOTHENAR_RATIO * 1e-3 * size.hand_mm
+    palmar, ulnar = dorsal - sizes[0], float(centres[4, 1]) - 0.5 * thick
+    ends = out * np.array([palmar, 0.1 * length, 0.5 * ulnar, palmar, 0.55 * length, ulnar])
+    body.add_geom(name="hypothenar", type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[thick, 0.0, 0.0], fromto=ends,
+                  mass=0.0, contype=PALM, conaffinity=TOUCHES[PALM])
 
 
 def _add_phalanx(body: mujoco.MjsBody, size: HandSize, name: str, offset: Array) -> None:
@@ -99,8 +111,9 @@ def _add_phalanx(body: mujoco.MjsBody, size: HandSize, name: str, offset: Array)
     end = (length - thick if name[2] == "d" else bone) * along
     group = THUMB if name.startswith("F1") else FINGER_BASE if name[2] == "p" else FINGER
     ends = np.concatenate([np.zeros(3), end])
-    body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[thick, 0.0, 0.0], fromto=ends,
-                  mass=0.0, contype=group, conaffinity=TOUCHES[group])
+    skin = thick * (THENAR_RATIO if name == "F1m" else 1.0)
+    body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[skin, 0.0, 0.0], fromto=ends, mass=0.0,
+                  solref=SKIN_SOLREF, solimp=SKIN_SOLIMP, contype=group, conaffinity=TOUCHES[group])
     if name[2] == "d":
         body.add_site(name=f"touch {name}", type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=ends,
                       size=[thick + TIP_REACH_M, 0.0, 0.0])

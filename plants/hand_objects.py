@@ -12,7 +12,7 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_S
 from plants.checks import require_not_negative, require_positive
-from plants.hand_bodies import OBJECT, TABLE, TOUCHES
+from plants.hand_bodies import OBJECT, SKIN_SOLIMP, SKIN_SOLREF, TABLE, TOUCHES
 
 Shape = Literal["cylinder", "block", "ball", "card"]
 SIZES: dict[Shape, tuple[str, ...]] = {
@@ -108,7 +108,7 @@ def add_object(spec: mujoco.MjSpec, thing: GraspObject) -> None:
     # condim 4: a contact also resists twisting.
     body.add_geom(name="object", type=_GEOMS[thing.shape], size=thing.half_sizes, mass=thing.mass_kg,
                   condim=4, priority=1, friction=[thing.friction, thing.friction * TORSIONAL_M, ROLLING_M],
-                  contype=OBJECT, conaffinity=TOUCHES[OBJECT])
+                  solref=SKIN_SOLREF, solimp=SKIN_SOLIMP, contype=OBJECT, conaffinity=TOUCHES[OBJECT])
 
 
 def add_table(spec: mujoco.MjSpec, table: Table) -> None:

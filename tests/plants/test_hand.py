@@ -118,7 +118,7 @@ def test_a_step_is_that_of_mujoco_itself():
     ({"strength": (1.0,)}, "strength"), ({"rest_deg": {"F2_pip": 1.0}}, "F2_pip"),
     ({"rest_deg": {"F2_pip_flexion": 170.0}}, "F2_pip_flexion"), ({"stiffness": -1.0}, "stiffness"),
     ({"forearm_orientation": (1.0, 1.0, 0.0, 0.0)}, "length 1"), ({"step_ms": 0.0}, "step_ms"),
-    ({"object": GraspObject(position_m=(0.0, 0.05, 0.0))}, "mm into hand"),
+    ({"object": GraspObject(position_m=(0.0, 0.05, 0.0))}, "mm into"),
     ({"contracture": float("nan")}, "contracture")])
 def test_what_cannot_be_is_named(change, text):
     with pytest.raises(InputError, match=text):
