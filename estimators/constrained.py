@@ -15,15 +15,17 @@ from estimators.constrained_fingertips import fingertip_posture, moving_joints
 from estimators.constrained_posture import posture
 from estimators.constrained_standing import SURE, report, stand
 from estimators.constrained_state import ConstrainedState, take
+from estimators.initial_pose import known_angles
 from estimators.joint_constraints import CHAIN5, Joint, JointTable, body_table, joint_table
 from estimators.sample_arrivals import Arrivals
 from estimators.vqf_bank import VqfBank
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.kinematics import relative_orientations
 from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.segments import Segment
 from fesloop.loop.block import Context, Tick
-from fesloop.loop.clock import RateClock, StampClock
+from fesloop.loop.clock import NS_PER_S, RateClock, StampClock, duration_ns
 from fesloop.loop.signals import Port, Sample, Value
 
 Array = NDArray[np.float64]
@@ -33,7 +35,8 @@ _SPACING = 0.25
 """How much of `force_time_s` lies between two measurements of a joint (chosen: well below 1)."""
 _POSITIVE = ("mounting_sd_deg", "axis_sd_deg", "tissue_sd_deg", "tissue_time_s", "turn_sd_deg",
              "bias_sd_deg_s", "bias_walk_deg_s", "force_sd", "spin_sd_m", "force_time_s", "lever_sd_m",
-             "range_sd_deg", "unseen_deg_s", "unsure_deg", "tau_acc_s", "gyr_range_deg_s", "acc_range_g")
+             "range_sd_deg", "unseen_deg_s", "unsure_deg", "pose_sd_deg", "tau_acc_s", "gyr_range_deg_s",
+             "acc_range_g")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -42,9 +45,10 @@ class ConstrainedTracker:
 
     Each joint has a filter (`estimators.constrained_filter`) that integrates the relative rotation and
     holds it by what the two segments share: the acceleration of the joint's centre, its axes, its
-    ranges. Neither a magnetometer nor an initial pose is needed. What a sensor's mounting hides (a
-    constant turn about a hinge's own axis) no constraint can show; it is in the sd. Where the first
-    samples leave a joint several headings, each has a filter until motion has decided
+    ranges. Neither a magnetometer nor an initial pose is needed; where a pose is known (`initial_pose_s`), a
+    joint that begins in it begins with its heading, and axes that disagree are found to be tilted. What a
+    sensor's mounting hides (a constant turn about a hinge's own axis) no constraint can show; it is in the
+    sd. Where the first samples leave a joint several headings, each has a filter until motion has decided
     (`estimators.constrained_beginning`).
 
     Inputs `gyr` (n, 3) rad/s and `acc` (n, 3) m/s^2, sensor frames equal to segment frames. Outputs
@@ -71,6 +75,9 @@ class ConstrainedTracker:
         or all but the tree's root (a hand's forearm).
     segments: another tree in place of the hand.
     joints: from the root outwards, in place of a body.
+    initial_pose_s: how long the wearer keeps a known pose at the start, s; 0: none is known.
+    initial_angles_deg: that pose by names of freedoms, such as `F1_cmc_abduction`; others are 0: straight.
+    pose_sd_deg: by which each joint may miss it (chosen).
     mounting_sd_deg, axis_sd_deg: about each axis, of each sensor on its segment, and of the joints' axes
         (5 to 10 deg each: doi 10.3390/s19010208, section 4). Both are constant: by what they tilt an
         axis is found in motion; the part of a relative rotation that its joint forbids is shared between
@@ -101,6 +108,9 @@ class ConstrainedTracker:
     sensed: tuple[str, ...] = ()
     segments: tuple[Segment, ...] = ()
     joints: tuple[Joint, ...] = ()
+    initial_pose_s: float = 0.0
+    initial_angles_deg: Mapping[str, float] = field(default_factory=dict)
+    pose_sd_deg: float = 3.0
     mounting_sd_deg: float = 5.0
     axis_sd_deg: float = 5.0
     tissue_sd_deg: float = 4.0
@@ -129,6 +139,9 @@ class ConstrainedTracker:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise InputError(name, f"{value} is not positive", "a finite number above 0")
+        duration_ns(self.initial_pose_s, NS_PER_S, "initial_pose_s")
+        if self.initial_angles_deg and not self.initial_pose_s:
+            raise InputError("initial_pose_s", "0 beside initial_angles_deg", "how long that pose is kept, s")
         worn = bool(self.sensed or self.segments or self.hand != _USUAL)
         if self.joints and worn:
             raise InputError("joints", "given beside hand, sensed or segments",
@@ -136,9 +149,13 @@ class ConstrainedTracker:
         if not self.sensors:
             return
         if self.joints or (self.sensors == 5 and not worn):
+            if self.initial_pose_s:
+                raise InputError("initial_pose_s", f"{self.initial_pose_s:g} beside joints without a body",
+                                 "0", "give the body: hand, sensed or segments")
             object.__setattr__(self, "table", joint_table(self.joints or CHAIN5, self.sensors))
             return
         body = body_of(self.sensors, self.hand, self.segments, self.sensed)
+        known_angles(body.tree, self.initial_angles_deg)
         table = body_table(body)
         for name, value in (("body", body), ("table", table), ("moving", moving_joints(body, table))):
             object.__setattr__(self, name, value)
@@ -175,7 +192,8 @@ class ConstrainedTracker:
             unknown=self._unknown(), found=Hypotheses.none(len(table.ends)),
             gyr=np.zeros((2, self.sensors, 3)), acc=np.zeros((2, self.sensors, 3)),
             seen=np.zeros((2, self.sensors), dtype=np.int64),
-            standing=np.full(len(table.ends), SURE, dtype=np.int64))
+            standing=np.full(len(table.ends), SURE, dtype=np.int64),
+            pose_samples=round(self.initial_pose_s / period))
 
     def step(self, state: ConstrainedState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """One sample of every sensor."""
@@ -209,7 +227,13 @@ class ConstrainedTracker:
         return math.radians(self.mounting_sd_deg) * math.sqrt(2.0), math.radians(self.axis_sd_deg)
 
     def _unknown(self) -> Unknown:
-        return Unknown(math.hypot(*self._sds()), math.radians(self.bias_sd_deg_s), self.lever_sd_m)
+        pose = None
+        if self.body is not None and self.initial_pose_s:
+            tree = self.body.tree
+            relative = relative_orientations(tree, known_angles(tree, self.initial_angles_deg))
+            pose = relative[self.body.sensed[self._joints().ends[:, 1]]]
+        return Unknown(math.hypot(*self._sds()), math.radians(self.bias_sd_deg_s), self.lever_sd_m, pose,
+                       math.radians(self.pose_sd_deg))
 
     def _settings(self, period: float) -> Array:
         pair_sd, _ = self._sds()

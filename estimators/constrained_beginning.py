@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from estimators.constrained_measurements import N
 from estimators.constrained_vectors import components
-from estimators.heading import ANY, first_orientations
+from estimators.heading import ANY, first_orientations, orientation_in_pose
 from estimators.joint_constraints import JointTable
 from fesloop.hand.quaternion_kernels import conjugate, multiply, rotation_angle
 
@@ -38,12 +38,15 @@ class Unknown(NamedTuple):
     """Sd of what is not known of a joint that begins.
 
     axis_sd: of its axes in the sensors' frames, rad, both together; bias_sd: of a gyroscope's bias, rad/s;
-    lever_sd: of each component of the lever arms, m.
+    lever_sd: of each component of the lever arms, m. pose: (joints, 4), child to parent in the initial pose,
+    None where none is known; pose_sd: of its headings, rad.
     """
 
     axis_sd: float
     bias_sd: float
     lever_sd: float
+    pose: Array | None = None
+    pose_sd: float = 0.0
 
 
 @dataclass(slots=True, eq=False)
@@ -74,24 +77,32 @@ class Hypotheses:
 
 
 def begin_missing(
-    found: Hypotheses, table: JointTable, acc: Array, sound: NDArray[np.bool_], unknown: Unknown
+    found: Hypotheses, table: JointTable, acc: Array, sound: NDArray[np.bool_], unknown: Unknown,
+    in_pose: bool
 ) -> None:
     """Let joints of which nothing is known begin, where both sensors' samples are sound.
 
     Parameters
     ----------
     acc: (n, 3), m/s^2, the newest samples; sound: (n,), whether each is sound.
-    unknown: how little is known.
+    unknown: how little is known. in_pose: whether the initial pose is still held.
     """
     both = sound[table.ends].all(axis=1)
     for j in np.flatnonzero(both & np.isnan(found.q[0, :, 0])):
-        _begin(found, int(j), table, acc[table.ends[j]], unknown)
+        _begin(found, int(j), table, acc[table.ends[j]], unknown, in_pose)
 
 
-def _begin(found: Hypotheses, j: int, table: JointTable, up: Array, unknown: Unknown) -> None:
-    axis_sd, bias_sd, lever_sd = unknown
+def _begin(
+    found: Hypotheses, j: int, table: JointTable, up: Array, unknown: Unknown, in_pose: bool
+) -> None:
+    axis_sd, bias_sd, lever_sd, pose, pose_sd = unknown
     kind, told_sd = int(table.kinds[j]), math.hypot(axis_sd, _FIRST_TILT)
-    orientations, heading_sd = first_orientations(kind, table.axes[j], up, told_sd)
+    upright_sd = _FIRST_TILT
+    if in_pose and pose is not None:
+        orientations, heading_sd = orientation_in_pose(pose[j], up)[np.newaxis], pose_sd
+        upright_sd = 0.0
+    else:
+        orientations, heading_sd = first_orientations(kind, table.axes[j], up, told_sd)
     count = len(orientations)
     vertical = up[1] / np.linalg.norm(up[1])
     found.q[:, j] = np.nan
@@ -100,8 +111,9 @@ def _begin(found: Hypotheses, j: int, table: JointTable, up: Array, unknown: Unk
     found.rest[:, j, 9:12] = up[1]
     variances = np.repeat([0.0, 2.0 * bias_sd ** 2, lever_sd ** 2, 0.5 * axis_sd ** 2], [3, 3, 6, 4])
     found.covariance[:, j] = np.diag(variances)
+    about = np.outer(vertical, vertical)
     found.covariance[:, j, :3, :3] = (
-        _FIRST_TILT ** 2 * np.eye(3) + heading_sd ** 2 * np.outer(vertical, vertical))
+        _FIRST_TILT ** 2 * (np.eye(3) - about) + (heading_sd ** 2 + upright_sd ** 2) * about)
     found.surprise[:, j] = 0.0
     found.open |= count > 1
 

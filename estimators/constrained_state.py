@@ -33,6 +33,7 @@ class ConstrainedState:
     gyr, acc: (2, n, 3), the sample before and the newest.
     seen: (2, n), LOST, DOUBTED or SOUND, each of these.
     standing: (joints,), SURE, UNSURE or UNSEEN, as last reported.
+    pose_samples: how many samples the initial pose lasts.
     ticks: number of the next tick; taken: of the next sample.
     """
 
@@ -45,6 +46,7 @@ class ConstrainedState:
     acc: Array
     seen: NDArray[np.int64]
     standing: NDArray[np.int64]
+    pose_samples: int = 0
     ticks: int = 0
     taken: int = 0
 
@@ -65,6 +67,7 @@ def take(state: ConstrainedState, table: JointTable, inputs: Sequence[Sample]) -
     state.taken += 1
     # The sum of finite numbers is finite, that with a NaN is not: one look tells whether all have begun.
     if not math.isfinite(found.q[0].sum()):
-        begin_missing(found, table, state.acc[1], state.seen[1] == SOUND, state.unknown)
+        begin_missing(found, table, state.acc[1], state.seen[1] == SOUND, state.unknown,
+                      state.taken <= state.pose_samples)
     if found.open:
         found.open = weigh(found.q, found.rest, found.covariance, found.surprise, found.doubt)

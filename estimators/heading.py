@@ -46,6 +46,21 @@ def first_orientations(kind: int, axes: Array, up: Array, axis_sd: float) -> tup
     return np.array(found), sd
 
 
+def orientation_in_pose(pose: Array, up: Array) -> Array:
+    """Child to parent, (4,), inclined as one sample of each shows, its heading that of a known pose.
+
+    Parameters
+    ----------
+    pose: (4,), child to parent as the joint is known to stand.
+    up: (2, 3), the specific force of parent and child, each in its own frame, not zero.
+    """
+    up = up / np.linalg.norm(up, axis=1, keepdims=True)
+    parent, child = (_level(each) for each in up)
+    told = quaternion.multiply(quaternion.multiply(parent, pose), quaternion.conjugate(child))
+    turned = quaternion.multiply(quaternion.about_z(quaternion.twist_z(told)), child)
+    return quaternion.multiply(quaternion.conjugate(parent), turned)
+
+
 def _headings(kind: int, axes: list[Array], axis_sd: float) -> tuple[list[float], float]:
     """Headings of the child against the parent, rad, from their axes in level frames, and their sd."""
     (x, y, up), (child_x, child_y, child_up) = (axis.tolist() for axis in axes)

@@ -209,12 +209,16 @@ def sweep(name: str) -> Callable[[Reproduction], Figure]:
     return make
 
 
+_OF_HOUR = (("salchow_m2", ORANGE, "M2"), ("m2_calibrated", GREEN, "M2, calibrated"),
+            ("constrained", BLUE, "constrained"))
+
+
 def hour(found: Reproduction) -> Figure:
     """RMSE of the fingertips minute by minute, with the sd that the tracker itself gives."""
     figure = _figure(10.0, 4.5)
     axes = figure.subplots()
     for number, kept in enumerate(found.curves["minutes"]):
-        for tracker, colour, label in (("salchow_m2", ORANGE, "M2"), ("constrained", BLUE, "constrained")):
+        for tracker, colour, label in _OF_HOUR:
             rmse = np.sqrt(np.mean(kept[tracker][:, 1:] ** 2, axis=1))
             axes.plot(np.arange(len(rmse)) + 0.5, rmse, color=colour, alpha=0.8,
                       label=f"{label}, RMSE" if number == 0 else None)

@@ -21,7 +21,7 @@ from fesloop.reproduce.result import Reproduction, Sweep
 Array = NDArray[np.float64]
 EXPERIMENT = "tracker_hour"
 SUBJECTS = 3
-OURS, THEIRS = "constrained", "salchow_m2"
+OURS, THEIRS, CALIBRATED = "constrained", "salchow_m2", "m2_calibrated"
 _POSE_S, _MINUTE_S = 10.0, 60.0
 _FINGERS = slice(1, 5)
 _LAST_MINUTES = 10
@@ -36,7 +36,7 @@ def minutes(recording: Recording) -> dict[str, Any]:
     which it reported a joint.
     """
     kept: dict[str, Any] = {}
-    for tracker in (OURS, THEIRS):
+    for tracker in (OURS, THEIRS, CALIBRATED):
         rows = seen(recording, f"{tracker}.fingertips", f"{HAND}.fingertips")
         error = rows.estimate - rows.truth
         minute = np.floor((rows.times_s - _POSE_S) / _MINUTE_S).astype(int)
@@ -74,7 +74,7 @@ def _rows(subject: str, kept: dict[str, Any]) -> list[Row]:
     """What is claimed of a subject's hour; the thumb, of which nothing is, stands in the sweep."""
     last = _rms(kept[OURS][-_LAST_MINUTES:, _FINGERS])
     bar = max(_BAR_RATIO * _rms(kept[THEIRS][:1, _FINGERS]), _BAR_CM)
-    drifted = _rms(kept[THEIRS][-_LAST_MINUTES:, _FINGERS])
+    drifted, other = (_rms(kept[tracker][-_LAST_MINUTES:, _FINGERS]) for tracker in (THEIRS, CALIBRATED))
     inside = float(kept["inside"][-_LAST_MINUTES:, _FINGERS].mean())
     start, stop = kept["still"]
     first, end = int((start - _POSE_S) // _MINUTE_S) + 1, int((stop - _POSE_S) // _MINUTE_S) - 1
@@ -82,7 +82,7 @@ def _rows(subject: str, kept: dict[str, Any]) -> list[Row]:
     told = int(((kept["unsure"] > start) & (kept["unsure"] < stop)).sum())
     return [
         Row(subject, "F2-F5, last ten minutes; at most 1.2 times M2's first minute, or 1.5 cm", f"{bar:.2f}",
-            f"{last:.2f} (M2: {drifted:.2f})", last <= bar, "cm"),
+            f"{last:.2f} (M2: {drifted:.2f}, calibrated {other:.2f})", last <= bar, "cm"),
         Row(subject, "95 % intervals of F2-F5, last ten minutes", "90-99", f"{100.0 * inside:.1f}",
             _COVERAGE[0] <= inside <= _COVERAGE[1], "%"),
         Row(subject, "ten still minutes: the fingertips' sd grows, or a flag rises", "yes",
@@ -92,12 +92,13 @@ def _rows(subject: str, kept: dict[str, Any]) -> list[Row]:
 
 def _by_ten_minutes(kept: list[dict[str, Any]]) -> Sweep:
     """RMSE of the fingertips over the hour, of all subjects together."""
-    columns = ("F2-F5, constrained", "F2-F5, M2", "thumb, constrained", "thumb, M2", "inside, %")
+    columns = (*(f"{tips}, {tracker}" for tips in ("F2-F5", "thumb")
+                 for tracker in ("constrained", "M2", "M2 calibrated")), "inside, %")
     table = []
     for start in range(0, len(kept[0][OURS]), 10):
         part = slice(start, start + 10)
         values = [_rms(np.concatenate([each[tracker][part, tips] for each in kept]))
-                  for tips in (_FINGERS, slice(0, 1)) for tracker in (OURS, THEIRS)]
+                  for tips in (_FINGERS, slice(0, 1)) for tracker in (OURS, THEIRS, CALIBRATED)]
         values.append(100.0 * float(np.mean([each["inside"][part, _FINGERS] for each in kept])))
         table.append((f"{start}-{start + 10} min", tuple(values)))
     return Sweep(title="Fingertips over the hour", unit="cm", columns=columns, rows=tuple(table))

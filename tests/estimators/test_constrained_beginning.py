@@ -9,6 +9,7 @@ from tracker_parts import run_tracker
 
 from estimators.constrained import ConstrainedTracker
 from estimators.joint_constraints import Joint
+from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.streams.files import open_recording
 
@@ -72,3 +73,44 @@ def test_saddles_of_the_chain_are_found_or_unsure_whenever_one_begins(recordings
             silent.append((error > FAR) & sure)
             assert not (error[200:] > FAR).any()
     assert np.mean(silent) < 0.01
+
+
+def test_a_known_pose_gives_the_first_headings():
+    """A thumb abducted by 45 deg and palm down, where no axis tells a heading: told, all is there at once."""
+    from fesloop.hand.anthropometry import HandSize
+    from fesloop.hand.kinematics import segment_poses
+    from fesloop.hand.skeleton import hand_tree
+    from fesloop.loop.block import Context, Tick
+    from fesloop.loop.clock import RateClock
+    from fesloop.loop.signals import Sample
+
+    size = HandSize(side="left")
+    tree, angles = hand_tree(size), np.zeros(23)
+    angles[tree.freedom("F1_cmc_abduction")] = np.radians(-45.0)
+    upwards = np.array([9.80665, 0.0, 0.0])
+    acc = np.tile(upwards, (17, 1))
+    tips = segment_poses(tree, angles).position[[tree.index(f"F{i}d") for i in range(1, 6)]]
+    off = {}
+    for pose_s in (0.0, 1.0):
+        told = {"F1_cmc_abduction": -45.0} if pose_s else {}
+        tracker = ConstrainedTracker(sensors=17, hand=size, initial_pose_s=pose_s, initial_angles_deg=told)
+        state, tick = tracker.init(Context("tracker", clock=RateClock.from_rate(100))), Tick()
+        for k in range(20):
+            tick.index, tick.time_ns = k, k * 10**7
+            inputs = [Sample(np.zeros((17, 3)), *[tick.time_ns] * 3), Sample(acc, *[tick.time_ns] * 3)]
+            _, found, sd, places, _ = tracker.step(state, inputs, tick)
+        off[pose_s] = (np.abs(places - tips).max(), np.degrees(np.abs(found - angles)).max(),
+                       np.degrees(sd.max()))
+    assert off[1.0][0] < 1e-3
+    assert off[1.0][1] < 0.5
+    assert off[1.0][2] < 15.0
+    assert off[0.0][2] > 30.0
+
+
+def test_a_pose_needs_a_body_and_a_time():
+    with pytest.raises(InputError, match="initial_pose_s"):
+        ConstrainedTracker(sensors=17, initial_angles_deg={"F2_pip_flexion": 10.0})
+    with pytest.raises(InputError, match="body"):
+        ConstrainedTracker(sensors=5, initial_pose_s=1.0)
+    with pytest.raises(InputError, match="F2_pip_flexion"):
+        ConstrainedTracker(sensors=17, initial_pose_s=1.0, initial_angles_deg={"F2_pip_flexon": 10.0})
