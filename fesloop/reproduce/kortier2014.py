@@ -1,7 +1,8 @@
 """`fesloop reproduce kortier2014`: its experiments on virtual subjects (doi 10.1186/1743-0003-11-70).
 
 Published are ten trials of one subject for each movement, and five subjects for repeatability. Ours is a
-cohort, each seed of the shipped experiment `kortier2014` a subject, whose error sources stand there.
+cohort, each seed of the shipped experiment `kortier2014` a subject, whose error sources stand there. That
+the tracker keeps its own noise in place of the paper's was decided after a pilot run (`CONSTRAINTS`).
 """
 
 from __future__ import annotations
