@@ -25,7 +25,8 @@ def holding(level, seconds, step_ms=1.0, release_s=1e3, ramp_s=1.0, **parameters
         forearm_orientation=THUMB_UP, splint_deg={"wrist_flexion": -20.0, "wrist_abduction": 0.0},
         rest_deg=OPEN, step_ms=step_ms,
         object=GraspObject(size_mm=(50.0, 120.0), mass_kg=0.2, position_m=place),
-        table=Table(height_m=-0.0601, centre_m=place[:2], half_m=(0.04, 0.04), lowered_at_s=1.5), **parameters)
+        table=Table(height_m=-0.0601, centre_m=place[:2], half_m=(0.04, 0.04), lowered_at_s=1.5),
+        **parameters)
     state, angles, places = plant.init(Context("hand")), [], []
     for k in range(round(50 * seconds)):
         share = np.interp(0.02 * k, (0.0, ramp_s, release_s, release_s + 0.2), (0.0, 1.0, 1.0, 0.0))
