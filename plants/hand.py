@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.errors import InputError, RunError
+from fesloop.errors import InputError
 from fesloop.hand.anthropometry import FINGERS, HandSize
 from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.muscles import MUSCLES
@@ -21,6 +21,7 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, RateClock, duration_ns
 from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative, require_positive
+from plants.hand_forearm import add_forearm_drive, drive_angles
 from plants.hand_joints import require_in_range, resting_posture
 from plants.hand_model import (
     add_muscles,
@@ -32,24 +33,18 @@ from plants.hand_model import (
     set_passive_joints,
 )
 from plants.hand_muscles import moment_arms, muscles
-from plants.hand_objects import GraspObject, Table, add_object, add_table
-from plants.hand_state import HandState, evaluate, step
+from plants.hand_objects import GraspObject, Table, add_object, add_table, require_apart
+from plants.hand_state import HandState, evaluate, require_stable, step
 
 Array = NDArray[np.float64]
 LEFT_PALM_DOWN = (math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0)
 RIGHT_PALM_DOWN = (0.0, math.sqrt(0.5), 0.0, -math.sqrt(0.5))
 """Forearm to global, palm down, fingers to the north."""
-OVERLAP_M = 0.001
-"""Chosen: an object may be pressed this far into the skin at the start."""
-UNSTABLE_RAD_S = 1000.0
-"""Chosen: above what joints do (snapping fingers, 140 rad/s: Acharya 2021, doi 10.1098/rsif.2021.0672); of an
-object also m/s."""
-_NEVER = 1e9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Hand:
-    """A hand of 23 degrees of freedom on a forearm that stays where it is, in gravity.
+    """A hand of 23 degrees of freedom on a forearm, in gravity.
 
         M(q) q'' + bias(q, q') = R' f + passive moments + contact
         f_i = F_i (a_i fl(l_i) fv(l_i') + fp(l_i)),   l_i = l_rest - R_i (q - q_rest) / fibre length
@@ -59,20 +54,24 @@ class Hand:
     passive tension are MuJoCo's muscle curves, tendons stiff. Passive moments of the joints themselves are
     linear (`plants.hand_joints`), springs set so that without gravity the hand rests at `rest_deg`.
 
-    Input: `activation` (29,), from 0 to 1, clipped. Outputs: `angles`, `rates`, `accelerations` (23,), rad
-    and s, in the order of the hand's freedoms; `fingertips` (5, 3), m, bone ends in the wrist coordinate
-    system; of 17 sites on the back of the segments `site_orientation` (17, 4), to the global frame,
-    `site_position` (17, 3), m, global, `site_rate` (17, 3), rad/s, and `site_force` (17, 3), m/s^2, angular
-    velocity and specific force in the segments' frames; `contact_force` (5,), N, sum of the normal forces on
-    each distal segment; `velocity` (29,), 1/s, lengthening of the fibres in optimal lengths; and with an
-    object `object_position` (3,), m, from the wrist's centre, and `object_orientation` (4,), both global.
-    Accelerations and forces are those at the end of a step, under the activation that led there.
+    Inputs: `activation` (29,), from 0 to 1, clipped; if the forearm moves, `forearm` (4,), where it should
+    be, to the global frame: it turns about the wrist's centre and is there within .1 s.
+
+    Outputs: `angles`, `rates`, `accelerations` (23,), rad and s, in the order of the hand's freedoms;
+    `fingertips` (5, 3), m, bone ends in the wrist coordinate system; of 17 sites on the back of the segments
+    `site_orientation` (17, 4), to the global frame, `site_position` (17, 3), m, global, `site_rate` (17, 3),
+    rad/s, and `site_force` (17, 3), m/s^2, angular velocity and specific force in the segments' frames;
+    `contact_force` (5,), N, sum of the normal forces on each distal segment; `velocity` (29,), 1/s,
+    lengthening of the fibres in optimal lengths; and with an object `object_position` (3,), m, from the
+    wrist's centre, and `object_orientation` (4,), both global. Accelerations and forces are those at the end
+    of a step, under the activation that led there.
 
     Attributes
     ----------
     hand: its measures and side.
     forearm_orientation: (w, x, y, z), of the wrist coordinate system to the global frame (ENU); empty: palm
         down, fingers to the north.
+    forearm_moves: whether it can be turned; if not, it stays.
     rest_deg: resting posture by freedom, in place of those of `plants.hand_joints`.
     start_deg: posture at the start by freedom, such as fingers held open; others start at rest.
     splint_deg: freedoms that are held, and at which angles, such as the wrist's by a splint.
@@ -90,6 +89,7 @@ class Hand:
 
     hand: HandSize = field(default_factory=HandSize)
     forearm_orientation: tuple[float, ...] = ()
+    forearm_moves: bool = False
     rest_deg: dict[str, float] = field(default_factory=dict)
     start_deg: dict[str, float] = field(default_factory=dict)
     splint_deg: dict[str, float] = field(default_factory=dict)
@@ -115,8 +115,8 @@ class Hand:
         require_not_negative("hand", self, "stiffness", "damping", "passive_tension")
         if self.strength and len(self.strength) != len(MUSCLES):
             raise InputError("hand.strength", f"{len(self.strength)} of them", f"{len(MUSCLES)}, or none")
-        if self.step_ms > 10.0:
-            raise InputError("hand.step_ms", f"{self.step_ms:g}", "10 ms at most")
+        if not 0.01 <= self.step_ms <= 10.0:
+            raise InputError("hand.step_ms", f"{self.step_ms:g}", "0.01 to 10 ms")
         q = self.forearm_orientation
         if q and (len(q) != 4 or abs(math.hypot(*q) - 1.0) > 1e-6):
             raise InputError("hand.forearm_orientation", f"{q}",
@@ -136,49 +136,39 @@ class Hand:
             duration_ns(self.step_ms, NS_PER_MS, "hand.step_ms"), 1))
         model = self._compiled(arms)
         object.__setattr__(self, "model", model)
-        sites = [model.site(f"imu {name}").id for name in tree.names]
-        object.__setattr__(self, "_sites", np.array(sites))
-        object.__setattr__(self, "_tips", np.array([model.site(f"tip {finger}d").id for finger in FINGERS]))
-        self._require_apart()
+        for key, names in (("_sites", [f"imu {name}" for name in tree.names]),
+                           ("_tips", [f"tip {finger}d" for finger in FINGERS])):
+            object.__setattr__(self, key, np.array([model.site(name).id for name in names]))
+        if self.object is not None:
+            require_apart(model, self.init(Context("hand")).data)
 
     def _compiled(self, arms: Array) -> mujoco.MjModel:
         tree, rest = self._tree, self._rest
-        usual = LEFT_PALM_DOWN if self.hand.side == "left" else RIGHT_PALM_DOWN
         spec = empty_spec(1e-3 * self.step_ms)
-        build_hand(spec, tree, self.hand, np.array(self.forearm_orientation or usual), arms)
+        build_hand(spec, tree, self.hand, self._forearm(), arms)
         add_muscles(spec, muscles(), np.array(self.strength or (1.0,) * len(MUSCLES)), self.passive_tension,
                     -arms @ rest)
+        if self.forearm_moves:
+            add_forearm_drive(spec)
         add_splint(spec, {name: math.radians(angle) for name, angle in self.splint_deg.items()})
         if self.object is not None:
             add_object(spec, self.object)
         if self.table is not None:
             add_table(spec, self.table)
         model = spec.compile()
-        stiffness, damping = nominal_passive(tree)
-        for i, name in enumerate(tree.freedoms):
-            if name.endswith("mcp_flexion") and not name.startswith("F1"):
-                stiffness[i] *= self.contracture
+        stiffness, damping = nominal_passive(tree, self.contracture)
         set_passive_joints(model, tree, self.stiffness * stiffness, self.damping * damping, rest,
                            arms.T @ resting_tension(muscles(), self.passive_tension), self.stiffness)
         return model
 
-    def _require_apart(self) -> None:
-        """Raise InputError for an object that is inside the hand or the table at the start."""
-        if self.object is None:
-            return
-        data = self.init(Context("hand")).data
-        mujoco.mj_forward(self.model, data)
-        for contact in sorted(data.contact, key=lambda each: each.dist):
-            names = [self.model.geom(geom).name for geom in contact.geom]
-            if "object" in names and contact.dist < -OVERLAP_M:
-                other, depth_mm = names[1 - names.index("object")], -1e3 * contact.dist
-                raise InputError("hand.object", f"reaches {depth_mm:.1f} mm into {other} at the start",
-                                 f"{1e3 * OVERLAP_M:g} mm at most", "move it, or the hand")
-
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """Activation of the muscles."""
-        return (Port("activation", (len(MUSCLES),), "1"),)
+        """Activation of the muscles, and where the forearm should be if it moves."""
+        activation = Port("activation", (len(MUSCLES),), "1")
+        if not self.forearm_moves:
+            return (activation,)
+        start = tuple(float(part) for part in self._forearm())
+        return activation, Port("forearm", (4,), "1", start, optional=True)
 
     @property
     def outputs(self) -> tuple[Port, ...]:
@@ -208,22 +198,32 @@ class Hand:
     def init(self, context: Context) -> HandState:
         """At the start, muscles at rest; the object where it is put."""
         data = mujoco.MjData(self.model)
-        data.qpos[:23] = self._start
+        data.qpos[self._hinges()] = self._start
         return HandState(data)
 
     def advance(self, state: HandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
         """From `start_ns` to `stop_ns`, steps of the grid."""
-        data = state.data
-        data.ctrl[:] = cast(Array, inputs[0])
+        state.data.ctrl[:len(MUSCLES)] = cast(Array, inputs[0])
+        if self.forearm_moves and inputs[1] is not state.forearm:
+            self._turn_forearm(state, cast(Array, inputs[1]))
         period = self._grid.period_num
         while state.time_ns < stop_ns:
             if self.table is not None:
                 self._lower(self.table, state)
             step(self.model, state)
             state.time_ns += period
-            speeds = data.qvel
-            if not speeds.dot(speeds) < UNSTABLE_RAD_S**2:
-                self._give_up(state)
+            require_stable(self.model, state)
+
+    def _turn_forearm(self, state: HandState, wanted: Array) -> None:
+        """Have the drive go to an orientation."""
+        drive = state.data.ctrl[len(MUSCLES):]
+        drive[:] = drive_angles(self._forearm(), wanted, drive)
+        state.forearm = wanted
+
+    def _forearm(self) -> Array:
+        """Orientation of the forearm at the start."""
+        usual = LEFT_PALM_DOWN if self.hand.side == "left" else RIGHT_PALM_DOWN
+        return np.array(self.forearm_orientation or usual)
 
     def _lower(self, table: Table, state: HandState) -> None:
         """Put the table where it is at the start of the step."""
@@ -232,23 +232,20 @@ class Hand:
             state.data.mocap_pos[0, 2] = height
             state.evaluated = False
 
-    def _give_up(self, state: HandState) -> None:
-        speeds = np.nan_to_num(np.abs(state.data.qvel), nan=_NEVER, posinf=_NEVER)
-        worst = int(np.argmax(speeds))
-        what = self._tree.freedoms[worst] if worst < 23 else "the object"
-        raise RunError(f"hand became unstable at {state.time_ns / NS_PER_MS:g} ms: {what} moves at "
-                       f"{speeds[worst]:.3g} rad/s or m/s; take a smaller step_ms")
-
     def read(self, state: HandState, inputs: Sequence[Value]) -> tuple[Value, ...]:
         """All outputs now."""
         evaluate(self.model, state)
         data = state.data
-        sensed, rates = data.sensordata, data.qvel[:23].copy()
-        wrist = data.xmat[1].reshape(3, 3)
-        seen = (data.qpos[:23].copy(), rates, data.qacc[:23].copy(),
-                (data.site_xpos[self._tips] - data.xpos[1]) @ wrist, data.xquat[1:18].copy(),
-                data.site_xpos[self._sites], sensed[:51].reshape(17, 3).copy(),
+        hinges, sensed = self._hinges(), data.sensordata
+        rates = data.qvel[hinges].copy()
+        seen = (data.qpos[hinges].copy(), rates, data.qacc[hinges].copy(),
+                (data.site_xpos[self._tips] - data.xpos[1]) @ data.xmat[1].reshape(3, 3),
+                data.xquat[1:18].copy(), data.site_xpos[self._sites], sensed[:51].reshape(17, 3).copy(),
                 sensed[51:102].reshape(17, 3).copy(), sensed[102:107].copy(), self._stretch @ rates)
         if self.object is None:
             return seen
-        return (*seen, data.qpos[23:26].copy(), data.qpos[26:30].copy())
+        return (*seen, data.qpos[-7:-4].copy(), data.qpos[-4:].copy())
+
+    def _hinges(self) -> slice:
+        """Where the hand's freedoms stand among MuJoCo's."""
+        return slice(3, 26) if self.forearm_moves else slice(0, 23)

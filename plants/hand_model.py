@@ -121,7 +121,9 @@ def add_splint(spec: mujoco.MjSpec, held: dict[str, float]) -> None:
         lock.solref = [SPLINT_TIME_S, 1.0]
 
 
-def nominal_passive(tree: SegmentTree) -> tuple[Array, Array]:
-    """Stiffness and damping (d,) of the freedoms, N m/rad and N m s/rad."""
-    rows = passive_joints(tree).values()
-    return np.array([row.stiffness for row in rows]), np.array([row.damping for row in rows])
+def nominal_passive(tree: SegmentTree, contracture: float) -> tuple[Array, Array]:
+    """Stiffness and damping (d,) of the freedoms, N m/rad and N m s/rad; the fingers' MCP joints stiffer."""
+    rows = passive_joints(tree)
+    stiffness = [row.stiffness * (contracture if name.endswith("mcp_flexion") and name[:2] != "F1" else 1.0)
+                 for name, row in rows.items()]
+    return np.array(stiffness), np.array([row.damping for row in rows.values()])

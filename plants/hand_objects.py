@@ -25,6 +25,9 @@ TORSIONAL_M, ROLLING_M = 0.005, 0.0001
 """Friction against twisting and rolling over that against sliding, m: chosen, a fingertip's patch of contact
 is some 5 mm wide; MuJoCo's default for rolling."""
 
+OVERLAP_M = 0.001
+"""Chosen: an object may be pressed this far into skin or table at the start."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GraspObject:
@@ -117,3 +120,14 @@ def add_table(spec: mujoco.MjSpec, table: Table) -> None:
     body.add_geom(name="table", type=mujoco.mjtGeom.mjGEOM_BOX, size=[*table.half_m, 0.005],
                   friction=[table.friction, TORSIONAL_M * table.friction, ROLLING_M], contype=TABLE,
                   conaffinity=TOUCHES[TABLE])
+
+
+def require_apart(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Raise InputError for an object that is inside the hand or the table."""
+    mujoco.mj_forward(model, data)
+    for contact in sorted(data.contact, key=lambda each: float(each.dist)):
+        names = [model.geom(geom).name for geom in contact.geom]
+        if "object" in names and contact.dist < -OVERLAP_M:
+            other, depth_mm = names[1 - names.index("object")], -1e3 * contact.dist
+            raise InputError("hand.object", f"reaches {depth_mm:.1f} mm into {other} at the start",
+                             f"{1e3 * OVERLAP_M:g} mm at most", "move it, or the hand")

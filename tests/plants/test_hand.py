@@ -11,6 +11,7 @@ from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import Poses, segment_poses
 from fesloop.hand.motion import root_motion, sensed, sensor_points
 from fesloop.hand.muscles import MUSCLES, muscle
+from fesloop.hand.segments import Segment, SegmentTree
 from fesloop.hand.skeleton import dorsal_points, hand_tree
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS
@@ -35,10 +36,11 @@ def active(**levels):
 def run(plant, activation, seconds, state=None, every=None):
     """State and outputs after some seconds; every so many steps read in between, if given."""
     state = plant.init(Context("hand")) if state is None else state
+    inputs = [activation, np.array([0.0, 0.6, 0.0, 0.8])]
     steps = round(1e3 * seconds / plant.step_ms)
     for k in range(steps):
         now = state.time_ns
-        plant.advance(state, [activation], now, now + plant.grid.period_num)
+        plant.advance(state, inputs, now, now + plant.grid.period_num)
         if every and k % every == 0:
             plant.read(state, [activation])
     return state, outputs(plant, state, activation)
@@ -79,6 +81,26 @@ def test_sites_and_fingertips_are_where_kinematics_has_them(moving):
     assert np.allclose(seen["fingertips"], ends, rtol=0, atol=1e-12)
 
 
+def test_sites_feel_the_forearm_turn_and_it_arrives():
+    plant = Hand(forearm_moves=True)
+    start = np.array(RIGHT_PALM_DOWN)
+    wanted = quaternion.multiply(start, quaternion.from_axis_angle([0.3, 0.8, 0.5], 1.2))
+    forearm = Segment(name="forearm", parent="room", joint="ball", joint_name="arm")
+    tree = SegmentTree((Segment(name="room"), forearm, *TREE.segments[1:]))
+    points = sensor_points(tree, TREE.names, dorsal_points(plant.hand))
+    state = plant.init(Context("hand"))
+    for stop_ms in (30, 400):
+        plant.advance(state, [active(FDP2=0.05), wanted], state.time_ns, stop_ms * NS_PER_MS)
+        seen, data = outputs(plant, state, active()), state.data
+        if stop_ms == 30:
+            assert np.abs(seen["rate"][0]).max() > 5.0
+        samples = sensed(tree, points, data.qpos, data.qvel, data.qacc, root_motion(start))
+        assert np.allclose(seen["rate"], samples.gyr, rtol=0, atol=1e-8)
+        assert np.allclose(seen["force"], samples.acc, rtol=0, atol=1e-8)
+    left = quaternion.rotation_angle(quaternion.relative(seen["orientation"][0], wanted))
+    assert np.degrees(left) < 0.5
+
+
 def test_left_hand_is_the_mirror_of_the_right():
     activation = active(FDP2=0.03, EDC3=0.1, THENAR=0.05, ECRL=0.1, FCU=0.05)
     left, right = (run(Hand(hand=HandSize(side=side)), activation, 0.15)[1] for side in ("left", "right"))
@@ -86,7 +108,7 @@ def test_left_hand_is_the_mirror_of_the_right():
     assert np.allclose(left["position"], right["position"] * [-1.0, 1.0, 1.0], rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("things", [{}, BALL], ids=["free", "grasp"])
+@pytest.mark.parametrize("things", [{}, BALL, {"forearm_moves": True}], ids=["free", "grasp", "turned"])
 def test_copies_and_pickles_go_on_bit_for_bit_and_reading_changes_nothing(things):
     plant, activation = Hand(**things), active(FDP2=0.05, FDP3=0.05, FDS4=0.05, FPL=0.1, THENAR=0.05)
     state, _ = run(plant, activation, 0.1)
@@ -98,7 +120,7 @@ def test_copies_and_pickles_go_on_bit_for_bit_and_reading_changes_nothing(things
             run(plant, activation, 0.15, other)
         again = outputs(plant, other, activation)
         assert all(np.array_equal(seen[name], again[name]) for name in seen)
-    if things:
+    if things is BALL:
         assert state.data.ncon > 0
 
 
@@ -118,6 +140,7 @@ def test_a_step_is_that_of_mujoco_itself():
     ({"strength": (1.0,)}, "strength"), ({"rest_deg": {"F2_pip": 1.0}}, "F2_pip"),
     ({"rest_deg": {"F2_pip_flexion": 170.0}}, "F2_pip_flexion"), ({"stiffness": -1.0}, "stiffness"),
     ({"forearm_orientation": (1.0, 1.0, 0.0, 0.0)}, "length 1"), ({"step_ms": 0.0}, "step_ms"),
+    ({"step_ms": 1e-6}, "step_ms"), ({"splint_deg": {"wrist_flexion": 90.0}}, "wrist_flexion"),
     ({"object": GraspObject(position_m=(0.0, 0.05, 0.0))}, "mm into"),
     ({"contracture": float("nan")}, "contracture")])
 def test_what_cannot_be_is_named(change, text):

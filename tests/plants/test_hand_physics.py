@@ -97,8 +97,10 @@ def test_kamper_without_passive_moments_pip_flexes_and_mcp_extends():
     assert bent[0] < -3.0
 
 
-def test_mcp_stiffness_tendons_included_is_as_measured():
-    plant = weightless(splint_deg=STRAIGHT)
+@pytest.mark.parametrize(("contracture", "low", "high"), [
+    (1.0, 0.033, 0.047), (2.6, 0.085, 0.093), (17.0, 0.5, 0.54), (21.0, 0.61, 0.67)])
+def test_mcp_stiffness_tendons_included_is_as_measured(contracture, low, high):
+    plant = weightless(splint_deg=STRAIGHT, contracture=contracture)
     data = plant.init(Context("hand")).data
     moments = []
     for angle in (-0.02, 0.02):
@@ -106,7 +108,7 @@ def test_mcp_stiffness_tendons_included_is_as_measured():
         mujoco.mj_forward(plant.model, data)
         moments.append((data.qfrc_passive + data.qfrc_actuator)[INDEX[0]])
         data.qpos[INDEX[0]] -= angle
-    assert 0.033 < -(moments[1] - moments[0]) / 0.04 < 0.047
+    assert low < -(moments[1] - moments[0]) / 0.04 < high
 
 
 def test_tenodesis_the_extended_wrist_closes_the_fingers_and_the_flexed_one_opens_them():
