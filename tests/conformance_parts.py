@@ -33,7 +33,7 @@ def specimens():
     current = {"current_ma": (40.0,) * 4}
     parameters = {
         "state_space": {"a": ((0.0, 1.0), (-30.0, -4.0)), "b": ((0.0,), (30.0,)), "c": ((1.0, 0.0),)},
-        "finger": {}, "finger_imus": {}, "moving_hand": {"phases": wave()}, "hand": {},
+        "finger": {}, "finger_imus": {}, "moving_hand": {"phases": wave()}, "hand": {"forearm_moves": True},
         "vqf": {"initial_angles_deg": (20.0, 25.0, 15.0), "align_s": 0.1},
         "vqf9": {}, "constrained": {"sensed": ("hand", "F2p", "F2m", "F2d")},
         "kortier": {"sensed": ("hand", "F2p", "F2m", "F2d")},
