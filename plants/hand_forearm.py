@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.errors import RunError
 from fesloop.hand import quaternion
 from fesloop.hand.segments import AXES, MOTIONS
 
@@ -39,8 +40,10 @@ def drive_angles(start: Array, wanted: Array, before: Array) -> Array:
     """Angles (3,), rad, of the hinges that turn the forearm from `start` to `wanted`, (4,), to global.
 
     Of the whole turns that an angle leaves open, those next to the angles `before`. The middle hinge reaches
-    90 deg to either side: there the other two are not apart.
+    90 deg to either side: there the other two are not apart. Raises RunError where `wanted` has length 0.
     """
+    if not np.linalg.norm(wanted) > 0.0:
+        raise RunError(f"hand.forearm: {wanted} is no orientation; a quaternion (w, x, y, z) is expected")
     turn = quaternion.to_matrix(quaternion.normalized(quaternion.relative(start, wanted)))
     angles = np.array([math.atan2(-turn[0, 1], turn[1, 1]), math.asin(min(1.0, max(-1.0, turn[2, 1]))),
                        math.atan2(-turn[2, 0], turn[2, 2])])
