@@ -22,6 +22,8 @@ THUMB_RADIUS_RATIOS = {"m": 4.0 / 3.0, "p": 7.0 / 6.0, "d": 1.0}
 BREADTH_RATIO, THICKNESS_RATIO = 0.45, 0.15
 """Breadth and thickness of the palm over hand length: 85.8 of 190.2 mm (Ibeachu 2011); 28 of 190 mm is
 chosen."""
+WIDER_RANGES = {"wrist_flexion": (-0.5 * math.pi, 0.5 * math.pi)}
+"""Hard ends, rad, beyond those of the typical range: soft tissue stops the relaxed wrist before."""
 HYPOTHENAR_RATIO, THENAR_RATIO = 0.075, 1.6
 """Chosen: radius of the ball of the little finger over hand length; skin of the ball of the thumb over its
 metacarpal's radius."""
@@ -62,8 +64,9 @@ def add_hand(spec: mujoco.MjSpec, tree: SegmentTree, size: HandSize, forearm: Ar
             place = np.asarray(tree.segments[tree.index(segment.parent)].offset) + segment.base
             body = bodies[segment.parent].add_body(name=segment.name, pos=place)
             for i, motion in enumerate(MOTIONS[:FREEDOMS[segment.joint]]):
-                body.add_joint(name=f"{segment.joint_name}_{motion}", type=mujoco.mjtJoint.mjJNT_HINGE,
-                               axis=geometry[i], range=segment.ranges[i], limited=True,
+                name = f"{segment.joint_name}_{motion}"
+                body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=geometry[i],
+                               range=WIDER_RANGES.get(name, segment.ranges[i]), limited=True,
                                solref_limit=END_SOLREF, solimp_limit=END_SOLIMP)
             if segment.name == "hand":
                 _add_palm(body, size)

@@ -25,9 +25,9 @@ FINGER_RESTS_DEG = {"F2": (25.0, 35.0, 15.0), "F3": (30.0, 38.0, 15.0), "F4": (3
                     "F5": (35.0, 40.0, 15.0)}
 """MCP, PIP, DIP, the wrist neutral. Chosen: the usual cascade, more flexed towards the little finger."""
 WRIST_END_DEG, WRIST_BEYOND_DEG = 75.0, 15.0
-WRIST_END_MOMENTS = {"flexion": 0.5, "extension": 1.2}
-"""The wrist's passive moment, N m, is about 0 over the central 150 deg and reaches these 15 deg beyond, where
-it is taken to grow linearly."""
+WRIST_END_MOMENTS = {"flexion": 0.28, "extension": 0.99}
+"""The wrist's passive moment, N m, is about 0 over the central 150 deg and .5 and 1.2 at 90 deg of flexion
+and extension. This is what relaxed muscles leave of it for springs that are slack over the central range."""
 
 
 def passive_joints(tree: SegmentTree) -> dict[str, Passive]:
@@ -40,7 +40,7 @@ def passive_joints(tree: SegmentTree) -> dict[str, Passive]:
     in flexion, where it is free over the central 150 deg; damping chosen.
     """
     rows = {
-        "wrist_flexion": Passive(0.05, 0.03, 0.0), "wrist_abduction": Passive(0.5, 0.03, 0.0),
+        "wrist_flexion": Passive(0.02, 0.03, 0.0), "wrist_abduction": Passive(0.5, 0.03, 0.0),
         "F1_cmc_flexion": Passive(0.10, 0.008, 40.0), "F1_cmc_abduction": Passive(0.10, 0.008, -25.0),
         "F1_cmc_pronation": Passive(0.15, 0.004, 70.0), "F1_mcp_flexion": Passive(0.05, 0.003, 15.0),
         "F1_ip_flexion": Passive(0.02, 0.0006, 20.0)}

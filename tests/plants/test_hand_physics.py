@@ -120,6 +120,19 @@ def test_tenodesis_the_extended_wrist_closes_the_fingers_and_the_flexed_one_open
         assert (change > 0.0).all()
 
 
+@pytest.mark.parametrize(("wrist", "moment"), [(-90.0, 1.2), (-60.0, 0.1), (60.0, -0.1), (90.0, -0.5)])
+def test_the_relaxed_wrists_moment_is_as_measured(wrist, moment):
+    plant = weightless()
+    model, data = plant.model, plant.init(Context("hand")).data
+    # Held by next to infinite damping, the fingers free.
+    model.dof_damping[0], data.qpos[0] = 1e6, np.deg2rad(wrist)
+    model.jnt_limited[0] = 0
+    mujoco.mj_step(model, data, nstep=1000)
+    data.qvel[0] = 0.0
+    mujoco.mj_forward(model, data)
+    assert data.qfrc_passive[0] + data.qfrc_actuator[0] == pytest.approx(moment, abs=0.1)
+
+
 def test_the_wrists_largest_moments_are_within_measured_ranges():
     arms = moment_arms(TREE, 0.0)[:, TREE.freedom("wrist_flexion")]
     moments = arms * [row.force_n for row in muscles()]
@@ -132,6 +145,7 @@ def test_ranges_hold_under_full_force():
     for names in (("FDP", "FDS", "FPL", "THENAR", "FCU"), ("ED", "EP", "EI", "APL", "ECR")):
         activation = np.array([float(name.startswith(names)) for name in MUSCLES])
         angles = settled(weightless(), activation, 1.0)
+        ranges[TREE.freedom("wrist_flexion")] = -90.0, 90.0
         assert (angles > ranges[:, 0] - 5.0).all()
         assert (angles < ranges[:, 1] + 5.0).all()
 
