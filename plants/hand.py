@@ -21,7 +21,7 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, RateClock, duration_ns
 from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative, require_positive
-from plants.hand_forearm import add_forearm_drive, drive_angles
+from plants.hand_forearm import PALM_DOWN, add_forearm_drive, drive_angles
 from plants.hand_joints import require_in_range, resting_posture
 from plants.hand_model import (
     add_muscles,
@@ -32,14 +32,11 @@ from plants.hand_model import (
     resting_tension,
     set_passive_joints,
 )
-from plants.hand_muscles import moment_arms, muscles
+from plants.hand_muscles import ADULT_MM, Muscle, moment_arms, muscles
 from plants.hand_objects import GraspObject, Table, add_object, add_table, require_apart
 from plants.hand_state import HandState, evaluate, require_stable, step
 
 Array = NDArray[np.float64]
-LEFT_PALM_DOWN = (math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0)
-RIGHT_PALM_DOWN = (0.0, math.sqrt(0.5), 0.0, -math.sqrt(0.5))
-"""Forearm to global, palm down, fingers to the north."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -68,7 +65,7 @@ class Hand:
 
     Attributes
     ----------
-    hand: its measures and side.
+    hand: its measures and side; forces and moments go by its length (`plants.hand_muscles`).
     forearm_orientation: (w, x, y, z), of the wrist coordinate system to the global frame (ENU); empty: palm
         down, fingers to the north.
     forearm_moves: whether it can be turned; if not, it stays.
@@ -126,15 +123,16 @@ class Hand:
         start = resting_posture(tree, {**self.rest_deg, **self.start_deg, **self.splint_deg})
         require_in_range("hand.rest_deg", tree, rest)
         require_in_range("hand.start_deg", tree, start)
-        arms = moment_arms(tree, float(rest[tree.freedom("F1_cmc_pronation")]))
-        fibres = 1e-3 * np.array([muscle.fibre_mm for muscle in muscles()])
+        scale = self.hand.hand_mm / ADULT_MM
+        arms = moment_arms(tree, float(rest[tree.freedom("F1_cmc_pronation")]), scale)
+        fibres = 1e-3 * np.array([muscle.fibre_mm for muscle in muscles(scale)])
         object.__setattr__(self, "_tree", tree)
         object.__setattr__(self, "_rest", rest)
         object.__setattr__(self, "_start", start)
         object.__setattr__(self, "_stretch", -arms / fibres[:, np.newaxis])
         object.__setattr__(self, "_grid", RateClock(
             duration_ns(self.step_ms, NS_PER_MS, "hand.step_ms"), 1))
-        model = self._compiled(arms)
+        model = self._compiled(arms, muscles(scale), scale**3)
         object.__setattr__(self, "model", model)
         for key, names in (("_sites", [f"imu {name}" for name in tree.names]),
                            ("_tips", [f"tip {finger}d" for finger in FINGERS])):
@@ -142,11 +140,11 @@ class Hand:
         if self.object is not None:
             require_apart(model, self.init(Context("hand")).data)
 
-    def _compiled(self, arms: Array) -> mujoco.MjModel:
+    def _compiled(self, arms: Array, rows: tuple[Muscle, ...], moments: float) -> mujoco.MjModel:
         tree, rest = self._tree, self._rest
         spec = empty_spec(1e-3 * self.step_ms)
         build_hand(spec, tree, self.hand, self._forearm(), arms)
-        add_muscles(spec, muscles(), np.array(self.strength or (1.0,) * len(MUSCLES)), self.passive_tension,
+        add_muscles(spec, rows, np.array(self.strength or (1.0,) * len(MUSCLES)), self.passive_tension,
                     -arms @ rest)
         if self.forearm_moves:
             add_forearm_drive(spec)
@@ -157,8 +155,9 @@ class Hand:
             add_table(spec, self.table)
         model = spec.compile()
         stiffness, damping = nominal_passive(tree, self.contracture)
-        set_passive_joints(model, tree, self.stiffness * stiffness, self.damping * damping, rest,
-                           arms.T @ resting_tension(muscles(), self.passive_tension), self.stiffness)
+        set_passive_joints(
+            model, tree, moments * self.stiffness * stiffness, moments * self.damping * damping, rest,
+            arms.T @ resting_tension(rows, self.passive_tension), moments * self.stiffness)
         return model
 
     @property
@@ -222,8 +221,7 @@ class Hand:
 
     def _forearm(self) -> Array:
         """Orientation of the forearm at the start."""
-        usual = LEFT_PALM_DOWN if self.hand.side == "left" else RIGHT_PALM_DOWN
-        return np.array(self.forearm_orientation or usual)
+        return np.array(self.forearm_orientation or PALM_DOWN[self.hand.side])
 
     def _lower(self, table: Table, state: HandState) -> None:
         """Put the table where it is at the start of the step."""

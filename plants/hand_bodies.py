@@ -29,8 +29,8 @@ HYPOTHENAR_RATIO, THENAR_RATIO = 0.075, 1.6
 metacarpal's radius."""
 TIP_REACH_M = 0.002
 """How far beyond the skin of a distal segment its contacts count as the fingertip's."""
-END_SOLREF, END_SOLIMP = [0.01, 1.0], [0.98, 0.999, 0.02, 0.5, 2.0]
-"""Of the ends of a joint's range: back from beyond within 10 ms, critically damped, and as hard as keeps a
+END_SOLREF, END_SOLIMP = [0.006, 1.0], [0.95, 0.999, 0.02, 0.5, 2.0]
+"""Of the ends of a joint's range: back from beyond within 6 ms, critically damped, and as hard as keeps a
 joint under its muscles' full force within a few degrees (chosen)."""
 SKIN_SOLREF, SKIN_SOLIMP = [0.02, 1.0], [0.8, 0.95, 0.004, 0.5, 2.0]
 """Of contacts: soft over the first 4 mm, as skin is (chosen; with it a step of 1 ms passes the halving check

@@ -13,6 +13,9 @@ from fesloop.hand import quaternion
 from fesloop.hand.segments import AXES, MOTIONS
 
 Array = NDArray[np.float64]
+PALM_DOWN = {"left": (math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0),
+             "right": (0.0, math.sqrt(0.5), 0.0, -math.sqrt(0.5))}
+"""By side, (w, x, y, z) of the forearm to the global frame (ENU), palm down, fingers to the north."""
 INERTIA, MASS = 0.1, 1.5
 """kg m^2 about each axis, and kg: chosen so heavy that what the hand does hardly moves it."""
 QUICKNESS_RAD_S = 50.0

@@ -81,16 +81,22 @@ adductor, EPB extensor and mild abductor, APL extensor and abductor, the thenar 
 Magnitudes of EPL, EPB and of FPL at MCP and IP: MyoHand; others chosen."""
 
 
-def muscles() -> tuple[Muscle, ...]:
-    """Force and fibre of every muscle, in the order of `MUSCLES`."""
+ADULT_MM = 190.0
+"""Length of the hand that all numbers here are of (chosen: the default). Another hand is taken to be built to
+scale s: lengths grow as s, forces as its square, moments and what resists them as its cube."""
+
+
+def muscles(scale: float = 1.0) -> tuple[Muscle, ...]:
+    """Force and fibre of every muscle, in the order of `MUSCLES`, of a hand built to scale."""
     rows = []
     for name in MUSCLES:
         share = EXTENSOR_SHARE if name[0] in "EA" else FLEXOR_SHARE
-        rows.append(Muscle(share * MOBL_ARMS_N[name], FIBRES_MM[name], PASSIVE_N_M.get(name[:3], 10.0)))
+        rows.append(Muscle(scale**2 * share * MOBL_ARMS_N[name], scale * FIBRES_MM[name],
+                           scale * PASSIVE_N_M.get(name[:3], 10.0)))
     return tuple(rows)
 
 
-def moment_arms(tree: SegmentTree, thumb_pronation: float) -> Array:
+def moment_arms(tree: SegmentTree, thumb_pronation: float, scale: float = 1.0) -> Array:
     """Moment arms (29, d) of all muscles about the hand's freedoms, m; positive: tension increases the angle.
 
     `thumb_pronation`, rad, is that of the resting thumb, in whose plane the arms at its CMC joint stand.
@@ -111,5 +117,5 @@ def moment_arms(tree: SegmentTree, thumb_pronation: float) -> Array:
                 "F1_cmc_abduction": sine * flexion - cosine * abduction,
                 "F1_cmc_pronation": pronation, "F1_mcp_flexion": mcp, "F1_ip_flexion": ip})
         for freedom, millimetres in placed.items():
-            arms[i, tree.freedom(freedom)] = 1e-3 * millimetres
+            arms[i, tree.freedom(freedom)] = 1e-3 * scale * millimetres
     return arms

@@ -4,6 +4,8 @@ import pickle
 import mujoco
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from fesloop.errors import InputError, RunError
 from fesloop.hand import quaternion
@@ -15,13 +17,13 @@ from fesloop.hand.segments import Segment, SegmentTree
 from fesloop.hand.skeleton import dorsal_points, hand_tree
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS
-from plants.hand import LEFT_PALM_DOWN, RIGHT_PALM_DOWN, Hand
+from plants.hand import Hand
+from plants.hand_forearm import PALM_DOWN
 from plants.hand_objects import GraspObject, Table
 
 TREE = hand_tree(HandSize())
 NAMES = ("angles", "rates", "accelerations", "fingertips", "orientation", "position", "rate", "force",
          "contact", "velocity", "object_position", "object_orientation")
-PALM_DOWN = {"left": LEFT_PALM_DOWN, "right": RIGHT_PALM_DOWN}
 BALL = {"object": GraspObject(shape="ball", size_mm=(50.0,), position_m=(0.03, 0.08, -0.07)),
         "table": Table(height_m=-0.096)}
 
@@ -83,7 +85,7 @@ def test_sites_and_fingertips_are_where_kinematics_has_them(moving):
 
 def test_sites_feel_the_forearm_turn_and_it_arrives():
     plant = Hand(forearm_moves=True)
-    start = np.array(RIGHT_PALM_DOWN)
+    start = np.array(PALM_DOWN["right"])
     wanted = quaternion.multiply(start, quaternion.from_axis_angle([0.3, 0.8, 0.5], 1.2))
     forearm = Segment(name="forearm", parent="room", joint="ball", joint_name="arm")
     tree = SegmentTree((Segment(name="room"), forearm, *TREE.segments[1:]))
@@ -99,6 +101,20 @@ def test_sites_feel_the_forearm_turn_and_it_arrives():
         assert np.allclose(seen["force"], samples.acc, rtol=0, atol=1e-8)
     left = quaternion.rotation_angle(quaternion.relative(seen["orientation"][0], wanted))
     assert np.degrees(left) < 0.5
+
+
+@settings(deadline=None, max_examples=12)
+@given(st.sampled_from(["left", "right"]), st.floats(120.0, 230.0), st.floats(0.05, 1.0),
+       st.lists(st.sampled_from([0.0, 0.02, 0.3, 1.0, 1.5]), min_size=29, max_size=29))
+def test_any_hand_under_any_activation_stays_a_hand(side, hand_mm, strength, levels):
+    plant, state = Hand(hand=HandSize(side=side, hand_mm=hand_mm), strength=(strength,) * 29), None
+    for share in np.linspace(0.05, 1.0, 20):
+        state, seen = run(plant, share * np.array(levels), 0.02, state)
+    low, high = np.degrees(TREE.ranges).T
+    beyond = np.maximum(low - np.degrees(seen["angles"]), np.degrees(seen["angles"]) - high)
+    beyond[TREE.freedom("wrist_flexion")] -= 20.0
+    assert beyond.max() < 8.0
+    assert np.allclose(np.linalg.norm(seen["orientation"], axis=1), 1.0, rtol=0, atol=1e-12)
 
 
 def test_left_hand_is_the_mirror_of_the_right():
