@@ -41,7 +41,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Hand:
-    """A hand of 23 degrees of freedom on a forearm, in gravity.
+    """A whole hand of 23 degrees of freedom that 29 muscles move and that can grasp, in gravity.
 
         M(q) q'' + bias(q, q') = R' f + passive moments + contact
         f_i = F_i (a_i fl(l_i) fv(l_i') + fp(l_i)),   l_i = l_rest - R_i (q - q_rest) / fibre length
