@@ -75,7 +75,8 @@ class ConstrainedTracker:
         or all but the tree's root (a hand's forearm).
     segments: another tree in place of the hand.
     joints: from the root outwards, in place of a body.
-    initial_pose_s: how long the wearer keeps a known pose at the start, s; 0: none is known.
+    initial_pose_s: how long the wearer keeps a known pose at the start, s; joints whose first sound samples
+        come within it begin in that pose, later ones do not; 0: none is known.
     initial_angles_deg: that pose by names of freedoms, such as `F1_cmc_abduction`; others are 0: straight.
     pose_sd_deg: by which each joint may miss it (chosen).
     mounting_sd_deg, axis_sd_deg: about each axis, of each sensor on its segment, and of the joints' axes

@@ -34,7 +34,7 @@ class Muscles:
 
         stimulated = model(v(t - delay), f(t - delay))
         natural'' + 2 w natural' + w^2 natural = w^2 min(effort + reflex, 1 - v)
-        activation = fitness (stimulated + natural + tremor)
+        activation = fitness min(1, stimulated + natural + tremor)
 
     Activation is the force over that of the fresh, fully stimulated muscle at the same length and speed:
     the skeleton scales it by strength. `hammerstein` and `riener` follow v h(f), the recruited fraction
@@ -211,6 +211,7 @@ class Muscles:
             natural += trembling(state.waves, self._sides, now)
         natural *= capacity
         activation += natural
+        np.minimum(activation, 1.0, out=activation)
         activation *= fitness
         return activation, fitness * capacity
 

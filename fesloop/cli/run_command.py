@@ -13,6 +13,9 @@ from fesloop.experiment.parse import load
 from fesloop.experiment.reading import Recording
 from fesloop.experiment.trial import Result, run
 
+_SHOWN = 10
+_GRAVE = ("_failed", "non_finite")
+"""Ends of statuses after which a run's figures are not what they seem."""
 _EXIT_CODES = {"done": 0, "failed": 1, "interrupted": 130}
 
 
@@ -45,8 +48,14 @@ def _summarise(result: Result) -> None:
     rows += [["wall time", f"{result.wall_s:.2f} s"], ["real-time factor", f"{result.realtime_factor:.1f}"]]
     if result.deadlines:
         rows.append(["missed deadlines", f"{result.missed_deadlines} of {result.deadlines}"])
-    rows += [["events", f"{count} x {status} ({where})"] for (where, status), count in _events(result)]
+    events = _events(result)
+    rows += [["events", f"{count} x {status} ({where})"] for (where, status, _), count in events[:_SHOWN]]
+    if len(events) > _SHOWN:
+        rows.append(["events", f"and {len(events) - _SHOWN} more kinds, in the recording"])
     print_table(result.experiment, ("", ""), rows, sys.stderr)
+    for (where, status, detail), _ in events:
+        if status.endswith(_GRAVE):
+            print(f"{where}: {status}: {detail}", file=sys.stderr)
     for name, value in tables.items():
         columns = list(dict.fromkeys(key for item in value.values() for key in item))
         cells = [[key, *(_text(_last(row.get(column))) for column in columns)] for key, row in value.items()]
@@ -73,7 +82,13 @@ def _text(value: Any) -> str:
     return f"{value:.3f}" if isinstance(value, float) else str(value)
 
 
-def _events(result: Result) -> list[tuple[tuple[str, str], int]]:
-    """Kinds of events, the most frequent first."""
+def _events(result: Result) -> list[tuple[tuple[str, str, str], int]]:
+    """Kinds of events with the detail of the first, failures first, then the most frequent."""
     with Recording(result.recording) as recording:
-        return Counter((event.where, event.status) for event in recording.events).most_common(8)
+        events = recording.events
+    first: dict[tuple[str, str], str] = {}
+    for event in events:
+        first.setdefault((event.where, event.status), event.detail)
+    counted = Counter((event.where, event.status) for event in events).most_common()
+    ordered = sorted(counted, key=lambda entry: not entry[0][1].endswith(_GRAVE))
+    return [((where, status, first[where, status]), count) for (where, status), count in ordered]

@@ -202,7 +202,7 @@ def test_stop_save_restore_continue_equals_uninterrupted(at):
 @pytest.mark.parametrize(("parameters", "found"), [
     ({"sensors": -1}, "sensors: -1"), ({"method": "posse"}, "did you mean 'poses'"),
     ({"side": "middle"}, "side: 'middle'"), ({"flat_s": (3.0, 1.0)}, r"flat_s: \(3\.0, 1\.0\)"),
-    ({"flat_s": (0.0, 5.0)}, "flexion_s: begins at 4 s, before flat_s ends"),
+    ({"method": "poses", "flat_s": (0.0, 5.0)}, "flexion_s: begins at 4 s, before flat_s ends"),
     ({"sensors": 2, "assumed": (2,)}, "assumed: 2; allowed: 0 to 1"),
     ({"sensors": 2, "sensed": ("hand",)}, "sensed: names 1 segments, 2 sensors"),
     ({"sensors": 2, "rotations": ((1.0, 0.0, 0.0, 0.0),) * 3}, "rotations: shape"),

@@ -27,7 +27,7 @@ def test_every_figure_of_a_paper_is_drawn(paper, names, monkeypatch, tmp_path):
 
 
 def test_the_hour_is_drawn_without_bands(tmp_path):
-    kept = {name: np.ones((60, 5)) for name in ("constrained", "salchow_m2", "sd")}
+    kept = {name: np.ones((60, 5)) for name in ("constrained", "salchow_m2", "m2_calibrated", "sd")}
     kept["still"] = np.array([2100.0, 2700.0])
     rows = [Row("subject 1", "drift", "1.5", "1.2", holds=True)]
     check(draw(Reproduction("hour", 1, rows, {}, {"minutes": [kept]}), tmp_path), {"hour"})

@@ -14,7 +14,8 @@ def kept():
     sd = np.full((minutes, 5), 1.0)
     sd[still] += 0.1 * np.arange(9)[:, np.newaxis]
     return {"constrained": np.full((minutes, 5), 1.4), "salchow_m2": np.linspace(1.0, 3.0, minutes)[:, None]
-            * np.ones(5), "m2_calibrated": np.full((minutes, 5), 0.9), "inside": np.full((minutes, 5), 0.95), "sd": sd, "unsure": np.array([]),
+            * np.ones(5), "m2_calibrated": np.full((minutes, 5), 0.9),
+            "inside": np.full((minutes, 5), 0.95), "sd": sd, "unsure": np.array([]),
             "still": np.array([2100.0, 2700.0])}
 
 
