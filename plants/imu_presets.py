@@ -7,7 +7,8 @@ MPU-9250 (PS-MPU-9250A-01 rev. 1.0, tables 1 and 2; magnetometer: AK8963).
 S19's sensors were calibrated once by a robot (section 2.1), K14's are taken to have been (chosen): what that
 leaves of bias and, of accelerometers, of scale and cross-axis is chosen. A tolerance printed as +-x is taken
 as three standard deviations (chosen). No data sheet states a bias instability: 10 and 20 deg/h, .1 and .05
-mg, held for 100 s, are chosen, as consumer sensors show in Allan plots. Bandwidth is half the sampling rate (chosen) where noise is given as a density.
+mg, held for 100 s, are chosen, as consumer sensors show in Allan plots. Bandwidth is
+half the sampling rate (chosen) where noise is given as a density.
 """
 
 from __future__ import annotations
