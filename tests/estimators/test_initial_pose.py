@@ -146,7 +146,10 @@ def test_a_bad_pose_is_refused_by_the_sensor_that_tells(spoil, words):
 
 def test_limits_are_parameters():
     _, gyr, acc, _ = pose_samples(1)
-    readings(*jerk(gyr, acc), rate_deg_s=60.0)
+    jerked = jerk(gyr, acc)
+    with pytest.raises(InputError):
+        readings(*jerked)
+    readings(*jerked, rate_deg_s=60.0)
     gyr, acc = silence(*pose_samples(1)[1:3])
     readings(gyr, acc, share=0.5)
 

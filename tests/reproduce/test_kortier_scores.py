@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from told_recording import ToldRecording
 
+from fesloop.reproduce import kortier_scores
 from fesloop.reproduce.kortier_scores import clenched_phase, flat_phase, index_tip, pinch, rapid, traces
 
 
@@ -19,6 +20,14 @@ def test_the_index_tip_is_scored_axis_by_axis_while_the_movement_lasts():
     estimate[:, [0, 2, 3, 4]] += 1.0
     estimate[recording.times_ns < 8e9] += 1.0
     np.testing.assert_allclose(index_tip(recording)["rms_mm"], [[2.0, 1.0, 2.0, 3.0]] * 2, atol=1e-9)
+
+
+def test_the_index_tip_is_scored_from_the_hand_not_from_the_wrist(monkeypatch):
+    recording = told("flexion")
+    estimate, _ = recording.told["tracker.fingertips"]
+    estimate -= [0.0, 4e-3, 0.0]
+    monkeypatch.setattr(kortier_scores, "palm_error", lambda recording: np.array([0.0, 4e-3, 0.0]))
+    np.testing.assert_allclose(index_tip(recording)["rms_mm"], 0.0, atol=1e-9)
 
 
 def test_who_knows_the_posture_knows_that_the_tips_touch():
