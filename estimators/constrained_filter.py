@@ -51,6 +51,17 @@ _COHERENT = 0.25
 
 
 @numba.njit(cache=True)
+def _lose(at: Any, s: Any, cov: Any, period: float, unseen: float) -> None:
+    """A period without a sound sample. An unknown rate lasts: its angle grows with the time unseen."""
+    before = s[12]
+    s[12] += period
+    for i in range(3):
+        cov[i, i] += unseen ** 2 * (s[12] ** 2 - before ** 2)
+    if s[12] * unseen > math.pi:
+        at[:] = np.nan
+
+
+@numba.njit(cache=True)
 def advance(
     q: Any, rest: Any, covariance: Any, surprise: Any, doubt: Any, ends: Any, kinds: Any, axes: Any,
     zero: Any, ranges: Any, gyr: Any, acc: Any, seen: Any, settings: Any, number: int
@@ -105,13 +116,7 @@ def advance(
             _spread(cov, s, wc, period, settings[TURN] ** 2 * period, walked * period)
             s[12] = 0.0
         else:
-            # An unknown rate lasts: its angle grows with the time that it has not been seen.
-            before = s[12]
-            s[12] += period
-            for i in range(3):
-                cov[i, i] += settings[UNSEEN] ** 2 * (s[12] ** 2 - before ** 2)
-            if s[12] * settings[UNSEEN] > math.pi:
-                at[:] = np.nan
+            _lose(at, s, cov, period, settings[UNSEEN])
 
 
 @numba.njit(cache=True)
