@@ -79,10 +79,11 @@ def _shared(jobs: Sequence[Job], workers: int) -> Generator[tuple[Key, Kept]]:
     results: SimpleQueue[tuple[Key, Kept | Exception]] = SimpleQueue()
     for job in jobs:
         waiting.put(job)
-    crew = [Worker() for _ in range(min(workers, len(jobs)))]
+    crew: list[Worker] = []
     try:
-        for worker in crew:
-            Thread(target=_employ, args=(worker, waiting, results), daemon=True).start()
+        for _ in range(min(workers, len(jobs))):
+            crew.append(Worker())
+            Thread(target=_employ, args=(crew[-1], waiting, results), daemon=True).start()
         for _ in jobs:
             key, kept = results.get()
             if isinstance(kept, Exception):
