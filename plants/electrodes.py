@@ -53,6 +53,8 @@ class Electrodes:
     arrays: their elements are numbered through, in this order.
     motor_points: of the muscles that can be reached, one each.
     axons: around every motor point.
+    axon_seed: whose they are, in place of the run's seed.
+    threshold: factors on the thresholds of the muscles' axons, in the order of `MUSCLES`; empty: 1.
     radius_mm, length_mm: of the forearm (chosen, the length: an adult's from elbow to wrist).
     reference_mm: depth at which the field under a pad is 1.
     chronaxie_us: of the axons.
@@ -66,6 +68,8 @@ class Electrodes:
     arrays: tuple[ElectrodeArray, ...] = (DORSAL, VOLAR)
     motor_points: tuple[MotorPoint, ...] = MOTOR_POINTS
     axons: AxonScatter = _AXONS
+    axon_seed: int | None = None
+    threshold: tuple[float, ...] = ()
     radius_mm: float = 40.0
     length_mm: float = 260.0
     reference_mm: float = 10.0
@@ -97,6 +101,9 @@ class Electrodes:
             raise InputError("electrodes.arrays",
                              f"element {element} lies {along[element]:g} mm from the elbow",
                              f"0 to length_mm, {self.length_mm:g}")
+        if self.threshold:
+            require_shape("electrodes", self, (len(MUSCLES),), "one a muscle", "threshold")
+            require_positive("electrodes", self, "threshold")
         if self.skin_gain:
             require_shape("electrodes", self, (self.elements,), "one an element", "skin_gain")
             require_not_negative("electrodes", self, "skin_gain")
@@ -124,9 +131,12 @@ class Electrodes:
         return Port("recruitment", (len(MUSCLES),), "1"), Port("frequency", (len(MUSCLES),), "Hz")
 
     def init(self, context: Context) -> ElectrodesState:
-        """Axons as drawn for this run."""
+        """Axons as drawn for this person, or for this run."""
         points, count = self.motor_points, self.axons.count
-        drawn = self.axons.draw(points, self.radius_mm, context.seed, context.name).reshape(-1, 4)
+        seed = context.seed if self.axon_seed is None else self.axon_seed
+        drawn = self.axons.draw(points, self.radius_mm, seed, context.name).reshape(-1, 4)
+        if self.threshold:
+            drawn[:, 3] *= np.repeat([self.threshold[muscle(point.muscle)] for point in points], count)
         share = self.pronation_share * self.radius_mm / self.length_mm
         turns = np.repeat([share * point.along_mm for point in points], count)
         muscles = np.array([muscle(point.muscle) for point in points])

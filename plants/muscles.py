@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.muscles import MUSCLES, muscle
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Value
@@ -60,6 +60,7 @@ class Muscles:
         its own equations (`ding2003.fatigue`).
     rest_between_trials_s: how long the muscles rest before the next trial, s (chosen).
     voluntary_limit: the patient's greatest effort; 0 where nothing can be moved at will.
+    voluntary_limits: that of single muscles by name, in place of it.
     natural_rad_s: w, of effort and reflex (25, grip-force data).
     reflex, tremor: None for a patient without.
     """
@@ -74,6 +75,7 @@ class Muscles:
     fatigue: MuscleFatigue | None = None
     rest_between_trials_s: float = 10.0
     voluntary_limit: float = 1.0
+    voluntary_limits: dict[str, float] = field(default_factory=dict)
     natural_rad_s: float = 25.0
     reflex: StretchReflex | None = None
     tremor: MuscleTremor | None = None
@@ -81,6 +83,7 @@ class Muscles:
     _natural: TwoLags = field(init=False, repr=False, compare=False)
     _delays_ns: tuple[int, int, int] = field(init=False, repr=False, compare=False)
     _sides: Array = field(init=False, repr=False, compare=False)
+    _efforts: Array = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         models: dict[str, Hammerstein | Riener | Ding2003 | Ding2007] = {
@@ -93,14 +96,29 @@ class Muscles:
                              "no `fatigue` there", "that model tires by its own equations: ding2003.fatigue")
         require_positive("muscles", self, "fusion_hz", "natural_rad_s")
         require_not_negative("muscles", self, "rest_between_trials_s")
-        if not 0.0 <= self.voluntary_limit <= 1.0:
-            raise InputError("muscles.voluntary_limit", f"{self.voluntary_limit}", "from 0 to 1")
+        object.__setattr__(self, "_efforts", self._greatest_efforts())
         delay = duration_ns(self.delay_ms, NS_PER_MS, "muscles.delay_ms")
         reflex = duration_ns(self.reflex.delay_ms, NS_PER_MS, "reflex.delay_ms") if self.reflex else 0
         object.__setattr__(self, "_delays_ns", (delay, delay, delay + reflex))
         object.__setattr__(self, "_contraction", models[self.model].contraction())
         object.__setattr__(self, "_natural", TwoLags(1.0 / self.natural_rad_s, 1.0 / self.natural_rad_s))
         object.__setattr__(self, "_sides", self.tremor.sides() if self.tremor else np.zeros(len(MUSCLES)))
+
+    def _greatest_efforts(self) -> Array:
+        """Of each muscle, (29,); raises InputError for an unknown muscle and for what is not from 0 to 1."""
+        efforts = np.full(len(MUSCLES), self.voluntary_limit)
+        for name, limit in self.voluntary_limits.items():
+            try:
+                efforts[muscle(name)] = limit
+            except InputError as fault:
+                raise InputError("muscles.voluntary_limits", fault.found, fault.allowed,
+                                 fault.remedy) from fault
+        for key in ("voluntary_limit", "voluntary_limits"):
+            value = getattr(self, key)
+            for limit in value.values() if isinstance(value, dict) else (value,):
+                if not 0.0 <= limit <= 1.0:
+                    raise InputError(f"muscles.{key}", f"{limit}", "from 0 to 1")
+        return efforts
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -174,7 +192,7 @@ class Muscles:
         if velocity is not seen[2] and self.reflex is not None:
             self._send_one(state, REFLEX, self.reflex.drive(velocity), time_ns)
         if voluntary is not seen[3]:
-            self._send_one(state, EFFORT, within(voluntary, self.voluntary_limit), time_ns)
+            self._send_one(state, EFFORT, within(voluntary, self._efforts), time_ns)
 
     def _send_one(self, state: MusclesState, signal: int, value: Array, time_ns: int) -> None:
         if value.tobytes() != state.sent[signal].tobytes():
@@ -216,7 +234,7 @@ class Muscles:
         return activation, fitness * capacity
 
 
-def within(values: Array, highest: float) -> Array:
+def within(values: Array, highest: float | Array) -> Array:
     """`values`, those below 0 or above `highest` put there."""
     limited: Array = np.minimum(np.maximum(values, 0.0), highest)
     return limited

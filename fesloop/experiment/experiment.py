@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -39,6 +39,7 @@ class Experiment:
     trials: how many; learning blocks learn between them.
     seed: of everything random.
     record, score: what is recorded and compared.
+    patient: whose parameters the nodes have, for the record: the table [patient] of the file.
 
     Raises
     ------
@@ -54,6 +55,7 @@ class Experiment:
     description: str = ""
     record: Record = field(default_factory=Record)
     score: Score = field(default_factory=Score)
+    patient: Mapping[str, Any] | None = None
     wiring: Wiring = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -111,6 +113,7 @@ class Experiment:
                  "trials": self.trials, "seed": self.seed}
         return {
             "experiment": {key: value for key, value in about.items() if value is not None},
+            **({"patient": plain(self.patient)} if self.patient is not None else {}),
             "record": plain(self.record),
             "blocks": {node.name: self._block_table(node) for node in self.nodes},
             "wires": [{_WIRE_NAMES.get(key, key): value for key, value in plain(wire).items()}

@@ -10,6 +10,7 @@ from pydantic import Discriminator, TypeAdapter
 from typing_extensions import is_typeddict
 
 from fesloop.experiment import registry
+from fesloop.experiment.patients import CHOICE
 from fesloop.experiment.schema import Kinds, checked, closed, table
 from fesloop.experiment.wanted import Record, Score
 from fesloop.loop.duration import Duration
@@ -27,6 +28,7 @@ def experiment_table(kinds: Kinds) -> Any:
     wire: Any = table(Wire, kinds, {"optional": NotRequired[bool]}, {"source": "from", "target": "to"})
     return closed("Experiment", {
         "experiment": Required[about],
+        "patient": NotRequired[CHOICE],
         "record": NotRequired[table(Record, kinds)],
         "blocks": Required[dict[str, block]],
         "wires": NotRequired[list[wire]],

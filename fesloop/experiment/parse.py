@@ -17,6 +17,7 @@ from fesloop.experiment import registry
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.faults import faults_of
 from fesloop.experiment.layout import experiment_table, keys_at
+from fesloop.experiment.patients import with_patient
 from fesloop.experiment.repeat import document_of
 from fesloop.experiment.schema import Kinds, make
 from fesloop.experiment.settings import apply_settings
@@ -81,7 +82,8 @@ def from_document(document: Mapping[str, Any], name: str = "experiment") -> Expe
     tables = dict(document)
     try:
         kinds = _kinds_in(tables)
-        _check(tables, kinds)
+        tables, faults = with_patient(tables, kinds)
+        _check(tables, kinds, faults)
         return _experiment(tables, kinds)
     except InputErrors as several:
         raise InputErrors([_in_file(fault, name) for fault in several.faults]) from None
@@ -113,10 +115,10 @@ def _kinds_in(document: Any) -> dict[str, type[Any]]:
     return {kind: registry.find(kind) for kind in sorted(named.intersection(registry.kinds()))}
 
 
-def _check(document: dict[str, Any], kinds: Kinds) -> None:
-    """Raise InputErrors naming everything that is not of the declared form."""
+def _check(document: dict[str, Any], kinds: Kinds, faults: list[InputError]) -> None:
+    """Raise InputErrors naming everything that is not of the declared form, and the `faults` known before."""
     unknown = _blocks_of_no_kind(document, kinds)
-    faults = [_unknown_kind(name, table) for name, table in unknown]
+    faults = faults + [_unknown_kind(name, table) for name, table in unknown]
     table = experiment_table(kinds)
     try:
         text = json.dumps(document, default=_as_text)
@@ -193,7 +195,8 @@ def _experiment(document: dict[str, Any], kinds: Kinds) -> Experiment:
     about = dict(document["experiment"])
     if "duration_s" in about:
         about["duration_s"] = float(about["duration_s"])
-    return Experiment(nodes=tuple(nodes.values()), wires=tuple(wires), record=record, score=score, **about)
+    return Experiment(nodes=tuple(nodes.values()), wires=tuple(wires), record=record, score=score,
+                      patient=document.get("patient"), **about)
 
 
 def _node(name: str, table: dict[str, Any], kinds: Kinds, nodes: Mapping[str, Node | None]) -> Node:

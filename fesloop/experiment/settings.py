@@ -11,8 +11,9 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment import registry
+from fesloop.experiment.patients import require_no_other
 
-_TOP = ("experiment", "record", "blocks", "wires", "score")
+_TOP = ("experiment", "patient", "record", "blocks", "wires", "score")
 _PART = re.compile(r'"([^"]*)"|([^.\[\]"]+)|\[(\d+)\]')
 
 
@@ -30,6 +31,8 @@ def apply_settings(document: dict[str, Any], settings: Sequence[str], name: str)
         if not equals or not key:
             raise InputError(f"--set {setting}", "has no '='", "KEY=VALUE")
         for path in _paths(changed, key, name):
+            if path[0] == "patient":
+                require_no_other(document, key, name)
             _assign(changed, path, text, key, name)
     return changed
 
