@@ -95,6 +95,16 @@ def tracker_rmse_deg(trials: Sequence[tuple[Trace, Trace]]) -> list[float]:
     return [float(rms(rmse_deg(estimate, truth))) for estimate, truth in trials]
 
 
+def range_deg(trace: Trace) -> Array:
+    """From the least to the greatest angle of a trial, (joints,), deg; NaN of an empty one."""
+    least = np.full(trace[1].shape[1:], np.inf)
+    greatest = -least
+    for _, values in _pieces(trace):
+        np.minimum(least, values.min(axis=0), out=least)
+        np.maximum(greatest, values.max(axis=0), out=greatest)
+    return np.degrees(greatest - least) if trace[0].size else np.full(least.shape, np.nan)
+
+
 @dataclass(frozen=True, slots=True)
 class TrackingSplit:
     """Error of one trial, RMS over time, (joints,) each, deg.

@@ -4,16 +4,28 @@ from __future__ import annotations
 
 import math
 from array import array
+from collections.abc import Sequence
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.experiment.cycle_metrics import cycle_metrics
 from fesloop.experiment.fingertip_metrics import by_tip, coverage, fingertip_error, fingertip_rmse_mm
-from fesloop.experiment.metrics import Trace, joint_rmse_deg, rmse_deg, split_error, tracker_rmse_deg
+from fesloop.experiment.grasp_metrics import grasp_metrics
+from fesloop.experiment.metrics import (
+    Trace,
+    joint_rmse_deg,
+    range_deg,
+    rmse_deg,
+    split_error,
+    tracker_rmse_deg,
+)
 from fesloop.experiment.reading import Recording, Signal
 from fesloop.experiment.schema import make
 from fesloop.experiment.wanted import Score
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import FOREVER, NS_PER_S
 from fesloop.loop.signals import NEVER, Sample
 from fesloop.loop.wire import Link, Wire
@@ -27,7 +39,8 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
     joint_rmse_deg: one a trial, truth against reference. tracker_rmse_deg: one a trial, estimate against
     the truth of the instant of its capture. split_rmse_deg: the error that the patient sees (total), what
     of it the controller could not see (tracker, latency included), and what it saw and did not put right
-    (controller), one a trial. Under joints the same by joint. orientation_rmse_deg and
+    (controller), one a trial. Under joints the same by joint; range_deg, how far each joint went, where
+    truth stands alone. `grasp_metrics` and `cycle_metrics` say theirs. orientation_rmse_deg and
     relative_angle_rmse_deg: against the reference of the recording that was played. fingertip_rmse_mm: by
     tracker and fingertip, one a trial; fingertip_coverage likewise, where the tracker gives its sd. step_us:
     median and 99th percentile of the timed blocks' steps.
@@ -38,6 +51,10 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
         metrics |= _orientation_metrics(recording, score)
     if score.fingertips is not None:
         metrics |= _fingertip_metrics(recording, score, score.fingertips)
+    if score.grasp is not None:
+        metrics |= grasp_metrics(recording, score.grasp)
+    if score.cycles is not None:
+        metrics |= cycle_metrics(recording, score.cycles)
     for name, times in recording.step_times_ns.items():
         if times.size:
             median, p99 = np.percentile(times, [50, 99]) / 1e3
@@ -51,7 +68,9 @@ def _joint_metrics(recording: Recording, score: Score) -> dict[str, Any]:
     truth = [_trace(recording, score.truth, trial, score.after_s) for trial in trials]
     wanted = [_trace(recording, score.reference, trial, 0.0) for trial in trials]
     metrics: dict[str, Any] = {}
-    joints: dict[str, Any] = {name: {} for name in score.joints}
+    joints: dict[str, Any] = {name: {} for name in _joint_names(score, truth)}
+    if score.truth and not (score.reference or score.estimate):
+        _add_by_joint(joints, "range_deg", [range_deg(trace) for trace in truth])
     if score.truth and score.reference:
         pairs = list(zip(truth, wanted, strict=True))
         metrics["joint_rmse_deg"] = joint_rmse_deg(pairs)
@@ -69,6 +88,13 @@ def _joint_metrics(recording: Recording, score: Score) -> dict[str, Any]:
         for part in _SPLIT:
             _add_by_joint(joints, f"split_{part}_deg", [getattr(split, part) for split in splits])
     return metrics | ({"joints": joints} if joints else {})
+
+
+def _joint_names(score: Score, truth: Sequence[Trace]) -> tuple[str, ...]:
+    """Those that the score gives; else those of the hand's freedoms, where the truth is as many angles."""
+    freedoms = hand_tree(HandSize()).freedoms
+    whole_hand = bool(truth) and truth[0][1].shape[1:] == (len(freedoms),)
+    return score.joints or (freedoms if whole_hand else ())
 
 
 def _add_by_joint(joints: dict[str, Any], metric: str, trials: list[NDArray[np.float64]]) -> None:

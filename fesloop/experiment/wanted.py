@@ -7,6 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from fesloop.errors import InputError
+from fesloop.experiment.cycle_metrics import CycleScore
+from fesloop.experiment.grasp_metrics import GraspScore
 from fesloop.loop.clock import parse_rate
 from fesloop.loop.signals import Port
 from fesloop.loop.wiring import Node
@@ -49,15 +51,17 @@ class Score:
     Attributes
     ----------
     truth: joint angles of the plant, rad.
-    reference: what they should be; with `truth` it gives joint_rmse_deg.
+    reference: what they should be; with `truth` it gives joint_rmse_deg. Of truth alone, how far each joint
+        goes is told, range_deg.
     estimate: what the tracker made of them; with `truth` it gives tracker_rmse_deg.
     orientation: a tracker's orientation quaternions, scored against the reference of the recording that
         the node `recording` plays.
     recording: node that plays a recording.
-    joints: names of the joints, under which their own metrics stand.
+    joints: names of the joints, under which their own metrics stand; empty: 23 are the hand's freedoms.
     fingertips: positions of fingertips, (tips, 3), m.
     trackers: nodes whose output `fingertips` is compared with them; gives fingertip_rmse_mm.
     tips: names of the fingertips, under which their own metrics stand; empty: F1, F2, ...
+    grasp: an object that is to be held. cycles: a contraction that comes again.
     after_s: start of each trial that is left out.
     """
 
@@ -70,6 +74,8 @@ class Score:
     fingertips: str | None = None
     trackers: tuple[str, ...] = ()
     tips: tuple[str, ...] = ()
+    grasp: GraspScore | None = None
+    cycles: CycleScore | None = None
     after_s: float = 0.0
 
     def __post_init__(self) -> None:
@@ -82,10 +88,13 @@ class Score:
         signals = [(key, getattr(self, key))
                    for key in ("truth", "reference", "estimate", "orientation", "fingertips")]
         signals += [("trackers", f"{name}.fingertips") for name in self.trackers]
+        inner = [("grasp", self.grasp.object), ("grasp", self.grasp.forces)] if self.grasp else []
+        inner += [("cycles", self.cycles.signal)] if self.cycles else []
         faults = [InputError(f"score.{key}", f"there is no signal {name!r}", ", ".join(sorted(outputs)))
                   for key, name in signals if name is not None and name not in outputs]
         faults += [InputError(f"score.{key}", f"{name!r} is left out of the recording", "what is recorded",
-                              "take it out of record.leave_out") for key, name in signals if name in left_out]
+                              "take it out of record.leave_out")
+                   for key, name in signals + inner if name in left_out]
         if bool(self.trackers) != (self.fingertips is not None):
             faults.append(InputError("score.trackers", f"{list(self.trackers)} with fingertips "
                                      f"{self.fingertips!r}", "both, or neither"))
@@ -98,6 +107,8 @@ class Score:
                                      "name the node whose recording holds the reference"))
         shapes = {name: port.shape for node in nodes for name, port in _outputs(node)}
         faults += self._tip_faults(shapes)
+        for asked in (self.grasp, self.cycles):
+            faults += asked.faults(shapes) if asked is not None else ()
         tips = shapes.get(self.fingertips or "", ())[:1]
         if self.tips and tips and tips != (len(self.tips),):
             faults.append(InputError("score.tips", f"{len(self.tips)} names", f"{tips[0]}, one a fingertip"))
