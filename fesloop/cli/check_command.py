@@ -10,6 +10,7 @@ from fesloop.cli.output import print_json, print_table, progress_bar
 from fesloop.experiment import registry
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.parse import load
+from fesloop.experiment.patients import describe
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.latency import LatencyReport, PathLatency
 from fesloop.loop.wire import Wire
@@ -46,6 +47,7 @@ def _table(experiment: Experiment, report: LatencyReport) -> dict[str, Any]:
     return {
         "experiment": experiment.name,
         "seed": experiment.seed,
+        "patient": describe(experiment.patient) if experiment.patient is not None else None,
         "fingerprint": experiment.fingerprint(),
         "document": experiment.document(),
         "latency": [{"path": path.name, "stages": [
@@ -55,8 +57,9 @@ def _table(experiment: Experiment, report: LatencyReport) -> dict[str, Any]:
 
 
 def _print_wiring(experiment: Experiment) -> None:
+    who = f", patient {describe(experiment.patient)}" if experiment.patient is not None else ""
     print_table(f"{experiment.name}: {experiment.trials} x {experiment.duration_ns / 1e9:g} s, "
-                f"seed {experiment.seed}", ("node", "kind", "ticks", "takes"),
+                f"seed {experiment.seed}{who}", ("node", "kind", "ticks", "takes"),
                 [_node_row(node) for node in experiment.wiring.nodes], sys.stdout)
     print()
     print_table("Wires", ("from", "to", "latency", "late messages"),

@@ -25,6 +25,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_bench(commands)
     commands.add_parser("schema", help="print the JSON Schema of experiment files")
     _add_fmu(commands)
+    _add_patient(commands)
     return parser
 
 
@@ -93,3 +94,12 @@ def _add_fmu(commands: _Commands[argparse.ArgumentParser]) -> None:
     build.add_argument("plant", metavar="PLANT", nargs="?", default="finger", help="default: finger")
     build.add_argument("--out", metavar="DIR", default=".", help="folder of the FMU (default: here)")
     build.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+
+
+def _add_patient(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("patient", help="print a patient, drawn from a preset, as a file")
+    command.add_argument("file", metavar="PATIENT", help="a preset (fesloop list), or a .toml file")
+    command.add_argument("--cohort", type=int, metavar="SEED", help="which cohort (default: 0)")
+    command.add_argument("--member", type=int, metavar="N", help="which member of it (default: the preset)")
+    command.add_argument("--day", type=int, metavar="N", help="which day (default: none in particular)")
+    command.add_argument("--json", action="store_true", help="print one JSON object on standard output")

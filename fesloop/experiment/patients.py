@@ -146,9 +146,11 @@ def describe(choice: Mapping[str, Any]) -> str:
     return f"{text}, day {choice['day']}" if "day" in choice else text
 
 
-def presets() -> list[str]:
-    """Names of the patients that come with what is installed; none where nothing reads patients."""
-    return reader().names() if _entry() is not None else []
+def presets() -> dict[str, str]:
+    """Patients that come with what is installed, with a line each; none where nothing reads any."""
+    if _entry() is None:
+        return {}
+    return {name: str(reader().load(name).table().get("description", "")) for name in reader().names()}
 
 
 def require_no_other(document: Mapping[str, Any], key: str, name: str) -> None:
