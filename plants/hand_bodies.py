@@ -27,6 +27,8 @@ WIDER_RANGES = {"wrist_flexion": (-0.5 * math.pi, 0.5 * math.pi)}
 HYPOTHENAR_RATIO, THENAR_RATIO = 0.075, 1.6
 """Chosen: radius of the ball of the little finger over hand length; skin of the ball of the thumb over its
 metacarpal's radius."""
+TIPS = tuple(f"{finger}d" for finger in FINGERS)
+"""The distal segments."""
 TIP_REACH_M = 0.002
 """How far beyond the skin of a distal segment its contacts count as the fingertip's."""
 END_SOLREF, END_SOLIMP = [0.006, 1.0], [0.95, 0.999, 0.02, 0.5, 2.0]
@@ -133,11 +135,16 @@ def add_sensors(spec: mujoco.MjSpec, tree: SegmentTree, size: HandSize) -> None:
     """
     for segment, place in zip(tree.segments, dorsal_points(size), strict=True):
         spec.body(segment.name).add_site(name=f"imu {segment.name}", pos=place + segment.offset)
-    tips = [segment for segment in tree.segments if segment.name.endswith("d") and segment.name[0] == "F"]
-    for segment in tips:
-        spec.body(segment.name).add_site(name=f"tip {segment.name}", pos=segment.offset)
-    wanted = [(mujoco.mjtSensor.mjSENS_GYRO, f"imu {name}") for name in tree.names]
-    wanted += [(mujoco.mjtSensor.mjSENS_ACCELEROMETER, f"imu {name}") for name in tree.names]
-    wanted += [(mujoco.mjtSensor.mjSENS_TOUCH, f"touch {segment.name}") for segment in tips]
+    for segment in tree.segments:
+        if segment.name in TIPS:
+            spec.body(segment.name).add_site(name=f"tip {segment.name}", pos=segment.offset)
+    sense_sites(spec, tree.names)
+
+
+def sense_sites(spec: mujoco.MjSpec, segments: tuple[str, ...]) -> None:
+    """Gyroscopes, then accelerometers at sites named `imu` and a segment, then touch at `touch F1d` and on."""
+    wanted = [(mujoco.mjtSensor.mjSENS_GYRO, f"imu {name}") for name in segments]
+    wanted += [(mujoco.mjtSensor.mjSENS_ACCELEROMETER, f"imu {name}") for name in segments]
+    wanted += [(mujoco.mjtSensor.mjSENS_TOUCH, f"touch {name}") for name in TIPS]
     for kind, site in wanted:
         spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=site)

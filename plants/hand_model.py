@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.errors import InputError
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.muscles import MUSCLES
@@ -35,6 +36,12 @@ def empty_spec(step_s: float) -> mujoco.MjSpec:
     """Gravity and a solver, nothing in the world yet."""
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
+    set_solver(spec, step_s)
+    return spec
+
+
+def set_solver(spec: mujoco.MjSpec, step_s: float) -> None:
+    """Gravity, integrator, friction and memory."""
     option = spec.option
     option.timestep = step_s
     option.gravity = [0.0, 0.0, -STANDARD_GRAVITY]
@@ -42,7 +49,15 @@ def empty_spec(step_s: float) -> mujoco.MjSpec:
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = 10.0  # friction is held ten times as stiffly as the normal force: no creep in a grasp
     spec.memory = MEMORY
-    return spec
+
+
+def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    """The model; raises InputError for numbers that MuJoCo has no room for, such as a mass of 1e-20 kg."""
+    try:
+        return spec.compile()
+    except ValueError as fault:
+        raise InputError("the hand's model", f"cannot be made: {fault}",
+                         "sizes and masses of real things") from None
 
 
 def build_hand(spec: mujoco.MjSpec, tree: SegmentTree, size: HandSize, forearm: Array, arms: Array) -> None:
