@@ -142,7 +142,7 @@ def add_sensors(spec: mujoco.MjSpec, tree: SegmentTree, size: HandSize) -> None:
 
 
 def sense_sites(spec: mujoco.MjSpec, segments: tuple[str, ...]) -> None:
-    """Gyroscopes, then accelerometers at sites named `imu` and a segment, then touch at `touch F1d` and on."""
+    """Gyroscopes, then accelerometers, at sites named `imu F2p`, then touch at those named `touch F2d`."""
     wanted = [(mujoco.mjtSensor.mjSENS_GYRO, f"imu {name}") for name in segments]
     wanted += [(mujoco.mjtSensor.mjSENS_ACCELEROMETER, f"imu {name}") for name in segments]
     wanted += [(mujoco.mjtSensor.mjSENS_TOUCH, f"touch {name}") for name in TIPS]

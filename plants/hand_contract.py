@@ -1,0 +1,118 @@
+"""What every hand plant takes and puts out, and how it goes on from step to step."""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol, cast
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.hand.motion import STANDARD_GRAVITY
+from fesloop.hand.muscles import MUSCLES
+from fesloop.loop.signals import Port, Value
+from plants.checks import require_not_negative, require_positive
+from plants.hand_forearm import drive_angles
+from plants.hand_objects import Table
+from plants.hand_state import HandState, require_stable, step
+
+Array = NDArray[np.float64]
+
+
+class HandParameters(Protocol):
+    """Parameters that hand plants share, as `plants.hand.Hand` says."""
+
+    @property
+    def strength(self) -> tuple[float, ...]:
+        """Factors on the muscles' peak forces."""
+
+    @property
+    def step_ms(self) -> float:
+        """Of the solver."""
+
+    @property
+    def forearm_orientation(self) -> tuple[float, ...]:
+        """Of the forearm to the global frame."""
+
+
+def require_hand(owner: str, plant: HandParameters) -> None:
+    """Raise InputError for numbers that no hand plant takes."""
+    require_positive(owner, plant, "strength", "contracture", "step_ms")
+    require_not_negative(owner, plant, "stiffness", "damping", "passive_tension")
+    if plant.strength and len(plant.strength) != len(MUSCLES):
+        raise InputError(f"{owner}.strength", f"{len(plant.strength)} of them", f"{len(MUSCLES)}, or none")
+    if not 0.01 <= plant.step_ms <= 10.0:
+        raise InputError(f"{owner}.step_ms", f"{plant.step_ms:g}", "0.01 to 10 ms")
+    q = plant.forearm_orientation
+    if q and not (len(q) == 4 and abs(math.hypot(*q) - 1.0) <= 1e-6):
+        raise InputError(f"{owner}.forearm_orientation", f"{q}", "a quaternion of length 1, or empty")
+
+
+def hand_inputs(forearm: Array | None) -> tuple[Port, ...]:
+    """Activation of the muscles, and where the forearm should be: (4,) at the start; None if it stays."""
+    activation = Port("activation", (len(MUSCLES),), "1")
+    if forearm is None:
+        return (activation,)
+    return activation, Port("forearm", (4,), "1", tuple(float(part) for part in forearm), optional=True)
+
+
+def hand_outputs(start: Array, with_object: bool) -> tuple[Port, ...]:
+    """Posture, (23,), rad, at the start, fingertips, what sites feel, forces, fibres, the object's pose."""
+    ports = (Port("angles", (23,), "rad", tuple(float(angle) for angle in start)),
+             Port("rates", (23,), "rad/s"), Port("accelerations", (23,), "rad/s^2"),
+             Port("fingertips", (5, 3), "m"),
+             Port("site_orientation", (17, 4), "1", (1.0, 0.0, 0.0, 0.0)),
+             Port("site_position", (17, 3), "m"), Port("site_rate", (17, 3), "rad/s"),
+             Port("site_force", (17, 3), "m/s^2", (0.0, 0.0, STANDARD_GRAVITY)),
+             Port("contact_force", (5,), "N"), Port("velocity", (len(MUSCLES),), "1/s"))
+    if not with_object:
+        return ports
+    return (*ports, Port("object_position", (3,), "m"),
+            Port("object_orientation", (4,), "1", (1.0, 0.0, 0.0, 0.0)))
+
+
+def sensed(data: mujoco.MjData, segments: slice | NDArray[np.int64], sites: NDArray[np.int64],
+           tips: NDArray[np.int64]) -> tuple[Array, ...]:
+    """Fingertips, what the sites go through, and contact forces, as `hand_outputs` lists them.
+
+    `segments`: bodies that stand as the segments do; the forearm is body 1.
+    """
+    felt = data.sensordata
+    return ((data.site_xpos[tips] - data.xpos[1]) @ data.xmat[1].reshape(3, 3),
+            data.xquat[segments].copy(), data.site_xpos[sites], felt[:51].reshape(17, 3).copy(),
+            felt[51:102].reshape(17, 3).copy(), felt[102:107].copy())
+
+
+def object_pose(data: mujoco.MjData) -> tuple[Array, Array]:
+    """Position (3,) and orientation (4,) of the object, which is MuJoCo's last joint."""
+    return data.qpos[-7:-4].copy(), data.qpos[-4:].copy()
+
+
+def turn_forearm(state: HandState, start: Array, wanted: Value) -> None:
+    """Have the drive go from an orientation at the start to another, (4,), unless it was told before."""
+    if wanted is state.forearm:
+        return
+    drive = state.data.ctrl[-3:]
+    drive[:] = drive_angles(start, cast(Array, wanted), drive)
+    state.forearm = cast(Array, wanted)
+
+
+def go_on(model: mujoco.MjModel, bounds: tuple[Array, Array], table: Table | None, state: HandState,
+          stop_ns: int, step_ns: int) -> None:
+    """Steps until `stop_ns`; raises RunError where the hand leaves the `bounds` of a stable simulation."""
+    while state.time_ns < stop_ns:
+        if table is not None:
+            _lower(table, state)
+        step(model, state)
+        state.time_ns += step_ns
+        require_stable(model, bounds, state)
+
+
+def _lower(table: Table, state: HandState) -> None:
+    """Put the table where it is at the start of the step."""
+    height = table.height_m - 0.005 - table.drop(state.time_ns)
+    if state.data.mocap_pos[0, 2] != height:
+        state.data.mocap_pos[0, 2] = height
+        state.evaluated = False
