@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.loop.block import Context, Tick
@@ -17,6 +18,7 @@ from plants.stimulator_channels import VirtualElectrode, multiplexing
 from plants.stimulator_devices import IEC_VOLTAGE_V, PRESETS, Limits, PresetName
 from plants.stimulator_state import StimulatorState
 
+Array = NDArray[np.float64]
 _RANGES = ("current_max_ma", "current_step_ma", "width_min_us", "width_max_us", "width_step_us", "latency_ms",
            "compliance_v")
 
@@ -121,6 +123,11 @@ class Stimulator:
                       self.charge_max_uc / 1e6)
 
     @property
+    def shares(self) -> Array:
+        """Share of a channel's current that each element has without `multiplexing`, (channels, elements)."""
+        return multiplexing(self.electrodes, self.channels, self.elements)
+
+    @property
     def inputs(self) -> tuple[Port, ...]:
         """Commands, and the multiplexing."""
         channels = self.channels or None
@@ -141,10 +148,9 @@ class Stimulator:
 
     def init(self, context: Context) -> StimulatorState:
         """No command yet."""
-        shares = multiplexing(self.electrodes, self.channels, self.elements)
         latency_ns = duration_ns(self.latency_ms or 0.0, NS_PER_MS, "stimulator.latency_ms")
         return StimulatorState.of(self.limits, float(Fraction(self.frequency_hz)), self.element_area_cm2,
-                                  latency_ns, shares)
+                                  latency_ns, self.shares)
 
     def step(self, state: StimulatorState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """The pulses of one slot."""
