@@ -1,0 +1,110 @@
+"""MyoHand's joints: what holds them, and how they stand for angles of the hand's freedoms."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from fesloop.errors import InputError, did_you_mean
+from fesloop.hand.segments import SegmentTree
+from plants.hand_joints import FINGER_RESTS_DEG
+from plants.hand_model import nominal_passive
+from plants.myohand_anatomy import JOINTS
+from plants.myohand_angles import joint_rotations
+
+Array = NDArray[np.float64]
+TENDONS_SHARE = 0.01
+"""N m/rad, added to the springs of the fingers' MCP joints: what relaxed tendons of `hand` add to the joint's
+own .03, so that the total is as measured, .033 to .047 (PMC7775510). MyoHand's are slack at rest."""
+ALLOWANCE_DEG = 20.0
+"""Chosen: so far from what is asked for MyoHand may stand where its joints end, or the thumb has no joint."""
+NEAR_BASE = 1e-3
+"""Weight of the distance from other joints' places over that from the angles asked for (chosen)."""
+
+
+def rest_angles(rest_deg: dict[str, float]) -> dict[str, float]:
+    """Angles, deg, that the relaxed hand is asked for: flexion of fingers and thumb as our hand's.
+
+    Wrist, fingers' abduction and the thumb's base are left where MyoHand has them with its joints at 0.
+    """
+    fingers = {f"{finger}_{joint}_flexion": angle for finger, angles in FINGER_RESTS_DEG.items()
+               for joint, angle in zip(("mcp", "pip", "dip"), angles, strict=True)}
+    return {**fingers, "F1_mcp_flexion": 15.0, "F1_ip_flexion": 20.0, **rest_deg}
+
+
+class Joints:
+    """MyoHand's 22 joints in a model, and the hand's 23 freedoms as they turn them.
+
+    Attributes
+    ----------
+    places: of the joints among MuJoCo's hinges, (22,), in the order of `JOINTS`. segments: (17,), bodies.
+    """
+
+    def __init__(self, model: mujoco.MjModel, tree: SegmentTree) -> None:
+        self.tree = tree
+        self.places = np.array([model.joint(name).id for name, _ in JOINTS.values()])
+        self.segments = np.array([model.body(name).id for name in tree.names])
+        self.parents = np.ascontiguousarray(tree.layout[:, 0])
+        self.free = np.arange(3) < tree.layout[:, 1:2]
+
+    def moved(self, state: mujoco.MjData) -> Array:
+        """Angles, rates, accelerations of the freedoms, (3, 23), rad and s; MuJoCo's are those of now."""
+        axes = state.xmat[self.segments].reshape(-1, 3, 3)
+        rates, accelerations = state.cvel[self.segments, :3], state.cacc[self.segments, :3]
+        rows = joint_rotations(self.parents, axes, rates, accelerations)
+        return np.asarray(rows.transpose(1, 0, 2)[:, self.free])
+
+    def nearest(self, where: str, model: mujoco.MjModel, wanted_deg: dict[str, float], base: Array) -> Array:
+        """Joint positions (22,) within their ranges, as near as they come to angles of freedoms, deg.
+
+        Joints that these leave open stay at `base`, (22,). Raises InputError, naming the parameter `where`,
+        for a freedom that is not there and for an angle that MyoHand does not come near.
+        """
+        names = self.tree.freedoms
+        for name in wanted_deg.keys() - set(names):
+            raise InputError(f"{where}.{name}", "is no freedom of the hand", ", ".join(names),
+                             did_you_mean(name, names))
+        if not wanted_deg:
+            return base
+        rows = np.array([self.tree.freedom(name) for name in wanted_deg])
+        wanted = np.deg2rad(list(wanted_deg.values()))
+        trial = mujoco.MjData(model)
+
+        def angles(places: Array) -> Array:
+            trial.qpos[self.places] = places
+            mujoco.mj_kinematics(model, trial)
+            return np.asarray(self.moved(trial)[0, rows])
+
+        low, high = model.jnt_range[self.places].T
+        found = least_squares(
+            lambda places: np.concatenate([angles(places) - wanted, NEAR_BASE * (places - base)]),
+            np.clip(base, low + 1e-6, high - 1e-6), bounds=(low, high), xtol=1e-12, ftol=1e-12)
+        reached = np.rad2deg(angles(found.x))
+        off = np.abs(reached - np.rad2deg(wanted))
+        worst = int(np.argmax(off))
+        if not off[worst] <= ALLOWANCE_DEG:
+            name = tuple(wanted_deg)[worst]
+            raise InputError(f"{where}.{name}", f"{wanted_deg[name]:g}",
+                             f"what MyoHand's joints come near: {reached[worst]:.0f} deg")
+        return np.asarray(found.x)
+
+    def hold(self, model: mujoco.MjModel, rest: Array, contracture: float, stiffness: float,
+             damping: float) -> None:
+        """Springs and dampers as our hand's, such that without gravity the hand rests at `rest`, (22,).
+
+        Factors: on the stiffness of MCP joints, of all joints, and on their damping.
+        """
+        springs, dampers = nominal_passive(self.tree, contracture)
+        rows = [self.tree.freedom(name) for name in JOINTS]
+        tendons = [TENDONS_SHARE * (name.endswith("mcp_flexion") and name[:2] != "F1") for name in JOINTS]
+        strengths = stiffness * (springs[rows] + tendons)
+        relaxed = mujoco.MjData(model)
+        relaxed.qpos[self.places] = rest
+        mujoco.mj_forward(model, relaxed)
+        pull = relaxed.qfrc_actuator[self.places]
+        shift = np.divide(pull, strengths, out=np.zeros_like(pull), where=strengths > 0.0)
+        model.jnt_stiffness[self.places] = strengths
+        model.dof_damping[self.places] = damping * dampers[rows]
+        model.qpos_spring[self.places] = rest - shift
