@@ -70,7 +70,11 @@ def reader() -> PatientReader:
     if entry is None:
         raise InputError("patient", "no installed package reads patients",
                          remedy=f"install one with an entry point in {GROUP!r}")
-    return cast("PatientReader", entry.load())
+    try:
+        return cast("PatientReader", entry.load())
+    except (ImportError, AttributeError) as fault:
+        raise InputError("patient", f"the reader of patients {entry.name!r} ({entry.value}) does not import: "
+                         f"{fault}", remedy="reinstall the package that provides it") from fault
 
 
 def drawn_patient(choice: Mapping[str, Any]) -> Patient:
