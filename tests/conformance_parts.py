@@ -9,6 +9,7 @@ import json
 import shutil
 import sys
 from importlib.metadata import entry_points
+from importlib.util import find_spec
 
 import numpy as np
 
@@ -17,8 +18,9 @@ from fesloop.loop.clock import NS_PER_MS, RateClock
 from fesloop.loop.signals import Sample
 
 CURVES = {"threshold_ma": (12.0, 10.0, 10.0, 8.0), "spread": (0.35,) * 4}
-NOT_WITHOUT_FILES = {"replay"} if shutil.which("gcc") or shutil.which("cc") else {"fmu", "replay"}
-"""Kinds whose specimens need a file, or a compiler that is not there; they have tests of their own."""
+NOT_WITHOUT_FILES = {"replay", *([] if shutil.which("gcc") or shutil.which("cc") else ["fmu"]),
+                     *([] if find_spec("myo_sim") else ["myohand"])}
+"""Kinds whose specimens need a file, or a compiler or package that is not there; they have tests of their own."""
 
 
 def specimens():
@@ -34,6 +36,7 @@ def specimens():
     parameters = {
         "state_space": {"a": ((0.0, 1.0), (-30.0, -4.0)), "b": ((0.0,), (30.0,)), "c": ((1.0, 0.0),)},
         "finger": {}, "finger_imus": {}, "moving_hand": {"phases": wave()}, "hand": {"forearm_moves": True},
+        "myohand": {"forearm_moves": True},
         "vqf": {"initial_angles_deg": (20.0, 25.0, 15.0), "align_s": 0.1},
         "vqf9": {}, "constrained": {"sensed": ("hand", "F2p", "F2m", "F2d")},
         "kortier": {"sensed": ("hand", "F2p", "F2m", "F2d")},
