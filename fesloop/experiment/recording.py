@@ -90,7 +90,8 @@ class RecordingWriter:
         self._plants = {node.name: self._stream(f"plants/{node.name}", PLANT_STAMPS, self._ports(node))
                         for node in plants}
         self._inputs = {(node.name, number): self._input_stream(node.name, port)
-                        for node in plants for number, port in enumerate(node.part.inputs)}
+                        for node in plants for number, port in enumerate(node.part.inputs)
+                        if f"{node.name}.{port.name}" not in experiment.record.leave_out}
         self._events = self._dataset("events", EVENT)
         self._messages = self._dataset("messages", MESSAGES)
         self._full = False
@@ -154,7 +155,7 @@ class RecordingWriter:
             dataset = self._plants[name]
             tables.append((dataset, plant_rows(dataset.dtype, stacks, trial, self._kept[name])))
         for name, changes in inputs.items():
-            for number in {row[1] for row in changes}:
+            for number in {row[1] for row in changes if (name, row[1]) in self._inputs}:
                 dataset = self._inputs[name, number]
                 of_port = [row for row in changes if row[1] == number]
                 tables.append((dataset, input_rows(dataset.dtype, of_port, trial)))

@@ -22,7 +22,7 @@ class Record:
     ----------
     plant_rate: how often plant outputs are recorded, Hz; reading them changes no trajectory.
     timed: blocks whose steps are timed by the wall clock; that changes nothing either.
-    leave_out: outputs, as "node.port", that are not recorded, to save room.
+    leave_out: outputs, and inputs of plants, as "node.port", that are not recorded, to save room.
     """
 
     plant_rate: str | int | float = "1000"
@@ -38,8 +38,10 @@ class Record:
     def faults(self, nodes: Sequence[Node]) -> list[InputError]:
         """Blocks and outputs that do not exist."""
         blocks = [node.name for node in nodes if not node.is_plant]
-        outputs = [name for node in nodes for name, _ in _outputs(node)]
-        known = {"timed": (self.timed, "block", blocks), "leave_out": (self.leave_out, "signal", outputs)}
+        signals = {name for node in nodes for name, _ in _outputs(node)}
+        signals |= {f"{node.name}.{port.name}" for node in nodes if node.is_plant
+                    for port in node.part.inputs}
+        known = {"timed": (self.timed, "block", blocks), "leave_out": (self.leave_out, "signal", signals)}
         return [InputError(f"record.{key}", f"there is no {what} {name!r}", ", ".join(sorted(names)))
                 for key, (given, what, names) in known.items() for name in given if name not in names]
 

@@ -1,4 +1,4 @@
-"""Outputs that are left out of a recording."""
+"""Outputs, and inputs of plants, that are left out of a recording."""
 
 import numpy as np
 import pytest
@@ -38,3 +38,20 @@ def test_what_does_not_exist_or_is_scored_cannot_be_left_out():
                            "score": {"fingertips": "hand.fingertips", "trackers": ["hand"]}}, "left out")):
         with pytest.raises(InputErrors, match=text):
             from_document(DOCUMENT | change)
+
+
+def test_inputs_of_plants_can_be_left_out(tmp_path):
+    document = {
+        "experiment": {"name": "pushed", "duration_s": 0.2},
+        "blocks": {"programme": {"kind": "programme", "rate": "100", "times_s": [0.0],
+                                 "current_ma": [[20] * 4], "width_us": [[300] * 4]},
+                   "finger": {"kind": "finger"}},
+        "wires": [{"from": "programme.stimulation", "to": "finger.stimulation"}]}
+    with Recording(from_document(document).run(tmp_path).recording) as whole:
+        pushed = whole.signal("finger.angles").values
+        assert whole.signal("finger.stimulation").values.size
+    left_out = document | {"record": {"leave_out": ["finger.stimulation"]}}
+    with Recording(from_document(left_out).run(tmp_path).recording) as part:
+        assert np.array_equal(part.signal("finger.angles").values, pushed)
+        with pytest.raises(InputError, match="is not recorded"):
+            part.signal("finger.stimulation")
