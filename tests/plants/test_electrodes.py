@@ -230,6 +230,24 @@ def test_axons_belong_to_the_person_and_not_to_the_trial():
     fewer = replace(SHIPPED, motor_points=MOTOR_POINTS[2:5])
     held = [MUSCLES.index(point.muscle) for point in fewer.motor_points]
     np.testing.assert_array_equal(recruited(1, 0, fewer)[held], recruited(1, 0)[held])
+    somebody = replace(SHIPPED, axon_seed=2)
+    np.testing.assert_array_equal(recruited(1, 0, somebody), recruited(2, 0))
+
+
+@given(st.floats(0.2, 5.0), st.sampled_from(EXTRINSIC))
+def test_a_muscle_of_twice_the_threshold_takes_twice_the_current(factor, name):
+    """That muscle is recruited as before by a current so many times as strong, the others as they were."""
+    factors = [1.0] * len(MUSCLES)
+    factors[MUSCLES.index(name)] = factor
+    patient = replace(SHIPPED, threshold=tuple(factors))
+    pulse = (20e-3, 3e-4, 40.0)
+    scaled = (20e-3 * factor, 3e-4, 40.0)
+    before, after = Worn()({16: pulse, 43: pulse})[0], Worn(patient)({16: pulse, 43: pulse})[0]
+    others = [i for i in range(len(MUSCLES)) if MUSCLES[i] != name]
+    np.testing.assert_array_equal(after[others], before[others])
+    stronger = Worn(patient)({16: scaled, 43: scaled})[0]
+    at = MUSCLES.index(name)
+    assert stronger[at] == pytest.approx(before[at], abs=1.01 / SHIPPED.axons.count)  # one axon on the brink
 
 
 def test_skin_passes_a_share_of_the_current():
@@ -294,6 +312,8 @@ def test_a_message_that_is_held_fires_once():
     (lambda: Electrodes(shift_mm=-80.0), "lies -22 mm from the elbow"),
     (lambda: Electrodes(skin_gain=(1.0, 1.0)), "electrodes.skin_gain"),
     (lambda: Electrodes(skin_gain=(-1.0,) * 59), "electrodes.skin_gain"),
+    (lambda: Electrodes(threshold=(1.0,)), "electrodes.threshold"),
+    (lambda: Electrodes(threshold=(0.0,) * 29), "electrodes.threshold"),
     (lambda: Electrodes(motor_points=MOTOR_POINTS[:1] * 2), "ECRL, ECRL"),
     (lambda: Electrodes(length_mm=120.0), "along_mm"),
     (lambda: Electrodes(radius_mm=0.0), "electrodes.radius_mm"),

@@ -186,6 +186,8 @@ def test_it_declares_any_instant_and_no_feedthrough() -> None:
 @pytest.mark.parametrize(("change", "named"), [
     ({"model": "hill"}, r"muscles\.model.*ding2007"), ({"delay_ms": -1.0}, r"muscles\.delay_ms"),
     ({"fusion_hz": 0.0}, r"muscles\.fusion_hz"), ({"voluntary_limit": 1.5}, r"muscles\.voluntary_limit"),
+    ({"voluntary_limits": {"FDP2": -0.1}}, r"muscles\.voluntary_limits"),
+    ({"voluntary_limits": {"FDP": 0.1}}, r"muscles\.voluntary_limits.*did you mean 'FDP"),
     ({"rest_between_trials_s": -1.0}, r"muscles\.rest_between_trials_s"),
     ({"natural_rad_s": math.nan}, r"muscles\.natural_rad_s")])
 def test_bad_parameters_are_named(change: dict, named: str) -> None:
@@ -221,6 +223,13 @@ def test_effort_adds_what_stimulation_leaves(voluntary, recruited, limit, expect
     np.testing.assert_allclose(found, expected, atol=1e-9)
     with_ding = step_and_hold(0.0, voluntary, 0.0, voluntary_limit=limit, model="ding2007")
     np.testing.assert_allclose(with_ding, min(voluntary, limit), atol=1e-9)
+
+
+def test_single_muscles_have_limits_of_their_own() -> None:
+    found = step_and_hold(0.0, 0.8, voluntary_limit=0.0, voluntary_limits={"ECRL": 0.7, "ECRB": 1.0})
+    expected = np.zeros(len(MUSCLES))
+    expected[[muscle("ECRL"), muscle("ECRB")]] = 0.7, 0.8
+    np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
 def test_effort_rises_as_a_critically_damped_muscle() -> None:
