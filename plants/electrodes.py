@@ -33,8 +33,8 @@ class Electrodes:
     The forearm is a cylinder. Around each muscle's motor point lie axons; one fires when the effective
     currents I / (1 + chronaxie / pulse width) of all elements that are active at once, each times its field
     at the axon, add up to the axon's threshold. What fires counts until the next pulse of its train is due,
-    so that pulses of interleaved channels recruit each for itself, and a muscle by the union of them. Give
-    the block the stimulator's clock: of messages between two ticks it sees the last.
+    so that pulses of interleaved channels recruit each for itself, and a muscle by the union of them. To see
+    them all the block steps as often as the stimulator has slots (8 channels at 40 Hz: 320 Hz).
 
     The numbers of the model are calibrated choices; none is published.
 
@@ -122,7 +122,8 @@ class Electrodes:
     @property
     def inputs(self) -> tuple[Port, ...]:
         """Pulses of the elements, forearm rotation, skin."""
-        return (Port("elements", (self.elements, 3), "A,s,Hz"), Port("posture", (), "rad", optional=True),
+        return (Port("elements", (self.elements, 3), "A,s,Hz", every=True),
+                Port("posture", (), "rad", optional=True),
                 Port("skin", (self.elements,), "1", 1.0, optional=True))
 
     @property

@@ -11,22 +11,29 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.errors import InputError
 from fesloop.hand.anthropometry import FINGERS, HandSize
-from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.muscles import MUSCLES
 from fesloop.hand.segments import SegmentTree
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, RateClock, duration_ns
 from fesloop.loop.signals import Port, Value
-from plants.checks import require_not_negative, require_positive
-from plants.hand_forearm import PALM_DOWN, add_forearm_drive, drive_angles
-from plants.hand_joints import require_in_range, resting_posture
+from plants.hand_contract import (
+    go_on,
+    hand_inputs,
+    hand_outputs,
+    object_pose,
+    require_hand,
+    sensed,
+    turn_forearm,
+)
+from plants.hand_forearm import PALM_DOWN, add_forearm_drive
+from plants.hand_joints import require_posture, resting_posture
 from plants.hand_model import (
     add_muscles,
     add_splint,
     build_hand,
+    compiled,
     empty_spec,
     nominal_passive,
     resting_tension,
@@ -34,7 +41,7 @@ from plants.hand_model import (
 )
 from plants.hand_muscles import ADULT_MM, Muscle, moment_arms, muscles
 from plants.hand_objects import GraspObject, Table, add_object, add_table, require_apart
-from plants.hand_state import HandState, evaluate, require_stable, step
+from plants.hand_state import HandState, evaluate, stable_bounds
 
 Array = NDArray[np.float64]
 
@@ -78,10 +85,11 @@ class Hand:
     contracture: factor on the stiffness of the MCP joints: of a total of .04 N m/rad, .03 are the joint's, so
         2.6 makes .088 (MAS 1+ after stroke), 17 makes .52 (MAS 2), 21 makes .64 (MAS 3); PMC7775510.
     object: what is there to grasp. table: what it stands on.
-    step_ms: of the solver. Chosen: halving it changes a grasp by less than a degree.
+    step_ms: of the solver. Chosen: halving it changes a grasp by less than a degree; hands shorter than
+        180 mm under full force need half of it, and end the run where they are given more.
 
-    Raises InputError for what cannot be, such as an object inside the hand; RunError when the simulation
-    becomes unstable.
+    Raises InputError for what cannot be, such as an object or a table inside the hand; RunError when the
+    simulation becomes unstable.
     """
 
     hand: HandSize = field(default_factory=HandSize)
@@ -105,24 +113,16 @@ class Hand:
     _stretch: Array = field(init=False, repr=False, compare=False)
     _sites: NDArray[np.int64] = field(init=False, repr=False, compare=False)
     _tips: NDArray[np.int64] = field(init=False, repr=False, compare=False)
+    _bounds: tuple[Array, Array] = field(init=False, repr=False, compare=False)
     _grid: RateClock = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        require_positive("hand", self, "strength", "contracture", "step_ms")
-        require_not_negative("hand", self, "stiffness", "damping", "passive_tension")
-        if self.strength and len(self.strength) != len(MUSCLES):
-            raise InputError("hand.strength", f"{len(self.strength)} of them", f"{len(MUSCLES)}, or none")
-        if not 0.01 <= self.step_ms <= 10.0:
-            raise InputError("hand.step_ms", f"{self.step_ms:g}", "0.01 to 10 ms")
-        q = self.forearm_orientation
-        if q and (len(q) != 4 or abs(math.hypot(*q) - 1.0) > 1e-6):
-            raise InputError("hand.forearm_orientation", f"{q}",
-                             "a quaternion (w, x, y, z) of length 1, or empty")
+        require_hand("hand", self)
         tree = hand_tree(self.hand)
+        for key in ("rest_deg", "start_deg", "splint_deg"):
+            require_posture(f"hand.{key}", tree, getattr(self, key))
         rest = resting_posture(tree, self.rest_deg)
         start = resting_posture(tree, {**self.rest_deg, **self.start_deg, **self.splint_deg})
-        require_in_range("hand.rest_deg", tree, rest)
-        require_in_range("hand.start_deg", tree, start)
         scale = self.hand.hand_mm / ADULT_MM
         arms = moment_arms(tree, float(rest[tree.freedom("F1_cmc_pronation")]), scale)
         fibres = 1e-3 * np.array([muscle.fibre_mm for muscle in muscles(scale)])
@@ -134,11 +134,11 @@ class Hand:
             duration_ns(self.step_ms, NS_PER_MS, "hand.step_ms"), 1))
         model = self._compiled(arms, muscles(scale), scale**3)
         object.__setattr__(self, "model", model)
+        object.__setattr__(self, "_bounds", stable_bounds(model))
         for key, names in (("_sites", [f"imu {name}" for name in tree.names]),
                            ("_tips", [f"tip {finger}d" for finger in FINGERS])):
             object.__setattr__(self, key, np.array([model.site(name).id for name in names]))
-        if self.object is not None:
-            require_apart(model, self.init(Context("hand")).data)
+        require_apart(model, self.init(Context("hand")).data)
 
     def _compiled(self, arms: Array, rows: tuple[Muscle, ...], moments: float) -> mujoco.MjModel:
         tree, rest = self._tree, self._rest
@@ -153,7 +153,7 @@ class Hand:
             add_object(spec, self.object)
         if self.table is not None:
             add_table(spec, self.table)
-        model = spec.compile()
+        model = compiled(spec)
         stiffness, damping = nominal_passive(tree, self.contracture)
         set_passive_joints(
             model, tree, moments * self.stiffness * stiffness, moments * self.damping * damping, rest,
@@ -163,26 +163,12 @@ class Hand:
     @property
     def inputs(self) -> tuple[Port, ...]:
         """Activation of the muscles, and where the forearm should be if it moves."""
-        activation = Port("activation", (len(MUSCLES),), "1")
-        if not self.forearm_moves:
-            return (activation,)
-        start = tuple(float(part) for part in self._forearm())
-        return activation, Port("forearm", (4,), "1", start, optional=True)
+        return hand_inputs(self._forearm() if self.forearm_moves else None)
 
     @property
     def outputs(self) -> tuple[Port, ...]:
         """Posture, fingertips, what the sites go through, forces, fibres, and the object's pose."""
-        ports = (Port("angles", (23,), "rad", tuple(float(angle) for angle in self._start)),
-                 Port("rates", (23,), "rad/s"), Port("accelerations", (23,), "rad/s^2"),
-                 Port("fingertips", (5, 3), "m"),
-                 Port("site_orientation", (17, 4), "1", (1.0, 0.0, 0.0, 0.0)),
-                 Port("site_position", (17, 3), "m"), Port("site_rate", (17, 3), "rad/s"),
-                 Port("site_force", (17, 3), "m/s^2", (0.0, 0.0, STANDARD_GRAVITY)),
-                 Port("contact_force", (5,), "N"), Port("velocity", (len(MUSCLES),), "1/s"))
-        if self.object is None:
-            return ports
-        return (*ports, Port("object_position", (3,), "m"),
-                Port("object_orientation", (4,), "1", (1.0, 0.0, 0.0, 0.0)))
+        return hand_outputs(self._start, self.object is not None)
 
     @property
     def grid(self) -> RateClock:
@@ -203,46 +189,23 @@ class Hand:
     def advance(self, state: HandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
         """From `start_ns` to `stop_ns`, steps of the grid."""
         state.data.ctrl[:len(MUSCLES)] = cast(Array, inputs[0])
-        if self.forearm_moves and inputs[1] is not state.forearm:
-            self._turn_forearm(state, cast(Array, inputs[1]))
-        period = self._grid.period_num
-        while state.time_ns < stop_ns:
-            if self.table is not None:
-                self._lower(self.table, state)
-            step(self.model, state)
-            state.time_ns += period
-            require_stable(self.model, state)
-
-    def _turn_forearm(self, state: HandState, wanted: Array) -> None:
-        """Have the drive go to an orientation."""
-        drive = state.data.ctrl[len(MUSCLES):]
-        drive[:] = drive_angles(self._forearm(), wanted, drive)
-        state.forearm = wanted
+        if self.forearm_moves:
+            turn_forearm(state, self._forearm(), inputs[1])
+        go_on(self.model, self._bounds, self.table, state, stop_ns, self._grid.period_num)
 
     def _forearm(self) -> Array:
         """Orientation of the forearm at the start."""
         return np.array(self.forearm_orientation or PALM_DOWN[self.hand.side])
 
-    def _lower(self, table: Table, state: HandState) -> None:
-        """Put the table where it is at the start of the step."""
-        height = table.height_m - 0.005 - table.drop(state.time_ns)
-        if state.data.mocap_pos[0, 2] != height:
-            state.data.mocap_pos[0, 2] = height
-            state.evaluated = False
-
     def read(self, state: HandState, inputs: Sequence[Value]) -> tuple[Value, ...]:
         """All outputs now."""
         evaluate(self.model, state)
         data = state.data
-        hinges, sensed = self._hinges(), data.sensordata
+        hinges = self._hinges()
         rates = data.qvel[hinges].copy()
         seen = (data.qpos[hinges].copy(), rates, data.qacc[hinges].copy(),
-                (data.site_xpos[self._tips] - data.xpos[1]) @ data.xmat[1].reshape(3, 3),
-                data.xquat[1:18].copy(), data.site_xpos[self._sites], sensed[:51].reshape(17, 3).copy(),
-                sensed[51:102].reshape(17, 3).copy(), sensed[102:107].copy(), self._stretch @ rates)
-        if self.object is None:
-            return seen
-        return (*seen, data.qpos[-7:-4].copy(), data.qpos[-4:].copy())
+                *sensed(data, slice(1, 18), self._sites, self._tips), self._stretch @ rates)
+        return seen if self.object is None else (*seen, *object_pose(data))
 
     def _hinges(self) -> slice:
         """Where the hand's freedoms stand among MuJoCo's."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.errors import InputError
+from fesloop.errors import InputError, did_you_mean
 from fesloop.hand.segments import SegmentTree
 
 Array = NDArray[np.float64]
@@ -69,3 +69,11 @@ def require_in_range(where: str, tree: SegmentTree, angles: Array) -> None:
     for name, angle, (low, high) in rows:
         if not low <= angle <= high:
             raise InputError(f"{where}.{name}", f"{angle:g}", f"{low:g} to {high:g} deg")
+
+
+def require_posture(where: str, tree: SegmentTree, degrees: dict[str, float]) -> None:
+    """Raise InputError, naming the parameter `where`, for a freedom that is not there or out of its range."""
+    for name in degrees.keys() - set(tree.freedoms):
+        raise InputError(f"{where}.{name}", "is no freedom of the hand", ", ".join(tree.freedoms),
+                         did_you_mean(name, tree.freedoms))
+    require_in_range(where, tree, resting_posture(tree, degrees))

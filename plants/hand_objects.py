@@ -26,7 +26,7 @@ TORSIONAL_M, ROLLING_M = 0.005, 0.0001
 is some 5 mm wide; MuJoCo's default for rolling."""
 
 OVERLAP_M = 0.001
-"""Chosen: an object may be pressed this far into skin or table at the start."""
+"""Chosen: object, skin and table may be pressed this far into each other at the start."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,7 +59,7 @@ class GraspObject:
         require_not_negative("object", self, "friction")
         if not np.isfinite(self.position_m).all():
             raise InputError("object.position_m", f"{self.position_m}", "three finite numbers, m")
-        if abs(math.hypot(*self.orientation) - 1.0) > 1e-6:
+        if not abs(math.hypot(*self.orientation) - 1.0) <= 1e-6:
             raise InputError("object.orientation", f"{self.orientation}",
                              "a quaternion (w, x, y, z) of length 1")
 
@@ -123,11 +123,12 @@ def add_table(spec: mujoco.MjSpec, table: Table) -> None:
 
 
 def require_apart(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Raise InputError for an object that is inside the hand or the table."""
+    """Raise InputError for an object that is inside the hand or the table, or a table inside the hand."""
     mujoco.mj_forward(model, data)
     for contact in sorted(data.contact, key=lambda each: float(each.dist)):
         names = [model.geom(geom).name for geom in contact.geom]
-        if "object" in names and contact.dist < -OVERLAP_M:
-            other, depth_mm = names[1 - names.index("object")], -1e3 * contact.dist
-            raise InputError("hand.object", f"reaches {depth_mm:.1f} mm into {other} at the start",
+        if contact.dist < -OVERLAP_M and not {"object", "table"}.isdisjoint(names):
+            thing = "object" if "object" in names else "table"
+            other, depth_mm = names[1 - names.index(thing)], -1e3 * contact.dist
+            raise InputError(f"hand.{thing}", f"reaches {depth_mm:.1f} mm into {other} at the start",
                              f"{1e3 * OVERLAP_M:g} mm at most", "move it, or the hand")

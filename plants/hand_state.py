@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import mujoco
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +18,9 @@ Array = NDArray[np.float64]
 UNSTABLE_RAD_S = 1000.0
 """Chosen: above what joints do (snapping fingers, 140 rad/s: Acharya 2021, doi 10.1098/rsif.2021.0672); of an
 object also m/s."""
+BEYOND_RAD = math.radians(30.0)
+"""Chosen: as far beyond its range no joint is; full force takes one there by some degrees. Twice as far for
+the thumb's CMC joint: next to its pole, 15 deg beyond its range, angles of flexion and pronation fly."""
 
 
 @dataclass(slots=True, eq=False)
@@ -55,13 +60,44 @@ def step(model: mujoco.MjModel, state: HandState) -> None:
     state.evaluated = False
 
 
-def require_stable(model: mujoco.MjModel, state: HandState) -> None:
-    """Raise RunError, naming the joint, where the hand moves as no hand does."""
-    speeds = state.data.qvel
-    if speeds.dot(speeds) < UNSTABLE_RAD_S**2:
+@numba.njit(cache=True)
+def find_unstable(angles: Array, speeds: Array, low: Array, high: Array) -> int:
+    """Number of the fastest freedom if it is too fast, or of the first hinge outside its bounds; -1: none.
+
+    `angles` (positions,) holds the hinges first, `speeds` (v,), `low` and `high` (hinges,).
+    """
+    fastest, found = UNSTABLE_RAD_S, -1
+    for i in range(speeds.size):
+        if math.isnan(speeds[i]):
+            return i
+        if abs(speeds[i]) >= fastest:
+            fastest, found = abs(speeds[i]), i
+    if found >= 0:
+        return found
+    for i in range(low.size):
+        if not low[i] < angles[i] < high[i]:
+            return i
+    return -1
+
+
+def stable_bounds(model: mujoco.MjModel) -> tuple[Array, Array]:
+    """Least and greatest angle of each hinge, (h,) each, rad, that a stable simulation stays within."""
+    hinges = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_HINGE)
+    reach = np.array([BEYOND_RAD * (2.0 if "cmc" in model.joint(hinge).name else 1.0) for hinge in hinges])
+    reach[model.jnt_limited[hinges] == 0] = np.inf
+    low, high = model.jnt_range[hinges].T
+    return low - reach, high + reach
+
+
+def require_stable(model: mujoco.MjModel, bounds: tuple[Array, Array], state: HandState) -> None:
+    """Raise RunError, naming the joint, where the hand moves as no hand does; `bounds`: `stable_bounds`."""
+    angles, speeds = state.data.qpos, state.data.qvel
+    worst = find_unstable(angles, speeds, *bounds)
+    if worst < 0:
         return
-    sizes = np.abs(speeds)
-    worst = int(np.argmax(np.where(np.isfinite(sizes), sizes, np.inf)))
     name = model.joint(int(model.dof_jntid[worst])).name
-    raise RunError(f"hand became unstable at {state.time_ns / NS_PER_MS:g} ms: {name} moves at "
-                   f"{sizes[worst]:.3g} rad/s or m/s; take a smaller step_ms")
+    told = f"moves at {abs(speeds[worst]):.3g} rad/s or m/s"
+    if abs(speeds[worst]) < UNSTABLE_RAD_S:
+        told = f"is at {math.degrees(angles[worst]):.3g} deg, far beyond its range"
+    raise RunError(f"hand became unstable at {state.time_ns / NS_PER_MS:g} ms: {name} {told}; take a smaller "
+                   "step_ms, or weaker muscles and springs")

@@ -53,7 +53,7 @@ def multiplexing(electrodes: Sequence[VirtualElectrode], channels: int, elements
     for channel, electrode in enumerate(electrodes):
         numbers = list(electrode.elements)
         if max(numbers) >= elements:
-            raise InputError(f"stimulator.electrodes of channel {channel}",
+            raise InputError(f"stimulator.electrodes[{channel}].elements",
                              f"element {max(numbers)} does not exist", f"0 to {elements - 1}")
         shares[channel, numbers] = electrode.shares or 1.0 / len(numbers)
     return shares

@@ -147,17 +147,21 @@ def make(cls: type[Any], values: Mapping[str, Any], kinds: Kinds, where: str) ->
     try:
         return cls(**given)
     except InputError as fault:
-        place = _place(fault.where, where, hints)
+        place = _place(fault.where, where, hints, cls.__name__.lower())
         raise InputError(place, fault.found, fault.allowed, fault.remedy) from fault
 
 
-def _place(inner: str, where: str, names: Mapping[str, Any]) -> str:
-    """A parameter that an object names, led by where the object stands; its own name for itself goes."""
+def _place(inner: str, where: str, names: Mapping[str, Any], own: str) -> str:
+    """A parameter that an object names, led by where the object stands; its own name for itself goes.
+
+    A parameter may have the object's `own` name, as that of a hand's measures has.
+    """
     def is_key(path: str) -> bool:
         return path.partition(".")[0].partition("[")[0] in names
 
-    if not is_key(inner) and is_key(inner.partition(".")[2]):
-        inner = inner.partition(".")[2]
+    first, _, rest = inner.partition(".")
+    if is_key(rest) and (first == own or not is_key(inner)):
+        inner = rest
     return f"{where}.{inner}" if is_key(inner) else f"{where}: {inner}"
 
 

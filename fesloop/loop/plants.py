@@ -25,15 +25,16 @@ class ExactStation:
     Attributes
     ----------
     now: the instant that `state` is of, ns.
+    hand_over: has the recorder take what was seen.
     """
 
-    __slots__ = ("_advance", "_inputs", "_observe", "_read", "_record", "_shown", "name", "now", "plant",
-                 "state")
+    __slots__ = ("_advance", "_inputs", "_observe", "_read", "_record", "_shown", "hand_over", "name",
+                 "now", "plant", "state")
 
     def __init__(self, name: str, plant: Plant, state: Any, inputs: PlantInputs, record: PlantRecord) -> None:
         self.name, self.plant, self.state = name, plant, state
         self.now = 0
-        self._inputs, self._record = inputs, record
+        self._inputs, self._record, self.hand_over = inputs, record, record.hand_over
         self._advance, self._read = plant.advance, plant.read
         self._observe = getattr(plant, "observe", None) or self._observe_a_copy
         self._shown: tuple[Value, ...] | None = None
@@ -76,7 +77,7 @@ class ExactStation:
         self._pass_inputs(time_ns)
         if self._record.next <= time_ns:
             self._note(time_ns + 1)
-        self._record.hand_over()
+        self.hand_over()
 
     def _go(self, stop_ns: int) -> None:
         """Advance under the inputs as they are."""
@@ -125,16 +126,18 @@ class GridStation:
     Attributes
     ----------
     now: the grid tick that `state` is of, ns.
+    hand_over: has the recorder take what was seen.
     """
 
     __slots__ = ("_advance", "_following", "_grid", "_inputs", "_next_step", "_read", "_record", "_shown",
-                 "name", "now", "plant", "state")
+                 "hand_over", "name", "now", "plant", "state")
 
     def __init__(self, name: str, plant: Plant, state: Any, inputs: PlantInputs, record: PlantRecord,
                  grid: RateClock) -> None:
         self.name, self.plant, self.state = name, plant, state
         self.now = 0
         self._inputs, self._record, self._grid = inputs, record, grid
+        self.hand_over = record.hand_over
         self._advance, self._read = plant.advance, plant.read
         self._shown: tuple[Value, ...] | None = None
         self._start_steps()
@@ -188,7 +191,7 @@ class GridStation:
             self._latch_due()
         if self._record.next <= time_ns:
             self._record.see_held(self.now, time_ns + 1, self.read_now())
-        self._record.hand_over()
+        self.hand_over()
 
     def save(self) -> Any:
         """All that changes, for a snapshot."""

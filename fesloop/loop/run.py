@@ -9,6 +9,7 @@ looks, which gives the same values and costs nothing where nobody does.
 from __future__ import annotations
 
 import pickle
+from contextlib import suppress
 from heapq import heapify, heapreplace
 from typing import Any
 
@@ -161,19 +162,31 @@ class Loop:
             raise RunError(f"the loop {self._ended}")
         self._ended = "has failed: restore a snapshot of before"
         heap = self._heap
-        # Overflow needs no warning of numpy's: what is not finite is caught where it is put out.
-        with np.errstate(over="ignore", invalid="ignore"):
-            while heap and heap[0][0] <= time_ns:
-                now, number, station = heap[0]
-                heapreplace(heap, (station.fire(now), number, station))
-            for publisher in self._publishers.values():
-                publisher.until(time_ns)
-            for plant in self._plants.values():
-                plant.settle(time_ns)
+        try:
+            # Overflow needs no warning of numpy's: what is not finite is caught where it is put out.
+            with np.errstate(over="ignore", invalid="ignore"):
+                while heap and heap[0][0] <= time_ns:
+                    now, number, station = heap[0]
+                    heapreplace(heap, (station.fire(now), number, station))
+                for publisher in self._publishers.values():
+                    publisher.until(time_ns)
+                for plant in self._plants.values():
+                    plant.settle(time_ns)
+        except RunError as fault:
+            self._keep(fault)
+            raise
         self.now = max(self.now, time_ns)
         self._ended = ""
         if self.recorder is None:
             self._events.clear()
+
+    def _keep(self, fault: RunError) -> None:
+        """Record what the plants had shown before they failed, and why the run ended."""
+        for plant in self._plants.values():
+            with suppress(RunError):  # one failure is told, the first
+                plant.hand_over()
+        now = max((plant.now for plant in self._plants.values()), default=max(self.now, 0))
+        self._events.append((now, "loop", "failed", str(fault)))
 
     def next_trial(self) -> None:
         """Back to t = 0 for the next trial, with what each part carries over (`next_trial`)."""

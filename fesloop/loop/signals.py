@@ -29,6 +29,8 @@ class Port:
     optional: an input that may be left without a wire; it then reads `initial` for ever.
     gaps: an output that may hold NaN: the sample of one sensor of several was lost, and whoever reads it
         is told so by the NaN itself. Infinite values are replaced as everywhere.
+    every: an input of which no message may go unread, such as pulses: its block must step as often as its
+        source puts them out.
     """
 
     name: str
@@ -37,6 +39,7 @@ class Port:
     initial: float | tuple[float, ...] = 0.0
     optional: bool = False
     gaps: bool = False
+    every: bool = False
 
     @property
     def resolved(self) -> bool:

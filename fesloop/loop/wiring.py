@@ -11,6 +11,7 @@ from fesloop.errors import InputError, InputErrors
 from fesloop.loop.block import Block, Context, Plant
 from fesloop.loop.clock import NS_PER_MS, Clock, RateClock, duration_ns
 from fesloop.loop.duration import ZERO, Duration
+from fesloop.loop.fitting import fit_faults
 from fesloop.loop.order import firing_order
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
@@ -147,8 +148,10 @@ class Wiring:
         self.nodes = _resolved(declared, wires)
         by_name = {node.name: node for node in self.nodes}
         self.connections = tuple(_connect(wire, by_name) for wire in wires)
-        for connection in self.connections:
-            faults += _fit_faults(connection)
+        for end in self.connections:
+            faults += fit_faults(
+                end.wire, end.source.part.outputs[end.source_port], end.target.part.inputs[end.target_port],
+                end.source.clock or end.clock, end.target.clock)
         _raise(faults)
         self.order = firing_order(self.nodes, self.connections)
 
@@ -224,12 +227,13 @@ def _resolved(nodes: list[Node], wires: list[Wire]) -> tuple[Node, ...]:
 
 
 def _resolve(node: Node, shapes: dict[str, tuple[int, ...]]) -> Any:
-    """The node's part for the sizes that are wired to it; its faults get the node's name."""
+    """The node's part for the sizes that are wired to it; its faults get the node's name for the part's."""
     part: Any = node.part
     try:
         return part.resolve(shapes)
     except InputError as fault:
-        raise InputError(f"{node.name}.{fault.where}", fault.found, fault.allowed, fault.remedy) from None
+        place = fault.where.removeprefix(f"{type(part).__name__.lower()}.")
+        raise InputError(f"{node.name}.{place}", fault.found, fault.allowed, fault.remedy) from None
 
 
 def _incoming_shapes(node: Node, wires: list[Wire], nodes: dict[str, Node]) -> dict[str, tuple[int, ...]]:
@@ -266,25 +270,6 @@ def _connect(wire: Wire, nodes: dict[str, Node]) -> Connection:
                          f"zero latency into plant {target_name!r}, whose output follows its input at once",
                          "above 0, so that the plants exchange simultaneously")
     return Connection(wire, source, target, source_port, target_port, wire.clock or target.clock)
-
-
-def _fit_faults(connection: Connection) -> list[InputError]:
-    """Shape and unit mismatches."""
-    wire = connection.wire
-    out = connection.source.part.outputs[connection.source_port]
-    into = connection.target.part.inputs[connection.target_port]
-    faults = []
-    for port, end in ((out, wire.source), (into, wire.target)):
-        if not port.resolved:
-            faults.append(InputError(f"wire {wire.name}", f"the size of {end!r} is not settled: {port.shape}",
-                                     "a size given by the block or by its source"))
-    if not faults and out.shape != into.shape:
-        faults.append(InputError(f"wire {wire.name}", f"{wire.source!r} has shape {out.shape}",
-                                 f"{into.shape}, the shape of {wire.target!r}"))
-    if out.unit != into.unit:
-        faults.append(InputError(f"wire {wire.name}", f"{wire.source!r} is in {out.unit!r}",
-                                 f"{into.unit!r}, the unit of {wire.target!r}"))
-    return faults
 
 
 def _open_inputs(nodes: Sequence[Node], wires: Sequence[Wire]) -> list[InputError]:

@@ -236,7 +236,7 @@ def test_presets_are_of_three_generations():
     ({"latency_ms": -1.0}, "stimulator.latency_ms"), ({"charge_max_uc": 0.0}, "stimulator.charge_max_uc"),
     ({"current_step_ma": 200.0}, "current_step_ma"), ({"compliance_v": 600.0}, "stimulator.compliance_v"),
     ({"width_max_us": 2000.0}, "stimulator.width_max_us.*within a slot"),
-    ({"electrodes": (VirtualElectrode(elements=(59,)),)}, "channel 0: element 59 does not exist"),
+    ({"electrodes": (VirtualElectrode(elements=(59,)),)}, r"electrodes\[0\].elements: element 59 does not"),
     ({"channels": 2, "electrodes": (VirtualElectrode(elements=(5,)),)}, "stimulator.electrodes: 1 virtual"),
     ({"channels": 8, "elements": 4}, "element 4 does not exist")])
 def test_bad_parameters_are_named(parameters, named):
