@@ -28,6 +28,9 @@ NEARLY_NONE = 1e-12
 """MuJoCo takes no passive force of 0."""
 SPLINT_TIME_S = 0.01
 """Time constant with which a splinted joint returns, critically damped (chosen)."""
+SPLINT_SOLIMP = [0.95, 0.99, 0.01, 0.5, 2.0]
+"""Of a splint, so hard that it gives by some degrees at most under the muscles' full force (chosen: a finger
+is so light that MuJoCo's default lets it go)."""
 MEMORY = 4 << 20
 """Bytes for constraints and scratch: enough for some hundred contacts, little enough to copy."""
 
@@ -133,7 +136,7 @@ def add_splint(spec: mujoco.MjSpec, held: dict[str, float]) -> None:
         lock = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT,
                                  name1=freedom)
         lock.data[:5] = [angle, 0.0, 0.0, 0.0, 0.0]
-        lock.solref = [SPLINT_TIME_S, 1.0]
+        lock.solref, lock.solimp = [SPLINT_TIME_S, 1.0], SPLINT_SOLIMP
 
 
 def nominal_passive(tree: SegmentTree, contracture: float) -> tuple[Array, Array]:

@@ -189,3 +189,14 @@ def test_halving_the_step_changes_a_fist_by_less_than_a_degree_and_converges():
     assert np.ptp(usual, axis=0).max() > 30.0
     assert np.abs(usual - fine).max() < 1.0
     assert np.abs(fine - finest).max() < 0.75 * np.abs(usual - fine).max()
+
+
+def test_a_splint_holds_every_freedom_against_the_muscles():
+    """Full force of all that flexes, and of all that extends: it gives by some degrees at most."""
+    splint = {"wrist_flexion": -20.0, "wrist_abduction": 0.0, "F1_mcp_flexion": 10.0, "F1_ip_flexion": 15.0,
+              "F2_mcp_flexion": 30.0, "F2_pip_flexion": 30.0, "F2_dip_flexion": 10.0}
+    for names in (("FDP", "FDS", "FPL", "FCU"), ("ED", "EP", "EI", "ECR")):
+        activation = np.array([float(name.startswith(names)) for name in MUSCLES])
+        angles = settled(Hand(splint_deg=splint), activation, 1.0)
+        held = angles[[TREE.freedom(freedom) for freedom in splint]]
+        assert np.abs(held - list(splint.values())).max() < 5.0
