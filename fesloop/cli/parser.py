@@ -21,6 +21,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_list(commands)
     _add_check(commands)
     _add_run(commands)
+    _add_picture(commands)
     _add_reproduce(commands)
     _add_bench(commands)
     commands.add_parser("schema", help="print the JSON Schema of experiment files")
@@ -69,6 +70,17 @@ def _add_run(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--out", metavar="DIR", default="runs",
                          help="folder of the recording (default: runs)")
     command.add_argument("--realtime", action="store_true", help="keep in step with the wall clock")
+
+
+def _add_picture(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("picture", help="draw the hand, the arrays and time courses of a recording")
+    command.add_argument("recording", metavar="RUN.h5", help="a file that fesloop run wrote")
+    command.add_argument("--at", metavar="SECONDS", type=float, nargs="+", default=[],
+                         help="instants to draw (default: up to four whose postures differ most)")
+    command.add_argument("--trial", type=int, metavar="N", default=0, help="counted from 0 (default: 0)")
+    command.add_argument("--out", metavar="DIR", default="pictures",
+                         help="folder of the pictures (default: pictures)")
+    command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 
 def _add_reproduce(commands: _Commands[argparse.ArgumentParser]) -> None:

@@ -1,0 +1,36 @@
+"""`fesloop picture`."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from pathlib import Path
+
+from fesloop.cli.output import print_json, progress_bar
+from fesloop.errors import InputError
+from fesloop.experiment.reading import Recording
+
+
+def execute(args: Namespace) -> int:
+    """Draw a recording, say what could not be drawn, and print the files."""
+    from fesloop.picture.draw import draw
+
+    folder = Path(args.out)
+    with progress_bar(f"picture {args.recording}") as bar, Recording(args.recording) as recording:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            drawn = draw(recording, folder, args.at, args.trial, bar)
+        except OSError as fault:
+            raise InputError(f"--out {folder}", f"cannot be written: {fault.strerror}",
+                             "a folder that can be written") from None
+    for note in drawn.notes:
+        print(f"fesloop: {note}", file=sys.stderr)
+    if args.json:
+        print_json({"recording": args.recording, "trial": args.trial, "instants_s": drawn.instants_s,
+                    "chosen": drawn.chosen, "pictures": [str(path) for path in drawn.pictures],
+                    "notes": drawn.notes})
+    else:
+        instants = ", ".join(f"{second:g}" for second in drawn.instants_s)
+        print(f"instants, s: {instants} ({drawn.chosen})", file=sys.stderr)
+        print(*drawn.pictures, sep="\n")
+    return 0

@@ -1,0 +1,62 @@
+"""Signals of a recording as they stood at given instants, and over time, however long the run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.experiment.reading import Recording
+from fesloop.loop.clock import NS_PER_S
+
+Array = NDArray[np.float64]
+Instants = NDArray[np.int64]
+_POINTS = 2000
+"""A curve of a picture is drawn with no more spans than this: finer than its pixels."""
+_ROWS_A_READ = 65536
+
+
+def values_at(recording: Recording, name: str, trial: int, at_ns: Instants) -> Array | None:
+    """The newest values (len(at_ns), *shape) at instants, the first before it; None where none are recorded.
+
+    Raises InputError for a name that is not recorded.
+    """
+    times, column = recording.column(name, trial)
+    if not times.size:
+        return None
+    rows = np.clip(np.searchsorted(times, at_ns, side="right") - 1, 0, None)
+    return np.concatenate([column[int(row):int(row) + 1] for row in rows])
+
+
+def span_ns(recording: Recording, name: str, trial: int) -> tuple[int, int] | None:
+    """First and last instant of a signal in a trial; None where there is none."""
+    times, _ = recording.column(name, trial)
+    return (int(times[0]), int(times[-1])) if times.size else None
+
+
+def curve(recording: Recording, name: str, trial: int, until_ns: int) -> tuple[Array, Array]:
+    """Instants (n,), s, and values (n, *shape) of a signal, thinned so that no peak is lost.
+
+    Of each of many spans a long signal keeps the lowest and the highest value of every component.
+    """
+    times, column = recording.column(name, trial)
+    stop = int(np.searchsorted(times, until_ns, side="right"))
+    per_span = max(1, stop // _POINTS)
+    if per_span == 1:
+        return times[:stop] / NS_PER_S, column[:stop]
+    seconds: list[Array] = []
+    values: list[Array] = []
+    whole = max(1, _ROWS_A_READ // per_span) * per_span
+    for start in range(0, stop, whole):
+        rows = column[start:min(start + whole, stop)]
+        for first in range(0, len(rows), per_span):
+            span = rows[first:first + per_span]
+            seconds.append(np.repeat(times[start + first] / NS_PER_S, 2))
+            values.append(np.stack([span.min(axis=0), span.max(axis=0)]))
+    return np.concatenate(seconds), np.concatenate(values)
+
+
+def first_recorded(recording: Recording, names: Sequence[str]) -> str:
+    """The first of these signals that is recorded; empty for none."""
+    return next((name for name in names if name in recording.signals), "")
