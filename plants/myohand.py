@@ -49,8 +49,8 @@ class MyoHand:
     is the opponens alone. What is changed of MyoHand is in `plants.myohand_patches`, by name:
 
     - `inertia`: phalanges have 1e-4 kg m^2, forty times too much; cylinders of the shipped masses.
-    - `armature`: as much again on every joint; none.
-    - `ends`: soft ends of the joints' ranges; those of `hand`.
+    - `armature`: as much again on every joint; 2e-6 kg m^2.
+    - `ends`: soft ends of the joints' ranges; hard ones.
     - `deviation`: of the wrist, 25 deg radial and 10 ulnar; the other way round.
     - `strength`: wrist muscles give moments 2 to 3 times too large; the shares of `hand`, and EDC5's 39.4 N.
     - `lengths`: tendons leave the stored ranges of lengths; ranges found over all postures.
@@ -134,6 +134,9 @@ class MyoHand:
         zero = np.zeros(len(JOINTS))
         rest = joints.nearest("myohand.rest_deg", bare, rest_angles(self.rest_deg), zero)
         start = joints.nearest("myohand.start_deg", bare, {**self.start_deg, **self.splint_deg}, rest)
+        if "F1_cmc_pronation" in self.splint_deg:
+            raise InputError("myohand.splint_deg.F1_cmc_pronation", "has no joint of its own in MyoHand",
+                             "F1_cmc_flexion and F1_cmc_abduction, which it follows from")
         held = dict(zip(JOINTS, start, strict=True))
         add_splint(spec, {JOINTS[name][0]: float(held[name]) for name in self.splint_deg})
         if self.object is not None:

@@ -108,7 +108,9 @@ def add_segments(spec: mujoco.MjSpec, found: Anatomy) -> None:
         spec.body(name).add_site(name=f"imu {name}", pos=place)
     for name in TIPS:
         spec.body(name).add_site(name=f"tip {name}")
-        spec.body(name).add_site(name=f"touch {name}", size=[TOUCHED_M, 0.0, 0.0])
+        # Touch is felt by the body that the skin belongs to.
+        bone, end, _ = found.frames[name]
+        spec.body(bone).add_site(name=f"touch {name}", pos=end, size=[TOUCHED_M, 0.0, 0.0])
     sense_sites(spec, names)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.hand.muscles import MUSCLES
-from plants.hand_bodies import DENSITY, END_SOLIMP, END_SOLREF
+from plants.hand_bodies import DENSITY, END_SOLIMP
 from plants.hand_muscles import EXTENSOR_SHARE, FLEXOR_SHARE, MOBL_ARMS_N
 from plants.myohand_anatomy import BONES, PALM_BODIES, STANDS_FOR
 
@@ -21,6 +21,12 @@ PLACEHOLDER = 1e-4
 LOWEST_DEG, HIGHEST_DEG = -25.0, 10.0
 """Of `deviation_r`, which is positive towards the radius: 25 ulnar and 10 radial, as wrists have more of the
 former (`fesloop.hand.ranges`: 35 and 20, typical). Beyond 25 ulnar the path of EDC3_r jumps by 2 mm."""
+ARMATURE = 2e-6
+"""kg m^2. Chosen: what 25 g of muscle add where a tendon's arm is 9 mm. Without any the lightest segments (the
+little finger's last has 1 g) leave their ranges by 30 deg under full force in steps of 1 ms."""
+END_TIME_S = 0.002
+"""Back from beyond a range's end within this time, critically damped: chosen, as quick as steps of 1 ms allow,
+since MyoHand's muscles are viscous beside its light segments (with the 6 ms of `hand` it is 36 deg)."""
 FORCE, PASSIVE = 2, 7
 """Where MuJoCo keeps a muscle's peak force and the size of its passive force."""
 _SWEPT: tuple[tuple[str, ...], ...] = (("flexion_r",), ("deviation_r",), *(
@@ -50,15 +56,15 @@ def _inertia(spec: mujoco.MjSpec) -> None:
 
 
 def _armature(spec: mujoco.MjSpec) -> None:
-    """None: 1e-4 kg m^2 on every joint is again fifty times what turns in a finger."""
+    """Less: 1e-4 kg m^2 on every joint is again fifty times what turns in a finger."""
     for joint in spec.joints:
-        joint.armature = 0.0
+        joint.armature = ARMATURE
 
 
 def _ends(spec: mujoco.MjSpec) -> None:
-    """Ends of the joints' ranges as hard as our hand's: full force takes a joint some degrees beyond."""
+    """Hard ends of the joints' ranges: full force takes a joint some degrees beyond."""
     for joint in spec.joints:
-        joint.solref_limit, joint.solimp_limit = END_SOLREF, END_SOLIMP
+        joint.solref_limit, joint.solimp_limit = [END_TIME_S, 1.0], END_SOLIMP
 
 
 def _deviation(spec: mujoco.MjSpec) -> None:
