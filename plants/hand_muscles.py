@@ -30,7 +30,8 @@ class Muscle(NamedTuple):
 FLEXOR_SHARE, EXTENSOR_SHARE = 0.3, 0.5
 """Chosen: of the peak forces of the MoBL-ARMS model (Saul 2015, doi 10.1080/10255842.2014.916698), as MyoHand
 (myo-sim 0.2.4) carries them, so that the wrist's largest moments come out as measured: flexion 5.2 to 18.7,
-extension 3.4 to 9.4 N m. As they stand they give 42 and 15."""
+extension 3.4 to 9.4, radial deviation 7.9 to 15.3, ulnar 5.9 to 11.9 N m (Delp 1996, doi
+10.1016/0021-9290(96)00029-2). As they stand they give a flexion of 42 and an extension of 15."""
 MOBL_ARMS_N = {
     "ECRL": 337.3, "ECRB": 252.2, "EDC2": 48.8, "EDC3": 94.4, "EDC4": 109.2, "EDC5": 39.4, "EDM": 72.4,
     "ECU": 192.9, "EIP": 47.3, "EPL": 88.3, "EPB": 46.0, "APL": 116.7, "FCR": 407.9, "PL": 101.0,
@@ -55,11 +56,12 @@ WRIST_MM = {
     "ECRL": (-10.2, -23.6), "ECRB": (-13.7, -14.2), "EDC2": (-17.3, -2.3), "EDC3": (-17.8, 2.2),
     "EDC4": (-17.3, 9.1), "EDC5": (-11.1, 9.9), "EDM": (-9.5, 14.5), "ECU": (-5.7, 27.8),
     "EIP": (-12.8, 2.8), "EPL": (-7.5, -22.7), "EPB": (-1.0, -34.2), "APL": (7.0, -26.8),
-    "FCR": (17.7, -4.0), "PL": (21.7, -7.2), "FCU": (18.4, 10.6), "FDS2": (14.8, -9.6),
+    "FCR": (17.7, -4.0), "PL": (21.7, -7.2), "FCU": (18.4, 15.0), "FDS2": (14.8, -9.6),
     "FDS3": (14.8, -7.3), "FDS4": (14.8, -1.3), "FDS5": (14.8, 0.4), "FDP2": (13.1, -9.6),
     "FDP3": (13.1, -5.3), "FDP4": (13.1, -2.7), "FDP5": (13.1, -0.9), "FPL": (15.1, -20.8)}
 """Flexion and ulnar deviation. Flexion of FCR, PL, FDS, FDP, FPL, APL, ECRB, ECRL, ECU, EPL: published wrist
-moment arms at 0 deg. The others, and all of deviation: MyoHand (myo-sim 0.2.4) at its neutral posture."""
+moment arms at 0 deg. The others, and all of deviation: MyoHand (myo-sim 0.2.4) at its neutral posture, but for FCU,
+whose deviation is chosen: MyoHand's 10.6 leaves the largest ulnar moment below what is measured."""
 FINGER_MM = {
     "FDP2": (10.1, 9.8, 6.5), "FDP3": (11.6, 10.7, 7.0), "FDP4": (10.4, 10.4, 6.8), "FDP5": (8.9, 8.5, 6.0),
     "FDS2": (12.1, 8.3, 0.0), "FDS3": (14.0, 8.7, 0.0), "FDS4": (13.0, 8.5, 0.0), "FDS5": (9.8, 7.4, 0.0),

@@ -177,7 +177,7 @@ def test_objects_that_make_no_sense_are_refused(fault):
 
 @pytest.mark.parametrize(("angle", "speed", "told"), [
     (0.5, 1e5, "F2_pip_flexion moves"), (0.5, np.nan, "arm_flexion moves at nan"),
-    (np.deg2rad(140.0), 0.0, "F2_pip_flexion is at 1[34].* deg, far beyond its range")])
+    (np.deg2rad(175.0), 0.0, "F2_pip_flexion is at 1[67].* deg, far beyond its range")])
 def test_an_unstable_simulation_is_found_at_once_and_named(angle, speed, told):
     plant = Hand(object=BALL["object"], forearm_moves=True)
     state, _ = run(plant, active(), 0.01)
@@ -187,15 +187,14 @@ def test_an_unstable_simulation_is_found_at_once_and_named(angle, speed, told):
 
 
 @pytest.mark.parametrize("change", [
-    {"stiffness": 1e3}, {"stiffness": 1e6}, {"contracture": 1e4}, {"strength": (1e3,) * 29},
+    {"stiffness": 1e3}, {"stiffness": 1e6}, {"contracture": 1e4},
     {"strength": (1e3,) * 29, "step_ms": 5.0}])
 def test_what_blows_up_is_found_within_10_ms_of_looking_wrong(change):
-    """From the first step after which a joint is 25 deg beyond its range or moves at 200 rad/s."""
+    """From the first step after which a joint is 50 deg beyond its range or moves at 200 rad/s."""
     plant, closing = Hand(**change), active(**dict.fromkeys(("FDP2", "FDS3", "FPL", "THENAR", "FDP5"), 0.5))
     state, wrong_ns = plant.init(Context("hand")), None
-    low, high = TREE.ranges.T + np.deg2rad([[-25.0], [25.0]])
-    low[0], high[0] = np.deg2rad((-115.0, 115.0))
-    low[2:5], high[2:5] = -np.inf, np.inf
+    low, high = TREE.ranges.T + np.deg2rad([[-50.0], [50.0]])
+    low[0], high[0] = np.deg2rad((-140.0, 140.0))
 
     def steps():
         while state.time_ns < 1000 * NS_PER_MS:
