@@ -60,8 +60,8 @@ WRIST_MM = {
     "FDS3": (14.8, -7.3), "FDS4": (14.8, -1.3), "FDS5": (14.8, 0.4), "FDP2": (13.1, -9.6),
     "FDP3": (13.1, -5.3), "FDP4": (13.1, -2.7), "FDP5": (13.1, -0.9), "FPL": (15.1, -20.8)}
 """Flexion and ulnar deviation. Flexion of FCR, PL, FDS, FDP, FPL, APL, ECRB, ECRL, ECU, EPL: published wrist
-moment arms at 0 deg. The others, and all of deviation: MyoHand (myo-sim 0.2.4) at its neutral posture, but for FCU,
-whose deviation is chosen: MyoHand's 10.6 leaves the largest ulnar moment below what is measured."""
+moment arms at 0 deg. The others, and all of deviation: MyoHand (myo-sim 0.2.4) at its neutral posture, but
+for FCU's deviation, which is chosen: MyoHand's 10.6 leaves the largest ulnar moment below the measured."""
 FINGER_MM = {
     "FDP2": (10.1, 9.8, 6.5), "FDP3": (11.6, 10.7, 7.0), "FDP4": (10.4, 10.4, 6.8), "FDP5": (8.9, 8.5, 6.0),
     "FDS2": (12.1, 8.3, 0.0), "FDS3": (14.0, 8.7, 0.0), "FDS4": (13.0, 8.5, 0.0), "FDS5": (9.8, 7.4, 0.0),
