@@ -47,20 +47,19 @@ def _directions() -> Array:
     return -np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation)], axis=-1)
 
 
-def best_view(points: Array, moving: Array, radial: Array, dorsal: Array) -> Camera:
+def best_view(points: Array, moving: Array, liked: Array) -> Camera:
     """The view that shows the most of a hand's postures and of its motion.
 
     Parameters
     ----------
     points: (instants, n, 3), of the hand at each instant, m. moving: (instants, m, 3), those of them whose
         motion is to be seen, such as fingertips.
-    radial, dorsal: (3,), unit vectors from the hand: what a view prefers to come from.
+    liked: (3,), direction, from the hand, that a view prefers to come from; of a length of about 1.
     """
     ways = _directions()
     spread = _seen_spread(points - points.mean(axis=1, keepdims=True), ways)
     travel = _seen_spread(moving - moving.mean(axis=0), ways)
-    liking = -ways @ (0.8 * radial + 0.6 * dorsal)
-    return Camera.towards(ways[int(np.argmax(spread + 0.6 * travel + 0.25 * liking))])
+    return Camera.towards(ways[int(np.argmax(spread + 0.6 * travel - 0.25 * ways @ liked))])
 
 
 def _seen_spread(centred: Array, ways: Array) -> Array:

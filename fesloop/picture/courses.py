@@ -54,8 +54,8 @@ def courses_figure(
     figure = Figure(figsize=(13.33, max(7.5, 1.55 * max(len(left), len(right)))), dpi=150)
     figure.text(0.015, 1.0 - 0.15 / figure.get_figheight(), title, va="top", fontsize=12, color=INK)
     columns = [column for column in (left, right) if column]
-    grid = figure.add_gridspec(1, max(1, len(columns)), left=0.06, right=0.985, bottom=0.07, top=0.93,
-                               wspace=0.14)
+    grid = figure.add_gridspec(1, max(1, len(columns)), left=0.06, right=0.985, bottom=0.07,
+                               top=1.0 - 0.75 / figure.get_figheight(), wspace=0.14)
     for number, column in enumerate(columns):
         _stack(figure, grid[number], column, at_ns, until_ns)
     return figure, notes + more

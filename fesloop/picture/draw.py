@@ -17,7 +17,7 @@ from fesloop.picture.arrays import arrays_figure
 from fesloop.picture.cast import Cast, cast_of
 from fesloop.picture.courses import courses_figure
 from fesloop.picture.hand import Estimate, hand_figure
-from fesloop.picture.held import span_ns, values_at
+from fesloop.picture.held import first_recorded, span_ns, values_at
 from fesloop.picture.instants import APART_M, APART_SHARE, asked_for, candidates, most_different, spread_out
 from fesloop.picture.posture import Posture, estimated_posture, true_posture
 from fesloop.picture.scene import solids_of
@@ -117,7 +117,7 @@ def _recorded(recording: Recording, cast: Cast, trial: int) -> tuple[int, int]:
 def _instants(
     recording: Recording, cast: Cast, trial: int, span: tuple[int, int], at_s: Sequence[float], drawn: Drawn
 ) -> Instants:
-    """As asked for, else where postures differ most, else where recruitment does, else spread out."""
+    """As asked for, else where postures differ most, else where activations do, else spread out."""
     if at_s:
         return asked_for(at_s, span[1], trial)
     every = candidates(*span)
@@ -128,11 +128,12 @@ def _instants(
         rows = most_different(place[:, 1:] - place[:, :1], APART_M)
         drawn.chosen = "postures differ most"
     if len(rows) < 2 and cast.electrodes is not None:
-        name = f"{cast.electrodes.name}.recruitment"
-        shares = values_at(recording, name, trial, every) if name in recording.signals else None
+        names = f"{cast.muscles}.activation", f"{cast.electrodes.name}.recruitment"
+        name = first_recorded(recording, names)
+        shares = values_at(recording, name, trial, every) if name else None
         if shares is not None:
             rows = most_different(shares[..., np.newaxis], APART_SHARE)
-            drawn.chosen = "recruited shares differ most"
+            drawn.chosen = f"{name} differs most"
     if len(rows) < 2:
         drawn.chosen = "start, middle and end: little differs"
         return spread_out(*span)

@@ -15,7 +15,7 @@ from fesloop.picture.camera import Camera, best_view
 from fesloop.picture.flesh import Flesh, flesh
 from fesloop.picture.posture import Posture
 from fesloop.picture.render import Colour, Frame, Solid, Traced, over, shaded, smaller, traced, vignetted
-from fesloop.picture.skin import faded_forearm, skin_colours
+from fesloop.picture.skin import faded_forearm, faded_solids, skin_colours
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,9 +29,11 @@ _ESTIMATE_ALPHA = 0.38
 _TIPS = [4, 7, 10, 13, 16]
 _FOREARM_SHOWN, _MARGIN_M, _EDGE_M = 0.4, 0.024, 0.008
 """Share of the forearm that is shown; room about the bones for the flesh; where the picture's edge fades."""
+_NEAR = 1.4
+"""What is farther from the wrist than this, in hand lengths, has been dropped and is not kept in sight."""
 _PANEL_PX, _FINER, _DPI = 500, 2, 200
 """Longer side of a panel; rays a pixel's side; pixels an inch."""
-_LONGEST_ROW = 4
+_LONGEST_ROW = 5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,11 +51,11 @@ def hand_figure(
     """The hand at some instants side by side, from one camera, in one scale."""
     from matplotlib.figure import Figure
 
-    camera = view_of(truth, at_ns)
+    camera = view_of(truth, any(not solid.fades for each in solids for solid in each))
     low, high = framed(truth, camera, solids)
     pixel = float((high - low).max()) / _PANEL_PX
-    columns = min(len(at_ns), _LONGEST_ROW)
-    rows = -(-len(at_ns) // columns)
+    rows = -(-len(at_ns) // _LONGEST_ROW)
+    columns = -(-len(at_ns) // rows)
     width, height = (high - low) / pixel / _DPI
     head, foot = 0.6, 0.12
     figure = Figure(figsize=(columns * width + 0.2, rows * (height + 0.25) + head + foot), dpi=_DPI)
@@ -73,15 +75,16 @@ def hand_figure(
     return figure
 
 
-def view_of(truth: Posture, at_ns: Instants) -> Camera:
-    """One camera for all instants."""
+def view_of(truth: Posture, holding: bool) -> Camera:
+    """One camera for all instants: from the back of the hand, or from the palm if it may hold something."""
     poses, out = truth.poses, truth.size.outwards
     finite = truth.finite
     points = (poses.position - poses.position[:, :1])[finite]
     palm = poses.orientation[finite][:, 1]
     dorsal, radial = (quaternion.rotate(palm, axis).mean(axis=0)
                       for axis in ((out, 0.0, 0.0), (0.0, 0.0, -out)))
-    return best_view(points, points[:, _TIPS], radial, dorsal)
+    liked = 0.8 * radial + (-0.6 if holding else 0.6) * dorsal
+    return best_view(points, points[:, _TIPS], liked)
 
 
 def framed(truth: Posture, camera: Camera, solids: Sequence[Sequence[Solid]]) -> tuple[Array, Array]:
@@ -94,8 +97,8 @@ def framed(truth: Posture, camera: Camera, solids: Sequence[Sequence[Solid]]) ->
     seen.append(camera.seen(elbow)[:, :2])
     reach = 1e-3 * truth.size.hand_mm
     for each in solids:
-        for solid in each[:1]:
-            if np.linalg.norm(solid.position) < 1.2 * reach:
+        for solid in each:
+            if not solid.fades and np.linalg.norm(solid.position) < _NEAR * reach:
                 corner = np.abs(quaternion.to_matrix(solid.orientation)) @ solid.half
                 about = np.stack([solid.position - corner, solid.position + corner])
                 seen.append(camera.seen(about)[:, :2])
@@ -117,6 +120,8 @@ def panel(truth: Posture, i: int, frame: Frame, solids: Sequence[Solid], estimat
     if estimate is not None and estimate.posture.finite[i]:
         ghost = _ghost(estimate.posture, i, wrist, frame)
         picture = over(picture, found, ghost, ESTIMATE, _ESTIMATE_ALPHA)
+    middle = local.position[[1, 10]].mean(axis=0)
+    picture = faded_solids(picture, found, frame, solids, middle)
     shown = faded_forearm(picture, found, frame, body, local, _FOREARM_SHOWN * truth.size.forearm)
     return smaller(vignetted(shown, round(_EDGE_M / frame.pixel_m)), _FINER)
 

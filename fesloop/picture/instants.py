@@ -16,7 +16,7 @@ CANDIDATES, SHOWN = 240, 4
 """Instants looked at, evenly spaced, and drawn at most, where none is asked for (chosen: a strip of four)."""
 APART_M, APART_SHARE = 0.005, 0.05
 """Postures nearer to each other than this, root mean square of what is compared, are one (chosen); and
-recruited shares."""
+shares of muscles."""
 
 
 def asked_for(at_s: Sequence[float], last_ns: int, trial: int) -> Instants:
@@ -25,7 +25,7 @@ def asked_for(at_s: Sequence[float], last_ns: int, trial: int) -> Instants:
         if not 0.0 <= second <= last_ns / NS_PER_S:
             raise InputError(f"--at {second:g}", f"is not in what is recorded of trial {trial}",
                              f"0 to {last_ns / NS_PER_S:g} s")
-    return np.array([round(second * NS_PER_S) for second in at_s], dtype=np.int64)
+    return np.array(list(dict.fromkeys(round(second * NS_PER_S) for second in at_s)), dtype=np.int64)
 
 
 def candidates(first_ns: int, last_ns: int) -> Instants:

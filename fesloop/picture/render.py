@@ -38,6 +38,7 @@ class Solid:
     position, orientation: (3,) m and (4,), global.
     half: (3,), m: a box's half sides; of a cylinder radius and half height; of a ball its radius.
     colour: of it.
+    fades: whether only what is near the hand is shown of it, as of a table.
     """
 
     kind: int
@@ -45,6 +46,7 @@ class Solid:
     orientation: Array
     half: Array
     colour: Colour
+    fades: bool = False
 
     @property
     def row(self) -> Array:

@@ -67,4 +67,5 @@ def _tables(table: Any, at_ns: Instants) -> list[list[Solid]]:
         return [[] for _ in at_ns]
     half = np.array([*table.half_m, 0.5 * _TOP_M])
     heights = [table.height_m - 0.5 * _TOP_M - table.drop(int(now)) for now in at_ns]
-    return [[Solid(BOX, np.array([*table.centre_m, height]), _UPRIGHT, half, _TABLE)] for height in heights]
+    places = [np.array([*table.centre_m, height]) for height in heights]
+    return [[Solid(BOX, place, _UPRIGHT, half, _TABLE, fades=True)] for place in places]

@@ -1,4 +1,4 @@
-"""What the surface of a drawn hand shows: nails, and a forearm that fades out of the picture."""
+"""What the surfaces of a picture show: nails, and a forearm and a table that fade out of it."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import Poses
 from fesloop.picture.flesh import Flesh
-from fesloop.picture.render import Colour, Frame, Traced
+from fesloop.picture.render import Colour, Frame, Solid, Traced
 
 Array = NDArray[np.float64]
 _SKIN: Colour = (0.93, 0.80, 0.71)
 _NAIL: Colour = (0.97, 0.88, 0.84)
+_FIRST_M, _LAST_M = 0.08, 0.15
+"""From where to where a table fades, m from the hand."""
 _FADED = 0.55
 """Share of the shown forearm from which it fades."""
 
@@ -46,6 +48,17 @@ def _on_nail(own: Array, tip: Array) -> NDArray[np.bool_]:
     long, wide = 0.48 * thick, 0.36 * thick
     inside = ((own[:, 1] - middle) / long) ** 4 + (own[:, 2] / wide) ** 4 < 1.0
     return np.asarray(inside & (own[:, 0] > 0.0))
+
+
+def faded_solids(picture: Array, found: Traced, frame: Frame, solids: Sequence[Solid], near: Array) -> Array:
+    """The picture with solids that fade drawn only about a point `near` (3,), seen from above."""
+    faded = picture.copy()
+    for number, solid in enumerate(solids):
+        if solid.fades:
+            there = found.surface == number + 1
+            far = np.linalg.norm((frame.points(found.depth)[there] - near)[:, :2], axis=1)
+            faded[there, 3] *= np.clip((_LAST_M - far) / (_LAST_M - _FIRST_M), 0.0, 1.0)
+    return faded
 
 
 def faded_forearm(

@@ -44,10 +44,13 @@ def stimulation_at(
         charge = values_at(recording, recorded, trial, at_ns) if recorded else None
         if charge is not None and recorded.endswith(".charge"):
             charge = None if shares is None else np.einsum("tc,tce->te", charge, shares)
-    if charge is not None:
-        return Stimulation(charge, shares, commands), []
-    return Stimulation(None, shares, commands), [
-        "elements have no colour: neither the stimulator's `element_charge` nor its `charge` is recorded"]
+    notes = []
+    if shares is None:
+        notes.append("virtual electrodes are not outlined: neither the multiplexing is recorded nor does the "
+                     "stimulator have `shares`")
+    if charge is None:
+        notes.append("elements have no colour: the stimulator's charges are not recorded")
+    return Stimulation(charge, shares, commands), notes
 
 
 def _shares(
