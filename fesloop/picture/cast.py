@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any, get_type_hints
+from typing import Any, get_args, get_type_hints
 
 from fesloop.errors import InputError
 from fesloop.experiment import registry
@@ -22,6 +22,12 @@ class Player:
 
     name: str
     part: Any
+
+    @property
+    def hand_size(self) -> HandSize:
+        """Of a hand or its tracker: the part's own `size` where it has one, else its parameter `hand`."""
+        own = getattr(self.part, "size", None)
+        return own if isinstance(own, HandSize) else self.part.hand
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,8 +85,11 @@ def cast_of(recording: Recording) -> Cast:
 
 
 def _has_hand(kind: type[Any]) -> bool:
-    """Whether a kind has a parameter `hand` that is a hand's size."""
-    return any(field.name == "hand" for field in fields(kind)) and get_type_hints(kind)["hand"] is HandSize
+    """Whether a kind has a parameter `hand` that is, or may be, a hand's size."""
+    if not any(field.name == "hand" for field in fields(kind)):
+        return False
+    declared = get_type_hints(kind)["hand"]
+    return declared is HandSize or HandSize in get_args(declared)
 
 
 def _is(name: str, port: str, recording: Recording) -> bool:

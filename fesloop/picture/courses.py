@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.experiment.reading import Recording
-from fesloop.hand.anthropometry import FINGERS, HandSize
+from fesloop.hand.anthropometry import FINGERS
 from fesloop.hand.muscles import MUSCLES
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import NS_PER_S
@@ -156,12 +156,11 @@ def _joints(recording: Recording, cast: Cast, trial: int, until_ns: int) -> tupl
     name = f"{cast.hand.name}.angles"
     if name not in recording.signals:
         return [], [f"time courses lack {name}: it is not recorded"]
-    size: HandSize = cast.hand.part.hand
     seconds, values = curve(recording, name, trial, until_ns)
     if not len(seconds):
         return [], []
     estimate = curve(recording, f"{cast.trackers[0].name}.angles", trial, until_ns) if cast.trackers else None
-    return [partial(_digit, part, hand_tree(size).freedoms, (seconds, values), estimate)
+    return [partial(_digit, part, hand_tree(cast.hand.hand_size).freedoms, (seconds, values), estimate)
             for part in _ABOUT], []
 
 

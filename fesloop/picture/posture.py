@@ -50,7 +50,7 @@ class Posture:
 
 def true_posture(recording: Recording, hand: Player, trial: int, at_ns: Instants) -> Posture | None:
     """From `angles` and the forearm's site, or from all sites; None where neither is recorded."""
-    size: HandSize = hand.part.hand
+    size = hand.hand_size
     tree = hand_tree(size)
     angles, orientation, position = (
         values_at(recording, name, trial, at_ns) if name in recording.signals else None
@@ -77,7 +77,7 @@ def estimated_posture(
     where it does not see the wrist onto the true palm.
     """
     angles = values_at(recording, f"{tracker.name}.angles", trial, at_ns)
-    size: HandSize = tracker.part.hand
+    size = tracker.hand_size
     tree = hand_tree(size)
     if angles is None or angles.shape[1:] != (len(tree.ranges),):
         return None
