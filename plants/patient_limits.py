@@ -43,6 +43,9 @@ SPREADS: dict[str, Limits] = {
     "tremor_hz": (0.0, 5.0)}
 """Of standard deviations; those that are not named are of logarithms, and go from 0 to 1."""
 
+_UNITS = {"mm": " mm", "deg": " deg", "ms": " ms", "s": " s", "us": " us", "hz": " Hz"}
+"""By the end of a number's name."""
+
 
 def refuse(section: str, parameters: object, limits: Mapping[str, Limits], *muscle_tables: str) -> None:
     """Raise InputErrors naming every number of a section outside its limits, and every unknown muscle."""
@@ -61,7 +64,8 @@ def _faults(section: str, parameters: Any, limits: Mapping[str, Limits],
             if key in muscle_tables and name not in MUSCLES:
                 yield _unknown_muscle(where, name)
             elif number is not None and not (math.isfinite(number) and low <= number <= high):
-                yield InputError(where, f"{number:g}", f"{low:g} to {high:g}")
+                unit = _UNITS.get(key.rpartition("_")[2], "")
+                yield InputError(where, f"{number:g}{unit}", f"{low:g} to {high:g}{unit}")
 
 
 def _unknown_muscle(where: str, name: str) -> InputError:

@@ -12,9 +12,12 @@ from hypothesis import strategies as st
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment.toml_text import toml_text
 from fesloop.hand.muscles import INTRINSIC, MUSCLES, muscle
+from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
 from plants.electrodes import Electrodes
 from plants.hand import Hand
+from plants.hand_muscles import moment_arms
+from plants.hand_muscles import muscles as hand_muscles
 from plants.muscles import Muscles
 from plants.patient import Patient
 from plants.patient_blocks import ADULT_FOREARM_MM
@@ -116,14 +119,21 @@ def test_contracture_after_stroke_is_the_measured_stiffness():
     assert joint.stiffness[0] == pytest.approx(0.51, rel=0.01)
 
 
-def test_a_stretched_flexor_of_a_spastic_patient_contracts_and_an_extensor_does_not():
-    muscles = Muscles(**load("stroke_severe_spastic").muscles())
+def test_a_spastic_finger_that_is_turned_resists_by_flexors_alone():
+    """300 deg/s of extension at the MCP joint: .2 N m, the number that the preset's reflex is chosen for."""
+    patient = load("stroke_severe_spastic")
+    muscles = Muscles(**patient.muscles())
     state, zero = muscles.init(Context("muscles")), np.zeros(len(MUSCLES))
-    inputs = (zero, zero, np.full(len(MUSCLES), 0.4), zero)
+    tree = hand_tree(patient.hand_size)
+    arms = moment_arms(tree, 0.0)[:, tree.freedom("F3_mcp_flexion")]
+    rows = hand_muscles()
+    stretch = math.radians(300.0) * arms / (1e-3 * np.array([row.fibre_mm for row in rows]))
+    inputs = (zero, zero, stretch, zero)
     muscles.advance(state, inputs, 0, 10**9)
     activation, _ = muscles.read(state, inputs)
-    assert activation[muscle("FDP3")] == pytest.approx(1.5 * (0.4 - 0.05), rel=1e-3)
-    assert activation[muscle("EDC3")] == 0.0
+    force = activation * patient.hand()["strength"] * np.array([row.force_n for row in rows])
+    assert {MUSCLES[i] for i in np.flatnonzero(activation)} == {"FDP3", "FDS3"}
+    assert force @ arms == pytest.approx(0.2, rel=0.1)
 
 
 def test_a_longer_forearm_carries_motor_points_and_arrays_further_down():
