@@ -33,7 +33,7 @@ from plants.hand_muscles import FIBRES_MM
 from plants.hand_objects import GraspObject, Table, add_object, add_table, require_apart
 from plants.hand_state import HandState, evaluate, stable_bounds
 from plants.myohand_anatomy import JOINTS, STANDS_FOR
-from plants.myohand_joints import Joints, rest_angles
+from plants.myohand_joints import NO_JOINT, Joints, rest_angles
 from plants.myohand_model import add_segments, loaded, set_muscles, set_skin, stand
 from plants.myohand_patches import JOINTS_PATCH, NAMES, patch
 
@@ -74,7 +74,8 @@ class MyoHand:
     hand: not to be chosen. A tracker of this hand takes its measures from the attribute `size`.
     forearm_orientation, forearm_moves, strength, stiffness, damping, passive_tension, contracture, object,
         table, step_ms: as of `hand`.
-    rest_deg, start_deg, splint_deg: as of `hand`, as near as MyoHand's joints come, within 20 deg.
+    rest_deg, start_deg, splint_deg: as of `hand`, as near as MyoHand's joints come, within 20 deg;
+        `F1_cmc_pronation` comes last, within 45 deg.
     as_shipped: names of the patches to leave out.
 
     Raises InputError where `myo-sim` is missing and for what cannot be; RunError when the simulation becomes
@@ -134,8 +135,8 @@ class MyoHand:
         zero = np.zeros(len(JOINTS))
         rest = joints.nearest("myohand.rest_deg", bare, rest_angles(self.rest_deg), zero)
         start = joints.nearest("myohand.start_deg", bare, {**self.start_deg, **self.splint_deg}, rest)
-        if "F1_cmc_pronation" in self.splint_deg:
-            raise InputError("myohand.splint_deg.F1_cmc_pronation", "has no joint of its own in MyoHand",
+        if NO_JOINT in self.splint_deg:
+            raise InputError(f"myohand.splint_deg.{NO_JOINT}", "has no joint of its own in MyoHand",
                              "F1_cmc_flexion and F1_cmc_abduction, which it follows from")
         held = dict(zip(JOINTS, start, strict=True))
         add_splint(spec, {JOINTS[name][0]: float(held[name]) for name in self.splint_deg})

@@ -19,7 +19,9 @@ TENDONS_SHARE = 0.01
 """N m/rad, added to the springs of the fingers' MCP joints: what relaxed tendons of `hand` add to the joint's
 own .03, so that the total is as measured, .033 to .047 (PMC7775510). MyoHand's are slack at rest."""
 ALLOWANCE_DEG = 20.0
-"""Chosen: so far from what is asked for MyoHand may stand where its joints end, or the thumb has no joint."""
+"""Chosen: so far from what is asked for MyoHand may stand where its joints end."""
+NO_JOINT, NO_JOINT_WEIGHT, NO_JOINT_ALLOWANCE_DEG = "F1_cmc_pronation", 0.05, 45.0
+"""The freedom that follows from two others: these come first, and it may be further off (chosen)."""
 NEAR_BASE = 1e-3
 """Weight of the distance from other joints' places over that from the angles asked for (chosen)."""
 
@@ -70,6 +72,8 @@ class Joints:
             return base
         rows = np.array([self.tree.freedom(name) for name in wanted_deg])
         wanted = np.deg2rad(list(wanted_deg.values()))
+        led = np.array([name == NO_JOINT for name in wanted_deg])
+        weight = np.where(led, NO_JOINT_WEIGHT, 1.0)
         trial = mujoco.MjData(model)
 
         def angles(places: Array) -> Array:
@@ -79,12 +83,13 @@ class Joints:
 
         low, high = model.jnt_range[self.places].T
         found = least_squares(
-            lambda places: np.concatenate([angles(places) - wanted, NEAR_BASE * (places - base)]),
+            lambda places: np.concatenate([weight * (angles(places) - wanted), NEAR_BASE * (places - base)]),
             np.clip(base, low + 1e-6, high - 1e-6), bounds=(low, high), xtol=1e-12, ftol=1e-12)
         reached = np.rad2deg(angles(found.x))
-        off = np.abs(reached - np.rad2deg(wanted))
+        allowed = np.where(led, NO_JOINT_ALLOWANCE_DEG, ALLOWANCE_DEG)
+        off = np.abs(reached - np.rad2deg(wanted)) / allowed
         worst = int(np.argmax(off))
-        if not off[worst] <= ALLOWANCE_DEG:
+        if not off[worst] <= 1.0:
             name = tuple(wanted_deg)[worst]
             raise InputError(f"{where}.{name}", f"{wanted_deg[name]:g}",
                              f"what MyoHand's joints come near: {reached[worst]:.0f} deg")

@@ -22,11 +22,11 @@ LOWEST_DEG, HIGHEST_DEG = -25.0, 10.0
 """Of `deviation_r`, which is positive towards the radius: 25 ulnar and 10 radial, as wrists have more of the
 former (`fesloop.hand.ranges`: 35 and 20, typical). Beyond 25 ulnar the path of EDC3_r jumps by 2 mm."""
 ARMATURE = 2e-6
-"""kg m^2. Chosen: what 25 g of muscle add where a tendon's arm is 9 mm. Without any the lightest segments (the
-little finger's last has 1 g) leave their ranges by 30 deg under full force in steps of 1 ms."""
+"""kg m^2. Chosen: what 25 g of muscle add where a tendon's arm is 9 mm. Without any the last phalanges, of
+1 to 3 g, leave their ranges by 30 deg under full force in steps of 1 ms."""
 END_TIME_S = 0.002
-"""Back from beyond a range's end within this time, critically damped: chosen, as quick as steps of 1 ms allow,
-since MyoHand's muscles are viscous beside its light segments (with the 6 ms of `hand` it is 36 deg)."""
+"""Back from beyond a range's end within this time, critically damped: chosen, as quick as steps of 1 ms can
+be, since MyoHand's muscles are viscous beside its light segments (with the 6 ms of `hand`: 36 deg)."""
 FORCE, PASSIVE = 2, 7
 """Where MuJoCo keeps a muscle's peak force and the size of its passive force."""
 _SWEPT: tuple[tuple[str, ...], ...] = (("flexion_r",), ("deviation_r",), *(
