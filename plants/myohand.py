@@ -131,7 +131,7 @@ class MyoHand:
         set_skin(spec)
         add_segments(spec, found)
         bare = compiled(spec)
-        joints = Joints(bare, tree)
+        joints = Joints.of(bare, tree)
         zero = np.zeros(len(JOINTS))
         rest = joints.nearest("myohand.rest_deg", bare, rest_angles(self.rest_deg), zero)
         start = joints.nearest("myohand.start_deg", bare, {**self.start_deg, **self.splint_deg}, rest)

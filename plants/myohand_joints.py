@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -36,20 +38,29 @@ def rest_angles(rest_deg: dict[str, float]) -> dict[str, float]:
     return {**fingers, "F1_mcp_flexion": 15.0, "F1_ip_flexion": 20.0, **rest_deg}
 
 
+@dataclass(frozen=True, slots=True, eq=False)
 class Joints:
     """MyoHand's 22 joints in a model, and the hand's 23 freedoms as they turn them.
 
     Attributes
     ----------
-    places: of the joints among MuJoCo's hinges, (22,), in the order of `JOINTS`. segments: (17,), bodies.
+    tree: of the hand. places: of the joints among MuJoCo's hinges, (22,), in the order of `JOINTS`.
+    segments: (17,), bodies that stand as the tree's segments. parents: (17,), of these.
+    free: (17, 3), about which of three axes each joint has a freedom.
     """
 
-    def __init__(self, model: mujoco.MjModel, tree: SegmentTree) -> None:
-        self.tree = tree
-        self.places = np.array([model.joint(name).id for name, _ in JOINTS.values()])
-        self.segments = np.array([model.body(name).id for name in tree.names])
-        self.parents = np.ascontiguousarray(tree.layout[:, 0])
-        self.free = np.arange(3) < tree.layout[:, 1:2]
+    tree: SegmentTree
+    places: NDArray[np.int64]
+    segments: NDArray[np.int64]
+    parents: NDArray[np.int64]
+    free: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel, tree: SegmentTree) -> Joints:
+        """Those of a model that holds MyoHand."""
+        return cls(tree, np.array([model.joint(name).id for name, _ in JOINTS.values()]),
+                   np.array([model.body(name).id for name in tree.names]),
+                   np.ascontiguousarray(tree.layout[:, 0]), np.arange(3) < tree.layout[:, 1:2])
 
     def moved(self, state: mujoco.MjData) -> Array:
         """Angles, rates, accelerations of the freedoms, (3, 23), rad and s; MuJoCo's are those of now."""
@@ -81,10 +92,12 @@ class Joints:
             mujoco.mj_kinematics(model, trial)
             return np.asarray(self.moved(trial)[0, rows])
 
+        def misfit(places: Array) -> Array:
+            return np.concatenate([weight * (angles(places) - wanted), NEAR_BASE * (places - base)])
+
         low, high = model.jnt_range[self.places].T
-        found = least_squares(
-            lambda places: np.concatenate([weight * (angles(places) - wanted), NEAR_BASE * (places - base)]),
-            np.clip(base, low + 1e-6, high - 1e-6), bounds=(low, high), xtol=1e-12, ftol=1e-12)
+        found = least_squares(misfit, np.clip(base, low + 1e-6, high - 1e-6), bounds=(low, high), xtol=1e-12,
+                              ftol=1e-12)
         reached = np.rad2deg(angles(found.x))
         allowed = np.where(led, NO_JOINT_ALLOWANCE_DEG, ALLOWANCE_DEG)
         off = np.abs(reached - np.rad2deg(wanted)) / allowed

@@ -208,7 +208,8 @@ def grasping(step_ms):
     straight = {f"F{i}_{joint}_flexion": 0.0 for i in range(2, 6) for joint in ("mcp", "pip", "dip")}
     plant = MyoHand(
         forearm_orientation=(0.0, 0.0, 0.0, 1.0), step_ms=step_ms,
-        splint_deg={**SPLINT, "wrist_flexion": -20.0}, start_deg={**straight, "F1_cmc_flexion": 58.0, "F1_cmc_abduction": -15.0, "F1_mcp_flexion": 0.0,
+        splint_deg={**SPLINT, "wrist_flexion": -20.0},
+        start_deg={**straight, "F1_cmc_flexion": 58.0, "F1_cmc_abduction": -15.0, "F1_mcp_flexion": 0.0,
                    "F1_ip_flexion": 0.0},
         object=GraspObject(size_mm=(50.0, 120.0), mass_kg=0.2, position_m=place),
         table=Table(height_m=-0.0601, centre_m=place[:2], half_m=(0.04, 0.04), lowered_at_s=1.5))
