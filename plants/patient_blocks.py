@@ -29,7 +29,7 @@ LEAST_STRENGTH = 1e-4
 
 
 def hand(patient: Patient) -> dict[str, Any]:
-    """Parameters of `hand` and `myohand`."""
+    """Parameters of `hand`, and but for the hand's own measures of `myohand`."""
     strength, passive = patient.strength, patient.passive
     factors = tuple(
         max(strength.overall * strength.muscles.get(name, 1.0) * (1.0 - strength.denervated.get(name, 0.0)),
@@ -98,7 +98,10 @@ def table_of(patient: Patient, kind: str, own: Mapping[str, Any]) -> dict[str, A
     number of elements.
     """
     if kind in ("hand", "myohand"):
-        return _plain(hand(patient))
+        parameters = hand(patient)
+        if kind == "myohand":
+            del parameters["hand"]  # it has a size of its own
+        return _plain(parameters)
     if kind == "muscles":
         model = own.get("model")
         return _plain(muscles(patient, model if isinstance(model, str) else ""))

@@ -74,6 +74,31 @@ def test_more_rest_between_contractions_keeps_more_force():
     assert rested["able_bodied"] < rested["sci_acute"] < rested["sci_chronic"]
 
 
+def cycling_loss(condition, rest_s, minutes=6.0, extension_s=0.5):
+    """Mean of the last 20 extensions of the knee below that of the first 10, at 35 Hz."""
+    leg, peaks = Leg(condition), []
+    for _ in range(int(60.0 * minutes / (extension_s + rest_s))):
+        peaks.append(leg.go(1.0, extension_s, 35.0)[0])
+        leg.go(0.0, rest_s)
+    return 1.0 - np.mean(peaks[-20:]) / np.mean(peaks[:10])
+
+
+@pytest.mark.parametrize("rest_s", [0.5, 1.0])
+def test_six_minutes_of_knee_extension_cost_able_bodied_people_half_of_their_power(rest_s):
+    """Not calibrated, another frequency and duty cycle: mean power of eight able-bodied people fell from 14.6
+    to 7.4 W over 6 min, first 10 against last 20 extensions (Laubacher 2017, doi 10.1007/s00421-017-3675-0).
+    Assumed: an extension takes half a second, its return as long or twice that; 35 Hz as in later work.
+    """
+    assert cycling_loss("able_bodied", rest_s) == pytest.approx(1.0 - 7.4 / 14.6, abs=0.1)
+
+
+def test_chronic_injury_is_like_the_most_fatigable_of_four():
+    """Not calibrated: four people with complete injuries kept .35, .49, .82 and .77 of their power in the same
+    test (PMC6322281). Ours keeps no more than the lower two did; the other two, as if trained, it is not.
+    """
+    assert 0.3 < 1.0 - cycling_loss("sci_chronic", 1.0) < 0.5
+
+
 def test_endless_stimulation_leaves_the_floor_at_worst():
     leg = Leg("sci_chronic")
     _, fitness = leg.go(1.0, 3600.0, hertz=100.0)
@@ -90,12 +115,12 @@ def held(condition, seconds=30.0):
 
 def test_what_is_held_at_40_hz_fades_within_half_a_minute():
     """Not calibrated; printed beside the rest (pytest -s)."""
-    print("\ncondition      180, 50 %  180, 25 %  back in 1 min  2 min  5 min  held for 30 s")
+    print("\ncondition      180, 50 %  180, 25 %  back in 1 min  2 min  5 min  held for 30 s  6 min, 1/3")
     lost = []
     for name in MEASURED:
         back = [recovered(name, rest_s) for rest_s in (60.0, 120.0, 300.0)]
         lost.append(held(name))
         print(f"{name:14s} {-Leg(name).loss():9.0%} {-Leg(name).loss(rest_s=1.26):10.0%} {back[0]:14.0%} "
-              f"{back[1]:6.0%} {back[2]:6.0%} {-lost[-1]:14.0%}")
+              f"{back[1]:6.0%} {back[2]:6.0%} {-lost[-1]:14.0%} {-cycling_loss(name, 1.0):11.0%}")
     assert lost == sorted(lost)
     assert all(lost[i] > 0.3 for i in range(3))

@@ -136,6 +136,14 @@ def test_a_spastic_finger_that_is_turned_resists_by_flexors_alone():
     assert force @ arms == pytest.approx(0.2, rel=0.1)
 
 
+def test_another_hand_of_its_own_size_is_told_all_but_its_size():
+    patient = load("stroke_mild")
+    ours, theirs = (patient.parameters(kind, {}) for kind in ("hand", "myohand"))
+    assert ours.pop("hand")["hand_mm"] == patient.anthropometry.hand_mm
+    assert theirs == ours
+    assert patient.parameters("pid", {}) == {}
+
+
 def test_a_longer_forearm_carries_motor_points_and_arrays_further_down():
     short, long = (told(anthropometry={"forearm_mm": length}).electrodes() for length in (208.0, 312.0))
     for point, other in zip(short["motor_points"], long["motor_points"], strict=True):
