@@ -207,6 +207,12 @@ class Hand:
                 *sensed(data, slice(1, 18), self._sites, self._tips), self._stretch @ rates)
         return seen if self.object is None else (*seen, *object_pose(data))
 
+    def glance(self, state: HandState) -> dict[int, Value]:
+        """Outputs that need no evaluation, by port number: angles, rates, velocity of the fibres."""
+        hinges = self._hinges()
+        rates = state.data.qvel[hinges].copy()
+        return {0: state.data.qpos[hinges].copy(), 1: rates, 9: self._stretch @ rates}
+
     def _hinges(self) -> slice:
         """Where the hand's freedoms stand among MuJoCo's."""
         return slice(3, 26) if self.forearm_moves else slice(0, 23)

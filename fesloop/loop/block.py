@@ -93,7 +93,9 @@ class Plant(Protocol):
     then advanced from grid tick to grid tick only, one step a call. `feedthrough` says whether `read`
     depends on the inputs. Optional members: `observe(state, inputs, start_ns, times_ns)` (each output at
     later instants under held inputs, stacked along a first axis, state untouched: a faster way to what
-    advancing a copy would give), `next_trial(state, context)`, `close(state)`, `resolve(shapes)`.
+    advancing a copy would give), for fixed steps `glance(state)` (by port number, those of the outputs that
+    need none of the work that the others take: a wire that samples no other is spared `read`),
+    `next_trial(state, context)`, `close(state)`, `resolve(shapes)`.
     """
 
     @property

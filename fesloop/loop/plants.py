@@ -8,7 +8,7 @@ recorder wants to see in between is evaluated beside the trajectory, so observin
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -129,8 +129,8 @@ class GridStation:
     hand_over: has the recorder take what was seen.
     """
 
-    __slots__ = ("_advance", "_following", "_grid", "_inputs", "_next_step", "_read", "_record", "_shown",
-                 "hand_over", "name", "now", "plant", "state")
+    __slots__ = ("_advance", "_following", "_glance", "_grid", "_inputs", "_next_step", "_read", "_record",
+                 "_shown", "hand_over", "name", "now", "plant", "state")
 
     def __init__(self, name: str, plant: Plant, state: Any, inputs: PlantInputs, record: PlantRecord,
                  grid: RateClock) -> None:
@@ -139,6 +139,7 @@ class GridStation:
         self._inputs, self._record, self._grid = inputs, record, grid
         self.hand_over = record.hand_over
         self._advance, self._read = plant.advance, plant.read
+        self._glance = None if plant.feedthrough else getattr(plant, "glance", None)
         self._shown: tuple[Value, ...] | None = None
         self._start_steps()
 
@@ -149,6 +150,13 @@ class GridStation:
 
     def values_through(self, times_ns: Sequence[int]) -> Iterator[tuple[int, int, tuple[Value, ...]]]:
         """(instant, last grid tick by then, outputs of that tick), which are read once a tick."""
+        return self._through(times_ns, None)
+
+    def glances_through(self, times_ns: Sequence[int]) -> Iterator[tuple[int, int, Mapping[int, Value]]]:
+        """As `values_through`, by port number: those outputs alone that the plant gives at a glance."""
+        return self._through(times_ns, self._glance)
+
+    def _through(self, times_ns: Sequence[int], glance: Callable[[Any], Any] | None) -> Iterator[Any]:
         state, inputs, record, advance = self.state, self._inputs, self._record, self._advance
         values, queues, direct = inputs.values, inputs.queues, self.plant.feedthrough
         following = self._following
@@ -165,6 +173,9 @@ class GridStation:
                 self._shown = None
                 self.now = following
                 self._following = following = self._next_step()
+            if glance is not None:
+                yield instant, self.now, glance(state)
+                continue
             if direct:
                 self._latch_due()
             if direct or self._shown is None:
@@ -173,6 +184,10 @@ class GridStation:
 
     observed_at = values_through
     """Fixed steps are the same whoever looks."""
+
+    def glances(self, ports: Collection[int]) -> bool:
+        """Whether these outputs, by number, can be had at a glance."""
+        return self._glance is not None and self._glance(self.state).keys() >= set(ports)
 
     def read_now(self) -> tuple[Value, ...]:
         """Outputs at the last grid tick, read once unless they follow the inputs."""

@@ -7,12 +7,13 @@ made at its tick: the plant meets the same instants and the same inputs.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 from fesloop.errors import RunError
 from fesloop.loop.clock import FOREVER, NS_PER_MS, Clock, ticks_from
 from fesloop.loop.guard import check_shapes, finite_check
-from fesloop.loop.plants import PlantStation
+from fesloop.loop.plants import GridStation, PlantStation
 from fesloop.loop.wire import Link
 
 
@@ -32,7 +33,11 @@ class Sampler:
     def __init__(self, plant: PlantStation, clock: Clock, outgoing: Sequence[tuple[int, Link]],
                  observing: bool = False) -> None:
         self.plant, self._clock = plant, clock
-        self._values_at = plant.observed_at if observing else plant.values_through
+        self._values_at: Callable[[Sequence[int]], Iterator[tuple[int, int, Any]]] = plant.values_through
+        if isinstance(plant, GridStation) and plant.glances([port for port, _ in outgoing]):
+            self._values_at = plant.glances_through
+        elif observing:
+            self._values_at = plant.observed_at
         checks = [finite_check(port) for port in plant.plant.outputs]
         self.plain_links = [link for _, link in outgoing if link.plain]
         self._plain = tuple((port, checks[port], link.queue.append, link.latency_ns)

@@ -141,6 +141,19 @@ def test_copies_and_pickles_go_on_bit_for_bit_and_reading_changes_nothing(things
         assert state.data.ncon > 0
 
 
+@pytest.mark.parametrize("things", [{}, BALL, {"forearm_moves": True}], ids=["free", "grasp", "turned"])
+def test_a_glance_gives_what_reading_gives_and_evaluates_nothing(things):
+    plant, activation = Hand(**things), active(FDP2=0.05, FDS4=0.05)
+    state, _ = run(plant, activation, 0.05)
+    forearm = np.array([0.0, 0.6, 0.0, 0.8])
+    plant.advance(state, [activation, forearm], state.time_ns, state.time_ns + NS_PER_MS)
+    seen = plant.glance(state)
+    assert not state.evaluated
+    read = plant.read(state, [activation])
+    assert [plant.outputs[port].name for port in seen] == ["angles", "rates", "velocity"]
+    assert all(np.array_equal(values, read[port]) for port, values in seen.items())
+
+
 def test_a_step_is_that_of_mujoco_itself():
     plant, activation = Hand(**BALL), active(FDP2=0.05, FDS3=0.05, ECRL=0.1)
     state = plant.init(Context("hand"))
