@@ -94,7 +94,7 @@ def test_six_minutes_of_knee_extension_cost_able_bodied_people_half_of_their_pow
 
 def test_chronic_injury_is_like_the_most_fatigable_of_four():
     """Not calibrated: four people with complete injuries kept .35, .49, .82 and .77 of their power in the
-    same test (PMC6322281). Ours keeps no more than the lower two did; the other two, as if trained, it is not.
+    same test (PMC6322281). Ours keeps no more than the lower two; it is not like the others.
     """
     assert 0.3 < 1.0 - cycling_loss("sci_chronic", 1.0) < 0.5
 
