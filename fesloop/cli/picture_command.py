@@ -7,7 +7,6 @@ from argparse import Namespace
 from pathlib import Path
 
 from fesloop.cli.output import print_json, progress_bar
-from fesloop.errors import InputError
 from fesloop.experiment.reading import Recording
 
 
@@ -15,14 +14,8 @@ def execute(args: Namespace) -> int:
     """Draw a recording, say what could not be drawn, and print the files."""
     from fesloop.picture.draw import draw
 
-    folder = Path(args.out)
     with progress_bar(f"picture {args.recording}") as bar, Recording(args.recording) as recording:
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            drawn = draw(recording, folder, args.at, args.trial, bar)
-        except OSError as fault:
-            raise InputError(f"--out {folder}", f"cannot be written: {fault.strerror}",
-                             "a folder that can be written") from None
+        drawn = draw(recording, Path(args.out), args.at, args.trial, bar)
     for note in drawn.notes:
         print(f"fesloop: {note}", file=sys.stderr)
     if args.json:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,8 +58,7 @@ def draw(
     Raises
     ------
     InputError: for a recording with neither hand nor arrays, a trial or an instant that is not in it, and
-        where matplotlib is not installed.
-    OSError: when a file cannot be written.
+        where matplotlib is not installed or a file cannot be written.
     """
     _require_matplotlib()
     cast = cast_of(recording)
@@ -69,9 +69,10 @@ def draw(
         raise InputError(f"--trial {trial}", "is not in the recording", f"0 to {recording.trials - 1}")
     span = _recorded(recording, cast, trial)
     drawn = Drawn()
+    _write(folder, lambda: folder.mkdir(parents=True, exist_ok=True))
     at_ns = _instants(recording, cast, trial, span, at_s, drawn)
     drawn.instants_s = [float(now) / NS_PER_S for now in at_ns]
-    title = _title(recording, trial)
+    title = _title(recording, cast, trial)
     stem = recording.path.stem if recording.trials == 1 else f"{recording.path.stem}_trial{trial}"
     figures: list[tuple[str, Figure]] = []
     figure = _hand(recording, cast, trial, at_ns, title, drawn)
@@ -83,11 +84,19 @@ def draw(
     figures.append(("courses", courses))
     for number, (name, each) in enumerate(figures):
         path = folder / f"{stem}_{name}.png"
-        each.savefig(path)
+        _write(folder, partial(each.savefig, path))
         drawn.pictures.append(path)
         progress(0.7 + 0.3 * (number + 1) / len(figures))
     drawn.notes = list(dict.fromkeys(drawn.notes))
     return drawn
+
+
+def _write(folder: Path, act: Callable[[], Any]) -> None:
+    try:
+        act()
+    except OSError as fault:
+        raise InputError(f"--out {folder}", f"cannot be written: {fault.strerror}",
+                         "a folder that can be written") from None
 
 
 def _require_matplotlib() -> None:
@@ -98,8 +107,11 @@ def _require_matplotlib() -> None:
                          "pip install matplotlib") from None
 
 
-def _title(recording: Recording, trial: int) -> str:
+def _title(recording: Recording, cast: Cast, trial: int) -> str:
     parts = [recording.name, *([f"trial {trial}"] if recording.trials > 1 else []), f"seed {recording.seed}"]
+    if cast.hand is not None:
+        size = cast.hand.hand_size
+        parts.append(f"{size.side} hand of {size.hand_mm:.0f} mm")
     return ", ".join(parts) + ("" if recording.status == "done" else f" (run {recording.status})")
 
 

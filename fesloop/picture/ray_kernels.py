@@ -41,10 +41,13 @@ _SOFTNESS = 14.0
 
 @numba.njit(cache=True)
 def march(
-    start: Vector, along: Vector, begin: float, length: float, room: float, bars: Array, groups: Numbers,
-    blends: Array, solids: Array, near: Numbers, count: int,
+    start: Vector, along: Vector, begin: float, length: float, room: float, keep: float, bars: Array,
+    groups: Numbers, blends: Array, solids: Array, near: Numbers, count: int,
 ) -> tuple[float, int]:
-    """How far a ray gets from `begin` on until a surface is within `room`, and which; -1 for none."""
+    """How far a ray gets from `begin` on until a surface is within `room`, and which; -1 for none.
+
+    It comes no nearer to a surface than `keep`, which is less than `room`.
+    """
     if not count and not solids.size:
         return length, -1
     far = begin
@@ -52,7 +55,7 @@ def march(
         gap, surface = nearest(moved(start, along, far), bars, groups, blends, solids, near, count)
         if gap < room:
             return far, surface
-        far += CAUTION * gap
+        far += CAUTION * (gap - keep)
         if far > length:
             break
     return length, -1
@@ -138,7 +141,8 @@ def trace_pixel(
     about: Numbers, pixel: Array, surfaces: Numbers,
 ) -> None:
     """Fill one pixel, see `trace`; its light is that of a neighbour of the same surface and depth, if any."""
-    far, surface = march(start, way, begin, length, NEAR_ENOUGH_M, bars, groups, blends, solids, near, count)
+    far, surface = march(start, way, begin, length, NEAR_ENOUGH_M, 0.0, bars, groups, blends, solids, near,
+                         count)
     pixel[0], surfaces[0] = far, surface
     if surface < 0:
         return
@@ -176,13 +180,14 @@ def trace(
     way, lamp = (along[0], along[1], along[2]), (light[0], light[1], light[2])
     corner, across = (origin[0], origin[1], origin[2]), (right[0], right[1], right[2])
     below = (down[0], down[1], down[2])
-    wide = 0.75 * _TILE * math.sqrt((right * right).sum())
+    wide = 0.9 * _TILE * math.sqrt((right * right).sum())
     seen[:, :, 0], surfaces[:, :, :] = length, -1
     for top in range(0, seen.shape[0], _TILE):
         for left in range(0, seen.shape[1], _TILE):
             middle = moved(moved(corner, across, left + 0.5 * _TILE - 0.5), below, top + 0.5 * _TILE - 0.5)
             count = find_near(middle, way, bounds, 0.002 + blends.max() + wide, False, near)
-            begin, met = march(middle, way, 0.0, length, wide, bars, groups, blends, solids, near, count)
+            begin, met = march(middle, way, 0.0, length, wide, 0.8 * wide, bars, groups, blends, solids, near,
+                               count)
             if met < 0:
                 continue
             for row in range(top, min(top + _TILE, seen.shape[0])):

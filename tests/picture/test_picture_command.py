@@ -1,0 +1,108 @@
+"""`fesloop picture` as a user meets it: files, exit codes, one line a mistake; some 20 s."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import pytest
+from matplotlib.image import imread
+
+from fesloop.cli import main
+from fesloop.experiment.parse import load
+from fesloop.experiment.trial import run as run_experiment
+
+SMALL = str(Path(__file__).resolve().parent.parent / "experiment" / "small.toml")
+
+
+def draw(capsys, *arguments):
+    """(exit code, standard output, lines of standard error)."""
+    code = main(["picture", *map(str, arguments)])
+    captured = capsys.readouterr()
+    assert "Traceback" not in captured.err
+    return code, captured.out, captured.err.splitlines()
+
+
+def test_pictures_are_drawn_without_a_display(grasp, tmp_path):
+    environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "MPLBACKEND")}
+    command = [sys.executable, "-m", "fesloop", "picture", grasp, "--at", "0.1", "0.45", "--out", tmp_path]
+    done = subprocess.run([*command, "--json"], env=environment, capture_output=True, text=True, check=False)
+    told = json.loads(done.stdout)
+    assert done.returncode == 0
+    assert told["instants_s"] == [0.1, 0.45]
+    assert told["notes"] == []
+    names = [Path(path).name.removeprefix(f"{grasp.stem}_") for path in told["pictures"]]
+    assert names == ["hand.png", "arrays_0.100s.png", "arrays_0.450s.png", "courses.png"]
+    for path in told["pictures"]:
+        picture = imread(path)
+        assert Path(path).stat().st_size > 20_000
+        assert min(picture.shape[:2]) > 300
+        # Not all of it white.
+        assert (picture[..., :3].min(axis=-1) < 0.9).mean() > 0.02
+
+
+def test_without_instants_those_that_differ_most_are_drawn_and_said(capsys, recorded, tmp_path):
+    path = recorded(
+        'record.leave_out=["tracker.angles", "hand.object_position", "stimulator.element_charge"]')
+    code, out, err = draw(capsys, path, "--out", tmp_path)
+    assert code == 0
+    assert err[-1].startswith("instants, s: 0, ")
+    assert err[-1].endswith("(postures differ most)")
+    assert any("object is not drawn: hand.object_position" in line for line in err)
+    assert {Path(line) for line in out.splitlines()} == set(tmp_path.iterdir())
+
+
+def test_a_run_that_was_killed_is_drawn_up_to_its_end(capsys, grasp, tmp_path):
+    path = tmp_path / "killed.h5"
+    path.write_bytes(grasp.read_bytes())
+    with h5py.File(path, "r+") as file:
+        del file["status"]
+        file["status"] = b"running"
+        for name in ("plants/hand", "plants/muscles"):
+            file[name].resize(21, axis=0)
+    code, out, _ = draw(capsys, path, "--at", "0.2", "--out", tmp_path, "--json")
+    assert code == 0
+    assert len(json.loads(out)["pictures"]) == 3
+
+
+@pytest.mark.parametrize(("arguments", "said"), [
+    (("--at", "7"), "--at 7"), (("--at", "-1"), "--at -1"), (("--trial", "3"), "--trial 3"),
+    (("--trial", "-1"), "--trial -1")])
+def test_what_is_not_in_the_recording_is_one_line(capsys, grasp, tmp_path, arguments, said):
+    code, out, err = draw(capsys, grasp, *arguments, "--out", tmp_path)
+    assert (code, out, len(err)) == (2, "", 1)
+    assert said in err[0]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_recording_without_a_hand_is_one_line(capsys, tmp_path):
+    recording = run_experiment(load(SMALL), tmp_path / "runs").recording
+    code, out, err = draw(capsys, recording, "--out", tmp_path / "pictures")
+    assert (code, out, len(err)) == (2, "", 1)
+    assert "neither a hand nor electrode arrays" in err[0]
+    assert not (tmp_path / "pictures").exists()
+
+
+@pytest.mark.parametrize("content", [None, b"no HDF5"])
+def test_what_is_no_recording_is_one_line(capsys, tmp_path, content):
+    path = tmp_path / "run.h5"
+    if content is not None:
+        path.write_bytes(content)
+    code, _, err = draw(capsys, path, "--out", tmp_path / "pictures")
+    assert (code, len(err)) == (2, 1)
+
+
+def test_a_folder_that_cannot_be_made_is_one_line(capsys, grasp, tmp_path):
+    (tmp_path / "taken").write_text("")
+    code, _, err = draw(capsys, grasp, "--out", tmp_path / "taken")
+    assert (code, len(err)) == (2, 1)
+    assert "--out" in err[0]
+
+
+def test_the_command_line_starts_without_matplotlib():
+    done = subprocess.run([sys.executable, "-c", "import sys, fesloop.cli.picture_command; "
+                           "print('matplotlib' in sys.modules, 'numba' in sys.modules)"],
+                          capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "False"]

@@ -1,0 +1,105 @@
+"""Postures out of a recording, against where MuJoCo had the sensors and the tips."""
+
+import numpy as np
+import pytest
+
+from fesloop.experiment.reading import Recording
+from fesloop.hand import quaternion
+from fesloop.hand.skeleton import dorsal_points
+from fesloop.picture.cast import cast_of
+from fesloop.picture.held import curve, values_at
+from fesloop.picture.posture import estimated_posture, true_posture
+from fesloop.picture.scene import half_sizes, solids_of
+
+AT = np.array([0, 123_456_789, 400_000_000])
+
+
+def sites(posture):
+    """Where the sensors are on the hand in a posture, (t, 17, 3)."""
+    poses = posture.poses
+    return poses.position + quaternion.rotate(poses.orientation, dorsal_points(posture.size))
+
+
+def test_blocks_are_found_by_what_they_have_and_by_their_wires(grasp):
+    with Recording(grasp) as recording:
+        cast = cast_of(recording)
+    names = [player.name for player in (cast.hand, cast.electrodes, cast.stimulator)]
+    assert names == ["hand", "electrodes", "stimulator"]
+    assert [tracker.name for tracker in cast.trackers] == ["tracker"]
+    assert (cast.muscles, cast.stimulation, cast.multiplexing) == ("muscles", "programme.stimulation", "")
+    assert (cast.hand.hand_size.side, cast.hand.hand_size.hand_mm) == ("left", 180.0)
+
+
+def test_the_true_hand_is_where_mujoco_had_it(grasp):
+    with Recording(grasp) as recording:
+        hand = cast_of(recording).hand
+        posture = true_posture(recording, hand, 0, AT)
+        expected = values_at(recording, "hand.site_position", 0, AT)
+        tips = values_at(recording, "hand.fingertips", 0, AT)
+    np.testing.assert_allclose(sites(posture), expected, atol=1e-9)
+    wrist, turn = posture.poses.position[:, :1], posture.poses.orientation[:, :1]
+    np.testing.assert_allclose(quaternion.rotate(quaternion.conjugate(turn), posture.poses.position - wrist)[
+        :, [4, 7, 10, 13, 16]], tips, atol=1e-9)
+
+
+@pytest.mark.parametrize("left_out", [
+    ["hand.site_orientation", "hand.site_position"], ["hand.angles"], ["hand.site_position"]])
+def test_what_is_left_of_a_recording_is_enough(recorded, grasp, left_out):
+    with Recording(grasp) as recording:
+        whole = true_posture(recording, cast_of(recording).hand, 0, AT)
+    names = ", ".join(f'"{name}"' for name in left_out)
+    with Recording(recorded(f"record.leave_out=[{names}]")) as recording:
+        less = true_posture(recording, cast_of(recording).hand, 0, AT)
+    np.testing.assert_allclose(less.poses.position, whole.poses.position, atol=1e-6)
+
+
+def test_a_tracker_that_does_not_see_the_wrist_is_laid_onto_the_true_palm(grasp):
+    with Recording(grasp) as recording:
+        cast = cast_of(recording)
+        truth = true_posture(recording, cast.hand, 0, AT)
+        found, laid_at = estimated_posture(recording, cast.trackers[0], 0, AT, truth)
+    assert laid_at == "hand"
+    np.testing.assert_allclose(found.poses.position[:, 1], truth.poses.position[:, 1], atol=1e-12)
+    turned = quaternion.relative(found.poses.orientation[:, 1], truth.poses.orientation[:, 1])
+    assert quaternion.rotation_angle(turned).max() < 1e-6
+    lengths = [np.linalg.norm(each.poses.position[:, 6] - each.poses.position[:, 5], axis=-1)
+               for each in (found, truth)]
+    np.testing.assert_allclose(*lengths)
+
+
+def test_object_and_table_stand_where_they_were_put_and_sink_when_told(grasp):
+    with Recording(grasp) as recording:
+        scenes, notes = solids_of(recording, cast_of(recording).hand, 0, AT)
+    assert notes == []
+    thing, top = scenes[0]
+    np.testing.assert_allclose(thing.position, [0.15, 0.2, 0.0], atol=1e-3)
+    np.testing.assert_allclose(thing.half, [0.025, 0.06, 0.0])
+    assert top.position[2] + top.half[2] == pytest.approx(-0.0601)
+    # From .1 s on the table sinks .1 m/s.
+    assert scenes[2][1].position[2] == pytest.approx(top.position[2] - 0.03)
+
+
+def test_an_objects_half_sizes():
+    np.testing.assert_allclose(half_sizes("card", (50.0, 80.0, 1.0)), [0.025, 0.04, 0.0005])
+    np.testing.assert_allclose(half_sizes("ball", (50.0,)), [0.025, 0.0, 0.0])
+
+
+def test_a_signal_is_held_until_the_next_value(grasp):
+    with Recording(grasp) as recording:
+        signal = recording.signal("hand.angles")
+        at = np.array([-5, 10_000_000, 19_999_999, 20_000_000, 10**12])
+        held = values_at(recording, "hand.angles", 0, at)
+    np.testing.assert_array_equal(held, signal.values[[0, 1, 1, 2, -1]])
+
+
+def test_a_thinned_curve_loses_no_peak(grasp, monkeypatch):
+    monkeypatch.setattr("fesloop.picture.held._POINTS", 7)
+    monkeypatch.setattr("fesloop.picture.held._ROWS_A_READ", 16)
+    with Recording(grasp) as recording:
+        signal = recording.signal("hand.rates")
+        seconds, values = curve(recording, "hand.rates", 0, 400_000_000)
+    shown = signal.values[signal.times_ns <= 400_000_000]
+    assert len(seconds) == len(values) < len(shown)
+    assert (np.diff(seconds) >= 0.0).all()
+    np.testing.assert_array_equal(values.max(axis=0), shown.max(axis=0))
+    np.testing.assert_array_equal(values.min(axis=0), shown.min(axis=0))
