@@ -28,9 +28,9 @@ NEARLY_NONE = 1e-12
 """MuJoCo takes no passive force of 0."""
 SPLINT_TIME_S = 0.01
 """Time constant with which a splinted joint returns, critically damped (chosen)."""
-SPLINT_SOLIMP = [0.95, 0.99, 0.01, 0.5, 2.0]
-"""Of a splint, so hard that it gives by some degrees at most under the muscles' full force (chosen: a finger
-is so light that MuJoCo's default lets it go)."""
+SPLINT_SOLIMP = [0.999, 0.9999, 0.001, 0.5, 2.0]
+"""Of a splint on a digit, so hard that it gives by a degree or two at most under the muscles' full force
+(chosen: a finger is so light that MuJoCo's default, which does for the wrist, lets it go)."""
 MEMORY = 4 << 20
 """Bytes for constraints and scratch: enough for some hundred contacts, little enough to copy."""
 
@@ -136,7 +136,9 @@ def add_splint(spec: mujoco.MjSpec, held: dict[str, float]) -> None:
         lock = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT,
                                  name1=freedom)
         lock.data[:5] = [angle, 0.0, 0.0, 0.0, 0.0]
-        lock.solref, lock.solimp = [SPLINT_TIME_S, 1.0], SPLINT_SOLIMP
+        lock.solref = [SPLINT_TIME_S, 1.0]
+        if not freedom.startswith("wrist"):
+            lock.solimp = SPLINT_SOLIMP
 
 
 def nominal_passive(tree: SegmentTree, contracture: float) -> tuple[Array, Array]:

@@ -24,7 +24,8 @@ _GEOMS = {"cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER, "block": mujoco.mjtGeom.mj
 TORSIONAL_M, ROLLING_M = 0.005, 0.0001
 """Friction against twisting and rolling over that against sliding, m: chosen, a fingertip's patch of contact
 is some 5 mm wide; MuJoCo's default for rolling."""
-
+HARD_SOLREF = [0.005, 1.0]
+"""Of object and table: back from each other within 5 ms, critically damped (chosen: five steps of 1 ms)."""
 OVERLAP_M = 0.001
 """Chosen: object, skin and table may be pressed this far into each other at the start."""
 
@@ -115,11 +116,17 @@ def add_object(spec: mujoco.MjSpec, thing: GraspObject) -> None:
 
 
 def add_table(spec: mujoco.MjSpec, table: Table) -> None:
-    """Add the table, moved by `mocap_pos` alone."""
+    """Add the table, moved by `mocap_pos` alone, behind the object, if there is one."""
     body = spec.worldbody.add_body(name="table", mocap=True, pos=[*table.centre_m, table.height_m - 0.005])
     body.add_geom(name="table", type=mujoco.mjtGeom.mjGEOM_BOX, size=[*table.half_m, 0.005],
                   friction=[table.friction, TORSIONAL_M * table.friction, ROLLING_M], contype=TABLE,
                   conaffinity=TOUCHES[TABLE])
+    thing = spec.geom("object")
+    if thing is not None:
+        # Between the two there is no skin.
+        slide, twist, roll = thing.friction
+        spec.add_pair(geomname1="object", geomname2="table", condim=4, solref=HARD_SOLREF,
+                      friction=[slide, slide, twist, roll, roll])
 
 
 def require_apart(model: mujoco.MjModel, data: mujoco.MjData) -> None:
