@@ -80,9 +80,13 @@ def sensed(data: mujoco.MjData, segments: slice | NDArray[np.int64], sites: NDAr
     `segments`: bodies that stand as the segments do; the forearm is body 1.
     """
     felt = data.sensordata
+    force = felt[51:102].reshape(17, 3).copy()
+    if data.model.body_dofnum[1] == 0:
+        # Accelerometers of bodies that cannot move read 0 up to MuJoCo 3.
+        force[0] = -data.model.opt.gravity @ data.xmat[1].reshape(3, 3)
     return ((data.site_xpos[tips] - data.xpos[1]) @ data.xmat[1].reshape(3, 3),
             data.xquat[segments].copy(), data.site_xpos[sites], felt[:51].reshape(17, 3).copy(),
-            felt[51:102].reshape(17, 3).copy(), felt[102:107].copy())
+            force, felt[102:107].copy())
 
 
 def object_pose(data: mujoco.MjData) -> tuple[Array, Array]:
