@@ -1,0 +1,85 @@
+"""The whole chain in a loop: programme, safety, stimulator, electrodes, muscles, hand; about 10 s."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fesloop.experiment.parse import from_document, read
+from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.record import Recorder
+from fesloop.loop.run import Loop
+
+CHAIN = Path(__file__).with_name("chain.toml")
+WALL = {"shape": "block", "size_mm": [12, 30, 65], "mass_kg": 100, "friction": 2.0,
+        "position_m": [0.0, 0.107, -0.0875]}
+
+
+def looped(blocks=None, plant_rate="100", seed=1):
+    """A loop of the chain, its blocks changed, and its recorder."""
+    _, document = read(CHAIN)
+    document["experiment"]["seed"] = seed
+    document["blocks"].update(blocks or {})
+    recorder = Recorder(plant_rate)
+    return Loop(from_document(document).wiring, recorder=recorder), recorder
+
+
+def column(recorder, node, port):
+    """All values of a plant's output."""
+    return np.concatenate([row[2][port] for row in recorder.plants[node]])
+
+
+def pressing_n(width_us, frequency_hz):
+    """Force, N, with which the middle finger presses against a wall after a second of 20 mA at FDS3."""
+    loop, recorder = looped({
+        "programme": {"kind": "programme", "rate": "40", "times_s": [0.0], "current_ma": [[20.0]],
+                      "width_us": [[width_us]]},
+        "safety": {"kind": "safety", "rate": "40", "charge_rise_uc": 100.0},
+        "stimulator": {"kind": "stimulator", "electrodes": [{"elements": [43, 44]}],
+                       "frequency_hz": frequency_hz},
+        "electrodes": {"kind": "electrodes", "clock": "stimulator"},
+        "muscles": {"kind": "muscles"},
+        "hand": {"kind": "hand", "splint_deg": {"wrist_flexion": 0.0, "wrist_abduction": 0.0},
+                 "table": {"height_m": -0.12}, "object": WALL}})
+    loop.run_until(1200 * NS_PER_MS)
+    forces = column(recorder, "hand", 8)[-20:].mean(axis=0)
+    assert not np.delete(forces, 2).any()
+    return float(forces[2])
+
+
+@pytest.mark.parametrize(("varied", "values"), [
+    ("width_us", (50, 100, 150, 200, 300, 400, 500)),
+    ("frequency_hz", ("20", "25", "30", "40", "50"))])
+def test_force_rises_with_pulse_width_and_frequency_and_saturates(varied, values):
+    usual = {"width_us": 300.0, "frequency_hz": "40"}
+    forces = np.array([pressing_n(**{**usual, varied: value}) for value in values])
+    rise = np.diff(forces) / np.diff(np.array(values, dtype=float))
+    assert (rise >= 0.0).all()
+    assert forces[-1] > 0.3
+    if varied == "width_us":
+        assert forces[0] == 0.0
+    steepest = int(np.argmax(rise))
+    assert (np.diff(rise[steepest:]) < 0.0).all()
+    assert rise[-1] < 0.5 * rise[steepest]
+
+
+def test_the_same_seed_gives_the_same_bits_whoever_looks_and_from_a_snapshot():
+    """With tremor and reflex, an object, and the fibres' velocities fed back."""
+    ends = []
+    for plant_rate in ("100", "1000"):
+        loop, recorder = looped(plant_rate=plant_rate)
+        loop.run_until(300 * NS_PER_MS)
+        snapshot = loop.snapshot()
+        loop.run_until(600 * NS_PER_MS)
+        ends.append((column(recorder, "hand", 0)[-1], column(recorder, "muscles", 0)[-1]))
+    again, recorder = looped()
+    again.restore(snapshot)
+    again.run_until(600 * NS_PER_MS)
+    ends.append((column(recorder, "hand", 0)[-1], column(recorder, "muscles", 0)[-1]))
+    other, recorder = looped(seed=2)
+    other.run_until(600 * NS_PER_MS)
+    for angles, activation in ends[1:]:
+        np.testing.assert_array_equal(angles, ends[0][0])
+        np.testing.assert_array_equal(activation, ends[0][1])
+    assert ends[0][1].max() > 0.1
+    assert np.abs(column(recorder, "hand", 0)[-1] - ends[0][0]).max() > 1e-3
