@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from plants.checks import require_not_negative, require_positive
+from plants.checks import require_not_negative
+from plants.muscle_models.fitness import MuscleFatigue
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fatigue:
-    """mu' = (floor - mu) w / fatigue_s + (1 - mu) (1 - w) / recovery_s, with w = v (1 - b + b (f / 100)^2).
+    """Riener and Veltink's fitness equation (`MuscleFatigue`) at one stimulation frequency.
 
-    Riener and Veltink's fitness equation with the recruited fraction v in place of activation: over a
-    held v it is linear in mu and solved in closed form.
+    The recruited fraction stands for activation.
 
     Attributes
     ----------
@@ -35,20 +35,18 @@ class Fatigue:
     frequency_weight: float = 0.6
     frequency_hz: float = 40.0
     rest_between_trials_s: float = 10.0
+    _equation: MuscleFatigue = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        require_positive("fatigue", self, "fatigue_s", "recovery_s")
         require_not_negative("fatigue", self, "rest_between_trials_s")
-        for key, highest in (("floor", 1.0), ("frequency_weight", 1.0), ("frequency_hz", 100.0)):
-            value = getattr(self, key)
-            if not 0.0 <= value <= highest:
-                raise InputError(f"fatigue.{key}", f"{value}", f"from 0 to {highest:g}")
+        if not 0.0 <= self.frequency_hz <= 100.0:
+            raise InputError("fatigue.frequency_hz", f"{self.frequency_hz}", "from 0 to 100")
+        object.__setattr__(self, "_equation", MuscleFatigue(
+            floor=self.floor, fatigue_s=self.fatigue_s, recovery_s=self.recovery_s,
+            frequency_weight=self.frequency_weight))
 
     def after(self, fitness: Array, recruited: Array, duration_s: float) -> Array:
         """Fitness (muscles,) after `duration_s` under the held recruited fractions (muscles,)."""
-        weight = self.frequency_weight
-        effort = np.clip(recruited, 0.0, 1.0) * (1.0 - weight + weight * (self.frequency_hz / 100.0) ** 2)
-        wear, repair = effort / self.fatigue_s, (1.0 - effort) / self.recovery_s
-        settled = (self.floor * wear + repair) / (wear + repair)
-        change: Array = (fitness - settled) * np.exp(-(wear + repair) * duration_s)
-        return settled + change
+        frequency = np.full(recruited.shape, self.frequency_hz)
+        effort = self._equation.effort(np.clip(recruited, 0.0, 1.0), frequency)
+        return self._equation.after(fitness, effort, duration_s)
