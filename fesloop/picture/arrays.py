@@ -62,7 +62,7 @@ def arrays_figure(
     draw_elements(skin, places, charge, highest)
     draw_motor_points(skin, points, places, muscles["recruitment"])
     _channel_key(figure, shares, commands)
-    if charge is not None:
+    if charge is not None and highest > 0.0:
         _colour_bar(figure, highest)
     draw_muscles(bars, muscles)
     return figure

@@ -43,6 +43,7 @@ class Cast:
     muscles: name of the block that puts out `activation`; empty where none does.
     stimulation: signal that commands the stimulator, else any of that port's name; empty where none is.
     multiplexing: signal that switches the stimulator's channels; empty where none is.
+    rotation: signal that tells the electrodes of forearm rotation; empty where none does.
     """
 
     hand: Player | None
@@ -52,6 +53,7 @@ class Cast:
     muscles: str
     stimulation: str
     multiplexing: str
+    rotation: str
 
 
 def cast_of(recording: Recording) -> Cast:
@@ -81,7 +83,7 @@ def cast_of(recording: Recording) -> Cast:
                 tuple(found for name in trackers if (found := player(name)) is not None),
                 player(electrodes), player(stimulator), muscles[0] if muscles else "",
                 stimulation if stimulation in signals else next(iter(every), ""),
-                _source(recording, f"{stimulator}.multiplexing"))
+                _source(recording, f"{stimulator}.multiplexing"), _source(recording, f"{electrodes}.posture"))
 
 
 def _has_hand(kind: type[Any]) -> bool:

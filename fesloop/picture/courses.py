@@ -159,14 +159,18 @@ def _joints(recording: Recording, cast: Cast, trial: int, until_ns: int) -> tupl
     seconds, values = curve(recording, name, trial, until_ns)
     if not len(seconds):
         return [], []
-    estimate = curve(recording, f"{cast.trackers[0].name}.angles", trial, until_ns) if cast.trackers else None
-    return [partial(_digit, part, hand_tree(cast.hand.hand_size).freedoms, (seconds, values), estimate)
-            for part in _ABOUT], []
+    estimate, thin = None, ""
+    if cast.trackers:
+        tracker = cast.trackers[0].name
+        estimate, thin = curve(recording, f"{tracker}.angles", trial, until_ns), f"; thin lines: {tracker}"
+    freedoms = hand_tree(cast.hand.hand_size).freedoms
+    return [partial(_digit, part, f"{about}{thin if part == 'wrist' else ''}", freedoms, (seconds, values),
+                    estimate) for part, about in _ABOUT.items()], []
 
 
 def _digit(
-    part: str, freedoms: tuple[str, ...], truth: tuple[Array, Array], estimate: tuple[Array, Array] | None,
-    axes: Axes,
+    part: str, title: str, freedoms: tuple[str, ...], truth: tuple[Array, Array],
+    estimate: tuple[Array, Array] | None, axes: Axes,
 ) -> None:
     """Flexion and abduction of a digit's joints, each in its colour, the tracker's thin and dashed."""
     for i, freedom in enumerate(freedoms):
@@ -181,8 +185,7 @@ def _digit(
         if estimate is not None and estimate[1].shape[1:] == truth[1].shape[1:]:
             axes.plot(estimate[0], np.degrees(estimate[1][:, i]), style, color=colour, linewidth=0.7,
                       alpha=0.45)
-    thin = "; thin: the tracker" if estimate is not None else ""
-    tidy(axes, y="deg", title=f"{_ABOUT[part]}{thin}" if part == "wrist" else _ABOUT[part])
+    tidy(axes, y="deg", title=title)
     mine = np.array([freedom.startswith(part) for freedom in freedoms])
     axes.set_ylim(*_limits(truth[1][:, mine], estimate[1][:, mine] if estimate is not None else None))
     _key(axes, 5)

@@ -165,6 +165,9 @@ def _hand(
         return None
     drawn.notes += [f"the hand at {now / NS_PER_S:g} s is not drawn: its posture is not finite"
                     for now, fine in zip(at_ns, truth.finite, strict=True) if not fine]
+    name = f"{cast.hand.name}.site_orientation"
+    if name not in recording.signals and getattr(cast.hand.part, "forearm_moves", True):
+        drawn.notes.append(f"the forearm is drawn as it was at the start: {name} is not recorded")
     solids, notes = solids_of(recording, cast.hand, trial, at_ns)
     drawn.notes += notes
     return hand_figure(truth, at_ns, solids, _estimate(recording, cast, trial, at_ns, truth, drawn), title)
@@ -191,6 +194,8 @@ def _arrays(
     if cast.electrodes is None:
         drawn.notes.append("the arrays are not drawn: the recording has no electrodes")
         return []
+    if cast.rotation:
+        drawn.notes.append(f"motor points are drawn as in a neutral forearm: {cast.rotation} turns them")
     stimulation, notes = stimulation_at(recording, cast, trial, at_ns)
     drawn.notes += notes
     signals = {"recruitment": f"{cast.electrodes.name}.recruitment",

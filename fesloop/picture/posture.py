@@ -49,23 +49,27 @@ class Posture:
 
 
 def true_posture(recording: Recording, hand: Player, trial: int, at_ns: Instants) -> Posture | None:
-    """From `angles` and the forearm's site, or from all sites; None where neither is recorded."""
+    """From the sites' orientations, or from `angles`; None where neither is recorded.
+
+    Orientations are what a hand has; angles leave out how one person's axes are tilted. Lengths are those of
+    the hand's measures.
+    """
     size = hand.hand_size
     tree = hand_tree(size)
     angles, orientation, position = (
         values_at(recording, name, trial, at_ns) if name in recording.signals else None
         for name in (f"{hand.name}.{port}" for port in ("angles", "site_orientation", "site_position")))
-    if orientation is None:
-        given = getattr(hand.part, "forearm_orientation", ()) or _PALM_DOWN[size.side]
-        forearm = np.broadcast_to(np.array(given), (len(at_ns), 4))
-    else:
-        forearm = orientation[:, 0]
-    wrist = np.zeros((len(at_ns), 3))
-    if position is not None:
-        wrist = position[:, 0] - quaternion.rotate(forearm, dorsal_points(size)[0])
-    if angles is not None:
-        return Posture(size, segment_poses(tree, angles, Poses(forearm, wrist)))
-    return None if orientation is None else Posture(size, placed(tree, orientation, wrist))
+    if orientation is not None:
+        wrist = np.zeros((len(at_ns), 3))
+        if position is not None:
+            wrist = position[:, 0] - quaternion.rotate(orientation[:, 0], dorsal_points(size)[0])
+        return Posture(size, placed(tree, orientation, wrist))
+    if angles is None:
+        return None
+    # A forearm of which nothing is recorded is drawn where it was at the start, the wrist at the origin.
+    given = getattr(hand.part, "forearm_orientation", ()) or _PALM_DOWN[size.side]
+    forearm = np.broadcast_to(np.array(given), (len(at_ns), 4))
+    return Posture(size, segment_poses(tree, angles, Poses(forearm, np.zeros((len(at_ns), 3)))))
 
 
 def estimated_posture(

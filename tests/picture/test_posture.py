@@ -3,13 +3,18 @@
 import numpy as np
 import pytest
 
+from fesloop import Experiment
 from fesloop.experiment.reading import Recording
+from fesloop.experiment.wanted import Record
 from fesloop.hand import quaternion
 from fesloop.hand.skeleton import dorsal_points
+from fesloop.loop.wiring import Node
 from fesloop.picture.cast import cast_of
 from fesloop.picture.held import curve, values_at
 from fesloop.picture.posture import estimated_posture, true_posture
 from fesloop.picture.scene import half_sizes, solids_of
+from plants.anatomy import Deviation
+from plants.moving_hand import MovingHand
 
 AT = np.array([0, 123_456_789, 400_000_000])
 
@@ -51,6 +56,16 @@ def test_what_is_left_of_a_recording_is_enough(recorded, grasp, left_out):
     with Recording(recorded(f"record.leave_out=[{names}]")) as recording:
         less = true_posture(recording, cast_of(recording).hand, 0, AT)
     np.testing.assert_allclose(less.poses.position, whole.poses.position, atol=1e-6)
+
+
+def test_a_persons_own_joint_axes_are_drawn_as_they_are(tmp_path):
+    hand = MovingHand(script="kortier_flexion", deviation=Deviation(axis_tilt_deg=(5.0, 10.0)))
+    experiment = Experiment(name="tilted", nodes=(Node("hand", hand),), duration_s=3.0,
+                            record=Record(plant_rate="100"))
+    with Recording(experiment.run(tmp_path).recording) as recording:
+        posture = true_posture(recording, cast_of(recording).hand, 0, np.array([2 * 10**9]))
+        expected = values_at(recording, "hand.site_orientation", 0, np.array([2 * 10**9]))
+    np.testing.assert_array_equal(posture.poses.orientation, expected)
 
 
 def test_a_tracker_that_does_not_see_the_wrist_is_laid_onto_the_true_palm(grasp):
