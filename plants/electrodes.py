@@ -40,13 +40,16 @@ class Electrodes:
 
     Inputs: `elements` (elements, 3): current, A, pulse width, s, and stimulation frequency, Hz, of the pulse
     of every element, 0 where it has none: the elements of one message are active at once; optional `posture`,
-    pronation of the forearm from neutral, rad; optional `skin` (elements,), factors on `skin_gain`. Outputs,
+    pronation of the forearm from neutral, rad; optional `skin` (elements,), factors on `skin_gain`; optional
+    `shift` (2,), m, by which the arrays slip on the skin: around the forearm towards the radial side, and
+    along it towards the wrist. Outputs,
     of the muscles in the order of `fesloop.hand.muscles`: `recruitment` (29,), share of the axons, 0 to 1, 0
     for muscles in the hand; `frequency` (29,), Hz, mean rate of the recruited axons.
 
     Statuses: `bad_input` for a pulse that is negative, not finite or without a frequency (no pulse of its
-    message is given), `bad_skin` for factors that are negative or not finite and `bad_posture` (the last good
-    ones hold), `pulses_missed` where pulses come more often than the block ticks.
+    message is given), `bad_skin` for factors that are negative or not finite, `bad_posture`, and `bad_shift`
+    beyond the forearm's ends (the last good ones hold), `pulses_missed` where pulses come more often than the
+    block ticks.
 
     Attributes
     ----------
@@ -121,10 +124,11 @@ class Electrodes:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """Pulses of the elements, forearm rotation, skin."""
+        """Pulses of the elements, forearm rotation, skin, slip of the arrays."""
         return (Port("elements", (self.elements, 3), "A,s,Hz", every=True),
                 Port("posture", (), "rad", optional=True),
-                Port("skin", (self.elements,), "1", 1.0, optional=True))
+                Port("skin", (self.elements,), "1", 1.0, optional=True),
+                Port("shift", (2,), "m", optional=True))
 
     @property
     def outputs(self) -> tuple[Port, ...]:
@@ -142,20 +146,22 @@ class Electrodes:
         turns = np.repeat([share * point.along_mm for point in points], count)
         muscles = np.array([muscle(point.muscle) for point in points])
         forearm = Forearm(
-            self.places, np.column_stack((drawn, turns)), muscles, 2.0 * math.pi * self.radius_mm,
-            self.reference_mm, 1e-6 * self.chronaxie_us)
+            np.column_stack((drawn, turns)), muscles, 2.0 * math.pi * self.radius_mm, self.reference_mm,
+            1e-6 * self.chronaxie_us)
         period_s = context.clock.period_s if context.clock is not None else 0.0
-        return ElectrodesState.of(forearm, period_s, self._own_gains())
+        return ElectrodesState.of(forearm, period_s, self.places, self._own_gains())
 
     def _own_gains(self) -> Array:
         return np.array(self.skin_gain, dtype=np.float64) if self.skin_gain else np.ones(self.elements)
 
     def step(self, state: ElectrodesState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Recruitment after the pulses of one tick."""
-        elements, posture, skin = inputs
+        elements, posture, skin, shift = inputs
         self._turn(state, cast(float, posture.value), tick)
         if skin.arrived_ns > state.skin_ns:
             self._take_skin(state, skin, tick)
+        if shift.arrived_ns > state.shift_ns:
+            self._slip(state, shift, tick)
         if elements.arrived_ns > state.newest_ns:
             state.newest_ns = elements.arrived_ns
             pulses = cast(Array, elements.value)
@@ -174,6 +180,18 @@ class Electrodes:
             if rotation != state.rotation:
                 state.rotation = rotation
                 state.known[:] = False
+
+    def _slip(self, state: ElectrodesState, shift: Sample, tick: Tick) -> None:
+        """Put the elements where they have slipped to, and forget the field where that is elsewhere."""
+        state.shift_ns = shift.arrived_ns
+        slip = cast(Array, shift.value)
+        places = self.places + 1e3 * np.array([slip[0], slip[1], 0.0])
+        sound = is_finite(places) and bool(((places[:, 1] >= 0.0) & (places[:, 1] <= self.length_mm)).all())
+        state.latch.put(tick, "bad_shift", not sound,
+                        "not finite, or beyond the forearm's ends: the last good one holds")
+        if sound and not np.array_equal(places, state.places):
+            state.places = places
+            state.known[:] = False
 
     def _take_skin(self, state: ElectrodesState, skin: Sample, tick: Tick) -> None:
         """Bring new factors into force; faulty ones are told and left."""

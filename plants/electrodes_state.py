@@ -23,7 +23,6 @@ class Forearm(NamedTuple):
 
     Attributes
     ----------
-    places: of the elements, (elements, 3): around the forearm, along it, size, mm.
     axons: (axons, 5), muscle after muscle, in neutral rotation: around, along, depth, mm, threshold, mA, and
         mm by which it moves around for each rad of rotation.
     muscles: numbers of the muscles that have axons.
@@ -32,7 +31,6 @@ class Forearm(NamedTuple):
     chronaxie_s: of the axons.
     """
 
-    places: Array
     axons: Array
     muscles: NDArray[np.int64]
     circumference_mm: float
@@ -48,6 +46,7 @@ class ElectrodesState:
     ----------
     forearm: constants.
     period_ns: of the block's clock.
+    places: (elements, 3), of the elements: around the forearm, along it, size, mm; never written to.
     gains: (elements,), share of the current that passes the skin; never written to.
     fields: (elements, axons), of `field_row`; a row is made when its element is first active.
     known: (elements,), whose rows are made.
@@ -56,11 +55,12 @@ class ElectrodesState:
     until_ns: (groups,), instant at which it ceases to count.
     hertz: (groups,), its stimulation frequency.
     rotation: steps of forearm rotation for which the field is.
-    newest_ns, skin_ns: arrival of the newest message of pulses, and of skin factors.
+    newest_ns, skin_ns, shift_ns: arrival of the newest message of pulses, of skin factors, and of a shift.
     """
 
     forearm: Forearm
     period_ns: float
+    places: Array
     gains: Array
     fields: Array
     known: Flags
@@ -71,15 +71,17 @@ class ElectrodesState:
     rotation: int = 0
     newest_ns: int = NEVER
     skin_ns: int = NEVER
+    shift_ns: int = NEVER
     latch: StatusLatch = field(default_factory=StatusLatch)
 
     @classmethod
-    def of(cls, forearm: Forearm, period_s: float, gains: Array) -> ElectrodesState:
+    def of(cls, forearm: Forearm, period_s: float, places: Array, gains: Array) -> ElectrodesState:
         """Nothing fired yet, no field known."""
-        elements, axons = len(forearm.places), len(forearm.axons)
+        elements, axons = len(places), len(forearm.axons)
         return cls(
-            forearm, period_s * NS_PER_S, gains, np.empty((elements, axons)), np.zeros(elements, np.bool_),
-            np.zeros(elements, np.bool_), np.zeros((1, axons), np.bool_), [NEVER], [0.0])
+            forearm, period_s * NS_PER_S, places, gains, np.empty((elements, axons)),
+            np.zeros(elements, np.bool_), np.zeros(elements, np.bool_), np.zeros((1, axons), np.bool_), [NEVER],
+            [0.0])
 
     def excite(self, pulses: Array, hertz: float, turn: float, now_ns: int) -> None:
         """Let simultaneous pulses (elements, 3) of the active elements fire axons; `turn` in rad.
@@ -88,7 +90,7 @@ class ElectrodesState:
         place may come 1 ns early or late.
         """
         forearm = self.forearm
-        fill_rows(self.active, self.known, forearm.places, forearm.axons, turn, forearm.circumference_mm,
+        fill_rows(self.active, self.known, self.places, forearm.axons, turn, forearm.circumference_mm,
                   forearm.reference_mm, self.fields)
         group = self._free_group(now_ns)
         fire(pulses, self.gains, self.active, self.fields, forearm.chronaxie_s, self.fired[group])

@@ -83,7 +83,7 @@ def _pulse_times(turning: bool) -> Array:
         tick.index, tick.time_ns = k * slots, clock.tick(k * slots)
         posture = math.radians(2.0 * (k % 2)) if turning else 0.0
         inputs = [Sample(value, tick.time_ns, tick.time_ns, tick.time_ns)
-                  for value in (pulses, posture, np.ones(electrodes.elements))]
+                  for value in (pulses, posture, np.ones(electrodes.elements), np.zeros(2))]
         started = perf_counter_ns()
         electrodes.step(state, inputs, tick)
         times[k] = perf_counter_ns() - started

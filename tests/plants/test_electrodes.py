@@ -29,7 +29,7 @@ class Worn:
         self.state = electrodes.init(Context("electrodes", seed, trial, clock))
         self.clock = clock
 
-    def __call__(self, pulses=None, posture=None, skin=None, slot=None):
+    def __call__(self, pulses=None, posture=None, skin=None, slot=None, shift=None):
         """Recruitment and frequency of all muscles after a message of {element: (A, s, Hz)}."""
         self.tick.index = self.tick.index + 1 if slot is None else slot
         self.tick.time_ns = now = self.clock.tick(self.tick.index)
@@ -38,8 +38,10 @@ class Worn:
             elements[element] = pulse
         given = NONE if posture is None else Sample(posture, now, now, now)
         factors = np.ones(self.block.elements) if skin is None else np.array(skin, dtype=float)
+        slip = np.zeros(2) if shift is None else np.array(shift, dtype=float)
         samples = (Sample(elements, now, now, now), given,
-                   Sample(factors, *(NEVER,) * 3) if skin is None else Sample(factors, now, now, now))
+                   Sample(factors, *(NEVER,) * 3) if skin is None else Sample(factors, now, now, now),
+                   Sample(slip, *(NEVER,) * 3) if shift is None else Sample(slip, now, now, now))
         return self.block.step(self.state, samples, self.tick)
 
     @property
@@ -258,6 +260,17 @@ def test_skin_passes_a_share_of_the_current():
     np.testing.assert_array_equal(Worn()({16: STRONG}, skin=[0.5] * 59)[0], expected)
 
 
+def test_arrays_that_slip_recruit_as_those_put_on_there_and_come_back():
+    worn, settled = Worn(), Worn()({16: STRONG})[0]
+    slipped = replace(SHIPPED, shift_mm=-7.0, shift_deg=math.degrees(10.0 / 40.0))
+    expected = Worn(slipped)({16: STRONG})[0]
+    assert (expected != settled).any()
+    for slot, (shift, there) in enumerate((
+            (None, settled), ((0.010, -0.007), expected), ((0.0, 0.0), settled))):
+        np.testing.assert_array_equal(worn({16: STRONG}, slot=100 * slot, shift=shift)[0], there)
+    np.testing.assert_array_equal(Worn(slipped)({16: STRONG}, shift=(-0.010, 0.007))[0], settled)
+
+
 def test_pads_sit_in_rows_around_and_columns_along():
     array = ElectrodeArray(rows=3, columns=2, pitch_mm=(10.0, 20.0), centre_deg=90.0, centre_mm=100.0)
     quarter = math.pi / 2.0 * 40.0
@@ -284,6 +297,7 @@ def test_axons_scatter_as_stated():
     ({"pulses": {16: (math.nan, 3e-4, 40.0)}}, "bad_input"),
     ({"pulses": {16: (0.01, math.inf, 40.0)}}, "bad_input"),
     ({"pulses": {16: (0.01, 3e-4, 0.0)}}, "bad_input"),
+    ({"shift": (math.nan, 0.0)}, "bad_shift"), ({"shift": (0.0, 0.2)}, "bad_shift"),
     ({"posture": math.nan}, "bad_posture"), ({"skin": [-1.0] + [1.0] * 58}, "bad_skin"),
     ({"pulses": {16: (0.01, 3e-4, 400.0)}}, "pulses_missed")])
 def test_trouble_is_told_once_and_nothing_bad_comes_out(given_input, status):
@@ -302,7 +316,7 @@ def test_a_message_that_is_held_fires_once():
     pulses = np.zeros((59, 3))
     pulses[16] = STRONG
     worn.tick.time_ns = 100 * NS_PER_MS
-    recruitment, _ = SHIPPED.step(worn.state, (Sample(pulses, 0, 0, 0), NONE, NONE), worn.tick)
+    recruitment, _ = SHIPPED.step(worn.state, (Sample(pulses, 0, 0, 0), NONE, NONE, NONE), worn.tick)
     assert not recruitment.any()
 
 
