@@ -80,8 +80,8 @@ class ElectrodesState:
         elements, axons = len(places), len(forearm.axons)
         return cls(
             forearm, period_s * NS_PER_S, places, gains, np.empty((elements, axons)),
-            np.zeros(elements, np.bool_), np.zeros(elements, np.bool_), np.zeros((1, axons), np.bool_), [NEVER],
-            [0.0])
+            np.zeros(elements, np.bool_), np.zeros(elements, np.bool_), np.zeros((1, axons), np.bool_),
+            [NEVER], [0.0])
 
     def excite(self, pulses: Array, hertz: float, turn: float, now_ns: int) -> None:
         """Let simultaneous pulses (elements, 3) of the active elements fire axons; `turn` in rad.
