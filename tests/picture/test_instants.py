@@ -19,6 +19,11 @@ def test_postures_that_differ_most_are_taken_and_the_first_one():
     assert rows == sorted(rows)
 
 
+def test_each_is_far_from_all_that_are_chosen_already():
+    values = 0.1 * np.array([0.0, 0.9, 1.0, 0.5, 0.1])[:, np.newaxis, np.newaxis]
+    assert most_different(values, APART_M, shown=3) == [0, 2, 3]
+
+
 def test_what_hardly_moves_is_drawn_once_and_what_is_not_finite_never():
     values = np.full((50, 5, 3), 0.2)
     values[:, 0, 0] += np.linspace(0.0, 0.004, 50)
