@@ -83,7 +83,10 @@ class Anatomy(NamedTuple):
 
 
 def load() -> mujoco.MjSpec:
-    """MyoHand's right hand and arm as shipped, without the torso; raises InputError where it is missing."""
+    """MyoHand's right hand and arm as shipped; raises InputError where the package is missing.
+
+    What `myo_sim.load_spec("myohand_r")` hangs on a torso; that function also leaves a log file behind.
+    """
     try:
         from myo_sim import FRAGMENT_SPEC_BUILDERS
     except ImportError:

@@ -104,13 +104,11 @@ def test_each_element_of_the_arrays_moves_the_same_joints_to_the_same_side(pairs
 
 def recruitment(electrodes, element, current, width=3e-4):
     """Shares (29,) that one pulse train on one element recruits."""
-    clock, tick = RateClock.from_rate("320"), Tick()
-    state = electrodes.init(Context("electrodes", 1, 0, clock))
+    state = electrodes.init(Context("electrodes", 1, 0, RateClock.from_rate("320")))
     pulses = np.zeros((electrodes.elements, 3))
     pulses[element] = current, width, 40.0
-    none = Sample(0.0, NEVER, NEVER, NEVER)
-    return electrodes.step(state, (Sample(pulses, 0, 0, 0), none, Sample(
-        np.ones(electrodes.elements), NEVER, NEVER, NEVER)), tick)[0]
+    others = [Sample(port.initial_value(), NEVER, NEVER, NEVER) for port in electrodes.inputs[1:]]
+    return electrodes.step(state, (Sample(pulses, 0, 0, 0), *others), Tick())[0]
 
 
 def wrist_moments(plant, wrist_deg):
