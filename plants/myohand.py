@@ -29,12 +29,19 @@ from plants.hand_contract import (
 )
 from plants.hand_forearm import PALM_DOWN, add_forearm_drive
 from plants.hand_model import add_splint, compiled
-from plants.hand_muscles import FIBRES_MM
 from plants.hand_objects import GraspObject, Table, add_object, add_table, require_apart
 from plants.hand_state import HandState, evaluate, stable_bounds
-from plants.myohand_anatomy import JOINTS, STANDS_FOR
+from plants.myohand_anatomy import JOINTS
 from plants.myohand_joints import NO_JOINT, Joints, rest_angles
-from plants.myohand_model import add_segments, loaded, set_muscles, set_skin, stand
+from plants.myohand_model import (
+    activated_by,
+    add_segments,
+    fibres_of,
+    loaded,
+    set_muscles,
+    set_skin,
+    stand,
+)
 from plants.myohand_patches import JOINTS_PATCH, NAMES, patch
 
 Array = NDArray[np.float64]
@@ -117,6 +124,9 @@ class MyoHand:
         for name in self.as_shipped:
             if name not in NAMES:
                 raise InputError("myohand.as_shipped", f"{name!r}", ", ".join(NAMES))
+        if NO_JOINT in self.splint_deg:
+            raise InputError(f"myohand.splint_deg.{NO_JOINT}", "has no joint of its own in MyoHand",
+                             "F1_cmc_flexion and F1_cmc_abduction, which it follows from")
         _, _, found = loaded()
         if self.hand not in (None, HandSize(), found.size):
             raise InputError("myohand.hand", "another hand than MyoHand's own",
@@ -138,10 +148,8 @@ class MyoHand:
         joints = Joints.of(bare, tree)
         zero = np.zeros(len(JOINTS))
         rest = joints.nearest("myohand.rest_deg", bare, rest_angles(self.rest_deg), zero)
+        joints.nearest("myohand.splint_deg", bare, self.splint_deg, rest)
         start = joints.nearest("myohand.start_deg", bare, {**self.start_deg, **self.splint_deg}, rest)
-        if NO_JOINT in self.splint_deg:
-            raise InputError(f"myohand.splint_deg.{NO_JOINT}", "has no joint of its own in MyoHand",
-                             "F1_cmc_flexion and F1_cmc_abduction, which it follows from")
         held = dict(zip(JOINTS, start, strict=True))
         add_splint(spec, {JOINTS[name][0]: float(held[name]) for name in self.splint_deg})
         if self.object is not None:
@@ -151,14 +159,10 @@ class MyoHand:
         model = compiled(spec)
         if JOINTS_PATCH not in self.as_shipped:
             joints.hold(model, rest, self.contracture, self.stiffness, self.damping)
-        pairs = [(model.actuator(theirs).id, i) for i, name in enumerate(MUSCLES)
-                 for theirs in STANDS_FOR[name]]
-        fibres = np.zeros((len(MUSCLES), len(pairs)))
-        for actuator, i in pairs:
-            fibres[i, actuator] = 1e3 / (FIBRES_MM[MUSCLES[i]] * len(STANDS_FOR[MUSCLES[i]]))
+        activated = activated_by(model)
         for key, value in (
                 ("size", found.size), ("model", model), ("_joints", joints), ("_start", start),
-                ("_activated", np.array([i for _, i in sorted(pairs)])), ("_fibres", fibres),
+                ("_activated", activated), ("_fibres", fibres_of(activated)),
                 ("_sites", np.array([model.site(f"imu {name}").id for name in tree.names])),
                 ("_tips", np.array([model.site(f"tip {name}").id for name in TIPS])),
                 ("_bounds", stable_bounds(model)),

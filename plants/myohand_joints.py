@@ -75,10 +75,7 @@ class Joints:
         Joints that these leave open stay at `base`, (22,). Raises InputError, naming the parameter `where`,
         for a freedom that is not there and for an angle that MyoHand does not come near.
         """
-        names = self.tree.freedoms
-        for name in wanted_deg.keys() - set(names):
-            raise InputError(f"{where}.{name}", "is no freedom of the hand", ", ".join(names),
-                             did_you_mean(name, names))
+        _require_angles(where, self.tree.freedoms, wanted_deg)
         if not wanted_deg:
             return base
         rows = np.array([self.tree.freedom(name) for name in wanted_deg])
@@ -126,3 +123,12 @@ class Joints:
         model.jnt_stiffness[self.places] = strengths
         model.dof_damping[self.places] = damping * dampers[rows]
         model.qpos_spring[self.places] = rest - shift
+
+
+def _require_angles(where: str, freedoms: tuple[str, ...], wanted_deg: dict[str, float]) -> None:
+    for name, angle in wanted_deg.items():
+        if name not in freedoms:
+            raise InputError(f"{where}.{name}", "is no freedom of the hand", ", ".join(freedoms),
+                             did_you_mean(name, freedoms))
+        if not abs(angle) <= 180.0:
+            raise InputError(f"{where}.{name}", f"{angle:g}", "-180 to 180 deg")

@@ -22,6 +22,7 @@ from plants.hand_bodies import (
     sense_sites,
 )
 from plants.hand_model import NEARLY_NONE, set_solver
+from plants.hand_muscles import FIBRES_MM
 from plants.myohand_anatomy import (
     BONES,
     HAND_BODY,
@@ -141,3 +142,16 @@ def set_muscles(spec: mujoco.MjSpec, strength: Array, tension: float) -> None:
             passive = NEARLY_NONE + muscle.gainprm[PASSIVE] * tension / factor
             muscle.gainprm[PASSIVE] = muscle.biasprm[PASSIVE] = passive
             set_force(muscle, factor * muscle.gainprm[FORCE])
+
+
+def activated_by(model: mujoco.MjModel) -> NDArray[np.int64]:
+    """By MyoHand's muscles (36,), which of ours activates it."""
+    owner = {theirs: i for i, name in enumerate(MUSCLES) for theirs in STANDS_FOR[name]}
+    return np.array([owner[model.actuator(k).name] for k in range(len(owner))])
+
+
+def fibres_of(activated: NDArray[np.int64]) -> Array:
+    """(29, 36), 1/m: from velocities of MyoHand's tendons to our fibres', in optimal lengths per s."""
+    share = (activated == np.arange(len(MUSCLES))[:, np.newaxis]).astype(np.float64)
+    lengths = 1e-3 * np.array([FIBRES_MM[name] for name in MUSCLES])
+    return np.asarray(share / (share.sum(axis=1) * lengths)[:, np.newaxis])

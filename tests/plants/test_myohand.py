@@ -221,6 +221,8 @@ def test_fibres_lengthen_as_the_tendons_do(moving):
     ({"strength": (1.0,)}, "strength"), ({"rest_deg": {"F2_pip": 1.0}}, "F2_pip"),
     ({"start_deg": {"F2_mcp_flexion": -40.0}}, r"start_deg.F2_mcp_flexion: -40; .*near: -3"),
     ({"splint_deg": {"F1_cmc_pronation": 90.0}}, "no joint"), ({"as_shipped": ("inertias",)}, "inertia"),
+    ({"splint_deg": {"F3_pip_flexion": 140.0}}, r"splint_deg.F3_pip_flexion: 140"),
+    ({"start_deg": {"F3_pip_flexion": float("nan")}}, "nan"),
     ({"object": GraspObject(position_m=(0.0, 0.05, 0.0))}, "mm into"), ({"step_ms": 0.0}, "step_ms")])
 def test_what_cannot_be_is_named(change, text):
     with pytest.raises(InputError, match=text):
