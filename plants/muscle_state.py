@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from bisect import insort
+from operator import itemgetter
 from typing import Any, Protocol
 
 import numpy as np
@@ -11,6 +13,7 @@ from fesloop.hand.muscles import MUSCLES
 from plants.muscle_models.lags import LagState
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 PULSES, EFFORT, REFLEX = range(3)
 """Signals on their way to a muscle: (recruited fraction, frequency in Hz) (2, muscles); drives (muscles,)."""
 
@@ -46,11 +49,13 @@ class MusclesState:
     since_ns: the last change of the drive.
     seen: the inputs as they last were, to tell new ones at a glance.
     sent, acting: the newest value of each signal that left for the muscles, and the one that acts.
-    arriving: values under way through the delays, with their instants in ns, in order of arrival.
+    arriving: values under way through the delays, with their instants in ns, in order of arrival, and the
+        muscles that they are for, (muscles,), None for all.
+    latest: (3, muscles), last arrivals of each signal, where muscles have delays of their own.
     waves: of the tremor (3, c).
     """
 
-    __slots__ = ("acting", "arriving", "effort", "fitness", "natural", "now_ns", "seen", "sent",
+    __slots__ = ("acting", "arriving", "effort", "fitness", "latest", "natural", "now_ns", "seen", "sent",
                  "since_ns", "stimulated", "waves")
 
     def __init__(self, stimulated: Any, natural: LagState, fitness: Array, waves: Array) -> None:
@@ -61,7 +66,19 @@ class MusclesState:
         self.seen: tuple[Array | None, ...] = (None,) * 4
         self.sent: list[Array] = [np.zeros((2, count)), np.zeros(count), np.zeros(count)]
         self.acting: list[Array] = list(self.sent)
-        self.arriving: list[tuple[int, int, Array]] = []
+        self.arriving: list[tuple[int, int, Array, Flags | None]] = []
+        self.latest = np.zeros((3, count), np.int64)
+
+    def send(self, arrival_ns: int, signal: int, value: Array) -> None:
+        """Put a value on its way to all muscles."""
+        insort(self.arriving, (arrival_ns, signal, value, None), key=itemgetter(0))
+
+    def send_late(self, arrival_ns: int, late_ns: NDArray[np.int64], signal: int, value: Array) -> None:
+        """Put a value on its way to each muscle, where it arrives `late_ns` (muscles,) later, in order."""
+        arrivals = np.maximum(arrival_ns + late_ns, self.latest[signal])
+        self.latest[signal] = arrivals
+        for instant in np.unique(arrivals):
+            insort(self.arriving, (int(instant), signal, value, arrivals == instant), key=itemgetter(0))
 
     def copy(self) -> MusclesState:
         """A state that can go ahead on its own."""
@@ -71,5 +88,5 @@ class MusclesState:
         ahead.fitness, ahead.effort, ahead.waves = self.fitness, self.effort, self.waves
         ahead.seen = self.seen
         ahead.sent, ahead.acting = self.sent.copy(), self.acting.copy()
-        ahead.arriving = self.arriving.copy()
+        ahead.arriving, ahead.latest = self.arriving.copy(), self.latest.copy()
         return ahead

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from bisect import insort
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from operator import itemgetter
 from typing import Literal, cast
 
 import numpy as np
@@ -24,6 +22,7 @@ from plants.muscle_models.patient_drive import MuscleTremor, StretchReflex, trem
 from plants.muscle_state import EFFORT, PULSES, REFLEX, Contraction, MusclesState
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 HIGHEST_HZ = 500.0
 """Frequencies above count as this (chosen: far beyond stimulators, and a muscle is long fused)."""
 
@@ -55,6 +54,9 @@ class Muscles:
     ----------
     model: how stimulated muscle contracts; its numbers are in the table of its name.
     delay_ms: electromechanical delay (10-20 in models, 40-140 measured at the wrist).
+    delay_growth: the delay of what sets out to a muscle that has lost the share x of its fitness is
+        1 + delay_growth x times as long; 0: it stays. That it grows is known (Merad 2016, IEEE TCST
+        24(3):971), how far is chosen by whoever turns it on. Nothing overtakes.
     fusion_hz: frequency of half the fused force (10, models of the Riener-Fuhr type).
     fatigue: fitness equation; None for muscles that do not tire. Refused beside `ding2003`, which tires by
         its own equations (`ding2003.fatigue`).
@@ -71,6 +73,7 @@ class Muscles:
     ding2003: Ding2003 = field(default_factory=Ding2003)
     ding2007: Ding2007 = field(default_factory=Ding2007)
     delay_ms: float = 20.0
+    delay_growth: float = 0.0
     fusion_hz: float = 10.0
     fatigue: MuscleFatigue | None = None
     rest_between_trials_s: float = 10.0
@@ -95,7 +98,7 @@ class Muscles:
             raise InputError("muscles.fatigue", "the fitness equation beside model ding2003",
                              "no `fatigue` there", "that model tires by its own equations: ding2003.fatigue")
         require_positive("muscles", self, "fusion_hz", "natural_rad_s")
-        require_not_negative("muscles", self, "rest_between_trials_s")
+        require_not_negative("muscles", self, "rest_between_trials_s", "delay_growth")
         object.__setattr__(self, "_efforts", self._greatest_efforts())
         delay = duration_ns(self.delay_ms, NS_PER_MS, "muscles.delay_ms")
         reflex = duration_ns(self.reflex.delay_ms, NS_PER_MS, "reflex.delay_ms") if self.reflex else 0
@@ -197,17 +200,23 @@ class Muscles:
     def _send_one(self, state: MusclesState, signal: int, value: Array, time_ns: int) -> None:
         if value.tobytes() != state.sent[signal].tobytes():
             state.sent[signal] = value
-            insort(state.arriving, (time_ns + self._delays_ns[signal], signal, value), key=itemgetter(0))
+            if self.delay_growth > 0.0:
+                lost = 1.0 - self._outputs(state)[1]
+                late = np.rint(self._delays_ns[PULSES] * self.delay_growth * lost).astype(np.int64)
+                state.send_late(time_ns + self._delays_ns[signal], late, signal, value)
+            else:
+                state.send(time_ns + self._delays_ns[signal], signal, value)
 
-    def _take(self, state: MusclesState, time_ns: int, signal: int, value: Array) -> None:
-        """Let a signal act from `time_ns` on."""
+    def _take(self, state: MusclesState, time_ns: int, signal: int, value: Array, some: Flags | None) -> None:
+        """Let a signal act from `time_ns` on, on some muscles or on all."""
         state.fitness = self._fitness(state, time_ns)
-        state.acting[signal], state.since_ns = value, time_ns
+        acting = value if some is None else np.where(some, value, state.acting[signal])
+        state.acting[signal], state.since_ns = acting, time_ns
         recruited, frequency = state.acting[PULSES]
         ratio = (frequency / self.fusion_hz) ** 2
         drive = recruited * (ratio / (1.0 + ratio))
         if signal == PULSES:
-            self._contraction.change(state.stimulated, time_ns, value, drive)
+            self._contraction.change(state.stimulated, time_ns, acting, drive)
             if self.fatigue is not None:
                 state.effort = self.fatigue.effort(drive, frequency)
         free = np.where(frequency > 0.0, 1.0 - recruited, 1.0)

@@ -30,7 +30,7 @@ def tiring(model, **parameters):
 
 def patient(model):
     """Muscles with everything that a patient may have."""
-    return tiring(model, reflex=StretchReflex(), tremor=MuscleTremor())
+    return tiring(model, reflex=StretchReflex(), tremor=MuscleTremor(), delay_growth=2.0)
 
 
 def simulate(muscles, schedule, stops_ns, state=None):

@@ -13,6 +13,7 @@ from muscle_parts import CONTEXT, COUNT, MODELS, MS, given, patient, simulate, t
 from fesloop.errors import InputError
 from fesloop.hand.muscles import MUSCLES, muscle
 from fesloop.loop.block import Context
+from plants.muscle_models.fitness import MuscleFatigue
 from plants.muscle_models.lags import Hammerstein
 from plants.muscle_models.patient_drive import MuscleTremor, StretchReflex
 from plants.muscles import Muscles
@@ -87,6 +88,36 @@ def test_the_delay_is_exact_to_the_nanosecond(model: str, delay_ms: float) -> No
     assert not delayed[0].any()
     assert (delayed[1] > 0.0).all()
     np.testing.assert_allclose(delayed[1:], prompt, rtol=1e-6)
+
+
+@pytest.mark.parametrize("model", ["riener", "ding2003"])
+def test_the_delay_grows_with_what_a_muscle_has_lost(model: str) -> None:
+    """Half of the muscles are worked; a second later all are called at once."""
+    worked, called = np.arange(COUNT) % 2 == 0, 20_000 * MS
+    schedule = {0: given(np.where(worked, 1.0, 0.0), 50.0), 19_000 * MS: given(0.0, 50.0),
+                called: given(0.5, 50.0)}
+    muscles = tiring(model, delay_growth=1.5)
+    (late,) = {round(20 * MS * (1.0 + 1.5 * (1.0 - fitness)))
+               for fitness in simulate(muscles, schedule, [called])[-1, 1, worked]}
+    assert late > 25 * MS
+    stops = [called, called + 20 * MS, called + 25 * MS, called + late, called + late + 5 * MS]
+    seen = simulate(muscles, schedule, stops)[:, 0]
+    fresh, tired = seen[:, ~worked], seen[:, worked]
+    assert (np.diff(fresh, axis=0)[1:] > 0.0).all()
+    assert not fresh[1].any()
+    assert (np.diff(tired, axis=0)[:3] <= 0.0).all()
+    assert (tired[4] > tired[3]).all()
+
+
+def test_nothing_overtakes_as_a_muscle_recovers() -> None:
+    """Called while it is tired, which takes .31 s, and called off .15 s later when it is not, after .1 s."""
+    quick = MuscleFatigue(recovery_s=0.02, fatigue_s=0.02)
+    calls = {at * MS: given(level, 50.0) for at, level in ((0, 1.0), (1000, 0.0), (1300, 1.0), (1450, 0.0))}
+    muscles = Muscles(fatigue=quick, delay_ms=100.0, delay_growth=5.0)
+    seen = simulate(muscles, calls, [1250 * MS, 1450 * MS, 10_000 * MS])
+    assert (seen[0, 1] < 0.6).all()
+    assert (seen[1, 1] > 0.99).all()
+    assert (seen[2, 0] < 1e-9).all()
 
 
 @pytest.mark.parametrize("late_ns", [1, 1_000, 25 * MS, 300 * MS])
