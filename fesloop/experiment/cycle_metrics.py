@@ -10,6 +10,7 @@ import numpy as np
 
 from fesloop.errors import InputError
 from fesloop.experiment.reading import Recording, Signal
+from fesloop.hand.muscles import MUSCLES, muscle
 from fesloop.loop.clock import NS_PER_S, duration_ns
 
 
@@ -19,7 +20,8 @@ class CycleScore:
 
     Attributes
     ----------
-    signal: forces or activations; of several values their sum counts.
+    signal: forces or activations; of several values their sum counts, or `muscle` alone.
+    muscle: of a signal that has one value a muscle (`fesloop.hand.muscles`); empty: all.
     cycle_s: length of a cycle; the first begins with the trial.
     count: cycles that are compared, the last of them with the first; later ones are not looked at.
     """
@@ -27,18 +29,24 @@ class CycleScore:
     signal: str
     cycle_s: float
     count: int
+    muscle: str = ""
 
     def __post_init__(self) -> None:
         if duration_ns(self.cycle_s, NS_PER_S, "cycle_s") == 0:
             raise InputError("cycle_s", f"{self.cycle_s}", "above 0")
         if self.count < 2:
             raise InputError("count", f"{self.count}", "2 or more cycles")
+        if self.muscle:
+            muscle(self.muscle)
 
     def faults(self, shapes: Mapping[str, tuple[int | None, ...]]) -> Iterator[InputError]:
         """A signal that does not exist; `shapes` are those of all outputs."""
         if self.signal not in shapes:
             yield InputError("score.cycles.signal", f"there is no signal {self.signal!r}",
                              ", ".join(sorted(shapes)))
+        elif self.muscle and shapes[self.signal] != (len(MUSCLES),):
+            yield InputError("score.cycles.muscle", f"{self.signal!r} has shape {shapes[self.signal]}",
+                             f"{(len(MUSCLES),)}, one value a muscle", "take it out")
 
 
 def cycle_metrics(recording: Recording, score: CycleScore) -> dict[str, Any]:
@@ -52,7 +60,8 @@ def cycle_metrics(recording: Recording, score: CycleScore) -> dict[str, Any]:
 
 def cycle_peaks(signal: Signal, score: CycleScore) -> np.ndarray:
     """Peak of every cycle, (count,); NaN for a cycle that the trial did not reach the end of."""
-    total = signal.values.reshape(len(signal.values), -1).sum(axis=1)
+    values = signal.values.reshape(len(signal.values), -1)
+    total = values[:, muscle(score.muscle)] if score.muscle else values.sum(axis=1)
     edges = np.arange(score.count + 1) * duration_ns(score.cycle_s, NS_PER_S, "cycle_s")
     rows = np.searchsorted(signal.times_ns, edges)
     # The last row stands one recording interval before the trial's end.

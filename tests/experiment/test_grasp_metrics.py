@@ -10,6 +10,7 @@ from fesloop.experiment.cycle_metrics import CycleScore, cycle_metrics, cycle_pe
 from fesloop.experiment.grasp_metrics import GraspScore, grasp_metrics
 from fesloop.experiment.metrics import range_deg
 from fesloop.experiment.parse import from_document
+from fesloop.hand.muscles import MUSCLES
 
 TIMES_NS = np.arange(0, 1000) * 10_000_000
 
@@ -58,6 +59,16 @@ def test_a_decline_is_that_of_the_peaks():
     assert np.isnan(peaks[2:]).all()
 
 
+def test_a_decline_may_be_of_one_muscle():
+    values = np.zeros((1000, len(MUSCLES)))
+    values[::100] = 1.0
+    values[500:, MUSCLES.index("FDS3")] *= 0.4
+    score = CycleScore(signal="a", cycle_s=5.0, count=2, muscle="FDS3")
+    assert cycle_metrics(told(values), score)["decline_pct"] == pytest.approx([60.0])
+    assert [fault.where for fault in score.faults({"a": (29,)})] == []
+    assert [fault.where for fault in score.faults({"a": (28,)})] == ["score.cycles.muscle"]
+
+
 def test_a_range_is_from_the_least_to_the_greatest_angle():
     angles = np.radians(np.stack([np.linspace(-10.0, 50.0, 20000), np.full(20000, 7.0)], axis=1))
     assert range_deg((np.arange(20000), angles)) == pytest.approx([60.0, 0.0])
@@ -69,7 +80,8 @@ def test_a_range_is_from_the_least_to_the_greatest_angle():
     (lambda: GraspScore(object="o", from_s=-1.0, until_s=3.0), "until_s"),
     (lambda: GraspScore(object="o", from_s=1.0, until_s=3.0, within_mm=0.0), "within_mm"),
     (lambda: CycleScore(signal="a", cycle_s=0.0, count=3), "cycle_s"),
-    (lambda: CycleScore(signal="a", cycle_s=1.0, count=1), "count")])
+    (lambda: CycleScore(signal="a", cycle_s=1.0, count=1), "count"),
+    (lambda: CycleScore(signal="a", cycle_s=1.0, count=3, muscle="FDS"), "muscle")])
 def test_scores_that_cannot_be_are_named(make, where):
     with pytest.raises(InputError) as fault:
         make()

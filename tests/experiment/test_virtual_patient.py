@@ -1,0 +1,100 @@
+"""The shipped open-loop experiments on the virtual patient, from the programme to the hand; about 25 s."""
+
+import numpy as np
+import pytest
+
+from fesloop import Recording, load
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.skeleton import hand_tree
+
+FREEDOMS = hand_tree(HandSize()).freedoms
+
+
+def ran(folder, name, *settings):
+    result = load(name, settings).run(folder)
+    return result, Recording(result.recording)
+
+
+def at(recording, name, second):
+    signal = recording.signal(name)
+    return signal.values[np.searchsorted(signal.times_ns, round(1e9 * second))]
+
+
+@pytest.mark.parametrize("brace", ["{ wrist_flexion = -20.0, wrist_abduction = 0.0 }", "{}"])
+def test_a_cylinder_is_grasped_lifted_clear_and_held_by_stimulation_alone_and_dropped(tmp_path, brace):
+    result, recording = ran(tmp_path, "grasp_cylinder", f"brace={brace}")
+    with recording:
+        table, thing = (recording.experiment["blocks"]["hand"][key] for key in ("table", "object"))
+        assert thing["mass_kg"] == 0.2
+        assert result.metrics["held"] == [True]
+        # The table's top is 5 s after 3.5 s far below what stood on it.
+        lowered = table["height_m"] - min(table["lowering_m"], 5.0 * table["lowering_m_s"])
+        for second in (3.5, 6.0, 8.5):
+            place = at(recording, "hand.object_position", second)
+            assert np.linalg.norm(place - at(recording, "hand.object_position", 3.5)) < 0.02
+        assert at(recording, "hand.object_position", 8.5)[2] - 0.06 - lowered > 0.1
+        assert at(recording, "hand.object_position", 9.95)[2] < -0.1
+        # Nobody helps: what is active is what is stimulated, and nothing is before and after.
+        assert not at(recording, "muscles.activation", 0.9).any()
+        assert at(recording, "muscles.activation", 9.95).max() < 0.02
+        assert not recording.signal("safety.stimulation").values[-1, :, 1].any()
+
+
+def test_without_stimulation_the_cylinder_goes_down_with_the_table(tmp_path):
+    result, recording = ran(tmp_path, "grasp_cylinder", "blocks.programme.current_ma=[[0, 0, 0, 0, 0]]")
+    with recording:
+        assert result.metrics["held"] == [False]
+        assert at(recording, "hand.object_position", 8.5)[2] < -0.15
+
+
+def test_a_tube_is_pinched_between_the_thumb_and_two_fingers(tmp_path):
+    result, recording = ran(tmp_path, "pinch")
+    with recording:
+        assert result.metrics["held"] == [True]
+        grip = {finger: force[0] for finger, force in result.metrics["grip_force_n"].items()}
+        assert grip["F1"] > 1.0
+        assert grip["F2"] + grip["F3"] > 0.5
+        assert grip["F4"] + grip["F5"] == 0.0
+        assert at(recording, "hand.object_position", 8.9)[2] < -0.1
+
+
+def test_most_of_a_cohort_grasps_and_pinches(tmp_path):
+    results = [ran(tmp_path, name, "cohort=2", f"member={member}", "experiment.duration_s=8.6")[0]
+               for name in ("grasp_cylinder", "pinch") for member in (1, 2, 3)]
+    assert sum(result.metrics["held"][0] for result in results) >= 4
+
+
+def test_the_hand_opens_and_closes_and_no_muscle_within_the_hand_is_reached(tmp_path):
+    _, recording = ran(tmp_path, "open_close", "experiment.duration_s=5")
+    mcp, pip = ([FREEDOMS.index(f"F{i}_{joint}_flexion") for i in range(2, 6)] for joint in ("mcp", "pip"))
+    with recording:
+        rest, opened, closed = (np.degrees(at(recording, "hand.angles", second))
+                                for second in (0.4, 2.0, 4.5))
+        assert (opened[mcp] < rest[mcp] - 15.0).all()
+        assert (closed[mcp] > rest[mcp] + 15.0).all()
+        assert (closed[pip] > rest[pip] + 15.0).all()
+        # Extrinsic extensors straighten the MCP joints and leave the others bent: a claw.
+        assert opened[pip].mean() > opened[mcp].mean() + 10.0
+        activation = recording.signal("muscles.activation").values
+        assert not activation[:, [name.startswith(("INT", "THENAR")) for name in MUSCLES]].any()
+
+
+def test_each_swept_element_moves_what_lies_under_it(tmp_path):
+    _, recording = ran(tmp_path, "recruitment_sweep", "elements=[16, 43]", "duration_s=8")
+    with recording:
+        element = recording.signal("sweep.element").values
+        assert element.tolist() == [16.0] * 160 + [43.0] * 160
+        for second, under, elsewhere in ((2.9, "EDC", "FDS"), (6.9, "FDS", "EDC")):
+            activation = dict(zip(MUSCLES, at(recording, "muscles.activation", second), strict=True))
+            assert max(activation, key=activation.__getitem__)[:3] == under
+            assert not any(activation[name] for name in MUSCLES if name.startswith(elsewhere))
+        stairs = [at(recording, "muscles.activation", 0.45 + 0.5 * k)[MUSCLES.index("EDC3")]
+                  for k in range(6)]
+        assert (np.diff(stairs) > 0.0).all()
+
+
+@pytest.mark.parametrize(("patient", "decline"), [("able_bodied", 44.0), ("sci_c6", 67.0)])
+def test_180_contractions_tire_as_measured(tmp_path, patient, decline):
+    result, _ = ran(tmp_path, "fatigue", f"patient={patient}")
+    assert result.metrics["decline_pct"][0] == pytest.approx(decline, abs=5.0)
