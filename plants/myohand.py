@@ -151,7 +151,7 @@ class MyoHand:
         joints.nearest("myohand.splint_deg", bare, self.splint_deg, rest)
         start = joints.nearest("myohand.start_deg", bare, {**self.start_deg, **self.splint_deg}, rest)
         held = dict(zip(JOINTS, start, strict=True))
-        add_splint(spec, {JOINTS[name][0]: float(held[name]) for name in self.splint_deg})
+        add_splint(spec, {JOINTS[name]: float(held[name]) for name in self.splint_deg})
         if self.object is not None:
             add_object(spec, self.object)
         if self.table is not None:

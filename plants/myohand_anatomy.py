@@ -43,16 +43,15 @@ HAND_BODY, WRIST = "lunate_r", "flexion_r"
 PALM_BODIES = ("lunate_r", "scaphoid_r", "pisiform_r", "triquetrum_r", "capitate_r", "trapezium_r",
                "trapezoid_r", "hamate_r", "secondmc_r", "thirdmc_r", "fourthmc_r", "fifthmc_r")
 """One rigid body in all: MyoHand's carpal bones and metacarpals have no joints."""
-JOINTS: dict[str, tuple[str, float]] = {
-    "wrist_flexion": ("flexion_r", 1.0), "wrist_abduction": ("deviation_r", -1.0),
-    "F1_cmc_flexion": ("cmc_abduction_r", 1.0), "F1_cmc_abduction": ("cmc_flexion_r", -1.0),
-    "F1_mcp_flexion": ("mp_flexion_r", -1.0), "F1_ip_flexion": ("ip_flexion_r", -1.0),
-    **{f"F{i}_{ours}": (f"{theirs}{i}_{motion}_r", sign) for i in range(2, 6)
-       for ours, theirs, motion, sign in (
-           ("mcp_flexion", "mcp", "flexion", 1.0), ("mcp_abduction", "mcp", "abduction", -1.0),
-           ("pip_flexion", "pm", "flexion", 1.0), ("dip_flexion", "md", "flexion", 1.0))}}
-"""MyoHand's joint that mainly turns each freedom, and its sign. `F1_cmc_pronation` has none: it follows from
-the two others of that joint. Its thumb is pronated by 93 deg, so what it calls abduction bends the thumb out
+JOINTS: dict[str, str] = {
+    "wrist_flexion": "flexion_r", "wrist_abduction": "deviation_r",
+    "F1_cmc_flexion": "cmc_abduction_r", "F1_cmc_abduction": "cmc_flexion_r",
+    "F1_mcp_flexion": "mp_flexion_r", "F1_ip_flexion": "ip_flexion_r",
+    **{f"F{i}_{ours}": f"{theirs}{i}_{motion}_r" for i in range(2, 6) for ours, theirs, motion in (
+        ("mcp_flexion", "mcp", "flexion"), ("mcp_abduction", "mcp", "abduction"),
+        ("pip_flexion", "pm", "flexion"), ("dip_flexion", "md", "flexion"))}}
+"""MyoHand's joint that mainly turns each freedom, to either side. `F1_cmc_pronation` has none: it follows
+from the two others. The thumb is pronated by 93 deg, so what MyoHand calls abduction bends the thumb out
 of the palm, our flexion, and what it calls extension moves it sideways, our abduction to the radial side.
 MyoHand's own `pro_sup_r` is the forearm's, which is turned as a whole."""
 STANDS_FOR: dict[str, tuple[str, ...]] = {

@@ -58,7 +58,7 @@ class Joints:
     @classmethod
     def of(cls, model: mujoco.MjModel, tree: SegmentTree) -> Joints:
         """Those of a model that holds MyoHand."""
-        return cls(tree, np.array([model.joint(name).id for name, _ in JOINTS.values()]),
+        return cls(tree, np.array([model.joint(name).id for name in JOINTS.values()]),
                    np.array([model.body(name).id for name in tree.names]),
                    np.ascontiguousarray(tree.layout[:, 0]), np.arange(3) < tree.layout[:, 1:2])
 

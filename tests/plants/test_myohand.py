@@ -246,6 +246,6 @@ def test_without_its_package_one_line_names_the_extra(monkeypatch):
 def test_an_unstable_simulation_is_found_at_once_and_named():
     plant = MyoHand()
     state, _ = run(plant, active(), 0.01)
-    state.data.qvel[plant.model.joint(JOINTS["F2_pip_flexion"][0]).id] = 1e5
+    state.data.qvel[plant.model.joint(JOINTS["F2_pip_flexion"]).id] = 1e5
     with pytest.raises(RunError, match="unstable at 11 ms: pm2_flexion_r moves"):
         plant.advance(state, [active()], 10 * NS_PER_MS, 20 * NS_PER_MS)

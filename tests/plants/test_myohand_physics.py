@@ -145,7 +145,7 @@ def test_mcp_stiffness_tendons_included_is_as_measured(contracture, low, high):
     plant = MyoHand(contracture=contracture)
     data = plant.init(Context("hand")).data
     for finger in range(2, 6):
-        joint, moments = plant.model.joint(JOINTS[f"F{finger}_mcp_flexion"][0]).id, []
+        joint, moments = plant.model.joint(JOINTS[f"F{finger}_mcp_flexion"]).id, []
         for angle in (-0.02, 0.02):
             data.qpos[joint] += angle
             mujoco.mj_forward(plant.model, data)
