@@ -88,7 +88,7 @@ def test_each_swept_element_moves_what_lies_under_it(tmp_path):
         for second, under, elsewhere in ((2.9, "EDC", "FDS"), (6.9, "FDS", "EDC")):
             activation = dict(zip(MUSCLES, at(recording, "muscles.activation", second), strict=True))
             assert max(activation, key=activation.__getitem__)[:3] == under
-            assert not any(activation[name] for name in MUSCLES if name.startswith(elsewhere))
+            assert max(activation[name] for name in MUSCLES if name.startswith(elsewhere)) < 0.01
         stairs = [at(recording, "muscles.activation", 0.45 + 0.5 * k)[MUSCLES.index("EDC3")]
                   for k in range(6)]
         assert (np.diff(stairs) > 0.0).all()
