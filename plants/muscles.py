@@ -233,11 +233,12 @@ class Muscles:
         """(activation, fitness) of the instant that the state is of."""
         now, fitness = state.now_ns, self._fitness(state, state.now_ns)
         activation, capacity = self._contraction.look(state.stimulated, now)
-        natural, _ = self._natural.look(state.natural, now)
-        if self.tremor is not None:
-            natural += trembling(state.waves, self._sides, now)
-        natural *= capacity
-        activation += natural
+        if self.tremor is not None or not state.natural.idle:
+            natural, _ = self._natural.look(state.natural, now)
+            if self.tremor is not None:
+                natural += trembling(state.waves, self._sides, now)
+            natural *= capacity
+            activation += natural
         np.minimum(activation, 1.0, out=activation)
         activation *= fitness
         return activation, fitness * capacity

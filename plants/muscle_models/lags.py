@@ -20,6 +20,11 @@ from plants.checks import require_positive
 Array = NDArray[np.float64]
 
 
+UNTIRED = np.ones(len(MUSCLES))
+"""What is left of muscles that have no fatigue of their own."""
+UNTIRED.flags.writeable = False
+
+
 @njit(cache=True)
 def settle_lags(
     levels: Array, drive: Array, first_s: float, second_s: float, elapsed_s: float, after: Array
@@ -45,11 +50,15 @@ def settle_lags(
 
 
 class LagState:
-    """Levels (2, muscles) of both lags at `since_ns`, and the drive (muscles,) held since then."""
+    """Levels (2, muscles) of both lags at `since_ns`, and the drive (muscles,) held since then.
 
-    __slots__ = ("drive", "levels", "since_ns")
+    `idle` as long as there has been no drive: all levels are 0.
+    """
+
+    __slots__ = ("drive", "idle", "levels", "since_ns")
 
     def __init__(self) -> None:
+        self.idle = True
         self.levels = np.zeros((2, len(MUSCLES)))
         self.drive = np.zeros(len(MUSCLES))
         self.since_ns = 0
@@ -58,6 +67,7 @@ class LagState:
         """A state that can go ahead on its own; arrays here are replaced, never written to."""
         ahead = LagState.__new__(LagState)
         ahead.levels, ahead.drive, ahead.since_ns = self.levels, self.drive, self.since_ns
+        ahead.idle = self.idle
         return ahead
 
 
@@ -86,10 +96,11 @@ class TwoLags:
         """`drive` (muscles,) acts from `time_ns` on."""
         state.levels = self._levels(state, time_ns)
         state.drive, state.since_ns = drive, time_ns
+        state.idle = state.idle and not drive.any()
 
     def look(self, state: LagState, time_ns: int) -> tuple[Array, Array]:
         """Activation, and ones for what is left of the muscles: these have no fatigue of their own."""
-        return self._levels(state, time_ns)[1], np.ones(len(MUSCLES))
+        return self._levels(state, time_ns)[1], UNTIRED
 
     def _levels(self, state: LagState, time_ns: int) -> Array:
         after = np.empty_like(state.levels)
