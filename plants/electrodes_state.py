@@ -47,6 +47,7 @@ class ElectrodesState:
     forearm: constants.
     period_ns: of the block's clock.
     places: (elements, 3), of the elements: around the forearm, along it, size, mm; never written to.
+    slip: (2,), m, around and along, of the arrays from where they were put on; never written to.
     gains: (elements,), share of the current that passes the skin; never written to.
     fields: (elements, axons), of `field_row`; a row is made when its element is first active.
     known: (elements,), whose rows are made.
@@ -68,6 +69,7 @@ class ElectrodesState:
     fired: Flags
     until_ns: list[float]
     hertz: list[float]
+    slip: Array = field(default_factory=lambda: np.zeros(2))
     rotation: int = 0
     newest_ns: int = NEVER
     skin_ns: int = NEVER
