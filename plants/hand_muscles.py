@@ -88,13 +88,18 @@ ADULT_MM = 190.0
 scale s: lengths grow as s, forces as its square, moments and what resists them as its cube."""
 
 
+def passive_n_m(name: str) -> float:
+    """Passive stiffness of a whole muscle, N/m, where the adult hand rests."""
+    return PASSIVE_N_M.get(name[:3], 10.0)
+
+
 def muscles(scale: float = 1.0) -> tuple[Muscle, ...]:
     """Force and fibre of every muscle, in the order of `MUSCLES`, of a hand built to scale."""
     rows = []
     for name in MUSCLES:
         share = EXTENSOR_SHARE if name[0] in "EA" else FLEXOR_SHARE
         rows.append(Muscle(scale**2 * share * MOBL_ARMS_N[name], scale * FIBRES_MM[name],
-                           scale * PASSIVE_N_M.get(name[:3], 10.0)))
+                           scale * passive_n_m(name)))
     return tuple(rows)
 
 

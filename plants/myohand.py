@@ -31,10 +31,9 @@ from plants.hand_forearm import PALM_DOWN, add_forearm_drive
 from plants.hand_model import add_splint, compiled
 from plants.hand_objects import GraspObject, Table, add_object, add_table, require_apart
 from plants.hand_state import HandState, evaluate, stable_bounds
-from plants.myohand_anatomy import JOINTS
+from plants.myohand_anatomy import JOINTS, activated_by
 from plants.myohand_joints import NO_JOINT, Joints, rest_angles
 from plants.myohand_model import (
-    activated_by,
     add_segments,
     fibres_of,
     loaded,
@@ -61,13 +60,13 @@ class MyoHand:
     - `deviation`: of the wrist, 25 deg radial and 10 ulnar; the other way round.
     - `strength`: wrist muscles give moments 2 to 3 times too large; the shares of `hand`, and EDC5's 39.4 N.
     - `lengths`: tendons leave the stored ranges of lengths; ranges found over all postures.
-    - `passive`: joints have no stiffness and ten times the damping; springs and dampers of `hand`, the MCP
-      joints' total stiffness as measured, and a resting posture.
+    - `passive`: joints have no stiffness and ten times the damping, relaxed tendons are slack; springs and
+      dampers of `hand` on joints and tendons, the MCP joints' total stiffness as measured, a resting posture.
 
     Not to be left out: the arm is welded to the forearm, activation acts without MyoHand's own lag (that is
     the muscles' block), skin touches as that of `hand`, RI2, whose path jumps, and the pronators are out.
     Force-length, force-velocity and tendon paths are MyoHand's: wrist and fingers reach what its ranges
-    allow, relaxed tendons are slack, so that there is next to no tenodesis, extensors have a longer arm at
+    allow, extensors have a longer arm at
     the DIP joints, APL_r none about the axis that moves the thumb sideways, and the wrist's axis of flexion
     is tilted by 17 deg. The palm weighs what its bones and, as shipped, surfaces that tendons wrap around
     do; the hand .43 kg.
@@ -158,11 +157,13 @@ class MyoHand:
             add_table(spec, self.table)
         model = compiled(spec)
         if JOINTS_PATCH not in self.as_shipped:
-            joints.hold(model, rest, self.contracture, self.stiffness, self.damping)
+            joints.hold(model, rest, self.contracture, self.stiffness, self.damping,
+                        self.passive_tension)
         activated = activated_by(model)
         for key, value in (
                 ("size", found.size), ("model", model), ("_joints", joints), ("_start", start),
-                ("_activated", activated), ("_fibres", fibres_of(activated)),
+                ("_activated", np.array([MUSCLES.index(name) for name in activated])),
+                ("_fibres", fibres_of(activated)),
                 ("_sites", np.array([model.site(f"imu {name}").id for name in tree.names])),
                 ("_tips", np.array([model.site(f"tip {name}").id for name in TIPS])),
                 ("_bounds", stable_bounds(model)),

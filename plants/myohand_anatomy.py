@@ -65,6 +65,12 @@ some 10 deg its path jumps from one side of a wrapping surface to the other and 
 below it extends the joint that it should flex. Its pronators, PT_r and PQ_r, are left out."""
 
 
+def activated_by(model: mujoco.MjModel) -> tuple[str, ...]:
+    """By MyoHand's muscles (36,), which of ours activates it."""
+    owner = {theirs: name for name, stands_for in STANDS_FOR.items() for theirs in stands_for}
+    return tuple(owner[model.actuator(k).name] for k in range(len(owner)))
+
+
 class Anatomy(NamedTuple):
     """Where MyoHand's segments stand with all its joints at 0.
 

@@ -12,14 +12,15 @@ from scipy.optimize import least_squares
 from fesloop.errors import InputError, did_you_mean
 from fesloop.hand.segments import SegmentTree
 from plants.hand_joints import FINGER_RESTS_DEG
-from plants.hand_model import nominal_passive
-from plants.myohand_anatomy import JOINTS
+from plants.hand_model import RESTING_LENGTH, nominal_passive
+from plants.hand_muscles import FIBRES_MM, passive_n_m
+from plants.myohand_anatomy import JOINTS, STANDS_FOR, activated_by
 from plants.myohand_angles import joint_rotations
 
 Array = NDArray[np.float64]
 TENDONS_SHARE = 0.01
-"""N m/rad, added to the springs of the fingers' MCP joints: what relaxed tendons of `hand` add to the joint's
-own .03, so that the total is as measured, .033 to .047 (PMC7775510). MyoHand's are slack at rest."""
+"""N m/rad that relaxed tendons add to the fingers' MCP joints' own .03 in `hand`, so that the total is as
+measured, .033 to .047 (PMC7775510). What MyoHand's, on smaller arms, leave of it, the joints' springs add."""
 ALLOWANCE_DEG = 20.0
 """Chosen: so far from what is asked for MyoHand may stand where its joints end."""
 NO_JOINT, NO_JOINT_WEIGHT, NO_JOINT_ALLOWANCE_DEG = "F1_cmc_pronation", 0.05, 45.0
@@ -106,23 +107,43 @@ class Joints:
         return np.asarray(found.x)
 
     def hold(self, model: mujoco.MjModel, rest: Array, contracture: float, stiffness: float,
-             damping: float) -> None:
+             damping: float, tension: float) -> None:
         """Springs and dampers as our hand's, such that without gravity the hand rests at `rest`, (22,).
 
-        Factors: on the stiffness of MCP joints, of all joints, and on their damping.
+        Factors: on the stiffness of MCP joints, of all joints, on their damping, and on tendons' stiffness.
         """
         springs, dampers = nominal_passive(self.tree, contracture)
         rows = [self.tree.freedom(name) for name in JOINTS]
-        tendons = [TENDONS_SHARE * (name.endswith("mcp_flexion") and name[:2] != "F1") for name in JOINTS]
-        strengths = stiffness * (springs[rows] + tendons)
         relaxed = mujoco.MjData(model)
         relaxed.qpos[self.places] = rest
         mujoco.mj_forward(model, relaxed)
-        pull = relaxed.qfrc_actuator[self.places]
+        added = self._tighten(model, relaxed, tension)
+        mcp = np.array([name.endswith("mcp_flexion") and name[:2] != "F1" for name in JOINTS])
+        strengths = stiffness * (springs[rows] + np.where(mcp, np.maximum(TENDONS_SHARE - added, 0.0), 0.0))
+        mujoco.mj_forward(model, relaxed)
+        pull = (relaxed.qfrc_actuator + relaxed.qfrc_passive)[self.places]
         shift = np.divide(pull, strengths, out=np.zeros_like(pull), where=strengths > 0.0)
         model.jnt_stiffness[self.places] = strengths
         model.dof_damping[self.places] = damping * dampers[rows]
         model.qpos_spring[self.places] = rest - shift
+
+    def _tighten(self, model: mujoco.MjModel, relaxed: mujoco.MjData, tension: float) -> Array:
+        """Make springs of relaxed tendons; what these add to the joints' stiffness, (22,), N m/rad, healthy.
+
+        They are as stiff as those of `hand` and slack where these are.
+        """
+        arms = np.zeros((model.nu, model.nv))
+        mujoco.mju_sparse2dense(arms, relaxed.actuator_moment.ravel(), relaxed.moment_rownnz,
+                                relaxed.moment_rowadr, relaxed.moment_colind)
+        added = np.zeros(model.nv)
+        for muscle, name in enumerate(activated_by(model)):
+            tendon = int(model.actuator_trnid[muscle, 0])
+            stiff = passive_n_m(name) / len(STANDS_FOR[name])
+            slack = relaxed.ten_length[tendon] - (RESTING_LENGTH - 1.0) * 1e-3 * FIBRES_MM[name]
+            model.tendon_stiffness[tendon] = tension * stiff
+            model.tendon_lengthspring[tendon] = 0.0, slack
+            added += stiff * arms[muscle] ** 2
+        return np.asarray(added[self.places])
 
 
 def _require_angles(where: str, freedoms: tuple[str, ...], wanted_deg: dict[str, float]) -> None:

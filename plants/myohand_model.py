@@ -144,14 +144,8 @@ def set_muscles(spec: mujoco.MjSpec, strength: Array, tension: float) -> None:
             set_force(muscle, factor * muscle.gainprm[FORCE])
 
 
-def activated_by(model: mujoco.MjModel) -> NDArray[np.int64]:
-    """By MyoHand's muscles (36,), which of ours activates it."""
-    owner = {theirs: i for i, name in enumerate(MUSCLES) for theirs in STANDS_FOR[name]}
-    return np.array([owner[model.actuator(k).name] for k in range(len(owner))])
-
-
-def fibres_of(activated: NDArray[np.int64]) -> Array:
+def fibres_of(activated: tuple[str, ...]) -> Array:
     """(29, 36), 1/m: from velocities of MyoHand's tendons to our fibres', in optimal lengths per s."""
-    share = (activated == np.arange(len(MUSCLES))[:, np.newaxis]).astype(np.float64)
+    share = np.array([[1.0 * (ours == name) for ours in activated] for name in MUSCLES])
     lengths = 1e-3 * np.array([FIBRES_MM[name] for name in MUSCLES])
     return np.asarray(share / (share.sum(axis=1) * lengths)[:, np.newaxis])

@@ -154,6 +154,15 @@ def test_mcp_stiffness_tendons_included_is_as_measured(contracture, low, high):
         assert low < -(moments[1] - moments[0]) / 0.04 < high
 
 
+def test_tenodesis_the_extended_wrist_closes_the_fingers_and_the_flexed_one_opens_them():
+    joints = (f"F{i}_{joint}_flexion" for i in range(2, 6) for joint in ("mcp", "pip", "dip"))
+    flexions = [FREEDOMS.index(joint) for joint in joints]
+    for wrist, sign in ((-30.0, 1.0), (30.0, -1.0)):
+        plant = weightless(MyoHand, splint_deg={**SPLINT, "wrist_flexion": wrist})
+        change = sign * moved(plant, active(()), 1.0)[flexions].reshape(4, 3)
+        assert (change.sum(axis=1) > 10.0).all()
+
+
 def test_without_gravity_the_hand_rests_where_it_is_told_to():
     plant = weightless(MyoHand, rest_deg={"F2_pip_flexion": 50.0, "wrist_flexion": -20.0})
     assert np.abs(moved(plant, active(()), 1.0)).max() < 1e-6
