@@ -86,7 +86,7 @@ class Hand:
         2.6 makes .088 (MAS 1+ after stroke), 17 makes .52 (MAS 2), 21 makes .64 (MAS 3); PMC7775510.
     object: what is there to grasp. table: what it stands on.
     step_ms: of the solver. Chosen: halving it changes a grasp by less than a degree; hands shorter than
-        180 mm under full force need half of it, and end the run where they are given more.
+        180 mm under full force need half of it: with more, joints are flung far beyond their ranges.
 
     Raises InputError for what cannot be, such as an object or a table inside the hand; RunError when the
     simulation becomes unstable.

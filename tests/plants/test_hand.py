@@ -19,6 +19,7 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS
 from plants.hand import Hand
 from plants.hand_forearm import PALM_DOWN
+from plants.hand_muscles import muscles
 from plants.hand_objects import GraspObject, Table
 
 TREE = hand_tree(HandSize())
@@ -81,6 +82,15 @@ def test_sites_and_fingertips_are_where_kinematics_has_them(moving):
     tips = [tree.index(f"F{i}d") for i in range(1, 6)]
     ends = segment_poses(tree, seen["angles"]).position[tips]
     assert np.allclose(seen["fingertips"], ends, rtol=0, atol=1e-12)
+
+
+def test_fibres_lengthen_as_mujocos_tendons_do(moving):
+    plant, state, seen = moving
+    mujoco.mj_forward(plant.model, state.data)
+    for name, row in zip(MUSCLES, muscles(), strict=True):
+        lengthening = state.data.ten_velocity[plant.model.tendon(name).id]
+        assert seen["velocity"][muscle(name)] == pytest.approx(1e3 * lengthening / row.fibre_mm, abs=1e-9)
+    assert np.abs(seen["velocity"]).max() > 0.1
 
 
 def test_sites_feel_the_forearm_turn_and_it_arrives():
