@@ -121,9 +121,11 @@ def test_a_failing_run_exits_with_1_its_cause_in_a_line_and_is_kept(capsys, tmp_
     assert code == 1
     assert told["status"] == "failed"
     assert err.splitlines()[0].startswith("fesloop: plant.y is not finite at 118")
+    assert told["cause"] in err.splitlines()[0]
     with Recording(told["recording"]) as recording:
         assert recording.status == "failed"
         assert recording.signal("plant.y").times_ns[-1] > 11e9
+        assert recording.events[-1].detail == told["cause"]
 
 
 def test_check_prints_wiring_and_latency_and_runs_nothing(capsys, tmp_path, monkeypatch):

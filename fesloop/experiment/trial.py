@@ -67,10 +67,11 @@ class Result:
     missed_deadlines: int = 0
 
     def as_table(self) -> dict[str, Any]:
-        """What `fesloop run --json` prints."""
-        return {"experiment": self.experiment, "seed": self.seed, "status": self.status,
+        """What `fesloop run --json` prints; `cause` only of a run that failed."""
+        told = {"experiment": self.experiment, "seed": self.seed, "status": self.status,
                 "recording": str(self.recording), "metrics": self.metrics, "wall_s": self.wall_s,
                 "realtime_factor": self.realtime_factor}
+        return {**told, "cause": self.cause} if self.cause else told
 
 
 class _Interrupt:
