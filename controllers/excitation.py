@@ -1,0 +1,148 @@
+"""`excitation`: the stimulation from which a patient's model is identified, in one experiment."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_S, duration_ns
+from fesloop.loop.noise import NoiseStream
+from fesloop.loop.signals import Port, Sample, Value
+
+Array = NDArray[np.float64]
+Bounds = tuple[tuple[float, float], ...]
+RESTING = -1.0
+"""Phase in which nothing is asked."""
+
+
+@dataclass(slots=True, eq=False)
+class ExcitationState:
+    """What the schedule needs: constants, and the stream that the bits are drawn from.
+
+    Attributes
+    ----------
+    currents: (channels,), A. recruiting, binary: (channels, 2), bounds of the widths, s.
+    """
+
+    currents: Array
+    recruiting: Array
+    binary: Array
+    bits: NoiseStream
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Excitation:
+    """Recruitment channel by channel, then pseudo-random binary pulse widths on all channels at once.
+
+    Currents are fixed, as for the controllers that will use the model; pulse widths are modulated. First all
+    rests for `lead_s`. Then each channel alone climbs from its lowest to its highest width, in stairs or as a
+    ramp up and down again, and rests. Last, for `prbs_s`, every channel is at one of its two bounds, drawn
+    anew for each bit from the run's seed: bits of different channels and instants are independent, however
+    many there are, and what is binary stays binary behind any recruitment curve, which is why linear dynamics
+    can be told from it whatever the curves are. After that nothing is stimulated.
+
+    Attributes
+    ----------
+    current_ma: (channels,), fixed current of each channel.
+    width_us: (channels, 2), lowest and highest width of each channel's stairs or ramp.
+    prbs_us: (channels, 2), bounds of the binary widths; empty: `width_us`.
+    recruitment: "staircase" or "ramp".
+    lead_s: rest at the start, for a tracker to settle.
+    stairs, stair_s: number of stairs and length of one; a ramp lasts as long as all stairs.
+    rest_s: after each channel.
+    prbs_s, bit_s: length of the binary part and of a bit (chosen: a bit of .2 s, the rise time of muscle,
+        133 ms at 25 rad/s, and a little more).
+
+    Outputs: `stimulation` (channels, 2), A and s; `phase`: number of the channel that is being recruited, its
+    rest included; the number of channels while the widths are binary; -1 before and after.
+    """
+
+    current_ma: tuple[float, ...]
+    width_us: Bounds
+    prbs_us: Bounds = ()
+    recruitment: Literal["staircase", "ramp"] = "staircase"
+    lead_s: float = 5.0
+    stairs: int = 6
+    stair_s: float = 0.5
+    rest_s: float = 1.5
+    prbs_s: float = 45.0
+    bit_s: float = 0.2
+
+    def __post_init__(self) -> None:
+        if not self.current_ma or not all(isfinite(value) and value > 0.0 for value in self.current_ma):
+            raise InputError("current_ma", f"{self.current_ma}", "a finite current above 0 for each channel")
+        for key in ("width_us", "prbs_us"):
+            bounds = getattr(self, key)
+            if len(bounds) != self.channels and (bounds or key == "width_us"):
+                raise InputError(key, f"{len(bounds)} pairs", f"{self.channels}, one a channel")
+            for low, high in bounds:
+                if not (isfinite(low) and isfinite(high) and 0.0 <= low < high):
+                    raise InputError(key, f"({low}, {high})", "0 <= lowest < highest, us")
+        if self.stairs < 2:
+            raise InputError("stairs", f"{self.stairs}", "2 or more")
+        for key in ("lead_s", "stair_s", "rest_s", "prbs_s", "bit_s"):
+            if duration_ns(getattr(self, key), NS_PER_S, key) == 0 and key in ("stair_s", "bit_s"):
+                raise InputError(key, "0", "above 0")
+
+    @property
+    def channels(self) -> int:
+        """Number of channels."""
+        return len(self.current_ma)
+
+    @property
+    def duration_s(self) -> float:
+        """Of the whole schedule."""
+        return self.lead_s + self.channels * (self.stairs * self.stair_s + self.rest_s) + self.prbs_s
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """None: a source."""
+        return ()
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """`stimulation`, `phase`."""
+        return Port("stimulation", (self.channels, 2), "A,s"), Port("phase", (), "1", RESTING)
+
+    def init(self, context: Context) -> ExcitationState:
+        """Nothing but constants."""
+        return ExcitationState(np.array(self.current_ma) / 1e3, np.array(self.width_us) / 1e6,
+                               np.array(self.prbs_us or self.width_us) / 1e6,
+                               context.noise(self.channels, "uniform", "bits"))
+
+    def step(self, state: ExcitationState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """The pulses of now."""
+        pulses = np.zeros((self.channels, 2))
+        since_ns = tick.time_ns - duration_ns(self.lead_s, NS_PER_S, "lead_s")
+        lasting_ns = self.stairs * duration_ns(self.stair_s, NS_PER_S, "stair_s")
+        turn_ns = lasting_ns + duration_ns(self.rest_s, NS_PER_S, "rest_s")
+        if since_ns < 0:
+            return pulses, RESTING
+        channel, within_ns = divmod(since_ns, turn_ns)
+        if channel < self.channels:
+            if within_ns < lasting_ns:
+                low, high = state.recruiting[channel]
+                width = low + (high - low) * self._climbed(within_ns / lasting_ns)
+                pulses[channel] = state.currents[channel], width
+            return pulses, float(channel)
+        since_ns -= self.channels * turn_ns
+        if since_ns >= duration_ns(self.prbs_s, NS_PER_S, "prbs_s"):
+            return pulses, RESTING
+        bits = state.bits.row(since_ns // duration_ns(self.bit_s, NS_PER_S, "bit_s")) < 0.5
+        widths = np.where(bits, state.binary[:, 1], state.binary[:, 0])
+        pulses[widths > 0.0, 0] = state.currents[widths > 0.0]
+        pulses[:, 1] = widths
+        return pulses, float(self.channels)
+
+    def _climbed(self, share: float) -> float:
+        """How far between the bounds a channel is, when this share of its time is over."""
+        if self.recruitment == "ramp":
+            return 1.0 - abs(2.0 * share - 1.0)
+        return (int(share * self.stairs) + 1.0) / self.stairs
