@@ -18,19 +18,24 @@ CLOSING = np.array([1.0 * name.startswith(("FDP", "FDS")) + 2.0 * name.startswit
                     for name in MUSCLES])
 
 
-def holding(level, seconds, step_ms=1.0, release_s=1e3, ramp_s=1.0, **parameters):
+FOREARM = np.where([name == "THENAR" for name in MUSCLES], 0.0, CLOSING)
+OPPOSED = {"F1_cmc_flexion": 58.0, "F1_cmc_abduction": -15.0, "F1_cmc_pronation": 110.0}
+"""As an opponens splint holds the thumb."""
+
+
+def holding(level, seconds, step_ms=1.0, release_s=1e3, ramp_s=1.0, closing=CLOSING, held=None, **parameters):
     """(plant, state, angles, object's places) every 20 ms: fingers close, the table sinks at 1.5 s."""
     place = (-0.008, 0.105, 0.0)
     plant = Hand(
-        forearm_orientation=THUMB_UP, splint_deg={"wrist_flexion": -20.0, "wrist_abduction": 0.0},
-        rest_deg=OPEN, step_ms=step_ms,
+        forearm_orientation=THUMB_UP, rest_deg=OPEN,
+        splint_deg={"wrist_flexion": -20.0, "wrist_abduction": 0.0, **(held or {})}, step_ms=step_ms,
         object=GraspObject(size_mm=(50.0, 120.0), mass_kg=0.2, position_m=place),
         table=Table(height_m=-0.0601, centre_m=place[:2], half_m=(0.04, 0.04), lowered_at_s=1.5),
         **parameters)
     state, angles, places = plant.init(Context("hand")), [], []
     for k in range(round(50 * seconds)):
         share = np.interp(0.02 * k, (0.0, ramp_s, release_s, release_s + 0.2), (0.0, 1.0, 1.0, 0.0))
-        plant.advance(state, [level * share * CLOSING], 20_000_000 * k, 20_000_000 * (k + 1))
+        plant.advance(state, [level * share * closing], 20_000_000 * k, 20_000_000 * (k + 1))
         seen = plant.read(state, [])
         angles.append(np.degrees(seen[0]))
         places.append(seen[10])
@@ -72,6 +77,16 @@ def test_halving_the_step_changes_a_grasp_by_less_than_a_degree():
     usual, fine = (holding(0.05, 4.0, step_ms)[2] for step_ms in (1.0, 0.5))
     assert np.ptp(usual, axis=0).max() > 30.0
     assert np.abs(usual - fine).max() < 1.0
+
+
+def test_in_an_opponens_splint_the_long_flexor_alone_sets_the_thumb_against_the_fingers():
+    """Without a splint, and without the thenar group, the thumb bends past the cylinder's side."""
+    free, opposed = (holding(0.1, 4.0, closing=FOREARM, held=held) for held in ({}, OPPOSED))
+    pressed = [plant.read(state, [])[8] for plant, state, *_ in (free, opposed)]
+    assert pressed[0][0] < 0.5
+    assert pressed[1][0] > 3.0
+    assert pressed[1][1:].max() > 0.5
+    assert np.abs(opposed[3][-1] - opposed[3][-25]).max() < 0.002
 
 
 @pytest.mark.parametrize(("shape", "size_mm", "half_height"), [
