@@ -19,6 +19,8 @@ from fesloop.loop.noise import NoiseStream, stream_key
 from plants.checks import require_not_negative, require_positive, require_shape
 
 Array = NDArray[np.float64]
+MOST_AXONS = 50_000
+"""Of a muscle (chosen: the field of 59 elements at those of all muscles then takes .6 GB)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,6 +88,8 @@ class AxonScatter:
 
     def __post_init__(self) -> None:
         require_positive("axons", self, "count", "threshold_ma", "least_depth_mm")
+        if self.count > MOST_AXONS:
+            raise InputError("axons.count", f"{self.count}", f"at most {MOST_AXONS}")
         require_not_negative("axons", self, "around_mm", "along_mm", "depth_mm", "spread")
 
     def draw(self, points: Sequence[MotorPoint], radius_mm: float, seed: int, name: str) -> Array:
