@@ -50,6 +50,7 @@ def specimens():
         "programme": {"times_s": (0.1, 0.3), "current_ma": ((20.0, 10.0),), "cycle_s": 0.35,
                       "width_us": ((0.0, 100.0), (300.0, 50.0))},
         "element_sweep": {"count": 6, "stair_s": 0.01, "rest_s": 0.02},
+        "point_search": a_hasty_search(),
         "select": {"indices": (2, 0)}, "join": {"unit": "T"},
         "synergies": {},
         "excitation": {"current_ma": (8.0, 10.0), "width_us": ((0.0, 300.0),) * 2, "lead_s": 0.05,
@@ -58,7 +59,8 @@ def specimens():
         "fmu": {"path": "shipped:finger", "step_rate": "100"},
         "pid": {**joints, **current, "recruitment": curves}, "safety": {},
         "stimulator": {}, "electrodes": {},
-        "ilc": {"model": model, "duration_s": 0.5, **current}, "mpc": {"model": model, **current},
+        "ilc": {"model": model, "duration_s": 0.5, "sd_max_deg": 60.0, "reject_share": 1.0, **current},
+        "mpc": {"model": model, **current},
     }
     registered = {entry.name for entry in entry_points(group="fesloop.blocks")}
     made = {}
@@ -113,6 +115,15 @@ def a_tired_patient():
 
     return {"model": "ding2007", "fatigue": MuscleFatigue(), "reflex": StretchReflex(),
             "tremor": MuscleTremor()}
+
+
+def a_hasty_search():
+    """Parameters of `point_search` with some queries in a third of a second."""
+    from controllers.point_search.space import SearchSpace
+    from controllers.point_search.timetable import Timetable
+
+    return {"space": SearchSpace(elements=(3, 4)),
+            "timetable": Timetable(begin_s=0.02, rest_s=0.03, ramp_s=0.02, settle_s=0.01, measure_s=0.01)}
 
 
 def load(kind):

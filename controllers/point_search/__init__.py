@@ -1,0 +1,1 @@
+"""Search for the elements of electrode arrays, and the charge, that bring about a movement."""

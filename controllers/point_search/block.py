@@ -1,0 +1,198 @@
+"""`point_search`: finds elements and charge that bring about a movement, by asking the hand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import cast, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.point_search.contract import Query, Response, Strategy
+from controllers.point_search.space import SearchSpace
+from controllers.point_search.state import Look, PointSearchState
+from controllers.point_search.strategies import Strategies, StrategyName
+from controllers.point_search.timetable import BASELINE, BEGIN, ENDED, MEASURE, Timetable
+from fesloop.errors import InputError
+from fesloop.hand.movements import FREEDOMS, MovementName, movement_of
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_S, duration_ns
+from fesloop.loop.guard import is_finite
+from fesloop.loop.noise import stream_key
+from fesloop.loop.signals import Port, Sample, Value
+
+Array = NDArray[np.float64]
+REPEATS = 2
+"""How often a query is asked anew whose response nobody saw (chosen)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PointSearch:
+    """Asks the hand which elements of the arrays, at which current, bring about a movement.
+
+    After a rest a query is given to the stimulator through channel 0, and the movement from the posture of
+    that rest, each the mean of what the tracker told while the hand was looked at, is judged
+    (`fesloop.hand.movements`). A strategy (`controllers.point_search.contract`) chooses the queries. When it
+    has no more of them the search has ended: status `found` with what it recommends, no pulse any more.
+
+    Inputs: `angles` (23,), rad, from a tracker; optional `angle_sd` (23,), rad: freedoms of which nothing is
+    known, pi, count as not moved. Outputs: `stimulation` (1, 2), A and s; `multiplexing` (1, elements), share
+    of the current that each element has; `query`, number of the one under way or last, from 0 on, -1
+    before; `phase`, of `controllers.point_search.timetable`; `quality`, of the last response; `best_quality`,
+    `best_stimulation` (2,), `best_multiplexing` (elements,): what the strategy recommends, 0 before it
+    recommends anything.
+
+    Statuses: `found`; `unseen`, with the freedoms; `bad_input` for angles that are not finite, which are
+    left out; `no_response` where no posture was told in time: the query is asked anew, and when that has
+    been in vain twice the search ends as `lost`.
+
+    Attributes
+    ----------
+    movement: that is searched for.
+    strategy: by which; strategies: parameters of each.
+    space: where. timetable: how long all takes.
+    """
+
+    movement: MovementName = "finger_opening"
+    strategy: StrategyName = "exhaustive"
+    strategies: Strategies = field(default_factory=Strategies)
+    space: SearchSpace = field(default_factory=SearchSpace)
+    timetable: Timetable = field(default_factory=Timetable)
+
+    def __post_init__(self) -> None:
+        movement_of(self.movement)
+        if not hasattr(self.strategies, self.strategy):
+            raise InputError("strategy", f"{self.strategy!r}", ", ".join(get_args(StrategyName)))
+        self.chosen.start(self.space, 0)
+
+    @property
+    def chosen(self) -> Strategy:
+        """The strategy."""
+        return self.strategies.named(self.strategy)
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """What the tracker tells."""
+        each = (len(FREEDOMS),)
+        return Port("angles", each, "rad"), Port("angle_sd", each, "rad", optional=True)
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """Pulses, where they go, how far the search is, and what it recommends."""
+        count = self.space.count
+        return (Port("stimulation", (1, 2), "A,s"), Port("multiplexing", (1, count), "1"),
+                Port("query", (), "1", -1.0), Port("phase", (), "1"), Port("quality", (), "1"),
+                Port("best_quality", (), "1"), Port("best_stimulation", (2,), "A,s"),
+                Port("best_multiplexing", (count,), "1"))
+
+    def init(self, context: Context) -> PointSearchState:
+        """Nothing asked yet."""
+        key = stream_key(context.seed, f"{context.name}/search", context.trial)
+        begin_ns = duration_ns(self.timetable.begin_s, NS_PER_S, "timetable.begin_s")
+        return PointSearchState(self.chosen.start(self.space, key), Look(np.zeros(len(FREEDOMS))), begin_ns)
+
+    def step(self, state: PointSearchState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """Look at the hand, go on where a phase is over, stimulate."""
+        if state.phase in (BASELINE, MEASURE):
+            self._look(state, inputs, tick)
+        while state.phase != ENDED and tick.time_ns >= state.until_ns:
+            self._go_on(state, tick)
+        return self._outputs(state, tick.time_ns)
+
+    def _look(self, state: PointSearchState, inputs: Sequence[Sample], tick: Tick) -> None:
+        """Take in the posture of now."""
+        angles, sd = (cast(Array, sample.value) for sample in inputs)
+        arrived_ns = inputs[0].arrived_ns
+        sound = is_finite(angles)
+        state.latch.put(tick, "bad_input", arrived_ns >= 0 and not sound, "angles are not finite: left out")
+        unseen = sd >= math.pi
+        if unseen.any():
+            names = ", ".join(name for name, hidden in zip(FREEDOMS, unseen, strict=True) if hidden)
+            state.latch.put(tick, "unseen", True, f"{names}: count as not moved")
+            angles = np.where(unseen, 0.0, angles)
+        if arrived_ns >= 0 and sound:
+            state.look.take(angles, arrived_ns)
+
+    def _go_on(self, state: PointSearchState, tick: Tick) -> None:
+        """From the phase that is over to the next."""
+        if state.phase == BASELINE:
+            state.rest = state.look.end()
+        if state.phase == MEASURE:
+            self._hear(state, tick)
+        elif state.phase == BEGIN:
+            self._ask(state, tick)
+        else:
+            assert state.query is not None
+            self._enter(state, self.timetable.after(state.phase, state.query), tick)
+
+    def _hear(self, state: PointSearchState, tick: Tick) -> None:
+        """Tell the strategy what the hand made of the query, and ask the next."""
+        assert state.query is not None
+        posture = state.look.end()
+        if posture is None or state.rest is None:
+            tick.report("no_response", f"query {state.number}: no posture was told in time")
+            state.repeats += 1
+            if state.repeats > REPEATS:
+                self._end(state, tick, "lost", f"query {state.number} was asked {state.repeats} times")
+            else:
+                self._enter(state, self.timetable.first(state.query), tick)
+            return
+        movement = posture - state.rest
+        state.quality = movement_of(self.movement).judge(movement).quality
+        self.chosen.tell(state.strategy, state.query, Response(state.quality, movement))
+        state.best = self.chosen.best(state.strategy)
+        self._ask(state, tick)
+
+    def _ask(self, state: PointSearchState, tick: Tick) -> None:
+        """The next query, or the end."""
+        query = self.chosen.ask(state.strategy)
+        if query is None:
+            self._end(state, tick, "found", _in_words(state))
+            return
+        state.query, state.repeats = query, 0
+        state.number += 1
+        self._enter(state, self.timetable.first(query), tick)
+
+    def _enter(self, state: PointSearchState, phase: int, tick: Tick) -> None:
+        assert state.query is not None
+        state.phase, state.since_ns = phase, tick.time_ns
+        state.until_ns = tick.time_ns + self.timetable.lasts_ns(phase, state.query)
+
+    def _end(self, state: PointSearchState, tick: Tick, status: str, detail: str) -> None:
+        state.query, state.phase, state.since_ns = None, ENDED, tick.time_ns
+        tick.report(status, detail)
+
+    def _outputs(self, state: PointSearchState, now_ns: int) -> tuple[Value, ...]:
+        pulses, shares = np.zeros((1, 2)), np.zeros((1, self.space.count))
+        share = self.timetable.width_share(state.phase, now_ns - state.since_ns)
+        if state.query is not None and share > 0.0:
+            pulses[0], shares[0] = _pulse(state.query, share), self._shares(state.query)
+        best_quality, best_pulse, best_shares = 0.0, np.zeros(2), np.zeros(self.space.count)
+        if state.best is not None:
+            best_quality = state.best.quality
+            best_pulse, best_shares = _pulse(state.best.query, 1.0), self._shares(state.best.query)
+        return (pulses, shares, float(state.number), float(state.phase), state.quality, best_quality,
+                best_pulse, best_shares)
+
+    def _shares(self, query: Query) -> Array:
+        """Share of the current that each element has, (elements,)."""
+        shares = np.zeros(self.space.count)
+        shares[list(query.elements)] = 1.0 / len(query.elements)
+        return shares
+
+
+def _pulse(query: Query, share: float) -> Array:
+    """Current, A, and a share of the pulse width, s, of a query."""
+    return np.array([query.current_ma / 1e3, share * query.width_us / 1e6])
+
+
+def _in_words(state: PointSearchState) -> str:
+    """What the search has found."""
+    if state.best is None:
+        return "nothing was asked"
+    query, quality = state.best
+    elements = "+".join(map(str, query.elements))
+    return (f"element {elements} at {query.current_ma:g} mA, {query.width_us:g} us: "
+            f"quality {quality:.2f} by the tracker, {state.number + 1} queries")

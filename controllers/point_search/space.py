@@ -1,0 +1,164 @@
+"""Where a point search looks: elements of arrays on a forearm, virtual electrodes of them, and currents."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import combinations, pairwise
+from math import isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+
+Array = NDArray[np.float64]
+Electrode = tuple[int, ...]
+"""Elements of a virtual electrode, ascending."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArrayLayout:
+    """A grid of elements as whoever puts it on sees it.
+
+    Elements are numbered along the forearm first: element r * columns + c is in row r, counted towards the
+    radial side, and column c, counted from the elbow.
+
+    Attributes
+    ----------
+    rows, columns: around the forearm and along it.
+    pitch_mm: from row to row and from column to column, on the skin.
+    centre_deg, centre_mm: of the grid: around, from the dorsal mid-line towards the radial side, and along,
+        from the elbow.
+    """
+
+    rows: int
+    columns: int
+    pitch_mm: tuple[float, float] = (16.0, 16.0)
+    centre_deg: float = 0.0
+    centre_mm: float = 106.0
+
+    def __post_init__(self) -> None:
+        if min(self.rows, self.columns) < 1:
+            raise InputError("layout", f"{self.rows} rows, {self.columns} columns", "one or more each")
+        if len(self.pitch_mm) != 2 or not all(isfinite(pitch) and pitch > 0.0 for pitch in self.pitch_mm):
+            raise InputError("layout.pitch_mm", f"{self.pitch_mm}", "two finite distances above 0")
+        if not (isfinite(self.centre_deg) and isfinite(self.centre_mm)):
+            raise InputError("layout", f"centre at {self.centre_deg} deg, {self.centre_mm} mm",
+                             "finite numbers")
+
+    @property
+    def elements(self) -> int:
+        """Number of elements."""
+        return self.rows * self.columns
+
+    def places(self, radius_mm: float) -> Array:
+        """Of each element, around the forearm and along it, mm, (elements, 2)."""
+        row, column = np.divmod(np.arange(self.elements), self.columns)
+        around = np.radians(self.centre_deg) * radius_mm + (row - 0.5 * (self.rows - 1)) * self.pitch_mm[0]
+        along = self.centre_mm + (column - 0.5 * (self.columns - 1)) * self.pitch_mm[1]
+        return np.stack([around, along], axis=-1)
+
+    def neighbours(self) -> list[tuple[int, int]]:
+        """Pairs of elements side by side, along and around."""
+        return [(one, other) for one in range(self.elements) for other in (one + 1, one + self.columns)
+                if other < self.elements and (other != one + 1 or other % self.columns)]
+
+
+# The 59 elements of doi 10.3390/s19010208 as `electrodes` has them: dorsal and volar.
+DORSAL = ArrayLayout(rows=5, columns=7)
+VOLAR = ArrayLayout(rows=4, columns=6, centre_deg=175.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchSpace:
+    """All that a strategy may ask: elements alone or some together, up to a current that is tolerated.
+
+    Where the arrays lie is known as they were put on, on a forearm of about this radius; by how much they
+    are off on the day, and where this patient's nerves are, is not.
+
+    Attributes
+    ----------
+    layouts: of the arrays, elements numbered through in this order.
+    radius_mm: of the forearm.
+    currents_ma: levels of strategies that choose among levels, strictly increasing; no query of any strategy
+        has more than the last. Of a query, not of an element.
+    width_us: pulse width of every query.
+    pairs: whether two elements side by side make a virtual electrode, besides each element alone.
+    most_elements: of a virtual electrode.
+    elements: numbers of those that may be used; empty: all.
+    """
+
+    layouts: tuple[ArrayLayout, ...] = (DORSAL, VOLAR)
+    radius_mm: float = 40.0
+    currents_ma: tuple[float, ...] = (8.0, 12.0, 16.0, 20.0, 25.0, 30.0)
+    width_us: float = 300.0
+    pairs: bool = True
+    most_elements: int = 4
+    elements: tuple[int, ...] = ()
+    electrodes: tuple[Electrode, ...] = field(init=False, repr=False, compare=False)
+    _positions: Array = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if not self.layouts:
+            raise InputError("space.layouts", "none", "one or more")
+        if not (isfinite(self.radius_mm) and self.radius_mm > 0.0):
+            raise InputError("space.radius_mm", f"{self.radius_mm}", "a finite radius above 0")
+        levels = (0.0, *self.currents_ma)
+        if len(levels) < 2 or not all(map(isfinite, levels)) or any(b <= a for a, b in pairwise(levels)):
+            raise InputError("space.currents_ma", f"{self.currents_ma}",
+                             "one or more finite currents above 0, strictly increasing")
+        if not (isfinite(self.width_us) and self.width_us > 0.0):
+            raise InputError("space.width_us", f"{self.width_us}", "a finite width above 0")
+        if self.most_elements < 1:
+            raise InputError("space.most_elements", f"{self.most_elements}", "1 or more")
+        for element in self.elements:
+            if not 0 <= element < self.count:
+                raise InputError("space.elements", f"element {element} does not exist",
+                                 f"0 to {self.count - 1}")
+        object.__setattr__(self, "_positions", self._on_the_cylinder())
+        object.__setattr__(self, "electrodes", tuple(self._virtual_electrodes()))
+
+    @property
+    def count(self) -> int:
+        """Elements of all arrays, used or not."""
+        return sum(layout.elements for layout in self.layouts)
+
+    @property
+    def usable(self) -> tuple[int, ...]:
+        """Elements that may be used, ascending."""
+        return tuple(sorted(set(self.elements))) or tuple(range(self.count))
+
+    @property
+    def current_max_ma(self) -> float:
+        """What no query exceeds."""
+        return self.currents_ma[-1]
+
+    def neighbours(self) -> list[tuple[int, int]]:
+        """Pairs of usable elements side by side."""
+        usable, first, pairs = set(self.usable), 0, []
+        for layout in self.layouts:
+            pairs += [(first + one, first + other) for one, other in layout.neighbours()]
+            first += layout.elements
+        return [pair for pair in pairs if usable.issuperset(pair)]
+
+    def position(self, electrode: Electrode) -> Array:
+        """Middle of a virtual electrode, mm, (3,): across the forearm twice, and along it."""
+        middle: Array = self._positions[list(electrode)].mean(axis=0)
+        return middle
+
+    def _on_the_cylinder(self) -> Array:
+        """Positions of all elements, (elements, 3), so that what is close on the skin is close here."""
+        places = np.concatenate([layout.places(self.radius_mm) for layout in self.layouts])
+        turn = places[:, 0] / self.radius_mm
+        return np.stack([self.radius_mm * np.cos(turn), self.radius_mm * np.sin(turn), places[:, 1]], axis=-1)
+
+    def _virtual_electrodes(self) -> list[Electrode]:
+        """Each element, then each two side by side."""
+        single: list[Electrode] = [(element,) for element in self.usable]
+        return single + (list(self.neighbours()) if self.pairs and self.most_elements > 1 else [])
+
+
+def joined(electrodes: tuple[Electrode, ...], most: int) -> list[Electrode]:
+    """Unions of two of some virtual electrodes, each once, of `most` elements at most."""
+    unions = [tuple(sorted({*one, *other})) for one, other in combinations(electrodes, 2)]
+    return [union for union in dict.fromkeys(unions) if len(union) <= most and union not in electrodes]

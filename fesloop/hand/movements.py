@@ -1,0 +1,115 @@
+"""Movements of the hand that stimulation is to bring about, and how good one is that it brought about.
+
+For a movement m from rest, rad, by freedom:
+
+    wanted    W = mean over the wanted freedoms of  min(max(m / t, -1), 1)
+    unwanted  U = root of the mean over all other freedoms of  min(|m| / a, 1)^2
+    quality   Q = W - U / 2
+
+with t the whole movement of a freedom and a what is wholly unwanted of the others. The whole movement without
+any other is 1, rest 0, the opposite of what is wanted -1 or less. Which freedoms move how far, and the half,
+are chosen: cost functions of the literature differ, and weigh what is wanted against what is not as this one
+does (doi 10.1186/s12984-018-0460-1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError, did_you_mean
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.skeleton import hand_tree
+
+Array = NDArray[np.float64]
+MovementName = Literal["wrist_extension", "finger_opening", "pinch", "power_grasp"]
+FREEDOMS = hand_tree(HandSize()).freedoms
+UNWANTED_DEG = {"wrist": 30.0, "thumb": 40.0, "finger": 40.0}
+"""What is wholly unwanted, by part of the hand (chosen: half of a usual range)."""
+UNWANTED_WEIGHT = 0.5
+_FINGERS = ("F2", "F3", "F4", "F5")
+
+
+class Verdict(NamedTuple):
+    """How good a movement is: quality Q, and of what it is made up."""
+
+    quality: float
+    wanted: float
+    unwanted: float
+
+    @property
+    def selectivity(self) -> float:
+        """Share of what is wanted in all that moves, 0 to 1; 0 where nothing wanted moves."""
+        wanted = max(self.wanted, 0.0)
+        return wanted / (wanted + self.unwanted) if wanted else 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Movement:
+    """A movement by what it wants of single freedoms.
+
+    Attributes
+    ----------
+    wanted_deg: the whole movement of each wanted freedom, flexion, ulnar deviation and pronation positive.
+    left_alone: freedoms that count as neither.
+    """
+
+    wanted_deg: dict[str, float]
+    left_alone: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in (*self.wanted_deg, *self.left_alone):
+            if name not in FREEDOMS:
+                raise InputError("movement", f"{name!r} is no freedom of the hand", ", ".join(FREEDOMS),
+                                 did_you_mean(name, FREEDOMS))
+        if not self.wanted_deg or 0.0 in self.wanted_deg.values():
+            raise InputError("movement.wanted_deg", f"{self.wanted_deg}", "one or more freedoms that move")
+
+    def judge(self, movement: Array) -> Verdict:
+        """Of a movement from rest, (23,), rad, in the order of the hand's freedoms."""
+        degrees = dict(zip(FREEDOMS, np.degrees(movement).tolist(), strict=True))
+        wanted = [min(max(degrees[name] / whole, -1.0), 1.0) for name, whole in self.wanted_deg.items()]
+        others = [min(abs(degrees[name]) / UNWANTED_DEG[_part(name)], 1.0) ** 2 for name in FREEDOMS
+                  if name not in self.wanted_deg and name not in self.left_alone]
+        good = sum(wanted) / len(wanted)
+        bad = (sum(others) / len(others)) ** 0.5 if others else 0.0
+        return Verdict(good - UNWANTED_WEIGHT * bad, good, bad)
+
+
+def _part(freedom: str) -> str:
+    """Of the hand, that a freedom belongs to."""
+    if freedom.startswith("wrist"):
+        return "wrist"
+    return "thumb" if freedom.startswith("F1") else "finger"
+
+
+def _of_fingers(**degrees: float) -> dict[str, float]:
+    """The same of joints of all four fingers."""
+    return {f"{finger}_{joint}_flexion": angle for finger in _FINGERS for joint, angle in degrees.items()}
+
+
+MOVEMENTS: dict[str, Movement] = {
+    "wrist_extension": Movement(wanted_deg={"wrist_flexion": -40.0}),
+    # Long extensors straighten the MCP joints; PIP and DIP follow as far as they can.
+    "finger_opening": Movement(
+        wanted_deg=_of_fingers(mcp=-30.0),
+        left_alone=tuple(_of_fingers(pip=0.0, dip=0.0))),
+    "pinch": Movement(
+        wanted_deg={"F2_mcp_flexion": 20.0, "F2_pip_flexion": 30.0, "F1_mcp_flexion": 15.0,
+                    "F1_ip_flexion": 30.0},
+        left_alone=("F2_dip_flexion", "F1_cmc_flexion", "F1_cmc_abduction", "F1_cmc_pronation")),
+    "power_grasp": Movement(
+        wanted_deg=_of_fingers(mcp=30.0, pip=50.0),
+        left_alone=(*_of_fingers(dip=0.0), "F1_cmc_flexion", "F1_mcp_flexion", "F1_ip_flexion")),
+}
+"""By name (chosen: roughly what a hand at rest lacks of the posture)."""
+
+
+def movement_of(name: str) -> Movement:
+    """A movement by its name; raises InputError for one that is not there."""
+    if name not in MOVEMENTS:
+        raise InputError("movement", f"{name!r}", ", ".join(MOVEMENTS), did_you_mean(name, tuple(MOVEMENTS)))
+    return MOVEMENTS[name]
