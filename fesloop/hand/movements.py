@@ -3,10 +3,11 @@
 For a movement m from rest, rad, by freedom:
 
     wanted    W = mean over the wanted freedoms of  min(max(m / t, -1), 1)
-    unwanted  U = root of the mean over all other freedoms of  min(|m| / a, 1)^2
+    unwanted  U = root of the mean over wrist, thumb and fingers of  u^2
+              u = greatest of min(|m| / a, 1) over the other freedoms there
     quality   Q = W - U / 2
 
-with t the whole movement of a freedom and a what is wholly unwanted of the others. The whole movement without
+with t the whole movement of a freedom and a what is wholly unwanted of another. The whole movement without
 any other is 1, rest 0, the opposite of what is wanted -1 or less. Which freedoms move how far, and the half,
 are chosen: cost functions of the literature differ, and weigh what is wanted against what is not as this one
 does (doi 10.1186/s12984-018-0460-1).
@@ -27,7 +28,7 @@ from fesloop.hand.skeleton import hand_tree
 Array = NDArray[np.float64]
 MovementName = Literal["wrist_extension", "finger_opening", "pinch", "power_grasp"]
 FREEDOMS = hand_tree(HandSize()).freedoms
-UNWANTED_DEG = {"wrist": 30.0, "thumb": 40.0, "finger": 40.0}
+UNWANTED_DEG = {"wrist": 30.0, "F1": 40.0, "F2": 40.0, "F3": 40.0, "F4": 40.0, "F5": 40.0}
 """What is wholly unwanted, by part of the hand (chosen: half of a usual range)."""
 UNWANTED_WEIGHT = 0.5
 _FINGERS = ("F2", "F3", "F4", "F5")
@@ -72,18 +73,14 @@ class Movement:
         """Of a movement from rest, (23,), rad, in the order of the hand's freedoms."""
         degrees = dict(zip(FREEDOMS, np.degrees(movement).tolist(), strict=True))
         wanted = [min(max(degrees[name] / whole, -1.0), 1.0) for name, whole in self.wanted_deg.items()]
-        others = [min(abs(degrees[name]) / UNWANTED_DEG[_part(name)], 1.0) ** 2 for name in FREEDOMS
-                  if name not in self.wanted_deg and name not in self.left_alone]
+        worst = dict.fromkeys(UNWANTED_DEG, 0.0)
+        for name in FREEDOMS:
+            if name not in self.wanted_deg and name not in self.left_alone:
+                part = name.partition("_")[0]
+                worst[part] = max(worst[part], min(abs(degrees[name]) / UNWANTED_DEG[part], 1.0))
         good = sum(wanted) / len(wanted)
-        bad = (sum(others) / len(others)) ** 0.5 if others else 0.0
+        bad = (sum(u * u for u in worst.values()) / len(worst)) ** 0.5
         return Verdict(good - UNWANTED_WEIGHT * bad, good, bad)
-
-
-def _part(freedom: str) -> str:
-    """Of the hand, that a freedom belongs to."""
-    if freedom.startswith("wrist"):
-        return "wrist"
-    return "thumb" if freedom.startswith("F1") else "finger"
 
 
 def _of_fingers(**degrees: float) -> dict[str, float]:
@@ -93,9 +90,10 @@ def _of_fingers(**degrees: float) -> dict[str, float]:
 
 MOVEMENTS: dict[str, Movement] = {
     "wrist_extension": Movement(wanted_deg={"wrist_flexion": -40.0}),
-    # Long extensors straighten the MCP joints; PIP and DIP follow as far as they can.
+    # Long extensors straighten the MCP joints; PIP and DIP follow as far as they can. A hand that drops opens its
+    # fingers too, but is of no use: the wrist is to be extended by the 15 deg of the semi-automatic search.
     "finger_opening": Movement(
-        wanted_deg=_of_fingers(mcp=-30.0),
+        wanted_deg={**_of_fingers(mcp=-30.0), "wrist_flexion": -15.0},
         left_alone=tuple(_of_fingers(pip=0.0, dip=0.0))),
     "pinch": Movement(
         wanted_deg={"F2_mcp_flexion": 20.0, "F2_pip_flexion": 30.0, "F1_mcp_flexion": 15.0,
