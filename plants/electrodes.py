@@ -40,11 +40,11 @@ class Electrodes:
 
     Inputs: `elements` (elements, 3): current, A, pulse width, s, and stimulation frequency, Hz, of the pulse
     of every element, 0 where it has none: the elements of one message are active at once; optional `posture`,
-    pronation of the forearm from neutral, rad; optional `skin` (elements,), factors on `skin_gain`; optional
-    `shift` (2,), m, by which the arrays slip on the skin: around the forearm towards the radial side, and
-    along it towards the wrist. Outputs,
-    of the muscles in the order of `fesloop.hand.muscles`: `recruitment` (29,), share of the axons, 0 to 1, 0
-    for muscles in the hand; `frequency` (29,), Hz, mean rate of the recruited axons.
+    pronation of the forearm from neutral, rad, in place of `pronation_deg`; optional `skin` (elements,),
+    factors on `skin_gain`; optional `shift` (2,), m, by which the arrays slip on the skin: around the forearm
+    towards the radial side, and along it towards the wrist. Outputs, of the muscles in the order of
+    `fesloop.hand.muscles`: `recruitment` (29,), share of the axons, 0 to 1, 0 for muscles in the hand;
+    `frequency` (29,), Hz, mean rate of the recruited axons.
 
     Statuses: `bad_input` for a pulse that is negative, not finite or without a frequency (no pulse of its
     message is given), `bad_skin` for factors that are negative or not finite, `bad_posture`, and `bad_shift`
@@ -53,7 +53,8 @@ class Electrodes:
 
     Attributes
     ----------
-    arrays: their elements are numbered through, in this order.
+    arrays: their elements are numbered through, in this order; what stimulates them must know as many
+        (`elements` of `stimulator`).
     motor_points: of the muscles that can be reached, one each.
     axons: around every motor point.
     axon_seed: whose they are, in place of the run's seed.
@@ -61,6 +62,8 @@ class Electrodes:
     radius_mm, length_mm: of the forearm (chosen, the length: an adult's from elbow to wrist).
     reference_mm: depth at which the field under a pad is 1.
     chronaxie_us: of the axons.
+    pronation_deg: of the forearm from where the arrays were put on, where nothing is wired to `posture`; what
+        the hand says of its own forearm does not count here.
     pronation_share: of forearm rotation that a motor point at the wrist takes part in; in proportion to
         its distance from the elbow. Pronation turns it towards the radial side (chosen, sweep 0 to 0.7).
     posture_step_deg: of forearm rotation, within which the field is not made anew (chosen).
@@ -77,6 +80,7 @@ class Electrodes:
     length_mm: float = 260.0
     reference_mm: float = 10.0
     chronaxie_us: float = 200.0
+    pronation_deg: float = 0.0
     pronation_share: float = 0.35
     posture_step_deg: float = 1.0
     shift_mm: float = 0.0
@@ -87,7 +91,9 @@ class Electrodes:
         require_positive("electrodes", self, "radius_mm", "length_mm", "reference_mm", "chronaxie_us",
                          "posture_step_deg")
         require_not_negative("electrodes", self, "pronation_share")
-        require_shape("electrodes", self, (), "a number", "shift_mm", "shift_deg")
+        require_shape("electrodes", self, (), "a number", "shift_mm", "shift_deg", "pronation_deg")
+        if self.pronation_share > 1.0:
+            raise InputError("electrodes.pronation_share", f"{self.pronation_share:g}", "0 to 1")
         if not self.arrays:
             raise InputError("electrodes.arrays", "none", "one or more")
         names = [point.muscle for point in self.motor_points]
@@ -126,7 +132,7 @@ class Electrodes:
     def inputs(self) -> tuple[Port, ...]:
         """Pulses of the elements, forearm rotation, skin, slip of the arrays."""
         return (Port("elements", (self.elements, 3), "A,s,Hz", every=True),
-                Port("posture", (), "rad", optional=True),
+                Port("posture", (), "rad", math.radians(self.pronation_deg), optional=True),
                 Port("skin", (self.elements,), "1", 1.0, optional=True),
                 Port("shift", (2,), "m", optional=True))
 

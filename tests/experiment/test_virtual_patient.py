@@ -104,6 +104,16 @@ def test_each_swept_element_moves_what_lies_under_it(tmp_path):
         assert (np.diff(stairs) > 0.0).all()
 
 
+def test_a_turned_forearm_recruits_what_has_come_under_the_elements(tmp_path):
+    peaks = []
+    for pronation_deg in (0, 60):
+        _, recording = ran(tmp_path, "recruitment_sweep", "elements=[16, 43]", "duration_s=8",
+                           f"pronation_deg={pronation_deg}")
+        with recording:
+            peaks.append(recording.signal("muscles.activation").values.max(axis=0))
+    assert np.abs(peaks[1] - peaks[0]).max() > 0.1
+
+
 @pytest.mark.parametrize(("patient", "decline"), [("able_bodied", 44.0), ("sci_c6", 67.0)])
 def test_180_contractions_tire_as_measured(tmp_path, patient, decline):
     result, _ = ran(tmp_path, "fatigue", f"patient={patient}")

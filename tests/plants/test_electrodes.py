@@ -282,6 +282,16 @@ def test_pads_sit_in_rows_around_and_columns_along():
     assert (DORSAL.elements, VOLAR.elements, SHIPPED.elements) == (35, 24, 59)
 
 
+@pytest.mark.parametrize("pronation_deg", [-90.0, 60.0])
+def test_without_a_wire_the_forearm_is_turned_as_the_parameters_say(pronation_deg):
+    turned = replace(SHIPPED, pronation_deg=pronation_deg)
+    posture = next(port for port in turned.inputs if port.name == "posture").initial_value()
+    recruitment, _ = Worn(turned)({24: STRONG}, posture)
+    expected = brute_force(turned, 1, {24: STRONG}, math.radians(pronation_deg))
+    np.testing.assert_array_equal(recruitment, expected)
+    assert (recruitment != Worn()({24: STRONG})[0]).any()
+
+
 def test_axons_scatter_as_stated():
     point = MotorPoint(muscle="FPL", around_deg=90.0, along_mm=145.0, depth_mm=17.0)
     (axons,) = AxonScatter(count=20000).draw([point], 40.0, 1, "arm")
@@ -326,6 +336,8 @@ def test_a_message_that_is_held_fires_once():
     (lambda: Electrodes(shift_mm=-80.0), "lies -22 mm from the elbow"),
     (lambda: Electrodes(skin_gain=(1.0, 1.0)), "electrodes.skin_gain"),
     (lambda: Electrodes(skin_gain=(-1.0,) * 59), "electrodes.skin_gain"),
+    (lambda: Electrodes(pronation_share=1.5), "electrodes.pronation_share"),
+    (lambda: Electrodes(pronation_deg=math.nan), "electrodes.pronation_deg"),
     (lambda: Electrodes(threshold=(1.0,)), "electrodes.threshold"),
     (lambda: Electrodes(threshold=(0.0,) * 29), "electrodes.threshold"),
     (lambda: Electrodes(motor_points=MOTOR_POINTS[:1] * 2), "ECRL, ECRL"),
