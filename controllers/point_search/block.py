@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.point_search.contract import Query, Response, Strategy
+from controllers.point_search.prior_zones import ZONES
 from controllers.point_search.space import SearchSpace
 from controllers.point_search.state import Look, PointSearchState
 from controllers.point_search.strategies import Strategies, StrategyName
@@ -65,6 +66,8 @@ class PointSearch:
         movement_of(self.movement)
         if not hasattr(self.strategies, self.strategy):
             raise InputError("strategy", f"{self.strategy!r}", ", ".join(get_args(StrategyName)))
+        if not self.space.zones:
+            object.__setattr__(self, "space", replace(self.space, zones=ZONES[self.movement]))
         self.chosen.start(self.space, 0)
 
     @property
@@ -142,7 +145,7 @@ class PointSearch:
         movement = posture - state.rest
         state.quality = movement_of(self.movement).judge(movement).quality
         self.chosen.tell(state.strategy, state.query, Response(state.quality, movement))
-        state.best = self.chosen.best(state.strategy)
+        state.best = self.chosen.recommend(state.strategy)
         self._ask(state, tick)
 
     def _ask(self, state: PointSearchState, tick: Tick) -> None:

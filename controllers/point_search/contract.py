@@ -3,7 +3,7 @@
     state = strategy.start(space, key)
     while (query := strategy.ask(state)) is not None:
         strategy.tell(state, query, response of the hand to the query)
-    strategy.best(state)
+    strategy.recommend(state)
 
 A strategy is a frozen dataclass of parameters; all that it remembers is in the state, which pickles. `ask`
 changes nothing, so that the same state always asks the same, and after the last query it gives None.
@@ -68,7 +68,7 @@ class Strategy(Protocol):
     def tell(self, state: Any, query: Query, response: Response) -> None:
         """Take in the response to the query that was asked."""
 
-    def best(self, state: Any) -> Found | None:
+    def recommend(self, state: Any) -> Found | None:
         """What is recommended by what has been told; None before anything has been."""
 
 

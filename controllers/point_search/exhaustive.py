@@ -38,7 +38,7 @@ class Exhaustive:
         """Keep it."""
         state.told.append((query, response))
 
-    def best(self, state: History) -> Found | None:
+    def recommend(self, state: History) -> Found | None:
         """The best measured."""
         return best_told(state.told)
 
@@ -82,7 +82,7 @@ class Listed:
         """Keep it."""
         state.told.append((query, response))
 
-    def best(self, state: History) -> Found | None:
+    def recommend(self, state: History) -> Found | None:
         """The best measured."""
         return best_told(state.told)
 
@@ -118,6 +118,6 @@ class Random:
         """Keep it."""
         state.told.append((query, response))
 
-    def best(self, state: History) -> Found | None:
+    def recommend(self, state: History) -> Found | None:
         """The best measured."""
         return best_told(state.told)

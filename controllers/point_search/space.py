@@ -9,6 +9,7 @@ from math import isfinite
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.point_search.prior_zones import Zone
 from fesloop.errors import InputError
 
 Array = NDArray[np.float64]
@@ -86,6 +87,7 @@ class SearchSpace:
     pairs: whether two elements side by side make a virtual electrode, besides each element alone.
     most_elements: of a virtual electrode.
     elements: numbers of those that may be used; empty: all.
+    zones: where anatomy lets the movement be expected; empty: `point_search` puts in those of its movement.
     """
 
     layouts: tuple[ArrayLayout, ...] = (DORSAL, VOLAR)
@@ -95,6 +97,7 @@ class SearchSpace:
     pairs: bool = True
     most_elements: int = 4
     elements: tuple[int, ...] = ()
+    zones: tuple[Zone, ...] = ()
     electrodes: tuple[Electrode, ...] = field(init=False, repr=False, compare=False)
     _positions: Array = field(init=False, repr=False, compare=False)
 

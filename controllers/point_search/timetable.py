@@ -17,8 +17,8 @@ rises; the hand moves; it is looked at again; the search is over."""
 class Timetable:
     """How long each phase of a query lasts, s; the loop rounds each up to ticks of the block.
 
-    A query that is held: rest, ramp, settle, measure. A stair: the first half of it settle, the second
-    measure, rested only if it begins a staircase.
+    A query that is held: rest, ramp, settle, measure; without rest, no ramp. A stair: the first half of it
+    settle, the second measure, rested only if it begins a staircase.
 
     Attributes
     ----------
@@ -55,9 +55,7 @@ class Timetable:
 
     def first(self, query: Query) -> int:
         """The phase that a query begins with."""
-        if query.rested:
-            return REST
-        return SETTLE if query.stair else RAMP
+        return REST if query.rested else SETTLE
 
     def lasts_ns(self, phase: int, query: Query) -> int:
         """How long a phase of a query lasts."""

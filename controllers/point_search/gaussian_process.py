@@ -1,0 +1,164 @@
+"""Search by a Gaussian process over the forearm's skin and current (scikit-learn's)."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass, field
+from math import erf, isfinite, pi, sqrt
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.point_search.contract import Found, Query, Response
+from controllers.point_search.exhaustive import candidates
+from controllers.point_search.prior_zones import expectation
+from controllers.point_search.space import SearchSpace
+from fesloop.errors import InputError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(slots=True, eq=False)
+class GaussianProcessState:
+    """What has been told of which candidates.
+
+    Attributes
+    ----------
+    queries: all candidates. points: (n, 5), between which 1 is the distance over which quality changes.
+    expected: (n,), m. These are never written to.
+    asked: numbers of the candidates asked, in order. quality: of each.
+    """
+
+    queries: list[Query]
+    points: Array
+    expected: Array
+    asked: list[int] = field(default_factory=list)
+    quality: list[float] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GaussianProcess:
+    """Asks where quality is expected to be high or is not known yet, and learns from neighbours.
+
+    Quality of a query x = (place on the forearm, current, number of elements) is
+
+        q(x) = m(x) + g(x) + noise,    m(x) = zone_height z(x) i / i_max
+        cov(g(x), g(x')) = spread^2 exp(-|place - place'|^2 / 2 place_mm^2 - (i - i')^2 / 2 current_ma^2
+                                        - (elements - elements')^2 / 2 elements^2)
+
+    with z from 0 to 1, near where anatomy lets the movement be expected (`prior_zones`), and i the current.
+    The next query is the candidate, not yet asked, with the greatest
+
+        ucb:  mu + kappa sd
+        ei:   (mu - best) Phi(u) + sd phi(u),  u = (mu - best) / sd,  best = greatest mu of those asked
+
+    It recommends the query among those asked with the greatest mu, which noise sways less than the greatest
+    measurement, and ends when for `patience` queries this has not become better by `least_gain`, or after
+    `queries`. Its numbers are chosen on patients other than those on whom it is shown.
+
+    Attributes
+    ----------
+    acquisition, kappa: see above.
+    zone_height: quality expected in a zone's middle at the greatest current; 0: anatomy is not asked.
+    spread, noise: standard deviations of quality about what is expected, and of its measurement.
+    place_mm, current_ma, elements: distances over which quality changes.
+    queries: at most. patience, least_gain: see above.
+    """
+
+    acquisition: Literal["ucb", "ei"] = "ucb"
+    kappa: float = 1.5
+    zone_height: float = 0.5
+    spread: float = 0.3
+    noise: float = 0.04
+    place_mm: float = 14.0
+    current_ma: float = 9.0
+    elements: float = 1.5
+    queries: int = 90
+    patience: int = 25
+    least_gain: float = 0.01
+
+    def __post_init__(self) -> None:
+        if self.acquisition not in ("ucb", "ei"):
+            raise InputError("gaussian_process.acquisition", f"{self.acquisition!r}", "ucb, ei")
+        for key in ("spread", "noise", "place_mm", "current_ma", "elements"):
+            value = getattr(self, key)
+            if not (isfinite(value) and value > 0.0):
+                raise InputError(f"gaussian_process.{key}", f"{value}", "a finite number above 0")
+        for key in ("kappa", "zone_height", "least_gain"):
+            value = getattr(self, key)
+            if not (isfinite(value) and value >= 0.0):
+                raise InputError(f"gaussian_process.{key}", f"{value}", "a finite number, 0 or more")
+        for key in ("queries", "patience"):
+            if getattr(self, key) < 1:
+                raise InputError(f"gaussian_process.{key}", f"{getattr(self, key)}", "1 or more")
+
+    def start(self, space: SearchSpace, key: int) -> GaussianProcessState:
+        """Nothing told yet. Raises InputError where scikit-learn is missing."""
+        _scikit_learn()
+        queries = candidates(space)
+        positions = np.array([space.position(query.elements) for query in queries])
+        current_ma = np.array([query.current_ma for query in queries])
+        elements = np.array([len(query.elements) for query in queries])
+        points = np.column_stack((positions / self.place_mm, current_ma / self.current_ma,
+                                  elements / self.elements))
+        near = expectation(space.zones, positions, space.radius_mm)
+        return GaussianProcessState(
+            queries, points, self.zone_height * near * current_ma / space.current_max_ma)
+
+    def ask(self, state: GaussianProcessState) -> Query | None:
+        """The candidate that promises most."""
+        left = np.setdiff1d(np.arange(len(state.queries)), state.asked)
+        if not left.size or len(state.asked) >= self.queries:
+            return None
+        if not state.asked:
+            return state.queries[int(np.argmax(state.expected))]
+        mean, sd = self._foresee(state)
+        known = mean[state.asked]
+        before = len(known) - self.patience
+        if before > 0 and known[before:].max() < known[:before].max() + self.least_gain:
+            return None
+        if self.acquisition == "ucb":
+            promise = mean[left] + self.kappa * sd[left]
+        else:
+            promise = expected_improvement(mean[left], sd[left], float(known.max()))
+        return state.queries[int(left[np.argmax(promise)])]
+
+    def tell(self, state: GaussianProcessState, query: Query, response: Response) -> None:
+        """Keep it."""
+        state.asked.append(state.queries.index(query))
+        state.quality.append(response.quality)
+
+    def recommend(self, state: GaussianProcessState) -> Found | None:
+        """The query asked of which most is expected now."""
+        if not state.asked:
+            return None
+        known = self._foresee(state)[0][state.asked]
+        return Found(state.queries[state.asked[int(np.argmax(known))]], float(known.max()))
+
+    def _foresee(self, state: GaussianProcessState) -> tuple[Array, Array]:
+        """Mean and standard deviation of the quality of all candidates by what has been told, (n,) each."""
+        learn, kernels = _scikit_learn()
+        kernel = kernels.ConstantKernel(self.spread**2, "fixed") * kernels.RBF(1.0, "fixed")
+        process = learn.GaussianProcessRegressor(kernel, alpha=self.noise**2, optimizer=None)
+        process.fit(state.points[state.asked], np.array(state.quality) - state.expected[state.asked])
+        mean, sd = process.predict(state.points, return_std=True)
+        return mean + state.expected, sd
+
+
+def expected_improvement(mean: Array, sd: Array, best: float) -> Array:
+    """By how much normal variables (n,) exceed `best` on average, counted where they do."""
+    u = (mean - best) / np.maximum(sd, 1e-12)
+    below = 0.5 * (1.0 + np.array([erf(value / sqrt(2.0)) for value in u]))
+    improvement: Array = (mean - best) * below + sd * np.exp(-0.5 * u * u) / sqrt(2.0 * pi)
+    return improvement
+
+
+def _scikit_learn() -> tuple[Any, Any]:
+    """Its Gaussian processes and their kernels. Raises InputError where it is missing."""
+    try:
+        return (importlib.import_module("sklearn.gaussian_process"),
+                importlib.import_module("sklearn.gaussian_process.kernels"))
+    except ImportError:
+        raise InputError("strategy gaussian_process", "scikit-learn is not installed", "the extra `search`",
+                         "pip install 'fesloop[search]'") from None

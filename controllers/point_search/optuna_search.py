@@ -1,0 +1,107 @@
+"""Optuna's samplers behind the contract of a point search."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from controllers.point_search.contract import Found, History, Query, Response, best_told
+from controllers.point_search.space import Electrode, SearchSpace
+from fesloop.errors import InputError
+
+SamplerName = Literal["tpe", "random", "cmaes", "qmc"]
+_SAMPLERS = {"tpe": "TPESampler", "random": "RandomSampler", "cmaes": "CmaEsSampler", "qmc": "QMCSampler"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OptunaSearch:
+    """A sampler chooses a place on the forearm, how many elements, and a level of current.
+
+    The virtual electrode whose middle is nearest to the place is asked. The study is built anew from what has
+    been told at every query, with a seed of the query's own, so that nothing but the history is remembered.
+
+    Attributes
+    ----------
+    sampler: of Optuna. queries: how many. first: of them at random, of "tpe" alone.
+    """
+
+    sampler: SamplerName = "tpe"
+    queries: int = 90
+    first: int = 10
+
+    def __post_init__(self) -> None:
+        if self.sampler not in _SAMPLERS:
+            raise InputError("optuna.sampler", f"{self.sampler!r}", ", ".join(_SAMPLERS))
+        for key in ("queries", "first"):
+            if getattr(self, key) < 1:
+                raise InputError(f"optuna.{key}", f"{getattr(self, key)}", "1 or more")
+
+    def start(self, space: SearchSpace, key: int) -> History:
+        """Nothing told yet. Raises InputError where Optuna is missing."""
+        _optuna()
+        return History(space, key, [])
+
+    def ask(self, state: History) -> Query | None:
+        """The candidate nearest to what the sampler suggests."""
+        if len(state.told) >= self.queries:
+            return None
+        optuna, space = _optuna(), state.space
+        optuna.logging.set_verbosity(optuna.logging.ERROR)
+        study = optuna.create_study(sampler=self._sampler(state), direction="maximize")
+        ranges = _ranges(optuna, space)
+        study.add_trials([
+            optuna.trial.create_trial(params=_parameters(space, query), distributions=ranges,
+                                      value=response.quality) for query, response in state.told])
+        asked = study.ask(ranges).params
+        place = np.array([asked["across"], asked["up"], asked["along"]])
+        electrode = _nearest(space, place, asked["elements"])
+        return Query(elements=electrode, current_ma=space.currents_ma[asked["level"]],
+                     width_us=space.width_us)
+
+    def tell(self, state: History, query: Query, response: Response) -> None:
+        """Keep it."""
+        state.told.append((query, response))
+
+    def recommend(self, state: History) -> Found | None:
+        """The best measured."""
+        return best_told(state.told)
+
+    def _sampler(self, state: History) -> Any:
+        seed = int(np.random.Philox(key=state.key).random_raw(len(state.told) + 1)[-1] % 2**31)
+        more = {"n_startup_trials": self.first} if self.sampler == "tpe" else {}
+        return getattr(_optuna().samplers, _SAMPLERS[self.sampler])(seed=seed, **more)
+
+
+def _ranges(optuna: Any, space: SearchSpace) -> dict[str, Any]:
+    """What is suggested: a place, mm, number of elements, and level of current."""
+    positions = np.array([space.position(electrode) for electrode in space.electrodes])
+    real, whole = optuna.distributions.FloatDistribution, optuna.distributions.IntDistribution
+    places = {name: real(float(column.min()), float(column.max()))
+              for name, column in zip(("across", "up", "along"), positions.T, strict=True)}
+    return {**places, "elements": whole(1, max(map(len, space.electrodes))),
+            "level": whole(0, len(space.currents_ma) - 1)}
+
+
+def _parameters(space: SearchSpace, query: Query) -> dict[str, Any]:
+    """What would have suggested a query."""
+    across, up, along = space.position(query.elements).tolist()
+    return {"across": across, "up": up, "along": along, "elements": len(query.elements),
+            "level": space.currents_ma.index(query.current_ma)}
+
+
+def _nearest(space: SearchSpace, place: np.ndarray[Any, Any], elements: int) -> Electrode:
+    """The virtual electrode of so many elements with its middle nearest to a place."""
+    alike = [electrode for electrode in space.electrodes if len(electrode) == elements]
+    return min(alike, key=lambda electrode: float(np.square(space.position(electrode) - place).sum()))
+
+
+def _optuna() -> Any:
+    """The package. Raises InputError where it is missing."""
+    try:
+        return importlib.import_module("optuna")
+    except ImportError:
+        raise InputError("strategy optuna", "Optuna is not installed", "the extra `search`",
+                         "pip install 'fesloop[search]'") from None
