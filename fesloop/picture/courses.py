@@ -38,6 +38,8 @@ Array = NDArray[np.float64]
 Instants = NDArray[np.int64]
 Draw = Callable[["Axes"], None]
 _MOST_ACTIVE = 7
+_OUT_OF_REACH_MM = 300.0
+"""Chosen: longer than a hand. An object that misses its table falls some 100 m in 5 s."""
 _MOTION_COLOURS = {"mcp": BLUE, "pip": GREEN, "dip": ORANGE, "cmc": BLACK, "ip": ORANGE, "wrist": BLUE}
 _ABOUT = {"wrist": "wrist", "F1": "F1, thumb", "F2": "F2, index", "F3": "F3, middle", "F4": "F4, ring",
           "F5": "F5, little"}
@@ -85,7 +87,7 @@ def _events(recording: Recording, cast: Cast, trial: int, until_ns: int) -> tupl
         (f"{cast.muscles}.activation", bool(cast.muscles), [_most_active]),
         (f"{hand}.contact_force", cast.hand is not None and cast.stimulation != "", [_contact]),
         (f"{hand}.object_position", getattr(getattr(cast.hand, "part", None), "object", None) is not None,
-         [_height])]
+         [draw_height])]
     notes: list[str] = []
     for name, there, pictures in wanted:
         if not there:
@@ -143,10 +145,15 @@ def _contact(axes: Axes, seconds: Array, values: Array) -> None:
     _key(axes, 5)
 
 
-def _height(axes: Axes, seconds: Array, values: Array) -> None:
-    """Height of the object over the wrist."""
-    axes.plot(seconds, 1e3 * values[:, 2], color=BLUE, linewidth=1.4)
-    tidy(axes, y="mm", title="height of the object's centre over the wrist's")
+def draw_height(axes: Axes, seconds: Array, values: Array) -> None:
+    """Height of the object over the wrist, down to where no hand reaches: what falls further is cut."""
+    height = 1e3 * values[:, 2]
+    fell = bool((height < -_OUT_OF_REACH_MM).any())
+    axes.plot(seconds, height, color=BLUE, linewidth=1.4)
+    what = "height of the object's centre over the wrist's"
+    tidy(axes, y="mm", title=f"{what}, until it fell" if fell else what)
+    if fell:
+        axes.set_ylim(-_OUT_OF_REACH_MM, max(50.0, 1.1 * float(np.nanmax(height))))
 
 
 def _joints(recording: Recording, cast: Cast, trial: int, until_ns: int) -> tuple[list[Draw], list[str]]:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.experiment.patients import describe
 from fesloop.experiment.reading import Recording
 from fesloop.loop.clock import NS_PER_S
 from fesloop.picture.arrays import arrays_figure
@@ -72,7 +73,7 @@ def draw(
     _write(folder, lambda: folder.mkdir(parents=True, exist_ok=True))
     at_ns = _instants(recording, cast, trial, span, at_s, drawn)
     drawn.instants_s = [float(now) / NS_PER_S for now in at_ns]
-    title = _title(recording, cast, trial)
+    title = title_of(recording, cast, trial)
     stem = recording.path.stem if recording.trials == 1 else f"{recording.path.stem}_trial{trial}"
     figures: list[tuple[str, Figure]] = []
     figure = _hand(recording, cast, trial, at_ns, title, drawn)
@@ -107,8 +108,12 @@ def _require_matplotlib() -> None:
                          "pip install matplotlib") from None
 
 
-def _title(recording: Recording, cast: Cast, trial: int) -> str:
+def title_of(recording: Recording, cast: Cast, trial: int) -> str:
+    """What all pictures of a trial are headed with: which run of whom."""
     parts = [recording.name, *([f"trial {trial}"] if recording.trials > 1 else []), f"seed {recording.seed}"]
+    patient = recording.experiment.get("patient")
+    if patient:
+        parts.append(describe({**patient, "file": Path(patient["file"]).stem}))
     if cast.hand is not None:
         size = cast.hand.hand_size
         parts.append(f"{size.side} hand of {size.hand_mm:.0f} mm")

@@ -1,0 +1,34 @@
+"""Time courses of objects and the title of all pictures, read from the figures themselves."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from fesloop.picture.courses import draw_height
+from fesloop.picture.draw import title_of
+
+
+@pytest.mark.parametrize(("lowest_m", "cut"), [(-0.2, False), (-180.0, True)])
+def test_a_fall_does_not_hide_how_the_object_was_held(lowest_m, cut):
+    axes = Figure().add_subplot()
+    seconds = np.linspace(0.0, 1.0, 11)
+    values = np.zeros((11, 3))
+    values[8:, 2] = lowest_m
+    draw_height(axes, seconds, values)
+    low, high = axes.get_ylim()
+    assert high > 0.0
+    assert (low > 1e3 * lowest_m) == cut
+    assert low >= -301.0
+    assert axes.get_title(loc="left").endswith("until it fell") == cut
+
+
+@pytest.mark.parametrize(("patient", "named"), [
+    (None, "open_close, seed 7"), ({"file": "sci_c6"}, "open_close, seed 7, sci_c6"),
+    ({"file": "people/mine.toml", "cohort": 2, "member": 3, "day": 1},
+     "open_close, seed 7, mine, member 3 of cohort 2, day 1")])
+def test_the_title_names_the_patient(patient, named):
+    experiment = {} if patient is None else {"patient": patient}
+    recording = SimpleNamespace(name="open_close", trials=1, seed=7, status="done", experiment=experiment)
+    assert title_of(recording, SimpleNamespace(hand=None), 0) == named
