@@ -21,9 +21,9 @@ def at(recording, name, second):
     return signal.values[np.searchsorted(signal.times_ns, round(1e9 * second))]
 
 
-@pytest.mark.parametrize("brace", ["{ wrist_flexion = -20.0, wrist_abduction = 0.0 }", "{}"])
-def test_a_cylinder_is_grasped_lifted_clear_and_held_by_stimulation_alone_and_dropped(tmp_path, brace):
-    result, recording = ran(tmp_path, "grasp_cylinder", f"brace={brace}")
+@pytest.mark.parametrize("settings", [(), ("brace={}",)])
+def test_a_cylinder_is_grasped_lifted_clear_and_held_by_stimulation_alone_and_dropped(tmp_path, settings):
+    result, recording = ran(tmp_path, "grasp_cylinder", *settings)
     with recording:
         table, thing = (recording.experiment["blocks"]["hand"][key] for key in ("table", "object"))
         assert thing["mass_kg"] == 0.2
