@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,6 +35,8 @@ _NEAR = 1.4
 _PANEL_PX, _FINER, _DPI = 500, 2, 200
 """Longer side of a panel; rays a pixel's side; pixels an inch."""
 _LONGEST_ROW = 5
+_LETTER_IN, _LINE_IN = 0.083, 0.17
+"""Room that a letter and a line of the head take, inches (of 10 points: a letter is some 0.6 as wide)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,6 +46,11 @@ class Estimate:
     posture: Posture
     tracker: str
     laid_at: str
+
+    @property
+    def caption(self) -> str:
+        """What of the picture it is, in words."""
+        return f"■ estimate of {self.tracker}, laid onto the true {self.laid_at}"
 
 
 def hand_figure(
@@ -57,7 +65,8 @@ def hand_figure(
     rows = -(-len(at_ns) // _LONGEST_ROW)
     columns = -(-len(at_ns) // rows)
     width, height = (high - low) / pixel / _DPI
-    head, foot = 0.6, 0.12
+    lines = head_lines(title, "" if estimate is None else estimate.caption, columns * width)
+    head, foot = 0.43 + _LINE_IN * len(lines), 0.12
     figure = Figure(figsize=(columns * width + 0.2, rows * (height + 0.25) + head + foot), dpi=_DPI)
     grid = figure.subplots(rows, columns, squeeze=False, gridspec_kw={
         "left": 0.1 / figure.get_figwidth(), "right": 1.0 - 0.1 / figure.get_figwidth(),
@@ -71,8 +80,17 @@ def hand_figure(
         axes.text(0.5, 1.0, f"{now / NS_PER_S:.2f} s", transform=axes.transAxes, ha="center", va="bottom",
                   fontsize=11)
     _scale_bar(grid[-1, 0], low)
-    _head(figure, title, estimate)
+    for number, (line, is_title) in enumerate(lines):
+        top = 1.0 - (0.1 + _LINE_IN * number) / figure.get_figheight()
+        figure.text(0.1 / figure.get_figwidth(), top, line, va="top",
+                    fontsize=10 if is_title else 9, color="0.15" if is_title else ESTIMATE)
     return figure
+
+
+def head_lines(title: str, caption: str, width_in: float) -> list[tuple[str, bool]]:
+    """Lines over the pictures, with whether each is the title's: as many as the width, inches, asks for."""
+    room = int(width_in / _LETTER_IN)
+    return [(line, True) for line in wrap(title, room)] + [(line, False) for line in wrap(caption, room)]
 
 
 def view_of(truth: Posture, holding: bool) -> Camera:
@@ -138,10 +156,3 @@ def _scale_bar(axes: Axes, low: Array) -> None:
     axes.plot([x, x + 0.05], [y, y], color="0.15", linewidth=2.0, solid_capstyle="butt", clip_on=False)
     axes.text(x + 0.025, y + 0.002, "5 cm", ha="center", va="bottom", fontsize=8, color="0.15")
 
-
-def _head(figure: Figure, title: str, estimate: Estimate | None) -> None:
-    left, height = 0.1 / figure.get_figwidth(), figure.get_figheight()
-    figure.text(left, 1.0 - 0.1 / height, title, ha="left", va="top", fontsize=10, color="0.15")
-    if estimate is not None:
-        figure.text(1.0 - left, 1.0 - 0.1 / height, f"■ estimate of {estimate.tracker}, laid onto the "
-                    f"true {estimate.laid_at}", ha="right", va="top", fontsize=9, color=ESTIMATE)

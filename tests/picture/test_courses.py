@@ -1,13 +1,15 @@
-"""Time courses of objects and the title of all pictures, read from the figures themselves."""
+"""Time courses of objects and the heads of pictures, read from the figures themselves."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fesloop.picture.courses import draw_height
 from fesloop.picture.draw import title_of
+from fesloop.picture.hand import head_lines
 
 
 @pytest.mark.parametrize(("lowest_m", "cut"), [(-0.2, False), (-180.0, True)])
@@ -32,3 +34,17 @@ def test_the_title_names_the_patient(patient, named):
     experiment = {} if patient is None else {"patient": patient}
     recording = SimpleNamespace(name="open_close", trials=1, seed=7, status="done", experiment=experiment)
     assert title_of(recording, SimpleNamespace(hand=None), 0) == named
+
+
+TITLE = "open_close, seed 1, stroke_severe_spastic, member 12 of cohort 3, day 14, right hand of 190 mm"
+
+
+@pytest.mark.parametrize(("width_in", "lines"), [(10.0, 1), (2.5, 4)])
+def test_the_head_of_a_hand_fits_over_it(width_in, lines):
+    told = head_lines(TITLE, "estimate of tracker", width_in)
+    assert [is_title for _, is_title in told] == [True] * lines + [False]
+    assert " ".join(line for line, is_title in told if is_title) == TITLE
+    figure = Figure(figsize=(width_in, 1.0), dpi=200)
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    for line, _ in told:
+        assert figure.text(0.0, 0.5, line, fontsize=10).get_window_extent(renderer).width <= 200 * width_in
