@@ -65,8 +65,11 @@ class Programme:
             rows = getattr(self, key)
             if len(rows) not in (1, len(times)):
                 raise InputError(key, f"{len(rows)} rows", f"{len(times)}, one for each of times_s, or 1")
-            if any(not (isfinite(value) and value >= 0.0) for row in rows for value in row):
-                raise InputError(key, "a number that is negative or not finite", "0 or more")
+            for number, row in enumerate(rows):
+                for channel, value in enumerate(row):
+                    if not (isfinite(value) and value >= 0.0):
+                        raise InputError(f"{key}[{number}][{channel}]", f"{value:g}",
+                                         "a finite number, 0 or more")
         sizes = {len(row) for row in self.current_ma + self.width_us}
         if len(sizes) != 1 or 0 in sizes:
             raise InputError("current_ma, width_us", f"rows of {', '.join(map(str, sorted(sizes)))} channels",

@@ -52,7 +52,8 @@ def test_one_row_stands_for_all_points_and_what_is_given_is_nobodys_else():
 @pytest.mark.parametrize(("change", "where"), [
     ({"times_s": ()}, "times_s"), ({"times_s": (1.0, 1.0)}, "times_s"), ({"times_s": (-1.0, 1.0)}, "times_s"),
     ({"times_s": (0.0, float("nan"))}, "times_s"), ({"current_ma": ((5.0,),) * 3}, "current_ma"),
-    ({"current_ma": ((-5.0,),)}, "current_ma"), ({"width_us": ((float("inf"),),)}, "width_us"),
+    ({"current_ma": ((-5.0,),)}, "current_ma[0][0]"),
+    ({"width_us": ((300.0,), (float("inf"),))}, "width_us[1][0]"),
     ({"width_us": ((1.0, 2.0),)}, "current_ma, width_us"), ({"current_ma": ((),)}, "current_ma, width_us"),
     ({"cycle_s": 0.5}, "cycle_s"), ({"cycle_s": -1.0}, "cycle_s")])
 def test_programmes_that_cannot_be_are_named(change, where):
