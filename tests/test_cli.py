@@ -140,6 +140,16 @@ def test_check_prints_wiring_and_latency_and_runs_nothing(capsys, tmp_path, monk
     assert stages[-1]["min_ms"] == 25.0
 
 
+def test_check_names_what_can_be_set_by_a_short_name_and_whose_hand_it_is_in_one_line(capsys):
+    code, out, _ = run(capsys, "check", "open_close", "--set", "patient=sci_c6", "--set", "cohort=11",
+                       "--set", "member=12", "--set", "day=13")
+    assert code == 0
+    assert "patient sci_c6, member 12 of cohort 11, day 13" in out.splitlines()[0]
+    assert "blocks.hand.splint_deg" in next(line for line in out.splitlines() if line.startswith("brace"))
+    _, out, _ = run(capsys, "check", "open_close", "--json")
+    assert json.loads(out)["aliases"]["brace"] == "blocks.hand.splint_deg"
+
+
 def test_list_names_every_shipped_experiment_and_kind(capsys):
     code, out, _ = run(capsys, "list", "--json")
     told = json.loads(out)

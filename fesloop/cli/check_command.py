@@ -9,7 +9,7 @@ from typing import Any
 from fesloop.cli.output import print_json, print_table, progress_bar
 from fesloop.experiment import registry
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.parse import load
+from fesloop.experiment.parse import load, read
 from fesloop.experiment.patients import describe
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.latency import LatencyReport, PathLatency
@@ -18,17 +18,23 @@ from fesloop.loop.wiring import Node
 
 
 def execute(args: Namespace) -> int:
-    """Validate and print the wiring and the latency budget."""
+    """Validate and print the wiring, the latency budget and what the file's aliases change."""
     with progress_bar(f"check {args.experiment}"):
         experiment = load(args.experiment, args.settings, args.seed)
         report = LatencyReport(experiment.wiring, horizon_ns=min(experiment.duration_ns, 10**10))
+    aliases = read(args.experiment)[1].get("aliases", {})
     if args.json:
-        print_json(_table(experiment, report))
+        print_json(_table(experiment, report) | {"aliases": aliases})
         return 0
     _print_wiring(experiment)
     for title, rows in _budgets(report):
         print()
         print_table(title, ("stage, ms", "min", "mean", "max"), rows, sys.stdout)
+    if aliases:
+        print()
+        print_table("What --set changes by a short name", ("name", "key"),
+                    [(name, key if isinstance(key, str) else ", ".join(key)) for name, key in aliases.items()],
+                    sys.stdout)
     return 0
 
 

@@ -36,18 +36,20 @@ def _sayable(value: Any) -> Any:
 
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], file: TextIO) -> None:
-    """A table; columns after the first are aligned to the right where they hold numbers."""
+    """A table under its title, which may be wider; columns of numbers are aligned to the right."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(title=Text(title), title_justify="left", box=None, pad_edge=False, header_style="bold")
+    table = Table(box=None, pad_edge=False, header_style="bold")
     for number, column in enumerate(columns):
         numeric = bool(rows) and all(_is_number(row[number]) for row in rows)
         table.add_column(Text(column), justify="right" if numeric else "left", overflow="fold")
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))
-    Console(file=file, width=None if file.isatty() else 120).print(table)
+    console = Console(file=file, width=None if file.isatty() else 120)
+    console.print(Text(title, style="table.title"))
+    console.print(table)
 
 
 def _is_number(text: str) -> bool:

@@ -46,7 +46,7 @@ def _paths(document: dict[str, Any], key: str, name: str) -> list[list[str]]:
         return [_parts(str(target)) for target in targets]
     path = _parts(key)
     if len(path) < 2 or path[0] not in _TOP:
-        known = [*aliases, *(f"{top}...." for top in _TOP)]
+        known = [*aliases, *(f"{top}.KEY" for top in _TOP)]
         raise InputError(f"--set {key}", f"is no key of {name}", ", ".join(known),
                          did_you_mean(key, aliases))
     return [path]

@@ -43,6 +43,7 @@ def test_a_setting_lands_where_its_key_points(setting, path, value):
 @pytest.mark.parametrize(("setting", "found"), [
     ("blocks.pidd.kp=1", "did you mean 'pid'"),
     ("recordin=1", "did you mean 'recording'"),
+    ("nothing=1", "recording, gains, experiment.KEY"),
     ("wires.7.loss=0", "0 to 1"),
     ('wires."a.b->c.e".loss=0', "a.b->c.d"),
     ("blocks.pid.kp.9=0", "no '9' there; allowed: 0 to 1"),
