@@ -34,8 +34,8 @@ class Zone:
             raise InputError("zone.radius_mm", f"{self.radius_mm}", "a finite radius above 0")
 
 
-# Middles of the motor points of the muscles behind each movement, for an adult's forearm; the radius is chosen
-# to cover what patients and days shift them by.
+# Middles of the motor points of the muscles behind each movement, for an adult's forearm; the radius is
+# chosen to cover what patients and days shift them by.
 ZONES: dict[str, tuple[Zone, ...]] = {
     "wrist_extension": (Zone(around_deg=46.0, along_mm=68.0),),  # ECRL, ECRB
     "finger_opening": (Zone(around_deg=3.0, along_mm=95.0),),  # EDC

@@ -23,6 +23,7 @@ from fesloop.experiment.metrics import (
 )
 from fesloop.experiment.reading import Recording, Signal
 from fesloop.experiment.schema import make
+from fesloop.experiment.search_metrics import search_metrics
 from fesloop.experiment.wanted import Score
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
@@ -40,8 +41,9 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
     the truth of the instant of its capture. split_rmse_deg: the error that the patient sees (total), what
     of it the controller could not see (tracker, latency included), and what it saw and did not put right
     (controller), one a trial. Under joints the same by joint; range_deg, how far each joint went, where
-    truth stands alone. `grasp_metrics` and `cycle_metrics` say theirs. orientation_rmse_deg and
-    relative_angle_rmse_deg: against the reference of the recording that was played. fingertip_rmse_mm: by
+    truth stands alone. `grasp_metrics`, `cycle_metrics` and `search_metrics` say theirs.
+    orientation_rmse_deg and relative_angle_rmse_deg: against the reference of the recording that was
+    played. fingertip_rmse_mm: by
     tracker and fingertip, one a trial; fingertip_coverage likewise, where the tracker gives its sd. step_us:
     median and 99th percentile of the timed blocks' steps.
     """
@@ -55,6 +57,8 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
         metrics |= grasp_metrics(recording, score.grasp)
     if score.cycles is not None:
         metrics |= cycle_metrics(recording, score.cycles)
+    if score.search is not None:
+        metrics |= search_metrics(recording, score.search)
     for name, times in recording.step_times_ns.items():
         if times.size:
             median, p99 = np.percentile(times, [50, 99]) / 1e3

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from fesloop.errors import InputError
 from fesloop.experiment.cycle_metrics import CycleScore
 from fesloop.experiment.grasp_metrics import GraspScore
+from fesloop.experiment.search_metrics import SearchScore
 from fesloop.loop.clock import parse_rate
 from fesloop.loop.signals import Port
 from fesloop.loop.wiring import Node
@@ -64,6 +65,7 @@ class Score:
     trackers: nodes whose output `fingertips` is compared with them; gives fingertip_rmse_mm.
     tips: names of the fingertips, under which their own metrics stand; empty: F1, F2, ...
     grasp: an object that is to be held. cycles: a contraction that comes again.
+    search: a search for elements that bring about a movement.
     after_s: start of each trial that is left out.
     """
 
@@ -78,6 +80,7 @@ class Score:
     tips: tuple[str, ...] = ()
     grasp: GraspScore | None = None
     cycles: CycleScore | None = None
+    search: SearchScore | None = None
     after_s: float = 0.0
 
     def __post_init__(self) -> None:
@@ -92,6 +95,7 @@ class Score:
         signals += [("trackers", f"{name}.fingertips") for name in self.trackers]
         inner = [("grasp", self.grasp.object), ("grasp", self.grasp.forces)] if self.grasp else []
         inner += [("cycles", self.cycles.signal)] if self.cycles else []
+        inner += [("search", name) for name in self.search.signals] if self.search else []
         faults = [InputError(f"score.{key}", f"there is no signal {name!r}", ", ".join(sorted(outputs)))
                   for key, name in signals if name is not None and name not in outputs]
         faults += [InputError(f"score.{key}", f"{name!r} is left out of the recording", "what is recorded",
@@ -109,7 +113,7 @@ class Score:
                                      "name the node whose recording holds the reference"))
         shapes = {name: port.shape for node in nodes for name, port in _outputs(node)}
         faults += self._tip_faults(shapes)
-        for asked in (self.grasp, self.cycles):
+        for asked in (self.grasp, self.cycles, self.search):
             faults += asked.faults(shapes) if asked is not None else ()
         tips = shapes.get(self.fingertips or "", ())[:1]
         if self.tips and tips and tips != (len(self.tips),):

@@ -90,8 +90,9 @@ def _of_fingers(**degrees: float) -> dict[str, float]:
 
 MOVEMENTS: dict[str, Movement] = {
     "wrist_extension": Movement(wanted_deg={"wrist_flexion": -40.0}),
-    # Long extensors straighten the MCP joints; PIP and DIP follow as far as they can. A hand that drops opens its
-    # fingers too, but is of no use: the wrist is to be extended by the 15 deg of the semi-automatic search.
+    # Long extensors straighten the MCP joints; PIP and DIP follow as far as they can. A hand that drops opens
+    # its fingers too, but is of no use: the wrist is to be extended by the 15 deg of the semi-automatic
+    # search in the source above.
     "finger_opening": Movement(
         wanted_deg={**_of_fingers(mcp=-30.0), "wrist_flexion": -15.0},
         left_alone=tuple(_of_fingers(pip=0.0, dip=0.0))),
