@@ -27,14 +27,13 @@ def execute(args: Namespace) -> int:
         print_json(_table(experiment, report) | {"aliases": aliases})
         return 0
     _print_wiring(experiment)
-    for title, rows in _budgets(report):
+    for title, stages in _budgets(report):
         print()
-        print_table(title, ("stage, ms", "min", "mean", "max"), rows, sys.stdout)
+        print_table(title, ("stage, ms", "min", "mean", "max"), stages, sys.stdout)
     if aliases:
         print()
-        print_table("What --set changes by a short name", ("name", "key"),
-                    [(name, key if isinstance(key, str) else ", ".join(key)) for name, key in aliases.items()],
-                    sys.stdout)
+        rows = [(name, key if isinstance(key, str) else ", ".join(key)) for name, key in aliases.items()]
+        print_table("What --set changes by a short name", ("name", "key"), rows, sys.stdout)
     return 0
 
 

@@ -40,6 +40,20 @@ def test_a_cylinder_is_grasped_lifted_clear_and_held_by_stimulation_alone_and_dr
         assert not recording.signal("safety.stimulation").values[-1, :, 1].any()
 
 
+@pytest.mark.parametrize(("name", "x", "y"), [("grasp_cylinder", 0.014, 0.1), ("pinch", 0.034, 0.088)])
+def test_a_left_hand_holds_in_the_mirror_what_a_right_one_holds(tmp_path, name, x, y):
+    mirrored = ("blocks.hand.hand.side=left", "blocks.hand.forearm_orientation=[0, 0, 1, 0]",
+                f"blocks.hand.object.position_m=[{x}, {y}, 0.0]", f"blocks.hand.table.centre_m=[{x}, {y}]")
+    angles = []
+    for settings in ((), mirrored):
+        result, recording = ran(tmp_path, name, *settings)
+        with recording:
+            assert result.metrics["held"] == [True]
+            angles.append(np.degrees(recording.signal("hand.angles").values))
+    # Until contact, which a solver resolves to its tolerance only, both are the same movement.
+    assert np.abs(angles[0] - angles[1])[:50].max() < 0.1
+
+
 def test_halving_the_step_changes_the_grasp_by_less_than_a_degree_in_4_s(tmp_path):
     angles = []
     for step_ms in (1.0, 0.5):
