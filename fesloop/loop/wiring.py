@@ -26,7 +26,8 @@ class Node:
     name: unique; wires and recordings use it.
     part: the block or plant.
     rate, offset_ms: when a sampled block steps, Hz and ms; or in place of a rate a Clock, such as that of
-        a block that plays a recording. A plant has none, nor has a block with a clock of its own.
+        a block that plays a recording, or a stimulator's: Node("electrodes", Electrodes(), stimulator.clock).
+        A plant has none, nor has a block with a clock of its own.
     execution: how long a step takes; outputs leave at its end.
     """
 
@@ -51,7 +52,8 @@ class Node:
         elif own_clock is not None and (self.rate is not None or self.offset_ms):
             raise InputError(f"{where}.rate", "this block has a clock of its own", "no rate and no offset")
         elif own_clock is None and self.rate is None:
-            raise InputError(f"{where}.rate", "is missing", 'a positive rate in hertz such as "100"')
+            raise InputError(f"{where}.rate", "is missing", 'a positive rate in hertz such as "100"',
+                             "or let it go by the clock of another block, such as the stimulator's")
         elif self.given_clock is not None and self.offset_ms:
             raise InputError(f"{where}.offset_ms", "given beside a clock", "no offset")
         _ = self.clock

@@ -46,6 +46,11 @@ def test_a_reader_that_would_miss_messages_is_refused():
         wired(Pass(), "320", Counter(), "40")
 
 
+def test_a_block_without_a_rate_is_told_that_it_may_go_by_another_ones_clock():
+    with pytest.raises(InputError, match=r"counter\.rate: is missing; .* the clock of another block"):
+        Node("counter", Counter())
+
+
 @pytest.mark.parametrize(("counter", "told"), [
     (Counter(unit="rad"), r"'source\.y' is in '1'; allowed: 'rad'"),
     (Counter(shape=(3,)), r"'source\.y' has shape \(\); allowed: \(3,\)")])
