@@ -44,8 +44,9 @@ class GaussianProcess:
     Quality of a query x = (place on the forearm, current, number of elements) is
 
         q(x) = m(x) + g(x) + noise,    m(x) = zone_height z(x) i / i_max
-        cov(g(x), g(x')) = spread^2 exp(-|place - place'|^2 / 2 place_mm^2 - (i - i')^2 / 2 current_ma^2
-                                        - (elements - elements')^2 / 2 elements^2)
+        cov(g(x), g(x')) = spread^2 exp(-d^2 / 2)
+        d^2 = (|place - place'| / place_mm)^2 + (ln(i / i') / ln current_ratio)^2
+              + ((elements - elements') / elements)^2
 
     with z from 0 to 1, near where anatomy lets the movement be expected (`prior_zones`), and i the current.
     The next query is the candidate, not yet asked, with the greatest
@@ -62,26 +63,27 @@ class GaussianProcess:
     acquisition, kappa: see above.
     zone_height: quality expected in a zone's middle at the greatest current; 0: anatomy is not asked.
     spread, noise: standard deviations of quality about what is expected, and of its measurement.
-    place_mm, current_ma, elements: distances over which quality changes.
+    place_mm, current_ratio, elements: over which distance, factor of current (recruitment curves are
+        lognormal), and number of elements quality changes.
     queries: at most. patience, least_gain: see above.
     """
 
     acquisition: Literal["ucb", "ei"] = "ucb"
-    kappa: float = 1.5
-    zone_height: float = 0.5
-    spread: float = 0.3
-    noise: float = 0.04
-    place_mm: float = 14.0
-    current_ma: float = 9.0
-    elements: float = 1.5
-    queries: int = 90
-    patience: int = 25
+    kappa: float = 2.0
+    zone_height: float = 0.3
+    spread: float = 0.5
+    noise: float = 0.05
+    place_mm: float = 12.0
+    current_ratio: float = 1.65
+    elements: float = 1.0
+    queries: int = 120
+    patience: int = 40
     least_gain: float = 0.01
 
     def __post_init__(self) -> None:
         if self.acquisition not in ("ucb", "ei"):
             raise InputError("gaussian_process.acquisition", f"{self.acquisition!r}", "ucb, ei")
-        for key in ("spread", "noise", "place_mm", "current_ma", "elements"):
+        for key in ("spread", "noise", "place_mm", "elements"):
             value = getattr(self, key)
             if not (isfinite(value) and value > 0.0):
                 raise InputError(f"gaussian_process.{key}", f"{value}", "a finite number above 0")
@@ -89,6 +91,9 @@ class GaussianProcess:
             value = getattr(self, key)
             if not (isfinite(value) and value >= 0.0):
                 raise InputError(f"gaussian_process.{key}", f"{value}", "a finite number, 0 or more")
+        if not (isfinite(self.current_ratio) and self.current_ratio > 1.0):
+            raise InputError("gaussian_process.current_ratio", f"{self.current_ratio}",
+                             "a finite factor above 1")
         for key in ("queries", "patience"):
             if getattr(self, key) < 1:
                 raise InputError(f"gaussian_process.{key}", f"{getattr(self, key)}", "1 or more")
@@ -100,8 +105,8 @@ class GaussianProcess:
         positions = np.array([space.position(query.elements) for query in queries])
         current_ma = np.array([query.current_ma for query in queries])
         elements = np.array([len(query.elements) for query in queries])
-        points = np.column_stack((positions / self.place_mm, current_ma / self.current_ma,
-                                  elements / self.elements))
+        points = np.column_stack((positions / self.place_mm,
+                                  np.log(current_ma) / np.log(self.current_ratio), elements / self.elements))
         near = expectation(space.zones, positions, space.radius_mm)
         return GaussianProcessState(
             queries, points, self.zone_height * near * current_ma / space.current_max_ma)
