@@ -27,6 +27,7 @@ def make_parser() -> argparse.ArgumentParser:
     commands.add_parser("schema", help="print the JSON Schema of experiment files")
     _add_fmu(commands)
     _add_patient(commands)
+    _add_identify(commands)
     return parser
 
 
@@ -114,4 +115,17 @@ def _add_patient(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--cohort", type=int, metavar="SEED", help="which cohort (default: 0)")
     command.add_argument("--member", type=int, metavar="N", help="which member of it (default: the preset)")
     command.add_argument("--day", type=int, metavar="N", help="which day (default: none in particular)")
+    command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+
+
+def _add_identify(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("identify", help="a patient's model for controllers, from a recording")
+    command.add_argument("recording", metavar="RUN.h5", help="of an identification experiment, such as "
+                         "identify_patient")
+    command.add_argument("--out", metavar="FILE", default="model.toml",
+                         help="the model file (default: model.toml)")
+    command.add_argument("--measured", metavar="SIGNAL", default="",
+                         help="what is to be predicted (default: that of the block of kind synergies)")
+    command.add_argument("--method", choices=("subspace", "fir"), default="subspace",
+                         help="of the linear dynamics (default: subspace)")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")

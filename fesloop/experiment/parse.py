@@ -17,6 +17,7 @@ from fesloop.experiment import registry
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.faults import faults_of
 from fesloop.experiment.layout import experiment_table, keys_at
+from fesloop.experiment.patient_models import with_models
 from fesloop.experiment.patients import with_patient
 from fesloop.experiment.repeat import document_of
 from fesloop.experiment.schema import Kinds, make
@@ -83,6 +84,7 @@ def from_document(document: Mapping[str, Any], name: str = "experiment") -> Expe
     try:
         kinds = _kinds_in(tables)
         tables, faults = with_patient(tables, kinds)
+        tables = with_models(tables, kinds)
         _check(tables, kinds, faults)
         return _experiment(tables, kinds)
     except InputErrors as several:

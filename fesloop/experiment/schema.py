@@ -25,7 +25,7 @@ from fesloop.models.linear_model import LinearModel
 STRICT = ConfigDict(strict=True, extra="forbid")
 Kinds = Mapping[str, type[Any]]
 NestedNumbers = list[float] | list[list[float]]
-_LITERAL = "matrices"
+_LITERAL, _FILE = "matrices", "file"
 
 
 def table(cls: type[Any], kinds: Kinds, extra: Mapping[str, Any] | None = None,
@@ -85,16 +85,21 @@ def checked(annotation: Any, kinds: Kinds) -> Any:
 
 
 def _linear_model(kinds: Kinds) -> Any:
-    """A plant's own model ({kind = "finger", ...}) or the model's matrices."""
+    """A plant's own model ({kind = "finger", ...}), the model's matrices, or a file's ({file = "..."}), which
+    stands for its matrices before any object is made (`fesloop.experiment.patient_models`)."""
     members = [Annotated[table(cls, {}, {"kind": Required[Literal[kind]]}), Tag(kind)]
                for kind, cls in kinds.items() if hasattr(cls, "linear_model")]
     matrices = closed("LinearModel", {f.name: _key(f, checked(hint, {})) for f, hint in _hinted(LinearModel)})
     members.append(Annotated[matrices, Tag(_LITERAL)])
+    file = closed("ModelFile", {"file": Required[str], "any_patient": NotRequired[bool]})
+    members.append(Annotated[file, Tag(_FILE)])
     return Annotated[Union[tuple(members)], Discriminator(_model_tag)]  # noqa: UP007
 
 
 def _model_tag(value: Any) -> Any:
-    return value.get("kind", _LITERAL) if isinstance(value, dict) else _LITERAL
+    if isinstance(value, dict):
+        return value.get("kind", _FILE if "file" in value else _LITERAL)
+    return _LITERAL
 
 
 def _hinted(cls: type[Any]) -> list[tuple[Field[Any], Any]]:

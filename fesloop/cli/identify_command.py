@@ -1,0 +1,47 @@
+"""`fesloop identify`."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any
+
+from fesloop.cli.output import print_json, print_table, progress_bar
+from fesloop.errors import InputError
+
+GROUP = "fesloop.identifiers"
+"""Entry points of what makes a patient's model of a recording: a function of its path."""
+
+
+def execute(args: Namespace) -> int:
+    """Make the model file of a recording's patient; show how well it predicts what it was not fitted to."""
+    entry = next(iter(sorted(entry_points(group=GROUP), key=lambda each: each.name)), None)
+    if entry is None:
+        raise InputError("identify", "no installed package identifies models",
+                         remedy=f"install one with an entry point in {GROUP!r}")
+    with progress_bar(f"identify {args.recording}"):
+        found = entry.load()(args.recording, measured=args.measured, method=args.method)
+    path = Path(args.out)
+    found.model.save(path)
+    report = {"model": str(path), **found.report()}
+    if args.json:
+        print_json(report)
+    else:
+        _print(report)
+        print(path)
+    return 0
+
+
+def _print(report: dict[str, Any]) -> None:
+    kinds = list(report["fit_percent"])
+    rows = [[name, *(f"{report['fit_percent'][kind][name]:.1f}" for kind in kinds)]
+            for name in report["outputs"]]
+    print_table(f"fit on the {report['held_out_s']:.3g} s held out, %: order {report['order']}, "
+                f"delay {report['delay_ms']:g} ms", ["output", *kinds], rows, sys.stderr)
+    rows = [[str(c), row["electrode"], f"{row['current_ma']:g}", f"{row['threshold_us']:.0f}",
+             f"{row['half_ma']:.2f}", f"{row['spread']:.2f}", f"{row['fit_percent']:.0f}"]
+            for c, row in enumerate(report["channels"])]
+    print_table("recruitment: threshold at 5 %, half at an effective current", [
+        "channel", "electrode", "mA", "threshold us", "half mA", "spread", "fit %"], rows, sys.stderr)

@@ -1,0 +1,177 @@
+"""The model of one patient that controllers load: a file made by identification, one for each patient
+and array.
+
+A file is TOML: whose model it is (patient, channels, electrodes, currents), what it predicts (outputs), the
+recruitment curve of each channel, the linear dynamics from recruited fractions to outputs, where it was
+identified (operating point) and how well it predicts what it was not fitted to. Units are SI but where a name
+says otherwise.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Required
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import TypeAdapter, ValidationError
+
+from fesloop.errors import InputError
+from fesloop.experiment.schema import closed, plain
+from fesloop.experiment.toml_text import toml_text
+from fesloop.loop.clock import NS_PER_MS
+from fesloop.models.linear_model import LinearModel
+from fesloop.models.recruitment import Recruitment
+
+Array = NDArray[np.float64]
+FORMAT = "fesloop patient model 1"
+_NESTED = list[list[float]]
+_FORM = TypeAdapter(closed("PatientModel", {
+    "format": Required[str], "patient": Required[str], "source": Required[str],
+    "outputs": Required[list[str]], "electrodes": Required[list[str]], "current_ma": Required[list[float]],
+    "rate": Required[str], "delay_ms": Required[float],
+    "recruitment": Required[closed("Curves", {
+        "threshold_ma": Required[list[float]], "spread": Required[list[float]],
+        "chronaxie_us": Required[float]})],
+    "dynamics": Required[closed("Dynamics", {
+        "a": Required[_NESTED], "b": Required[_NESTED], "c": Required[_NESTED],
+        "offset": Required[list[float]]})],
+    "operating": Required[closed("Operating", {
+        "drive": Required[list[float]], "outputs": Required[list[float]]})],
+    "fit": Required[dict[str, dict[str, float]]],
+}))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PatientModel:
+    """A patient as a controller is told of them.
+
+    Attributes
+    ----------
+    patient: in words, as `fesloop.experiment.patients.describe` has them; empty for a plant without one.
+    source: of which recording.
+    outputs: names of the m outputs.
+    electrodes: of each channel, in words; empty where there is no stimulator.
+    current_ma: (channels,), at which pulse widths were modulated.
+    rate: of the samples.
+    model: recruitment, dynamics and delay, from the controller's pulses to the instants of capture: what
+        lies between (safety, stimulator) is in it, the tracker's age is not.
+    operating_drive, operating_outputs: (channels,), (m,): mean of the binary part, around which it holds.
+    fit: percent by kind of prediction and output, on what was held out.
+    """
+
+    patient: str
+    source: str
+    outputs: tuple[str, ...]
+    electrodes: tuple[str, ...]
+    current_ma: tuple[float, ...]
+    rate: str
+    model: LinearModel
+    operating_drive: Array
+    operating_outputs: Array
+    fit: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        model, channels = self.model, len(self.current_ma)
+        if model.recruitment is None or model.recruitment.muscles != channels or model.inputs != channels:
+            raise InputError("current_ma", f"{channels} channels", f"{model.inputs}, as the model has")
+        if len(self.outputs) != model.outputs:
+            raise InputError("outputs", f"{len(self.outputs)} names", f"{model.outputs}, as the model has")
+
+    def table(self) -> dict[str, Any]:
+        """As plain tables: what a file says."""
+        model = self.model
+        return {
+            "format": FORMAT, "patient": self.patient, "source": self.source, "outputs": list(self.outputs),
+            "electrodes": list(self.electrodes), "current_ma": list(self.current_ma), "rate": self.rate,
+            "delay_ms": model.delay_ns / NS_PER_MS,
+            "recruitment": plain(model.recruitment),
+            "dynamics": {name: plain(getattr(model, name)) for name in ("a", "b", "c", "offset")},
+            "operating": {"drive": plain(self.operating_drive), "outputs": plain(self.operating_outputs)},
+            "fit": {kind: dict(row) for kind, row in self.fit.items()}}
+
+    def save(self, path: Path) -> None:
+        """Write the file. Raises InputError where it cannot be written."""
+        try:
+            path.write_text(toml_text(self.table()), encoding="utf-8")
+        except OSError as fault:
+            raise InputError(str(path), f"cannot be written: {fault.strerror}", "a file") from None
+
+
+def load_patient_model(path: Path) -> PatientModel:
+    """The model of a file; raises InputError for one that is missing or of another form."""
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as fault:
+        raise InputError(str(path), f"cannot be read: {fault.strerror}",
+                         "a model file, made by fesloop identify") from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as fault:
+        raise InputError(str(path), f"is not TOML: {fault}",
+                         "a model file, made by fesloop identify") from None
+    if table.get("format") != FORMAT:
+        raise InputError(f"{path}: format", f"{table.get('format')!r}", repr(FORMAT), "run fesloop identify")
+    try:
+        table = _FORM.validate_python(table)
+    except ValidationError as fault:
+        first = fault.errors(include_url=False)[0]
+        place = ".".join(str(key) for key in first["loc"])
+        raise InputError(f"{path}: {place}", first["msg"], remedy="run fesloop identify again") from None
+    return _from_table(table, path)
+
+
+def _from_table(table: Mapping[str, Any], path: Path) -> PatientModel:
+    dynamics = {name: np.array(value, dtype=np.float64) for name, value in table["dynamics"].items()}
+    curves = table["recruitment"]
+    try:
+        model = LinearModel(
+            **dynamics, delay_ns=round(table["delay_ms"] * NS_PER_MS),
+            recruitment=Recruitment(threshold_ma=tuple(curves["threshold_ma"]),
+                                    spread=tuple(curves["spread"]), chronaxie_us=curves["chronaxie_us"]))
+        return PatientModel(
+            patient=table["patient"], source=table["source"], outputs=tuple(table["outputs"]),
+            electrodes=tuple(table["electrodes"]), current_ma=tuple(table["current_ma"]), rate=table["rate"],
+            model=model, fit=table["fit"], operating_drive=np.array(table["operating"]["drive"]),
+            operating_outputs=np.array(table["operating"]["outputs"]))
+    except InputError as fault:
+        raise InputError(f"{path}: {fault.where}", fault.found, fault.allowed, fault.remedy) from None
+
+
+def electrodes_in_words(stimulator: Mapping[str, Any] | None, channels: int) -> tuple[str, ...]:
+    """The virtual electrode of each channel, such as "43+44 (0.3, 0.7)", from a stimulator's parameters.
+
+    Without electrodes channel c has element c; without a stimulator there are none.
+    """
+    if stimulator is None:
+        return ()
+    given = stimulator.get("electrodes") or [{"elements": [channel]} for channel in range(channels)]
+    words = []
+    for electrode in given:
+        elements, shares = electrode["elements"], list(electrode.get("shares") or ())
+        text = "+".join(str(element) for element in elements)
+        words.append(text + (f" ({', '.join(f'{share:g}' for share in shares)})" if shares else ""))
+    return tuple(words)
+
+
+def require_same(path: str, model: PatientModel, wanted: Mapping[str, Any]) -> None:
+    """Raise InputError naming both where a model is of another patient, other channels or other outputs.
+
+    `wanted` has those of `patient` (a model of one day may be used on another), `electrodes`, `current_ma`
+    and `outputs` that are known.
+    """
+    made_for = {"patient": model.patient.partition(", day ")[0], "electrodes": model.electrodes,
+                "current_ma": model.current_ma, "outputs": model.outputs}
+    for key, value in made_for.items():
+        if key in wanted and wanted[key] != value:
+            raise InputError(f"{path}: {key}", f"the model is of {_words(value)}",
+                             f"{_words(wanted[key])}, as this experiment has",
+                             "identify this one, or say any_patient = true" if key == "patient"
+                             else "identify with these, or change the experiment")
+
+
+def _words(value: Any) -> str:
+    if isinstance(value, tuple):
+        return "(" + ", ".join(f"{item:g}" if isinstance(item, float) else str(item) for item in value) + ")"
+    return repr(value)

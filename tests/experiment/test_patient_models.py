@@ -1,0 +1,97 @@
+import tomllib
+
+import numpy as np
+import pytest
+
+from fesloop.errors import InputError
+from fesloop.experiment.parse import from_document
+from fesloop.experiment.registry import find
+from fesloop.models.patient_model import PatientModel, load_patient_model
+
+
+def a_model(**changed):
+    nominal = find("finger")().linear_model()
+    values = {"patient": "", "source": "a test", "outputs": ("MCP", "PIP", "DIP"), "electrodes": (),
+              "current_ma": (40.0,) * 4, "rate": "50", "model": nominal, "operating_drive": np.full(4, 0.3),
+              "operating_outputs": np.array([0.3, 0.4, 0.2]), "fit": {"free_run": {"MCP": 97.0}}}
+    return PatientModel(**values | changed)
+
+
+def controlled(model, **blocks):
+    return {"experiment": {"name": "controlled", "duration_s": 1.0},
+            "blocks": {"mpc": {"kind": "mpc", "rate": "50", "model": model},
+                       "reference": {"kind": "minimum_jerk", "rate": "50", "times_s": [0.1],
+                                     "angles_deg": [[20.0, 25.0, 15.0]]},
+                       "finger": {"kind": "finger"}, **blocks},
+            "wires": [{"from": "reference.angles", "to": "mpc.reference"},
+                      {"from": "mpc.stimulation", "to": "finger.stimulation", "latency_ms": 1.0},
+                      {"from": "finger.angles", "to": "mpc.measured"}]}
+
+
+def test_a_file_comes_back_as_it_was(tmp_path):
+    model = a_model(patient="sci_c6, member 3 of cohort 1, day 2",
+                    electrodes=("16", "43+44 (0.3, 0.7)", "1", "2"))
+    model.save(tmp_path / "model.toml")
+    again = load_patient_model(tmp_path / "model.toml")
+    assert again.table() == model.table()
+    for name in ("a", "b", "c", "offset"):
+        np.testing.assert_array_equal(getattr(again.model, name), getattr(model.model, name))
+    assert again.model.recruitment == model.model.recruitment
+    assert again.model.delay_ns == model.model.delay_ns == 20_000_000
+
+
+def test_a_controller_takes_the_model_and_its_currents_and_the_recording_needs_no_file(tmp_path):
+    a_model().save(tmp_path / "model.toml")
+    experiment = from_document(controlled({"file": str(tmp_path / "model.toml")}))
+    mpc = next(node.part for node in experiment.nodes if node.name == "mpc")
+    assert mpc.current_ma == (40.0,) * 4
+    np.testing.assert_array_equal(mpc.model.a, a_model().model.a)
+    (tmp_path / "model.toml").unlink()
+    assert from_document(experiment.document()) == experiment
+
+
+@pytest.mark.parametrize(("changed", "blocks", "named"), [
+    ({"patient": "sci_c6"}, {}, r"blocks.mpc.model: .*: patient: the model is of 'sci_c6'; allowed: ''"),
+    ({"current_ma": (10.0, 40.0, 40.0, 40.0)}, {"current": [40.0] * 4},
+     r"current_ma: the model is of \(10, 40, 40, 40\); allowed: \(40, 40, 40, 40\)"),
+    ({"electrodes": ("16", "24", "9", "20")}, {"stimulator": {"kind": "stimulator", "electrodes": [
+        {"elements": [n]} for n in (16, 24, 9, 21)]}},
+     r"electrodes: the model is of \(16, 24, 9, 20\); allowed: \(16, 24, 9, 21\)"),
+    ({}, {"synergies": {"kind": "synergies", "rate": "50", "rows": ["F2_flexion"]}},
+     r"outputs: the model is of \(MCP, PIP, DIP\); allowed: \(F2_flexion\)"),
+])
+def test_names_both_where_a_model_is_for_something_else(tmp_path, changed, blocks, named):
+    a_model(**changed).save(tmp_path / "model.toml")
+    document = controlled({"file": str(tmp_path / "model.toml")}, **{
+        name: table for name, table in blocks.items() if name != "current"})
+    if "current" in blocks:
+        document["blocks"]["mpc"]["current_ma"] = blocks["current"]
+    with pytest.raises(InputError, match=named):
+        from_document(document)
+
+
+def test_any_patient_may_be_asked_for(tmp_path):
+    a_model(patient="sci_c6").save(tmp_path / "model.toml")
+    from_document(controlled({"file": str(tmp_path / "model.toml"), "any_patient": True}))
+
+
+@pytest.mark.parametrize(("text", "named"), [
+    ("", "format"), ("not toml", "is not TOML"), (None, "cannot be read"),
+    ('format = "fesloop patient model 1"\npatient = 3', "source|patient")])
+def test_a_file_of_another_form_is_refused_in_one_line(tmp_path, text, named):
+    path = tmp_path / "model.toml"
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(InputError, match=named) as refused:
+        from_document(controlled({"file": str(path)}))
+    assert "\n" not in str(refused.value)
+
+
+def test_numbers_that_do_not_belong_together_are_refused(tmp_path):
+    a_model().save(tmp_path / "model.toml")
+    table = tomllib.loads((tmp_path / "model.toml").read_text())
+    assert table["recruitment"]["threshold_ma"] == [12.0, 10.0, 10.0, 8.0]
+    with pytest.raises(InputError, match="current_ma"):
+        a_model(current_ma=(40.0,) * 3)
+    with pytest.raises(InputError, match="outputs"):
+        a_model(outputs=("MCP",))
