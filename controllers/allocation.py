@@ -35,12 +35,15 @@ class Allocation:
     current_ma: of each channel while its pulse width is above zero.
     width_max_us: longest pulse.
     full_scale_us: pulse width of v = 1 where `recruitment` is None.
+    charge_max_uc: greatest charge per phase, which may shorten the longest pulse; not kept where
+        `recruitment` is None.
     """
 
     recruitment: Recruitment | None
     current_ma: tuple[float, ...]
     width_max_us: float = 500.0
     full_scale_us: float = 500.0
+    charge_max_uc: float = math.inf
 
     def __post_init__(self) -> None:
         if not self.current_ma or not all(math.isfinite(i) and i > 0.0 for i in self.current_ma):
@@ -49,24 +52,33 @@ class Allocation:
             value = getattr(self, key)
             if not (math.isfinite(value) and value > 0.0):
                 raise InputError(key, f"{value}", "a finite width above 0")
+        if not self.charge_max_uc > 0.0:
+            raise InputError("charge_max_uc", f"{self.charge_max_uc}", "a charge above 0")
         if self.recruitment is not None and self.recruitment.muscles != len(self.current_ma):
             raise InputError("current_ma", f"{len(self.current_ma)} currents",
                              f"{self.recruitment.muscles}, one a muscle of the recruitment")
         if (self.reach() < LEAST_REACH).any():
-            raise InputError("current_ma", f"{self.current_ma} leaves some muscle below {LEAST_REACH}",
-                             "currents that recruit more at width_max_us")
+            raise InputError(
+                "current_ma", f"{self.current_ma} mA within {self.width_max_us:g} us and "
+                f"{self.charge_max_uc:g} uC recruits less than {LEAST_REACH} of muscle "
+                f"{int(np.argmin(self.reach()))}", "limits within which every channel recruits its muscle",
+                "raise the current, width_max_us or charge_max_uc, or leave the channel out of the model")
 
     @property
     def channels(self) -> int:
         """Number of channels."""
         return len(self.current_ma)
 
+    def longest_s(self) -> Array:
+        """Longest pulse of each channel, (channels,), s."""
+        longest_us = np.minimum(self.width_max_us, 1e3 * self.charge_max_uc / np.asarray(self.current_ma))
+        return longest_us / 1e6
+
     def reach(self) -> Array:
         """Largest drive of each muscle, (channels,): recruitment at the longest pulse; infinite if linear."""
         if self.recruitment is None:
             return np.full(self.channels, np.inf)
-        pulses = np.column_stack([np.asarray(self.current_ma) / 1e3,
-                                  np.full(self.channels, self.width_max_us / 1e6)])
+        pulses = np.column_stack([np.asarray(self.current_ma) / 1e3, self.longest_s()])
         return self.recruitment.fraction(pulses)
 
     def table(self) -> Array:
@@ -77,7 +89,7 @@ class Allocation:
         if self.recruitment is None:
             rows[:, 1], rows[:, 2] = np.inf, self.full_scale_us / 1e6
         else:
-            rows[:, 1] = self.width_max_us / 1e6
+            rows[:, 1] = self.longest_s()
             rows[:, 3], rows[:, 4] = self.recruitment.threshold_ma, self.recruitment.spread
             rows[:, 5] = self.recruitment.chronaxie_us / 1e6
         return rows
@@ -130,3 +142,18 @@ def allocate(table: Array, drive: Array, pulses: Array) -> int:
         pulses[i, 0] = current if width != 0.0 else 0.0
         pulses[i, 1] = width
     return saturated
+
+
+@numba.njit(cache=True)
+def risen(table: Array, pulses: Array, charge_rise_c: float, drive: Array) -> None:
+    """Fill `drive` (channels,) with the greatest that a rise of charge per phase above `pulses` allows.
+
+    Infinite where recruitment is linear.
+    """
+    for i in range(drive.size):
+        if table[i, 2] > 0.0:
+            drive[i] = math.inf
+            continue
+        width = pulses[i, 1] + charge_rise_c / table[i, 0]
+        effective_ma = 1e3 * table[i, 0] / (1.0 + table[i, 5] / width)
+        drive[i] = 0.5 * math.erfc(-math.log(effective_ma / table[i, 3]) / table[i, 4] * SQRT_HALF)

@@ -2,12 +2,13 @@
 
 Over a horizon of N periods, with drives V = [v_0; ...; v_{N-1}] and y_j = C A^j x_0 + ... + d + offset,
 
-    min  sum_j |y_j - r_j|^2_Q + sum_j |v_j - v_{j-1}|^2_R + effort |v_j|^2 + null |Z'v_j|^2
-    0 <= v_j <= reach,  |v_j - v_{j-1}| <= slew
+    min  sum_j |y_j - r_j|^2_Q + sum_j |v_j - v_{j-1}|^2_R + effort |v_j|^2 + cocontraction |Z'v_j|^2
+    0 <= v_j <= reach,  |v_j - v_{j-1}| <= slew,  v_0 <= rise
 
 (Maciejowski 2002, Predictive Control with Constraints, chapter 3). Z spans the drives that move no output
 in steady state (co-contraction), so weighing them leaves control free of offset, which `effort` does not;
-where a muscle lies at its limit, that holds as far as `null` is small.
+where a muscle lies at its limit, that holds as far as `cocontraction` is small. `rise` is the drive that
+the rise of charge allows at this tick; at later ticks it follows the pulse then in force.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import null_space
+from scipy.linalg import cho_factor, cho_solve, null_space
 
 from fesloop.models.linear_model import SampledModel
 
@@ -30,7 +31,7 @@ class Weights(NamedTuple):
     outputs: Array
     move: float
     effort: float
-    null: float
+    cocontraction: float
 
 
 class Plan(NamedTuple):
@@ -40,72 +41,89 @@ class Plan(NamedTuple):
     ----------
     hessian: (N muscles, N muscles).
     rows: (N muscles, N muscles), differences of drives.
-    from_state: (states, N muscles), transposed map from x_0 to the linear term.
-    from_target: (N outputs, N muscles), transposed map from d + offset - r to the linear term.
-    from_previous: weight of the first difference.
-    lower, upper: (2 N muscles,), with the first difference relative to v_{-1} = 0.
+    free: (states + N outputs + muscles, N muscles), transposed map from x_0, from d + offset - r and from
+        the drive in force to the drives that would be best without limits.
     """
 
     hessian: Array
     rows: Array
-    from_state: Array
-    from_target: Array
-    from_previous: float
-    lower: Array
-    upper: Array
+    free: Array
 
 
-def make_plan(model: SampledModel, horizon: int, weights: Weights, reach: Array, slew: float) -> Plan:
-    """Condense a sampled model over `horizon` periods; `reach` (muscles,) is the greatest drive."""
+def make_plan(model: SampledModel, horizon: int, weights: Weights) -> Plan:
+    """Condense a sampled model over `horizon` periods."""
     outputs, muscles = model.c.shape[0], model.b.shape[1]
     lifted = model.lifted(horizon + 1)[outputs:, :horizon * muscles]
-    free, power = [], np.eye(model.a.shape[0])
+    responses, power = [], np.eye(model.a.shape[0])
     for _ in range(horizon):
         power = model.a @ power
-        free.append(model.c @ power)
+        responses.append(model.c @ power)
     weighted = lifted.T * np.tile(weights.outputs, horizon)
     size = horizon * muscles
     rows = np.eye(size) - np.eye(size, k=-muscles)
     steady = model.c @ np.linalg.solve(np.eye(model.a.shape[0]) - model.a, model.b)
     idle = null_space(steady)
     hessian = weighted @ lifted + weights.move * rows.T @ rows + weights.effort * np.eye(size)
-    hessian += weights.null * np.kron(np.eye(horizon), idle @ idle.T)
-    return Plan(
-        0.5 * (hessian + hessian.T), rows, np.ascontiguousarray((weighted @ np.vstack(free)).T),
-        np.ascontiguousarray(weighted.T), weights.move,
-        np.concatenate([np.zeros(size), np.full(size, -slew)]),
-        np.concatenate([np.tile(reach, horizon), np.full(size, slew)]))
+    hessian += weights.cocontraction * np.kron(np.eye(horizon), idle @ idle.T)
+    hessian = 0.5 * (hessian + hessian.T)
+    linear = np.vstack([(weighted @ np.vstack(responses)).T, weighted.T,
+                        -weights.move * np.eye(muscles, size)])
+    return Plan(hessian, rows, np.ascontiguousarray(-cho_solve(cho_factor(hessian), linear.T).T))
 
 
 @numba.njit(cache=True)
-def fill(
-    from_state: Array, from_target: Array, from_previous: float, plan_lower: Array, plan_upper: Array,
-    state: Array, previous: Array, shift: Array, reference: Array,
-) -> tuple[Array, Array, Array]:
-    """(q, lower, upper) of the programme at this tick, fresh; the first five are those of `Plan`.
+def free_optimum(free: Array, present: Array, shift: Array, reference: Array, previous: Array) -> Array:
+    """Drives that would be best without limits, (N muscles,), fresh; `free` is that of `Plan`.
 
     Parameters
     ----------
-    state: (states,), of the sampled model.
-    previous: (muscles,), the drive in force.
+    present: (states,), of the sampled model.
     shift: (outputs,), disturbance plus offset.
     reference: (N, outputs).
+    previous: (muscles,), the drive in force.
 
     Sums run in a fixed order, so equal numbers give equal bits wherever they lie in memory.
     """
-    size = from_state.shape[1]
-    q = np.zeros(size)
-    for j in range(state.size):
-        for i in range(size):
-            q[i] += from_state[j, i] * state[j]
-    outputs = shift.size
-    for j in range(from_target.shape[0]):
-        target = shift[j % outputs] - reference[j // outputs, j % outputs]
-        for i in range(size):
-            q[i] += from_target[j, i] * target
-    lower, upper = plan_lower.copy(), plan_upper.copy()
-    for i in range(previous.size):
-        q[i] -= from_previous * previous[i]
+    known = np.empty(free.shape[0])
+    known[:present.size] = present
+    at = present.size
+    for k in range(reference.shape[0]):
+        for j in range(shift.size):
+            known[at] = shift[j] - reference[k, j]
+            at += 1
+    known[at:] = previous
+    drives = np.zeros(free.shape[1])
+    # Four rows at a time: the sum is read and written a quarter as often.
+    whole = known.size - known.size % 4
+    for j in range(0, whole, 4):
+        a, b, c, d = known[j], known[j + 1], known[j + 2], known[j + 3]
+        for i in range(drives.size):
+            drives[i] += a * free[j, i] + b * free[j + 1, i] + c * free[j + 2, i] + d * free[j + 3, i]
+    for j in range(whole, known.size):
+        for i in range(drives.size):
+            drives[i] += known[j] * free[j, i]
+    return drives
+
+
+@numba.njit(cache=True)
+def limits(horizon: int, reach: Array, slew: Array, previous: Array, rise: Array) -> tuple[Array, Array]:
+    """(lower, upper) of the programme at this tick, (2 N muscles,), boxes before differences, fresh.
+
+    Parameters
+    ----------
+    reach, slew: (muscles,), greatest drive and greatest change of it a tick.
+    previous: (muscles,), the drive in force.
+    rise: (muscles,), greatest drive of this tick, above `previous`.
+    """
+    muscles = reach.size
+    size = horizon * muscles
+    lower, upper = np.zeros(2 * size), np.empty(2 * size)
+    for k in range(horizon):
+        for i in range(muscles):
+            at = k * muscles + i
+            upper[at] = reach[i]
+            lower[size + at], upper[size + at] = -slew[i], slew[i]
+    for i in range(muscles):
         lower[size + i] += previous[i]
-        upper[size + i] += previous[i]
-    return q, lower, upper
+        upper[size + i] = min(previous[i] + slew[i], rise[i])
+    return lower, upper

@@ -21,8 +21,6 @@ from fesloop.models.linear_model import LinearModel, zero_order_hold
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 _LONG_AGO = -(2**62)
-_LADDER_BITS = 30
-"""Transitions over 1, 2, 4, ... ns up to 2^29 ns, half a second; longer ones repeat the last."""
 
 
 @dataclass(slots=True, eq=False)
@@ -34,12 +32,14 @@ class ObserverState:
     at_ns: instant of the estimate: the newest capture, or the start of the trial.
     x: (states,), estimate then.
     disturbance: (outputs,), estimate of what the model leaves unexplained of the outputs, rad.
+    strength: (muscles,), how strongly each muscle answers its drive, over what the model expects.
     stamps, inputs: (kept,) ns and (kept, muscles): when each drive was given out; oldest first.
     """
 
     at_ns: int
     x: Array
     disturbance: Array
+    strength: Array
     stamps: Stamps
     inputs: Array
 
@@ -54,10 +54,12 @@ class Observer:
 
     Attributes
     ----------
-    ladder: (bits, states + muscles, states): transposed [Phi Gamma] over 2^i ns.
+    ladder: (bits + 1, states + muscles, states): transposed [Phi Gamma] over 2^i ns, the last over
+        `period_ns`, of which most ways are made.
     c, offset: output of the model, (outputs, states) and (outputs,).
     gain: (states + outputs, outputs).
     delay_ns: from giving a drive out to its acting on x.
+    period_ns: of the samples.
     kept: number of inputs kept.
     """
 
@@ -66,6 +68,7 @@ class Observer:
     offset: Array
     gain: Array
     delay_ns: int
+    period_ns: int
     kept: int
 
     @classmethod
@@ -85,8 +88,9 @@ class Observer:
         measurement_noise: sd, rad.
         """
         states, outputs = model.a.shape[0], model.outputs
-        ladder = np.stack([np.vstack([m.T for m in zero_order_hold(model.a, model.b, 2**i / NS_PER_S)])
-                           for i in range(_LADDER_BITS)])
+        rungs_ns = [*(2**i for i in range(period_ns.bit_length())), period_ns]
+        ladder = np.stack([np.vstack([m.T for m in zero_order_hold(model.a, model.b, rung / NS_PER_S)])
+                           for rung in rungs_ns])
         phi, gamma = zero_order_hold(model.a, model.b, period_ns / NS_PER_S)
         a = np.eye(states + outputs)
         a[:states, :states] = phi
@@ -99,12 +103,12 @@ class Observer:
         gain = covariance @ c.T @ np.linalg.inv(c @ covariance @ c.T + measurement_noise**2 * np.eye(outputs))
         kept = (reach_ns + delay_ns) // period_ns + 3
         return cls(ladder, np.ascontiguousarray(model.c), model.offset, np.ascontiguousarray(gain),
-                   delay_ns, kept)
+                   delay_ns, period_ns, kept)
 
     def init(self) -> ObserverState:
         """At rest before t = 0, nothing given out before."""
         states, muscles = self.ladder.shape[2], self.ladder.shape[1] - self.ladder.shape[2]
-        return ObserverState(NEVER, np.zeros(states), np.zeros(self.offset.size),
+        return ObserverState(NEVER, np.zeros(states), np.zeros(self.offset.size), np.ones(muscles),
                              np.full(self.kept, _LONG_AGO, dtype=np.int64), np.zeros((self.kept, muscles)))
 
     def record(self, state: ObserverState, time_ns: int, drive: Array) -> None:
@@ -115,17 +119,17 @@ class Observer:
         """Take in outputs (outputs,) in rad as they were at `captured_ns`; nothing if that is no news."""
         if captured_ns <= state.at_ns:
             return
-        correct(self.ladder, self.c, self.offset, self.gain, state.x, state.disturbance, state.stamps,
-                state.inputs, self.delay_ns, state.at_ns, captured_ns, measured)
+        correct(self.ladder, self.c, self.offset, self.gain, state.x, state.disturbance, state.strength,
+                state.stamps, state.inputs, self.period_ns, self.delay_ns, state.at_ns, captured_ns, measured)
         state.at_ns = captured_ns
 
-    def ahead(self, state: ObserverState, time_ns: int, period_ns: int, stored: int) -> Array:
-        """Estimate at `time_ns`, fresh: x, then the drives given out 1 ... `stored` periods before.
+    def ahead(self, state: ObserverState, time_ns: int, stored: int) -> Array:
+        """Estimate at `time_ns`, fresh: x, then what the drives given out 1 ... `stored` periods before do.
 
         That is the state of `LinearModel.sampled` for the same delay. The observer's state is left alone.
         """
-        present: Array = ahead(self.ladder, state.x, state.stamps, state.inputs, self.delay_ns, state.at_ns,
-                               time_ns, period_ns, stored)
+        present: Array = ahead(self.ladder, state.x, state.strength, state.stamps, state.inputs,
+                               self.period_ns, self.delay_ns, state.at_ns, time_ns, stored)
         return present
 
 
@@ -139,31 +143,40 @@ def record(stamps: Stamps, inputs: Array, time_ns: int, drive: Array) -> None:
 
 
 @numba.njit(cache=True)
-def step_bits(ladder: Array, x: Array, drive: Array, duration_ns: int, after: Array) -> None:
-    """x over a duration under a held drive, as the product of the steps of the duration's bits."""
+def step_rung(ladder: Array, rung: int, x: Array, strength: Array, drive: Array, after: Array) -> None:
+    """x over the duration of one rung, in place."""
     states = x.size
-    bit, top = 0, ladder.shape[0] - 1
+    after[:] = 0.0
+    for j in range(states):
+        for i in range(states):
+            after[i] += ladder[rung, j, i] * x[j]
+    for j in range(drive.size):
+        force = strength[j] * drive[j]
+        for i in range(states):
+            after[i] += ladder[rung, states + j, i] * force
+    x[:] = after
+
+
+@numba.njit(cache=True)
+def hold(
+    ladder: Array, x: Array, strength: Array, drive: Array, period_ns: int, duration_ns: int, after: Array
+) -> None:
+    """x over a duration under a held drive: whole periods, then the bits of the rest."""
+    while duration_ns >= period_ns:
+        step_rung(ladder, ladder.shape[0] - 1, x, strength, drive, after)
+        duration_ns -= period_ns
+    rung = 0
     while duration_ns > 0:
-        if bit == top or duration_ns & 1:
-            for i in range(states):
-                after[i] = 0.0
-            for j in range(states):
-                for i in range(states):
-                    after[i] += ladder[bit, j, i] * x[j]
-            for j in range(drive.size):
-                for i in range(states):
-                    after[i] += ladder[bit, states + j, i] * drive[j]
-            x[:] = after
-        if bit < top:
-            duration_ns >>= 1
-            bit += 1
-        else:
-            duration_ns -= 1
+        if duration_ns & 1:
+            step_rung(ladder, rung, x, strength, drive, after)
+        duration_ns >>= 1
+        rung += 1
 
 
 @numba.njit(cache=True)
 def carry(
-    ladder: Array, x: Array, stamps: Stamps, inputs: Array, delay_ns: int, from_ns: int, to_ns: int
+    ladder: Array, x: Array, strength: Array, stamps: Stamps, inputs: Array, period_ns: int, delay_ns: int,
+    from_ns: int, to_ns: int,
 ) -> None:
     """x from one instant to another under the recorded inputs, each acting `delay_ns` after it was given."""
     after = np.empty(x.size)
@@ -174,18 +187,19 @@ def carry(
         stop = to_ns
         if k + 1 < stamps.size:
             stop = min(to_ns, stamps[k + 1] + delay_ns)
-        step_bits(ladder, x, inputs[k], stop - from_ns, after)
+        hold(ladder, x, strength, inputs[k], period_ns, stop - from_ns, after)
         from_ns = stop
         k += 1
 
 
 @numba.njit(cache=True)
 def correct(
-    ladder: Array, c: Array, offset: Array, gain: Array, x: Array, disturbance: Array, stamps: Stamps,
-    inputs: Array, delay_ns: int, from_ns: int, captured_ns: int, measured: Array,
+    ladder: Array, c: Array, offset: Array, gain: Array, x: Array, disturbance: Array, strength: Array,
+    stamps: Stamps, inputs: Array, period_ns: int, delay_ns: int, from_ns: int, captured_ns: int,
+    measured: Array,
 ) -> None:
     """Carry to the capture, then the measurement update, in place."""
-    carry(ladder, x, stamps, inputs, delay_ns, from_ns, captured_ns)
+    carry(ladder, x, strength, stamps, inputs, period_ns, delay_ns, from_ns, captured_ns)
     states = x.size
     innovation = measured - offset - disturbance
     for i in range(innovation.size):
@@ -200,18 +214,18 @@ def correct(
 
 @numba.njit(cache=True)
 def ahead(
-    ladder: Array, x: Array, stamps: Stamps, inputs: Array, delay_ns: int, from_ns: int, to_ns: int,
-    period_ns: int, stored: int,
+    ladder: Array, x: Array, strength: Array, stamps: Stamps, inputs: Array, period_ns: int, delay_ns: int,
+    from_ns: int, to_ns: int, stored: int,
 ) -> Array:
-    """x carried to `to_ns`, followed by the drives in force 1 ... `stored` periods before, flat."""
+    """x carried to `to_ns`, then what the drives in force 1 ... `stored` periods before do, flat."""
     states, muscles = x.size, inputs.shape[1]
     present = np.empty(states + stored * muscles)
     present[:states] = x
-    carry(ladder, present[:states], stamps, inputs, delay_ns, from_ns, to_ns)
+    carry(ladder, present[:states], strength, stamps, inputs, period_ns, delay_ns, from_ns, to_ns)
     k = stamps.size - 1
     for lag in range(1, stored + 1):
         # Half a period of tolerance: ticks of a rate that is no whole number of ns differ by 1 ns.
         while k > 0 and stamps[k] > to_ns - lag * period_ns + period_ns // 2:
             k -= 1
-        present[states + (lag - 1) * muscles:states + lag * muscles] = inputs[k]
+        present[states + (lag - 1) * muscles:states + lag * muscles] = strength * inputs[k]
     return present

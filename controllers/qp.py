@@ -2,19 +2,21 @@
 
     min 1/2 x'Hx + q'x   subject to   lower <= [x; A x] <= upper
 
-H and A are fixed when a `Qp` is made; q and the bounds come with each solve.
+H and A are fixed when a `Qp` is made; q and the bounds come with each solve. Where the minimum without
+constraints is known, c = -H^-1 q, a `centred` programme takes c in place of q and has the solver find
+
+    min 1/2 z'Hz   subject to   lower - [c; A c] <= [z; A z] <= upper - [c; A c],   x = c + z
 """
 
 from __future__ import annotations
 
-import math
 from typing import Any, Literal, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from controllers.qp_kernel import CROSSED, MISSHAPEN, NOT_FINITE, around, check_vectors, settle
 from controllers.qp_solvers import DaqpSolver, OsqpSolver, Solver, Start
 from fesloop.errors import InputError
 
@@ -24,7 +26,6 @@ SOLVERS: dict[str, type[Solver]] = {"daqp": DaqpSolver, "osqp": OsqpSolver}
 _EMPTY = np.empty(0)
 _SLACK = 10.0
 """Accepted constraint violation in units of the tolerance: solvers bound it in scaled norms of their own."""
-_SOUND, _NOT_FINITE, _CROSSED = 0, 1, 2
 
 
 class QpResult(NamedTuple):
@@ -65,28 +66,29 @@ class Qp:
     tolerance: on constraints, and for osqp on optimality.
     max_iterations: of the solver, above which the result is "iteration_limit".
     refresh: solves between restarts.
+    centred: whether `solve` is given c in place of q.
 
     Raises InputError for matrices of wrong shape, non-finite, not symmetric or not positive definite.
     """
 
-    __slots__ = ("_hessian", "_last", "_log", "_options", "_rows", "_size", "_solver", "_sparse_rows",
-                 "_start")
+    __slots__ = ("_centred", "_hessian", "_last", "_log", "_options", "_rows", "_size", "_solver",
+                 "_sparse_rows", "_start")
 
     def __init__(self, hessian: Array, rows: Array, *, solver: SolverName = "daqp", tolerance: float = 1e-6,
-                 max_iterations: int = 4000, refresh: int = 128) -> None:
+                 max_iterations: int = 4000, refresh: int = 128, centred: bool = False) -> None:
         hessian, rows = _checked_matrices(hessian, rows)
         if solver not in SOLVERS:
             raise InputError("solver", f"{solver!r}", ", ".join(SOLVERS))
         if not (0.0 < tolerance < 1.0) or max_iterations < 1 or refresh < 1:
             raise InputError("qp", f"tolerance {tolerance}, iterations {max_iterations}, refresh {refresh}",
                              "a tolerance inside 0 to 1, counts of 1 or more")
-        self._hessian, self._rows = hessian, rows
+        self._hessian, self._rows, self._centred = hessian, rows, centred
         self._size = (hessian.shape[0], hessian.shape[0] + rows.shape[0])
         self._options: tuple[SolverName, float, int, int] = (solver, tolerance, max_iterations, refresh)
         compressed = sparse.csr_matrix(rows)
         self._sparse_rows = (compressed.indptr.astype(np.int64), compressed.indices.astype(np.int64),
                              compressed.data.astype(np.float64))
-        self._solver: Solver = SOLVERS[solver](hessian, rows, tolerance, max_iterations)
+        self._solver: Solver = SOLVERS[solver](hessian, rows, tolerance, max_iterations, not centred)
         self._log: list[tuple[Array, Array, Array]] = []
         self._start = self._last = Start(np.zeros(self.size), np.zeros(self.constraints))
 
@@ -101,7 +103,10 @@ class Qp:
         return int(self._size[1])
 
     def start_from(self, x: Array, multipliers: Array | None = None) -> None:
-        """Warm-start the next solve from x (n,) and multipliers (n + m,), zero if not given."""
+        """Warm-start the next solve from x (n,), z of a centred programme, and multipliers (n + m,).
+
+        The multipliers are zero if not given.
+        """
         given = _vector("x", x, self.size)
         duals = np.zeros(self.constraints) if multipliers is None else multipliers
         self._restart(Start(given, _vector("multipliers", duals, self.constraints)))
@@ -109,20 +114,32 @@ class Qp:
     def solve(self, q: Array, lower: Array, upper: Array) -> QpResult:
         """Solve for q (n,) and bounds (n + m,), boxes first; infinite bounds are allowed.
 
-        Raises InputError for a vector of the wrong shape; everything else is a status of the result.
+        A centred programme takes c (n,) in place of q, and keeps the vectors without copying them: nobody
+        may write to them again. Raises InputError for a vector of the wrong shape; everything else is a
+        status of the result.
         """
-        q = _vector("q", q, self.size)
-        lower, upper = _vector("lower", lower, self.constraints), _vector("upper", upper, self.constraints)
-        fault = check_vectors(q, lower, upper)
-        if fault == _NOT_FINITE:
+        given: Array | None = None
+        if self._centred:
+            fault, below, above = around(q, lower, upper, *self._sparse_rows)
+        else:
+            given = q = _vector("q", q, self.size)
+            below = lower = _vector("lower", lower, self.constraints)
+            above = upper = _vector("upper", upper, self.constraints)
+            fault = check_vectors(q, lower, upper)
+        if fault == MISSHAPEN:
+            raise InputError("qp", f"vectors of {q.size}, {lower.size} and {upper.size}",
+                             f"{self.size}, {self.constraints} and {self.constraints}")
+        if fault == NOT_FINITE:
             return QpResult("non_finite", _EMPTY, _EMPTY, 0)
-        if fault == _CROSSED:
+        if fault == CROSSED:
             return QpResult("infeasible", _EMPTY, _EMPTY, 0)
         if len(self._log) >= self._options[3]:
             self._restart(self._last)
         self._log.append((q, lower, upper))
-        outcome, x, multipliers, iterations = self._solver.solve(q, lower, upper)
+        outcome, z, multipliers, iterations = self._solver.solve(given, below, above)
+        x = z
         if outcome == "":
+            x = q + z if self._centred else z
             finite, broken = settle(x, lower, upper, *self._sparse_rows)
             if not finite:
                 outcome = "non_finite"
@@ -131,7 +148,7 @@ class Qp:
         if outcome != "":
             self._restart(Start(np.zeros(self.size), np.zeros(self.constraints)))
             return QpResult(outcome, _EMPTY, _EMPTY, iterations)
-        self._last = Start(x, multipliers)
+        self._last = Start(z, multipliers)
         return QpResult("solved", x, multipliers, iterations)
 
     def _restart(self, start: Start) -> None:
@@ -141,12 +158,12 @@ class Qp:
 
     def __getstate__(self) -> dict[str, Any]:
         return {"hessian": self._hessian, "rows": self._rows, "options": self._options,
-                "start": self._start, "log": list(self._log)}
+                "centred": self._centred, "start": self._start, "log": list(self._log)}
 
     def __setstate__(self, saved: dict[str, Any]) -> None:
         solver, tolerance, max_iterations, refresh = saved["options"]
         Qp.__init__(self, saved["hessian"], saved["rows"], solver=solver, tolerance=tolerance,
-                    max_iterations=max_iterations, refresh=refresh)
+                    max_iterations=max_iterations, refresh=refresh, centred=saved["centred"])
         self._restart(saved["start"])
         for q, lower, upper in saved["log"]:
             self.solve(q, lower, upper)
@@ -178,39 +195,3 @@ def _vector(name: str, values: Array, size: int) -> Array:
     if vector.shape != (size,):
         raise InputError(f"qp {name}", f"shape {vector.shape}", f"({size},)")
     return vector
-
-
-@numba.njit(cache=True)
-def check_vectors(q: Array, lower: Array, upper: Array) -> int:
-    """0 if sound, 1 for a value that is not finite (or infinity as a bound's wrong side), 2 if crossed."""
-    for i in range(q.size):
-        if not math.isfinite(q[i]):
-            return 1
-    crossed = 0
-    for i in range(lower.size):
-        if math.isnan(lower[i]) or math.isnan(upper[i]) or lower[i] == math.inf or upper[i] == -math.inf:
-            return 1
-        if lower[i] > upper[i]:
-            crossed = 2
-    return crossed
-
-
-@numba.njit(cache=True)
-def settle(
-    x: Array, lower: Array, upper: Array, indptr: NDArray[np.int64], indices: NDArray[np.int64], values: Array
-) -> tuple[bool, float]:
-    """Clip x into its boxes, in place; (whether x is finite, worst violation relative to 1 + |bound|)."""
-    worst = 0.0
-    for i in range(x.size):
-        if not math.isfinite(x[i]):
-            return False, 0.0
-        bound = min(max(x[i], lower[i]), upper[i])
-        worst = max(worst, abs(x[i] - bound) / (1.0 + abs(bound)))
-        x[i] = bound
-    for row in range(indptr.size - 1):
-        total = 0.0
-        for k in range(indptr[row], indptr[row + 1]):
-            total += values[k] * x[indices[k]]
-        bound = min(max(total, lower[x.size + row]), upper[x.size + row])
-        worst = max(worst, abs(total - bound) / (1.0 + abs(bound)))
-    return True, worst

@@ -37,16 +37,18 @@ class Answer(NamedTuple):
 
 
 class Solver(Protocol):
-    """min 1/2 x'Hx + q'x, lower <= [I; A] x <= upper."""
+    """min 1/2 x'Hx + q'x, lower <= [I; A] x <= upper; without `linear` there is no q."""
 
-    def __init__(self, hessian: Array, rows: Array, tolerance: float, max_iterations: int) -> None:
+    def __init__(
+        self, hessian: Array, rows: Array, tolerance: float, max_iterations: int, linear: bool
+    ) -> None:
         """For H (n, n) and A (m, n)."""
 
     def restart(self, start: Start) -> None:
         """Forget everything; go on from `start`."""
 
-    def solve(self, q: Array, lower: Array, upper: Array) -> Answer:
-        """Solve; the arrays are never written to again by anyone."""
+    def solve(self, q: Array | None, lower: Array, upper: Array) -> Answer:
+        """Solve, q None if there is none; the arrays are never written to again by anyone."""
 
 
 class DaqpSolver:
@@ -57,9 +59,13 @@ class DaqpSolver:
     hessian, rows: H (n, n), positive definite, and A (m, n).
     tolerance: primal tolerance.
     max_iterations: of the active set.
+    linear: whether there is a q. Without one, its product with every constraint need not be made anew at
+        each update, which is half of the work of a warm solve.
     """
 
-    def __init__(self, hessian: Array, rows: Array, tolerance: float, max_iterations: int) -> None:
+    def __init__(
+        self, hessian: Array, rows: Array, tolerance: float, max_iterations: int, linear: bool = True
+    ) -> None:
         import daqp
 
         n, constraints = hessian.shape[0], hessian.shape[0] + rows.shape[0]
@@ -67,7 +73,7 @@ class DaqpSolver:
         self._restarted = True
         self._model = daqp.Model()
         flag, _ = self._model.setup(
-            np.ascontiguousarray(hessian), np.zeros(n), np.ascontiguousarray(rows),
+            np.ascontiguousarray(hessian), np.zeros(n) if linear else None, np.ascontiguousarray(rows),
             np.ones(constraints), np.zeros(constraints), self._sense)
         if flag < 0:
             raise ValueError(f"daqp refuses the matrices with flag {flag}")
@@ -79,7 +85,7 @@ class DaqpSolver:
         self._sense = active.astype(np.int32)
         self._restarted = True
 
-    def solve(self, q: Array, lower: Array, upper: Array) -> Answer:
+    def solve(self, q: Array | None, lower: Array, upper: Array) -> Answer:
         """By the working set of the last solve, or that of the start."""
         if self._restarted:
             flag = self._model.update(f=q, bupper=upper, blower=lower, sense=self._sense)
@@ -87,7 +93,7 @@ class DaqpSolver:
         else:
             flag = self._model.update(f=q, bupper=upper, blower=lower)
         if flag < 0:
-            return Answer("infeasible", q, upper, 0)
+            return Answer("infeasible", lower, upper, 0)
         x, _, flag, told = self._model.solve()
         return Answer(_DAQP.get(flag, f"daqp flag {flag}"), x, told["lam"], told["iterations"])
 
@@ -98,7 +104,8 @@ class OsqpSolver:
     Parameters as of `DaqpSolver`; `tolerance` is both eps_abs and eps_rel.
     """
 
-    def __init__(self, hessian: Array, rows: Array, tolerance: float, max_iterations: int) -> None:
+    def __init__(self, hessian: Array | sparse.csc_matrix, rows: Array | sparse.csc_matrix, tolerance: float,
+                 max_iterations: int, linear: bool = True) -> None:
         n = hessian.shape[0]
         self._upper_half = sparse.triu(sparse.csc_matrix(hessian), format="csc")
         self._rows = sparse.vstack([sparse.eye(n), sparse.csc_matrix(rows)], format="csc")
@@ -113,13 +120,14 @@ class OsqpSolver:
         """Start from x and multipliers, with the step size as given at set-up."""
         self._start = start
 
-    def solve(self, q: Array, lower: Array, upper: Array) -> Answer:
+    def solve(self, q: Array | None, lower: Array, upper: Array) -> Answer:
         """From the iterates of the last solve, or the start."""
         if self._start is not None:
             import osqp
 
             self._solver = osqp.OSQP()
-            self._solver.setup(self._upper_half, q, self._rows, lower, upper, **self._settings)
+            self._solver.setup(self._upper_half, np.zeros(self._size) if q is None else q, self._rows,
+                               lower, upper, **self._settings)
             self._solver.warm_start(x=self._start.x, y=self._start.multipliers)
             self._start = None
         else:

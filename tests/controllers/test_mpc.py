@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from controllers.mpc import Mpc
-from controllers.mpc_plan import Weights, fill, make_plan
+from controllers.mpc_plan import Weights, free_optimum, make_plan
 from controllers.qp import QpResult
 from controllers.reference import MinimumJerk
 from controllers.safety import Safety
@@ -60,13 +60,11 @@ def sample(value, captured_ns, now_ns):
 def test_unconstrained_equals_the_riccati_recursion():
     model, horizon = NOMINAL.linear_model().sampled(25 * MS, 5 * MS), 15
     weights = Weights(np.array([1.0, 2.0, 0.5]), 0.03, 0.01, 0.0)
-    plan = make_plan(model, horizon, weights, np.full(4, np.inf), np.inf)
+    plan = make_plan(model, horizon, weights)
     rng = np.random.default_rng(1)
     states, muscles = model.a.shape[0], 4
     x, previous = 0.1 * rng.standard_normal(states), rng.uniform(size=4)
-    q, _, _ = fill(plan.from_state, plan.from_target, plan.from_previous, plan.lower, plan.upper, x, previous,
-                   np.zeros(3), np.zeros((horizon, 3)))
-    first = np.linalg.solve(plan.hessian, -q)[:muscles]
+    first = free_optimum(plan.free, x, np.zeros(3), np.zeros((horizon, 3)), previous)[:muscles]
     a = np.block([[model.a, model.b], [np.zeros((muscles, states)), np.eye(muscles)]])
     b = np.vstack([model.b, np.eye(muscles)])
     shows = np.hstack([model.c, np.zeros((3, muscles))])
@@ -172,7 +170,7 @@ def test_state_pickles_and_goes_on_bit_for_bit():
 @pytest.mark.parametrize(("faulty", "key"), [
     ({"current_ma": (40.0,)}, "current_ma"), ({"output_weight": (1.0,)}, "output_weight"),
     ({"horizon": 0}, "horizon"), ({"move_weight": 0.0}, "move_weight"), ({"hold_ms": -1.0}, "hold_ms"),
-    ({"null_weight": float("nan")}, "null_weight")])
+    ({"cocontraction_weight": float("nan")}, "cocontraction_weight")])
 def test_names_the_faulty_key(faulty, key):
     with pytest.raises(InputError, match=key):
         Mpc(**{"model": NOMINAL.linear_model(), "current_ma": CURRENT_MA} | faulty)

@@ -72,6 +72,31 @@ def test_equals_the_best_of_all_active_sets(solver, problem):
 
 
 @BOTH
+@settings(deadline=None, max_examples=40)
+@given(problem=programmes(), sizes=st.sampled_from([0.1, 1.0, 10.0]))
+def test_centred_is_the_same_programme_told_by_its_free_minimum(solver, problem, sizes):
+    hessian, rows, q, lower, upper = problem
+    q = sizes * q
+    options = {"solver": solver, "tolerance": 1e-8, "max_iterations": 20000}
+    plain = Qp(hessian, rows, **options).solve(q, lower, upper)
+    centre = -np.linalg.solve(hessian, q)
+    centred = Qp(hessian, rows, centred=True, **options).solve(centre, lower, upper)
+    if plain.solved or solver == "daqp":
+        assert centred.status == plain.status
+        np.testing.assert_allclose(centred.x, plain.x, atol=2e-5)
+
+
+@BOTH
+def test_centred_refuses_and_tells_what_the_plain_one_does(solver):
+    qp = programme(solver, centred=True)
+    with pytest.raises(InputError, match="vectors of 6, 6 and 7"):
+        qp.solve(np.full(6, 0.9), np.zeros(6), np.ones(7))
+    assert qp.solve(np.full(6, np.nan), np.zeros(6), np.ones(6)).status == "non_finite"
+    assert qp.solve(np.full(6, 0.3), np.full(6, 0.8), np.full(6, 0.2)).status == "infeasible"
+    np.testing.assert_allclose(qp.solve(np.full(6, 0.6), np.zeros(6), np.ones(6)).x, 0.6, atol=1e-5)
+
+
+@BOTH
 def test_multipliers_are_positive_at_upper_and_negative_at_lower_bounds(solver):
     result = programme(solver, 2).solve(np.array([-3.0, 2.0]), np.zeros(2), np.ones(2))
     np.testing.assert_allclose(result.multipliers, [2.0, -2.0], atol=1e-5)
@@ -152,11 +177,13 @@ def test_answer_stays_inside_its_boxes_exactly(solver):
 
 
 @BOTH
+@pytest.mark.parametrize("centred", [False, True])
 @pytest.mark.parametrize("at", [3, 7, 8, 13])
-def test_restored_programme_goes_on_bit_for_bit(solver, at):
+def test_restored_programme_goes_on_bit_for_bit(solver, at, centred):
     rng = np.random.default_rng(5)
     root = rng.standard_normal((12, 12))
-    qp = Qp(root @ root.T + 0.1 * np.eye(12), np.eye(12) - np.eye(12, k=-1), solver=solver, refresh=8)
+    qp = Qp(root @ root.T + 0.1 * np.eye(12), np.eye(12) - np.eye(12, k=-1), solver=solver, refresh=8,
+            centred=centred)
     bounds = np.full(24, 0.4)
     twin = None
     for k in range(20):

@@ -1,0 +1,63 @@
+"""The arithmetic of one tick of predictive control, before and after the quadratic programme."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.allocation import allocate, risen
+from controllers.mpc_plan import free_optimum, limits
+from controllers.observer import ahead, correct, record
+
+Array = NDArray[np.float64]
+Stamps = NDArray[np.int64]
+
+
+@numba.njit(cache=True)
+def pose(
+    ladder: Array, c: Array, offset: Array, gain: Array, x: Array, disturbance: Array, strength: Array,
+    stamps: Stamps, inputs: Array, period_ns: int, delay_ns: int, at_ns: int, captured_ns: int, now_ns: int,
+    measured: Array, free: Array, reach: Array, slew: float, table: Array, charge_rise_c: float,
+    drive: Array, pulses: Array, reference: Array,
+) -> tuple[bool, Array, Array, Array]:
+    """(whether the inputs are finite, free optimum, lower, upper): the centred programme of this tick.
+
+    The observer takes in what was measured at `captured_ns`, in place, if that is after `at_ns`; the
+    prediction starts from its estimate at `now_ns`. Nothing is touched if an input is not finite. Drives
+    in the programme are what the muscles answer: `strength` times the recruited fractions.
+
+    Parameters
+    ----------
+    ladder ... delay_ns: of `Observer` and `ObserverState`.
+    measured, reference: (outputs,) and (N, outputs), rad.
+    free: of `Plan`.
+    reach, slew: greatest drive of each muscle, (muscles,), and greatest change a tick.
+    table, charge_rise_c: as `risen` takes them.
+    drive, pulses: in force, (muscles,) and (muscles, 2).
+    """
+    horizon, muscles = reference.shape[0], drive.size
+    if not (np.isfinite(measured).all() and np.isfinite(reference).all()):
+        return False, drive, drive, drive
+    if captured_ns > at_ns:
+        correct(ladder, c, offset, gain, x, disturbance, strength, stamps, inputs, period_ns, delay_ns,
+                at_ns, captured_ns, measured)
+        at_ns = captured_ns
+    stored = (free.shape[0] - reference.size - x.size) // muscles - 1
+    present = ahead(ladder, x, strength, stamps, inputs, period_ns, delay_ns, at_ns, now_ns, stored)
+    answered = strength * drive
+    rise = np.empty(muscles)
+    risen(table, pulses, charge_rise_c, rise)
+    for i in range(muscles):
+        rise[i] = strength[i] * max(rise[i], drive[i])
+    best = free_optimum(free, present, disturbance + offset, reference, answered)
+    lower, upper = limits(horizon, strength * reach, slew * strength, answered, rise)
+    return True, best, lower, upper
+
+
+@numba.njit(cache=True)
+def give_out(table: Array, drive: Array, stamps: Stamps, inputs: Array, time_ns: int) -> tuple[Array, int]:
+    """(pulses (muscles, 2) of a drive, number of channels at their longest); the drive is recorded."""
+    record(stamps, inputs, time_ns, drive)
+    pulses = np.empty((drive.size, 2))
+    return pulses, allocate(table, drive, pulses)

@@ -1,0 +1,158 @@
+"""How strongly each muscle answers its drive, learnt slowly from what is measured: fatigue and recovery.
+
+Each muscle's share of the outputs is simulated by the model alone, under the recorded drives and never
+corrected. What is measured is then a sum of shares, each times the muscle's strength, and of a disturbance:
+
+    y(t) = offset + sum_i s_i C z_i(t) + d(t)
+
+a linear regression whose parameters wander, solved by a Kalman filter (Ljung 1999, System Identification,
+section 11.2). Strengths are pulled back to 1 with the time constant of fatigue and recovery, so that the
+strength of a muscle that is not used stays known.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.observer import Observer, ObserverState, carry
+from fesloop.errors import InputError
+from fesloop.loop.clock import NS_PER_S
+
+Array = NDArray[np.float64]
+
+
+@dataclass(slots=True, eq=False)
+class StrengthState:
+    """What the adaptation remembers.
+
+    Attributes
+    ----------
+    responses: (muscles, states), of the model to each muscle alone at strength 1.
+    mean: (muscles + outputs,), strengths, then the disturbance in rad.
+    covariance: (muscles + outputs,) squared.
+    """
+
+    responses: Array
+    mean: Array
+    covariance: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StrengthAdaptation:
+    """Numbers of the adaptation.
+
+    Attributes
+    ----------
+    strength_sd: how far from 1 strengths are expected to wander (chosen: the fitness equation's floor of
+        0.2 is then about two such deviations off).
+    time_s: within which they do (fatigue 18-30 s, recovery 40-50 s; `plants` has the sources).
+    disturbance_deg: sd of the walk of what no strength explains, over 1 s (chosen).
+    measurement_deg: sd of what the model's dynamics leave unexplained in a sample (chosen).
+    least, greatest: bounds of a strength.
+    """
+
+    strength_sd: float = 0.4
+    time_s: float = 30.0
+    disturbance_deg: float = 2.0
+    measurement_deg: float = 2.0
+    least: float = 0.2
+    greatest: float = 1.5
+
+    def __post_init__(self) -> None:
+        for key in ("strength_sd", "time_s", "disturbance_deg", "measurement_deg", "least"):
+            if not (math.isfinite(getattr(self, key)) and getattr(self, key) > 0.0):
+                raise InputError(f"adaptation.{key}", f"{getattr(self, key)}", "a finite value above 0")
+        if not self.least <= 1.0 <= self.greatest < math.inf:
+            raise InputError("adaptation", f"least {self.least}, greatest {self.greatest}",
+                             "bounds on either side of 1, the strength that the model has")
+
+    def init(self, observer: Observer) -> StrengthState:
+        """Fresh muscles, at rest."""
+        states, outputs = observer.c.shape[1], observer.c.shape[0]
+        muscles = observer.ladder.shape[1] - states
+        mean = np.concatenate([np.ones(muscles), np.zeros(outputs)])
+        sd = np.concatenate([np.full(muscles, self.strength_sd),
+                             np.full(outputs, math.radians(self.disturbance_deg))])
+        return StrengthState(np.zeros((muscles, states)), mean, np.diag(sd**2))
+
+    def correct(
+        self, state: StrengthState, observer: Observer, estimate: ObserverState, captured_ns: int,
+        measured: Array,
+    ) -> None:
+        """Take in outputs (outputs,) as they were at `captured_ns`, before the observer does.
+
+        Sets `estimate.strength`; nothing if the sample is no news.
+        """
+        if captured_ns <= estimate.at_ns:
+            return
+        elapsed_s = (captured_ns - estimate.at_ns) / NS_PER_S
+        respond(observer.ladder, state.responses, estimate.stamps, estimate.inputs, observer.period_ns,
+                observer.delay_ns, estimate.at_ns, captured_ns)
+        regress(state.mean, state.covariance, state.responses @ observer.c.T, measured - observer.offset,
+                math.exp(-elapsed_s / self.time_s), self.strength_sd**2,
+                math.radians(self.disturbance_deg)**2 * elapsed_s, math.radians(self.measurement_deg)**2)
+        muscles = estimate.strength.size
+        np.clip(state.mean[:muscles], self.least, self.greatest, out=state.mean[:muscles])
+        estimate.strength[:] = state.mean[:muscles]
+
+
+@numba.njit(cache=True)
+def respond(
+    ladder: Array, responses: Array, stamps: NDArray[np.int64], inputs: Array, period_ns: int, delay_ns: int,
+    from_ns: int, to_ns: int,
+) -> None:
+    """Carry the response to each muscle alone, in place."""
+    alone = np.zeros(inputs.shape[1])
+    for i in range(alone.size):
+        alone[i] = 1.0
+        carry(ladder, responses[i], alone, stamps, inputs, period_ns, delay_ns, from_ns, to_ns)
+        alone[i] = 0.0
+
+
+@numba.njit(cache=True)
+def regress(
+    mean: Array, covariance: Array, shares: Array, unexplained: Array, kept: float, strength_variance: float,
+    walk_variance: float, noise_variance: float,
+) -> None:
+    """One step of the filter, in place.
+
+    Parameters
+    ----------
+    mean, covariance: of `StrengthState`.
+    shares: (muscles, outputs), each muscle's of the outputs at strength 1.
+    unexplained: (outputs,), measured less offset.
+    kept: factor on the distance of strengths from 1.
+    strength_variance: of strengths that nothing is known of.
+    walk_variance, noise_variance: of the disturbance's walk since the last sample, and of the sample.
+    """
+    muscles, size = shares.shape[0], mean.size
+    for i in range(muscles):
+        mean[i] = 1.0 + kept * (mean[i] - 1.0)
+        for j in range(size):
+            covariance[i, j] *= kept
+            covariance[j, i] *= kept
+        covariance[i, i] += (1.0 - kept * kept) * strength_variance
+    for i in range(muscles, size):
+        covariance[i, i] += walk_variance
+    regressor = np.empty(size)
+    for output in range(unexplained.size):
+        regressor[:] = 0.0
+        regressor[:muscles] = shares[:, output]
+        regressor[muscles + output] = 1.0
+        spread = np.zeros(size)
+        for i in range(size):
+            for j in range(size):
+                spread[i] += covariance[i, j] * regressor[j]
+        variance, innovation = noise_variance, unexplained[output]
+        for i in range(size):
+            variance += regressor[i] * spread[i]
+            innovation -= regressor[i] * mean[i]
+        for i in range(size):
+            mean[i] += spread[i] / variance * innovation
+            for j in range(size):
+                covariance[i, j] -= spread[i] * spread[j] / variance
