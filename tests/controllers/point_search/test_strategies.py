@@ -25,7 +25,8 @@ EXTRAS = {name: find_spec(package) is not None
 KNOWN = {"exhaustive": Exhaustive(), "listed": Listed(elements=((2,), (3, 1)), current_ma=(4.0, 8.0)),
          "random": Random(queries=7), "two_phase": TwoPhase(step_uc=0.7, best=3),
          "semi_automatic": SemiAutomatic(step_ma=3.0, stairs=5),
-         "gaussian_process": GaussianProcess(queries=9, patience=4), "optuna": OptunaSearch(queries=6, first=3)}
+         "gaussian_process": GaussianProcess(queries=9, patience=4),
+         "optuna": OptunaSearch(queries=6, first=3)}
 NAMES = [name for name in KNOWN if EXTRAS.get(name, True)]
 
 
@@ -205,7 +206,7 @@ def test_expectation_is_one_in_the_middle_of_a_zone_and_round_the_back_of_the_fo
     zone = Zone(around_deg=180.0, along_mm=100.0, radius_mm=25.0)
     middle = np.array([[-space.radius_mm, 0.0, 100.0]])
     assert expectation((zone,), middle, space.radius_mm)[0] == pytest.approx(1.0)
-    beside = middle + [[0.0, 0.0, 25.0]]
+    beside = middle + np.array([0.0, 0.0, 25.0])
     assert expectation((zone,), beside, space.radius_mm)[0] == pytest.approx(np.exp(-0.5))
     assert expectation((), middle, space.radius_mm)[0] == 0.0
 
