@@ -94,8 +94,7 @@ class Electrodes:
         require_shape("electrodes", self, (), "a number", "shift_mm", "shift_deg", "pronation_deg")
         if self.pronation_share > 1.0:
             raise InputError("electrodes.pronation_share", f"{self.pronation_share:g}", "0 to 1")
-        if not self.arrays:
-            raise InputError("electrodes.arrays", "none", "one or more")
+        self._require_arrays()
         names = [point.muscle for point in self.motor_points]
         if not names or len(set(names)) < len(names):
             raise InputError("electrodes.motor_points", ", ".join(names) or "none",
@@ -104,18 +103,29 @@ class Electrodes:
             if point.along_mm > self.length_mm:
                 raise InputError(f"electrodes.motor_points {point.muscle}.along_mm", f"{point.along_mm:g}",
                                  f"at most length_mm, {self.length_mm:g}")
-        along = self.places[:, 1]
-        if along.min() < 0.0 or along.max() > self.length_mm:
-            element = int(np.argmax((along < 0.0) | (along > self.length_mm)))
-            raise InputError("electrodes.arrays",
-                             f"element {element} lies {along[element]:g} mm from the elbow",
-                             f"0 to length_mm, {self.length_mm:g}")
         if self.threshold:
             require_shape("electrodes", self, (len(MUSCLES),), "one a muscle", "threshold")
             require_positive("electrodes", self, "threshold")
         if self.skin_gain:
             require_shape("electrodes", self, (self.elements,), "one an element", "skin_gain")
             require_not_negative("electrodes", self, "skin_gain")
+
+    def _require_arrays(self) -> None:
+        """Raise InputError for arrays that the forearm cannot wear."""
+        if not self.arrays:
+            raise InputError("electrodes.arrays", "none", "one or more")
+        girth_mm = 2.0 * math.pi * self.radius_mm
+        for number, array in enumerate(self.arrays):
+            if array.rows * array.pitch_mm[0] > girth_mm:
+                raise InputError(f"electrodes.arrays[{number}]",
+                                 f"{array.rows} rows of {array.pitch_mm[0]:g} mm around a forearm",
+                                 f"{girth_mm:.0f} mm at most, its girth at radius_mm {self.radius_mm:g}")
+        along = self.places[:, 1]
+        if along.min() < 0.0 or along.max() > self.length_mm:
+            element = int(np.argmax((along < 0.0) | (along > self.length_mm)))
+            raise InputError("electrodes.arrays",
+                             f"element {element} lies {along[element]:g} mm from the elbow",
+                             f"0 to length_mm, {self.length_mm:g}")
 
     @property
     def elements(self) -> int:

@@ -336,6 +336,7 @@ def test_a_message_that_is_held_fires_once():
     (lambda: Electrodes(shift_mm=-80.0), "lies -22 mm from the elbow"),
     (lambda: Electrodes(skin_gain=(1.0, 1.0)), "electrodes.skin_gain"),
     (lambda: Electrodes(skin_gain=(-1.0,) * 59), "electrodes.skin_gain"),
+    (lambda: Electrodes(radius_mm=5.0), "5 rows of 16 mm around a forearm"),
     (lambda: Electrodes(pronation_share=1.5), "electrodes.pronation_share"),
     (lambda: Electrodes(pronation_deg=math.nan), "electrodes.pronation_deg"),
     (lambda: Electrodes(threshold=(1.0,)), "electrodes.threshold"),
