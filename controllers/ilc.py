@@ -5,25 +5,32 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.alignment import posture_at
-from controllers.allocation import Allocation, allocate
+from controllers.allocation import Allocation
+from controllers.ilc_bank import BankRule, mixed, shares_of
+from controllers.ilc_checks import check
+from controllers.ilc_convergence import Condition, condition
 from controllers.ilc_laws import LawName, Learning
+from controllers.ilc_limits import Limits, pulses_of
+from controllers.ilc_newton import AllocatedCurves
+from controllers.ilc_points import Point, heeded
+from controllers.ilc_programme import SolverName
+from controllers.ilc_trial import SeenTrial
 from controllers.period import period_ns
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.guard import is_finite
-from fesloop.loop.signals import NEVER, Port, Sample, Value
+from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.status import StatusLatch
-from fesloop.models.linear_model import LinearModel
+from fesloop.models.linear_model import LinearModel, SampledModel
 
 Array = NDArray[np.float64]
-Stamps = NDArray[np.int64]
+Report = tuple[str, str]
 
 
 @dataclass(slots=True, eq=False)
@@ -34,19 +41,13 @@ class IlcState:
     ----------
     drives: (samples, muscles).
     pulses: (samples, muscles, 2), what the drives become.
-    ticks_ns: (samples,), when the block stepped; NEVER where it did not.
-    captured_ns: (samples,), newest capture behind the sample read then; NEVER for none.
-    measured, reference: (samples, outputs), rad.
-    pending: status of the learning before this trial, told at its first tick.
+    pending: statuses of the learning before this trial, told at its first tick.
     """
 
     drives: Array
     pulses: Array
-    ticks_ns: Stamps
-    captured_ns: Stamps
-    measured: Array
-    reference: Array
-    pending: str = ""
+    seen: SeenTrial
+    pending: tuple[Report, ...] = ()
     latch: StatusLatch = field(default_factory=StatusLatch)
 
 
@@ -57,73 +58,84 @@ class Ilc:
     During a trial it gives out the drives learnt so far, as pulse widths at fixed currents by the inverse of
     the model's recruitment, and keeps what is measured with its capture stamps. Between trials the law
     turns the error into new drives. Only what the trial covered is learnt from: its end, if it ended early
-    or its last samples were still under way, and gaps in the measurement, count for nothing.
+    or its last samples were still under way, and gaps in the measurement, count for nothing. A trial of
+    which too much is doubtful is rejected: its drives are used again. A law whose condition of convergence
+    fails, or holds with a small margin, is told at the first tick.
 
     Attributes
     ----------
     model: nominal plant; outputs rad, inputs the recruited fractions.
+    bank: further models beside it; each trial is learnt from with what predicts it best (`ilc_bank`).
+    bank_rule: "best" model or "mixture".
     current_ma: (muscles,), fixed current of each channel.
     duration_s: length of a trial; after it the last drive is held.
     law: see `ilc_laws`.
     output_weight: (outputs,), per rad^2; empty for 1 each.
     change_weight: rho, per unit of drive squared.
+    points: instants and outputs that "point_to_point" heeds.
+    forgetting: share of the drives, counted from the first, forgotten a trial; 0 to below 1.
+    gradient_step: of "gradient"; its nominal condition is below 2.
     gain, lead_ms, cutoff_hz: of "phase_lead"; 0 Hz for no low-pass.
     slew: greatest change of a drive a tick.
     drive_max: greatest drive; less where a channel cannot reach it.
-    width_max_us, full_scale_us: as in `Allocation`; the latter where the model has no recruitment.
+    trial_charge_max_uc: charge that each channel may give over a trial, one pulse a tick.
+    width_max_us, charge_max_uc, full_scale_us: as in `Allocation`; the last where the model has no
+        recruitment.
     first_drive: (muscles,), of the first trial, throughout; empty for zero.
     actuation_delay_ms: from this block to the plant, beyond the model's own delay.
     align_captures: compare reference and posture at the instants of capture, which takes the age of the
         samples out of the error; otherwise as they are read.
     max_gap_ms: longest distance of two captures between which posture is interpolated.
-    solver: of "noilc_constrained": "osqp" or "daqp".
+    sd_max_deg: a sample with a greater sd is doubtful and not learnt from (chosen: a fifth of a grasp).
+    reject_share: a trial with a greater share of doubtful samples is rejected (chosen).
+    strength_margin: the law is told as doubtful if the plant may not be this many times as strong as model
+        (chosen: what recruitment differs by from day to day).
+    solver: of laws with limits inside: "osqp", or "daqp" (dense: for some hundred drives).
 
-    Inputs: `reference` and `measured` (outputs,), rad. Output: `stimulation` (muscles, 2).
+    Inputs: `reference` and `measured` (outputs,), rad; optional `measured_sd` (outputs,), rad, and `trusted`,
+    below 0.5 where a sample is not to be learnt from. Output: `stimulation` (muscles, 2).
     """
 
     model: LinearModel
     current_ma: tuple[float, ...]
     duration_s: float
     law: LawName = "noilc_constrained"
+    bank: tuple[LinearModel, ...] = ()
+    bank_rule: BankRule = "best"
     output_weight: tuple[float, ...] = ()
     change_weight: float = 0.01
+    points: tuple[Point, ...] = ()
+    forgetting: float = 0.0
+    gradient_step: float = 1.0
     gain: float = 0.5
     lead_ms: float = 200.0
     cutoff_hz: float = 3.0
     slew: float = 0.1
     drive_max: float = 1.0
+    trial_charge_max_uc: float = math.inf
     width_max_us: float = 500.0
+    charge_max_uc: float = 20.0
     full_scale_us: float = 500.0
     first_drive: tuple[float, ...] = ()
     actuation_delay_ms: float = 0.0
     align_captures: bool = True
     max_gap_ms: float = 150.0
-    solver: Literal["daqp", "osqp"] = "osqp"
+    sd_max_deg: float = 15.0
+    reject_share: float = 0.2
+    strength_margin: float = 1.2
+    solver: SolverName = "osqp"
 
     def __post_init__(self) -> None:
-        muscles, outputs = self.model.inputs, self.model.outputs
-        if len(self.current_ma) != muscles:
-            raise InputError("current_ma", f"{len(self.current_ma)} currents", f"{muscles}, one a muscle")
-        for key, size in (("output_weight", outputs), ("first_drive", muscles)):
-            values = getattr(self, key)
-            if values and len(values) != size:
-                raise InputError(key, f"{len(values)} values", f"{size}, or none")
-            if not all(math.isfinite(value) and value >= 0.0 for value in values):
-                raise InputError(key, f"{values}", "finite values, 0 or more")
-        for key in ("duration_s", "change_weight", "gain", "slew", "drive_max"):
-            if not (math.isfinite(getattr(self, key)) and getattr(self, key) > 0.0):
-                raise InputError(key, f"{getattr(self, key)}", "a finite value above 0")
-        for key in ("lead_ms", "actuation_delay_ms", "max_gap_ms"):
-            duration_ns(getattr(self, key), NS_PER_MS, key)
-        if not (math.isfinite(self.cutoff_hz) and self.cutoff_hz >= 0.0):
-            raise InputError("cutoff_hz", f"{self.cutoff_hz}", "0 or more")
+        check(self)
         self.allocation()
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """`reference`, `measured`."""
+        """`reference`, `measured`, `measured_sd`, `trusted`."""
         outputs = self.model.outputs
-        return Port("reference", (outputs,), "rad"), Port("measured", (outputs,), "rad")
+        return (Port("reference", (outputs,), "rad"), Port("measured", (outputs,), "rad"),
+                Port("measured_sd", (outputs,), "rad", optional=True),
+                Port("trusted", initial=1.0, optional=True))
 
     @property
     def outputs(self) -> tuple[Port, ...]:
@@ -133,80 +145,107 @@ class Ilc:
     def allocation(self) -> Allocation:
         """How drives become pulses."""
         return Allocation(recruitment=self.model.recruitment, current_ma=self.current_ma,
-                          width_max_us=self.width_max_us, full_scale_us=self.full_scale_us)
+                          width_max_us=self.width_max_us, full_scale_us=self.full_scale_us,
+                          charge_max_uc=self.charge_max_uc)
 
-    def samples(self, period: int) -> int:
-        """Ticks of a trial at a period in ns, both ends counted."""
-        return duration_ns(self.duration_s, NS_PER_S, "duration_s") // period + 1
+    def sampled(self, model: LinearModel, period: int) -> SampledModel:
+        """A model at a period in ns, the actuation's delay included."""
+        return model.sampled(period, duration_ns(self.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms"))
 
-    def learning(self, period: int) -> Learning:
-        """The learning law at a period in ns."""
-        actuation = duration_ns(self.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
+    def learning(self, period: int, model: SampledModel | None = None) -> Learning:
+        """The learning law at a period in ns, by the nominal model or another."""
         nyquist_hz = 0.5 * NS_PER_S / period
         if self.cutoff_hz >= nyquist_hz:
             raise InputError("cutoff_hz", f"{self.cutoff_hz}", f"below {nyquist_hz:g}, half the block's rate")
+        muscles, outputs, allocation = self.model.inputs, self.model.outputs, self.allocation()
+        samples = duration_ns(self.duration_s, NS_PER_S, "duration_s") // period + 1
+        limits = Limits(reach=np.minimum(self.drive_max, allocation.reach()), slew=self.slew,
+                        allocation=allocation, charge_c=1e-6 * self.trial_charge_max_uc)
         return Learning(
-            law=self.law, model=self.model.sampled(period, actuation), samples=self.samples(period),
-            reach=np.minimum(self.drive_max, self.allocation().reach()), slew=self.slew,
-            output_weight=np.array(self.output_weight or (1.0,) * self.model.outputs),
-            change_weight=self.change_weight, gain=self.gain,
-            lead=round(self.lead_ms * NS_PER_MS / period), cutoff=self.cutoff_hz / nyquist_hz,
+            law=self.law, model=model or self.sampled(self.model, period), samples=samples, limits=limits,
+            first=limits.within(np.tile(np.array(self.first_drive or (0.0,) * muscles), (samples, 1))),
+            output_weight=np.array(self.output_weight or (1.0,) * outputs),
+            points=heeded(self.points, samples, outputs, period), curves=AllocatedCurves(allocation),
+            change_weight=self.change_weight, forgetting=self.forgetting, step=self.gradient_step,
+            gain=self.gain, lead=round(self.lead_ms * NS_PER_MS / period), cutoff=self.cutoff_hz / nyquist_hz,
             solver=self.solver)
 
-    def convergence_factor(self, period: int, plant: LinearModel | None = None) -> float:
-        """Greatest growth of a trial's error at a period in ns (`Learning.convergence_factor`)."""
-        actuation = duration_ns(self.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
-        actual = None if plant is None else plant.sampled(period, actuation)
-        return self.learning(period).convergence_factor(actual)
+    def condition(self, context: Context) -> Condition:
+        """Whether the law converges on its nominal model, and with what margin."""
+        period = period_ns(context)
+        return condition(self.learning(period), period)
+
+    def cautions(self, context: Context) -> tuple[Report, ...]:
+        """What is to be feared before the first trial: (status, detail) each."""
+        told = self.condition(context)
+        if told.holds and told.strength_margin >= self.strength_margin:
+            return ()
+        grows = "" if told.holds else f"the error may grow {told.growth:.3g} times a trial {told.where}; "
+        return (("slim_margin" if told.holds else "may_diverge",
+                 f"law {self.law}: {grows}convergence is certain only for a plant up to "
+                 f"{told.strength_margin:.2f} times as strong as the model"),)
 
     def init(self, context: Context) -> IlcState:
         """The first trial."""
-        learning = self.learning(period_ns(context))
-        drives = np.tile(np.array(self.first_drive or (0.0,) * self.model.inputs), (learning.samples, 1))
-        return self._trial(learning.within_limits(drives), "")
+        return self._trial(self.learning(period_ns(context)).first, self.cautions(context))
 
     def next_trial(self, state: IlcState, context: Context) -> IlcState:
         """The next trial, with what the last one taught."""
-        period = period_ns(context)
-        stepped = state.ticks_ns >= 0
-        if self.align_captures:
-            gap_ns = max(duration_ns(self.max_gap_ms, NS_PER_MS, "max_gap_ms"), 2 * period)
-            posture, covered = posture_at(state.ticks_ns, state.captured_ns, state.measured, gap_ns)
-        else:
-            posture, covered = state.measured, state.captured_ns >= 0
-        drives, status = self.learning(period).learn(
-            state.drives, state.reference - posture, covered & stepped)
-        return self._trial(drives, status)
+        period, share = period_ns(context), state.seen.doubtful_share()
+        if share > self.reject_share:
+            return self._trial(state.drives, ((
+                "trial_rejected", f"{100.0 * share:.0f} % of what was measured is doubtful, more than "
+                f"{100.0 * self.reject_share:g} %: the drives are used again"),))
+        gap_ns = max(duration_ns(self.max_gap_ms, NS_PER_MS, "max_gap_ms"), 2 * period)
+        posture, covered = state.seen.posture(self.align_captures, gap_ns)
+        model, reports = None, []
+        if self.bank and covered.any():
+            models = [self.sampled(each, period) for each in (self.model, *self.bank)]
+            shares, miss = shares_of(models, state.drives, posture, covered, self.bank_rule)
+            model = mixed(models, shares)
+            told = (f"model {i}: share {share:.2f}, misses {math.degrees(each):.2f} deg"
+                    for i, (share, each) in enumerate(zip(shares, miss, strict=True)))
+            reports.append(("bank", "; ".join(told)))
+        drives, status = self.learning(period, model).learn(
+            state.drives, state.seen.reference - posture, covered)
+        if status:
+            reports.append((status, "nothing was learnt from the last trial: its drives are used again"))
+        return self._trial(drives, tuple(reports))
 
-    def _trial(self, drives: Array, status: str) -> IlcState:
+    def _trial(self, drives: Array, reports: tuple[Report, ...]) -> IlcState:
         """A trial about to begin."""
-        samples, muscles = drives.shape
-        pulses = np.empty((samples, muscles, 2))
-        table = self.allocation().table()
-        for k in range(samples):
-            allocate(table, drives[k], pulses[k])
-        return IlcState(
-            drives, pulses, np.full(samples, NEVER, dtype=np.int64), np.full(samples, NEVER, dtype=np.int64),
-            np.zeros((samples, self.model.outputs)), np.zeros((samples, self.model.outputs)), status)
+        seen = SeenTrial.empty(drives.shape[0], self.model.outputs)
+        return IlcState(drives, pulses_of(self.allocation(), drives), seen, reports)
 
     def step(self, state: IlcState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Pulses for this tick; what is read is kept."""
-        reference, measured = inputs
-        if state.pending:
-            tick.report(state.pending, "nothing was learnt from the last trial: its drives are used again")
-            state.pending = ""
+        for report in state.pending:
+            tick.report(*report)
+        state.pending = ()
         k, last = tick.index, state.drives.shape[0] - 1
         state.latch.put(tick, "past_end", k > last, "the trial is longer than duration_s: last drive held")
         if k > last:
             return (state.pulses[last].copy(),)
+        reference = inputs[0]
         usable = reference.arrived_ns >= 0 and is_finite(reference.value)
         state.latch.put(tick, "no_reference", not usable, "no finite reference: this tick is not learnt from")
         if usable:
-            state.ticks_ns[k] = tick.time_ns
-            state.reference[k] = cast(Array, reference.value)
-        finite = is_finite(measured.value)
-        state.latch.put(tick, "non_finite", not finite, "a measurement is not finite: left out of learning")
-        if finite and measured.arrived_ns >= 0:
-            state.captured_ns[k] = measured.newest_ns
-            state.measured[k] = cast(Array, measured.value)
+            state.seen.ticks_ns[k] = tick.time_ns
+            state.seen.reference[k] = cast(Array, reference.value)
+        if inputs[1].arrived_ns >= 0:
+            self._note(state, k, inputs, tick)
         return (state.pulses[k].copy(),)
+
+    def _note(self, state: IlcState, k: int, inputs: Sequence[Sample], tick: Tick) -> None:
+        """Keep the measurement, and tell what of it is doubtful."""
+        _, sample, spread, trusted = inputs
+        measured, sd = cast(Array, sample.value), cast(Array, spread.value)
+        broken = ~np.isfinite(measured)
+        vague = ~(sd <= math.radians(self.sd_max_deg))
+        state.latch.put(tick, "non_finite", bool(broken.any()),
+                        "a measurement is not finite: left out of learning")
+        state.latch.put(tick, "uncertain", bool(vague.any()),
+                        f"a measurement's sd is above {self.sd_max_deg:g} deg: left out of learning")
+        distrusted = not cast(float, trusted.value) >= 0.5
+        state.latch.put(tick, "not_trusted", distrusted, "said not to be trusted: left out of learning")
+        state.seen.note(k, sample.newest_ns, measured, broken | vague | distrusted)

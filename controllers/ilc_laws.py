@@ -1,15 +1,23 @@
 """Learning laws: the drives of the next trial from those of the last and the error that they left.
 
-With drives v and errors e = r - y stacked over a trial, y = G v + y_0, weights W (0 where a trial was not
-observed) and limits 0 <= v <= reach, |v_k - v_{k-1}| <= slew:
+With drives v and errors e = r - y stacked over a trial, y = G v + y_0, weights W (0 where an output was not
+observed), v' = first + (1 - forgetting) (v - first) and the limits of `ilc_limits`:
 
-    phase_lead          v+ = Q (v + gain K^+ e shifted forward by the lead), then clipped
-    noilc               v+ = v + (G'WG + rho I)^-1 G'W e, then clipped
-    noilc_constrained   v+ = argmin |e - G (v+ - v)|^2_W + rho |v+ - v|^2 inside the limits
+    phase_lead          v+ = Q (v' + gain K^+ e shifted forward by the lead), then clipped
+    gradient            v+ = v' + step / |G'WG| G'W e, then clipped
+    noilc               v+ = v' + (G'WG + rho I)^-1 G'W e, then clipped
+    noilc_constrained   v+ = v' + argmin |e - G d|^2_W + rho |d|^2 with v' + d inside the limits
+    point_to_point      the same, W zero but at the chosen instants and outputs
+    newton              noilc in pulse widths, G linearised about the last trial through the recruitment
 
-K is the static gain and Q a zero-phase low-pass. Sources: Bristow, Tharayil and Alleyne 2006
-(doi 10.1109/MCS.2006.1636313) for the first, Amann, Owens and Rogers 1996 (doi 10.1049/ip-cta:19960244) for
-the second; the third is the second with the limits inside its minimisation.
+K is the static gain and Q a zero-phase low-pass. What a trial did not cover changes nothing, so trials of
+any length teach (variable pass length: Seel, Schauer and Raisch 2017, Int. J. Control 90(3), 393).
+
+Sources: Bristow, Tharayil and Alleyne 2006 (doi 10.1109/MCS.2006.1636313) for phase-lead; Owens, Hatonen and
+Daley 2009 (doi 10.1002/rnc.1338) for the gradient; Amann, Owens and Rogers 1996 (doi
+10.1049/ip-cta:19960244) for norm-optimal; Freeman and Tan 2013 (IEEE Trans. Control Syst. Technol. 21(3),
+604) for points and limits; Lin, Owens and Hatonen 2006 (Int. J. Control 79(10), 1263) for Newton;
+Heinzinger et al. 1992 (doi 10.1109/9.109645) for forgetting.
 """
 
 from __future__ import annotations
@@ -21,12 +29,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
-from controllers.qp import Qp
+from controllers.ilc_limits import Limits
+from controllers.ilc_newton import PulseCurves, newton_drives
+from controllers.ilc_programme import SolverName, limited_change
+from controllers.ilc_trajectories import adjoint, optimal_change, strongest
+from fesloop.errors import InputError
 from fesloop.models.linear_model import SampledModel
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-LawName = Literal["phase_lead", "noilc", "noilc_constrained"]
+LawName = Literal["phase_lead", "gradient", "noilc", "noilc_constrained", "point_to_point", "newton"]
+PADDING = 15
+"""Samples by which Q extends a trial at either end (chosen: a third of the longest period at 3 Hz, 40 ms)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -38,26 +52,34 @@ class Learning:
     law: by name.
     model: sampled at the controller's period.
     samples: ticks of a trial.
-    reach: (muscles,), greatest drive.
-    slew: greatest change of a drive a tick.
+    limits: of the drives.
+    first: (samples, muscles), drives towards which forgetting goes.
     output_weight: (outputs,).
-    change_weight: rho.
+    points: (samples, outputs), what "point_to_point" heeds.
+    curves: drives against pulse widths, for "newton".
+    change_weight: rho, for drives; for "newton" for widths as shares of the longest.
+    forgetting: 0 to 1 (not included), share of the drives forgotten a trial.
+    step: of "gradient", below 2.
     gain, lead: of "phase_lead"; lead in ticks.
     cutoff: of its low-pass Q, as a share of the Nyquist frequency, below 1; 0 for none.
-    solver: of "noilc_constrained".
+    solver: of the laws with limits inside.
     """
 
     law: LawName
     model: SampledModel
     samples: int
-    reach: Array
-    slew: float
+    limits: Limits
+    first: Array
     output_weight: Array
+    points: Mask
+    curves: PulseCurves
     change_weight: float
+    forgetting: float
+    step: float
     gain: float
     lead: int
     cutoff: float
-    solver: Literal["daqp", "osqp"]
+    solver: SolverName
 
     def learn(self, drives: Array, errors: Array, covered: Mask) -> tuple[Array, str]:
         """(drives of the next trial, status): (samples, muscles), and "" or why nothing was learnt.
@@ -66,82 +88,71 @@ class Learning:
         ----------
         drives: (samples, muscles), of the trial.
         errors: (samples, outputs), reference less posture, rad.
-        covered: (samples,), where the trial was observed; elsewhere errors count for nothing.
+        covered: (samples, outputs), where the trial was observed; elsewhere errors count for nothing.
         """
-        if not covered.any():
+        heeded = covered & self.points if self.law == "point_to_point" else covered
+        if not heeded.any():
             return drives, "unobserved"
-        if self.law == "noilc_constrained":
-            return self._constrained(drives, errors, covered)
-        step = self.learning_operator(covered) @ np.where(covered[:, None], errors, 0.0).ravel()
-        return self.within_limits(self.smoothed(drives + step.reshape(drives.shape))), ""
+        errors = np.where(heeded, errors, 0.0)
+        start = self.limits.within(self.first + (1.0 - self.forgetting) * (drives - self.first))
+        if self.law in ("noilc_constrained", "point_to_point"):
+            change, status = limited_change(self.model, errors, heeded * self.output_weight,
+                                            self.change_weight, start, self.limits, self.solver)
+            return (drives, status) if status else (self.limits.within(start + change), "")
+        if self.law == "newton":
+            return self.limits.within(newton_drives(
+                self.model, errors, heeded * self.output_weight, self.change_weight, start, self.curves)), ""
+        return self.limits.within(self.smoothed(start + self.change(errors, heeded))), ""
 
-    def learning_operator(self, covered: Mask) -> Array:
-        """L of v + L e, (samples muscles, samples outputs)."""
+    def weights(self) -> Array:
+        """(samples, outputs), of a trial that was observed throughout."""
+        heeded = self.points if self.law == "point_to_point" else np.ones_like(self.points)
+        return heeded * self.output_weight
+
+    def change(self, errors: Array, covered: Mask) -> Array:
+        """L e (samples, muscles) of the laws without limits or recruitment inside: linear in the errors."""
         if self.law == "phase_lead":
-            model = self.model
-            steady = model.c @ np.linalg.solve(np.eye(model.a.shape[0]) - model.a, model.b)
-            shift = np.zeros((self.samples, self.samples))
-            ahead = np.minimum(np.arange(self.samples) + self.lead, np.flatnonzero(covered)[-1])
-            shift[np.arange(self.samples), ahead] = 1.0
-            shift[np.flatnonzero(covered)[-1] + 1:] = 0.0
-            shifted = self.gain * np.kron(shift, np.linalg.pinv(steady))
-            return np.asarray(shifted, dtype=np.float64)
-        lifted = self.model.lifted(self.samples)
-        weighted = lifted.T * self._weights(covered)
-        curvature = weighted @ lifted + self.change_weight * np.eye(lifted.shape[1])
-        operator = np.linalg.solve(curvature, weighted)
-        return np.asarray(operator, dtype=np.float64)
-
-    def within_limits(self, drives: Array) -> Array:
-        """Drives clipped into their box and then, tick by tick, into the slew limit."""
-        limited = np.clip(drives, 0.0, self.reach)
-        before = np.zeros(drives.shape[1])
-        for k in range(self.samples):
-            before = limited[k] = np.clip(limited[k], before - self.slew, before + self.slew)
-        return limited
-
-    def convergence_factor(self, plant: SampledModel | None = None, share: float = 0.01) -> float:
-        """Largest factor by which a trial's error in the drives may grow: below 1 it shrinks every trial.
-
-        The 2-norm of Q (I - L G_plant) (Bristow et al. 2006, theorem 2) on the drives that the nominal
-        model can see: right singular vectors of G with a singular value of at least `share` of the
-        greatest. Without limits; `plant` is what is controlled, the nominal model if not given.
-        """
-        nominal = self.model.lifted(self.samples)
-        actual = nominal if plant is None else plant.lifted(self.samples)
-        _, strength, seen = np.linalg.svd(nominal, full_matrices=False)
-        seen = seen[strength >= share * strength[0]].T
-        left = seen - self.learning_operator(np.ones(self.samples, dtype=bool)) @ (actual @ seen)
-        shape = (self.samples, -1, seen.shape[1])
-        return float(np.linalg.norm(seen.T @ self.smoothed(left.reshape(shape)).reshape(left.shape), 2))
+            return self.gain * led(errors, covered, self.lead) @ np.linalg.pinv(static_gain(self.model)).T
+        weights = covered * self.output_weight
+        if self.law == "gradient":
+            greatest = strongest(self.model, self.weights())
+            return self.step / greatest * adjoint(self.model, weights * errors)
+        return optimal_change(self.model, errors, weights,
+                              np.full((self.samples, self.model.b.shape[1]), self.change_weight))
 
     def smoothed(self, drives: Array) -> Array:
         """Q along the first axis."""
         if self.law != "phase_lead" or self.cutoff == 0.0:
             return drives
-        sections = butter(2, self.cutoff, output="sos")
-        smooth: Array = sosfiltfilt(sections, drives, axis=0, padlen=min(15, self.samples - 1))
+        padding = min(PADDING, self.samples - 1)
+        smooth: Array = sosfiltfilt(low_pass(self.cutoff), drives, axis=0, padlen=padding)
         return smooth
 
-    def _weights(self, covered: Mask) -> Array:
-        """(samples outputs,)."""
-        return np.outer(covered, self.output_weight).ravel()
 
-    def _constrained(self, drives: Array, errors: Array, covered: Mask) -> tuple[Array, str]:
-        size, muscles = drives.size, drives.shape[1]
-        lifted = self.model.lifted(self.samples)
-        weighted = lifted.T * self._weights(covered)
-        previous = drives.ravel()
-        hessian = weighted @ lifted + self.change_weight * np.eye(size)
-        linear = -weighted @ (np.where(covered[:, None], errors, 0.0).ravel() + lifted @ previous)
-        linear -= self.change_weight * previous
-        scale = 1.0 / np.mean(np.diag(hessian))
-        programme = Qp(scale * 0.5 * (hessian + hessian.T), np.eye(size) - np.eye(size, k=-muscles),
-                       solver=self.solver, tolerance=1e-5, max_iterations=20000)
-        programme.start_from(previous)
-        slew = np.full(size, self.slew)
-        result = programme.solve(scale * linear, np.concatenate([np.zeros(size), -slew]),
-                                 np.concatenate([np.tile(self.reach, self.samples), slew]))
-        if not result.solved:
-            return drives, result.status
-        return self.within_limits(result.x.reshape(drives.shape)), ""
+def static_gain(model: SampledModel) -> Array:
+    """K (outputs, muscles): outputs at rest under drives held for ever.
+
+    Raises InputError for a model that comes to no rest.
+    """
+    if np.abs(np.linalg.eigvals(model.a)).max() >= 1.0:
+        raise InputError("model", "is not stable and so has no static gain", "a stable model",
+                         "another law than phase_lead")
+    gain: Array = model.c @ np.linalg.solve(np.eye(model.a.shape[0]) - model.a, model.b)
+    return gain
+
+
+def low_pass(cutoff: float) -> Array:
+    """Second-order sections of one pass of Q."""
+    sections: Array = butter(2, cutoff, output="sos")
+    return sections
+
+
+def led(errors: Array, covered: Mask, lead: int) -> Array:
+    """Errors (samples, outputs) `lead` ticks ahead; past the last covered one it is that one's, then none."""
+    shifted = np.zeros_like(errors)
+    for j in range(errors.shape[1]):
+        seen = np.flatnonzero(covered[:, j])
+        if seen.size:
+            length = seen[-1] + 1
+            shifted[:length, j] = errors[np.minimum(np.arange(length) + lead, seen[-1]), j]
+    return shifted

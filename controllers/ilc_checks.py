@@ -1,0 +1,53 @@
+"""The parameters of `ilc.Ilc`, checked."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from fesloop.errors import InputError
+from fesloop.loop.clock import NS_PER_MS, duration_ns
+
+if TYPE_CHECKING:
+    from controllers.ilc import Ilc
+
+_POSITIVE = ("duration_s", "change_weight", "gain", "gradient_step", "slew", "drive_max", "sd_max_deg",
+             "strength_margin")
+
+
+def check(ilc: Ilc) -> None:
+    """Raise InputError for the first parameter that cannot be."""
+    _check_sizes(ilc)
+    for key in _POSITIVE:
+        if not (math.isfinite(getattr(ilc, key)) and getattr(ilc, key) > 0.0):
+            raise InputError(key, f"{getattr(ilc, key)}", "a finite value above 0")
+    if not ilc.trial_charge_max_uc > 0.0:
+        raise InputError("trial_charge_max_uc", f"{ilc.trial_charge_max_uc}", "above 0; inf for no limit")
+    if not 0.0 <= ilc.forgetting < 1.0:
+        raise InputError("forgetting", f"{ilc.forgetting}", "0 or more, below 1")
+    if not 0.0 <= ilc.reject_share <= 1.0:
+        raise InputError("reject_share", f"{ilc.reject_share}", "0 to 1")
+    for key in ("lead_ms", "actuation_delay_ms", "max_gap_ms"):
+        duration_ns(getattr(ilc, key), NS_PER_MS, key)
+    if not (math.isfinite(ilc.cutoff_hz) and ilc.cutoff_hz >= 0.0):
+        raise InputError("cutoff_hz", f"{ilc.cutoff_hz}", "0 or more")
+    if (ilc.law == "point_to_point") != bool(ilc.points):
+        raise InputError("points", f"{len(ilc.points)} points with law {ilc.law!r}",
+                         'points with law "point_to_point", and with no other')
+
+
+def _check_sizes(ilc: Ilc) -> None:
+    """As many currents, weights and models' ports as the model has."""
+    muscles, outputs = ilc.model.inputs, ilc.model.outputs
+    if len(ilc.current_ma) != muscles:
+        raise InputError("current_ma", f"{len(ilc.current_ma)} currents", f"{muscles}, one a muscle")
+    for key, size in (("output_weight", outputs), ("first_drive", muscles)):
+        values = getattr(ilc, key)
+        if values and len(values) != size:
+            raise InputError(key, f"{len(values)} values", f"{size}, or none")
+        if not all(math.isfinite(value) and value >= 0.0 for value in values):
+            raise InputError(key, f"{values}", "finite values, 0 or more")
+    for i, model in enumerate(ilc.bank):
+        if (model.inputs, model.outputs) != (muscles, outputs):
+            raise InputError(f"bank[{i}]", f"{model.inputs} inputs and {model.outputs} outputs",
+                             f"{muscles} and {outputs}, as those of model")

@@ -1,0 +1,87 @@
+"""Whole trials of a linear model: its response, the adjoint of that, and the norm-optimal change of drives.
+
+All take time in one pass over the samples, without lifted matrices. With G the lifted model and W, R
+diagonal weights: `response` is G v, `adjoint` is G' w, `optimal_change` is (G'WG + R)^-1 G'W e.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from fesloop.models.linear_model import SampledModel
+
+Array = NDArray[np.float64]
+
+
+def response(model: SampledModel, drives: Array) -> Array:
+    """Outputs (samples, outputs) of drives (samples, muscles) from rest, the offset left out."""
+    states = np.zeros(model.a.shape[0])
+    outputs = np.empty((drives.shape[0], model.c.shape[0]))
+    for k, drive in enumerate(drives):
+        outputs[k] = model.c @ states
+        states = model.a @ states + model.b @ drive
+    return outputs
+
+
+def adjoint(model: SampledModel, outputs: Array) -> Array:
+    """The transposed response, (samples, muscles), to outputs (samples, outputs)."""
+    costates = np.zeros(model.a.shape[0])
+    drives = np.empty((outputs.shape[0], model.b.shape[1]))
+    for k in range(outputs.shape[0] - 1, -1, -1):
+        drives[k] = model.b.T @ costates
+        costates = model.a.T @ costates + model.c.T @ outputs[k]
+    return drives
+
+
+def strongest(model: SampledModel, weights: Array) -> float:
+    """Greatest eigenvalue of G'WG: how strongly the strongest pattern of drives shows in weighted outputs.
+
+    `weights` are (samples, outputs). Lanczos from a fixed start, so that equal problems give equal bits.
+    """
+    samples, outputs = weights.shape
+    root = np.sqrt(weights)
+
+    def apply(errors: Array) -> Array:
+        back = adjoint(model, root * errors.reshape(samples, outputs))
+        return (root * response(model, back)).ravel()
+
+    size = samples * outputs
+    if size < 3:
+        return float(np.linalg.norm(np.column_stack([apply(unit) for unit in np.eye(size)]), 2))
+    operator = LinearOperator((size, size), matvec=apply, dtype=np.float64)
+    value = eigsh(operator, k=1, which="LA", v0=np.ones(size), tol=1e-6, return_eigenvectors=False)
+    return float(value[0])
+
+
+def optimal_change(model: SampledModel, errors: Array, weights: Array, change_weights: Array) -> Array:
+    """Drives d (samples, muscles) that minimise |e - G d|^2_W + |d|^2_R.
+
+    The linear-quadratic tracking recursion, backward for gains and feedforward and then forward (Amann,
+    Owens and Rogers 1996, doi 10.1049/ip-cta:19960244).
+
+    Parameters
+    ----------
+    errors, weights: e and W, (samples, outputs).
+    change_weights: R, (samples, muscles), above 0.
+    """
+    a, b, c = model.a, model.b, model.c
+    samples, muscles = change_weights.shape
+    gains = np.empty((samples, muscles, a.shape[0]))
+    forward = np.empty((samples, muscles))
+    ahead, pull = np.zeros_like(a), np.zeros(a.shape[0])
+    for k in range(samples - 1, -1, -1):
+        seen = b.T @ ahead
+        solved = np.linalg.solve(seen @ b + np.diag(change_weights[k]),
+                                 np.column_stack([seen @ a, b.T @ pull]))
+        gains[k], forward[k] = solved[:, :-1], solved[:, -1]
+        closed = a - b @ gains[k]
+        ahead = (c.T * weights[k]) @ c + a.T @ ahead @ closed
+        ahead = 0.5 * (ahead + ahead.T)
+        pull = c.T @ (weights[k] * errors[k]) + closed.T @ pull
+    states, change = np.zeros(a.shape[0]), np.empty((samples, muscles))
+    for k in range(samples):
+        change[k] = forward[k] - gains[k] @ states
+        states = a @ states + b @ change[k]
+    return change
