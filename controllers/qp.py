@@ -3,9 +3,11 @@
     min 1/2 x'Hx + q'x   subject to   lower <= [x; A x] <= upper
 
 H and A are fixed when a `Qp` is made; q and the bounds come with each solve. Where the minimum without
-constraints is known, c = -H^-1 q, a `centred` programme takes c in place of q and has the solver find
+constraints is known, c = -H^-1 q, a `centred` programme takes c in place of q and has daqp find
 
     min 1/2 z'Hz   subject to   lower - [c; A c] <= [z; A z] <= upper - [c; A c],   x = c + z
+
+which spares it half of its work. OSQP, whose tolerances are relative to the size of the bounds, is given q.
 """
 
 from __future__ import annotations
@@ -16,7 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from controllers.qp_kernel import CROSSED, MISSHAPEN, NOT_FINITE, around, check_vectors, settle
+from controllers.qp_kernel import (
+    CROSSED,
+    MISSHAPEN,
+    NOT_FINITE,
+    around,
+    check_vectors,
+    minus_product,
+    settle,
+)
 from controllers.qp_solvers import DaqpSolver, OsqpSolver, Solver, Start
 from fesloop.errors import InputError
 
@@ -88,7 +98,8 @@ class Qp:
         compressed = sparse.csr_matrix(rows)
         self._sparse_rows = (compressed.indptr.astype(np.int64), compressed.indices.astype(np.int64),
                              compressed.data.astype(np.float64))
-        self._solver: Solver = SOLVERS[solver](hessian, rows, tolerance, max_iterations, not centred)
+        self._solver: Solver = SOLVERS[solver](hessian, rows, tolerance, max_iterations,
+                                                not (centred and solver == "daqp"))
         self._log: list[tuple[Array, Array, Array]] = []
         self._start = self._last = Start(np.zeros(self.size), np.zeros(self.constraints))
 
@@ -103,9 +114,9 @@ class Qp:
         return int(self._size[1])
 
     def start_from(self, x: Array, multipliers: Array | None = None) -> None:
-        """Warm-start the next solve from x (n,), z of a centred programme, and multipliers (n + m,).
+        """Warm-start the next solve from x (n,) and multipliers (n + m,), zero if not given.
 
-        The multipliers are zero if not given.
+        A centred programme with daqp takes no notice of x: the multipliers say which constraints hold.
         """
         given = _vector("x", x, self.size)
         duals = np.zeros(self.constraints) if multipliers is None else multipliers
@@ -114,15 +125,17 @@ class Qp:
     def solve(self, q: Array, lower: Array, upper: Array) -> QpResult:
         """Solve for q (n,) and bounds (n + m,), boxes first; infinite bounds are allowed.
 
-        A centred programme takes c (n,) in place of q, and keeps the vectors without copying them: nobody
+        A centred programme takes c (n,) in place of q, and may keep the vectors without copying them: nobody
         may write to them again. Raises InputError for a vector of the wrong shape; everything else is a
         status of the result.
         """
         given: Array | None = None
-        if self._centred:
+        shifts = self._centred and self._options[0] == "daqp"
+        if shifts:
             fault, below, above = around(q, lower, upper, *self._sparse_rows)
         else:
-            given = q = _vector("q", q, self.size)
+            q = _vector("q", q, self.size)
+            given = minus_product(self._hessian, q) if self._centred else q
             below = lower = _vector("lower", lower, self.constraints)
             above = upper = _vector("upper", upper, self.constraints)
             fault = check_vectors(q, lower, upper)
@@ -139,7 +152,7 @@ class Qp:
         outcome, z, multipliers, iterations = self._solver.solve(given, below, above)
         x = z
         if outcome == "":
-            x = q + z if self._centred else z
+            x = q + z if shifts else z
             finite, broken = settle(x, lower, upper, *self._sparse_rows)
             if not finite:
                 outcome = "non_finite"

@@ -29,6 +29,16 @@ def check_vectors(q: Array, lower: Array, upper: Array) -> int:
 
 
 @numba.njit(cache=True)
+def minus_product(matrix: Array, vector: Array) -> Array:
+    """Minus a symmetric matrix times a vector, fresh, summed in a fixed order."""
+    product = np.zeros(vector.size)
+    for j in range(vector.size):
+        for i in range(vector.size):
+            product[i] -= matrix[j, i] * vector[j]
+    return product
+
+
+@numba.njit(cache=True)
 def around(
     centre: Array, lower: Array, upper: Array, indptr: NDArray[np.int64], indices: NDArray[np.int64],
     values: Array,
