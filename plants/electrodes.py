@@ -94,7 +94,6 @@ class Electrodes:
         require_shape("electrodes", self, (), "a number", "shift_mm", "shift_deg", "pronation_deg")
         if self.pronation_share > 1.0:
             raise InputError("electrodes.pronation_share", f"{self.pronation_share:g}", "0 to 1")
-        self._require_arrays()
         names = [point.muscle for point in self.motor_points]
         if not names or len(set(names)) < len(names):
             raise InputError("electrodes.motor_points", ", ".join(names) or "none",
@@ -103,6 +102,7 @@ class Electrodes:
             if point.along_mm > self.length_mm:
                 raise InputError(f"electrodes.motor_points {point.muscle}.along_mm", f"{point.along_mm:g}",
                                  f"at most length_mm, {self.length_mm:g}")
+        self._require_arrays()
         if self.threshold:
             require_shape("electrodes", self, (len(MUSCLES),), "one a muscle", "threshold")
             require_positive("electrodes", self, "threshold")
