@@ -11,7 +11,7 @@ from fesloop.experiment.reading import Recording
 CHAIN = str(Path(__file__).with_name("chain.toml"))
 NAN_POSE = "[nan, 0.0, 0.0, 0.0]"
 MISTAKES = {
-    "blocks.programme.current_ma=[[-5, 0, 0]]": "blocks.programme.current_ma[0][0]: -5; allowed: a finite number",
+    "blocks.programme.current_ma=[[-5, 0, 0]]": "blocks.programme.current_ma[0][0]: -5; allowed: a finite",
     "blocks.stimulator.rate=320": "blocks.stimulator.rate: this block has a clock of its own",
     'blocks.stimulator.frequency_hz="100"': "blocks.stimulator.frequency_hz: 100; allowed: 20 to 50",
     'blocks.stimulator.preset="generation4"': "'generation1', 'generation2' or 'generation3'",
