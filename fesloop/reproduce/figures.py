@@ -11,6 +11,7 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.reproduce.comparison import Band
 from fesloop.reproduce.result import Reproduction, Sweep
+from fesloop.reproduce.search_figures import maps, progress
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -234,6 +235,7 @@ def hour(found: Reproduction) -> Figure:
 
 
 _OF_PAPER: dict[str, dict[str, Any]] = {
+    "array_search": {"maps": maps, "progress": progress},
     "hour": {"hour": hour},
     "kortier2014": {"figure_5": kortier_5, "figure_6": kortier_6, "constraints": sweep("constraints")},
     "salchow2019": {"figure_12": salchow_12, "figure_13": salchow_13, "figure_14": salchow_14,

@@ -19,7 +19,7 @@ from fesloop.experiment.experiment import Experiment
 from fesloop.hand.muscles import MUSCLES
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, RateClock
-from fesloop.loop.signals import Sample
+from fesloop.loop.signals import Sample, Value
 
 Array = NDArray[np.float64]
 Key = tuple[tuple[int, ...], float]
@@ -86,7 +86,7 @@ class RestedHand:
         pulses = np.zeros((self._electrodes.elements, 3))
         pulses[list(elements)] = (1e-3 * current_ma / len(elements), 1e-6 * share * self.space.width_us,
                                   float(_TICK_RATE))
-        values = (pulses, 0.0, np.ones(len(pulses)), np.zeros(2))
+        values: tuple[Value, ...] = (pulses, 0.0, np.ones(len(pulses)), np.zeros(2))
         stamps = (0, -1, -1, -1)
         recruitment, frequency = self._electrodes.step(
             state, [Sample(value, at, at, at) for value, at in zip(values, stamps, strict=True)], tick)
