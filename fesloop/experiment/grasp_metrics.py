@@ -51,10 +51,14 @@ class GraspScore:
 
 
 def grasp_metrics(recording: Recording, score: GraspScore) -> dict[str, Any]:
-    """`held`, whether, and `object_moved_mm`, how far at most, one a trial; `grip_force_n` by fingertip."""
+    """`held`, whether, and `object_moved_mm`, how far at most, one a trial; `grip_force_n` by fingertip.
+
+    Of a trial that ended before the while was over, `held` is None and the others are NaN.
+    """
     moved = [_moved_mm(_between(recording.signal(score.object, trial), score))
              for trial in range(recording.trials)]
-    metrics: dict[str, Any] = {"held": [way <= score.within_mm for way in moved], "object_moved_mm": moved}
+    held = [None if math.isnan(way) else way <= score.within_mm for way in moved]
+    metrics: dict[str, Any] = {"held": held, "object_moved_mm": moved}
     if score.forces is not None:
         forces = np.array([_between(recording.signal(score.forces, trial), score).mean(axis=0)
                            for trial in range(recording.trials)])

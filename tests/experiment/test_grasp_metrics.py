@@ -26,7 +26,7 @@ def test_what_stays_is_held_and_what_slides_or_breaks_off_is_not():
     sliding[:, 1] = np.linspace(0.0, 0.1, 1000)
     recording = told(still, sliding, still[:600])
     metrics = grasp_metrics(recording, GraspScore(object="o", from_s=3.0, until_s=8.0, within_mm=20.0))
-    assert metrics["held"] == [True, False, False]
+    assert metrics["held"] == [True, False, None]
     assert metrics["object_moved_mm"][:2] == pytest.approx([0.0, 1e3 * 0.1 * 500 / 999])
     assert np.isnan(metrics["object_moved_mm"][2])
 
