@@ -10,42 +10,62 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.safety_kernel import CHARGE, CURRENT, ENERGY, SIGN, SLEW, WIDTH, limit_pulses
+from controllers import safety_kernel as kernel
+from controllers.period import period_ns
+from controllers.safety_watchdog import SOUND, Watchdog, WatchState
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
-from fesloop.loop.clock import NS_PER_MS, duration_ns
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.guard import is_finite
 from fesloop.loop.signals import NEVER, Port, Sample, Value
 from fesloop.loop.status import StatusLatch
 
 Array = NDArray[np.float64]
+PerChannel = float | tuple[float, ...]
 ENERGY_MAX_J = 0.3
 """Greatest energy of a pulse into 500 ohm of IEC 60601-2-10 (transcutaneous stimulators)."""
-_LIMITED = ((SIGN, "negative", "a negative current or width: no pulse"),
-            (CURRENT, "current_limited", "current above its limit"),
-            (WIDTH, "width_limited", "pulse width above its limit"),
-            (CHARGE, "charge_limited", "charge per phase above its limit"),
-            (ENERGY, "energy_limited", "energy per pulse above its limit"),
-            (SLEW, "slew_limited", "charge rises faster than its limit"))
+_LIMITED = ((kernel.SIGN, "negative", "a negative current or width: no pulse"),
+            (kernel.CURRENT, "current_limited", "current above its limit"),
+            (kernel.WIDTH, "width_limited", "pulse width above its limit"),
+            (kernel.CHARGE, "charge_limited", "charge per phase above its limit"),
+            (kernel.ENERGY, "energy_limited", "energy per pulse above its limit"),
+            (kernel.SLEW, "slew_limited", "charge rises faster than its limit"),
+            (kernel.RATE, "charge_rate_limited", "the charge of one second is used up"),
+            (kernel.TOTAL, "budget_spent", "the charge of the whole run is used up"))
+_LIMITS = ("current_max_ma", "width_max_us", "charge_max_uc", "energy_max_mj", "charge_rise_uc")
+_BUDGETS = ("charge_per_s_max_uc", "charge_total_max_mc")
+_USUAL = Watchdog()
 
 
 @dataclass(slots=True, eq=False)
 class SafetyState:
-    """What was let through last.
+    """What was let through last, and how much ever.
 
     Attributes
     ----------
-    limits: as `limit_pulses` takes them; never written to.
+    limits, budgets: as `limit_pulses` and `limit_dose` take them; never written to.
+    phases: pulses that the device gives of each message.
     charges: (channels,), charge per phase of the tick before, C.
     accepted: (channels, 2), the last pulses let through from good input.
+    given: (ticks of a second, channels), C of each message, by its number modulo their count.
+    total: (channels,), C since the run began.
+    index: of the tick before.
     ramp_from_ns: when the ramp to zero began; NEVER while the input is good.
+    stopped: whether the emergency stop was ever on.
     hit: bits of what was limited at the tick before.
     """
 
     limits: Array
+    budgets: Array
+    phases: float
     charges: Array
     accepted: Array
+    given: Array
+    total: Array
+    watch: WatchState
+    index: int = -1
     ramp_from_ns: int = NEVER
+    stopped: bool = False
     hit: int = 0
     latch: StatusLatch = field(default_factory=StatusLatch)
 
@@ -54,48 +74,76 @@ class SafetyState:
 class Safety:
     """Limits what reaches the stimulator, whatever comes in.
 
-    Current and pulse width are cut first; charge per phase, energy per pulse and the rise of charge a
-    tick are then met by shortening the pulse. A fall of charge is never limited. Input that is older than
-    `max_age_ms`, counted from the oldest capture behind it, or not finite, ramps the last good pulses to
-    zero. Every limitation is a status when it begins. The terms are those of IEC 60601-2-10 (300 mJ a
+    What can never leave it. Let i and w be current and pulse width of a channel in an output, q = i w, and n
+    the ticks of one second. For any inputs whatsoever, in any order and at any times:
+
+    1. i and w are finite, 0 <= i <= `current_max_ma`, 0 <= w <= `width_max_us`;
+    2. q <= `charge_max_uc`, and 2 x 500 ohm x i^2 w <= `energy_max_mj`;
+    3. q exceeds that of the tick before, 0 before the first, by `charge_rise_uc` at most;
+    4. the sum of q `frequency_hz` / tick rate over any n ticks of a trial on end is `charge_per_s_max_uc` at
+       most, and over all ticks of all trials of a run `charge_total_max_mc`;
+    5. from the first tick that reads `stop` above 0.5, or not finite, i = w = 0, in all later trials too;
+    6. `ramp_ms` after stimulation ceases to be sound, i = w = 0 for as long as it is not, and no q rises
+       meanwhile. It is sound while `stimulation` is finite and not older than `max_age_ms`, counted from the
+       oldest capture behind it, and, if `posture` is wired, the tracker has not failed (`Watchdog`).
+
+    Limits are met by cutting current and width, then by shortening the pulse: a fall of charge is never
+    limited. Every limitation is a status when it begins. The terms are those of IEC 60601-2-10 (300 mJ a
     pulse into 500 ohm, both phases counted); no certification is meant.
 
     Attributes
     ----------
     channels: number of channels; 0 takes it from what is wired in.
-    current_max_ma, width_max_us, charge_max_uc, energy_max_mj: of each channel.
-    charge_rise_uc: greatest rise of charge per phase from one tick to the next.
-    max_age_ms: of the input.
+    joints: size of `posture`; 0 takes it from what is wired in, if anything is.
+    current_max_ma, width_max_us, charge_max_uc, energy_max_mj: of all channels, or one value a channel.
+    charge_rise_uc: greatest rise of charge per phase from one tick to the next, likewise.
+    charge_per_s_max_uc, charge_total_max_mc: charge of one phase, summed up, of each channel likewise
+        (chosen: 20 uC at 50 Hz, and an hour of it).
+    frequency_hz: of the device behind: how many pulses it gives of one message.
+    max_age_ms: of `stimulation` and `posture`.
     ramp_ms: length of the ramp to zero; 0 cuts at once.
+    watchdog: when the tracker counts as failed.
 
-    Input and output: `stimulation` (channels, 2).
+    Inputs: `stimulation` (channels, 2); optional `posture` and `posture_sd` (joints,), rad; optional `stop`,
+    the emergency stop. Output: `stimulation` (channels, 2).
     """
 
     channels: int = 0
-    current_max_ma: float = 60.0
-    width_max_us: float = 500.0
-    charge_max_uc: float = 20.0
-    energy_max_mj: float = 1e3 * ENERGY_MAX_J
-    charge_rise_uc: float = 5.0
+    joints: int = 0
+    current_max_ma: PerChannel = 60.0
+    width_max_us: PerChannel = 500.0
+    charge_max_uc: PerChannel = 20.0
+    energy_max_mj: PerChannel = 1e3 * ENERGY_MAX_J
+    charge_rise_uc: PerChannel = 5.0
+    charge_per_s_max_uc: PerChannel = 1000.0
+    charge_total_max_mc: PerChannel = 3600.0
+    frequency_hz: float = 40.0
     max_age_ms: float = 500.0
     ramp_ms: float = 200.0
+    watchdog: Watchdog = _USUAL
 
     def __post_init__(self) -> None:
-        if self.channels < 0:
-            raise InputError("channels", f"{self.channels}", "1 or more, or 0 for what is wired in")
-        for key in ("current_max_ma", "width_max_us", "charge_max_uc", "energy_max_mj", "charge_rise_uc"):
-            value = getattr(self, key)
-            if not (math.isfinite(value) and value > 0.0):
-                raise InputError(key, f"{value}", "a finite limit above 0")
-        if self.energy_max_mj > 1e3 * ENERGY_MAX_J:
+        for key in ("channels", "joints"):
+            if getattr(self, key) < 0:
+                raise InputError(key, f"{getattr(self, key)}", "1 or more, or 0 for what is wired in")
+        for key in (*_LIMITS, *_BUDGETS, "frequency_hz"):
+            values = np.atleast_1d(getattr(self, key))
+            if not (np.isfinite(values).all() and (values > 0.0).all()):
+                raise InputError(key, f"{getattr(self, key)}", "a finite limit above 0")
+            if self.channels and values.size not in (1, self.channels):
+                raise InputError(key, f"{values.size} values", f"one, or {self.channels}, one a channel")
+        if np.max(self.energy_max_mj) > 1e3 * ENERGY_MAX_J:
             raise InputError("energy_max_mj", f"{self.energy_max_mj}", f"at most {1e3 * ENERGY_MAX_J:g}")
         duration_ns(self.max_age_ms, NS_PER_MS, "max_age_ms")
         duration_ns(self.ramp_ms, NS_PER_MS, "ramp_ms")
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """`stimulation`."""
-        return (Port("stimulation", (self.channels or None, 2), "A,s"),)
+        """`stimulation`, `posture`, `posture_sd`, `stop`."""
+        joints = self.joints if self.joints or self.channels else None
+        return (Port("stimulation", (self.channels or None, 2), "A,s"),
+                Port("posture", (joints,), "rad", optional=True),
+                Port("posture_sd", (joints,), "rad", optional=True), Port("stop", (), "1", optional=True))
 
     @property
     def outputs(self) -> tuple[Port, ...]:
@@ -103,46 +151,93 @@ class Safety:
         return (Port("stimulation", (self.channels or None, 2), "A,s"),)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Safety:
-        """For the number of channels that is wired in."""
-        return replace(self, channels=shapes["stimulation"][0])
+        """For the channels, and the posture if any, that are wired in; raises InputError for other shapes."""
+        sizes = {shapes[name] for name in ("posture", "posture_sd") if name in shapes}
+        if len(sizes) > 1 or any(len(size) != 1 for size in sizes):
+            raise InputError("posture", f"signals of shapes {sorted(sizes)} are wired in",
+                             "vectors of one size")
+        joints = next(iter(sizes))[0] if sizes else self.joints
+        return replace(self, channels=shapes.get("stimulation", (self.channels,))[0], joints=joints)
 
     def init(self, context: Context) -> SafetyState:
         """Nothing let through yet."""
-        limits = np.array([self.current_max_ma / 1e3, self.width_max_us / 1e6, self.charge_max_uc / 1e6,
-                           self.energy_max_mj / 1e3, self.charge_rise_uc / 1e6])
-        return SafetyState(limits, np.zeros(self.channels), np.zeros((self.channels, 2)))
+        scales = (1e-3, 1e-6, 1e-6, 1e-3, 1e-6, 1e-6, 1e-3)
+        every = np.stack([scale * np.broadcast_to(getattr(self, key), self.channels)
+                          for key, scale in zip((*_LIMITS, *_BUDGETS), scales, strict=True)], axis=1)
+        period = period_ns(context)
+        ticks = math.ceil(NS_PER_S / period)
+        return SafetyState(
+            np.ascontiguousarray(every[:, :5]), np.ascontiguousarray(every[:, 5:]),
+            self.frequency_hz * period / NS_PER_S, np.zeros(self.channels), np.zeros((self.channels, 2)),
+            np.zeros((ticks, self.channels)), np.zeros(self.channels), WatchState())
+
+    def next_trial(self, state: SafetyState, context: Context) -> SafetyState:
+        """As at first, but for the charge that was given and the emergency stop."""
+        fresh = self.init(context)
+        fresh.total[:] = state.total
+        fresh.stopped = state.stopped
+        return fresh
 
     def step(self, state: SafetyState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Pulses within the limits."""
-        value, oldest_ns, _, arrived_ns = inputs[0]
-        pulses = cast(Array, value)
-        fresh = arrived_ns >= 0 and tick.time_ns - oldest_ns <= self.max_age_ms * NS_PER_MS
-        if not (fresh and is_finite(pulses)):
-            return (self._ramp(state, tick, arrived_ns >= 0, fresh),)
-        if state.ramp_from_ns >= 0:
-            state.ramp_from_ns = NEVER
-            state.latch.holding.clear()
-        hit, limited = limit_pulses(pulses, state.limits, state.charges)
+        stimulation, posture, sd, stop = inputs
+        state.stopped = state.stopped or not cast(float, stop.value) <= 0.5
+        state.latch.put(tick, "stopped", state.stopped, "emergency stop: no stimulation in this run any more")
+        if state.stopped:
+            pulses = np.zeros((self.channels, 2))
+            state.charges = np.zeros(self.channels)
+            return (pulses,)
+        trouble = self._trouble(state, stimulation, posture, sd, tick.time_ns)
+        if trouble != SOUND:
+            state.latch.put(tick, trouble[0], True, trouble[1])
+            hit, pulses = 0, self._ramp(state, tick.time_ns)
+        else:
+            if state.ramp_from_ns >= 0:
+                state.ramp_from_ns = NEVER
+                state.latch.holding.clear()
+            hit, pulses = kernel.limit_pulses(cast(Array, stimulation.value), state.limits, state.charges)
+        hit |= self._limit_dose(state, pulses, tick.index)
+        if trouble == SOUND:
+            state.accepted = pulses
         if hit != state.hit:
             self._report(state, hit, tick)
-        state.accepted = limited
-        return (limited,)
+        return (pulses,)
 
-    def _ramp(self, state: SafetyState, tick: Tick, arrived: bool, fresh: bool) -> Array:
+    def _trouble(self, state: SafetyState, stimulation: Sample, posture: Sample, sd: Sample,
+                 now_ns: int) -> tuple[str, str]:
+        """(status, detail) of what forbids stimulation; `SOUND` if nothing does."""
+        tracker = SOUND
+        if self.joints:
+            tracker = self.watchdog.look(state.watch, posture, sd, now_ns, self.max_age_ms,
+                                         bool(state.charges.any()))
+        if not stimulation.present:
+            return "no_input", "nothing has arrived: no stimulation"
+        if now_ns - stimulation.oldest_ns > self.max_age_ms * NS_PER_MS:
+            return "stale_input", f"older than {self.max_age_ms:g} ms: ramp to zero"
+        if not is_finite(stimulation.value):
+            return "non_finite", "input is not finite: ramp to zero"
+        return tracker
+
+    def _ramp(self, state: SafetyState, now_ns: int) -> Array:
         """The last good pulses, shortened linearly to nothing."""
-        if not arrived:
-            state.latch.put(tick, "no_input", True, "nothing has arrived: no stimulation")
-        else:
-            state.latch.put(tick, "stale_input", not fresh,
-                            f"older than {self.max_age_ms:g} ms: ramp to zero")
-            state.latch.put(tick, "non_finite", fresh, "input is not finite: ramp to zero")
         if state.ramp_from_ns < 0:
-            state.ramp_from_ns = tick.time_ns
-        elapsed_ms = (tick.time_ns - state.ramp_from_ns) / NS_PER_MS
+            state.ramp_from_ns = now_ns
+        elapsed_ms = (now_ns - state.ramp_from_ns) / NS_PER_MS
         share = 1.0 - elapsed_ms / self.ramp_ms if elapsed_ms < self.ramp_ms else 0.0
         pulses: Array = state.accepted * (1.0, share) if share > 0.0 else np.zeros((self.channels, 2))
-        state.charges = pulses[:, 0] * pulses[:, 1]
+        kernel.fall(pulses, state.charges)
         return pulses
+
+    def _limit_dose(self, state: SafetyState, pulses: Array, index: int) -> int:
+        """Shorten what the budgets do not hold, and book the rest; bits of what was limited."""
+        ticks = len(state.given)
+        for skipped in range(max(state.index + 1, index - ticks + 1), index + 1):
+            state.given[skipped % ticks] = 0.0
+        hit: int = kernel.limit_dose(pulses, state.charges, state.phases, state.given.sum(axis=0),
+                                     state.total, state.budgets)
+        state.given[index % ticks] = state.phases * state.charges
+        state.index = index
+        return hit
 
     def _report(self, state: SafetyState, hit: int, tick: Tick) -> None:
         """Tell the limitations that begin with this tick."""

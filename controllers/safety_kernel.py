@@ -11,10 +11,12 @@ TEST_LOAD_OHM = 500.0
 """Load of IEC 60601-2-10 into which the energy of a pulse is reckoned."""
 PHASES = 2.0
 """Both phases of a biphasic pulse deliver energy."""
-SIGN, CURRENT, WIDTH, CHARGE, ENERGY, SLEW = 1, 2, 4, 8, 16, 32
+SIGN, CURRENT, WIDTH, CHARGE, ENERGY, SLEW, RATE, TOTAL = 1, 2, 4, 8, 16, 32, 64, 128
 """Bits of what was limited."""
 _SHAVE = 1.0 - 2.0**-51
 """Takes a rounded quotient below the limit that it was made for."""
+_SHAVE_SUM = 1.0 - 2.0**-40
+"""The same for sums of up to thousands of messages, in whatever order they are added."""
 
 
 @numba.njit(cache=True)
@@ -24,7 +26,7 @@ def limit_pulses(wanted: Array, limits: Array, charges: Array) -> tuple[int, Arr
     Parameters
     ----------
     wanted: (channels, 2), finite, A and s.
-    limits: (5,): current A, width s, charge C, energy J, rise of charge C a tick.
+    limits: (channels, 5): current A, width s, charge C, energy J, rise of charge C a tick.
     charges: (channels,), charge per phase of the tick before, C; updated in place.
     """
     hit = 0
@@ -34,25 +36,62 @@ def limit_pulses(wanted: Array, limits: Array, charges: Array) -> tuple[int, Arr
         if current < 0.0 or width < 0.0:
             hit |= SIGN
             current = 0.0
-        if current > limits[0]:
+        if current > limits[i, 0]:
             hit |= CURRENT
-            current = limits[0]
-        if width > limits[1]:
+            current = limits[i, 0]
+        if width > limits[i, 1]:
             hit |= WIDTH
-            width = limits[1]
+            width = limits[i, 1]
         if current <= 0.0 or width <= 0.0:
             charges[i] = 0.0
             continue
-        if current * width > limits[2]:
+        if current * width > limits[i, 2]:
             hit |= CHARGE
-            width = limits[2] / current * _SHAVE
+            width = limits[i, 2] / current * _SHAVE
         energy_per_s = PHASES * TEST_LOAD_OHM * current * current
-        if energy_per_s * width > limits[3]:
+        if energy_per_s * width > limits[i, 3]:
             hit |= ENERGY
-            width = limits[3] / energy_per_s * _SHAVE
-        if current * width > charges[i] + limits[4]:
+            width = limits[i, 3] / energy_per_s * _SHAVE
+        if current * width > charges[i] + limits[i, 4]:
             hit |= SLEW
-            width = (charges[i] + limits[4]) / current * _SHAVE
+            width = (charges[i] + limits[i, 4]) / current * _SHAVE
         charges[i] = current * width
         pulses[i, 0], pulses[i, 1] = current, width
     return hit, pulses
+
+
+@numba.njit(cache=True)
+def limit_dose(pulses: Array, charges: Array, phases: float, second: Array, total: Array,
+               budgets: Array) -> int:
+    """Shorten pulses to what is left of the budgets; bits of what was limited.
+
+    Parameters
+    ----------
+    pulses: (channels, 2), A and s; shortened in place.
+    charges: (channels,), charge per phase of `pulses`, C; updated in place.
+    phases: how many of a message's pulses are given before the next message.
+    second: (channels,), what was given within the window that ends with this message, C.
+    total: (channels,), what was given before this message, C; this message's is added.
+    budgets: (channels, 2): in the window, in all, C.
+    """
+    hit = 0
+    for i in range(pulses.shape[0]):
+        left_now, left_ever = budgets[i, 0] - second[i], budgets[i, 1] - total[i]
+        left = max(0.0, min(left_now, left_ever)) / phases * _SHAVE_SUM
+        if charges[i] > left:
+            hit |= RATE if left_now <= left_ever else TOTAL
+            pulses[i, 1] = left / pulses[i, 0] * _SHAVE
+            if pulses[i, 1] <= 0.0:
+                pulses[i, 0], pulses[i, 1] = 0.0, 0.0
+            charges[i] = pulses[i, 0] * pulses[i, 1]
+        total[i] += phases * charges[i]
+    return hit
+
+
+@numba.njit(cache=True)
+def fall(pulses: Array, charges: Array) -> None:
+    """Shorten pulses (channels, 2) to the charge of the tick before, in place; `charges` becomes theirs."""
+    for i in range(pulses.shape[0]):
+        if pulses[i, 0] * pulses[i, 1] > charges[i]:
+            pulses[i, 1] = charges[i] / pulses[i, 0] * _SHAVE
+        charges[i] = pulses[i, 0] * pulses[i, 1]

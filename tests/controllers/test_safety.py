@@ -6,43 +6,29 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controllers.safety import Safety
+from controllers.safety_watchdog import Watchdog
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import NEVER, Sample
 
 MS = 1_000_000
 GENTLE = {"channels": 1, "current_max_ma": 40.0, "width_max_us": 400.0, "charge_max_uc": 8.0,
           "charge_rise_uc": 2.0, "max_age_ms": 100.0, "ramp_ms": 50.0}
+ABSENT = Sample(0.0, NEVER, NEVER, NEVER)
+CONTEXT = Context("safety", clock=RateClock.from_rate("40"))
 
 
 def run(safety, values, ages_ms=None, period_ms=25):
     """Pulses (ticks, channels, 2) and reports for one input a tick."""
-    state, tick, pulses = safety.init(Context("safety")), Tick(), []
+    state, tick, pulses = safety.init(CONTEXT), Tick(), []
     for k, value in enumerate(values):
         now = tick.time_ns = k * period_ms * MS
+        tick.index = k
         age = 0 if ages_ms is None else ages_ms[k] * MS
         sample = Sample(np.array(value, dtype=float), now - age, now, now)
-        pulses.append(safety.step(state, (sample,), tick)[0])
+        pulses.append(safety.step(state, (sample, ABSENT, ABSENT, ABSENT), tick)[0])
     return np.array(pulses), tick.reports
-
-
-@settings(deadline=None, max_examples=200)
-@given(st.lists(st.tuples(*[st.floats() | st.sampled_from([0.02, 3e-4, 1e-3, -0.01])] * 4,
-                          st.sampled_from([0, 0, 0, 90, 101, 5000])), min_size=1, max_size=12))
-def test_output_is_within_every_limit_whatever_comes_in(rows):
-    safety = Safety(**GENTLE | {"channels": 2, "energy_max_mj": 2.0})
-    values = [[row[0:2], row[2:4]] for row in rows]
-    pulses, _ = run(safety, values, [row[4] for row in rows])
-    current, width = pulses[:, :, 0], pulses[:, :, 1]
-    assert np.isfinite(pulses).all()
-    assert (pulses >= 0.0).all()
-    assert current.max() <= 40e-3
-    assert width.max() <= 400e-6
-    charge = current * width
-    assert charge.max() <= 8e-6
-    assert (2.0 * 500.0 * current**2 * width).max() <= 2e-3
-    risen = np.diff(charge, axis=0, prepend=np.zeros((1, 2)))
-    assert risen.max() <= 2e-6 * (1.0 + 1e-12)
 
 
 def test_what_is_within_the_limits_passes_unchanged():
@@ -72,21 +58,145 @@ def test_bad_input_ramps_to_zero_is_told_once_and_ends(ages_ms, bad, status):
 
 def test_nothing_passes_before_the_first_input():
     safety, tick = Safety(**GENTLE), Tick()
-    state = safety.init(Context("safety"))
+    state = safety.init(CONTEXT)
     absent = Sample(np.full((1, 2), 0.01), NEVER, NEVER, NEVER)
-    assert not safety.step(state, (absent,), tick)[0].any()
+    assert not safety.step(state, (absent, ABSENT, ABSENT, ABSENT), tick)[0].any()
     assert [status for status, _ in tick.reports] == ["no_input"]
 
 
-def test_takes_the_number_of_channels_from_the_wire():
+def test_limits_of_single_channels():
+    safety = Safety(**GENTLE | {"channels": 2, "current_max_ma": (40.0, 5.0)})
+    pulses, _ = run(safety, [[[10e-3, 100e-6]] * 2])
+    np.testing.assert_array_equal(pulses[0, :, 0], [10e-3, 5e-3])
+
+
+def test_a_second_holds_its_budget_and_the_next_has_its_own():
+    """1 uC a phase, 40 of them a second: a budget of 10 uC is used up by ten messages."""
+    safety = Safety(**GENTLE | {"charge_per_s_max_uc": 10.0})
+    pulses, reports = run(safety, [[[10e-3, 100e-6]]] * 55)
+    charges = pulses[:, 0, 0] * pulses[:, 0, 1]
+    np.testing.assert_allclose(charges[:10], 1e-6)
+    assert charges[10:40].max() < 1e-15
+    np.testing.assert_allclose(charges[40:50], 1e-6)
+    assert [status for status, _ in reports] == ["charge_rate_limited"] * 2
+
+
+def test_the_budget_of_a_run_is_spent_once_over_all_trials():
+    safety = Safety(**GENTLE | {"charge_total_max_mc": 15e-3})
+    wanted, tick = Sample(np.array([[10e-3, 100e-6]]), 0, 0, 0), Tick()
+    state, given = safety.init(CONTEXT), []
+    for _ in range(3):
+        for tick.index in range(10):
+            pulses = safety.step(state, (wanted, ABSENT, ABSENT, ABSENT), tick)[0]
+            given.append(pulses[0, 0] * pulses[0, 1])
+        state = safety.next_trial(state, CONTEXT)
+    assert sum(given) == pytest.approx(15e-6)
+    assert sum(given[16:]) == 0.0
+    assert "budget_spent" in [status for status, _ in tick.reports]
+
+
+@pytest.mark.parametrize("value", [1.0, math.nan, math.inf])
+def test_the_emergency_stop_cuts_at_once_and_for_good(value):
+    safety, tick = Safety(**GENTLE), Tick()
+    state, wanted = safety.init(CONTEXT), Sample(np.array([[10e-3, 100e-6]]), 0, 0, 0)
+    seen = []
+    for k, stop in enumerate((0.0, value, 0.0, 0.0)):
+        tick.index = k
+        seen.append(safety.step(state, (wanted, ABSENT, ABSENT, Sample(stop, 0, 0, 0)), tick)[0].any())
+        if k == 2:
+            state = safety.next_trial(state, CONTEXT)
+    assert seen == [True, False, False, False]
+    assert {status for status, _ in tick.reports} == {"stopped"}
+
+
+def test_takes_sizes_from_the_wires():
     open_ended = Safety()
     assert open_ended.inputs[0].shape == (None, 2)
     assert open_ended.resolve({"stimulation": (3, 2)}).outputs[0].shape == (3, 2)
+    assert open_ended.resolve({"stimulation": (3, 2)}).joints == 0
+    assert open_ended.resolve({"stimulation": (3, 2), "posture": (23,)}).joints == 23
+    with pytest.raises(InputError, match="posture"):
+        open_ended.resolve({"stimulation": (3, 2), "posture": (23,), "posture_sd": (3,)})
 
 
 @pytest.mark.parametrize(("key", "value"), [
     ("current_max_ma", 0.0), ("charge_max_uc", math.nan), ("energy_max_mj", 301.0), ("max_age_ms", -1.0),
-    ("channels", -1)])
+    ("channels", -1), ("width_max_us", (100.0, 200.0)), ("charge_per_s_max_uc", 0.0),
+    ("charge_total_max_mc", math.inf), ("frequency_hz", -1.0)])
 def test_names_the_faulty_key(key, value):
     with pytest.raises(InputError, match=key):
-        Safety(**{key: value})
+        Safety(**{"channels": 3, key: value})
+
+
+@pytest.mark.parametrize(("key", "value"), [
+    ("silence_ms", 0.0), ("frozen_ms", -1.0), ("rate_max_deg_s", math.nan), ("jump_deg", -1.0),
+    ("sd_max_deg", 0.0), ("recover_s", -1.0)])
+def test_names_the_faulty_key_of_the_watchdog(key, value):
+    with pytest.raises(InputError, match=f"watchdog.{key}"):
+        Watchdog(**{key: value})
+
+
+STIMULATION = st.floats() | st.sampled_from([0.02, 3e-4, 1e-3, -0.01, 0.04, 4e-4])
+ANGLE = st.floats() | st.sampled_from([0.5, 0.51, 0.52, 0.5000001])
+STAMP = st.integers(-50, 300)
+TICKS = st.lists(st.tuples(
+    st.lists(STIMULATION, min_size=4, max_size=4), STAMP,
+    st.lists(ANGLE, min_size=2, max_size=2), STAMP, ANGLE, STAMP,
+    st.sampled_from([0.0] * 12 + [1.0, math.nan, -5.0]), st.sampled_from([1, 1, 1, 2, 60]), st.booleans()),
+    min_size=1, max_size=25)
+STRICT = Safety(channels=2, joints=2, current_max_ma=(40.0, 30.0), width_max_us=400.0, charge_max_uc=8.0,
+                energy_max_mj=2.0, charge_rise_uc=2.0, charge_per_s_max_uc=25.0, charge_total_max_mc=0.06,
+                max_age_ms=100.0, ramp_ms=60.0, watchdog=Watchdog(recover_s=0.05))
+
+
+@settings(deadline=None, max_examples=400)
+@given(TICKS)
+def test_no_output_ever_leaves_the_stated_set(rows):
+    """Any values, ages, gaps between ticks, stops and ends of trials; the six rules of the docstring."""
+    state, tick, index = STRICT.init(CONTEXT), Tick(), 0
+    before, dose, total = np.zeros(2), {}, np.zeros(2)
+    stopped, unsound_ns = False, None
+    for pulses, age, posture, posture_age, sd, sd_age, stop, ticks, ends in rows:
+        index += ticks
+        tick.index, now = index, index * 25 * MS
+        tick.time_ns = now
+
+        def sample(value, age_ms, at=now):
+            stamp = max(NEVER, at - max(age_ms, 0) * MS) if age_ms >= -25 else NEVER
+            return Sample(value, stamp, stamp, stamp)
+
+        stimulation = sample(np.array(pulses).reshape(2, 2), age)
+        given_posture = sample(np.array(posture), posture_age)
+        out = STRICT.step(state, (stimulation, given_posture, sample(np.array([sd, 0.1]), sd_age),
+                                  Sample(stop, now, now, now)), tick)[0]
+        current, width = out.T
+        charge = current * width
+        assert np.isfinite(out).all()
+        assert (out >= 0.0).all()
+        assert (current <= [40e-3, 30e-3]).all()
+        assert (width <= 400e-6).all()
+        assert (charge <= 8e-6).all()
+        assert (1000.0 * current**2 * width <= 2e-3).all()
+        assert (charge - before <= 2e-6 * (1.0 + 1e-12)).all()
+        dose[index] = charge
+        total += charge
+        assert (sum(q for k, q in dose.items() if k > index - 40) <= 25e-6 * (1.0 + 1e-12)).all()
+        assert (total <= 60e-6 * (1.0 + 1e-12)).all()
+        stopped = stopped or not stop <= 0.5
+        assert not (stopped and out.any())
+        if _unsound(stimulation, given_posture, now):
+            assert (charge <= before).all()
+            unsound_ns = now if unsound_ns is None else unsound_ns
+            assert now - unsound_ns < 60 * MS or not out.any()
+        else:
+            unsound_ns = None
+        before = charge
+        if ends:
+            state, before, dose = STRICT.next_trial(state, CONTEXT), np.zeros(2), {}
+            unsound_ns, index = None, 0
+
+
+def _unsound(stimulation, posture, now):
+    """What surely is: absent, old or not finite."""
+    return any(not sample.present or now - sample.oldest_ns > 100 * MS or not np.isfinite(sample.value).all()
+               for sample in (stimulation, posture))
