@@ -157,7 +157,7 @@ def identification_of_a_finger(tmp_path):
 
 
 def test_from_a_recording_to_a_controller_that_holds(tmp_path, capsys):
-    """finger_mpc's patient differs from the model that it ships with; the identified one is that patient's."""
+    """finger_mpc's patient, who differs from the model that it ships with, is the one identified."""
     result = identification_of_a_finger(tmp_path)
     path = tmp_path / "model.toml"
     assert main(["identify", str(result.recording), "--measured", "tracker.angles", "--out", str(path),
