@@ -65,8 +65,7 @@ class Mpc:
 
     Each tick estimates the plant's state now from the newest sample, using its capture stamp and the
     recorded drives, solves the condensed programme and gives out its first drive, turned into pulse
-    widths at fixed currents by inverting the model's recruitment. Muscles, joints and horizon may be of
-    any number: 8 channels, 6 outputs and 24 states over 40 periods take a few per cent of 25 ms.
+    widths at fixed currents by inverting the model's recruitment. Any number of muscles and outputs will do.
 
     When the programme is not solved, a sample is not finite or the newest capture is older than
     `max_age_ms`, the last drive is held for `hold_ms` and then ramped to zero over `ramp_ms`, with a
@@ -172,8 +171,8 @@ class Mpc:
         if self.horizon <= model.delay_steps:
             raise InputError(
                 f"{context.name}.horizon",
-                f"{self.horizon} periods of {period / NS_PER_MS:g} ms, shorter than the delay of "
-                f"{(self.model.delay_ns + actuation) / NS_PER_MS:g} ms",
+                f"{self.horizon} periods of {period / NS_PER_MS:g} ms end before the delay of "
+                f"{(self.model.delay_ns + actuation) / NS_PER_MS:g} ms does",
                 f"{model.delay_steps + 1} or more", "lengthen the horizon by what the movement takes")
         allocation, muscles = self.allocation(), self.model.inputs
         plan = make_plan(model, self.horizon, Weights(
@@ -202,7 +201,8 @@ class Mpc:
             self._fall_back(state, tick, trouble, detail)
         state.trouble = trouble
         estimate = state.estimate
-        state.pulses, saturated = give_out(state.table, state.drive, estimate.stamps, estimate.inputs, now_ns)
+        state.pulses = np.empty((state.drive.size, 2))
+        saturated = give_out(state.table, state.drive, estimate.stamps, estimate.inputs, now_ns, state.pulses)
         state.latch.put(tick, "saturated", saturated > 0, "a channel is at its longest pulse")
         return (state.pulses,)
 
@@ -215,19 +215,19 @@ class Mpc:
             return np.tile(cast(Array, now.value), (self.horizon, 1))
         return None
 
-    def _control(
-        self, state: MpcState, reference: Array, sample: Sample, now_ns: int
-    ) -> tuple[str, str]:
+    def _control(self, state: MpcState, reference: Array, sample: Sample, now_ns: int) -> tuple[str, str]:
         """Set the drive to the first of the optimal ones; what went wrong, ("", "") if nothing."""
         observer, estimate, measured = state.observer, state.estimate, cast(Array, sample.value)
         captured_ns = sample.newest_ns if self.compensate_age else now_ns
         if self.adaptation and state.strength and is_finite(measured):
             self.adaptation.correct(state.strength, observer, estimate, captured_ns, measured)
-        finite, best, lower, upper = pose(
+        best, (lower, upper) = np.empty(state.qp.size), np.empty((2, state.qp.constraints))
+        finite = pose(
             observer.ladder, observer.c, observer.offset, observer.gain, estimate.x, estimate.disturbance,
             estimate.strength, estimate.stamps, estimate.inputs, observer.period_ns, observer.delay_ns,
             estimate.at_ns, captured_ns, now_ns, measured, state.plan.free, state.reach, self.slew,
-            state.table, 1e-6 * self.charge_rise_uc, state.drive, state.pulses, reference)
+            state.table, 1e-6 * self.charge_rise_uc, state.drive, state.pulses, reference,
+            best, lower, upper)
         if not finite:
             return "non_finite", "an input is not finite"
         estimate.at_ns = max(estimate.at_ns, captured_ns)

@@ -1,4 +1,8 @@
-"""The arithmetic of one tick of predictive control, before and after the quadratic programme."""
+"""The arithmetic of one tick of predictive control, before and after the quadratic programme.
+
+What comes of it is written into arrays made by the caller: a compiled function takes as long to hand back
+an array as to fill one.
+"""
 
 from __future__ import annotations
 
@@ -19,9 +23,9 @@ def pose(
     ladder: Array, c: Array, offset: Array, gain: Array, x: Array, disturbance: Array, strength: Array,
     stamps: Stamps, inputs: Array, period_ns: int, delay_ns: int, at_ns: int, captured_ns: int, now_ns: int,
     measured: Array, free: Array, reach: Array, slew: float, table: Array, charge_rise_c: float,
-    drive: Array, pulses: Array, reference: Array,
-) -> tuple[bool, Array, Array, Array]:
-    """(whether the inputs are finite, free optimum, lower, upper): the centred programme of this tick.
+    drive: Array, pulses: Array, reference: Array, best: Array, lower: Array, upper: Array,
+) -> bool:
+    """Fill the free optimum and the bounds of this tick's programme; false for an input that is not finite.
 
     The observer takes in what was measured at `captured_ns`, in place, if that is after `at_ns`; the
     prediction starts from its estimate at `now_ns`. Nothing is touched if an input is not finite. Drives
@@ -35,10 +39,11 @@ def pose(
     reach, slew: greatest drive of each muscle, (muscles,), and greatest change a tick.
     table, charge_rise_c: as `risen` takes them.
     drive, pulses: in force, (muscles,) and (muscles, 2).
+    best, lower, upper: (N muscles,) and twice (2 N muscles,), filled.
     """
-    horizon, muscles = reference.shape[0], drive.size
+    muscles = drive.size
     if not (np.isfinite(measured).all() and np.isfinite(reference).all()):
-        return False, drive, drive, drive
+        return False
     if captured_ns > at_ns:
         correct(ladder, c, offset, gain, x, disturbance, strength, stamps, inputs, period_ns, delay_ns,
                 at_ns, captured_ns, measured)
@@ -50,14 +55,16 @@ def pose(
     risen(table, pulses, charge_rise_c, rise)
     for i in range(muscles):
         rise[i] = strength[i] * max(rise[i], drive[i])
-    best = free_optimum(free, present, disturbance + offset, reference, answered)
-    lower, upper = limits(horizon, strength * reach, slew * strength, answered, rise)
-    return True, best, lower, upper
+    free_optimum(free, present, disturbance + offset, reference, answered, best)
+    limits(strength * reach, slew * strength, answered, rise, lower, upper)
+    return True
 
 
 @numba.njit(cache=True)
-def give_out(table: Array, drive: Array, stamps: Stamps, inputs: Array, time_ns: int) -> tuple[Array, int]:
-    """(pulses (muscles, 2) of a drive, number of channels at their longest); the drive is recorded."""
+def give_out(
+    table: Array, drive: Array, stamps: Stamps, inputs: Array, time_ns: int, pulses: Array
+) -> int:
+    """Record a drive and write its pulses (muscles, 2); the number of channels at their longest pulse."""
     record(stamps, inputs, time_ns, drive)
-    pulses = np.empty((drive.size, 2))
-    return pulses, allocate(table, drive, pulses)
+    saturated: int = allocate(table, drive, pulses)
+    return saturated

@@ -72,8 +72,10 @@ def make_plan(model: SampledModel, horizon: int, weights: Weights) -> Plan:
 
 
 @numba.njit(cache=True)
-def free_optimum(free: Array, present: Array, shift: Array, reference: Array, previous: Array) -> Array:
-    """Drives that would be best without limits, (N muscles,), fresh; `free` is that of `Plan`.
+def free_optimum(
+    free: Array, present: Array, shift: Array, reference: Array, previous: Array, drives: Array
+) -> None:
+    """Fill `drives` (N muscles,) with those that would be best without limits; `free` is that of `Plan`.
 
     Parameters
     ----------
@@ -92,7 +94,7 @@ def free_optimum(free: Array, present: Array, shift: Array, reference: Array, pr
             known[at] = shift[j] - reference[k, j]
             at += 1
     known[at:] = previous
-    drives = np.zeros(free.shape[1])
+    drives[:] = 0.0
     # Four rows at a time: the sum is read and written a quarter as often.
     whole = known.size - known.size % 4
     for j in range(0, whole, 4):
@@ -102,12 +104,13 @@ def free_optimum(free: Array, present: Array, shift: Array, reference: Array, pr
     for j in range(whole, known.size):
         for i in range(drives.size):
             drives[i] += known[j] * free[j, i]
-    return drives
 
 
 @numba.njit(cache=True)
-def limits(horizon: int, reach: Array, slew: Array, previous: Array, rise: Array) -> tuple[Array, Array]:
-    """(lower, upper) of the programme at this tick, (2 N muscles,), boxes before differences, fresh.
+def limits(
+    reach: Array, slew: Array, previous: Array, rise: Array, lower: Array, upper: Array
+) -> None:
+    """Fill the bounds of the programme at this tick, (2 N muscles,), boxes before differences.
 
     Parameters
     ----------
@@ -116,14 +119,12 @@ def limits(horizon: int, reach: Array, slew: Array, previous: Array, rise: Array
     rise: (muscles,), greatest drive of this tick, above `previous`.
     """
     muscles = reach.size
-    size = horizon * muscles
-    lower, upper = np.zeros(2 * size), np.empty(2 * size)
-    for k in range(horizon):
+    size = lower.size // 2
+    for k in range(size // muscles):
         for i in range(muscles):
             at = k * muscles + i
-            upper[at] = reach[i]
+            lower[at], upper[at] = 0.0, reach[i]
             lower[size + at], upper[size + at] = -slew[i], slew[i]
     for i in range(muscles):
         lower[size + i] += previous[i]
         upper[size + i] = min(previous[i] + slew[i], rise[i])
-    return lower, upper

@@ -132,7 +132,8 @@ class Qp:
         given: Array | None = None
         shifts = self._centred and self._options[0] == "daqp"
         if shifts:
-            fault, below, above = around(q, lower, upper, *self._sparse_rows)
+            below, above = np.empty(self._size[1]), np.empty(self._size[1])
+            fault = around(q, lower, upper, below, above, *self._sparse_rows)
         else:
             q = _vector("q", q, self.size)
             given = minus_product(self._hessian, q) if self._centred else q

@@ -40,18 +40,17 @@ def minus_product(matrix: Array, vector: Array) -> Array:
 
 @numba.njit(cache=True)
 def around(
-    centre: Array, lower: Array, upper: Array, indptr: NDArray[np.int64], indices: NDArray[np.int64],
-    values: Array,
-) -> tuple[int, Array, Array]:
-    """(fault, lower and upper less the constrained quantities at the centre, fresh).
+    centre: Array, lower: Array, upper: Array, below: Array, above: Array, indptr: NDArray[np.int64],
+    indices: NDArray[np.int64], values: Array,
+) -> int:
+    """Fill `below` and `above` with the bounds less the constrained quantities at the centre; the fault.
 
     `indptr`, `indices`, `values` are the rows, compressed.
     """
     size = centre.size
-    if lower.size != size + indptr.size - 1 or upper.size != lower.size or centre.ndim != 1:
-        return MISSHAPEN, lower, upper
-    fault = check_vectors(centre, lower, upper)
-    below, above = np.empty(lower.size), np.empty(lower.size)
+    if size != below.size - indptr.size + 1 or lower.size != below.size or upper.size != below.size:
+        return MISSHAPEN
+    fault: int = check_vectors(centre, lower, upper)
     for i in range(size):
         below[i], above[i] = lower[i] - centre[i], upper[i] - centre[i]
     for row in range(indptr.size - 1):
@@ -59,7 +58,7 @@ def around(
         for k in range(indptr[row], indptr[row + 1]):
             total += values[k] * centre[indices[k]]
         below[size + row], above[size + row] = lower[size + row] - total, upper[size + row] - total
-    return fault, below, above
+    return fault
 
 
 @numba.njit(cache=True)

@@ -64,7 +64,8 @@ def test_unconstrained_equals_the_riccati_recursion():
     rng = np.random.default_rng(1)
     states, muscles = model.a.shape[0], 4
     x, previous = 0.1 * rng.standard_normal(states), rng.uniform(size=4)
-    first = free_optimum(plan.free, x, np.zeros(3), np.zeros((horizon, 3)), previous)[:muscles]
+    best = np.empty(horizon * muscles)
+    free_optimum(plan.free, x, np.zeros(3), np.zeros((horizon, 3)), previous, best)
     a = np.block([[model.a, model.b], [np.zeros((muscles, states)), np.eye(muscles)]])
     b = np.vstack([model.b, np.eye(muscles)])
     shows = np.hstack([model.c, np.zeros((3, muscles))])
@@ -74,7 +75,7 @@ def test_unconstrained_equals_the_riccati_recursion():
     for _ in range(horizon):
         gain = np.linalg.solve(weights.move * np.eye(muscles) + b.T @ value @ b, b.T @ value @ a)
         value = stage + a.T @ value @ (a - b @ gain)
-    np.testing.assert_allclose(first, previous - gain @ np.concatenate([x, previous]), atol=1e-8)
+    np.testing.assert_allclose(best[:muscles], previous - gain @ np.concatenate([x, previous]), atol=1e-8)
 
 
 @pytest.mark.parametrize(("strength", "speed"), [(1.2, 1.15), (0.8, 0.85), (1.2, 0.85), (0.8, 1.15)])
@@ -128,6 +129,8 @@ def test_no_stimulation_before_the_first_measurement():
 
 
 class Unsolvable:
+    size, constraints = 80, 160
+
     def solve(self, q, lower, upper):
         return QpResult("iteration_limit", np.empty(0), np.empty(0), 9)
 
