@@ -11,6 +11,7 @@ from fesloop.experiment import registry
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.parse import load, read
 from fesloop.experiment.patients import describe
+from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.latency import LatencyReport, PathLatency
 from fesloop.loop.wire import Wire
@@ -27,6 +28,10 @@ def execute(args: Namespace) -> int:
         print_json(_table(experiment, report) | {"aliases": aliases})
         return 0
     _print_wiring(experiment)
+    cautions = _cautions(experiment)
+    if cautions:
+        print()
+        print_table("Cautions", ("node", "status", "detail"), cautions, sys.stdout)
     for title, stages in _budgets(report):
         print()
         print_table(title, ("stage, ms", "min", "mean", "max"), stages, sys.stdout)
@@ -35,6 +40,16 @@ def execute(args: Namespace) -> int:
         rows = [(name, key if isinstance(key, str) else ", ".join(key)) for name, key in aliases.items()]
         print_table("What --set changes by a short name", ("name", "key"), rows, sys.stdout)
     return 0
+
+
+def _cautions(experiment: Experiment) -> list[tuple[str, str, str]]:
+    """(node, status, detail): what blocks fear of their own parameters."""
+    told = []
+    for node in experiment.wiring.nodes:
+        if hasattr(node.part, "cautions"):
+            context = Context(node.name, experiment.seed, clock=node.clock)
+            told += [(node.name, status, detail) for status, detail in node.part.cautions(context)]
+    return told
 
 
 def _budgets(report: LatencyReport) -> list[tuple[str, list[tuple[str, ...]]]]:
@@ -55,6 +70,8 @@ def _table(experiment: Experiment, report: LatencyReport) -> dict[str, Any]:
         "patient": describe(experiment.patient) if experiment.patient is not None else None,
         "fingerprint": experiment.fingerprint(),
         "document": experiment.document(),
+        "cautions": [{"node": node, "status": status, "detail": detail}
+                     for node, status, detail in _cautions(experiment)],
         "latency": [{"path": path.name, "stages": [
             {"stage": s.name, "min_ms": s.least_ns / NS_PER_MS, "mean_ms": s.mean_ns / NS_PER_MS,
              "max_ms": s.most_ns / NS_PER_MS} for s in path.summary()]} for path in report.paths],

@@ -67,7 +67,8 @@ class Block(Protocol):
     Optional members: `clock` (a Clock of its own, where the wiring gives no rate), `resolve(shapes)` (a
     copy of the block for the shapes, by input name, of what is wired to its open-sized inputs),
     `next_trial(state, context)` (the state that the next trial starts from, where it is not
-    `init(context)`: a learning controller learns here), `close(state)` (a device lets go).
+    `init(context)`: a learning controller learns here), `close(state)` (a device lets go),
+    `cautions(context)` ((status, detail) each: what its parameters give to fear, shown by `fesloop check`).
     """
 
     @property
