@@ -41,14 +41,13 @@ class GaussianProcessState:
 class GaussianProcess:
     """Asks where quality is expected to be high or is not known yet, and learns from neighbours.
 
-    Quality of a query x = (place on the forearm, current, number of elements) is
+    Quality of a query x = (place on the forearm, current i, number n of elements) is
 
         q(x) = m(x) + g(x) + noise,    m(x) = zone_height z(x) i / i_max
-        cov(g(x), g(x')) = spread^2 exp(-d^2 / 2)
-        d^2 = (|place - place'| / place_mm)^2 + (ln(i / i') / ln current_ratio)^2
-              + ((elements - elements') / elements)^2
+        cov(g(x), g(x')) = spread^2 (1 + r + r^2 / 3) exp(-r),    r = sqrt(5) d    (Matern, nu = 5/2)
+        d^2 = (|place - place'| / place_mm)^2 + ((i - i') / current_ma)^2 + ((n - n') / elements)^2
 
-    with z from 0 to 1, near where anatomy lets the movement be expected (`prior_zones`), and i the current.
+    with z from 0 to 1, near where anatomy lets the movement be expected (`prior_zones`).
     The next query is the candidate, not yet asked, with the greatest
 
         ucb:  mu + kappa sd
@@ -63,8 +62,7 @@ class GaussianProcess:
     acquisition, kappa: see above.
     zone_height: quality expected in a zone's middle at the greatest current; 0: anatomy is not asked.
     spread, noise: standard deviations of quality about what is expected, and of its measurement.
-    place_mm, current_ratio, elements: over which distance, factor of current (recruitment curves are
-        lognormal), and number of elements quality changes.
+    place_mm, current_ma, elements: over which distance, current and number of elements quality changes.
     queries: at most. patience, least_gain: see above.
     """
 
@@ -73,17 +71,17 @@ class GaussianProcess:
     zone_height: float = 0.3
     spread: float = 0.5
     noise: float = 0.05
-    place_mm: float = 12.0
-    current_ratio: float = 1.65
+    place_mm: float = 18.0
+    current_ma: float = 6.0
     elements: float = 1.0
-    queries: int = 120
-    patience: int = 40
+    queries: int = 150
+    patience: int = 60
     least_gain: float = 0.01
 
     def __post_init__(self) -> None:
         if self.acquisition not in ("ucb", "ei"):
             raise InputError("gaussian_process.acquisition", f"{self.acquisition!r}", "ucb, ei")
-        for key in ("spread", "noise", "place_mm", "elements"):
+        for key in ("spread", "noise", "place_mm", "current_ma", "elements"):
             value = getattr(self, key)
             if not (isfinite(value) and value > 0.0):
                 raise InputError(f"gaussian_process.{key}", f"{value}", "a finite number above 0")
@@ -91,9 +89,6 @@ class GaussianProcess:
             value = getattr(self, key)
             if not (isfinite(value) and value >= 0.0):
                 raise InputError(f"gaussian_process.{key}", f"{value}", "a finite number, 0 or more")
-        if not (isfinite(self.current_ratio) and self.current_ratio > 1.0):
-            raise InputError("gaussian_process.current_ratio", f"{self.current_ratio}",
-                             "a finite factor above 1")
         for key in ("queries", "patience"):
             if getattr(self, key) < 1:
                 raise InputError(f"gaussian_process.{key}", f"{getattr(self, key)}", "1 or more")
@@ -105,8 +100,8 @@ class GaussianProcess:
         positions = np.array([space.position(query.elements) for query in queries])
         current_ma = np.array([query.current_ma for query in queries])
         elements = np.array([len(query.elements) for query in queries])
-        points = np.column_stack((positions / self.place_mm,
-                                  np.log(current_ma) / np.log(self.current_ratio), elements / self.elements))
+        points = np.column_stack((positions / self.place_mm, current_ma / self.current_ma,
+                                  elements / self.elements))
         near = expectation(space.zones, positions, space.radius_mm)
         return GaussianProcessState(
             queries, points, self.zone_height * near * current_ma / space.current_max_ma)
@@ -144,7 +139,7 @@ class GaussianProcess:
     def _foresee(self, state: GaussianProcessState) -> tuple[Array, Array]:
         """Mean and standard deviation of the quality of all candidates by what has been told, (n,) each."""
         learn, kernels = _scikit_learn()
-        kernel = kernels.ConstantKernel(self.spread**2, "fixed") * kernels.RBF(1.0, "fixed")
+        kernel = kernels.ConstantKernel(self.spread**2, "fixed") * kernels.Matern(1.0, "fixed", nu=2.5)
         process = learn.GaussianProcessRegressor(kernel, alpha=self.noise**2, optimizer=None)
         process.fit(state.points[state.asked], np.array(state.quality) - state.expected[state.asked])
         mean, sd = process.predict(state.points, return_std=True)

@@ -163,8 +163,8 @@ def test_the_gaussian_process_needs_a_fraction_of_a_random_search(acquisition):
         strategy.tell(state, query, Response(quality(query, rng), np.zeros(len(FREEDOMS))))
         count += 1
     assert quality(strategy.recommend(state).query) > 0.95
-    # One of 930 candidates has it; a random search would need half of them.
-    assert count < 120
+    # A handful of 930 candidates has it.
+    assert count < 150
 
 
 @pytest.mark.skipif(not EXTRAS["gaussian_process"], reason="needs scikit-learn")
@@ -179,9 +179,10 @@ def test_the_gaussian_process_is_that_of_the_formula():
 
     def covariance(a, b):
         place = np.sum((space.position(a.elements) - space.position(b.elements))**2) / strategy.place_mm**2
-        current = (np.log(a.current_ma / b.current_ma) / np.log(strategy.current_ratio))**2
+        current = ((a.current_ma - b.current_ma) / strategy.current_ma)**2
         number = ((len(a.elements) - len(b.elements)) / strategy.elements)**2
-        return strategy.spread**2 * np.exp(-0.5 * (place + current + number))
+        r = np.sqrt(5.0 * (place + current + number))
+        return strategy.spread**2 * (1.0 + r + r * r / 3.0) * np.exp(-r)
 
     among = np.array([[covariance(a, b) for b, _ in told] for a, _ in told]) + strategy.noise**2 * np.eye(3)
     across = np.array([[covariance(a, b) for b, _ in told] for a in queries])
@@ -227,7 +228,7 @@ def test_unions_are_made_once_and_stay_small():
     (lambda: TwoPhase(step_uc=10.0).start(SearchSpace(), 0), "step_uc"),
     (lambda: SemiAutomatic(freedom="wrist"), "freedom"),
     (lambda: GaussianProcess(place_mm=0.0), "place_mm"),
-    (lambda: GaussianProcess(current_ratio=1.0), "current_ratio"),
+    (lambda: GaussianProcess(current_ma=-1.0), "current_ma"),
     (lambda: OptunaSearch(sampler="tpee"), "tpe, random"),
     (lambda: replace(Zone(around_deg=0.0, along_mm=1.0), radius_mm=0.0), "radius_mm")])
 def test_what_cannot_be_is_refused_by_name(make, named):
