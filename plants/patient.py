@@ -11,7 +11,15 @@ from fesloop.experiment.schema import plain
 from fesloop.hand.anthropometry import HandSize
 from plants import patient_blocks
 from plants.patient_pathology import Passive, Spasticity, Tremor, Voluntary
-from plants.patient_sections import Anthropometry, Fatigue, MuscleDynamics, Placement, Recruitment, Strength
+from plants.patient_sections import (
+    Anthropometry,
+    Fatigue,
+    MuscleDynamics,
+    Placement,
+    Recruitment,
+    Strength,
+    Tolerance,
+)
 from plants.patient_spreads import CohortSpread, DaySpread
 from plants.patient_variation import member_of, on_day_of
 
@@ -30,6 +38,7 @@ class Patient:
     description: for people.
     anthropometry, strength, recruitment, muscle, voluntary, passive, placement: what is not said is as in an
         able-bodied adult.
+    tolerance: what the patient may be given, where that is less than the `safety` block allows.
     fatigue, spasticity, tremor: None for a patient without.
     cohort, day: how patients of this kind differ, and the days of this one; None once drawn.
 
@@ -48,6 +57,7 @@ class Patient:
     spasticity: Spasticity | None = None
     tremor: Tremor | None = None
     placement: Placement = field(default_factory=Placement)
+    tolerance: Tolerance = field(default_factory=Tolerance)
     cohort: CohortSpread | None = None
     day: DaySpread | None = None
 

@@ -1,13 +1,14 @@
-"""A patient in the parameters of the blocks `electrodes`, `muscles`, `hand` and `myohand`."""
+"""A patient in the parameters of the blocks `electrodes`, `muscles`, `hand`, `myohand` and `safety`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from fesloop.errors import InputError
 from fesloop.experiment.schema import plain
 from fesloop.hand.muscles import MUSCLES
 from fesloop.loop.noise import NoiseStream, stream_key
@@ -111,7 +112,23 @@ def table_of(patient: Patient, kind: str, own: Mapping[str, Any]) -> dict[str, A
         if not elements:
             del parameters["skin_gain"]
         return _plain(parameters)
+    if kind == "safety":
+        return safety(patient, own)
     return {}
+
+
+def safety(patient: Patient, own: Mapping[str, Any]) -> dict[str, Any]:
+    """Limits of the `safety` block.
+
+    Raises InputError where the experiment itself says more than the patient may be given.
+    """
+    limits = cast("dict[str, float]", plain(patient.tolerance))
+    for key, limit in limits.items():
+        said = own.get(key)
+        if isinstance(said, (int, float)) and said > limit:
+            raise InputError(f"safety.{key}", f"{said:g}", f"at most {limit:g} for {patient.name}",
+                             "leave it out, or lower it")
+    return dict(limits)
 
 
 def _plain(parameters: dict[str, Any]) -> dict[str, Any]:

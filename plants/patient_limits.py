@@ -35,6 +35,9 @@ LIMITS: dict[str, dict[str, Limits]] = {
     # Shifts of +-10 mm, +-10 deg are to be expected; beyond, the arrays were put on wrongly.
     "placement": {"along_mm": (-40.0, 40.0), "around_deg": (-45.0, 45.0), "skin": (0.05, 1.5),
                   "element_sd": (0.0, 1.0), "skin_seed": (0.0, 2.0**53)},
+    # Stimulators give 126 mA, 126 mA x 500 us = 63 uC, and 50 of them a second.
+    "tolerance": {"current_max_ma": (1.0, 126.0), "charge_max_uc": (0.1, 63.0),
+                  "charge_per_s_max_uc": (0.1, 3150.0)},
 }
 """By section of a patient's file; a limit of a table holds for each of its values."""
 SPREADS: dict[str, Limits] = {

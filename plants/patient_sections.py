@@ -156,3 +156,24 @@ class Placement:
 
     def __post_init__(self) -> None:
         refuse("placement", self, LIMITS["placement"])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tolerance:
+    """What the patient may be given: limits of the `safety` block in place of its own.
+
+    Less than it allows where skin does not feel, for one. Left out: the block's.
+
+    Attributes
+    ----------
+    current_max_ma: of a pulse.
+    charge_max_uc: of a phase.
+    charge_per_s_max_uc: of one phase, summed up over a second on one channel.
+    """
+
+    current_max_ma: float | None = None
+    charge_max_uc: float | None = None
+    charge_per_s_max_uc: float | None = None
+
+    def __post_init__(self) -> None:
+        refuse("tolerance", self, LIMITS["tolerance"])

@@ -64,6 +64,33 @@ def test_nothing_passes_before_the_first_input():
     assert [status for status, _ in tick.reports] == ["no_input"]
 
 
+@pytest.mark.parametrize(("wanted", "status"), [
+    ((40e-3, 40e-6), "current_limited"), ((4e-3, 400e-6), "width_limited"), ((20e-3, 100e-6), "slew_limited"),
+    ((32e-3, 250e-6), "charge_limited"), ((40e-3, 125e-6), "energy_limited")])
+def test_a_limit_is_cut_to_right_where_it_is_passed(wanted, status):
+    """1 in 1000 above a limit is within it afterwards; at the limit itself nothing happens."""
+    safety = Safety(**GENTLE | {"energy_max_mj": 200.0 if status != "energy_limited" else 0.2,
+                                "charge_rise_uc": 2.0 if status == "slew_limited" else 8.0})
+    at_limit, told = run(safety, [[wanted]])
+    np.testing.assert_allclose(at_limit[0, 0], wanted, rtol=1e-12)
+    above, told = run(safety, [[np.multiply(wanted, 1.001)]])
+    assert status in [each for each, _ in told]
+    assert (above[0, 0] <= np.multiply(wanted, 1.001)).all()
+    assert np.prod(above[0, 0]) < 1.0011 * np.prod(wanted)
+    if status != "current_limited":
+        assert above[0, 0, 1] < 1.0005 * wanted[1]
+
+
+def test_charge_does_not_rise_again_in_a_ramp_when_the_budget_of_a_second_frees():
+    """18 uC in ticks 1 to 5 and 35 to 39 are all of 36; the ramp begins with nothing left, then some is."""
+    wanted = [[[20e-3, 200e-6 if 1 <= k <= 5 or k >= 35 else 0.0]] for k in range(46)]
+    safety = Safety(**GENTLE | {"charge_per_s_max_uc": 36.0, "ramp_ms": 200.0})
+    pulses, _ = run(safety, wanted, [0] * 40 + [500] * 6)
+    charges = 1e6 * pulses[:, 0, 0] * pulses[:, 0, 1]
+    assert charges[39] == pytest.approx(4.0)
+    assert charges[40:].max() < 1e-6
+
+
 def test_limits_of_single_channels():
     safety = Safety(**GENTLE | {"channels": 2, "current_max_ma": (40.0, 5.0)})
     pulses, _ = run(safety, [[[10e-3, 100e-6]] * 2])
