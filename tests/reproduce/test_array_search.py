@@ -62,6 +62,20 @@ def test_the_rested_hand_does_what_the_hand_in_the_loop_does(listed):
     assert max(np.abs(moved).max() for moved in truth.values()) > math.radians(20.0)
 
 
+@pytest.mark.parametrize("name", ["array_search_gp", "array_search_magnets", "array_search_two_phase"])
+def test_a_tracker_stands_between_the_hand_and_the_search(name, tmp_path):
+    """Some queries of each; what the search thinks is near what is true, and never the same."""
+    pytest.importorskip("sklearn")
+    result = load(name, ["duration_s=8"]).run(tmp_path)
+    with Recording(result.recording) as recording:
+        asked = asked_of(recording, SCORE)
+    assert result.status == "done"
+    assert len(asked) >= 2
+    off = np.array([one.quality - one.verdict.quality for one in asked])
+    assert 0.0 < np.abs(off).max() < 0.2
+    assert math.isnan(result.metrics["minutes"][0])
+
+
 def searches(gp=12, two_phase=60, magnets=30):
     """A patient on whom each search gets to the optimum at that query; 0: never."""
     def one(at, total, minutes):

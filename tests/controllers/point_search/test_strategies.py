@@ -1,6 +1,7 @@
 """The contract, kept by every strategy whatever the hand does."""
 
 import pickle
+import sys
 from dataclasses import replace
 from importlib.util import find_spec
 
@@ -192,6 +193,16 @@ def test_the_gaussian_process_is_that_of_the_formula():
     promise = mean + strategy.kappa * np.sqrt(variance)
     assert strategy.ask(state) == queries[max(left, key=lambda k: promise[k])]
     assert strategy.recommend(state).quality == pytest.approx(max(mean[[0, 5, 9]]), abs=1e-9)
+
+
+@pytest.mark.parametrize(("package", "strategy", "named"), [
+    ("sklearn.gaussian_process", GaussianProcess(), "scikit-learn is not installed"),
+    ("optuna", OptunaSearch(), "Optuna is not installed")])
+def test_a_missing_extra_is_named_with_its_remedy(package, strategy, named, monkeypatch):
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(InputError, match=named) as refused:
+        strategy.start(SearchSpace(), 0)
+    assert "fesloop[search]" in refused.value.remedy
 
 
 def test_expected_improvement_is_an_integral():
