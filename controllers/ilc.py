@@ -39,8 +39,7 @@ class IlcState:
 
     Attributes
     ----------
-    drives: (samples, muscles).
-    pulses: (samples, muscles, 2), what the drives become.
+    drives, pulses: (samples, muscles), and (samples, muscles, 2), what they become.
     pending: statuses of the learning before this trial, told at its first tick.
     """
 

@@ -8,11 +8,14 @@ with the samples, not with their square. daqp, being dense, gets it condensed.
 
 from __future__ import annotations
 
-from typing import Literal
+import math
+from dataclasses import replace
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.linalg import block_diag
 
 from controllers.ilc_limits import Limits
 from controllers.qp import Qp, QpResult
@@ -36,6 +39,9 @@ def limited_change(
 ) -> tuple[Array, str]:
     """(d, status): the change (samples, muscles), and "" or why the solver gave none.
 
+    Charge is no linear function of drive: it is taken by the slopes at the trial's drives, then by those at
+    the answer.
+
     Parameters
     ----------
     errors, weights: e and the diagonal of W, (samples, outputs).
@@ -44,59 +50,84 @@ def limited_change(
     solve = _structured if solver == "osqp" else _condensed
     change, result = np.zeros_like(drives), None
     for _ in range(_CHARGE_PASSES if limits.counts_charge else 1):
-        rows = _limit_rows(drives, change, limits)
-        result = solve(model, errors, weights, change_weight, rows, drives, limits, result)
+        programme = _Programme(model, errors, weights, change_weight, drives, limits, change)
+        result = solve(programme, result)
         if not result.solved:
             return np.zeros_like(drives), result.status
         change = result.x[:drives.size].reshape(drives.shape)
     return change, ""
 
 
-def _limit_rows(drives: Array, change: Array, limits: Limits) -> tuple[sparse.csc_matrix, Array, Array]:
-    """(rows on d, their lower and upper bounds): slew, and charge where it is limited.
+class _Programme(NamedTuple):
+    """What is to be solved; `change` is where the slopes of charge are taken."""
 
-    Charge is no linear function of drive: the mean drive may be what it takes by the slopes at `drives` +
-    `change`.
+    model: SampledModel
+    errors: Array
+    weights: Array
+    change_weight: float
+    drives: Array
+    limits: Limits
+    change: Array
+
+    @property
+    def box(self) -> tuple[Array, Array]:
+        """Bounds of d, flat."""
+        return -self.drives.ravel(), (self.limits.reach - self.drives).ravel()
+
+    def slew_rows(self) -> tuple[sparse.csc_matrix, Array, Array]:
+        """(rows on d, their lower and upper bounds)."""
+        size, slew = self.drives.size, self.limits.slew
+        rise = np.diff(self.drives, axis=0, prepend=0.0).ravel()
+        rows = sparse.csc_matrix(sparse.eye(size) - sparse.eye(size, k=-self.drives.shape[1]))
+        return rows, -slew - rise, slew - rise
+
+    def room(self) -> Array:
+        """(muscles,), what the sum of d over the trial may be for the charge."""
+        slopes = self.limits.charge_slopes(np.clip(self.drives + self.change, 0.0, self.limits.reach))
+        room: Array = self.limits.charge_c / slopes - self.drives.sum(axis=0)
+        return room
+
+
+def _structured(programme: _Programme, before: QpResult | None) -> QpResult:
+    """Unknowns d and x_1 ... x_{samples-1}, states from rest.
+
+    Where charge is limited, the sums of the drives are states too: as rows over a whole trial they would
+    cost OSQP ten times the iterations.
     """
-    size, muscles = drives.size, drives.shape[1]
-    rows = [sparse.csc_matrix(sparse.eye(size) - sparse.eye(size, k=-muscles))]
-    rise = np.diff(drives, axis=0, prepend=0.0).ravel()
-    lower, upper = [-limits.slew - rise], [limits.slew - rise]
+    model, limits, size = programme.model, programme.limits, programme.drives.size
+    samples, muscles = programme.drives.shape
     if limits.counts_charge:
-        slopes = limits.charge_slopes(np.clip(drives + change, 0.0, limits.reach))
-        share = 1.0 / drives.shape[0]
-        means = sparse.kron(np.full((1, drives.shape[0]), share), sparse.eye(muscles))
-        rows.append(sparse.csc_matrix(means))
-        lower.append(np.full(muscles, -np.inf))
-        upper.append(share * (limits.charge_c / slopes - drives.sum(axis=0)))
-    return sparse.vstack(rows, format="csc"), np.concatenate(lower), np.concatenate(upper)
-
-
-def _structured(
-    model: SampledModel, errors: Array, weights: Array, change_weight: float,
-    limit_rows: tuple[sparse.csc_matrix, Array, Array], drives: Array, limits: Limits,
-    before: QpResult | None,
-) -> QpResult:
-    """Unknowns d and x_1 ... x_{samples-1}, states from rest."""
-    samples, size, states = drives.shape[0], drives.size, model.a.shape[0]
+        model = _with_sums(model, 1.0 / math.sqrt(samples))
+    states = model.a.shape[0]
     later = (samples - 1) * states
-    rows, row_lower, row_upper = limit_rows
-    stages = [(model.c.T * weights[k]) @ model.c for k in range(1, samples)]
-    hessian = sparse.block_diag([change_weight * sparse.eye(size), *stages], format="csc")
-    linear = np.concatenate([np.zeros(size), (-(weights * errors)[1:] @ model.c).ravel()])
-    dynamics = sparse.hstack([
-        sparse.kron(sparse.eye(samples - 1, samples), model.b),
-        sparse.kron(sparse.eye(samples - 1, k=-1), model.a) - sparse.eye(later)])
-    scale = size / (change_weight * size + _curvature(model, weights))
+    stages = [(model.c.T * weights) @ model.c for weights in programme.weights[1:]]
+    hessian = sparse.block_diag([programme.change_weight * sparse.eye(size), *stages], format="csc")
+    pull = -((programme.weights * programme.errors)[1:] @ model.c).ravel()
+    scale = size / (programme.change_weight * size + _curvature(model, programme.weights))
+    slew, slew_lower, slew_upper = programme.slew_rows()
+    rows = [sparse.hstack([sparse.kron(sparse.eye(samples - 1, samples), model.b),
+                           sparse.kron(sparse.eye(samples - 1, k=-1), model.a) - sparse.eye(later)]),
+            sparse.hstack([slew, sparse.csc_matrix((size, later))])]
     free = np.full(later, np.inf)
-    return solve_sparse(
-        sparse.csc_matrix(scale * hessian),
-        sparse.vstack([dynamics, sparse.hstack([rows, sparse.csc_matrix((rows.shape[0], later))])],
-                      format="csc"),
-        scale * linear,
-        np.concatenate([-drives.ravel(), -free, np.zeros(later), row_lower]),
-        np.concatenate([(limits.reach - drives).ravel(), free, np.zeros(later), row_upper]),
-        tolerance=_TOLERANCE, max_iterations=_ITERATIONS, start=before)
+    lower = [programme.box[0], -free, np.zeros(later), slew_lower]
+    upper = [programme.box[1], free, np.zeros(later), slew_upper]
+    if limits.counts_charge:
+        share = 1.0 / math.sqrt(samples)
+        last = sparse.eye(muscles, size, k=size - muscles)
+        rows.append(sparse.hstack([share * last, sparse.eye(muscles, later, k=later - muscles)]))
+        lower.append(np.full(muscles, -np.inf))
+        upper.append(share * programme.room())
+    return solve_sparse(sparse.csc_matrix(scale * hessian), sparse.vstack(rows, format="csc"),
+                        scale * np.concatenate([np.zeros(size), pull]), np.concatenate(lower),
+                        np.concatenate(upper), tolerance=_TOLERANCE, max_iterations=_ITERATIONS, start=before)
+
+
+def _with_sums(model: SampledModel, share: float) -> SampledModel:
+    """The model with the sums of its drives so far, times `share`, as last states that do not show."""
+    muscles = model.b.shape[1]
+    return replace(model, a=block_diag(model.a, np.eye(muscles)),
+                   b=np.vstack([model.b, share * np.eye(muscles)]),
+                   c=np.hstack([model.c, np.zeros((model.c.shape[0], muscles))]))
 
 
 def _curvature(model: SampledModel, weights: Array) -> float:
@@ -109,22 +140,22 @@ def _curvature(model: SampledModel, weights: Array) -> float:
     return total
 
 
-def _condensed(
-    model: SampledModel, errors: Array, weights: Array, change_weight: float,
-    limit_rows: tuple[sparse.csc_matrix, Array, Array], drives: Array, limits: Limits,
-    before: QpResult | None,
-) -> QpResult:
+def _condensed(programme: _Programme, before: QpResult | None) -> QpResult:
     """Unknowns d alone."""
-    size = drives.size
-    lifted = model.lifted(drives.shape[0])
-    weighted = lifted.T * weights.ravel()
-    hessian = weighted @ lifted + change_weight * np.eye(size)
+    size, muscles = programme.drives.size, programme.drives.shape[1]
+    lifted = programme.model.lifted(programme.drives.shape[0])
+    weighted = lifted.T * programme.weights.ravel()
+    hessian = weighted @ lifted + programme.change_weight * np.eye(size)
     scale = 1.0 / np.mean(np.diag(hessian))
-    rows, row_lower, row_upper = limit_rows
-    programme = Qp(scale * 0.5 * (hessian + hessian.T), rows.toarray(), solver="daqp", tolerance=_TOLERANCE,
-                   max_iterations=_ITERATIONS)
+    slew, slew_lower, slew_upper = programme.slew_rows()
+    rows, lower, upper = [slew.toarray()], [programme.box[0], slew_lower], [programme.box[1], slew_upper]
+    if programme.limits.counts_charge:
+        rows.append(np.tile(np.eye(muscles), (1, programme.drives.shape[0])))
+        lower.append(np.full(muscles, -np.inf))
+        upper.append(programme.room())
+    solver = Qp(scale * 0.5 * (hessian + hessian.T), np.vstack(rows), solver="daqp", tolerance=_TOLERANCE,
+                max_iterations=_ITERATIONS)
     if before is not None:
-        programme.start_from(before.x, before.multipliers)
-    return programme.solve(-scale * weighted @ errors.ravel(),
-                           np.concatenate([-drives.ravel(), row_lower]),
-                           np.concatenate([(limits.reach - drives).ravel(), row_upper]))
+        solver.start_from(before.x, before.multipliers)
+    return solver.solve(-scale * weighted @ programme.errors.ravel(), np.concatenate(lower),
+                        np.concatenate(upper))
