@@ -93,7 +93,7 @@ class StrengthAdaptation:
         elapsed_s = (captured_ns - estimate.at_ns) / NS_PER_S
         respond(observer.ladder, state.responses, estimate.stamps, estimate.inputs, observer.period_ns,
                 observer.delay_ns, estimate.at_ns, captured_ns)
-        regress(state.mean, state.covariance, state.responses @ observer.c.T, measured - observer.offset,
+        regress(state.mean, state.covariance, state.responses, observer.c, measured - observer.offset,
                 math.exp(-elapsed_s / self.time_s), self.strength_sd**2,
                 math.radians(self.disturbance_deg)**2 * elapsed_s, math.radians(self.measurement_deg)**2)
         muscles = estimate.strength.size
@@ -116,21 +116,21 @@ def respond(
 
 @numba.njit(cache=True)
 def regress(
-    mean: Array, covariance: Array, shares: Array, unexplained: Array, kept: float, strength_variance: float,
-    walk_variance: float, noise_variance: float,
+    mean: Array, covariance: Array, responses: Array, c: Array, unexplained: Array, kept: float,
+    strength_variance: float, walk_variance: float, noise_variance: float,
 ) -> None:
     """One step of the filter, in place.
 
     Parameters
     ----------
-    mean, covariance: of `StrengthState`.
-    shares: (muscles, outputs), each muscle's of the outputs at strength 1.
+    mean, covariance, responses: of `StrengthState`.
+    c: of `Observer`.
     unexplained: (outputs,), measured less offset.
     kept: factor on the distance of strengths from 1.
     strength_variance: of strengths that nothing is known of.
     walk_variance, noise_variance: of the disturbance's walk since the last sample, and of the sample.
     """
-    muscles, size = shares.shape[0], mean.size
+    muscles, size = responses.shape[0], mean.size
     for i in range(muscles):
         mean[i] = 1.0 + kept * (mean[i] - 1.0)
         for j in range(size):
@@ -142,7 +142,9 @@ def regress(
     regressor = np.empty(size)
     for output in range(unexplained.size):
         regressor[:] = 0.0
-        regressor[:muscles] = shares[:, output]
+        for i in range(muscles):
+            for j in range(c.shape[1]):
+                regressor[i] += c[output, j] * responses[i, j]
         regressor[muscles + output] = 1.0
         spread = np.zeros(size)
         for i in range(size):

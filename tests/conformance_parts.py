@@ -60,7 +60,7 @@ def specimens():
         "pid": {**joints, **current, "recruitment": curves}, "safety": {},
         "stimulator": {}, "electrodes": {},
         "ilc": {"model": model, "duration_s": 0.5, "sd_max_deg": 60.0, "reject_share": 1.0, **current},
-        "mpc": {"model": model, **current},
+        "mpc": {"model": model, **current, **tiring_muscles()},
     }
     registered = {entry.name for entry in entry_points(group="fesloop.blocks")}
     made = {}
@@ -70,6 +70,13 @@ def specimens():
                   for p in block.inputs}
         made[kind] = block.resolve(shapes) if any(not p.resolved for p in block.inputs) else block
     return made
+
+
+def tiring_muscles():
+    """Parameters of `mpc` that follows its muscles' strengths."""
+    from controllers.strength_adaptation import StrengthAdaptation
+
+    return {"adaptation": StrengthAdaptation()}
 
 
 def wave():
