@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from fesloop.errors import InputError
 from fesloop.models.linear_model import SampledModel
 
 Array = NDArray[np.float64]
@@ -39,6 +40,7 @@ def strongest(model: SampledModel, weights: Array) -> float:
     """Greatest eigenvalue of G'WG: how strongly the strongest pattern of drives shows in weighted outputs.
 
     `weights` are (samples, outputs). Lanczos from a fixed start, so that equal problems give equal bits.
+    Raises InputError where no drive shows at all.
     """
     samples, outputs = weights.shape
     root = np.sqrt(weights)
@@ -48,10 +50,14 @@ def strongest(model: SampledModel, weights: Array) -> float:
         return (root * response(model, back)).ravel()
 
     size = samples * outputs
+    start = apply(np.ones(size) + np.arange(size) / size)
+    if not start.any():
+        raise InputError("model", "no drive shows in an output that counts", "a model that responds",
+                         "check output_weight and points: the first sample precedes every response")
     if size < 3:
         return float(np.linalg.norm(np.column_stack([apply(unit) for unit in np.eye(size)]), 2))
     operator = LinearOperator((size, size), matvec=apply, dtype=np.float64)
-    value = eigsh(operator, k=1, which="LA", v0=np.ones(size), tol=1e-6, return_eigenvectors=False)
+    value = eigsh(operator, k=1, which="LA", v0=start, tol=1e-6, return_eigenvectors=False)
     return float(value[0])
 
 

@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from ilc_parts import MODEL, scalar
 
 from controllers.ilc_trajectories import adjoint, optimal_change, response, strongest
+from fesloop.errors import InputError
 
 SAMPLES = 12
 LIFTED = MODEL.lifted(SAMPLES)
@@ -31,3 +32,11 @@ def test_strongest_is_the_squared_norm_of_the_weighted_lifted_matrix():
     norm = np.linalg.norm(np.sqrt(weights).ravel()[:, None] * LIFTED, 2)
     assert strongest(MODEL, weights) == pytest.approx(norm**2, rel=1e-5)
     assert strongest(scalar(0.5, 2.0), np.ones((2, 1))) == pytest.approx(4.0)
+
+
+def test_a_model_of_which_nothing_shows_is_named():
+    first = np.zeros((SAMPLES, 2))
+    first[0] = 1.0
+    for weights in (first, np.zeros((SAMPLES, 2))):
+        with pytest.raises(InputError, match="no drive shows"):
+            strongest(MODEL, weights)
