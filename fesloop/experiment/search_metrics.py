@@ -122,8 +122,8 @@ def search_metrics(recording: Recording, score: SearchScore) -> dict[str, Any]:
 
     `queries`; `minutes` until the search had ended, nan where it had not; of what it recommends
     `found_elements`, `found_ma`, `found_quality` and `found_selectivity`, by what the hand truly did when it
-    was asked; with an optimum, `of_optimum`, the share of it; and `element_quality`, for each element the best
-    true quality of all queries that it had part in, None where it had none: a map over the arrays.
+    was asked; with an optimum, `of_optimum`, the share of it; and `element_quality`, for each element the
+    best true quality of all queries that it had part in, None where it had none: a map over the arrays.
     """
     metrics: dict[str, list[Any]] = {}
     for trial in range(recording.trials):
