@@ -84,7 +84,7 @@ class MyoHand:
     forearm_orientation, forearm_moves, strength, stiffness, damping, passive_tension, contracture, object,
         table, step_ms: as of `hand`.
     rest_deg, start_deg, splint_deg: as of `hand`, as near as MyoHand's joints come, within 20 deg;
-        `F1_cmc_pronation` comes last, within 45 deg.
+        `F1_cmc_pronation` comes last, within 45 deg, and is held where what it follows from is.
     as_shipped: names of the patches to leave out.
 
     Raises InputError where `myo-sim` is missing and for what cannot be; RunError when the simulation becomes
@@ -123,9 +123,10 @@ class MyoHand:
         for name in self.as_shipped:
             if name not in NAMES:
                 raise InputError("myohand.as_shipped", f"{name!r}", ", ".join(NAMES))
-        if NO_JOINT in self.splint_deg:
+        led_by = {"F1_cmc_flexion", "F1_cmc_abduction"}
+        if NO_JOINT in self.splint_deg and not led_by <= self.splint_deg.keys():
             raise InputError(f"myohand.splint_deg.{NO_JOINT}", "has no joint of its own in MyoHand",
-                             "F1_cmc_flexion and F1_cmc_abduction, which it follows from")
+                             "F1_cmc_flexion and F1_cmc_abduction, which it follows from, beside it")
         _, _, found = loaded()
         if self.hand not in (None, HandSize(), found.size):
             raise InputError("myohand.hand", "another hand than MyoHand's own",
@@ -150,7 +151,7 @@ class MyoHand:
         joints.nearest("myohand.splint_deg", bare, self.splint_deg, rest)
         start = joints.nearest("myohand.start_deg", bare, {**self.start_deg, **self.splint_deg}, rest)
         held = dict(zip(JOINTS, start, strict=True))
-        add_splint(spec, {JOINTS[name]: float(held[name]) for name in self.splint_deg})
+        add_splint(spec, {JOINTS[name]: float(held[name]) for name in self.splint_deg if name != NO_JOINT})
         if self.object is not None:
             add_object(spec, self.object)
         if self.table is not None:
