@@ -14,6 +14,9 @@ Array = NDArray[np.float64]
 Instants = NDArray[np.int64]
 CANDIDATES, SHOWN = 240, 4
 """Instants looked at, evenly spaced, and drawn at most, where none is asked for (chosen: a strip of four)."""
+BETWEEN = 20
+"""Part of the recording, one in so many, that lies between two drawn instants at least (chosen: else a hand
+that springs to rest at the start is drawn twice, and what it does later once)."""
 APART_M, APART_SHARE = 0.005, 0.05
 """Postures nearer to each other than this, root mean square of what is compared, are one (chosen); and
 shares of muscles."""
@@ -36,18 +39,20 @@ def candidates(first_ns: int, last_ns: int) -> Instants:
 def most_different(values: Array, apart_by: float, shown: int = SHOWN) -> list[int]:
     """Rows of values (t, n, k) that differ most: the first, and again and again what is farthest.
 
-    Rows that are not finite are passed over. In order of time; fewer where the rest are much the same, nearer
-    than `apart_by`, root mean square over the n.
+    Rows that are not finite are passed over, and those next to a chosen one (`BETWEEN`). In order of time;
+    fewer where the rest are much the same, nearer than `apart_by`, root mean square over the n.
     """
     rows = np.flatnonzero(np.isfinite(values).all(axis=(1, 2)))
     if not rows.size:
         return []
     flat = values[rows].reshape(len(rows), -1)
-    chosen = [0]
-    apart = _distance(flat, flat[0], values.shape[1])
+    chosen: list[int] = []
+    apart = np.full(len(rows), np.inf)
     while len(chosen) < shown and apart.max() > apart_by:
         chosen.append(int(apart.argmax()))
-        apart = np.minimum(apart, _distance(flat, flat[chosen[-1]], values.shape[1]))
+        near = np.abs(rows - rows[chosen[-1]]) < len(values) / BETWEEN
+        distance = _distance(flat, flat[chosen[-1]], values.shape[1])
+        apart = np.minimum(apart, np.where(near, 0.0, distance))
     return [int(rows[each]) for each in sorted(chosen)]
 
 

@@ -71,8 +71,12 @@ def test_names_both_where_a_model_is_for_something_else(tmp_path, changed, block
 
 
 def test_any_patient_may_be_asked_for(tmp_path):
+    a_model().save(tmp_path / "own.toml")
     a_model(patient="sci_c6").save(tmp_path / "model.toml")
-    from_document(controlled({"file": str(tmp_path / "model.toml"), "any_patient": True}))
+    asked = from_document(controlled({"file": str(tmp_path / "model.toml"), "any_patient": True}))
+    own = from_document(controlled({"file": str(tmp_path / "own.toml")}))
+    controllers = [next(node.part for node in each.nodes if node.name == "mpc") for each in (asked, own)]
+    assert np.array_equal(controllers[0].model.a, controllers[1].model.a)
 
 
 @pytest.mark.parametrize(("text", "named"), [

@@ -24,6 +24,16 @@ def test_each_is_far_from_all_that_are_chosen_already():
     assert most_different(values, APART_M, shown=3) == [0, 2, 3]
 
 
+def test_instants_next_to_a_chosen_one_are_not_drawn():
+    # A hand springs to rest within two of a hundred rows, much later bends a little, and comes back.
+    place = np.concatenate([[0.0, 0.6], np.ones(58), np.full(30, 1.3), np.ones(10)])
+    values = 0.1 * place[:, np.newaxis, np.newaxis]
+    rows = most_different(values, APART_M, shown=3)
+    assert rows[0] == 0
+    assert min(np.diff(rows)) >= 5
+    assert sorted(place[rows]) == [0.0, 1.0, 1.3]
+
+
 def test_what_hardly_moves_is_drawn_once_and_what_is_not_finite_never():
     values = np.full((50, 5, 3), 0.2)
     values[:, 0, 0] += np.linspace(0.0, 0.004, 50)
