@@ -100,3 +100,5 @@ def test_every_object_stands_on_the_table(shape, size_mm, half_height):
     seen = plant.read(state, [])
     assert np.allclose(seen[10], [0.0, 0.1, -0.3 + half_height], rtol=0, atol=2e-3)
     assert np.allclose(np.abs(seen[11]), [1.0, 0.0, 0.0, 0.0], rtol=0, atol=0.02)
+    # The table is hard: skin would let it sink by millimetres.
+    assert abs(seen[10][2] - (half_height - 0.3)) < 2e-4
