@@ -1,78 +1,193 @@
-"""Whether an object was held, how far it moved meanwhile, and with which forces."""
+"""Metrics of a grasp, what a clinician reads first, from a recording."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any
+from fractions import Fraction
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fesloop.errors import InputError
+from fesloop.experiment.grasp_effort import charge_c, fitness_ratio, grasps_until_fatigue
+from fesloop.experiment.grasp_forces import contact_s, grip_force, needed_grip_n
+from fesloop.experiment.grasp_posture import aperture, rms_known, unwanted_motion_deg, wrist_extension_deg
+from fesloop.experiment.grasp_score import GraspScore
+from fesloop.experiment.metrics import held
 from fesloop.experiment.reading import Recording, Signal
+from fesloop.hand.anthropometry import FINGERS
 from fesloop.loop.clock import NS_PER_S
 
-Shape = tuple[int | None, ...]
+Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GraspScore:
-    """What is a grasp: an object that stays where it is for a while, without its table.
+class _Trial(NamedTuple):
+    """A trial of a recording, and the score that it is read for."""
 
-    Attributes
-    ----------
-    object: its position, (3,), m.
-    from_s, until_s: the while, seconds of each trial.
-    within_mm: how far the object may be at any instant of it from where it was at its start (chosen).
-    forces: contact forces of the fingertips, N, of which the mean over the while is told; None: not told.
-    """
+    recording: Recording
+    score: GraspScore
+    number: int
 
-    object: str
-    from_s: float
-    until_s: float
-    within_mm: float = 20.0
-    forces: str | None = None
+    def whole(self, name: str) -> tuple[Array, Array]:
+        """Instants (n,), s, and values of a signal."""
+        signal = self.recording.signal(name, self.number)
+        return signal.times_ns / NS_PER_S, np.asarray(signal.values)
 
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.until_s) and 0.0 <= self.from_s < self.until_s):
-            raise InputError("until_s", f"{self.from_s:g} to {self.until_s:g} s", "0 <= from_s < until_s")
-        if not (math.isfinite(self.within_mm) and self.within_mm > 0.0):
-            raise InputError("within_mm", f"{self.within_mm:g}", "a finite distance above 0")
+    def between(self, name: str, from_s: float) -> Array:
+        """Values from an instant until the end of the while; a row of NaN where the trial ended before."""
+        return _between(self.recording.signal(name, self.number), from_s, self.score.until_s)
 
-    def faults(self, shapes: Mapping[str, Shape]) -> Iterator[InputError]:
-        """Signals that do not exist or do not fit; `shapes` are those of all outputs."""
-        for key, name, shape in (("object", self.object, (3,)), ("forces", self.forces, None)):
-            if name is not None and name not in shapes:
-                yield InputError(f"score.grasp.{key}", f"there is no signal {name!r}",
-                                 ", ".join(sorted(shapes)))
-            elif name is not None and shape not in (None, shapes[name]):
-                yield InputError(f"score.grasp.{key}", f"{name!r} has shape {shapes[name]}", f"{shape}")
+    def hold(self, name: str) -> Array:
+        """Values of the while."""
+        return self.between(name, self.score.from_s)
+
+    def closing(self, name: str) -> Array:
+        """Values from when the hand starts to close until the end of the while."""
+        return self.between(name, self.score.starts_s)
 
 
 def grasp_metrics(recording: Recording, score: GraspScore) -> dict[str, Any]:
-    """`held`, whether, and `object_moved_mm`, how far at most, one a trial; `grip_force_n` by fingertip.
+    """What the score's signals allow, in lists of one a trial.
+
+    held: whether. object_moved_mm: how far at most during the while. held_s: how long from its start the
+    object stayed `within_mm`, to the end of the while at most.
+    With forces: grip_force_n, mean of the while by fingertip; time_to_grasp_s, from `starts_s` until thumb
+    and fingers touch; grip_margin, mean grip force of the while (`grip_force`) over what is needed
+    (`needed_grip_n`), where that is known; grip_force_rmse_n against `wanted_n`.
+    With fingertips: aperture_mm at `starts_s` (opening), at contact, as the mean of the while (hold), and
+    with `aperture` its RMSE from `starts_s` until contact, or until the while ends where there is none
+    (rmse).
+    With angles: wrist_extension_deg, mean of the while; with `asked`, unwanted_motion_deg, RMS from
+    `starts_s` to the end of the while.
+    charge_uc: one phase of all pulses of all channels in the trial. grasps_until_fatigue: how many such
+    grasps hold one after the other under unchanged stimulation, if grip force falls as the fitness of the
+    muscles that close the hand falls from the first to the last instant of this trial.
 
     Of a trial that ended before the while was over, `held` is None and the others are NaN.
     """
-    moved = [_moved_mm(_between(recording.signal(score.object, trial), score))
-             for trial in range(recording.trials)]
-    held = [None if math.isnan(way) else way <= score.within_mm for way in moved]
-    metrics: dict[str, Any] = {"held": held, "object_moved_mm": moved}
-    if score.forces is not None:
-        forces = np.array([_between(recording.signal(score.forces, trial), score).mean(axis=0)
-                           for trial in range(recording.trials)])
-        metrics["grip_force_n"] = {f"F{i + 1}": column.tolist() for i, column in enumerate(forces.T)}
+    metrics: dict[str, Any] = {}
+    for number in range(recording.trials):
+        trial = _Trial(recording, score, number)
+        for name, value in {**_object(trial), **_forces(trial), **_posture(trial), **_effort(trial)}.items():
+            if isinstance(value, dict):
+                for part, item in value.items():
+                    metrics.setdefault(name, {}).setdefault(part, []).append(item)
+            else:
+                metrics.setdefault(name, []).append(value)
     return metrics
 
 
-def _between(signal: Signal, score: GraspScore) -> np.ndarray:
-    """Values (n, ...) of the while; one row of NaN where the trial ended before it was over."""
+def _between(signal: Signal, from_s: float, until_s: float) -> Array:
+    """Values (n, ...) of a while; one row of NaN where the trial ended before it was over."""
     seconds = signal.times_ns / NS_PER_S
-    inside = (seconds >= score.from_s) & (seconds <= score.until_s)
-    complete = seconds.size > 1 and seconds[-1] >= score.until_s - (seconds[-1] - seconds[-2])
-    return signal.values[inside] if complete and inside.any() else np.full_like(signal.values[:1], np.nan)
+    inside = (seconds >= from_s) & (seconds <= until_s)
+    complete = seconds.size > 1 and seconds[-1] >= until_s - (seconds[-1] - seconds[-2])
+    if complete and inside.any():
+        return np.asarray(signal.values[inside])
+    return np.full((1, *signal.values.shape[1:]), np.nan)
 
 
-def _moved_mm(places: np.ndarray) -> float:
-    return float(1e3 * np.linalg.norm(places - places[0], axis=1).max()) if len(places) else math.nan
+def _object(trial: _Trial) -> dict[str, Any]:
+    """How well the object stays."""
+    score = trial.score
+    places = trial.hold(score.object)
+    ways_mm = 1e3 * np.linalg.norm(places - places[0], axis=1)
+    if math.isnan(ways_mm[0]):
+        return {"held": None, "object_moved_mm": math.nan, "held_s": math.nan}
+    times_s, _ = trial.whole(score.object)
+    times_s = times_s[times_s >= score.from_s]
+    gone = np.flatnonzero(ways_mm > score.within_mm)
+    lasted_s = float(times_s[gone[0]]) - score.from_s if gone.size else score.until_s - score.from_s
+    return {"held": not gone.size, "object_moved_mm": float(ways_mm.max()), "held_s": lasted_s}
+
+
+def _contact_s(trial: _Trial) -> float:
+    """When thumb and fingers touch; NaN where they do not, or forces are not told."""
+    score = trial.score
+    if score.forces is None:
+        return math.nan
+    return contact_s(*trial.whole(score.forces), score.starts_s, score.contact_n)
+
+
+def _needed_n(trial: _Trial) -> float:
+    """Least grip force that holds the object; NaN where nobody tells it."""
+    if trial.score.needed_n is not None:
+        return trial.score.needed_n
+    return needed_grip_n(trial.recording.experiment["blocks"].get(trial.score.object.partition(".")[0], {}))
+
+
+def _margin(trial: _Trial) -> float:
+    """Grip force of the while over what is needed; NaN where that is not known."""
+    assert trial.score.forces is not None
+    return float(grip_force(trial.hold(trial.score.forces)).mean()) / _needed_n(trial)
+
+
+def _forces(trial: _Trial) -> dict[str, Any]:
+    """What the contact forces tell."""
+    score = trial.score
+    if score.forces is None:
+        return {}
+    forces = trial.hold(score.forces)
+    told: dict[str, Any] = {
+        "grip_force_n": dict(zip(FINGERS, forces.mean(axis=0).tolist(), strict=True)),
+        "time_to_grasp_s": _contact_s(trial) - score.starts_s}
+    if not math.isnan(_needed_n(trial)):
+        told["grip_margin"] = _margin(trial)
+    if score.wanted_n is not None:
+        signal = trial.recording.signal(score.wanted_n, trial.number)
+        times_s, every = trial.whole(score.forces)
+        inside = (times_s >= score.from_s) & (times_s <= score.until_s)
+        wanted = held((signal.times_ns, np.asarray(signal.values)), _ns(times_s[inside]))
+        errors = grip_force(every[inside]) - wanted
+        told["grip_force_rmse_n"] = math.nan if np.isnan(forces).any() else rms_known(errors)
+    return told
+
+
+def _posture(trial: _Trial) -> dict[str, Any]:
+    """What angles and fingertips tell."""
+    score = trial.score
+    told: dict[str, Any] = {}
+    if score.fingertips is not None:
+        told["aperture_mm"] = _apertures_mm(trial, score.fingertips)
+    if score.angles is not None:
+        told["wrist_extension_deg"] = wrist_extension_deg(trial.hold(score.angles))
+        if score.asked:
+            told["unwanted_motion_deg"] = unwanted_motion_deg(trial.closing(score.angles), score.asked)
+    return told
+
+
+def _apertures_mm(trial: _Trial, name: str) -> dict[str, float]:
+    """Aperture at the start, at contact and in the hold, and its error."""
+    score, touched_s = trial.score, _contact_s(trial)
+    times_s, fingertips = trial.whole(name)
+    ways = 1e3 * aperture(fingertips, score.opposed)
+    at = [score.starts_s, *(() if math.isnan(touched_s) else (touched_s,))]
+    opening, *contact = held((_ns(times_s), ways), _ns(np.array(at)))
+    told = {"opening": float(opening), "contact": float(contact[0]) if contact else math.nan,
+            "hold": float(1e3 * aperture(trial.hold(name), score.opposed).mean())}
+    if score.aperture is not None:
+        before = (times_s >= score.starts_s) & (times_s <= min(
+            score.until_s, touched_s if contact else score.until_s))
+        signal = trial.recording.signal(score.aperture, trial.number)
+        wanted = 1e3 * aperture(np.asarray(signal.values), score.opposed)
+        told["rmse"] = rms_known(ways[before] - held((signal.times_ns, wanted), _ns(times_s[before])))
+    return told
+
+
+def _effort(trial: _Trial) -> dict[str, Any]:
+    """Charge and fatigue."""
+    score = trial.score
+    told: dict[str, Any] = {}
+    if score.pulses is not None:
+        node = trial.recording.experiment["blocks"][score.pulses.partition(".")[0]]
+        told["charge_uc"] = 1e6 * charge_c(*trial.whole(score.pulses), float(Fraction(node["frequency_hz"])))
+    if score.activation is not None and score.fitness is not None:
+        _, fitness = trial.whole(score.fitness)
+        active = trial.hold(score.activation).mean(axis=0)
+        ratio = fitness_ratio(active, fitness[0], fitness[-1]) if len(fitness) else math.nan
+        told["grasps_until_fatigue"] = grasps_until_fatigue(_margin(trial), ratio)
+    return told
+
+
+def _ns(seconds: Array) -> NDArray[np.int64]:
+    return np.round(seconds * NS_PER_S).astype(np.int64)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from fesloop.errors import InputError
 from fesloop.experiment.cycle_metrics import CycleScore
-from fesloop.experiment.grasp_metrics import GraspScore
+from fesloop.experiment.grasp_score import GraspScore
 from fesloop.experiment.search_metrics import SearchScore
 from fesloop.loop.clock import parse_rate
 from fesloop.loop.signals import Port
@@ -93,7 +93,7 @@ class Score:
         signals = [(key, getattr(self, key))
                    for key in ("truth", "reference", "estimate", "orientation", "fingertips")]
         signals += [("trackers", f"{name}.fingertips") for name in self.trackers]
-        inner = [("grasp", self.grasp.object), ("grasp", self.grasp.forces)] if self.grasp else []
+        inner = [("grasp", name) for _, name, _ in self.grasp.signals()] if self.grasp else []
         inner += [("cycles", self.cycles.signal)] if self.cycles else []
         inner += [("search", name) for name in self.search.signals] if self.search else []
         faults = [InputError(f"score.{key}", f"there is no signal {name!r}", ", ".join(sorted(outputs)))
@@ -115,6 +115,8 @@ class Score:
         faults += self._tip_faults(shapes)
         for asked in (self.grasp, self.cycles, self.search):
             faults += asked.faults(shapes) if asked is not None else ()
+        if self.grasp is not None and self.grasp.pulses is not None:
+            faults += _pulse_faults(self.grasp.pulses, nodes)
         tips = shapes.get(self.fingertips or "", ())[:1]
         if self.tips and tips and tips != (len(self.tips),):
             faults.append(InputError("score.tips", f"{len(self.tips)} names", f"{tips[0]}, one a fingertip"))
@@ -137,6 +139,15 @@ class Score:
         return [InputError("score.trackers", f"{name!r} has shape {shape}",
                            f"{truth}, as {self.fingertips!r}")
                 for name, shape in told.items() if None not in shape and shape != truth]
+
+
+def _pulse_faults(signal: str, nodes: Sequence[Node]) -> list[InputError]:
+    """Whether a signal comes from a node that does not say how many pulses a second it stands for."""
+    telling = [node.name for node in nodes if hasattr(node.part, "frequency_hz")]
+    if signal.partition(".")[0] in telling or signal.partition(".")[0] not in [node.name for node in nodes]:
+        return []
+    return [InputError("score.grasp.pulses", f"{signal!r} is of a node without a frequency_hz",
+                       "a signal of " + (", ".join(telling) or "a stimulator"))]
 
 
 def _outputs(node: Node) -> Iterator[tuple[str, Port]]:

@@ -7,7 +7,8 @@ import pytest
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment.cycle_metrics import CycleScore, cycle_metrics, cycle_peaks
-from fesloop.experiment.grasp_metrics import GraspScore, grasp_metrics
+from fesloop.experiment.grasp_metrics import grasp_metrics
+from fesloop.experiment.grasp_score import GraspScore
 from fesloop.experiment.metrics import range_deg
 from fesloop.experiment.parse import from_document
 from fesloop.hand.muscles import MUSCLES
@@ -17,7 +18,8 @@ TIMES_NS = np.arange(0, 1000) * 10_000_000
 
 def told(*values_of_trials, times_ns=TIMES_NS):
     signals = [SimpleNamespace(times_ns=times_ns[:len(values)], values=values) for values in values_of_trials]
-    return SimpleNamespace(trials=len(signals), signal=lambda name, trial: signals[trial])
+    return SimpleNamespace(trials=len(signals), signal=lambda name, trial: signals[trial],
+                           experiment={"blocks": {}})
 
 
 def test_what_stays_is_held_and_what_slides_or_breaks_off_is_not():
@@ -29,13 +31,16 @@ def test_what_stays_is_held_and_what_slides_or_breaks_off_is_not():
     assert metrics["held"] == [True, False, None]
     assert metrics["object_moved_mm"][:2] == pytest.approx([0.0, 1e3 * 0.1 * 500 / 999])
     assert np.isnan(metrics["object_moved_mm"][2])
+    assert metrics["held_s"][:2] == pytest.approx([5.0, 0.02 / (0.1 / 9.99)], abs=0.011)
+    assert np.isnan(metrics["held_s"][2])
 
 
 def test_an_object_that_leaves_and_comes_back_was_not_held():
     places = np.zeros((1000, 3))
     places[500, 0] = 0.03
     score = GraspScore(object="o", from_s=3.0, until_s=8.0)
-    assert grasp_metrics(told(places), score) == {"held": [False], "object_moved_mm": [30.0]}
+    assert grasp_metrics(told(places), score) == {
+        "held": [False], "object_moved_mm": [30.0], "held_s": [2.0]}
 
 
 def test_grip_forces_are_means_over_the_while():

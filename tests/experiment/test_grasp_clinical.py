@@ -1,0 +1,191 @@
+"""What a clinician reads first, against recordings made up so that the answers are known."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fesloop.errors import InputError, InputErrors
+from fesloop.experiment.grasp_effort import charge_c, fitness_ratio, grasps_until_fatigue
+from fesloop.experiment.grasp_forces import contact_s, grip_force, needed_grip_n
+from fesloop.experiment.grasp_metrics import grasp_metrics
+from fesloop.experiment.grasp_posture import unwanted_motion_deg
+from fesloop.experiment.grasp_score import FREEDOMS, GraspScore
+from fesloop.experiment.parse import from_document
+from fesloop.hand.muscles import muscle
+
+TIMES_NS = np.arange(0, 1000) * 10_000_000
+TIMES_S = TIMES_NS / 1e9
+CYLINDER = {"object": {"mass_kg": 0.2, "friction": 0.8}}
+
+
+def recording(blocks=None, trials=1, **signals):
+    """One recording whose every trial is the same; signals by name, underscores for dots."""
+    told = {name.replace("__", "."): np.asarray(values, dtype=float) for name, values in signals.items()}
+    told.setdefault("hand.object", np.zeros((len(TIMES_NS), 3)))
+    return SimpleNamespace(
+        trials=trials, experiment={"blocks": blocks or {}},
+        signal=lambda name, trial: SimpleNamespace(times_ns=TIMES_NS[:len(told[name])], values=told[name]))
+
+
+def score(**keys):
+    return GraspScore(object="hand.object", **{"from_s": 4.0, "until_s": 8.0, "starts_s": 1.0, **keys})
+
+
+def pressing(thumb_from_s, fingers_from_s, newton=2.0):
+    forces = np.zeros((1000, 5))
+    forces[:, 0] = np.where(thumb_from_s <= TIMES_S, newton, 0.0)
+    forces[:, 2] = np.where(fingers_from_s <= TIMES_S, newton, 0.0)
+    return forces
+
+
+def test_time_to_grasp_ends_when_both_sides_touch_and_go_on_touching():
+    forces = pressing(2.0, 2.5)
+    forces[(TIMES_S > 1.19) & (TIMES_S < 1.25)] = 2.0
+    metrics = grasp_metrics(recording(hand__forces=forces), score(forces="hand.forces"))
+    assert metrics["time_to_grasp_s"] == pytest.approx([1.5])
+    assert math.isnan(contact_s(TIMES_S, pressing(2.0, 20.0), 1.0, 0.5))
+    assert contact_s(TIMES_S, pressing(0.0, 0.0), 1.0, 0.5) == pytest.approx(1.0)
+
+
+def test_margin_is_grip_over_what_friction_needs():
+    needed = needed_grip_n(CYLINDER)
+    assert needed == pytest.approx(0.2 * 9.80665 / 1.6)
+    forces = np.tile([needed, 0.0, needed / 2, needed / 2, 0.0], (1000, 1))
+    assert grip_force(forces) == pytest.approx(np.full(1000, needed))
+    assert grip_force(np.array([[1.0, 0.5, 0.5, 0.5, 0.5], [3.0, 0.1, 0.0, 0.2, 0.0]])).tolist() == [2.0, 3.0]
+    of_object = grasp_metrics(recording({"hand": CYLINDER}, hand__forces=3.0 * forces),
+                              score(forces="hand.forces"))
+    assert of_object["grip_margin"] == pytest.approx([3.0])
+    of_score = grasp_metrics(recording(hand__forces=forces), score(forces="hand.forces", needed_n=needed / 7))
+    assert of_score["grip_margin"] == pytest.approx([7.0])
+    assert "grip_margin" not in grasp_metrics(recording(hand__forces=forces), score(forces="hand.forces"))
+
+
+def test_force_is_held_against_what_is_wanted():
+    forces, wanted = pressing(0.0, 0.0, 3.0), np.where(TIMES_S < 6.0, 4.0, 2.0)
+    metrics = grasp_metrics(recording(hand__forces=forces, r__wanted=wanted),
+                            score(forces="hand.forces", wanted_n="r.wanted"))
+    assert metrics["grip_force_rmse_n"] == pytest.approx([1.0])
+
+
+def test_aperture_is_the_mean_way_from_thumb_to_the_opposed_fingers():
+    tips = np.zeros((1000, 5, 3))
+    tips[:, 1, 0], tips[:, 2, 1] = 0.08, 0.10
+    tips[TIMES_S >= 2.0, 1, 0], tips[TIMES_S >= 2.0, 2, 1] = 0.04, 0.06
+    given_signals = {"hand__tips": tips, "hand__forces": pressing(2.0, 3.0),
+                     "r__aperture": np.full(1000, 0.06)}
+    metrics = grasp_metrics(recording(**given_signals), score(
+        fingertips="hand.tips", forces="hand.forces", aperture="r.aperture"))
+    ways = metrics["aperture_mm"]
+    assert (ways["opening"], ways["contact"], ways["hold"]) == ([90.0], [50.0], [50.0])
+    # 30 mm off for 100 of the 201 rows from 1 s to 3 s, 10 mm for the others.
+    assert ways["rmse"] == pytest.approx([math.sqrt((100 * 30**2 + 101 * 10**2) / 201)])
+    index_only = grasp_metrics(recording(**given_signals), score(fingertips="hand.tips", opposed=("F2",)))
+    assert index_only["aperture_mm"]["opening"] == pytest.approx([80.0])
+    assert math.isnan(index_only["aperture_mm"]["contact"][0])
+    assert "rmse" not in index_only["aperture_mm"]
+
+
+def test_apertures_may_be_wanted_as_fingertips():
+    tips = np.zeros((1000, 5, 3))
+    tips[:, 1:3, 0] = 0.05
+    wanted = tips + np.array((0.0, 0.0, 1.0))
+    wanted[:, 1:3, 0] += 0.004
+    metrics = grasp_metrics(recording(hand__tips=tips, r__tips=wanted),
+                            score(fingertips="hand.tips", aperture="r.tips"))
+    assert metrics["aperture_mm"]["rmse"] == pytest.approx([4.0])
+
+
+def test_wrist_extension_and_unwanted_motion():
+    angles = np.zeros((1000, 23))
+    angles[:, FREEDOMS.index("wrist_flexion")] = -math.radians(20.0)
+    angles[:, FREEDOMS.index("F2_pip_flexion")] = TIMES_S
+    angles[TIMES_S > 1.0, FREEDOMS.index("F5_mcp_flexion")] = math.radians(12.0)
+    metrics = grasp_metrics(recording(hand__angles=angles), score(angles="hand.angles", asked=(
+        "F2", "F3", "F4", "wrist_flexion")))
+    assert metrics["wrist_extension_deg"] == pytest.approx([20.0])
+    others = sum(not name.startswith(("F2", "F3", "F4", "wrist_flexion")) for name in FREEDOMS)
+    assert metrics["unwanted_motion_deg"] == pytest.approx([12.0 / math.sqrt(others)], rel=1e-3)
+    assert math.isnan(unwanted_motion_deg(angles, ("F", "wrist")))
+
+
+def test_charge_counts_every_pulse():
+    pulses = np.zeros((1000, 2, 2))
+    pulses[:, 0] = 10e-3, 300e-6
+    pulses[TIMES_S >= 5.0, 1] = 20e-3, 200e-6
+    metrics = grasp_metrics(recording({"safety": {"frequency_hz": 40.0}}, safety__stimulation=pulses),
+                            score(pulses="safety.stimulation"))
+    assert metrics["charge_uc"] == pytest.approx([400 * 3.0 + 200 * 4.0])
+    charges = pulses[..., 0] * pulses[..., 1]
+    of_device = grasp_metrics(recording({"stimulator": {"frequency_hz": "40"}}, stimulator__charge=charges),
+                              score(pulses="stimulator.charge"))
+    assert of_device["charge_uc"] == pytest.approx(metrics["charge_uc"])
+    assert math.isnan(charge_c(TIMES_S[:1], charges[:1], 40.0))
+
+
+@given(margin=st.floats(0.1, 50.0), ratio=st.floats(0.2, 0.999))
+def test_grasps_until_fatigue_are_those_counted_one_by_one(margin, ratio):
+    counted, left = 0, margin
+    while left >= 1.0:
+        counted, left = counted + 1, left * ratio
+    assert abs(grasps_until_fatigue(margin, ratio) - counted) <= (1 if math.isclose(left / ratio, 1.0)
+                                                                 or math.isclose(left, 1.0) else 0)
+
+
+def test_fitness_counts_by_what_is_active_and_closes():
+    activation, before, after = np.zeros(29), np.ones(29), np.full(29, 0.1)
+    activation[[muscle("FDS3"), muscle("FPL"), muscle("EDC3")]] = 0.2, 0.6, 1.0
+    after[[muscle("FDS3"), muscle("FPL")]] = 0.5, 0.9
+    assert fitness_ratio(activation, before, after) == pytest.approx((0.2 * 0.5 + 0.6 * 0.9) / 0.8)
+    assert math.isnan(fitness_ratio(np.zeros(29), before, after))
+    assert math.isinf(grasps_until_fatigue(2.0, 1.0))
+    assert grasps_until_fatigue(0.99, 0.9) == 0.0
+    fitness = np.linspace(np.ones(29), np.where(np.arange(29) == muscle("FDS3"), 0.5, 1.0), 1000)
+    needed = needed_grip_n(CYLINDER)
+    held = grasp_metrics(
+        recording({"hand": CYLINDER}, hand__forces=pressing(0.0, 0.0, 4.5 * needed), m__fitness=fitness,
+                  m__activation=np.tile(np.eye(29)[muscle("FDS3")], (1000, 1))),
+        score(forces="hand.forces", fitness="m.fitness", activation="m.activation"))
+    assert held["grasps_until_fatigue"] == [3.0]
+
+
+def test_trials_that_broke_off_are_told_as_such():
+    short = {"hand__object": np.zeros((600, 3)), "hand__forces": pressing(2.0, 2.0)[:600],
+             "hand__angles": np.zeros((600, 23)), "hand__tips": np.ones((600, 5, 3)),
+             "r__wanted": np.ones(600)}
+    metrics = grasp_metrics(recording({"hand": CYLINDER}, trials=2, **short), score(
+        forces="hand.forces", angles="hand.angles", asked=("F2",), fingertips="hand.tips",
+        wanted_n="r.wanted"))
+    assert metrics["held"] == [None, None]
+    for name in ("grip_margin", "wrist_extension_deg", "unwanted_motion_deg", "grip_force_rmse_n", "held_s"):
+        assert np.isnan(metrics[name]).tolist() == [True, True]
+    assert metrics["time_to_grasp_s"] == pytest.approx([1.0, 1.0])
+
+
+@pytest.mark.parametrize(("keys", "where"), [
+    ({"starts_s": 5.0}, "starts_s"), ({"asked": ("F2",)}, "asked"), ({"needed_n": 0.0}, "needed_n"),
+    ({"asked": ("F7",), "angles": "a"}, "asked"), ({"opposed": ("F1",)}, "opposed"),
+    ({"contact_n": math.nan}, "contact_n"), ({"wanted_n": "w"}, "wanted_n"), ({"aperture": "w"}, "aperture"),
+    ({"fitness": "f"}, "fitness"), ({"fitness": "f", "activation": "a"}, "activation")])
+def test_scores_that_cannot_be_are_named(keys, where):
+    with pytest.raises(InputError) as fault:
+        score(**keys)
+    assert fault.value.where == where
+
+
+def test_signals_that_do_not_fit_are_named_before_the_run():
+    document = {
+        "experiment": {"name": "grasp", "duration_s": 0.1},
+        "blocks": {"hand": {"kind": "moving_hand", "phases": [{"duration_s": 0.1}]},
+                   "p": {"kind": "programme", "rate": 40, "times_s": [0.0], "current_ma": [[1.0]],
+                         "width_us": [[1.0]]}},
+        "score": {"grasp": {"object": "hand.site_position", "from_s": 0, "until_s": 1,
+                            "pulses": "p.stimulation", "angles": "hand.angle", "fingertips": "hand.angles"}}}
+    with pytest.raises(InputErrors) as fault:
+        from_document(document)
+    for words in ("score.grasp.object", "score.grasp.angles", "score.grasp.fingertips", "score.grasp.pulses"):
+        assert words in str(fault.value)
