@@ -1,30 +1,28 @@
-"""Reference postures: where the joints should be, now and over the horizon of a predictive controller."""
+"""`minimum_jerk`: where the joints should be, from way-point to way-point."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 from math import isfinite
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.reference_course import (
+    WayPoints,
+    instants_ahead,
+    reference_ports,
+    reference_values,
+    require_preview,
+)
+from controllers.reference_ranges import require_in_range, require_rows
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
-from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Sample, Value
 
-
-@dataclass(slots=True, eq=False)
-class MinimumJerkState:
-    """Way-points in SI and the instants of the preview after now."""
-
-    times_s: NDArray[np.float64]
-    angles: NDArray[np.float64]
-    ahead_s: NDArray[np.float64]
-    """(1 + preview,), from 0 on."""
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +37,8 @@ class MinimumJerk:
     ----------
     times_s: (points,), strictly increasing, s.
     angles_deg: (points, joints), deg.
+    rows: names of the joints, or of synergies: what has one must keep to its range of motion.
+    range_deg: range of motion of some rows, in place of the usual one.
     preview: number of coming instants that output `preview` shows; 0 leaves that output out.
     preview_period_ms: distance between them, the first one period after now.
 
@@ -47,8 +47,11 @@ class MinimumJerk:
 
     times_s: tuple[float, ...]
     angles_deg: tuple[tuple[float, ...], ...]
+    rows: tuple[str, ...] = ()
+    range_deg: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     preview: int = 0
     preview_period_ms: float = 25.0
+    course: WayPoints = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if not self.times_s:
@@ -62,12 +65,21 @@ class MinimumJerk:
         if len(sizes) != 1 or 0 in sizes:
             raise InputError("angles_deg", f"way-points of {sorted(sizes)} joints",
                              "equally many, one or more")
-        if not all(isfinite(angle) for row in self.angles_deg for angle in row):
-            raise InputError("angles_deg", "an angle that is not finite", "finite angles")
-        if self.preview < 0:
-            raise InputError("preview", f"{self.preview}", "0 or more instants")
-        if duration_ns(self.preview_period_ms, NS_PER_MS, "preview_period_ms") == 0:
-            raise InputError("preview_period_ms", f"{self.preview_period_ms}", "above 0")
+        self._require_range()
+        require_preview(self.preview, self.preview_period_ms)
+        angles = np.radians(np.asarray(self.angles_deg, dtype=np.float64))
+        object.__setattr__(self, "course", WayPoints(np.asarray(self.times_s, dtype=np.float64), angles))
+
+    def _require_range(self) -> None:
+        """Raise InputError for an angle that a joint does not have, and for rows of another number."""
+        if self.rows or self.range_deg:
+            require_rows(self.rows, self.range_deg)
+        if self.rows and len(self.rows) != self.joints:
+            raise InputError("rows", f"{len(self.rows)} names", f"{self.joints}, one for each joint")
+        for i, point in enumerate(self.angles_deg):
+            for j, angle in enumerate(point):
+                require_in_range(f"angles_deg[{i}][{j}]", self.rows[j] if self.rows else "", angle,
+                                 self.range_deg)
 
     @property
     def joints(self) -> int:
@@ -82,43 +94,16 @@ class MinimumJerk:
     @property
     def outputs(self) -> tuple[Port, ...]:
         """`angles`, and `preview` where there is one."""
-        now = Port("angles", (self.joints,), "rad", tuple(np.radians(self.angles_deg[0]).tolist()))
-        if self.preview == 0:
-            return (now,)
-        return now, Port("preview", (self.preview, self.joints), "rad", now.initial)
+        return reference_ports(self.course, self.preview)
 
-    def angles_at(self, times_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    def angles_at(self, times_s: Array) -> Array:
         """Angles at (n,) times in s, (n, joints) rad: also for plots and metrics."""
-        return minimum_jerk(np.asarray(self.times_s), np.radians(np.asarray(self.angles_deg)),
-                            np.asarray(times_s, dtype=np.float64))
+        return self.course.at(np.asarray(times_s, dtype=np.float64))
 
-    def init(self, context: Context) -> MinimumJerkState:
-        """Way-points in SI."""
-        ahead_s = np.arange(1.0 + self.preview) * (self.preview_period_ms / 1e3)
-        return MinimumJerkState(np.asarray(self.times_s), np.radians(np.asarray(self.angles_deg)), ahead_s)
+    def init(self, context: Context) -> Array:
+        """Instants of now and of the preview: constants."""
+        return instants_ahead(self.preview, self.preview_period_ms)
 
-    def step(self, state: MinimumJerkState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+    def step(self, state: Array, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """The reference now and ahead."""
-        angles = minimum_jerk(state.times_s, state.angles, tick.time_ns / NS_PER_S + state.ahead_s)
-        return (angles[0],) if self.preview == 0 else (angles[0], angles[1:])
-
-
-@numba.njit(cache=True)
-def minimum_jerk(
-    times_s: NDArray[np.float64], angles: NDArray[np.float64], at_s: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Minimum-jerk interpolation of way-points `angles` (points, joints) at `at_s` (n,), (n, joints)."""
-    points, joints = angles.shape
-    moved = np.empty((at_s.size, joints))
-    for i in range(at_s.size):
-        leg = 0
-        while leg < points - 2 and at_s[i] >= times_s[leg + 1]:
-            leg += 1
-        last = min(leg + 1, points - 1)
-        s = 0.0
-        if last > leg:
-            s = min(max((at_s[i] - times_s[leg]) / (times_s[last] - times_s[leg]), 0.0), 1.0)
-        rise = s * s * s * (10.0 + s * (6.0 * s - 15.0))
-        for joint in range(joints):
-            moved[i, joint] = angles[leg, joint] + rise * (angles[last, joint] - angles[leg, joint])
-    return moved
+        return reference_values(self.course, state, tick)

@@ -47,6 +47,7 @@ def specimens():
                                 "assumed": (0,), "limits": any_pose()},
         "minimum_jerk": {"times_s": (0.1, 0.4), "angles_deg": ((20.0, 25.0, 15.0), (40.0, 50.0, 25.0)),
                          "preview": 5},
+        "grasp_phases": {"phases": a_quick_grasp(), "preview": 3},
         "programme": {"times_s": (0.1, 0.3), "current_ma": ((20.0, 10.0),), "cycle_s": 0.35,
                       "width_us": ((0.0, 100.0), (300.0, 50.0))},
         "element_sweep": {"count": 6, "stair_s": 0.01, "rest_s": 0.02},
@@ -77,6 +78,16 @@ def tiring_muscles():
     from controllers.strength_adaptation import StrengthAdaptation
 
     return {"adaptation": StrengthAdaptation()}
+
+
+def a_quick_grasp():
+    """A hand that opens and closes."""
+    from controllers.reference_phases import GraspPhase
+
+    rest = {"wrist_extension": -20.0, "finger_flexion": 30.0, "thumb_flexion": 10.0}
+    return (GraspPhase(name="rest", duration_s=0.05, deg=rest),
+            GraspPhase(name="open", duration_s=0.15, move_s=0.1, deg={"wrist_extension": 20.0}),
+            GraspPhase(name="close", duration_s=0.1, deg={"finger_flexion": 60.0}))
 
 
 def wave():

@@ -84,6 +84,19 @@ class Synergies:
         return np.deg2rad([self.offset_deg.get(name, 0.0) for name in self.rows])
 
     @property
+    def ranges(self) -> Array:
+        """Least and greatest sums that the joints' ranges of motion allow, (m, 2), rad.
+
+        Angles that are none of the hand's have a whole turn.
+        """
+        tree = hand_tree(HandSize())
+        known = dict(zip(tree.freedoms, tree.ranges, strict=True))
+        limits = np.array([known.get(freedom, (-math.pi, math.pi)) for freedom in self.freedoms])
+        ends = self.matrix[:, :, np.newaxis] * limits
+        lowest, highest = ends.min(axis=-1).sum(axis=-1), ends.max(axis=-1).sum(axis=-1)
+        return np.stack([lowest, highest], axis=-1) + self.offset[:, np.newaxis]
+
+    @property
     def inputs(self) -> tuple[Port, ...]:
         """`angles`, `angle_sd`."""
         size = (len(self.freedoms),)

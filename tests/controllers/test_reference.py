@@ -49,6 +49,12 @@ def test_preview_is_what_the_block_will_say_at_those_instants():
     ({"times_s": (0.0,)}, "angles_deg"),
     ({"angles_deg": ((0.0,), (1.0, 2.0))}, "angles_deg"),
     ({"angles_deg": ((0.0,), (float("nan"),))}, "angles_deg"),
+    ({"angles_deg": ((0.0,), (200.0,))}, r"angles_deg\[1\]\[0\]: 200 deg is outside the range of motion"),
+    ({"rows": ("F2_pip_flexion",), "angles_deg": ((0.0,), (110.0,))},
+     r"angles_deg\[1\]\[0\]: 110 deg .* of F2_pip_flexion; allowed: -20 to 100 deg"),
+    ({"rows": ("F2_pip_flexion", "F2_dip_flexion")}, "rows: 2 names"),
+    ({"rows": ("F2_pip",)}, "did you mean"),
+    ({"range_deg": {"F2_pip_flexion": (0.0, 90.0)}}, "rows"),
     ({"preview": -1}, "preview"),
     ({"preview_period_ms": 0.0}, "preview_period_ms"),
 ])

@@ -36,6 +36,20 @@ def test_rows_of_ones_own_with_an_offset():
     assert math.degrees(values[0]) == pytest.approx(30.0)
 
 
+def test_ranges_are_those_of_the_postures_at_the_ends_of_the_joints_ranges():
+    tree = hand_tree(HandSize())
+    block = Synergies(rows=("wrist_extension", "pip_flexion", "claw"), offset_deg={"claw": 5.0},
+                      weights={"claw": {"F2_pip_flexion": 1.0, "F2_mcp_flexion": -0.5}})
+    corners = np.random.default_rng(0).integers(0, 2, (400, 23))
+    corners[:, FREEDOMS.index("F2_mcp_flexion")] = 1 - corners[:, FREEDOMS.index("F2_pip_flexion")]
+    for finger in ("F3", "F4", "F5"):
+        corners[:, FREEDOMS.index(f"{finger}_pip_flexion")] = corners[:, FREEDOMS.index("F2_pip_flexion")]
+    postures = np.take_along_axis(tree.ranges[np.newaxis], corners[..., np.newaxis], -1)[..., 0]
+    values = postures @ block.matrix.T
+    reached = np.stack([values.min(axis=0), values.max(axis=0)], axis=-1) + block.offset[:, np.newaxis]
+    np.testing.assert_allclose(block.ranges, reached, atol=1e-12)
+
+
 @pytest.mark.parametrize(("given", "named"), [
     ({"rows": ("wrist_extention",)}, "did you mean 'wrist_extension'"),
     ({"rows": ("finger_flexion",) * 2}, "each once"),
