@@ -91,7 +91,8 @@ def identify(record: IdentificationRecord, *, method: Method = "subspace", held_
     Raises InputError for a channel that moves nothing, too short a record, or one without a stable model.
     """
     curves = tuple(_curve(record, channel, chronaxie_us, least_moved) for channel in range(record.channels))
-    current_ma = tuple(float(1e3 * record.stimulation[:, c, 0].max()) for c in range(record.channels))
+    used = record.stimulation[record.phase >= 0.0, :, 0]
+    current_ma = tuple(float(1e3 * each) for each in used.max(axis=0))
     recruitment = Recruitment(threshold_ma=tuple(curve.threshold_ma for curve in curves),
                               spread=tuple(curve.spread for curve in curves), chronaxie_us=chronaxie_us)
     binary = record.phase == record.channels
