@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.errors import InputError
+from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.opening import open_file
 
 _ROWS_A_READ = 65536
@@ -164,7 +164,8 @@ class Recording:
                 return dataset, port
         dataset = self._file.get(f"inputs/{node}/{port}")
         if dataset is None:
-            raise InputError(f"{self.path}: {name}", "is not recorded", ", ".join(self.signals))
+            raise InputError(f"{self.path}: {name}", "is not recorded", ", ".join(self.signals),
+                             did_you_mean(name, self.signals))
         return dataset, "value"
 
     @property
