@@ -9,7 +9,7 @@ from typing import Any
 from fesloop.cli.output import print_json, print_table, progress_bar
 from fesloop.experiment import registry
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.parse import load, read
+from fesloop.experiment.parse import load_picked
 from fesloop.experiment.patients import describe
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS
@@ -21,11 +21,11 @@ from fesloop.loop.wiring import Node
 def execute(args: Namespace) -> int:
     """Validate and print the wiring, the latency budget and what the file's aliases change."""
     with progress_bar(f"check {args.experiment}"):
-        experiment = load(args.experiment, args.settings, args.seed)
+        experiment, picked = load_picked(args.experiment, args.settings, args.seed)
         report = LatencyReport(experiment.wiring, horizon_ns=min(experiment.duration_ns, 10**10))
-    aliases = read(args.experiment)[1].get("aliases", {})
+    aliases = picked.document.get("aliases", {})
     if args.json:
-        print_json(_table(experiment, report) | {"aliases": aliases})
+        print_json(_table(experiment, report) | {"aliases": aliases, "variants": picked.variants})
         return 0
     _print_wiring(experiment)
     cautions = _cautions(experiment)
@@ -35,11 +35,21 @@ def execute(args: Namespace) -> int:
     for title, stages in _budgets(report):
         print()
         print_table(title, ("stage, ms", "min", "mean", "max"), stages, sys.stdout)
+    for variant, table in picked.variants.items():
+        print()
+        print_table(f"What --set {variant}=... picks", ("option", "what it is"),
+                    _option_rows(table, picked.options[variant]), sys.stdout)
     if aliases:
         print()
         rows = [(name, key if isinstance(key, str) else ", ".join(key)) for name, key in aliases.items()]
         print_table("What --set changes by a short name", ("name", "key"), rows, sys.stdout)
     return 0
+
+
+def _option_rows(table: dict[str, Any], picked: str) -> list[tuple[str, str]]:
+    """Options of a variant, the one that stands in what was printed marked."""
+    return [(f"{option} (picked)" if option == picked else option, about)
+            for option, about in table["options"].items()]
 
 
 def _cautions(experiment: Experiment) -> list[tuple[str, str, str]]:

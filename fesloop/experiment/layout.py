@@ -17,6 +17,7 @@ from fesloop.loop.duration import Duration
 from fesloop.loop.wire import Wire
 
 Rate = str | int | float
+Aliases = dict[str, str | list[str]]
 
 
 def experiment_table(kinds: Kinds) -> Any:
@@ -25,7 +26,8 @@ def experiment_table(kinds: Kinds) -> Any:
                              "duration_s": NotRequired[float], "trials": NotRequired[int],
                              "seed": NotRequired[int]})
     block: Any = _block(kinds)
-    wire: Any = table(Wire, kinds, {"optional": NotRequired[bool]}, {"source": "from", "target": "to"})
+    wire: Any = _wire(kinds)
+    option: Any = option_table()
     return closed("Experiment", {
         "experiment": Required[about],
         "patient": NotRequired[CHOICE],
@@ -33,8 +35,28 @@ def experiment_table(kinds: Kinds) -> Any:
         "blocks": Required[dict[str, block]],
         "wires": NotRequired[list[wire]],
         "score": NotRequired[table(Score, kinds)],
-        "aliases": NotRequired[dict[str, str | list[str]]],
+        "aliases": NotRequired[Aliases],
+        "variants": NotRequired[dict[str, dict[str, str | option]]],
     })
+
+
+def option_table() -> Any:
+    """Typed dict of an option of a variant: a patch over the file (`fesloop.experiment.patches`)."""
+    tables = dict.fromkeys(("experiment", "patient", "score"), NotRequired[dict[str, Any]])
+    return closed("Option", {
+        "description": NotRequired[str],
+        "like": NotRequired[str],
+        "remove": NotRequired[list[str]],
+        **tables,
+        "record": NotRequired[table(Record, {})],
+        "blocks": NotRequired[dict[str, dict[str, Any]]],
+        "wires": NotRequired[list[_wire({})]],  # type: ignore[misc]
+        "aliases": NotRequired[Aliases],
+    })
+
+
+def _wire(kinds: Kinds) -> Any:
+    return table(Wire, kinds, {"optional": NotRequired[bool]}, {"source": "from", "target": "to"})
 
 
 def _block(kinds: Kinds) -> Any:

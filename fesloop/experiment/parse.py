@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
-import datetime
-import json
 import tomllib
 from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
-
 from fesloop.errors import InputError, InputErrors, did_you_mean
-from fesloop.experiment import registry
+from fesloop.experiment.checking import check, kinds_in, raise_all
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.faults import faults_of
-from fesloop.experiment.layout import experiment_table, keys_at
 from fesloop.experiment.patient_models import with_models
 from fesloop.experiment.patients import with_patient
 from fesloop.experiment.repeat import document_of
 from fesloop.experiment.schema import Kinds, make
 from fesloop.experiment.settings import apply_settings
+from fesloop.experiment.variants import Picked, pick
 from fesloop.experiment.wanted import Record, Score
 from fesloop.loop.clock import Clock
 from fesloop.loop.duration import Duration
@@ -43,16 +38,25 @@ def load(experiment: str | Path, settings: Sequence[str] = (), seed: int | None 
     Parameters
     ----------
     experiment: name of a shipped experiment, path of a TOML file, or path of a recording (.h5).
-    settings: "KEY=VALUE" each, changing what the file says: an alias of the file or a dotted key path.
+    settings: "KEY=VALUE" each, changing what the file says: a variant of the file and which of its options it
+        is to be, an alias of the file, or a dotted key path.
     seed: takes the place of the file's.
 
     Raises
     ------
     InputError, InputErrors: every fault of the file, one line each, with file, key, found and allowed.
     """
+    return load_picked(experiment, settings, seed)[0]
+
+
+def load_picked(experiment: str | Path, settings: Sequence[str] = (),
+                seed: int | None = None) -> tuple[Experiment, Picked]:
+    """As `load`, and the file with its variants settled."""
     name, document = read(experiment)
-    every = [*settings, *([f"experiment.seed={seed}"] if seed is not None else [])]
-    return from_document(apply_settings(document, every, name), name)
+    picked = pick(document, settings, name)
+    every = [*picked.settings, *([f"experiment.seed={seed}"] if seed is not None else [])]
+    changed = apply_settings(picked.document, every, picked.name, tuple(picked.options))
+    return from_document(changed, picked.name), picked
 
 
 def read(experiment: str | Path) -> tuple[str, dict[str, Any]]:
@@ -79,13 +83,16 @@ def read(experiment: str | Path) -> tuple[str, dict[str, Any]]:
 
 
 def from_document(document: Mapping[str, Any], name: str = "experiment") -> Experiment:
-    """The experiment that plain tables describe, such as those of a file or of a recording."""
-    tables = dict(document)
+    """The experiment that plain tables describe, such as those of a file or of a recording.
+
+    Variants are at their defaults.
+    """
+    tables = pick(document, (), name).document
     try:
-        kinds = _kinds_in(tables)
+        kinds = kinds_in(tables)
         tables, faults = with_patient(tables, kinds)
         tables = with_models(tables, kinds)
-        _check(tables, kinds, faults)
+        check(tables, kinds, faults)
         return _experiment(tables, kinds)
     except InputErrors as several:
         raise InputErrors([_in_file(fault, name) for fault in several.faults]) from None
@@ -95,79 +102,6 @@ def from_document(document: Mapping[str, Any], name: str = "experiment") -> Expe
 
 def _in_file(fault: InputError, name: str) -> InputError:
     return InputError(f"{name}: {fault.where}", fault.found, fault.allowed, fault.remedy)
-
-
-def _raise(faults: Sequence[InputError]) -> None:
-    if faults:
-        raise InputErrors(list(faults)) if len(faults) > 1 else faults[0]
-
-
-def _kinds_in(document: Any) -> dict[str, type[Any]]:
-    """Classes of the kinds that a document names, wherever it does."""
-    named: set[str] = set()
-    pending = [document.get("blocks")]
-    while pending:
-        value = pending.pop()
-        if isinstance(value, dict):
-            pending += value.values()
-            if isinstance(value.get("kind"), str):
-                named.add(value["kind"])
-        elif isinstance(value, list):
-            pending += value
-    return {kind: registry.find(kind) for kind in sorted(named.intersection(registry.kinds()))}
-
-
-def _check(document: dict[str, Any], kinds: Kinds, faults: list[InputError]) -> None:
-    """Raise InputErrors naming everything that is not of the declared form, and the `faults` known before."""
-    unknown = _blocks_of_no_kind(document, kinds)
-    faults = faults + [_unknown_kind(name, table) for name, table in unknown]
-    table = experiment_table(kinds)
-    try:
-        text = json.dumps(document, default=_as_text)
-        TypeAdapter(table).validate_json(text)
-    except ValidationError as fault:
-        found = faults_of(fault.errors(include_url=False), document,
-                          lambda path: keys_at(table, path, document), tagged=len(kinds) > 1)
-        hidden = tuple(f"blocks.{name}" for name, _ in unknown)
-        faults += [each for each in found if each.where not in hidden and not each.where.startswith(
-            tuple(f"{place}." for place in hidden))]
-    _raise([_with_alias(fault, document) for fault in faults])
-
-
-def _with_alias(fault: InputError, document: dict[str, Any]) -> InputError:
-    """The fault of a missing key, with the alias by which the command line can give it."""
-    aliases = document.get("aliases")
-    if fault.found == "is missing" and isinstance(aliases, dict) and fault.where in aliases.values():
-        alias = next(name for name, path in aliases.items() if path == fault.where)
-        return InputError(fault.where, fault.found, fault.allowed, f"give it with --set {alias}=...")
-    return fault
-
-
-def _as_text(value: Any) -> str:
-    """TOML's dates and times: no key takes one, so they are checked as the text they were."""
-    if isinstance(value, (datetime.date, datetime.time)):
-        return value.isoformat()
-    raise TypeError(f"{value!r} is not of TOML")
-
-
-def _blocks_of_no_kind(document: dict[str, Any], kinds: Kinds) -> list[tuple[str, Any]]:
-    blocks = document.get("blocks")
-    tables = blocks.items() if isinstance(blocks, dict) else ()
-    return [(name, table) for name, table in tables
-            if isinstance(table, dict) and table.get("kind") not in kinds]
-
-
-def _unknown_kind(name: str, table: dict[str, Any]) -> InputError:
-    where = f"blocks.{name}.kind"
-    if "kind" not in table:
-        return InputError(where, "is missing", ", ".join(registry.kinds()), "add it")
-    if not isinstance(table["kind"], str):
-        return InputError(where, f"{table['kind']!r} is not text", ", ".join(registry.kinds()))
-    try:
-        registry.find(table["kind"])
-    except InputError as fault:
-        return InputError(where, fault.found, fault.allowed, fault.remedy)
-    raise AssertionError(f"{name} is of a known kind")
 
 
 def _experiment(document: dict[str, Any], kinds: Kinds) -> Experiment:
@@ -193,7 +127,7 @@ def _experiment(document: dict[str, Any], kinds: Kinds) -> Experiment:
              if not table.get("optional") or _can_be_wired(table, nodes)]
     record = made(make, Record, document.get("record", {}), kinds, "record")
     score = made(make, Score, document.get("score", {}), kinds, "score")
-    _raise(faults)
+    raise_all(faults)
     about = dict(document["experiment"])
     if "duration_s" in about:
         about["duration_s"] = float(about["duration_s"])

@@ -17,12 +17,14 @@ _TOP = ("experiment", "patient", "record", "blocks", "wires", "score")
 _PART = re.compile(r'"([^"]*)"|([^.\[\]"]+)|\[(\d+)\]')
 
 
-def apply_settings(document: dict[str, Any], settings: Sequence[str], name: str) -> dict[str, Any]:
+def apply_settings(document: dict[str, Any], settings: Sequence[str], name: str,
+                   variants: Sequence[str] = ()) -> dict[str, Any]:
     """A copy of the document with every setting applied, in order.
 
     KEY is an alias of the file, or a path such as blocks.pid.gain, wires.2.latency_ms or
     wires."imu.gyr->tracker.gyr".latency_ms. VALUE is read as TOML, and as text where it is none or where
-    the key takes text. Raises InputError for a key that leads nowhere.
+    the key takes text. `variants` are keys of the file that are settled already. Raises InputError for a key
+    that leads nowhere.
     """
     changed = copy.deepcopy(document)
     for setting in settings:
@@ -30,31 +32,36 @@ def apply_settings(document: dict[str, Any], settings: Sequence[str], name: str)
         key = key.strip()
         if not equals or not key:
             raise InputError(f"--set {setting}", "has no '='", "KEY=VALUE")
-        for path in _paths(changed, key, name):
+        for path in _paths(changed, key, name, variants):
             if path[0] == "patient":
                 require_no_other(document, key, name)
             _assign(changed, path, text, key, name)
     return changed
 
 
-def _paths(document: dict[str, Any], key: str, name: str) -> list[list[str]]:
+def _paths(document: dict[str, Any], key: str, name: str, variants: Sequence[str]) -> list[list[str]]:
     """The paths that a key stands for."""
     aliases = document.get("aliases")
     aliases = aliases if isinstance(aliases, dict) else {}
     if key in aliases:
         targets = aliases[key] if isinstance(aliases[key], list) else [aliases[key]]
-        return [_parts(str(target)) for target in targets]
-    path = _parts(key)
+        return [key_parts(str(target)) for target in targets]
+    path = key_parts(key)
     if len(path) < 2 or path[0] not in _TOP:
-        known = [*aliases, *(f"{top}.KEY" for top in _TOP)]
+        known = [*variants, *aliases, *(f"{top}.KEY" for top in _TOP)]
         raise InputError(f"--set {key}", f"is no key of {name}", ", ".join(known),
-                         did_you_mean(key, aliases))
+                         did_you_mean(key, [*variants, *aliases]))
     return [path]
 
 
-def _parts(key: str) -> list[str]:
+def key_parts(key: str) -> list[str]:
     """A dotted path in its parts; a part may be quoted, an index may stand in brackets."""
     return [quoted or bare or index for quoted, bare, index in _PART.findall(key)]
+
+
+def key_text(path: Sequence[str]) -> str:
+    """The dotted path of these parts."""
+    return ".".join(part if part.replace("-", "_").isidentifier() else f'"{part}"' for part in path)
 
 
 def _assign(document: dict[str, Any], path: list[str], text: str, key: str, name: str) -> None:
@@ -100,6 +107,11 @@ def _value(text: str, is_text: bool) -> Any:
     if len(value) != 1 or (is_text and not isinstance(value["value"], str)):
         return text
     return value["value"]
+
+
+def text_value(text: str) -> str:
+    """The text that stands there, without quotation marks if it is in such."""
+    return str(_value(text, True))
 
 
 def _takes_text(document: dict[str, Any], path: list[str], present: Any) -> bool:

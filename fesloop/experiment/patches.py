@@ -1,0 +1,183 @@
+"""A patch over the tables of an experiment file, and several patches at once.
+
+    remove = ["patient", "blocks.hand.object"]   first of all; with a block go its wires, its signals in
+                                                 [record], and the aliases that lead to it
+    blocks.tracker.kind = "vqf"                  tables are merged key by key, here and in all tables below;
+                                                 any other value, a list too, takes the place of the old one
+    wires = [{ from = "a.b", to = "c.d" }]       added; merged into a wire between the same ports
+
+Keys are dotted paths as in --set; that of a wire is `wires."a.b->c.d"`.
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from fesloop.errors import InputError, did_you_mean
+from fesloop.experiment.settings import key_parts, key_text
+
+PATCHED = ("experiment", "patient", "record", "blocks", "wires", "score", "aliases")
+"""Tables of a file that a patch may change."""
+_SIGNALS = ("timed", "leave_out")
+"""Lists of [record] that name blocks and signals."""
+_ABSENT = object()
+Tables = dict[str, Any]
+
+
+def keyed(document: Mapping[str, Any]) -> Tables:
+    """A copy of a document whose wires stand under their ends and whose lists of signals under the signals,
+    so that patches find them wherever they stand. Its form must be that of `is_patchable`."""
+    made = copy.deepcopy(dict(document))
+    wires = made.get("wires", [])
+    made["wires"] = _by_name(wires, [_ends(wire) for wire in wires])
+    for key in _SIGNALS:
+        if key in made.get("record", {}):
+            made["record"][key] = _by_name(made["record"][key], made["record"][key])
+    return made
+
+
+def plain_lists(document: Mapping[str, Any]) -> Tables:
+    """A keyed document as a file has it."""
+    made = {**document, "wires": list(document["wires"].values())}
+    if "record" in made:
+        made["record"] = {key: list(value.values()) if isinstance(value, dict) else value
+                          for key, value in made["record"].items()}
+    return made
+
+
+def is_patchable(document: Mapping[str, Any]) -> bool:
+    """Whether tables are tables and wires have ends; all else is for the document's check."""
+    tables = [document.get(key, {}) for key in PATCHED if key != "wires"]
+    wires = document.get("wires", [])
+    if not isinstance(wires, list) or not all(isinstance(each, dict) for each in tables + wires):
+        return False
+    record = document.get("record", {})
+    texts = [value for key in _SIGNALS for value in _listed(record.get(key, []))]
+    texts += [wire.get(end) for wire in wires for end in ("from", "to")]
+    texts += [target for value in document.get("aliases", {}).values()
+              for target in (value if isinstance(value, list) else [value])]
+    return (all(isinstance(text, str) for text in texts)
+            and all(isinstance(block, dict) for block in document.get("blocks", {}).values()))
+
+
+def _listed(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else [None]
+
+
+def patched(document: Mapping[str, Any], patch: Mapping[str, Any], where: str) -> Tables:
+    """A keyed document with a patch made to it; `where` the patch stands leads every fault.
+
+    Raises InputError for a removal of what is not there.
+    """
+    made = copy.deepcopy(dict(document))
+    for number, key in enumerate(patch.get("remove", ())):
+        _remove(made, key_parts(key), f"{where}.remove[{number}]")
+    for key in PATCHED:
+        if key in patch and key != "wires":
+            made[key] = _over(made.get(key, {}), patch[key])
+    for wire in patch.get("wires", ()):
+        made["wires"][_ends(wire)] = _over(made["wires"].get(_ends(wire), {}), wire)
+    return keyed(plain_lists(made))
+
+
+def _over(old: Any, new: Any) -> Any:
+    """What is new over what is old: tables merged, all else in the old one's place."""
+    if not (isinstance(old, dict) and isinstance(new, Mapping)):
+        return copy.deepcopy(new)
+    return {**old, **{key: _over(old.get(key), value) for key, value in new.items()}}
+
+
+def _remove(document: Tables, path: Sequence[str], where: str) -> None:
+    """Take out what stands at a path, and all that leads there."""
+    here: Any = {key: document[key] for key in PATCHED if key in document}
+    for depth, part in enumerate(path or [""]):
+        if not isinstance(here, dict) or part not in here:
+            known = list(here) if isinstance(here, dict) else []
+            raise InputError(where, f"there is no {key_text(path[:depth + 1])!r}", ", ".join(known),
+                             did_you_mean(part, known))
+        holder, here = (here if depth else document), here[part]
+    del holder[path[-1]]
+    gone = [list(path)]
+    if path[0] == "blocks" and len(path) == 2:
+        gone += _detach(document, path[1])
+    if path[0] == "wires":
+        document.setdefault("wires", {})
+    _drop_aliases(document, gone)
+
+
+def _detach(document: Tables, block: str) -> list[list[str]]:
+    """Take a block's signals out of wires and record; the paths of the wires."""
+    touching = [ends for ends in document["wires"] if block in blocks_of(ends)]
+    for ends in touching:
+        del document["wires"][ends]
+    for key in _SIGNALS:
+        if key in document.get("record", {}):
+            document["record"][key] = {name: signal for name, signal in document["record"][key].items()
+                                       if signal.partition(".")[0] != block}
+    return [["wires", ends] for ends in touching]
+
+
+def _drop_aliases(document: Tables, gone: Sequence[list[str]]) -> None:
+    """Take out aliases, or what of them leads to a path that is gone."""
+    left = {}
+    for name, targets in document.get("aliases", {}).items():
+        listed = targets if isinstance(targets, list) else [targets]
+        kept = [each for each in listed
+                if not any(key_parts(each)[:len(path)] == path for path in gone)]
+        if kept:
+            left[name] = kept if isinstance(targets, list) else kept[0]
+    if "aliases" in document:
+        document["aliases"] = left
+
+
+def combined(base: Any, one: Any, other: Any, path: tuple[str, ...] = ()) -> Any:
+    """The changes of both, each made to the same base, whichever of them is first.
+
+    Raises InputError at the path of what they change in two ways.
+    """
+    if _same(one, other) or _same(base, other):
+        return one
+    if _same(base, one):
+        return other
+    old = {} if base is _ABSENT else base
+    if not all(isinstance(each, dict) for each in (old, one, other)):
+        raise InputError(key_text(path), "is changed in two ways")
+    found = {}
+    for key in dict.fromkeys([*one, *other]):
+        was, first, second = (each.get(key, _ABSENT) for each in (old, one, other))
+        found[key] = combined(was, first, second, (*path, key))
+    return {key: value for key, value in found.items() if value is not _ABSENT}
+
+
+def cut_off(base: Mapping[str, Any], one: Mapping[str, Any], other: Mapping[str, Any]) -> str:
+    """The first wire that `one` adds to a block that `other` takes out; "" if there is none."""
+    gone = set(base["blocks"]) - set(other["blocks"])
+    return next((ends for ends in one["wires"] if ends not in base["wires"] and gone & blocks_of(ends)), "")
+
+
+def blocks_of(ends: str) -> set[str]:
+    """Names of the two blocks of a wire's ends, `a.b->c.d`."""
+    return {end.partition(".")[0] for end in ends.split("->")}
+
+
+def _ends(wire: Mapping[str, str]) -> str:
+    return f"{wire['from']}->{wire['to']}"
+
+
+def _by_name(items: Sequence[Any], names: Sequence[str]) -> dict[str, Any]:
+    """Items by their names; the second of a name and later ones are numbered, for the check to find."""
+    made: dict[str, Any] = {}
+    for name, item in zip(names, items, strict=True):
+        again = sum(1 for other in made if other.partition(" ")[0] == name)
+        made[f"{name} ({again + 1})" if again else name] = item
+    return made
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Whether two values are written alike: 1, 1.0 and true are not."""
+    if one is _ABSENT or other is _ABSENT:
+        return one is other
+    return json.dumps(one, sort_keys=True, default=str) == json.dumps(other, sort_keys=True, default=str)
