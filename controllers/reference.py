@@ -87,6 +87,11 @@ class MinimumJerk:
         return len(self.angles_deg[0])
 
     @property
+    def extremes(self) -> Array:
+        """Least and greatest angle of each joint, (joints, 2), rad."""
+        return np.stack([self.course.values.min(axis=0), self.course.values.max(axis=0)], axis=-1)
+
+    @property
     def inputs(self) -> tuple[Port, ...]:
         """None: a source."""
         return ()

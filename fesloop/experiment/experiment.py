@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment import registry
+from fesloop.experiment.reference_rows import row_faults
 from fesloop.experiment.schema import plain
 from fesloop.experiment.wanted import Record, Score
 from fesloop.loop.clock import FOREVER, NS_PER_S, duration_ns
@@ -67,6 +68,7 @@ class Experiment:
         object.__setattr__(self, "wiring", Wiring(self.nodes, self.wires, self.seed))
         nodes = self.wiring.nodes
         faults = self.score.faults(nodes, self.record.leave_out) + self.record.faults(nodes)
+        faults += row_faults(self.wiring)
         if faults:
             raise InputErrors(faults)
         for node in self.nodes:
