@@ -1,7 +1,8 @@
 """A patch over the tables of an experiment file, and several patches at once.
 
-    remove = ["patient", "blocks.hand.object"]   first of all; with a block go its wires, its signals in
-                                                 [record], and the aliases that lead to it
+    remove = ["patient", "blocks.hand.object"]   first of all; with a block go its wires and its signals in
+                                                 [record]; last of all go aliases that lead to
+                                                 what is not there any more
     blocks.tracker.kind = "vqf"                  tables are merged key by key, here and in all tables below;
                                                  any other value, a list too, takes the place of the old one
     wires = [{ from = "a.b", to = "c.d" }]       added; merged into a wire between the same ports
@@ -73,13 +74,14 @@ def patched(document: Mapping[str, Any], patch: Mapping[str, Any], where: str) -
     Raises InputError for a removal of what is not there.
     """
     made = copy.deepcopy(dict(document))
-    for number, key in enumerate(patch.get("remove", ())):
-        _remove(made, key_parts(key), f"{where}.remove[{number}]")
+    gone = [path for number, key in enumerate(patch.get("remove", ()))
+            for path in _remove(made, key_parts(key), f"{where}.remove[{number}]")]
     for key in PATCHED:
         if key in patch and key != "wires":
             made[key] = _over(made.get(key, {}), patch[key])
     for wire in patch.get("wires", ()):
         made["wires"][_ends(wire)] = _over(made["wires"].get(_ends(wire), {}), wire)
+    _drop_aliases(made, [path for path in gone if not _stands(made, path)])
     return keyed(plain_lists(made))
 
 
@@ -90,8 +92,8 @@ def _over(old: Any, new: Any) -> Any:
     return {**old, **{key: _over(old.get(key), value) for key, value in new.items()}}
 
 
-def _remove(document: Tables, path: Sequence[str], where: str) -> None:
-    """Take out what stands at a path, and all that leads there."""
+def _remove(document: Tables, path: list[str], where: str) -> list[list[str]]:
+    """Take out what stands at a path, and what cannot be without it; their paths."""
     here: Any = {key: document[key] for key in PATCHED if key in document}
     for depth, part in enumerate(path or [""]):
         if not isinstance(here, dict) or part not in here:
@@ -100,12 +102,16 @@ def _remove(document: Tables, path: Sequence[str], where: str) -> None:
                              did_you_mean(part, known))
         holder, here = (here if depth else document), here[part]
     del holder[path[-1]]
-    gone = [list(path)]
-    if path[0] == "blocks" and len(path) == 2:
-        gone += _detach(document, path[1])
-    if path[0] == "wires":
-        document.setdefault("wires", {})
-    _drop_aliases(document, gone)
+    document.setdefault("wires", {})
+    return [path, *(_detach(document, path[1]) if path[0] == "blocks" and len(path) == 2 else [])]
+
+
+def _stands(here: Any, path: Sequence[str]) -> bool:
+    for part in path:
+        if not isinstance(here, dict) or part not in here:
+            return False
+        here = here[part]
+    return True
 
 
 def _detach(document: Tables, block: str) -> list[list[str]]:
