@@ -104,13 +104,8 @@ def minimum_jerk(times_s: Array, values: Array, at_s: Array) -> Array:
         s = 0.0
         if last > leg:
             s = min(max((at_s[i] - times_s[leg]) / (times_s[last] - times_s[leg]), 0.0), 1.0)
-        rise = minimum_jerk_share(s)
+        rise = s * s * s * (10.0 + s * (6.0 * s - 15.0))
         for row in range(rows):
             moved[i, row] = values[leg, row] + rise * (values[last, row] - values[leg, row])
     return moved
 
-
-@numba.njit(cache=True)
-def minimum_jerk_share(s: float) -> float:
-    """How much of a minimum-jerk move is done after a share `s` of its time, 0 to 1."""
-    return s * s * s * (10.0 + s * (6.0 * s - 15.0))

@@ -48,6 +48,8 @@ def specimens():
         "minimum_jerk": {"times_s": (0.1, 0.4), "angles_deg": ((20.0, 25.0, 15.0), (40.0, 50.0, 25.0)),
                          "preview": 5},
         "grasp_phases": {"phases": a_quick_grasp(), "preview": 3},
+        "cyclic": {"period_s": 0.1, "mean_deg": {"finger_flexion": 40.0}, "rows": ("finger_flexion",),
+                   "amplitude_deg": {"finger_flexion": 30.0}, "shape": "open_close", "preview": 2},
         "programme": {"times_s": (0.1, 0.3), "current_ma": ((20.0, 10.0),), "cycle_s": 0.35,
                       "width_us": ((0.0, 100.0), (300.0, 50.0))},
         "element_sweep": {"count": 6, "stair_s": 0.01, "rest_s": 0.02},

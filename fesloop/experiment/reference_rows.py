@@ -24,11 +24,11 @@ def row_faults(wiring: Wiring) -> list[InputError]:
     for end in wiring.connections:
         port = end.target.part.inputs[end.target_port].name
         sources.setdefault(end.target.name, {})[port] = end.source
-    faults = []
+    faults: list[InputError] = []
     for controller, by_port in sources.items():
         measured = by_port.get(_MEASURED)
         told = {by_port[port].name: by_port[port] for port in _REFERENCES if port in by_port}
-        if measured is not None and getattr(measured.part, "rows", ()):
+        if measured is not None:
             for reference in told.values():
                 faults += _faults(reference, measured, controller)
     return faults
@@ -36,18 +36,25 @@ def row_faults(wiring: Wiring) -> list[InputError]:
 
 def _faults(reference: Node, measured: Node, controller: str) -> Iterator[InputError]:
     """What is wrong with one reference of a controller."""
-    rows, names = getattr(reference.part, "rows", ()), tuple(getattr(measured.part, "rows", ()))
+    rows, names = _rows(reference), _rows(measured)
+    if not names:
+        return
     where = f"blocks.{reference.name}"
-    if rows and tuple(rows) != names:
+    if rows and rows != names:
         yield InputError(f"{where}.rows", ", ".join(rows),
                          f"{', '.join(names)}, as {measured.name} has that {controller} measures",
                          "give both the same rows in the same order")
     if rows or not (hasattr(reference.part, "extremes") and hasattr(measured.part, "ranges")):
         return
-    limits = measured.part.ranges
-    for row, ends, (low, high) in zip(names, reference.part.extremes, limits, strict=True):
+    told, limits = reference.part.extremes, measured.part.ranges
+    for row, ends, (low, high) in zip(names, told, limits, strict=True):
         for value in ends:
             if not low - _ROUNDING <= value <= high + _ROUNDING:
                 yield InputError(
                     where, f"{math.degrees(value):.5g} deg is outside the range of motion of {row}",
                     f"{math.degrees(low):.5g} to {math.degrees(high):.5g} deg", "stay within it")
+
+
+def _rows(node: Node) -> tuple[str, ...]:
+    """Names of what a node's output lists; none where it does not say."""
+    return tuple(getattr(node.part, "rows", ()))
