@@ -29,23 +29,24 @@ class FmuPort:
     variables: names of the FMU's variables, in the order of the port's elements (last index fastest).
     shape: of the port; () makes a vector of several variables, and a float of a single scalar one.
     unit: of the port; "" takes that of the variables.
-    scale: the FMU's value is the port's times this, such as 57.29577951308232 for an FMU in degrees.
+    scale: the FMU's value is the port's times this, such as 57.29577951308232 for an FMU in degrees; one
+        for all elements, or one for each place of the last index, such as [1e3, 1e6] for mA and us.
     """
 
     name: str
     variables: tuple[str, ...]
     shape: tuple[int, ...] = ()
     unit: str = ""
-    scale: float = 1.0
+    scale: float | tuple[float, ...] = 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class BoundPort:
-    """A port with the variables behind it."""
+    """A port with the variables behind it; `scales` are those of its elements, flat."""
 
     port: Port
     variables: tuple[FmuVariable, ...]
-    scale: float = 1.0
+    scales: tuple[float, ...]
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -92,8 +93,8 @@ def _declared(description: FmuDescription, causality: str, wanted: FmuPort, wher
                 ", ".join(allowed[:20]) or "none", f"did you mean {close[0]!r}?" if close else "")
     if not wanted.name.isidentifier():
         raise InputError(f"{where}.name", f"{wanted.name!r}", "letters, digits and underscores")
-    if not (math.isfinite(wanted.scale) and wanted.scale != 0.0):
-        raise InputError(f"{where}.scale", f"{wanted.scale}", "a finite number other than 0")
+    if not all(math.isfinite(scale) and scale != 0.0 for scale in _listed(wanted.scale)):
+        raise InputError(f"{where}.scale", f"{wanted.scale}", "finite numbers other than 0")
     variables = tuple(description.variables[name] for name in wanted.variables)
     count = sum(v.size for v in variables)
     natural = variables[0].shape if len(variables) == 1 else (count,)
@@ -101,7 +102,14 @@ def _declared(description: FmuDescription, causality: str, wanted: FmuPort, wher
     if math.prod(shape) != count or count == 0:
         raise InputError(f"{where}.shape", f"{list(shape)} for {count} elements",
                          "a shape that holds them all")
-    return _bound(wanted.name, variables, shape, wanted.unit, wanted.scale)
+    if isinstance(wanted.scale, tuple) and len(wanted.scale) != (shape or (1,))[-1]:
+        raise InputError(f"{where}.scale", f"{len(wanted.scale)} scales",
+                         f"one, or {(shape or (1,))[-1]}, one for each place of the last index")
+    return _bound(wanted.name, variables, shape, wanted.unit, _listed(wanted.scale))
+
+
+def _listed(scale: float | tuple[float, ...]) -> tuple[float, ...]:
+    return scale if isinstance(scale, tuple) else (scale,)
 
 
 def _automatic(variables: Sequence[FmuVariable]) -> Iterable[BoundPort]:
@@ -144,12 +152,13 @@ def _identifier(name: str) -> str:
 
 
 def _bound(name: str, variables: tuple[FmuVariable, ...], shape: tuple[int, ...], unit: str = "",
-           scale: float = 1.0) -> BoundPort:
+           scale: tuple[float, ...] = (1.0,)) -> BoundPort:
     starts = np.concatenate([np.full(v.size, v.start) for v in variables])
-    starts = np.nan_to_num(starts, nan=0.0, posinf=0.0, neginf=0.0) / scale
+    scales = np.resize(scale, starts.size)
+    starts = np.nan_to_num(starts, nan=0.0, posinf=0.0, neginf=0.0) / scales
     initial = float(starts[0]) if (starts == starts[0]).all() else starts.reshape(shape).tolist()
     return BoundPort(Port(name, shape, unit or _unit(variables, shape), cast("float", _tuples(initial))),
-                     variables, scale)
+                     variables, tuple(scales.tolist()))
 
 
 def _tuples(value: object) -> object:

@@ -31,10 +31,10 @@ class FmuState:
         self.extracted, self.why_not = extracted, why_not
         self.running = RunningFmu(setup, extracted.folder, name)
         self._end = weakref.finalize(self, _end, self.running, extracted, os.getpid())
-        values, scales = self.running.inputs.values, [bound.scale for bound in setup.inputs]
-        self.inputs = list(zip(_views(values, setup.inputs), scales, strict=True))
+        scales = [_scales([bound], bound.shape) for bound in setup.inputs]
+        self.inputs = list(zip(_views(self.running.inputs.values, setup.inputs), scales, strict=True))
         self.seen: list[Value | None] = [None] * len(setup.inputs)
-        self.read_plan, self._scales = _read_plan(setup.outputs), _scales(setup.outputs)
+        self.read_plan, self._scales = _read_plan(setup.outputs), _scales(setup.outputs, (-1,))
 
     def step(self, inputs: Sequence[Value]) -> None:
         """One communication step; the FMU is given what differs from what it has."""
@@ -43,8 +43,8 @@ class FmuState:
         for i, value in enumerate(inputs):
             if value is not seen[i]:
                 seen[i] = value
-                view, scale = self.inputs[i]
-                scaled = value if scale == 1.0 else value * scale
+                view, scales = self.inputs[i]
+                scaled = value if scales is None else value * scales
                 if (view != scaled).any():
                     view[...] = scaled
                     changed = True
@@ -105,7 +105,7 @@ def _read_plan(ports: Sequence[BoundPort]) -> list[tuple[int | slice, tuple[int,
     return plan
 
 
-def _scales(ports: Sequence[BoundPort]) -> NDArray[np.float64] | None:
-    """The scale of every element, None where all are one."""
-    scales = [bound.scale for bound in ports for v in bound.variables for _ in range(v.size)]
-    return np.array(scales) if any(scale != 1.0 for scale in scales) else None
+def _scales(ports: Sequence[BoundPort], shape: tuple[int, ...]) -> NDArray[np.float64] | None:
+    """The scale of every element, in a shape; None where all are one."""
+    scales = np.array([scale for bound in ports for scale in bound.scales])
+    return scales.reshape(shape) if (scales != 1.0).any() else None

@@ -116,12 +116,12 @@ def small3(tmp_path_factory):
 def python_fmu(tmp_path_factory):
     """Makes an FMU with pythonfmu (2) or pythonfmu3 (3) from its script in the folder of FMUs."""
 
-    def make(version, *options):
+    def make(version, *options, script="lag"):
         module = {2: "pythonfmu", 3: "pythonfmu3"}[version]
         pytest.importorskip(module)
         folder = tmp_path_factory.mktemp(module)
-        script = FMUS / f"lag_python{version}.py"
-        command = [sys.executable, "-m", module, "build", "-f", str(script), "-d", str(folder), *options]
+        source = FMUS / f"{script}_python{version}.py"
+        command = [sys.executable, "-m", module, "build", "-f", str(source), "-d", str(folder), *options]
         subprocess.run(command, check=True, capture_output=True)
         return next(folder.glob("*.fmu"))
 

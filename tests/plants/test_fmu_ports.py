@@ -60,7 +60,19 @@ def test_names_become_identifiers_and_text_is_left_out():
     assert [port.port.name for port in ports] == ["body_joint_1_phi", "v_1st"]
 
 
+def test_columns_have_scales_of_their_own():
+    variables = [variable(f"{name}.{what}", start=start) for name in "ef"
+                 for what, start in (("ma", 10.0), ("us", 200.0))]
+    wanted = FmuPort(name="u", variables=tuple(v.name for v in variables), shape=(2, 2), unit="A,s",
+                     scale=(1e3, 1e6))
+    (bound,) = bind_ports(described(*variables), "input", (wanted,), "input_ports")
+    assert bound.scales == (1e3, 1e6, 1e3, 1e6)
+    np.testing.assert_allclose(bound.port.initial_value(), [[0.01, 2e-4], [0.01, 2e-4]])
+
+
 @pytest.mark.parametrize(("port", "words"), [
+    (FmuPort(name="a", variables=("x",), scale=(1.0, 2.0)), "2 scales; allowed: one, or 1"),
+    (FmuPort(name="a", variables=("x",), scale=()), "0 scales"),
     (FmuPort(name="a b", variables=("x",)), "name"), (FmuPort(name="a", variables=()), "shape"),
     (FmuPort(name="a", variables=("z",)), "no numeric input"),
     (FmuPort(name="a", variables=("x",), scale=0.0), "scale")])
