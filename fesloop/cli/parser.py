@@ -55,7 +55,8 @@ def _add_list(commands: _Commands[argparse.ArgumentParser]) -> None:
 def _add_experiment(command: argparse.ArgumentParser) -> None:
     command.add_argument("experiment", metavar="EXPERIMENT", help="name or path")
     command.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], dest="settings",
-                         help="change a key of the file, such as blocks.pid.kp=0.5, or an alias it defines")
+                         help="change a key of the file, such as blocks.pid.kp=0.5, or what it has a "
+                         "short name for: an alias, or an option of a variant (fesloop check shows them)")
     command.add_argument("--seed", type=int, metavar="N", help="take the place of the file's seed")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
