@@ -24,6 +24,47 @@ RESTING, SEARCHING = -1.0, -2.0
 
 
 @dataclass(slots=True, eq=False)
+class Answers:
+    """How far the hand moved on each stair of each channel.
+
+    Attributes
+    ----------
+    moved: (channels, 1 + stairs), rad, greatest change of any measured angle; 0 on no stair.
+    before: (m,), what was measured when the channel's turn began; `channel` says whose.
+    """
+
+    moved: Array
+    before: Array
+    channel: int = -1
+
+    @classmethod
+    def none(cls, channels: int, stairs: int) -> Answers:
+        """Before the first stair."""
+        return cls(np.zeros((channels, 1 + stairs)), np.zeros(0))
+
+    def note(self, channel: int, stair: int, measured: Array) -> None:
+        """What is measured while a channel is on a stair; what comes after the last counts for nothing."""
+        if channel != self.channel:
+            self.channel, self.before = channel, measured.copy()
+        if stair < self.moved.shape[1] - 1:
+            self.moved[channel, 1 + stair] = max(np.abs(measured - self.before).max(),
+                                                 self.moved[channel, 1 + stair])
+
+    def widths(self, bounds: Array, answers: Array) -> Array:
+        """(channels, 2), s: where each channel moved the hand by `answers` (2,), rad, between the stairs.
+
+        Where it never moved that far, the longest; the shortest is four fifths of the longest at most.
+        """
+        steps = np.linspace(0.0, 1.0, self.moved.shape[1])
+        found = np.empty_like(bounds)
+        for c, (low, high) in enumerate(bounds):
+            moved = np.maximum.accumulate(self.moved[c]) + 1e-9 * steps
+            found[c] = low + (high - low) * np.interp(answers, moved, steps)
+        found[:, 0] = np.minimum(found[:, 0], 0.8 * found[:, 1])
+        return found
+
+
+@dataclass(slots=True, eq=False)
 class ExcitationState:
     """What the schedule needs: constants, and the stream that the bits are drawn from.
 
@@ -32,6 +73,7 @@ class ExcitationState:
     currents: (channels,), A; of a search, those found. recruiting, binary: (channels, 2), bounds of the
         widths, s.
     turns_ns: (channels,), ends of the turns of the search for currents, from its begin.
+    answers: to the stairs, where the binary widths follow from them.
     """
 
     currents: Array
@@ -40,6 +82,7 @@ class ExcitationState:
     bits: NoiseStream
     turns_ns: NDArray[np.int64]
     search: CurrentSearchState | None = None
+    answers: Answers | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,6 +103,8 @@ class Excitation:
     measured: size of the input that a search looks at; 0 takes it from what is wired in.
     width_us: (channels, 2), lowest and highest width of each channel's stairs or ramp.
     prbs_us: (channels, 2), bounds of the binary widths; empty: `width_us`.
+    answer_deg: (least, most): each channel's binary widths are those at which some measured angle moved by
+        so much on its stairs, in place of `prbs_us`; so weak and strong hands move alike.
     recruitment: "staircase" or "ramp".
     lead_s: rest at the start, for a tracker to settle.
     stairs, stair_s: number of stairs and length of one; a ramp lasts as long as all stairs.
@@ -67,7 +112,7 @@ class Excitation:
     prbs_s, bit_s: length of the binary part and of a bit (chosen: a bit of .2 s, the rise time of muscle,
         133 ms at 25 rad/s, and a little more).
 
-    Input, of a search only: `measured` (m,), rad. Outputs: `stimulation` (channels, 2), A and s; `phase`:
+    Input, for a search or `answer_deg` only: `measured` (m,), rad. Outputs: `stimulation` (channels, 2), A and s; `phase`:
     number of the channel that is being recruited, its rest included; the number of channels while the widths
     are binary; -2 in the search for currents, -1 before and after all that.
     """
@@ -83,6 +128,7 @@ class Excitation:
     prbs_s: float = 45.0
     bit_s: float = 0.2
     current_search: CurrentSearch | None = None
+    answer_deg: tuple[float, float] | None = None
     measured: int = 0
 
     def __post_init__(self) -> None:
@@ -100,10 +146,20 @@ class Excitation:
         for key in ("lead_s", "stair_s", "rest_s", "prbs_s", "bit_s"):
             if duration_ns(getattr(self, key), NS_PER_S, key) == 0 and key in ("stair_s", "bit_s"):
                 raise InputError(key, "0", "above 0")
+        if self.answer_deg is not None:
+            self._require_answer()
         if self.current_search and len(self.current_search.above_threshold) not in (1, self.channels):
             raise InputError("current_search.above_threshold",
                              f"{len(self.current_search.above_threshold)} factors",
                              f"one, or {self.channels}, one a channel")
+
+    def _require_answer(self) -> None:
+        least, most = self.answer_deg or (0.0, 0.0)
+        if not (isfinite(most) and 0.0 < least < most):
+            raise InputError("answer_deg", f"{self.answer_deg}", "0 < least < most, deg")
+        if self.recruitment != "staircase" or self.prbs_us:
+            raise InputError("answer_deg", f"recruitment {self.recruitment!r}, prbs_us {self.prbs_us}",
+                             "a staircase, and no prbs_us", "leave prbs_us away")
 
     @property
     def channels(self) -> int:
@@ -123,8 +179,9 @@ class Excitation:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """`measured`, where currents are searched for."""
-        return (Port("measured", (self.measured or None,), "rad"),) if self.current_search else ()
+        """`measured`, where something follows from it."""
+        looks = self.current_search or self.answer_deg
+        return (Port("measured", (self.measured or None,), "rad"),) if looks else ()
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Excitation:
         """For what is wired in; raises InputError for what is no vector."""
@@ -145,7 +202,8 @@ class Excitation:
                                np.array(self.prbs_us or self.width_us) / 1e6,
                                context.noise(self.channels, "uniform", "bits"),
                                np.cumsum(search.turns_ns(self.current_ma)) if search else none,
-                               search.begin(self.current_ma, self.measured) if search else None)
+                               search.begin(self.current_ma, self.measured) if search else None,
+                               Answers.none(self.channels, self.stairs) if self.answer_deg else None)
 
     def step(self, state: ExcitationState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """The pulses of now."""
@@ -164,6 +222,9 @@ class Excitation:
             state.currents = np.where(np.isnan(found), state.currents, found)
         channel, within_ns = divmod(since_ns, turn_ns)
         if channel < self.channels:
+            if state.answers is not None:
+                stair = int(within_ns * self.stairs // lasting_ns)
+                state.answers.note(int(channel), stair, cast(Array, inputs[0].value))
             if within_ns < lasting_ns:
                 low, high = state.recruiting[channel]
                 width = low + (high - low) * self._climbed(within_ns / lasting_ns)
@@ -172,6 +233,9 @@ class Excitation:
         since_ns -= self.channels * turn_ns
         if since_ns >= duration_ns(self.prbs_s, NS_PER_S, "prbs_s"):
             return pulses, RESTING
+        if state.answers is not None:
+            state.binary = state.answers.widths(state.recruiting, np.radians(self.answer_deg))
+            state.answers = None
         bits = state.bits.row(since_ns // duration_ns(self.bit_s, NS_PER_S, "bit_s")) < 0.5
         widths = np.where(bits, state.binary[:, 1], state.binary[:, 0])
         pulses[widths > 0.0, 0] = state.currents[widths > 0.0]

@@ -18,6 +18,7 @@ from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, RateClock, duration_ns
 from fesloop.loop.signals import Port, Value
+from plants.checks import require_not_negative
 from plants.hand_contract import (
     go_on,
     hand_inputs,
@@ -32,6 +33,7 @@ from plants.hand_joints import require_posture, resting_posture
 from plants.hand_model import (
     add_muscles,
     add_splint,
+    add_springs,
     build_hand,
     compiled,
     empty_spec,
@@ -79,6 +81,9 @@ class Hand:
     rest_deg: resting posture by freedom, in place of those of `plants.hand_joints`.
     start_deg: posture at the start by freedom, such as fingers held open; others start at rest.
     splint_deg: freedoms that are held, and at which angles, such as the wrist's by a splint.
+    elastic_deg: freedoms that springs pull to an angle, such as the wrist's by a dynamic splint.
+    elastic_n_m_rad: stiffness of these springs (chosen, for a wrist: hand and stimulated fingers bend it by
+        some 20 deg).
     strength: factors on the peak forces of all muscles, in the order of `MUSCLES`; empty: 1.
     stiffness, damping, passive_tension: factors on the joints' stiffness, on their damping, and on the
         muscles' passive tension.
@@ -98,6 +103,8 @@ class Hand:
     rest_deg: dict[str, float] = field(default_factory=dict)
     start_deg: dict[str, float] = field(default_factory=dict)
     splint_deg: dict[str, float] = field(default_factory=dict)
+    elastic_deg: dict[str, float] = field(default_factory=dict)
+    elastic_n_m_rad: float = 0.5
     strength: tuple[float, ...] = ()
     stiffness: float = 1.0
     damping: float = 1.0
@@ -118,11 +125,13 @@ class Hand:
 
     def __post_init__(self) -> None:
         require_hand("hand", self)
+        require_not_negative("hand", self, "elastic_n_m_rad")
         tree = hand_tree(self.hand)
-        for key in ("rest_deg", "start_deg", "splint_deg"):
+        for key in ("rest_deg", "start_deg", "splint_deg", "elastic_deg"):
             require_posture(f"hand.{key}", tree, getattr(self, key))
         rest = resting_posture(tree, self.rest_deg)
-        start = resting_posture(tree, {**self.rest_deg, **self.start_deg, **self.splint_deg})
+        start = resting_posture(tree, {**self.rest_deg, **self.elastic_deg, **self.start_deg,
+                                        **self.splint_deg})
         scale = self.hand.hand_mm / ADULT_MM
         arms = moment_arms(tree, float(rest[tree.freedom("F1_cmc_pronation")]), scale)
         fibres = 1e-3 * np.array([muscle.fibre_mm for muscle in muscles(scale)])
@@ -158,6 +167,7 @@ class Hand:
         set_passive_joints(
             model, tree, moments * self.stiffness * stiffness, moments * self.damping * damping, rest,
             arms.T @ resting_tension(rows, self.passive_tension), moments * self.stiffness)
+        add_springs(model, self.elastic_deg, self.elastic_n_m_rad)
         return model
 
     @property

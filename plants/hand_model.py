@@ -141,6 +141,16 @@ def add_splint(spec: mujoco.MjSpec, held: dict[str, float]) -> None:
             lock.solimp = SPLINT_SOLIMP
 
 
+def add_springs(model: mujoco.MjModel, pulled: dict[str, float], stiffness: float) -> None:
+    """Beside their own springs, pull freedoms to angles, deg, with a stiffness, N m/rad."""
+    for freedom, angle in pulled.items():
+        joint, place = model.joint(freedom).id, model.joint(freedom).qposadr[0]
+        own = model.jnt_stiffness[joint]
+        moment = own * model.qpos_spring[place] + stiffness * math.radians(angle)
+        model.jnt_stiffness[joint] = own + stiffness
+        model.qpos_spring[place] = moment / (own + stiffness)
+
+
 def nominal_passive(tree: SegmentTree, contracture: float) -> tuple[Array, Array]:
     """Stiffness and damping (d,) of the freedoms, N m/rad and N m s/rad; the fingers' MCP joints stiffer."""
     rows = passive_joints(tree)
