@@ -64,6 +64,7 @@ def specimens():
         "stimulator": {}, "electrodes": {},
         "ilc": {"model": model, "duration_s": 0.5, "sd_max_deg": 60.0, "reject_share": 1.0, **current},
         "mpc": {"model": model, **current, **tiring_muscles()},
+        "tuned_pid": {"model": model, "rule": "amigo", **current},
     }
     registered = {entry.name for entry in entry_points(group="fesloop.blocks")}
     made = {}

@@ -1,0 +1,142 @@
+"""PID gains from a patient's model by a stated rule.
+
+Each output is moved in each sense by its dominant way: the drives, none below 0, that bring it, and nothing
+else, closest to 1 rad at rest. The step response along a way is fitted by a gain, a delay and one lag; a rule
+turns those, the loop's delay included, into gains. Of the two senses the one that asks for less gain counts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from fesloop.errors import InputError
+from fesloop.loop.clock import NS_PER_S
+from fesloop.models.linear_model import LinearModel, zero_order_hold
+
+Array = NDArray[np.float64]
+RuleName = Literal["simc", "amigo"]
+_STEP_S, _LONGEST_S = 1e-3, 30.0
+"""Of the step responses; the hand is at rest after far less (chosen)."""
+_EARLY, _LATE = 1.0 - math.exp(-1.0 / 3.0), 1.0 - math.exp(-1.0)
+"""Shares of the final value that a single lag reaches after a third of it and after all of it."""
+_MOVED = 0.05
+"""Share of what is asked that a way must bring about to count (chosen)."""
+
+
+class Lag(NamedTuple):
+    """gain exp(-delay_s s) / (lag_s s + 1)."""
+
+    gain: float
+    lag_s: float
+    delay_s: float
+
+
+class Gains(NamedTuple):
+    """kp (1 + 1 / (integral_s s) + derivative_s s) on the error."""
+
+    kp: float
+    integral_s: float
+    derivative_s: float
+
+
+def static_gain(model: LinearModel) -> Array:
+    """-C A^-1 B, (outputs, muscles), rad per unit of drive.
+
+    Raises InputError where the model is not stable.
+    """
+    growth = float(np.linalg.eigvals(model.a).real.max())
+    if not growth < 0.0:
+        raise InputError("model", f"a pole with real part {growth:.3g} 1/s: it never comes to rest",
+                         "poles with a real part below 0", "identify it with another method or again")
+    return np.asarray(-model.c @ np.linalg.solve(model.a, model.b))
+
+
+def way(gain: Array, output: int, sense: float) -> Array:
+    """Drives (muscles,), none below 0, closest to moving one output by `sense` rad and the others not at all.
+
+    `gain` (outputs, muscles). Non-negative least squares (Lawson and Hanson 1974, chapter 23).
+    """
+    wanted = np.zeros(gain.shape[0])
+    wanted[output] = sense
+    return np.asarray(nnls(gain, wanted)[0])
+
+
+def fitted_lag(model: LinearModel, drives: Array, output: int, sense: float) -> Lag:
+    """The step response of one output to `drives` (muscles,), times `sense`, as one lag behind a delay.
+
+    From the instants at which it first passes 28.3 % and 63.2 % of its final value (Smith 1972, Digital
+    Computer Process Control, as in Seborg, Edgar and Mellichamp, Process Dynamics and Control, section 7.2):
+    exact for a response that is a lag behind a delay. Raises InputError for one that does not get there.
+    """
+    final = float(sense * (static_gain(model) @ drives)[output])
+    a, b = zero_order_hold(model.a, model.b, _STEP_S)
+    pushed, row = b @ drives, sense * model.c[output]
+    x, risen = np.zeros(a.shape[0]), 0.0
+    passed: list[float] = []
+    for step in range(1, round(_LONGEST_S / _STEP_S)):
+        x = a @ x + pushed
+        before, risen = risen, float(row @ x) / final
+        passed += [_STEP_S * (step - (risen - share) / (risen - before))
+                   for share in (_EARLY, _LATE)[len(passed):] if risen >= share]
+        if len(passed) == 2:
+            lag_s = 1.5 * (passed[1] - passed[0])
+            return Lag(final, lag_s, max(passed[1] - lag_s, 0.0) + model.delay_ns / NS_PER_S)
+    raise InputError("model", f"output {output} is not two thirds of the way after {_LONGEST_S:g} s",
+                     "a model that comes to rest sooner", "identify it again")
+
+
+def simc(lag: Lag, closed_loop_s: float) -> Gains:
+    """PI by Skogestad's rule (2003, doi 10.1016/S0959-1524(02)00062-8, equations 23 and 24).
+
+    `closed_loop_s`: time constant wanted of the closed loop; the delay itself is his choice for fast and
+    robust control (gain margin about 3, phase margin 47 to 61 deg).
+    """
+    slowed = closed_loop_s + lag.delay_s
+    return Gains(lag.lag_s / (lag.gain * slowed), min(lag.lag_s, 4.0 * slowed), 0.0)
+
+
+def amigo(lag: Lag) -> Gains:
+    """PID by Astrom and Hagglund's rule (2004, doi 10.1016/j.jprocont.2004.01.002, equation 7)."""
+    delay_s, lag_s = lag.delay_s, lag.lag_s
+    return Gains((0.2 + 0.45 * lag_s / delay_s) / lag.gain,
+                 delay_s * (0.4 * delay_s + 0.8 * lag_s) / (delay_s + 0.1 * lag_s),
+                 0.5 * delay_s * lag_s / (0.3 * delay_s + lag_s))
+
+
+def tuned(model: LinearModel, rule: RuleName, *, extra_delay_s: float, closed_loop_s: float) -> list[Gains]:
+    """Gains of each output, drive-independent: commands are rad of the output, mixed by the static gain.
+
+    Parameters
+    ----------
+    extra_delay_s: of the loop beyond the model's own: age of the samples, half a period of the hold.
+    closed_loop_s: of `simc`; 0: as long as the whole delay.
+
+    Raises InputError for an output that no drive moves.
+    """
+    gain = static_gain(model)
+
+    def judged(lag: Lag) -> Gains:
+        return amigo(lag) if rule == "amigo" else simc(lag, closed_loop_s or lag.delay_s)
+
+    return [_of_output(model, gain, output, extra_delay_s, judged) for output in range(model.outputs)]
+
+
+def _of_output(model: LinearModel, gain: Array, output: int, extra_delay_s: float,
+               judged: Callable[[Lag], Gains]) -> Gains:
+    """The lower gains of the two senses in which an output is moved."""
+    found = []
+    for sense in (1.0, -1.0):
+        drives = way(gain, output, sense)
+        if sense * float(gain[output] @ drives) >= _MOVED:
+            lag = fitted_lag(model, drives, output, sense)
+            found.append(judged(lag._replace(delay_s=lag.delay_s + extra_delay_s)))
+    if not found:
+        raise InputError("model", f"no drive moves output {output} without moving others more",
+                         "outputs that can be controlled", "leave it out of the outputs, or add a channel")
+    return min(found, key=lambda gains: gains.kp)
