@@ -17,6 +17,7 @@ from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, RateClock, duration_ns
 from fesloop.loop.signals import Port, Value
+from plants.checks import require_not_negative
 from plants.hand_bodies import TIPS
 from plants.hand_contract import (
     go_on,
@@ -28,7 +29,7 @@ from plants.hand_contract import (
     turn_forearm,
 )
 from plants.hand_forearm import PALM_DOWN, add_forearm_drive
-from plants.hand_model import add_splint, compiled
+from plants.hand_model import add_splint, add_springs, compiled
 from plants.hand_objects import GraspObject, Table, add_object, add_table, require_apart
 from plants.hand_state import HandState, evaluate, stable_bounds
 from plants.myohand_anatomy import JOINTS, activated_by
@@ -82,9 +83,10 @@ class MyoHand:
     ----------
     hand: not to be chosen. A tracker of this hand takes its measures from the attribute `size`.
     forearm_orientation, forearm_moves, strength, stiffness, damping, passive_tension, contracture, object,
-        table, step_ms: as of `hand`.
-    rest_deg, start_deg, splint_deg: as of `hand`, as near as MyoHand's joints come, within 20 deg;
-        `F1_cmc_pronation` comes last, within 45 deg, and is held where what it follows from is.
+        table, step_ms, elastic_n_m_rad: as of `hand`.
+    rest_deg, start_deg, splint_deg, elastic_deg: as of `hand`, as near as MyoHand's joints come, within 20
+        deg; `F1_cmc_pronation` comes last, within 45 deg, and is held where what it follows from is; no
+        spring pulls at it.
     as_shipped: names of the patches to leave out.
 
     Raises InputError where `myo-sim` is missing and for what cannot be; RunError when the simulation becomes
@@ -97,6 +99,8 @@ class MyoHand:
     rest_deg: dict[str, float] = field(default_factory=dict)
     start_deg: dict[str, float] = field(default_factory=dict)
     splint_deg: dict[str, float] = field(default_factory=dict)
+    elastic_deg: dict[str, float] = field(default_factory=dict)
+    elastic_n_m_rad: float = 0.5
     strength: tuple[float, ...] = ()
     stiffness: float = 1.0
     damping: float = 1.0
@@ -120,6 +124,7 @@ class MyoHand:
 
     def __post_init__(self) -> None:
         require_hand("myohand", self)
+        require_not_negative("myohand", self, "elastic_n_m_rad")
         for name in self.as_shipped:
             if name not in NAMES:
                 raise InputError("myohand.as_shipped", f"{name!r}", ", ".join(NAMES))
@@ -127,6 +132,9 @@ class MyoHand:
         if NO_JOINT in self.splint_deg and not led_by <= self.splint_deg.keys():
             raise InputError(f"myohand.splint_deg.{NO_JOINT}", "has no joint of its own in MyoHand",
                              "F1_cmc_flexion and F1_cmc_abduction, which it follows from, beside it")
+        if NO_JOINT in self.elastic_deg:
+            raise InputError(f"myohand.elastic_deg.{NO_JOINT}", "has no joint of its own in MyoHand",
+                             "what it follows from, F1_cmc_flexion and F1_cmc_abduction")
         _, _, found = loaded()
         if self.hand not in (None, HandSize(), found.size):
             raise InputError("myohand.hand", "another hand than MyoHand's own",
@@ -149,7 +157,10 @@ class MyoHand:
         zero = np.zeros(len(JOINTS))
         rest = joints.nearest("myohand.rest_deg", bare, rest_angles(self.rest_deg), zero)
         joints.nearest("myohand.splint_deg", bare, self.splint_deg, rest)
-        start = joints.nearest("myohand.start_deg", bare, {**self.start_deg, **self.splint_deg}, rest)
+        pulled = dict(zip(JOINTS, joints.nearest("myohand.elastic_deg", bare, self.elastic_deg, rest),
+                          strict=True))
+        start = joints.nearest("myohand.start_deg", bare,
+                               {**self.elastic_deg, **self.start_deg, **self.splint_deg}, rest)
         held = dict(zip(JOINTS, start, strict=True))
         add_splint(spec, {JOINTS[name]: float(held[name]) for name in self.splint_deg if name != NO_JOINT})
         if self.object is not None:
@@ -160,6 +171,8 @@ class MyoHand:
         if JOINTS_PATCH not in self.as_shipped:
             joints.hold(model, rest, self.contracture, self.stiffness, self.damping,
                         self.passive_tension)
+        add_springs(model, {JOINTS[name]: float(np.rad2deg(pulled[name])) for name in self.elastic_deg},
+                    self.elastic_n_m_rad)
         activated = activated_by(model)
         for key, value in (
                 ("size", found.size), ("model", model), ("_joints", joints), ("_start", start),

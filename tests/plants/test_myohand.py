@@ -249,3 +249,22 @@ def test_an_unstable_simulation_is_found_at_once_and_named():
     state.data.qvel[plant.model.joint(JOINTS["F2_pip_flexion"]).id] = 1e5
     with pytest.raises(RunError, match="unstable at 11 ms: pm2_flexion_r moves"):
         plant.advance(state, [active()], 10 * NS_PER_MS, 20 * NS_PER_MS)
+
+
+@pytest.mark.parametrize(("stiffness", "off_deg"), [(0.5, 7.0), (50.0, 4.0)])
+def test_a_spring_pulls_the_wrist_as_it_does_that_of_our_hand(stiffness, off_deg):
+    """Thumb upwards, so that gravity does not bend the wrist; off by what relaxed tendons pull."""
+    row = hand_tree(HandSize()).freedom("wrist_flexion")
+    for plant in (Hand, MyoHand):
+        pulled = plant(forearm_orientation=(0.0, 0.0, 0.0, 1.0), elastic_deg={"wrist_flexion": -20.0},
+                       elastic_n_m_rad=stiffness)
+        free = plant(forearm_orientation=(0.0, 0.0, 0.0, 1.0), start_deg={"wrist_flexion": -20.0})
+        _, held = run(pulled, active(), 1.0)
+        _, loose = run(free, active(), 1.0)
+        assert np.rad2deg(held["angles"][row]) == pytest.approx(-20.0, abs=off_deg)
+        assert np.rad2deg(loose["angles"][row]) > 0.0
+
+
+def test_no_spring_pulls_where_there_is_no_joint():
+    with pytest.raises(InputError, match=r"myohand.elastic_deg.F1_cmc_pronation: has no joint"):
+        MyoHand(elastic_deg={"F1_cmc_pronation": 90.0})
