@@ -100,6 +100,18 @@ class Allocation:
         allocate(self.table(), np.ascontiguousarray(drive, dtype=np.float64), pulses)
         return pulses
 
+    def charge(self, drive: Array) -> Array:
+        """Charge per phase of each channel for a drive (channels,), (channels,) C."""
+        pulses = self.stimulation(drive)
+        charge: Array = pulses[:, 0] * pulses[:, 1]
+        return charge
+
+    def risen(self, charge_rise_c: float) -> Array:
+        """Greatest drive of each channel that a rise of charge per phase from rest allows, (channels,)."""
+        drive = np.empty(self.channels)
+        risen(self.table(), np.zeros((self.channels, 2)), charge_rise_c, drive)
+        return drive
+
 
 @numba.njit(cache=True)
 def normal_quantile(p: float) -> float:
@@ -157,3 +169,14 @@ def risen(table: Array, pulses: Array, charge_rise_c: float, drive: Array) -> No
         width = pulses[i, 1] + charge_rise_c / table[i, 0]
         effective_ma = 1e3 * table[i, 0] / (1.0 + table[i, 5] / width)
         drive[i] = 0.5 * math.erfc(-math.log(effective_ma / table[i, 3]) / table[i, 4] * SQRT_HALF)
+
+
+@numba.njit(cache=True)
+def planned_charge(table: Array, drives: Array) -> float:
+    """Charge per phase of drives (steps, channels), summed over all of them, C."""
+    total, pulses = 0.0, np.empty((drives.shape[1], 2))
+    for k in range(drives.shape[0]):
+        allocate(table, drives[k], pulses)
+        for i in range(drives.shape[1]):
+            total += abs(pulses[i, 0] * pulses[i, 1])
+    return total

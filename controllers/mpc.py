@@ -10,19 +10,23 @@ from typing import Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers import mpc_checks
 from controllers.allocation import Allocation
+from controllers.mpc_candidates import Candidate, carry_over, compare
+from controllers.mpc_design import candidates_of
+from controllers.mpc_fallback import Fallback, fall_back
 from controllers.mpc_kernel import give_out, pose
-from controllers.mpc_plan import Plan, Weights, make_plan
-from controllers.observer import Observer, ObserverState
+from controllers.mpc_plan import charge_room
+from controllers.observer import ObserverState
 from controllers.period import period_ns
-from controllers.qp import Qp
-from controllers.strength_adaptation import StrengthAdaptation, StrengthState
+from controllers.strength_adaptation import StrengthAdaptation
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
-from fesloop.loop.clock import NS_PER_MS, duration_ns
+from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.guard import is_finite
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.status import StatusLatch
+from fesloop.loop.surroundings import Surroundings
 from fesloop.models.linear_model import LinearModel
 
 Array = NDArray[np.float64]
@@ -34,29 +38,28 @@ class MpcState:
 
     Attributes
     ----------
-    plan, observer, reach, table: coefficients; never written to.
-    estimate: of the plant, with the recorded drives.
-    strength: of the muscles, where it is adapted.
-    qp: the programme, warm.
+    reach, table: coefficients; never written to.
+    candidates, chosen: the plant as it may be, and number of the one that control goes by.
     drive: (muscles,), in force.
     pulses: (muscles, 2), in force.
-    held: (muscles,), drive from which a ramp to zero starts.
-    trouble, trouble_ns: what keeps the controller from control, and since when; "" while all is well.
+    given_uc: (N,), charge of the last N ticks on all channels, oldest first; of size 0 without a budget.
+    fallback: what is done while the controller is kept from control.
     """
 
-    plan: Plan
-    observer: Observer
     reach: Array
     table: Array
-    estimate: ObserverState
-    strength: StrengthState | None
-    qp: Qp
+    candidates: tuple[Candidate, ...]
+    chosen: int
     drive: Array
     pulses: Array
-    held: Array
-    trouble: str = ""
-    trouble_ns: int = 0
+    given_uc: Array
+    fallback: Fallback = field(default_factory=Fallback)
     latch: StatusLatch = field(default_factory=StatusLatch)
+
+    @property
+    def estimate(self) -> ObserverState:
+        """Of the plant, by the candidate that control goes by."""
+        return self.candidates[self.chosen].estimate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -67,9 +70,9 @@ class Mpc:
     recorded drives, solves the condensed programme and gives out its first drive, turned into pulse
     widths at fixed currents by inverting the model's recruitment. Any number of muscles and outputs will do.
 
-    When the programme is not solved, a sample is not finite or the newest capture is older than
-    `max_age_ms`, the last drive is held for `hold_ms` and then ramped to zero over `ramp_ms`, with a
-    status. Before the first measurement there is no stimulation.
+    When the programme has no answer, the last plan goes on to its end. Then, and for a sample that is not
+    finite or older than `max_age_ms`, the drive is held for `hold_ms`, then ramped to zero over `ramp_ms`, all
+    with a status. Before the first measurement there is no stimulation.
 
     Attributes
     ----------
@@ -78,15 +81,19 @@ class Mpc:
     horizon: periods N.
     output_weight: (outputs,), per rad^2; empty for 1 each.
     move_weight, effort_weight, cocontraction_weight: per unit of drive squared, as in `mpc_plan`.
+    angle_min_deg, angle_max_deg: (outputs,), soft boxes of the outputs, as in `mpc_plan`; -inf and inf for
+        none, empty for none at all.
     slew: greatest change of a drive a tick.
     drive_max: greatest drive; less where a channel cannot reach it.
     width_max_us, charge_max_uc, full_scale_us: as in `Allocation`; the last where the model has no
         recruitment.
-    charge_rise_uc: greatest rise of a channel's charge per phase a tick (as `Safety` has it, which then
-        has nothing to cut); not kept where the model has no recruitment.
+    charge_rise_uc: greatest rise of a channel's charge per phase a tick, as of `Safety`, which then has
+        nothing to cut; not kept where the model has no recruitment.
+    horizon_charge_max_uc: what any N ticks on end may give on all channels together, one pulse a tick. What
+        is to come is counted by slopes (`mpc_plan`), so it is kept within some per cent of one tick's charge.
     actuation_delay_ms: from this block to the plant, beyond the model's own delay.
     compensate_age: predict across the age of a sample; otherwise it counts as captured when it is read.
-    adaptation: of the muscles' strengths, as they tire; none if left out.
+    adaptation: of the muscles' strengths and the plant's speed, from trial to trial; none if left out.
     drive_noise, disturbance_deg, measurement_deg: sd of the drive's error, of the walk of the output
         disturbance over 1 s, and of a measurement, for the observer's gain.
     max_age_ms, hold_ms, ramp_ms: see above.
@@ -103,11 +110,14 @@ class Mpc:
     move_weight: float = 0.01
     effort_weight: float = 0.0
     cocontraction_weight: float = 1e-5
+    angle_min_deg: tuple[float, ...] = ()
+    angle_max_deg: tuple[float, ...] = ()
     slew: float = 0.2
     drive_max: float = 1.0
     width_max_us: float = 500.0
     charge_max_uc: float = 20.0
     charge_rise_uc: float = 5.0
+    horizon_charge_max_uc: float = math.inf
     full_scale_us: float = 500.0
     actuation_delay_ms: float = 0.0
     compensate_age: bool = True
@@ -121,26 +131,7 @@ class Mpc:
     solver: Literal["daqp", "osqp"] = "daqp"
 
     def __post_init__(self) -> None:
-        sizes = f"the model has {self.model.inputs} muscles and {self.model.outputs} outputs"
-        if len(self.current_ma) != self.model.inputs:
-            raise InputError("current_ma", f"{len(self.current_ma)} currents",
-                             f"{self.model.inputs}, one a muscle", sizes)
-        if self.output_weight and len(self.output_weight) != self.model.outputs:
-            raise InputError("output_weight", f"{len(self.output_weight)} weights",
-                             f"{self.model.outputs}, one an output, or none", sizes)
-        if self.horizon < 1:
-            raise InputError("horizon", f"{self.horizon}", "1 or more periods")
-        for key in ("move_weight", "slew", "drive_max", "drive_noise", "disturbance_deg", "measurement_deg",
-                    "charge_rise_uc"):
-            if not (math.isfinite(getattr(self, key)) and getattr(self, key) > 0.0):
-                raise InputError(key, f"{getattr(self, key)}", "a finite value above 0")
-        for key, values in (("output_weight", self.output_weight), ("effort_weight", (self.effort_weight,)),
-                            ("cocontraction_weight", (self.cocontraction_weight,))):
-            if not all(math.isfinite(value) and value >= 0.0 for value in values):
-                raise InputError(key, f"{values}", "finite weights, 0 or more")
-        for key in ("actuation_delay_ms", "max_age_ms", "hold_ms", "ramp_ms"):
-            duration_ns(getattr(self, key), NS_PER_MS, key)
-        self.allocation()
+        mpc_checks.check(self)
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -160,33 +151,44 @@ class Mpc:
                           width_max_us=self.width_max_us, full_scale_us=self.full_scale_us,
                           charge_max_uc=self.charge_max_uc)
 
+    def reach(self) -> Array:
+        """Greatest drive of each muscle, (muscles,)."""
+        return np.minimum(self.drive_max, self.allocation().reach())
+
+    def boxes(self) -> tuple[Array, Array]:
+        """Least and greatest outputs, (outputs,) rad each."""
+        free = np.full(self.model.outputs, np.inf)
+        return (np.radians(self.angle_min_deg) if self.angle_min_deg else -free,
+                np.radians(self.angle_max_deg) if self.angle_max_deg else free)
+
+    def faults(self, context: Context, surroundings: Surroundings) -> tuple[InputError, ...]:
+        """What of the parameters does not fit the loop around: its delay, its reference."""
+        return tuple(mpc_checks.faults(self, context, surroundings))
+
+    def cautions(self, context: Context) -> tuple[tuple[str, str], ...]:
+        """What is to be feared before the first trial: (status, detail) each."""
+        return mpc_checks.cautions(self)
+
     def init(self, context: Context) -> MpcState:
         """At rest, the programme and the observer for the context's clock.
 
         Raises InputError for a horizon that ends before the first drive shows.
         """
-        period = period_ns(context)
-        actuation = duration_ns(self.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
-        model = self.model.sampled(period, actuation)
-        if self.horizon <= model.delay_steps:
-            raise InputError(
-                f"{context.name}.horizon",
-                f"{self.horizon} periods of {period / NS_PER_MS:g} ms end before the delay of "
-                f"{(self.model.delay_ns + actuation) / NS_PER_MS:g} ms does",
-                f"{model.delay_steps + 1} or more", "lengthen the horizon by what the movement takes")
-        allocation, muscles = self.allocation(), self.model.inputs
-        plan = make_plan(model, self.horizon, Weights(
-            np.array(self.output_weight or (1.0,) * self.model.outputs), self.move_weight,
-            self.effort_weight, self.cocontraction_weight))
-        observer = Observer.design(
-            self.model, period_ns=period, delay_ns=self.model.delay_ns + actuation,
-            reach_ns=duration_ns(self.max_age_ms, NS_PER_MS, "max_age_ms"), drive_noise=self.drive_noise,
-            disturbance_walk=math.radians(self.disturbance_deg),
-            measurement_noise=math.radians(self.measurement_deg))
-        return MpcState(plan, observer, np.minimum(self.drive_max, allocation.reach()), allocation.table(),
-                        observer.init(), self.adaptation.init(observer) if self.adaptation else None,
-                        Qp(plan.hessian, plan.rows, solver=self.solver, centred=True), np.zeros(muscles),
-                        np.zeros((muscles, 2)), np.zeros(muscles))
+        for fault in self.faults(context, Surroundings()):
+            raise InputError(f"{context.name}.{fault.where}", fault.found, fault.allowed, fault.remedy)
+        muscles, candidates = self.model.inputs, candidates_of(self, period_ns(context))
+        nominal = [candidate.speed for candidate in candidates].index(1.0)
+        ledger = np.zeros(self.horizon if self.horizon_charge_max_uc < math.inf else 0)
+        return MpcState(self.reach(), self.allocation().table(), candidates, nominal, np.zeros(muscles),
+                        np.zeros((muscles, 2)), ledger)
+
+    def next_trial(self, state: MpcState, context: Context) -> MpcState:
+        """At rest again, with what is known of the muscles."""
+        fresh = self.init(context)
+        if self.adaptation:
+            carry_over(self.adaptation, state.candidates, fresh.candidates)
+            fresh.chosen = state.chosen
+        return fresh
 
     def step(self, state: MpcState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Pulses for this tick."""
@@ -198,11 +200,12 @@ class Mpc:
         else:
             trouble, detail = self._control(state, reference, measured, now_ns)
         if trouble:
-            self._fall_back(state, tick, trouble, detail)
-        state.trouble = trouble
+            fall_back(self, state, tick, trouble, detail)
         estimate = state.estimate
         state.pulses = np.empty((state.drive.size, 2))
         saturated = give_out(state.table, state.drive, estimate.stamps, estimate.inputs, now_ns, state.pulses)
+        if state.given_uc.size:
+            state.given_uc = np.append(state.given_uc[1:], 1e6 * state.pulses[:, 0] @ state.pulses[:, 1])
         state.latch.put(tick, "saturated", saturated > 0, "a channel is at its longest pulse")
         return (state.pulses,)
 
@@ -217,34 +220,31 @@ class Mpc:
 
     def _control(self, state: MpcState, reference: Array, sample: Sample, now_ns: int) -> tuple[str, str]:
         """Set the drive to the first of the optimal ones; what went wrong, ("", "") if nothing."""
-        observer, estimate, measured = state.observer, state.estimate, cast(Array, sample.value)
+        measured = cast(Array, sample.value)
         captured_ns = sample.newest_ns if self.compensate_age else now_ns
-        if self.adaptation and state.strength and is_finite(measured):
-            self.adaptation.correct(state.strength, observer, estimate, captured_ns, measured)
-        best, (lower, upper) = np.empty(state.qp.size), np.empty((2, state.qp.constraints))
+        if self.adaptation and is_finite(measured):
+            state.chosen = compare(state.candidates, state.chosen, self.adaptation, captured_ns, measured)
+        candidate = state.candidates[state.chosen]
+        observer, estimate, qp = candidate.observer, candidate.estimate, candidate.qp
+        charge = state.given_uc
+        if charge.size:
+            charge = charge_room(self.horizon_charge_max_uc, charge, candidate.plan,
+                                 state.fallback.planned, estimate.strength, state.table)
+        best, (lower, upper) = np.empty(qp.size), np.empty((2, qp.constraints))
         finite = pose(
             observer.ladder, observer.c, observer.offset, observer.gain, estimate.x, estimate.disturbance,
             estimate.strength, estimate.stamps, estimate.inputs, observer.period_ns, observer.delay_ns,
-            estimate.at_ns, captured_ns, now_ns, measured, state.plan.free, state.reach, self.slew,
-            state.table, 1e-6 * self.charge_rise_uc, state.drive, state.pulses, reference,
-            best, lower, upper)
+            estimate.at_ns, captured_ns, now_ns, measured, candidate.plan.free, candidate.plan.boxes,
+            state.reach, self.slew, state.table, 1e-6 * self.charge_rise_uc, charge, state.drive,
+            state.pulses, reference, best, lower, upper)
         if not finite:
             return "non_finite", "an input is not finite"
         estimate.at_ns = max(estimate.at_ns, captured_ns)
-        result = state.qp.solve(best, lower, upper)
+        result = qp.solve(best, lower, upper)
         if result.status != "solved":
-            return result.status, "quadratic programme: the last drive is held, then ramped to zero"
+            return result.status, "quadratic programme: the last plan goes on, then a ramp to zero"
+        state.fallback.solved(result.x)
         state.drive = result.x[:state.drive.size]
-        if state.strength:
+        if candidate.strength:
             state.drive = np.minimum(state.drive / estimate.strength, state.reach)
         return "", ""
-
-    def _fall_back(self, state: MpcState, tick: Tick, trouble: str, detail: str) -> None:
-        """The declared safe output: hold, then ramp to zero."""
-        if not state.trouble:
-            state.trouble_ns, state.held = tick.time_ns, state.drive
-        if trouble != state.trouble:
-            tick.report(trouble, detail)
-        ramping_ms = (tick.time_ns - state.trouble_ns) / NS_PER_MS - self.hold_ms
-        share = 1.0 if ramping_ms <= 0.0 else max(0.0, 1.0 - ramping_ms / max(self.ramp_ms, 1e-9))
-        state.drive = share * state.held

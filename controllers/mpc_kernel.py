@@ -22,8 +22,9 @@ Stamps = NDArray[np.int64]
 def pose(
     ladder: Array, c: Array, offset: Array, gain: Array, x: Array, disturbance: Array, strength: Array,
     stamps: Stamps, inputs: Array, period_ns: int, delay_ns: int, at_ns: int, captured_ns: int, now_ns: int,
-    measured: Array, free: Array, reach: Array, slew: float, table: Array, charge_rise_c: float,
-    drive: Array, pulses: Array, reference: Array, best: Array, lower: Array, upper: Array,
+    measured: Array, free: Array, boxes: Array, reach: Array, slew: float, table: Array,
+    charge_rise_c: float, charge: Array, drive: Array, pulses: Array, reference: Array, best: Array,
+    lower: Array, upper: Array,
 ) -> bool:
     """Fill the free optimum and the bounds of this tick's programme; false for an input that is not finite.
 
@@ -35,11 +36,12 @@ def pose(
     ----------
     ladder ... delay_ns: of `Observer` and `ObserverState`.
     measured, reference: (outputs,) and (N, outputs), rad.
-    free: of `Plan`.
+    free, boxes: of `Plan`.
     reach, slew: greatest drive of each muscle, (muscles,), and greatest change a tick.
     table, charge_rise_c: as `risen` takes them.
+    charge: as `limits` takes it.
     drive, pulses: in force, (muscles,) and (muscles, 2).
-    best, lower, upper: (N muscles,) and twice (2 N muscles,), filled.
+    best, lower, upper: (unknowns,) and twice (unknowns + constraints,), filled.
     """
     muscles = drive.size
     if not (np.isfinite(measured).all() and np.isfinite(reference).all()):
@@ -56,7 +58,7 @@ def pose(
     for i in range(muscles):
         rise[i] = strength[i] * max(rise[i], drive[i])
     free_optimum(free, present, disturbance + offset, reference, answered, best)
-    limits(strength * reach, slew * strength, answered, rise, lower, upper)
+    limits(strength * reach, slew * strength, answered, rise, charge, boxes, reference, best, lower, upper)
     return True
 
 

@@ -7,7 +7,10 @@ corrected. What is measured is then a sum of shares, each times the muscle's str
 
 a linear regression whose parameters wander, solved by a Kalman filter (Ljung 1999, System Identification,
 section 11.2). Strengths are pulled back to 1 with the time constant of fatigue and recovery, so that the
-strength of a muscle that is not used stays known.
+strength of a muscle that is not used stays known. What strengths have in common when they are first seen
+(a model of another day) shows in the first movement; what each has of its own, when it is used.
+
+A plant may also be faster or slower than its model: see `mpc_candidates`.
 """
 
 from __future__ import annotations
@@ -18,6 +21,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from controllers.observer import Observer, ObserverState, carry
 from fesloop.errors import InputError
@@ -53,6 +57,10 @@ class StrengthAdaptation:
     time_s: within which they do (fatigue 18-30 s, recovery 40-50 s; `plants` has the sources).
     disturbance_deg: sd of the walk of what no strength explains, over 1 s (chosen).
     measurement_deg: sd of what the model's dynamics leave unexplained in a sample (chosen).
+    common: share of that variance which all muscles have in common at first (chosen): they tire each for
+        itself.
+    speeds: of the patient over the model's, between which is told by what each predicts; 1 is among them.
+    memory_s: within which predictions count for that.
     least, greatest: bounds of a strength.
     """
 
@@ -60,13 +68,22 @@ class StrengthAdaptation:
     time_s: float = 30.0
     disturbance_deg: float = 2.0
     measurement_deg: float = 2.0
+    common: float = 0.5
+    speeds: tuple[float, ...] = (1.0,)
+    memory_s: float = 2.0
     least: float = 0.2
     greatest: float = 1.5
 
     def __post_init__(self) -> None:
-        for key in ("strength_sd", "time_s", "disturbance_deg", "measurement_deg", "least"):
+        for key in ("strength_sd", "time_s", "disturbance_deg", "measurement_deg", "least",
+                    "memory_s"):
             if not (math.isfinite(getattr(self, key)) and getattr(self, key) > 0.0):
                 raise InputError(f"adaptation.{key}", f"{getattr(self, key)}", "a finite value above 0")
+        if not 0.0 <= self.common <= 1.0:
+            raise InputError("adaptation.common", f"{self.common}", "0 to 1")
+        if not (1.0 in self.speeds and len(set(self.speeds)) == len(self.speeds)
+                and all(0.0 < speed < math.inf for speed in self.speeds)):
+            raise InputError("adaptation.speeds", f"{self.speeds}", "different speeds above 0, 1 among them")
         if not self.least <= 1.0 <= self.greatest < math.inf:
             raise InputError("adaptation", f"least {self.least}, greatest {self.greatest}",
                              "bounds on either side of 1, the strength that the model has")
@@ -76,29 +93,37 @@ class StrengthAdaptation:
         states, outputs = observer.c.shape[1], observer.c.shape[0]
         muscles = observer.ladder.shape[1] - states
         mean = np.concatenate([np.ones(muscles), np.zeros(outputs)])
-        sd = np.concatenate([np.full(muscles, self.strength_sd),
-                             np.full(outputs, math.radians(self.disturbance_deg))])
-        return StrengthState(np.zeros((muscles, states)), mean, np.diag(sd**2))
+        shared = self.common * np.ones((muscles, muscles)) + (1.0 - self.common) * np.eye(muscles)
+        covariance = block_diag(self.strength_sd**2 * shared,
+                                math.radians(self.disturbance_deg)**2 * np.eye(outputs))
+        return StrengthState(np.zeros((muscles, states)), mean, covariance)
+
+    def carried(self, state: StrengthState, observer: Observer) -> StrengthState:
+        """At rest again, with what is known of the strengths."""
+        fresh, muscles = self.init(observer), state.responses.shape[0]
+        fresh.mean[:muscles] = state.mean[:muscles]
+        fresh.covariance[:muscles, :muscles] = state.covariance[:muscles, :muscles]
+        return fresh
 
     def correct(
         self, state: StrengthState, observer: Observer, estimate: ObserverState, captured_ns: int,
         measured: Array,
-    ) -> None:
-        """Take in outputs (outputs,) as they were at `captured_ns`, before the observer does.
+    ) -> float:
+        """Take in outputs (outputs,) as they were at `captured_ns`, news, before the observer does.
 
-        Sets `estimate.strength`; nothing if the sample is no news.
+        Sets `estimate.strength`; the logarithm of how likely they were beforehand.
         """
-        if captured_ns <= estimate.at_ns:
-            return
         elapsed_s = (captured_ns - estimate.at_ns) / NS_PER_S
         respond(observer.ladder, state.responses, estimate.stamps, estimate.inputs, observer.period_ns,
                 observer.delay_ns, estimate.at_ns, captured_ns)
-        regress(state.mean, state.covariance, state.responses, observer.c, measured - observer.offset,
-                math.exp(-elapsed_s / self.time_s), self.strength_sd**2,
-                math.radians(self.disturbance_deg)**2 * elapsed_s, math.radians(self.measurement_deg)**2)
+        likelihood: float = regress(
+            state.mean, state.covariance, state.responses, observer.c, measured - observer.offset,
+            math.exp(-elapsed_s / self.time_s), self.strength_sd**2,
+            math.radians(self.disturbance_deg)**2 * elapsed_s, math.radians(self.measurement_deg)**2)
         muscles = estimate.strength.size
         np.clip(state.mean[:muscles], self.least, self.greatest, out=state.mean[:muscles])
         estimate.strength[:] = state.mean[:muscles]
+        return likelihood
 
 
 @numba.njit(cache=True)
@@ -118,8 +143,8 @@ def respond(
 def regress(
     mean: Array, covariance: Array, responses: Array, c: Array, unexplained: Array, kept: float,
     strength_variance: float, walk_variance: float, noise_variance: float,
-) -> None:
-    """One step of the filter, in place.
+) -> float:
+    """One step of the filter, in place; the logarithm of the density of what was measured, but for 2 pi.
 
     Parameters
     ----------
@@ -139,6 +164,7 @@ def regress(
         covariance[i, i] += (1.0 - kept * kept) * strength_variance
     for i in range(muscles, size):
         covariance[i, i] += walk_variance
+    likelihood = 0.0
     regressor = np.empty(size)
     for output in range(unexplained.size):
         regressor[:] = 0.0
@@ -154,7 +180,9 @@ def regress(
         for i in range(size):
             variance += regressor[i] * spread[i]
             innovation -= regressor[i] * mean[i]
+        likelihood -= 0.5 * (innovation * innovation / variance + math.log(variance))
         for i in range(size):
             mean[i] += spread[i] / variance * innovation
             for j in range(size):
                 covariance[i, j] -= spread[i] * spread[j] / variance
+    return likelihood

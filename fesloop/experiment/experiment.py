@@ -15,6 +15,7 @@ from fesloop.experiment.reference_rows import row_faults
 from fesloop.experiment.schema import plain
 from fesloop.experiment.wanted import Record, Score
 from fesloop.loop.clock import FOREVER, NS_PER_S, duration_ns
+from fesloop.loop.surroundings import faults_in_place
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
 
@@ -77,6 +78,9 @@ class Experiment:
         if self.score.after_s * NS_PER_S >= self.duration_ns:
             raise InputError("score.after_s", f"{self.score.after_s:g} leaves nothing of a trial",
                              f"below {self.duration_ns / NS_PER_S:g} s, the duration")
+        faults = faults_in_place(self.wiring, self.duration_ns)
+        if faults:
+            raise InputErrors(faults)
 
     def _faults_of_numbers(self) -> Iterator[InputError]:
         """What is wrong with everything but the wiring."""

@@ -68,7 +68,9 @@ class Block(Protocol):
     copy of the block for the shapes, by input name, of what is wired to its open-sized inputs),
     `next_trial(state, context)` (the state that the next trial starts from, where it is not
     `init(context)`: a learning controller learns here), `close(state)` (a device lets go),
-    `cautions(context)` ((status, detail) each: what its parameters give to fear, shown by `fesloop check`).
+    `cautions(context)` ((status, detail) each: what its parameters give to fear, shown by `fesloop check`),
+    `faults(context, surroundings)` (InputErrors: what of its parameters cannot work where it stands, told
+    when an experiment is made; see `surroundings`).
     """
 
     @property

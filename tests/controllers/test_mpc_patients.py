@@ -168,13 +168,6 @@ def test_a_whole_hand_is_controlled_in_real_time():
     assert np.median(took[20:]) < 0.2 * 0.025
 
 
-def test_a_horizon_shorter_than_the_delay_is_refused_before_the_run():
-    named = "mpc.horizon: 2 periods of 25 ms end before the delay of 65 ms does; allowed: 3 or more; lengthen"
-    with pytest.raises(InputError, match=named):
-        controller(horizon=2, actuation_delay_ms=45.0).init(Context("mpc", clock=RateClock.from_rate(RATE)))
-    controller(horizon=3, actuation_delay_ms=45.0).init(Context("mpc", clock=RateClock.from_rate(RATE)))
-
-
 @pytest.mark.parametrize(("faulty", "message"), [
     ({"current_ma": (40.0,) * 3}, "4, one a muscle; the model has 4 muscles and 3 outputs"),
     ({"output_weight": (1.0,) * 2}, "3, one an output, or none; the model has 4 muscles and 3 outputs"),

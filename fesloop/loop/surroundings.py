@@ -1,0 +1,85 @@
+"""What a block may know of the loop around it before anything runs.
+
+A block with a member `faults(context, surroundings)` is asked when an experiment is made, so that what cannot
+work in its place, such as a horizon that ends before the loop's delay does, is named by `fesloop check` and
+not by a run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.loop.block import Tick
+from fesloop.loop.clock import FOREVER, NS_PER_S
+from fesloop.loop.latency import LatencyReport
+from fesloop.loop.wiring import Node, Wiring
+
+_MOST_TICKS = 20_000
+"""Of a source that are looked at, as the latency report looks at."""
+_LATENCY_HORIZON_NS = NS_PER_S
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Surroundings:
+    """The place of a block.
+
+    Attributes
+    ----------
+    loop_ns: of the slowest way from a plant output through the block to a plant input, the least time from
+        capture to effect; 0 where no way leads through it.
+    way: that way, in words.
+    coming: by input port, all that a block without inputs puts out on it over a trial, stacked along a
+        first axis; not there for ports wired otherwise.
+    """
+
+    loop_ns: int = 0
+    way: str = ""
+    coming: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+
+
+def faults_in_place(wiring: Wiring, duration_ns: int) -> list[InputError]:
+    """What blocks find wrong with their own parameters where they stand, named as in an experiment file."""
+    found: list[InputError] = []
+    for node in wiring.nodes:
+        tell = getattr(node.part, "faults", None)
+        if tell is not None:
+            told = tell(node.context(wiring.seed, 0), _of(wiring, node, duration_ns))
+            found += [InputError(f"blocks.{node.name}.{fault.where}", fault.found, fault.allowed,
+                                 fault.remedy) for fault in told]
+    return found
+
+
+def _of(wiring: Wiring, node: Node, duration_ns: int) -> Surroundings:
+    report = LatencyReport(wiring, horizon_ns=min(duration_ns, _LATENCY_HORIZON_NS))
+    ways = [(min(latency.total_ns for latency in taken), path.name) for path in report.paths
+            if any(connection.target is node for connection in path.connections)
+            and (taken := list(path.ticks()))]
+    loop_ns, way = max(ways, default=(0, ""))
+    coming = {node.part.inputs[connection.target_port].name: _put_out(wiring, connection.source,
+                                                                       connection.source_port, duration_ns)
+              for connection in wiring.connections
+              if connection.target is node and _is_source(connection.source)}
+    return Surroundings(loop_ns=loop_ns, way=way, coming=coming)
+
+
+def _is_source(node: Node) -> bool:
+    """Whether a node is a block that can be stepped beforehand: no inputs, and no device behind it."""
+    return not node.is_plant and not node.part.inputs and not hasattr(node.part, "close")
+
+
+def _put_out(wiring: Wiring, node: Node, port: int, duration_ns: int) -> NDArray[np.float64]:
+    """What a source puts out on a port in the first trial."""
+    clock = node.clock
+    assert clock is not None
+    state, tick, values = node.block.init(node.context(wiring.seed, 0)), Tick(), []
+    for index in range(_MOST_TICKS):
+        tick.index, tick.time_ns = index, clock.tick(index)
+        if tick.time_ns >= min(duration_ns, FOREVER):
+            break
+        values.append(node.block.step(state, (), tick)[port])
+    return np.array(values, dtype=np.float64)
