@@ -47,7 +47,7 @@ class Synergies:
 
     Attributes
     ----------
-    rows: names of the sums, those of `READY` or of `weights`.
+    rows: names of the sums: those of `weights`, of `READY`, or a freedom's for that angle itself.
     weights: sums of one's own: by name, weights on named freedoms; they win over ready ones.
     offset_deg: c of some rows.
     freedoms: names of the angles; empty: all 23 of the hand.
@@ -61,7 +61,7 @@ class Synergies:
     def __post_init__(self) -> None:
         if not self.freedoms:
             object.__setattr__(self, "freedoms", hand_tree(HandSize()).freedoms)
-        known = {**READY, **self.weights}
+        known = self._known()
         if not self.rows or len(set(self.rows)) < len(self.rows):
             raise InputError("rows", f"{self.rows}", "one or more names, each once")
         for name in self.rows:
@@ -72,10 +72,14 @@ class Synergies:
             if name not in self.rows or not math.isfinite(offset):
                 raise InputError("offset_deg", f"{name} = {offset}", "finite, of " + ", ".join(self.rows))
 
+    def _known(self) -> dict[str, Mapping[str, float]]:
+        """Sums that rows may name."""
+        return {**{freedom: {freedom: 1.0} for freedom in self.freedoms}, **READY, **self.weights}
+
     @property
     def matrix(self) -> Array:
         """C, (m, f)."""
-        known = {**READY, **self.weights}
+        known = self._known()
         return np.array([[known[name].get(freedom, 0.0) for freedom in self.freedoms] for name in self.rows])
 
     @property

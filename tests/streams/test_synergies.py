@@ -60,3 +60,11 @@ def test_ranges_are_those_of_the_postures_at_the_ends_of_the_joints_ranges():
 def test_names_what_cannot_be(given, named):
     with pytest.raises(InputError, match=named):
         Synergies(**given)
+
+
+def test_an_angle_itself_is_a_row_by_its_name():
+    values, sd = put_out(Synergies(rows=("F4_dip_flexion", "wrist_extension")), F4_dip_flexion=12.0)
+    np.testing.assert_allclose(np.degrees(values), [12.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(sd, 0.01)
+    finger = Synergies(rows=("DIP", "MCP"), freedoms=("MCP", "PIP", "DIP"))
+    np.testing.assert_array_equal(finger.matrix, [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])

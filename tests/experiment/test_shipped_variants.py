@@ -1,0 +1,45 @@
+"""Variants of shipped experiments: every option makes an experiment, and plants are identified by one door."""
+
+import json
+import shutil
+
+import pytest
+
+import fesloop
+from fesloop.cli import main
+from fesloop.experiment.parse import read, shipped
+from fesloop.experiment.variants import listed
+
+OPTIONS = [(name, variant, option) for name in shipped() for variant, table in listed(read(name)[1]).items()
+           for option in table["options"]]
+
+
+def need(option):
+    if option == "myohand":
+        pytest.importorskip("myo_sim")
+    if option == "fmu" and shutil.which("gcc") is None:
+        pytest.skip("no gcc")
+
+
+@pytest.mark.parametrize(("name", "variant", "option"), OPTIONS)
+def test_every_option_makes_an_experiment_and_says_what_it_is(name, variant, option):
+    need(option)
+    experiment = fesloop.load(name, [f"{variant}={option}"])
+    told = listed(read(name)[1])[variant]["options"][option]
+    assert told
+    assert experiment.description.endswith(f"{variant} {option}: {told}")
+
+
+@pytest.mark.parametrize("plant", ["finger", "fmu"])
+def test_a_finger_is_identified_as_a_hand_is(plant, tmp_path, capsys):
+    """Thresholds are those that the finger is made with; the angles are predicted."""
+    need(plant)
+    recording = fesloop.load("identify_grasp", [f"plant={plant}"]).run(tmp_path).recording
+    assert main(["identify", str(recording), "--out", str(tmp_path / "model.toml"), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["patient"], told["outputs"]) == ("", ["MCP", "PIP", "DIP"])
+    for channel, threshold_ma in zip(told["channels"], (12.0, 10.0, 10.0, 8.0), strict=True):
+        assert channel["half_ma"] == pytest.approx(threshold_ma, rel=0.15)
+    for joint, least in (("MCP", 85.0), ("PIP", 85.0), ("DIP", 65.0)):
+        assert told["fit_percent"]["free_run"][joint] > least
+        assert told["fit_percent"]["one_step"][joint] > 95.0
