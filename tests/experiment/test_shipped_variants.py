@@ -1,4 +1,4 @@
-"""Variants of shipped experiments: every option makes an experiment, and plants are identified by one door."""
+"""Variants of shipped experiments: every option makes an experiment; plants are identified by one door."""
 
 import json
 import shutil
