@@ -48,6 +48,7 @@ def specimens():
         "minimum_jerk": {"times_s": (0.1, 0.4), "angles_deg": ((20.0, 25.0, 15.0), (40.0, 50.0, 25.0)),
                          "preview": 5},
         "grasp_phases": {"phases": a_quick_grasp(), "preview": 3},
+        "fingertip_path": {"points": a_short_reach(), "preview": 2},
         "cyclic": {"period_s": 0.1, "mean_deg": {"finger_flexion": 40.0}, "rows": ("finger_flexion",),
                    "amplitude_deg": {"finger_flexion": 30.0}, "shape": "open_close", "preview": 2},
         "programme": {"times_s": (0.1, 0.3), "current_ma": ((20.0, 10.0),), "cycle_s": 0.35,
@@ -65,6 +66,7 @@ def specimens():
         "ilc": {"model": model, "duration_s": 0.5, "sd_max_deg": 60.0, "reject_share": 1.0, **current},
         "mpc": {"model": model, **current, **tiring_muscles()},
         "tuned_pid": {"model": model, "rule": "amigo", **current},
+        "grip_force": {"wanted_n": 3.0, "closing": (0, 2)},
     }
     registered = {entry.name for entry in entry_points(group="fesloop.blocks")}
     made = {}
@@ -91,6 +93,14 @@ def a_quick_grasp():
     return (GraspPhase(name="rest", duration_s=0.05, deg=rest),
             GraspPhase(name="open", duration_s=0.15, move_s=0.1, deg={"wrist_extension": 20.0}),
             GraspPhase(name="close", duration_s=0.1, deg={"finger_flexion": 60.0}))
+
+
+def a_short_reach():
+    """An index finger that goes there and back."""
+    from controllers.reference_fingertips import FingertipPoint
+
+    return (FingertipPoint(at_s=0.05), FingertipPoint(at_s=0.2, by_mm={"F2": (0.0, 8.0, 0.0)}),
+            FingertipPoint(at_s=0.35, by_mm={"F2": (0.0, -8.0, 0.0)}))
 
 
 def wave():

@@ -106,7 +106,7 @@ def test_without_feedforward_the_integral_brings_it_there_all_the_same():
 
 
 def test_what_cannot_be_reached_is_approached_and_left_without_delay():
-    """The integral does not wind up on what no drive gives: the way back takes no longer than the way there."""
+    """The integral does not wind up on what no drive gives: and comes back as soon as from rest."""
     far = OFFSET + np.array((5.0, 0.0, 0.0))
     reached, drives, _ = closed_loop(controller(), hand(), lambda t: far if t < 8.0 else TARGET, seconds=11.0)
     never, _, _ = closed_loop(controller(), hand(), lambda t: TARGET, seconds=3.0)
@@ -145,7 +145,8 @@ def test_trouble_is_told_once_and_means_no_stimulation():
     state, tick = pid.init(CONTEXT), Tick()
     nothing = Sample(np.zeros(3), NEVER, NEVER, NEVER)
     for k, inputs in enumerate([(nothing, nothing), (nothing, nothing),
-                                (sample(TARGET, 0), sample(OFFSET, 0)), (sample(TARGET, 0), sample([np.nan] * 3, 0)),
+                                (sample(TARGET, 0), sample(OFFSET, 0)),
+                                (sample(TARGET, 0), sample([np.nan] * 3, 0)),
                                 (sample(TARGET, 0), sample(OFFSET, 0))]):
         tick.index, tick.time_ns = k, k * PERIOD_NS
         (pulses,) = pid.step(state, inputs, tick)
