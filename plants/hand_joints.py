@@ -1,4 +1,4 @@
-"""What holds the relaxed hand's joints: stiffness, damping and resting posture of every freedom."""
+"""What holds the relaxed hand's joints: stiffness and damping of every freedom."""
 
 from __future__ import annotations
 
@@ -8,22 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
+from fesloop.hand.anthropometry import FINGERS
+from fesloop.hand.rest import RESTING_DEG
 from fesloop.hand.segments import SegmentTree
 
 Array = NDArray[np.float64]
 
 
 class Passive(NamedTuple):
-    """Of one freedom: stiffness of the joint alone, N m/rad, damping, N m s/rad, resting angle, deg."""
+    """Of one freedom: stiffness of the joint alone, N m/rad, damping, N m s/rad."""
 
     stiffness: float
     damping: float
-    rest_deg: float
 
 
-FINGER_RESTS_DEG = {"F2": (25.0, 35.0, 15.0), "F3": (30.0, 38.0, 15.0), "F4": (33.0, 40.0, 15.0),
-                    "F5": (35.0, 40.0, 15.0)}
-"""MCP, PIP, DIP, the wrist neutral. Chosen: the usual cascade, more flexed towards the little finger."""
 WRIST_END_DEG, WRIST_BEYOND_DEG = 75.0, 15.0
 WRIST_END_MOMENTS = {"flexion": 0.28, "extension": 0.99}
 """The wrist's passive moment, N m, is about 0 over the central 150 deg and .5 and 1.2 at 90 deg of flexion
@@ -40,15 +38,15 @@ def passive_joints(tree: SegmentTree) -> dict[str, Passive]:
     in flexion, where it is free over the central 150 deg; damping chosen.
     """
     rows = {
-        "wrist_flexion": Passive(0.02, 0.03, 0.0), "wrist_abduction": Passive(0.5, 0.03, 0.0),
-        "F1_cmc_flexion": Passive(0.10, 0.008, 40.0), "F1_cmc_abduction": Passive(0.10, 0.008, -25.0),
-        "F1_cmc_pronation": Passive(0.15, 0.004, 70.0), "F1_mcp_flexion": Passive(0.05, 0.003, 15.0),
-        "F1_ip_flexion": Passive(0.02, 0.0006, 20.0)}
-    for finger, (mcp, pip, dip) in FINGER_RESTS_DEG.items():
-        rows[f"{finger}_mcp_flexion"] = Passive(0.030, 0.004, mcp)
-        rows[f"{finger}_mcp_abduction"] = Passive(0.08, 0.004, 0.0)
-        rows[f"{finger}_pip_flexion"] = Passive(0.0148, 0.00085, pip)
-        rows[f"{finger}_dip_flexion"] = Passive(0.016, 0.00022, dip)
+        "wrist_flexion": Passive(0.02, 0.03), "wrist_abduction": Passive(0.5, 0.03),
+        "F1_cmc_flexion": Passive(0.10, 0.008), "F1_cmc_abduction": Passive(0.10, 0.008),
+        "F1_cmc_pronation": Passive(0.15, 0.004), "F1_mcp_flexion": Passive(0.05, 0.003),
+        "F1_ip_flexion": Passive(0.02, 0.0006)}
+    for finger in FINGERS[1:]:
+        rows[f"{finger}_mcp_flexion"] = Passive(0.030, 0.004)
+        rows[f"{finger}_mcp_abduction"] = Passive(0.08, 0.004)
+        rows[f"{finger}_pip_flexion"] = Passive(0.0148, 0.00085)
+        rows[f"{finger}_dip_flexion"] = Passive(0.016, 0.00022)
     return {freedom: rows[freedom] for freedom in tree.freedoms}
 
 
@@ -57,7 +55,7 @@ def resting_posture(tree: SegmentTree, rest_deg: dict[str, float]) -> Array:
 
     Raises InputError for a freedom that is not there.
     """
-    angles = np.deg2rad([row.rest_deg for row in passive_joints(tree).values()])
+    angles = np.deg2rad([RESTING_DEG[freedom] for freedom in tree.freedoms])
     for freedom, degrees in rest_deg.items():
         angles[tree.freedom(freedom)] = np.deg2rad(degrees)
     return angles
