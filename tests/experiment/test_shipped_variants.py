@@ -2,14 +2,17 @@
 
 import json
 import shutil
+from pathlib import Path
 
 import pytest
 
 import fesloop
 from fesloop.cli import main
+from fesloop.errors import InputError
 from fesloop.experiment.parse import read, shipped
 from fesloop.experiment.variants import listed
 
+WHOLE_HAND = Path(__file__).parent / "whole_hand.toml"
 OPTIONS = [(name, variant, option) for name in shipped() for variant, table in listed(read(name)[1]).items()
            for option in table["options"]]
 
@@ -32,7 +35,7 @@ def test_every_option_makes_an_experiment_and_says_what_it_is(name, variant, opt
 
 @pytest.mark.parametrize("plant", ["finger", "fmu"])
 def test_a_finger_is_identified_as_a_hand_is(plant, tmp_path, capsys):
-    """Thresholds are those that the finger is made with; the angles are predicted."""
+    """Thresholds are those that the finger is made with; ILC learns by the model, which is no hand's."""
     need(plant)
     recording = fesloop.load("identify_grasp", [f"plant={plant}"]).run(tmp_path).recording
     assert main(["identify", str(recording), "--out", str(tmp_path / "model.toml"), "--json"]) == 0
@@ -43,3 +46,8 @@ def test_a_finger_is_identified_as_a_hand_is(plant, tmp_path, capsys):
     for joint, least in (("MCP", 85.0), ("PIP", 85.0), ("DIP", 65.0)):
         assert told["fit_percent"]["free_run"][joint] > least
         assert told["fit_percent"]["one_step"][joint] > 95.0
+    model = f'model={{file = "{tmp_path / "model.toml"}"}}'
+    errors = fesloop.load(WHOLE_HAND, [f"plant={plant}", model]).run(tmp_path).metrics["joint_rmse_deg"]
+    assert errors[1] < 0.5 * errors[0]
+    with pytest.raises(InputError, match="patient: the model is of ''; allowed: 'able_bodied'"):
+        fesloop.load(WHOLE_HAND, [model])

@@ -2,10 +2,13 @@
 
 import json
 import tomllib
+from contextlib import suppress
 from pathlib import Path
 
 import jsonschema
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import fesloop
 from fesloop import Recording
@@ -16,6 +19,8 @@ from fesloop.experiment.parse import from_document
 from fesloop.experiment.variants import pick
 
 SMALL = (Path(__file__).parent / "small.toml").read_text().partition("[aliases]")[0]
+TABLES = ["experiment", "patient", "record", "blocks", "wires", "score", "aliases"]
+KEYS = [*TABLES, "plant", "default", "finger", "like", "remove", "from", "to", "leave_out", "kind", "a.b"]
 VARIANTS = """
 [variants.plant]
 default = "finger"
@@ -241,3 +246,24 @@ def test_what_is_picked_is_told_with_it():
     assert picked.settings == ("pid=3",)
     assert picked.name == "small with patient=faster"
     assert "variants" not in picked.document
+
+
+anything = st.recursive(
+    st.none() | st.booleans() | st.integers(-1, 2) | st.sampled_from(["", "a", "finger", "blocks.pid"]),
+    lambda inner: st.lists(inner, max_size=2) | st.dictionaries(st.sampled_from(KEYS), inner, max_size=4),
+    max_leaves=12)
+
+
+@given(st.dictionaries(st.sampled_from(TABLES), anything, max_size=4), anything)
+def test_whatever_a_file_says_is_an_experiment_or_refused(tables, variants):
+    document = {**tomllib.loads(SMALL), **tables, "variants": variants}
+    with suppress(InputError):
+        assert "variants" not in pick(document, ["plant=finger"], "file").document
+
+
+@given(st.dictionaries(st.sampled_from(["finger", "weak"]), st.dictionaries(st.sampled_from(
+    ["like", "remove", "blocks", "wires", "record", "aliases", "description"]), anything, max_size=3)))
+def test_whatever_an_option_says_is_made_or_refused(options):
+    document = {**tomllib.loads(SMALL), "variants": {"plant": {"default": "finger", **options}}}
+    with suppress(InputError):
+        assert "variants" not in pick(document, ["plant=weak"], "file").document
