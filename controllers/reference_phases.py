@@ -143,6 +143,11 @@ class GraspPhases:
         """From the first phase's beginning to the last one's end, s."""
         return self.repeats * sum(phase.duration_ns for phase in self.phases) / NS_PER_S
 
+    @property
+    def ends_s(self) -> tuple[float, ...]:
+        """When each phase ends, s: there its angles stand, for a law that heeds chosen instants only."""
+        return (*(start / NS_PER_S for start in self.starts_ns[1:]), self.duration_s)
+
     def phase_at(self, time_ns: int) -> int:
         """Number of the phase at an instant, from 0."""
         return (bisect_right(self.starts_ns, time_ns) - 1) % len(self.phases)

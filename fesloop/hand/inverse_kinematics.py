@@ -9,7 +9,7 @@ of reach the nearest reachable point remains, with its distance.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,13 +17,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import FINGERS, HandSize
+from fesloop.hand.coordinates import Coupling, connected, coordinates_of, spread
 from fesloop.hand.inverse_kinematics_kernels import place_tips, seek
 from fesloop.hand.kinematics import checked_angles
 from fesloop.hand.segments import SegmentTree
 from fesloop.hand.skeleton import contact_point, hand_tree
 
 Array = NDArray[np.float64]
-Coupling = Mapping[str, tuple[str, float]]
 
 DIP_OF_PIP = 2.0 / 3.0
 """DIP over PIP flexion (Rijpkema and Girard 1991, doi 10.1145/127719.122754)."""
@@ -63,15 +63,6 @@ class _Chain(NamedTuple):
     starts: Array
 
 
-class _Coordinates(NamedTuple):
-    """Freedoms that lead, by name; E (d, c); bounds (c,), rad, that leaders' and followers' ranges leave."""
-
-    leaders: tuple[str, ...]
-    basis: Array
-    low: Array
-    high: Array
-
-
 class InverseKinematics:
     """Finds postures of a segment tree for places of some of its points.
 
@@ -101,7 +92,7 @@ class InverseKinematics:
             raise InputError("places", f"{len(self._places)} points", f"{len(self._segments)}, one a segment")
         angles = checked_angles(tree, preferred)
         _require_within(tree, angles)
-        leaders, self._basis, self.low, self.high = _coordinates(tree, moving, coupled or {})
+        leaders, self._basis, self.low, self.high = coordinates_of(tree, moving, coupled or {})
         wanted = angles[[tree.freedom(name) for name in leaders]]
         self.preferred = np.clip(wanted, self.low, self.high)
         self._offset = np.where(self._basis.any(axis=1), 0.0, angles)
@@ -178,12 +169,12 @@ class InverseKinematics:
     def _apart(self) -> tuple[_Chain, ...]:
         """What hangs together, each for itself: with the wrist at rest, every finger."""
         chains = []
-        for tips, mine in _connected(self.tree.moved[self._segments] @ np.abs(self._basis) > 0.0):
+        for tips, mine in connected(self.tree.moved[self._segments] @ np.abs(self._basis) > 0.0):
             low, high = self.low[mine], self.high[mine]
             chains.append(_Chain(
                 tips, mine, self._segments[tips], self._places[tips],
                 np.ascontiguousarray(self._basis[:, mine]), low, high, self.preferred[mine],
-                low + _spread(_STARTS, mine.size) * (high - low)))
+                low + spread(_STARTS, mine.size) * (high - low)))
         return tuple(chains)
 
 
@@ -193,48 +184,6 @@ def _require_within(tree: SegmentTree, angles: Array) -> None:
         if not low - _ROUNDING <= angle <= high + _ROUNDING:
             raise InputError(f"preferred.{name}", f"{np.degrees(angle):.5g} deg",
                              f"{np.degrees(low):.5g} to {np.degrees(high):.5g} deg")
-
-
-def _coordinates(tree: SegmentTree, moving: Sequence[str], coupled: Coupling) -> _Coordinates:
-    """The coordinates that the moving freedoms leave."""
-    leaders = tuple(name for name in moving if name not in coupled or coupled[name][0] not in moving)
-    basis, bounds = np.zeros((len(tree.freedoms), len(leaders))), []
-    for j, name in enumerate(leaders):
-        factors = {name: 1.0, **{follower: factor for follower, (leader, factor) in coupled.items()
-                                 if leader == name}}
-        for follower, factor in factors.items():
-            basis[tree.freedom(follower), j] = factor
-        ends = np.array([tree.ranges[tree.freedom(name)] / factor for name, factor in factors.items()])
-        bounds.append((ends[:, 0].max(), ends[:, 1].min()))
-    low, high = np.array(bounds).reshape(-1, 2).T
-    return _Coordinates(leaders, basis, low, high)
-
-
-def _connected(moves: NDArray[np.bool_]) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Tips and coordinates of what hangs together in `moves` (t, c), whether a coordinate moves a tip."""
-    left, parts = list(range(moves.shape[0])), []
-    while left:
-        tips = [left.pop(0)]
-        while joined := [tip for tip in left if (moves[tip] & moves[tips].any(axis=0)).any()]:
-            tips += joined
-            left = [tip for tip in left if tip not in joined]
-        coordinates = np.flatnonzero(moves[tips].any(axis=0))
-        if coordinates.size:
-            parts.append((np.array(sorted(tips)), coordinates))
-    return parts
-
-
-def _spread(count: int, dimensions: int) -> Array:
-    """(count, dimensions) points spread evenly over the unit cube, always the same.
-
-    Multiples of the powers of 1 / g, g^(dimensions + 1) = g + 1, modulo 1 (Roberts 2018, "The unreasonable
-    effectiveness of quasirandom sequences").
-    """
-    g = 2.0
-    for _ in range(60):
-        g = (1.0 + g) ** (1.0 / (dimensions + 1))
-    steps = g ** -np.arange(1.0, dimensions + 1.0)
-    return np.asarray((0.5 + np.arange(1.0, count + 1.0)[:, np.newaxis] * steps) % 1.0)
 
 
 def of_hand(
