@@ -17,7 +17,7 @@ from controllers.reference_course import (
     reference_values,
     require_preview,
 )
-from controllers.reference_ranges import require_in_range, require_rows
+from controllers.reference_ranges import checked_ranges, require_in_range
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.signals import Port, Sample, Value
@@ -73,7 +73,7 @@ class MinimumJerk:
     def _require_range(self) -> None:
         """Raise InputError for an angle that a joint does not have, and for rows of another number."""
         if self.rows or self.range_deg:
-            require_rows(self.rows, self.range_deg)
+            object.__setattr__(self, "range_deg", checked_ranges(self.rows, self.range_deg))
         if self.rows and len(self.rows) != self.joints:
             raise InputError("rows", f"{len(self.rows)} names", f"{self.joints}, one for each joint")
         for i, point in enumerate(self.angles_deg):

@@ -18,7 +18,7 @@ from controllers.reference_course import (
     reference_values,
     require_preview,
 )
-from controllers.reference_ranges import require_in_range, require_rows
+from controllers.reference_ranges import checked_ranges, require_in_range
 from fesloop.errors import InputError, did_you_mean
 from fesloop.hand.anthropometry import FINGERS, HandSize, Three
 from fesloop.hand.inverse_kinematics import InverseKinematics, of_hand
@@ -117,8 +117,10 @@ class FingertipPath:
 
     def __post_init__(self) -> None:
         require_preview(self.preview, self.preview_period_ms)
+        exact = {name: float(angle) for name, angle in self.posture_deg.items()}
+        object.__setattr__(self, "posture_deg", exact)
         if self.rows:
-            require_rows(self.rows, {})
+            checked_ranges(self.rows, {})
         if not (math.isfinite(self.tolerance_mm) and self.tolerance_mm >= 0.0):
             raise InputError("tolerance_mm", f"{self.tolerance_mm:g}", "0 or more")
         times = [point.at_s for point in self.points]

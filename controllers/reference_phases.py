@@ -17,7 +17,7 @@ from controllers.reference_course import (
     reference_values,
     require_preview,
 )
-from controllers.reference_ranges import USUAL_ROWS, require_in_range, require_rows
+from controllers.reference_ranges import USUAL_ROWS, checked_ranges, require_in_range
 from fesloop.errors import InputError, did_you_mean
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns
@@ -98,7 +98,7 @@ class GraspPhases:
     """Beginnings of the phases, the repeats' included."""
 
     def __post_init__(self) -> None:
-        require_rows(self.rows, self.range_deg)
+        object.__setattr__(self, "range_deg", checked_ranges(self.rows, self.range_deg))
         if not self.phases:
             raise InputError("phases", "there is none", "one or more")
         if not 1 <= self.repeats <= _MOST_REPEATS:

@@ -33,10 +33,10 @@ def hand_ranges() -> dict[str, tuple[float, float]]:
     return {name: (low, high) for name, (low, high) in zip(names, limits, strict=True)}
 
 
-def require_rows(rows: Sequence[str], range_deg: Ranges) -> None:
-    """Raise InputError unless each row has a name of its own and a range.
+def checked_ranges(rows: Sequence[str], range_deg: Ranges) -> dict[str, tuple[float, float]]:
+    """`range_deg` as floats: ranges of rows that the hand does not know, and others than the usual ones.
 
-    `range_deg` gives ranges of rows that the hand does not know, and others than the usual ones.
+    Raises InputError unless each row has a name of its own and a range.
     """
     known = {**hand_ranges(), **range_deg}
     if not rows or len(set(rows)) < len(rows):
@@ -50,6 +50,7 @@ def require_rows(rows: Sequence[str], range_deg: Ranges) -> None:
             raise InputError(f"range_deg.{row}", "is no row", ", ".join(rows), did_you_mean(row, rows))
         if len(ends) != 2 or not all(map(math.isfinite, ends)) or ends[0] >= ends[1]:
             raise InputError(f"range_deg.{row}", f"{list(ends)}", "least and greatest angle, finite")
+    return {row: (float(low), float(high)) for row, (low, high) in range_deg.items()}
 
 
 def require_in_range(where: str, row: str, value_deg: float, range_deg: Ranges) -> None:

@@ -17,7 +17,7 @@ from controllers.reference_course import (
     require_preview,
 )
 from controllers.reference_file import NamedCourses, read_courses
-from controllers.reference_ranges import require_in_range, require_rows
+from controllers.reference_ranges import checked_ranges, require_in_range
 from fesloop.errors import InputError, did_you_mean
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns
@@ -82,7 +82,7 @@ class Recorded:
             raise InputError(self.file, f"says something else than it did, its fingerprint is {found[:12]}",
                              f"{self.fingerprint[:12]}", "bring the file back, or leave fingerprint out")
         courses = _rows_of(self.file, courses, self.rows)
-        require_rows(courses.names, self.range_deg)
+        object.__setattr__(self, "range_deg", checked_ranges(courses.names, self.range_deg))
         courses = self._window(courses)
         _require_range(self.file, courses, self.range_deg)
         shift = duration_ns(self.shift_s, NS_PER_S, "shift_s") / NS_PER_S

@@ -92,9 +92,11 @@ def an_experiment(**changed):
 
 
 def test_a_file_and_python_make_the_same_object():
-    experiment = from_document(an_experiment())
+    experiment = from_document(an_experiment(range_deg={"finger_flexion": [0, 90]}))
     phases = (PHASES[0], GraspPhase(name="open", duration_s=1.5, move_s=1.0, deg={"wrist_extension": 20.0}))
-    assert experiment.nodes[0].part == GraspPhases(phases=phases, rows=ROWS)
+    assert experiment.nodes[0].part == GraspPhases(phases=phases, rows=ROWS,
+                                                    range_deg={"finger_flexion": (0.0, 90.0)})
+    assert experiment.document()["blocks"]["reference"]["range_deg"] == {"finger_flexion": [0.0, 90.0]}
     assert from_document(experiment.document()) == experiment
 
 
