@@ -24,21 +24,16 @@ picked are added to the experiment's own.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from itertools import combinations
-from typing import Any, Required
-
-from pydantic import TypeAdapter, ValidationError
+from typing import Any
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
-from fesloop.experiment.faults import faults_of
-from fesloop.experiment.layout import keys_at, option_table
 from fesloop.experiment.patches import combined, cut_off, is_patchable, keyed, patched, plain_lists
-from fesloop.experiment.schema import closed
-from fesloop.experiment.settings import key_parts, key_text, text_value
+from fesloop.experiment.settings import key_text, text_value
+from fesloop.experiment.variant_form import checked_variants, faults_of_aliases, options_of
 
 Tables = dict[str, Any]
 
@@ -71,10 +66,12 @@ def pick(document: Mapping[str, Any], settings: Sequence[str], name: str) -> Pic
     with two options together.
     """
     base = {key: value for key, value in document.items() if key != "variants"}
+    declared = document.get("variants", {})
+    others = tuple(each for each in settings if not isinstance(declared, dict) or _key(each) not in declared)
     if "variants" not in document or not is_patchable(base):
-        return Picked(document=base, settings=tuple(settings), variants={}, options={}, name=name)
+        return Picked(document=base, settings=others, variants={}, options={}, name=name)
     try:
-        variants = _checked(document["variants"], base)
+        variants = checked_variants(declared, base)
         made = _made(variants, keyed(base))
     except InputErrors as several:
         raise InputErrors([_in_file(fault, name) for fault in several.faults]) from None
@@ -85,8 +82,7 @@ def pick(document: Mapping[str, Any], settings: Sequence[str], name: str) -> Pic
     chosen = {key_text(("variants", *pair)): made[pair] for pair in options.items()}
     tables = plain_lists(_together(keyed(base), chosen, name))
     return Picked(document=_described(tables, variants, options), options=options, name=full_name,
-                  variants=listed(document),
-                  settings=tuple(each for each in settings if _key(each) not in variants))
+                  variants=listed(document), settings=others)
 
 
 def listed(document: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
@@ -110,7 +106,7 @@ def _asked(variants: Tables, settings: Sequence[str], name: str) -> dict[str, st
     for setting in settings:
         variant = _key(setting)
         if variant in variants:
-            option, known = text_value(setting.partition("=")[2].strip()), _options(variants[variant])
+            option, known = text_value(setting.partition("=")[2].strip()), options_of(variants[variant])
             if option not in known:
                 raise InputError(f"--set {setting}", f"{name} has no {variant} of this name",
                                  ", ".join(known), did_you_mean(option, known))
@@ -118,67 +114,13 @@ def _asked(variants: Tables, settings: Sequence[str], name: str) -> dict[str, st
     return asked
 
 
-def _options(table: Mapping[str, Any]) -> list[str]:
-    return [option for option in table if option != "default"]
-
-
-def _checked(variants: Any, base: Tables) -> Tables:
-    """The variants, if they are of the declared form; raises InputErrors."""
-    option: Any = option_table()
-    form = closed("Variants", {"variants": Required[dict[str, dict[str, option]]]})
-    if not isinstance(variants, dict) or not all(isinstance(table, dict) for table in variants.values()):
-        raise InputErrors([InputError("variants", "is no table of tables", "[variants.NAME.OPTION]")])
-    patches = {"variants": {variant: {option: table[option] for option in _options(table)}
-                            for variant, table in variants.items()}}
-    faults = []
-    try:
-        TypeAdapter(form).validate_json(json.dumps(patches, default=str))
-    except ValidationError as fault:
-        faults = faults_of(fault.errors(include_url=False), patches,
-                           lambda path: keys_at(form, path, patches), tagged=False)
-    for variant, table in variants.items():
-        faults += _faults_of_names(variant, table, base)
-    faults += _faults_of_aliases("aliases", base.get("aliases", {}))
-    if faults:
-        raise InputErrors(faults)
-    return variants
-
-
-def _faults_of_names(variant: str, table: Tables, base: Tables) -> list[InputError]:
-    """What is wrong with a variant's name, its default and what its options are like."""
-    where, known, faults = key_text(("variants", variant)), _options(table), []
-    if key_text(("variants", variant)) != f"variants.{variant}":
-        faults.append(InputError(where, "is no name for --set", "letters, digits, - and _"))
-    if variant in base.get("aliases", {}):
-        faults.append(InputError(f"aliases.{variant}", "is the name of a variant too", "one of the two",
-                                 "rename one"))
-    for key, named in (("default", table.get("default")),
-                       *((f"{option}.like", patch["like"]) for option, patch in table.items()
-                         if isinstance(patch, dict) and "like" in patch)):
-        if named is None:
-            faults.append(InputError(f"{where}.{key}", "is missing", ", ".join(known), "add it"))
-        elif named not in known:
-            faults.append(InputError(f"{where}.{key}", f"{named!r} is no option of {variant}",
-                                     ", ".join(known), did_you_mean(str(named), known)))
-    return faults
-
-
-def _faults_of_aliases(where: str, aliases: Mapping[str, str | list[str]]) -> list[InputError]:
-    """Aliases of wires that are told by their numbers."""
-    every = [(name, key_parts(each)) for name, targets in aliases.items()
-             for each in (targets if isinstance(targets, list) else [targets])]
-    return [InputError(f"{where}.{name}", "names a wire by its number", 'wires."FROM->TO".KEY',
-                       "variants change what numbers wires have")
-            for name, path in every if path[:1] == ["wires"] and path[1:2] and path[1].isdigit()]
-
-
 def _made(variants: Tables, base: Tables) -> dict[tuple[str, str], Tables]:
     """The keyed document that each option makes of the file; raises InputErrors for those that cannot be."""
     made, faults = {}, []
     for variant, table in variants.items():
-        for option in _options(table):
-            faults += _faults_of_aliases(key_text(("variants", variant, option, "aliases")),
-                                         table[option].get("aliases", {}))
+        for option in options_of(table):
+            faults += faults_of_aliases(key_text(("variants", variant, option, "aliases")),
+                                        table[option].get("aliases", {}), variants)
             try:
                 made[variant, option] = _with_option(base, variant, table, option)
             except InputError as fault:

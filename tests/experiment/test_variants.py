@@ -183,6 +183,7 @@ def test_what_cannot_be_picked_is_refused_in_one_line(file, settings, found):
      "aliases.late: names a wire by its number"),
     (('aliases.fmu = "blocks.fmu.path"', "aliases.late = 'wires[1].latency_ms'"),
      "variants.plant.fmu.aliases.late: names a wire by its number"),
+    (("aliases.fmu =", "aliases.link ="), "variants.plant.fmu.aliases.link: is the name of a variant too"),
     (("[variants.link.radio]", "[variants.'a b']\ndefault='x'\n[variants.'a b'.x]\n[variants.link.radio]"),
      'variants."a b": is no name for --set'),
 ])
@@ -199,7 +200,7 @@ def test_faults_of_several_options_are_named_at_once(file):
 
 
 def test_a_file_of_the_wrong_form_is_left_for_its_check(file):
-    line = fault(file(VARIANTS, ('from = "reference.angles"', "from = 3")))
+    line = fault(file(VARIANTS, ('from = "reference.angles"', "from = 3")), ["plant=weak"])
     assert "wires[0].from: 3 is an integer" in line
 
 
