@@ -27,11 +27,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MinimumJerk:
-    """Minimum-jerk moves between way-points (Flash and Hogan 1985, doi 10.1523/JNEUROSCI.05-07-01688.1985).
+    """Minimum-jerk moves between way-points.
 
     Between two way-points each joint follows q0 + (q1 - q0) (10 s^3 - 15 s^4 + 6 s^5), s the elapsed
-    fraction, so it leaves and arrives at rest. Before the first and after the last it stands still.
-    Two equal way-points in a row make a hold.
+    fraction (Flash and Hogan 1985, doi 10.1523/JNEUROSCI.05-07-01688.1985), so it leaves and arrives at
+    rest. Before the first and after the last it stands still. Two equal way-points in a row make a hold.
 
     Attributes
     ----------

@@ -4,7 +4,7 @@ import pytest
 
 from fesloop.cli import main
 from fesloop.errors import InputError
-from fesloop.experiment.parse import from_document
+from fesloop.experiment.parse import from_document, load
 
 ROWS = ["wrist_extension", "finger_flexion"]
 PHASES = [{"name": "rest", "duration_s": 0.5, "deg": {"wrist_extension": -20, "finger_flexion": 30}},
@@ -69,6 +69,12 @@ def test_other_rows_or_another_order_are_named(rows, named):
 def test_angles_without_names_have_the_range_of_what_is_measured(angles, named):
     with pytest.raises(InputError, match=f"blocks.reference: {named}"):
         from_document(controlled(jerk((0.0, 0.0), angles)))
+
+
+@pytest.mark.parametrize("name", ["finger_ilc", "finger_mpc", "finger_pid_latency"])
+def test_shipped_references_keep_to_the_finger(name):
+    with pytest.raises(InputError, match=r"angles_deg\[1\]\[1\]: 145 deg .* of F2_pip_flexion; .*100 deg"):
+        load(name, ["blocks.reference.angles_deg.1.1=145"])
 
 
 @pytest.mark.parametrize("command", ["check", "run"])
