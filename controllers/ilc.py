@@ -86,13 +86,18 @@ class Ilc:
         samples out of the error; otherwise as they are read.
     max_gap_ms: longest distance of two captures between which posture is interpolated.
     sd_max_deg: a sample with a greater sd is doubtful and not learnt from (chosen: a fifth of a grasp).
+    fingertips: number of forces that tell of contact.
+    contact_n: force of any fingertip from which on nothing of a trial is learnt from: what is grasped, not
+        the drives, then sets the posture. So drives in contact stay those that were learnt in free motion:
+        how hard the hand presses is how far beyond the object the reference goes (chosen: ten times what
+        sensors of fingertips scatter).
     reject_share: a trial with a greater share of doubtful samples is rejected (chosen).
     strength_margin: the law is told as doubtful if the plant may not be this many times as strong as model
         (chosen: what recruitment differs by from day to day).
     solver: of laws with limits inside: "osqp", or "daqp" (dense: for some hundred drives).
 
-    Inputs: `reference` and `measured` (outputs,), rad; optional `measured_sd` (outputs,), rad, and `trusted`,
-    below 0.5 where a sample is not to be learnt from. Output: `stimulation` (muscles, 2).
+    Inputs: `reference` and `measured` (outputs,), rad; optional `measured_sd` (outputs,), rad, `force`
+    (fingertips,), N, and `trusted`, below 0.5 where a sample is not to be learnt from. Output: `stimulation` (muscles, 2).
     """
 
     model: LinearModel
@@ -120,6 +125,8 @@ class Ilc:
     align_captures: bool = True
     max_gap_ms: float = 150.0
     sd_max_deg: float = 15.0
+    fingertips: int = 5
+    contact_n: float = 0.5
     reject_share: float = 0.2
     strength_margin: float = 1.2
     solver: SolverName = "osqp"
@@ -130,11 +137,12 @@ class Ilc:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """`reference`, `measured`, `measured_sd`, `trusted`."""
+        """`reference`, `measured`, `measured_sd`, `trusted`, `force`."""
         outputs = self.model.outputs
         return (Port("reference", (outputs,), "rad"), Port("measured", (outputs,), "rad"),
                 Port("measured_sd", (outputs,), "rad", optional=True),
-                Port("trusted", initial=1.0, optional=True))
+                Port("trusted", initial=1.0, optional=True),
+                Port("force", (self.fingertips,), "N", optional=True))
 
     @property
     def outputs(self) -> tuple[Port, ...]:
@@ -233,11 +241,15 @@ class Ilc:
             state.seen.reference[k] = cast(Array, reference.value)
         if inputs[1].arrived_ns >= 0:
             self._note(state, k, inputs, tick)
+        if state.seen.free and (cast(Array, inputs[4].value) > self.contact_n).any():
+            state.seen.touch(k)
+            tick.report("touched", f"a fingertip presses by more than {self.contact_n:g} N: the rest of the "
+                        "trial is not learnt from")
         return (state.pulses[k].copy(),)
 
     def _note(self, state: IlcState, k: int, inputs: Sequence[Sample], tick: Tick) -> None:
         """Keep the measurement, and tell what of it is doubtful."""
-        _, sample, spread, trusted = inputs
+        _, sample, spread, trusted, _ = inputs
         measured, sd = cast(Array, sample.value), cast(Array, spread.value)
         broken = ~np.isfinite(measured)
         vague = ~(sd <= math.radians(self.sd_max_deg))

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from controllers.ilc import Ilc
 
 _POSITIVE = ("duration_s", "change_weight", "gain", "gradient_step", "slew", "drive_max", "sd_max_deg",
-             "strength_margin")
+             "strength_margin", "contact_n")
 
 
 def check(ilc: Ilc) -> None:
@@ -39,6 +39,8 @@ def check(ilc: Ilc) -> None:
 def _check_sizes(ilc: Ilc) -> None:
     """As many currents, weights and models' ports as the model has."""
     muscles, outputs = ilc.model.inputs, ilc.model.outputs
+    if ilc.fingertips < 1:
+        raise InputError("fingertips", f"{ilc.fingertips}", "1 or more")
     if len(ilc.current_ma) != muscles:
         raise InputError("current_ma", f"{len(ilc.current_ma)} currents", f"{muscles}, one a muscle")
     for key, size in (("output_weight", outputs), ("first_drive", muscles)):

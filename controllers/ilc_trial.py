@@ -25,6 +25,7 @@ class SeenTrial:
     captured_ns: (samples,), newest capture behind the sample read then; NEVER for none.
     measured, reference: (samples, outputs), rad.
     doubtful: (samples, outputs), samples that came but are not to be learnt from.
+    touched: tick from which on the hand was in contact; the number of samples while it is free.
     """
 
     ticks_ns: Stamps
@@ -32,13 +33,23 @@ class SeenTrial:
     measured: Array
     reference: Array
     doubtful: Mask
+    touched: int
 
     @classmethod
     def empty(cls, samples: int, outputs: int) -> SeenTrial:
         """Before a trial."""
         return cls(np.full(samples, NEVER, dtype=np.int64), np.full(samples, NEVER, dtype=np.int64),
                    np.zeros((samples, outputs)), np.zeros((samples, outputs)),
-                   np.zeros((samples, outputs), dtype=bool))
+                   np.zeros((samples, outputs), dtype=bool), samples)
+
+    @property
+    def free(self) -> bool:
+        """Whether nothing has been touched yet."""
+        return self.touched == self.ticks_ns.size
+
+    def touch(self, k: int) -> None:
+        """Something is touched at tick k."""
+        self.touched = k
 
     def note(self, k: int, captured_ns: int, measured: Array, doubtful: Mask) -> None:
         """The sample read at tick k; what is doubtful of it (outputs,) is not kept."""
@@ -54,7 +65,7 @@ class SeenTrial:
     def posture(self, align: bool, max_gap_ns: int) -> tuple[Array, Mask]:
         """(posture, covered), (samples, outputs) each: at the instants of the ticks if `align`, else as read.
 
-        Doubtful samples are left out, output by output. `max_gap_ns` as in `posture_at`.
+        Doubtful samples are left out, output by output, and what came from the first touch on. `max_gap_ns` as in `posture_at`.
         """
         posture, covered = np.zeros_like(self.measured), np.zeros_like(self.doubtful)
         for j in range(posture.shape[1]):
@@ -65,4 +76,5 @@ class SeenTrial:
             else:
                 covered[:, j] = stamps >= 0
             posture[:, j] = column[:, 0]
-        return posture, covered & (self.ticks_ns >= 0)[:, None]
+        learnt = (self.ticks_ns >= 0) & (np.arange(self.ticks_ns.size) < self.touched)
+        return posture, covered & learnt[:, None]

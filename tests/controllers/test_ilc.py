@@ -96,20 +96,23 @@ def sample(value, captured_ns, now_ns):
 
 
 UNWIRED_SD, UNWIRED_TRUST = Sample(np.zeros(3), NEVER, NEVER, NEVER), Sample(1.0, NEVER, NEVER, NEVER)
+UNWIRED_FORCE = Sample(np.zeros(5), NEVER, NEVER, NEVER)
 
 
 def at_rest(k):
     return np.radians(NOMINAL.rest_deg)
 
 
-def steps(ilc, state, ticks, measured=at_rest, sd=lambda k: np.zeros(3), trusted=lambda k: 1.0):
+def steps(ilc, state, ticks, measured=at_rest, sd=lambda k: np.zeros(3), trusted=lambda k: 1.0,
+          force=lambda k: np.zeros(5)):
     """Pulses (ticks, muscles, 2) and reports of steps with fresh samples."""
     tick, pulses = Tick(), []
     for k in range(*ticks):
         tick.index, now = k, CONTEXT.clock.tick(k)
         tick.time_ns = now
         goal = sample(GRASP.angles_at(np.array([now / 1e9]))[0], now, now)
-        others = sample(measured(k), now, now), sample(sd(k), now, now), Sample(trusted(k), now, now, now)
+        others = sample(measured(k), now, now), sample(sd(k), now, now), Sample(trusted(k), now, now, now), \
+            sample(force(k), now, now)
         pulses.append(ilc.step(state, (goal, *others), tick)[0])
     return np.array(pulses), tick.reports
 
@@ -127,7 +130,7 @@ def test_a_trial_without_measurements_is_told_and_changes_nothing():
     ilc, tick = learner(first_drive=(0.1, 0.1, 0.1, 0.1)), Tick()
     state = ilc.init(CONTEXT)
     absent = Sample(np.zeros(3), NEVER, NEVER, NEVER)
-    ilc.step(state, (sample(np.zeros(3), 0, 0), absent, UNWIRED_SD, UNWIRED_TRUST), tick)
+    ilc.step(state, (sample(np.zeros(3), 0, 0), absent, UNWIRED_SD, UNWIRED_TRUST, UNWIRED_FORCE), tick)
     after = ilc.next_trial(state, CONTEXT)
     np.testing.assert_array_equal(after.drives, state.drives)
     _, reports = steps(ilc, after, (0, 2))
@@ -206,6 +209,19 @@ def test_a_bad_trial_is_rejected_and_told(status):
     assert "34 %" in reports[0][1]
     lenient = learner(first_drive=(0.1,) * 4, reject_share=0.5)
     assert np.abs(lenient.next_trial(state, CONTEXT).drives - state.drives).max() > 0.01
+
+
+def test_nothing_is_learnt_from_the_first_touch_on():
+    learnt = []
+    for pressing in ({}, {"force": lambda k: np.full(5, 0.6 if k == 80 else 0.0)}):
+        ilc = learner(law="noilc")
+        state = ilc.init(CONTEXT)
+        _, reports = steps(ilc, state, (0, 161), **pressing)
+        assert [status for status, _ in reports] == ["touched"] * len(pressing)
+        learnt.append(ilc.next_trial(state, CONTEXT).drives)
+    assert np.abs(learnt[0][80:]).max() > 0.01
+    np.testing.assert_allclose(learnt[1][80:], 0.0, atol=1e-9)
+    assert np.abs(learnt[1][:80]).max() > 0.01
 
 
 def test_one_doubtful_output_leaves_the_others_to_learn_from():
