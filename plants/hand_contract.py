@@ -12,13 +12,16 @@ from numpy.typing import NDArray
 from fesloop.errors import InputError
 from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.muscles import MUSCLES
+from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative, require_positive
 from plants.hand_forearm import drive_angles
-from plants.hand_objects import Table
+from plants.hand_objects import GraspObject, Table, give
 from plants.hand_state import HandState, require_stable, step
 
 Array = NDArray[np.float64]
+OFFERED_NS = 10_000_000
+"""How often somebody tries to put an object into the hand (chosen)."""
 
 
 class HandParameters(Protocol):
@@ -103,15 +106,25 @@ def turn_forearm(state: HandState, start: Array, wanted: Value) -> None:
     state.forearm = cast(Array, wanted)
 
 
-def go_on(model: mujoco.MjModel, bounds: tuple[Array, Array], table: Table | None, state: HandState,
-          stop_ns: int, step_ns: int) -> None:
+def go_on(model: mujoco.MjModel, bounds: tuple[Array, Array], thing: GraspObject | None, table: Table | None,
+          state: HandState, stop_ns: int, step_ns: int) -> None:
     """Steps until `stop_ns`; raises RunError where the hand leaves the `bounds` of a stable simulation."""
     while state.time_ns < stop_ns:
         if table is not None:
             _lower(table, state)
+        if not state.given and thing is not None:
+            _offer(model, thing, state)
         step(model, state)
         state.time_ns += step_ns
         require_stable(model, bounds, state)
+
+
+def _offer(model: mujoco.MjModel, thing: GraspObject, state: HandState) -> None:
+    """Give the object, if it is time to and there is room; every 10 ms is tried."""
+    since_ns = state.time_ns - round(thing.given_at_s * NS_PER_S)
+    if since_ns >= 0 and since_ns % OFFERED_NS < model.opt.timestep * NS_PER_S:
+        state.given = give(model, thing, state.data)
+        state.evaluated = False
 
 
 def _lower(table: Table, state: HandState) -> None:

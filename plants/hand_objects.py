@@ -8,12 +8,14 @@ from typing import Literal
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_S
 from plants.checks import require_not_negative, require_positive
 from plants.hand_bodies import OBJECT, SKIN_SOLIMP, SKIN_SOLREF, TABLE, TOUCHES
 
+Array = NDArray[np.float64]
 Shape = Literal["cylinder", "block", "ball", "card"]
 SIZES: dict[Shape, tuple[str, ...]] = {
     "cylinder": ("diameter", "height"), "block": ("x", "y", "z"), "ball": ("diameter",),
@@ -30,6 +32,20 @@ OVERLAP_M = 0.001
 """Chosen: object, skin and table may be pressed this far into each other at the start."""
 
 
+def _places(step_m: float, reach_m: float) -> Array:
+    """Places on the level around 0, (n, 3), m, the nearest first."""
+    side = np.arange(-reach_m, reach_m + 0.5 * step_m, step_m)
+    grid = np.stack([*np.meshgrid(side, side, indexing="ij"), np.zeros((side.size, side.size))], axis=-1)
+    places = grid.reshape(-1, 3)
+    far = np.linalg.norm(places, axis=1)
+    near = places[np.argsort(far, kind="stable")]
+    return np.asarray(near[np.sort(far) <= reach_m + 1e-9])
+
+
+_PLACES = _places(0.004, 0.02)
+"""Where somebody who gives an object tries to put it (chosen: in steps of 4 mm, up to 2 cm off)."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GraspObject:
     """A rigid object that lies, stands or floats free at the start.
@@ -42,6 +58,9 @@ class GraspObject:
     friction: coefficient against skin and table (skin on plastics .5 to 1; chosen).
     position_m: of its centre from the wrist's, global (ENU).
     orientation: (w, x, y, z), of its axes to the global ones.
+    given_at_s: when somebody puts it there; before, it stands `waits_m` away. Where the hand is in the way it
+        is put to the nearest place on the level that it fits into, at most 2 cm off, as soon as there is one.
+    waits_m: place where it waits, from `position_m` (chosen: in front of the fingers, out of their reach).
     """
 
     shape: Shape = "cylinder"
@@ -50,6 +69,8 @@ class GraspObject:
     friction: float = 0.8
     position_m: tuple[float, float, float] = (0.0, 0.1, -0.06)
     orientation: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    given_at_s: float = 0.0
+    waits_m: tuple[float, float, float] = (0.0, 0.25, 0.0)
 
     def __post_init__(self) -> None:
         if self.shape not in SIZES:
@@ -57,12 +78,19 @@ class GraspObject:
         if len(self.size_mm) != len(SIZES[self.shape]):
             raise InputError("object.size_mm", f"{self.size_mm}", f"{', '.join(SIZES[self.shape])}, mm")
         require_positive("object", self, "size_mm", "mass_kg")
-        require_not_negative("object", self, "friction")
-        if not np.isfinite(self.position_m).all():
-            raise InputError("object.position_m", f"{self.position_m}", "three finite numbers, m")
+        require_not_negative("object", self, "friction", "given_at_s")
+        for key in ("position_m", "waits_m"):
+            if not np.isfinite(getattr(self, key)).all():
+                raise InputError(f"object.{key}", f"{getattr(self, key)}", "three finite numbers, m")
         if not abs(math.hypot(*self.orientation) - 1.0) <= 1e-6:
             raise InputError("object.orientation", f"{self.orientation}",
                              "a quaternion (w, x, y, z) of length 1")
+
+    @property
+    def start_m(self) -> list[float]:
+        """Where it is at the start, m."""
+        off = self.waits_m if self.given_at_s > 0.0 else (0.0, 0.0, 0.0)
+        return [at + by for at, by in zip(self.position_m, off, strict=True)]
 
     @property
     def half_sizes(self) -> list[float]:
@@ -107,7 +135,7 @@ class Table:
 
 def add_object(spec: mujoco.MjSpec, thing: GraspObject) -> None:
     """Add the object, its body and geom named `object`, behind all that is there."""
-    body = spec.worldbody.add_body(name="object", pos=thing.position_m, quat=thing.orientation)
+    body = spec.worldbody.add_body(name="object", pos=thing.start_m, quat=thing.orientation)
     body.add_freejoint(name="object")
     # condim 4: a contact also resists twisting.
     body.add_geom(name="object", type=_GEOMS[thing.shape], size=thing.half_sizes, mass=thing.mass_kg,
@@ -129,13 +157,36 @@ def add_table(spec: mujoco.MjSpec, table: Table) -> None:
                       friction=[slide, slide, twist, roll, roll])
 
 
+def deepest(model: mujoco.MjModel, data: mujoco.MjData, names: set[str]) -> tuple[float, list[str]]:
+    """The deepest contact of any of the geoms named: its distance, m, negative inside, and both names."""
+    found: tuple[float, list[str]] = (math.inf, [])
+    for contact in data.contact:
+        pair = [model.geom(geom).name for geom in contact.geom]
+        if contact.dist < found[0] and not names.isdisjoint(pair):
+            found = float(contact.dist), pair
+    return found
+
+
+def give(model: mujoco.MjModel, thing: GraspObject, data: mujoco.MjData) -> bool:
+    """Put the object, MuJoCo's last joint, where it is to be grasped; False where the hand leaves no room."""
+    before = data.qpos[-7:].copy(), data.qvel[-6:].copy()
+    data.qvel[-6:] = 0.0
+    for off in _PLACES:
+        data.qpos[-7:] = (*(np.array(thing.position_m) + off), *thing.orientation)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_collision(model, data)
+        if deepest(model, data, {"object"})[0] >= -OVERLAP_M:
+            return True
+    data.qpos[-7:], data.qvel[-6:] = before
+    return False
+
+
 def require_apart(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Raise InputError for an object that is inside the hand or the table, or a table inside the hand."""
     mujoco.mj_forward(model, data)
-    for contact in sorted(data.contact, key=lambda each: float(each.dist)):
-        names = [model.geom(geom).name for geom in contact.geom]
-        if contact.dist < -OVERLAP_M and not {"object", "table"}.isdisjoint(names):
-            thing = "object" if "object" in names else "table"
-            other, depth_mm = names[1 - names.index(thing)], -1e3 * contact.dist
-            raise InputError(f"hand.{thing}", f"reaches {depth_mm:.1f} mm into {other} at the start",
-                             f"{1e3 * OVERLAP_M:g} mm at most", "move it, or the hand")
+    distance, names = deepest(model, data, {"object", "table"})
+    if distance < -OVERLAP_M:
+        thing = "object" if "object" in names else "table"
+        other = names[1 - names.index(thing)]
+        raise InputError(f"hand.{thing}", f"reaches {-1e3 * distance:.1f} mm into {other} at the start",
+                         f"{1e3 * OVERLAP_M:g} mm at most", "move it, or the hand")

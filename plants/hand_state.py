@@ -33,12 +33,14 @@ class HandState:
     time_ns: now.
     evaluated: whether all that follows from position and velocity has been computed for now.
     forearm: the orientation that its drive was last told; None before.
+    given: whether the object, if any, is where it is to be grasped.
     """
 
     data: mujoco.MjData
     time_ns: int = 0
     evaluated: bool = False
     forearm: Array | None = None
+    given: bool = True
 
 
 def evaluate(model: mujoco.MjModel, state: HandState) -> None:

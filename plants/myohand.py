@@ -211,14 +211,14 @@ class MyoHand:
         """At the start, muscles at rest; the object where it is put."""
         data = mujoco.MjData(self.model)
         data.qpos[self._joints.places] = self._start
-        return HandState(data)
+        return HandState(data, given=self.object is None or self.object.given_at_s == 0.0)
 
     def advance(self, state: HandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
         """From `start_ns` to `stop_ns`, steps of the grid."""
         state.data.ctrl[:self._activated.size] = cast(Array, inputs[0])[self._activated]
         if self.forearm_moves:
             turn_forearm(state, self._forearm(), inputs[1])
-        go_on(self.model, self._bounds, self.table, state, stop_ns, self._grid.period_num)
+        go_on(self.model, self._bounds, self.object, self.table, state, stop_ns, self._grid.period_num)
 
     def _forearm(self) -> Array:
         """Orientation of the forearm at the start."""
