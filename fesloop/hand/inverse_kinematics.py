@@ -26,7 +26,7 @@ from fesloop.hand.skeleton import contact_point, hand_tree
 Array = NDArray[np.float64]
 
 DIP_OF_PIP = 2.0 / 3.0
-"""DIP over PIP flexion (Rijpkema and Girard 1991, doi 10.1145/127719.122754)."""
+"""DIP over PIP flexion (Rijpkema and Girard 1991, doi 10.1145/122718.122754)."""
 HAND_COUPLING: Coupling = {f"{finger}_dip_flexion": (f"{finger}_pip_flexion", DIP_OF_PIP)
                            for finger in FINGERS[1:]}
 _STRONG, _WEAK = 1e-4, 1e-9
