@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import Port, Value
 from fesloop.models.linear_model import LinearModel
+from fesloop.models.recruitment import Recruitment
 from plants.checks import require_shape
 from plants.linear import HeldLinearSystem, step_held
 from plants.nonlinearity import InputNonlinearity
@@ -38,17 +39,20 @@ class StateSpaceState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StateSpace:
-    """x' = a x + b f(u), y = c x + d f(u) + output_offset.
+    """x' = a x + b f(u), y = c x + d f(u) + output_offset; with `recruitment` a Hammerstein system.
 
     Exact at any instant while u is held, or, with `grid_rate`, a plant of fixed steps that latches u at
     the ticks of its grid (each step then takes the exact period). Input `u` and output `y` are vectors, or
-    a float where there is one of them only.
+    a float where there is one of them only. With `recruitment` the input is `stimulation` (m, 2), A and s, in
+    place of `u`, which then is the recruited fraction of each muscle: the numbers of a file that
+    `fesloop identify` wrote make that patient a plant (a delay is a wire's).
 
     Attributes
     ----------
     a, b, c, d: rows, (n, n), (n, m), (p, n), (p, m), time in s; d left empty is zero.
     initial_state: (n,), output_offset: (p,); left empty they are zero.
     nonlinearity: f, applied to each input.
+    recruitment: curves of the m muscles.
     grid_rate: rate of fixed steps in hertz such as "1000"; None for an exact plant.
     input_unit, output_unit: as ports declare them.
     """
@@ -60,6 +64,7 @@ class StateSpace:
     initial_state: tuple[float, ...] = ()
     output_offset: tuple[float, ...] = ()
     nonlinearity: InputNonlinearity = _NO_NONLINEARITY
+    recruitment: Recruitment | None = None
     grid_rate: str | None = None
     input_unit: str = "1"
     output_unit: str = "1"
@@ -83,6 +88,9 @@ class StateSpace:
                                     ("output_offset", (outputs,), "one an output")):
             if getattr(self, key):
                 require_shape("state_space", self, shape, f"{meaning}, or left out", key)
+        if self.recruitment is not None and self.recruitment.muscles != inputs:
+            raise InputError("state_space.recruitment", f"{self.recruitment.muscles} muscles",
+                             f"{inputs}, as b has columns")
         d = np.array(self.d, dtype=np.float64) if self.d else np.zeros((outputs, inputs))
         offset = np.array(self.output_offset or (0.0,) * outputs, dtype=np.float64)
         a, b, c = (np.array(rows, dtype=np.float64) for rows in (self.a, self.b, self.c))
@@ -110,8 +118,10 @@ class StateSpace:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """u."""
+        """u, or stimulation."""
         count = len(self.b[0])
+        if self.recruitment is not None:
+            return (Port("stimulation", (count, 2), "A,s"),)
         return (Port("u", () if count == 1 else (count,), self.input_unit),)
 
     @property
@@ -167,20 +177,23 @@ class StateSpace:
     def _under(self, z: Array, value: Value) -> Array:
         """A copy of z under another input."""
         copy, states = z.copy(), len(self.a)
+        if self.recruitment is not None:
+            value = self.recruitment.fraction(cast(Array, value))
         given = (value,) if isinstance(value, float) else value
         for i, number in enumerate(given):
             copy[states + i] = self.nonlinearity.apply(float(number))
         return copy
 
     def linear_model(self, outputs: Literal["y"] = "y") -> LinearModel:
-        """What a controller is told: the linear part, behind the nonlinearity.
+        """What a controller is told: the linear part, behind recruitment; without the nonlinearity.
 
         Raises InputError where d is not zero: a LinearModel has no direct feedthrough.
         """
         if self._feedthrough:
             raise InputError("state_space.d", "a direct feedthrough", "zero, for a linear model")
         system = self._system
-        return LinearModel(a=system.a, b=system.b, c=system.c, offset=system.offset)
+        return LinearModel(a=system.a, b=system.b, c=system.c, offset=system.offset,
+                           recruitment=self.recruitment)
 
 
 def _rows(matrix: Any) -> Rows:

@@ -47,8 +47,8 @@ class Synergies:
 
     Attributes
     ----------
-    rows: names of the sums: those of `weights`, of `READY`, or a freedom's for that angle itself.
-    weights: sums of one's own: by name, weights on named freedoms; they win over ready ones.
+    rows: names of the sums: those of `weights`, a freedom's for that angle itself, or those of `READY`.
+    weights: sums of one's own: by name, weights on named freedoms; they win over others.
     offset_deg: c of some rows.
     freedoms: names of the angles; empty: all 23 of the hand.
     """
@@ -74,7 +74,7 @@ class Synergies:
 
     def _known(self) -> dict[str, Mapping[str, float]]:
         """Sums that rows may name."""
-        return {**{freedom: {freedom: 1.0} for freedom in self.freedoms}, **READY, **self.weights}
+        return {**READY, **{freedom: {freedom: 1.0} for freedom in self.freedoms}, **self.weights}
 
     @property
     def matrix(self) -> Array:

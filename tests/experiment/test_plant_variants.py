@@ -1,4 +1,4 @@
-"""One loop from reference to tracker around four plants. About 15 s."""
+"""One loop from reference to tracker around five plants. About 15 s."""
 
 import shutil
 from pathlib import Path
@@ -16,7 +16,8 @@ WHOLE_HAND = Path(__file__).parent / "whole_hand.toml"
 def plants():
     marks = {"myohand": lambda: pytest.importorskip("myo_sim"),
              "fmu": lambda: shutil.which("gcc") or pytest.skip("no gcc")}
-    return [pytest.param(name, marks.get(name), id=name) for name in ("hand", "myohand", "finger", "fmu")]
+    return [pytest.param(name, marks.get(name), id=name)
+            for name in ("hand", "myohand", "finger", "fmu", "state_space")]
 
 
 @pytest.fixture(scope="module")
@@ -61,6 +62,15 @@ def test_the_fmu_is_the_finger_and_both_are_controlled_in_their_joints(run):
             assert one.shape[1] == 3
             assert np.ptp(one) > (0.2 if trial else 0.0)
             np.testing.assert_allclose(other, one, rtol=0, atol=1e-6)
+
+
+def test_of_a_plant_that_is_the_model_one_trial_teaches_all(run):
+    """Reference, controller, limits and score are the whole hand's; what is left is the tracker's noise."""
+    assert run("state_space").metrics["joint_rmse_deg"][1] < 0.7
+    told, whole = (fesloop.load(WHOLE_HAND, settings).document() for settings in (["plant=state_space"], []))
+    assert told["blocks"]["reference"] == whole["blocks"]["reference"]
+    assert told["blocks"]["controller"] == whole["blocks"]["controller"]
+    assert told["score"] == whole["score"]
 
 
 def test_a_recording_repeats_its_plant_to_the_bit(run, tmp_path, capsys):

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from fesloop.errors import InputError
 from fesloop.loop.block import Context
+from plants.finger import Finger
 from plants.nonlinearity import InputNonlinearity
 from plants.state_space import StateSpace
 
@@ -156,3 +157,37 @@ def test_what_is_not_a_continuous_state_space_is_refused() -> None:
         StateSpace.from_control(control.tf([1.0], [1.0, 1.0]))
     with pytest.raises(InputError, match="feedthrough"):
         StateSpace(**TWO_BY_TWO).linear_model()
+
+
+def as_state_space(finger):
+    """The matrices and curves of a finger, as a file would have them; its delay is left to a wire."""
+    model = finger.linear_model()
+    rows = {key: tuple(map(tuple, getattr(model, key))) for key in "abc"}
+    return StateSpace(**rows, output_offset=tuple(model.offset), recruitment=model.recruitment,
+                      output_unit="rad")
+
+
+widths_s = st.lists(st.floats(0.0, 500e-6), min_size=4, max_size=4)
+
+
+@given(st.lists(st.tuples(st.integers(1, 80_000_000), widths_s), min_size=1, max_size=8))
+@settings(max_examples=40, deadline=None)
+def test_with_recruitment_it_is_the_finger_whose_numbers_it_has(course):
+    finger = Finger(delay_ms=0.0)
+    pair = [(plant, plant.init(CONTEXT)) for plant in (finger, as_state_space(finger))]
+    now = 0
+    for length, widths in course:
+        stimulation = np.stack([np.full(4, 0.04), np.array(widths)], axis=-1)
+        for plant, state in pair:
+            plant.advance(state, [stimulation], now, now + length)
+        now += length
+        one, other = (plant.read(state, [stimulation])[0] for plant, state in pair)
+        np.testing.assert_allclose(other, one, rtol=0, atol=1e-9)
+
+
+def test_recruitment_is_told_with_the_model_and_has_as_many_muscles_as_inputs():
+    plant = as_state_space(Finger())
+    assert [(port.name, port.shape, port.unit) for port in plant.inputs] == [("stimulation", (4, 2), "A,s")]
+    assert plant.linear_model().recruitment == Finger().recruitment
+    with pytest.raises(InputError, match=r"state_space.recruitment: 4 muscles; allowed: 1"):
+        StateSpace(**SECOND_ORDER, recruitment=Finger().recruitment)
