@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from controllers import mpc_checks
 from controllers.allocation import Allocation
-from controllers.mpc_candidates import Candidate, carry_over, compare
+from controllers.mpc_candidates import Candidate, carry_over, compare, nominal
 from controllers.mpc_design import candidates_of
 from controllers.mpc_fallback import Fallback, fall_back
 from controllers.mpc_kernel import give_out, pose
 from controllers.mpc_plan import charge_room
 from controllers.observer import ObserverState
 from controllers.period import period_ns
+from controllers.qp_kernel import NOT_FINITE
 from controllers.strength_adaptation import StrengthAdaptation
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
@@ -58,7 +59,7 @@ class MpcState:
 
     @property
     def estimate(self) -> ObserverState:
-        """Of the plant, by the candidate that control goes by."""
+        """Of the plant, as control has it."""
         return self.candidates[self.chosen].estimate
 
 
@@ -71,8 +72,8 @@ class Mpc:
     widths at fixed currents by inverting the model's recruitment. Any number of muscles and outputs will do.
 
     When the programme has no answer, the last plan goes on to its end. Then, and for a sample that is not
-    finite or older than `max_age_ms`, the drive is held for `hold_ms`, then ramped to zero over `ramp_ms`, all
-    with a status. Before the first measurement there is no stimulation.
+    finite or older than `max_age_ms`, the drive is held for `hold_ms` and ramped to zero over `ramp_ms`, with
+    a status. Before the first measurement there is no stimulation.
 
     Attributes
     ----------
@@ -177,10 +178,9 @@ class Mpc:
         for fault in self.faults(context, Surroundings()):
             raise InputError(f"{context.name}.{fault.where}", fault.found, fault.allowed, fault.remedy)
         muscles, candidates = self.model.inputs, candidates_of(self, period_ns(context))
-        nominal = [candidate.speed for candidate in candidates].index(1.0)
         ledger = np.zeros(self.horizon if self.horizon_charge_max_uc < math.inf else 0)
-        return MpcState(self.reach(), self.allocation().table(), candidates, nominal, np.zeros(muscles),
-                        np.zeros((muscles, 2)), ledger)
+        return MpcState(self.reach(), self.allocation().table(), candidates, nominal(candidates),
+                        np.zeros(muscles), np.zeros((muscles, 2)), ledger)
 
     def next_trial(self, state: MpcState, context: Context) -> MpcState:
         """At rest again, with what is known of the muscles."""
@@ -206,7 +206,8 @@ class Mpc:
         saturated = give_out(state.table, state.drive, estimate.stamps, estimate.inputs, now_ns, state.pulses)
         if state.given_uc.size:
             state.given_uc = np.append(state.given_uc[1:], 1e6 * state.pulses[:, 0] @ state.pulses[:, 1])
-        state.latch.put(tick, "saturated", saturated > 0, "a channel is at its longest pulse")
+        if saturated or state.latch.holding:
+            state.latch.put(tick, "saturated", saturated > 0, "a channel is at its longest pulse")
         return (state.pulses,)
 
     def _reference(self, inputs: Sequence[Sample]) -> Array | None:
@@ -214,9 +215,7 @@ class Mpc:
         preview, now, _ = inputs
         if preview.arrived_ns >= 0:
             return cast(Array, preview.value)
-        if now.arrived_ns >= 0:
-            return np.tile(cast(Array, now.value), (self.horizon, 1))
-        return None
+        return np.tile(cast(Array, now.value), (self.horizon, 1)) if now.arrived_ns >= 0 else None
 
     def _control(self, state: MpcState, reference: Array, sample: Sample, now_ns: int) -> tuple[str, str]:
         """Set the drive to the first of the optimal ones; what went wrong, ("", "") if nothing."""
@@ -225,22 +224,22 @@ class Mpc:
         if self.adaptation and is_finite(measured):
             state.chosen = compare(state.candidates, state.chosen, self.adaptation, captured_ns, measured)
         candidate = state.candidates[state.chosen]
-        observer, estimate, qp = candidate.observer, candidate.estimate, candidate.qp
+        plan, observer, estimate = candidate.plan, candidate.observer, candidate.estimate
         charge = state.given_uc
         if charge.size:
-            charge = charge_room(self.horizon_charge_max_uc, charge, candidate.plan,
-                                 state.fallback.planned, estimate.strength, state.table)
-        best, (lower, upper) = np.empty(qp.size), np.empty((2, qp.constraints))
-        finite = pose(
+            charge = charge_room(self.horizon_charge_max_uc, charge, plan, state.fallback.planned,
+                                 estimate.strength, state.table)
+        best, lower, upper, below, above = plan.vectors()
+        fault = pose(
             observer.ladder, observer.c, observer.offset, observer.gain, estimate.x, estimate.disturbance,
             estimate.strength, estimate.stamps, estimate.inputs, observer.period_ns, observer.delay_ns,
-            estimate.at_ns, captured_ns, now_ns, measured, candidate.plan.free, candidate.plan.boxes,
-            state.reach, self.slew, state.table, 1e-6 * self.charge_rise_uc, charge, state.drive,
-            state.pulses, reference, best, lower, upper)
-        if not finite:
+            estimate.at_ns, captured_ns, now_ns, measured, plan.free, plan.rows, plan.boxes, state.reach,
+            self.slew, state.table, 1e-6 * self.charge_rise_uc, charge, state.drive, state.pulses, reference,
+            best, lower, upper, below, above)
+        if fault == NOT_FINITE:
             return "non_finite", "an input is not finite"
         estimate.at_ns = max(estimate.at_ns, captured_ns)
-        result = qp.solve(best, lower, upper)
+        result = candidate.qp.solve_around(best, lower, upper, below, above, fault)
         if result.status != "solved":
             return result.status, "quadratic programme: the last plan goes on, then a ramp to zero"
         state.fallback.solved(result.x)

@@ -21,8 +21,8 @@ from controllers.strength_adaptation import StrengthAdaptation, StrengthState
 from fesloop.models.linear_model import LinearModel
 
 Array = NDArray[np.float64]
-LEAD = 2.0
-"""Lead in log-likelihood by which another candidate takes over (chosen: e^2, some 7 times as likely)."""
+LEAD = 0.3
+"""Lead in log-likelihood by which another candidate takes over (chosen: 2 costs the first movement)."""
 
 
 @dataclass(slots=True, eq=False)
@@ -51,6 +51,11 @@ class Candidate:
 def faster(model: LinearModel, speed: float) -> LinearModel:
     """A model that goes through the same motion `speed` times as fast; its delay is kept."""
     return replace(model, a=speed * model.a, b=speed * model.b)
+
+
+def nominal(candidates: Sequence[Candidate]) -> int:
+    """Number of the candidate that is the model as it stands."""
+    return [candidate.speed for candidate in candidates].index(1.0)
 
 
 def compare(

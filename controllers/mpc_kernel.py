@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from controllers.allocation import allocate, risen
 from controllers.mpc_plan import free_optimum, limits
 from controllers.observer import ahead, correct, record
+from controllers.qp_kernel import NOT_FINITE, check_vectors
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
@@ -22,11 +23,11 @@ Stamps = NDArray[np.int64]
 def pose(
     ladder: Array, c: Array, offset: Array, gain: Array, x: Array, disturbance: Array, strength: Array,
     stamps: Stamps, inputs: Array, period_ns: int, delay_ns: int, at_ns: int, captured_ns: int, now_ns: int,
-    measured: Array, free: Array, boxes: Array, reach: Array, slew: float, table: Array,
+    measured: Array, free: Array, rows: Array, boxes: Array, reach: Array, slew: float, table: Array,
     charge_rise_c: float, charge: Array, drive: Array, pulses: Array, reference: Array, best: Array,
-    lower: Array, upper: Array,
-) -> bool:
-    """Fill the free optimum and the bounds of this tick's programme; false for an input that is not finite.
+    lower: Array, upper: Array, below: Array, above: Array,
+) -> int:
+    """Fill the free optimum and the bounds of this tick's programme; the fault, as `qp_kernel` has them.
 
     The observer takes in what was measured at `captured_ns`, in place, if that is after `at_ns`; the
     prediction starts from its estimate at `now_ns`. Nothing is touched if an input is not finite. Drives
@@ -36,16 +37,21 @@ def pose(
     ----------
     ladder ... delay_ns: of `Observer` and `ObserverState`.
     measured, reference: (outputs,) and (N, outputs), rad.
-    free, boxes: of `Plan`.
+    free, rows, boxes: of `Plan`.
     reach, slew: greatest drive of each muscle, (muscles,), and greatest change a tick.
     table, charge_rise_c: as `risen` takes them.
     charge: as `limits` takes it.
     drive, pulses: in force, (muscles,) and (muscles, 2).
     best, lower, upper: (unknowns,) and twice (unknowns + constraints,), filled.
+    below, above: the bounds less what is bounded, at `best`, filled.
     """
     muscles = drive.size
-    if not (np.isfinite(measured).all() and np.isfinite(reference).all()):
-        return False
+    for value in measured:
+        if not np.isfinite(value):
+            return NOT_FINITE
+    for value in reference.flat:
+        if not np.isfinite(value):
+            return NOT_FINITE
     if captured_ns > at_ns:
         correct(ladder, c, offset, gain, x, disturbance, strength, stamps, inputs, period_ns, delay_ns,
                 at_ns, captured_ns, measured)
@@ -59,7 +65,32 @@ def pose(
         rise[i] = strength[i] * max(rise[i], drive[i])
     free_optimum(free, present, disturbance + offset, reference, answered, best)
     limits(strength * reach, slew * strength, answered, rise, charge, boxes, reference, best, lower, upper)
-    return True
+    fault: int = check_vectors(best, lower, upper)
+    centre(rows, reference.shape[0] * muscles, muscles, best, lower, upper, below, above)
+    return fault
+
+
+@numba.njit(cache=True)
+def centre(
+    rows: Array, differences: int, muscles: int, best: Array, lower: Array, upper: Array, below: Array,
+    above: Array,
+) -> None:
+    """Fill bounds less what is bounded at `best`: what `qp_kernel.around` does, to the bit.
+
+    The first rows, as many as `differences`, are known: each drive less that of the tick before.
+    """
+    unknowns = best.size
+    for i in range(unknowns):
+        below[i], above[i] = lower[i] - best[i], upper[i] - best[i]
+    for row in range(rows.shape[0]):
+        if row < differences:
+            total = best[row] - best[row - muscles] if row >= muscles else best[row]
+        else:
+            total = 0.0
+            for i in range(unknowns):
+                total += rows[row, i] * best[i]
+        at = unknowns + row
+        below[at], above[at] = lower[at] - total, upper[at] - total
 
 
 @numba.njit(cache=True)

@@ -81,6 +81,12 @@ class Plan(NamedTuple):
     free: Array
     boxes: Array
 
+    def vectors(self) -> tuple[Array, Array, Array, Array, Array]:
+        """Room for what changes from tick to tick: unknowns, then four times bounds of them and of rows."""
+        unknowns, bounded = self.rows.shape[1], sum(self.rows.shape)
+        return (np.empty(unknowns), np.empty(bounded), np.empty(bounded), np.empty(bounded),
+                np.empty(bounded))
+
 
 def make_plan(model: SampledModel, horizon: int, weights: Weights, bounds: Limits) -> Plan:
     """Condense a sampled model over `horizon` periods."""

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from controllers.qp_kernel import (
-    CROSSED,
     MISSHAPEN,
     NOT_FINITE,
+    SOUND,
     around,
     check_vectors,
     minus_product,
@@ -81,7 +81,7 @@ class Qp:
     Raises InputError for matrices of wrong shape, non-finite, not symmetric or not positive definite.
     """
 
-    __slots__ = ("_centred", "_hessian", "_last", "_log", "_options", "_rows", "_size", "_solver",
+    __slots__ = ("_centred", "_hessian", "_last", "_log", "_options", "_rows", "_shifts", "_size", "_solver",
                  "_sparse_rows", "_start")
 
     def __init__(self, hessian: Array, rows: Array, *, solver: SolverName = "daqp", tolerance: float = 1e-6,
@@ -98,8 +98,8 @@ class Qp:
         compressed = sparse.csr_matrix(rows)
         self._sparse_rows = (compressed.indptr.astype(np.int64), compressed.indices.astype(np.int64),
                              compressed.data.astype(np.float64))
-        self._solver: Solver = SOLVERS[solver](hessian, rows, tolerance, max_iterations,
-                                                not (centred and solver == "daqp"))
+        self._shifts = centred and solver == "daqp"
+        self._solver: Solver = SOLVERS[solver](hessian, rows, tolerance, max_iterations, not self._shifts)
         self._log: list[tuple[Array, Array, Array]] = []
         self._start = self._last = Start(np.zeros(self.size), np.zeros(self.constraints))
 
@@ -129,31 +129,42 @@ class Qp:
         may write to them again. Raises InputError for a vector of the wrong shape; everything else is a
         status of the result.
         """
-        given: Array | None = None
-        shifts = self._centred and self._options[0] == "daqp"
-        if shifts:
+        if self._shifts:
             below, above = np.empty(self._size[1]), np.empty(self._size[1])
             fault = around(q, lower, upper, below, above, *self._sparse_rows)
-        else:
-            q = _vector("q", q, self.size)
-            given = minus_product(self._hessian, q) if self._centred else q
-            below = lower = _vector("lower", lower, self.constraints)
-            above = upper = _vector("upper", upper, self.constraints)
-            fault = check_vectors(q, lower, upper)
+            return self.solve_around(q, lower, upper, below, above, fault)
+        q = _vector("q", q, self.size)
+        lower = _vector("lower", lower, self.constraints)
+        upper = _vector("upper", upper, self.constraints)
+        return self._solve(minus_product(self._hessian, q) if self._centred else q, q, lower, upper, lower,
+                           upper, check_vectors(q, lower, upper))
+
+    def solve_around(
+        self, centre: Array, lower: Array, upper: Array, below: Array, above: Array, fault: int
+    ) -> QpResult:
+        """Solve a centred programme of which the caller has found what `qp_kernel.around` finds, to the bit.
+
+        For compiled callers, whom it spares a call; OSQP has no use of it.
+        """
+        if not self._shifts:
+            return self.solve(centre, lower, upper)
         if fault == MISSHAPEN:
-            raise InputError("qp", f"vectors of {q.size}, {lower.size} and {upper.size}",
+            raise InputError("qp", f"vectors of {centre.size}, {lower.size} and {upper.size}",
                              f"{self.size}, {self.constraints} and {self.constraints}")
-        if fault == NOT_FINITE:
-            return QpResult("non_finite", _EMPTY, _EMPTY, 0)
-        if fault == CROSSED:
-            return QpResult("infeasible", _EMPTY, _EMPTY, 0)
+        return self._solve(None, centre, lower, upper, below, above, fault)
+
+    def _solve(self, linear: Array | None, q: Array, lower: Array, upper: Array, below: Array, above: Array,
+               fault: int) -> QpResult:
+        """Solve with `linear` and the bounds `below` and `above`; q, lower and upper are as given."""
+        if fault != SOUND:
+            return QpResult("non_finite" if fault == NOT_FINITE else "infeasible", _EMPTY, _EMPTY, 0)
         if len(self._log) >= self._options[3]:
             self._restart(self._last)
         self._log.append((q, lower, upper))
-        outcome, z, multipliers, iterations = self._solver.solve(given, below, above)
+        outcome, z, multipliers, iterations = self._solver.solve(linear, below, above)
         x = z
         if outcome == "":
-            x = q + z if shifts else z
+            x = q + z if self._shifts else z
             finite, broken = settle(x, lower, upper, *self._sparse_rows)
             if not finite:
                 outcome = "non_finite"
