@@ -29,15 +29,15 @@ DIP_OF_PIP = 2.0 / 3.0
 """DIP over PIP flexion (Rijpkema and Girard 1991, doi 10.1145/122718.122754)."""
 HAND_COUPLING: Coupling = {f"{finger}_dip_flexion": (f"{finger}_pip_flexion", DIP_OF_PIP)
                            for finger in FINGERS[1:]}
-_STRONG, _WEAK = 1e-4, 1e-9
+_PREFERENCES = (1e-4, 1e-6, 1e-9)
 """w, m^2/rad^2, one after the other (chosen): at first 0.1 rad off the preferred posture counts as much as
 1 mm off the target, at last 1 rad as 0.03 mm. With the last alone the search would creep along the curved
 valley of all postures that reach the target; with the first, all starts would end in one place."""
 _REACHED_M = 5e-5
 """Nearer than this a target counts as reached, and no other start is tried (chosen: half of 0.1 mm)."""
 _STARTS, _ITERATIONS = 16, 200
-"""Starts that are tried where the first does not reach its target (chosen: none of 1500 random postures of a
-thumb and of a finger took a second one, none of 300 of a whole hand with its wrist more than three)."""
+"""Starts that are tried where the first does not reach its target (chosen: of 1500 random postures of a thumb
+three took another, of a finger none, of 300 of a whole hand with its wrist none more than six)."""
 _ROUNDING = 1e-9
 _AT_REFERENCE = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
@@ -155,7 +155,7 @@ class InverseKinematics:
         starts = (here, *((here, chain.preferred, *chain.starts) if everywhere else ()))
         for number, start in enumerate(starts):
             trial = start.copy()
-            for weight in (_STRONG, _WEAK) if number == 0 else (_WEAK,):
+            for weight in _PREFERENCES if number == 0 else _PREFERENCES[-1:]:
                 cost, furthest = seek(
                     tree.layout, tree.geometry, tree.moved, _AT_REFERENCE, chain.segments, chain.places,
                     targets[chain.tips], chain.basis, self._offset, chain.low, chain.high, chain.preferred,

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BPoly
 
@@ -58,6 +58,7 @@ def test_no_cycles_go_on_without_end():
     np.testing.assert_allclose(degrees(block, [4003.0])[0, 1], 65.0, atol=1e-6)
 
 
+@settings(deadline=None)
 @given(st.sampled_from(["sine", "open_close"]), st.floats(0.5, 10.0), st.integers(0, 4), st.floats(0.0, 40.0),
        st.floats(0.0, 720.0))
 def test_keeps_between_its_ends_and_previews_what_it_will_say(shape, period, cycles, time, lag):

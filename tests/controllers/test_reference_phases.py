@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BPoly
 
@@ -57,6 +57,7 @@ def test_a_repeat_begins_with_the_move_back():
     assert [stepped(block, time)[1] for time in (5.9, 6.0, 7.0, 50.0)] == [4, 0, 1, 4]
 
 
+@settings(deadline=None)
 @given(st.floats(0.0, 13.0), st.integers(1, 30), st.floats(1.0, 200.0))
 def test_preview_is_what_it_will_say_then(time, preview, period_ms):
     block = GraspPhases(phases=PHASES, rows=ROWS, repeats=2, preview=preview, preview_period_ms=period_ms)
@@ -65,6 +66,7 @@ def test_preview_is_what_it_will_say_then(time, preview, period_ms):
     np.testing.assert_allclose(ahead, later, atol=1e-7)
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(st.floats(0.01, 3.0), st.floats(0.1, 1.0),
                           st.dictionaries(st.sampled_from(ROWS), st.floats(-30.0, 60.0))), max_size=6))
 def test_stands_where_each_phase_said_at_its_end_and_never_leaves_what_it_moves_between(told):

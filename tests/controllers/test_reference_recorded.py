@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.io import savemat
 
@@ -46,6 +46,7 @@ def test_rows_in_the_order_in_which_they_are_asked_for(csv):
     np.testing.assert_allclose(degrees(block, [0.0, 1.0]), [[30, -20], [30, 10]], atol=1e-9)
 
 
+@settings(deadline=None)
 @given(st.floats(0.0, 1.9), st.floats(0.01, 3.0), st.floats(0.0, 2.0), st.floats(0.1, 10.0),
        st.floats(0.0, 20.0))
 def test_a_part_shifted_and_stretched_is_the_file_at_other_instants(told, start, length, shift, stretch, at):
@@ -214,6 +215,7 @@ def test_what_is_left_out_may_be_anything(csv):
     Recorded(file=str(csv), duration_s=1.0, range_deg={"finger_flexion": (0.0, 40.0)})
 
 
+@settings(deadline=None)
 @given(st.binary(max_size=200))
 def test_no_file_ends_in_anything_but_one_line(told, content):
     path = told.parent / "any.csv"

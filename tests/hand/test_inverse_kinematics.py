@@ -103,7 +103,7 @@ def test_of_many_thumb_postures_it_is_one_that_none_around_betters(seed):
                      constraints={"type": "eq", "fun": lambda z: 1e2 * (
                          solver.tips(solver.posture(z)) - target).ravel()})
     assert np.abs(solver.tips(solver.posture(aside.x)) - target).max() < REACHED_M
-    assert np.linalg.norm(mine - solver.preferred) < np.linalg.norm(aside.x - solver.preferred) + 1e-4
+    assert np.linalg.norm(mine - solver.preferred) < np.linalg.norm(aside.x - solver.preferred) + 1e-3
 
 
 @given(seeds)
