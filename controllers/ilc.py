@@ -87,10 +87,11 @@ class Ilc:
     max_gap_ms: longest distance of two captures between which posture is interpolated.
     sd_max_deg: a sample with a greater sd is doubtful and not learnt from (chosen: a fifth of a grasp).
     fingertips: number of forces that tell of contact.
-    contact_n: force of any fingertip from which on nothing of a trial is learnt from: what is grasped, not
-        the drives, then sets the posture. So drives in contact stay those that were learnt in free motion:
-        how hard the hand presses is how far beyond the object the reference goes (chosen: ten times what
-        sensors of fingertips scatter).
+    contact_n: force of any fingertip from which on a trial is in contact: what is grasped, not the drives,
+        then sets the posture (chosen: ten times what sensors of fingertips scatter).
+    grasping_outputs, grasping_channels: in contact these outputs are not learnt from and the drives of
+        these channels stay those learnt in free motion, so that how hard the hand presses is how far beyond
+        the object the reference goes; what else there is, such as a wrist, is learnt on. Empty: all.
     reject_share: a trial with a greater share of doubtful samples is rejected (chosen).
     strength_margin: the law is told as doubtful if the plant may not be this many times as strong as model
         (chosen: what recruitment differs by from day to day).
@@ -127,6 +128,8 @@ class Ilc:
     sd_max_deg: float = 15.0
     fingertips: int = 5
     contact_n: float = 0.5
+    grasping_outputs: tuple[int, ...] = ()
+    grasping_channels: tuple[int, ...] = ()
     reject_share: float = 0.2
     strength_margin: float = 1.2
     solver: SolverName = "osqp"
@@ -205,7 +208,9 @@ class Ilc:
                 f"{100.0 * self.reject_share:g} %: the drives are used again"),))
         gap_ns = max(duration_ns(self.max_gap_ms, NS_PER_MS, "max_gap_ms"), 2 * period)
         posture, covered = state.seen.posture(self.align_captures, gap_ns)
-        model, reports = None, []
+        touching, model, reports = state.seen.touching()[:, None], None, []
+        covered &= ~(touching & _chosen(self.grasping_outputs, covered.shape[1]))
+        kept = touching & _chosen(self.grasping_channels, state.drives.shape[1])
         if self.bank and covered.any():
             models = [self.sampled(each, period) for each in (self.model, *self.bank)]
             shares, miss = shares_of(models, state.drives, posture, covered, self.bank_rule)
@@ -214,7 +219,7 @@ class Ilc:
                     for i, (share, each) in enumerate(zip(shares, miss, strict=True)))
             reports.append(("bank", "; ".join(told)))
         drives, status = self.learning(period, model).learn(
-            state.drives, state.seen.reference - posture, covered)
+            state.drives, state.seen.reference - posture, covered, kept)
         if status:
             reports.append((status, "nothing was learnt from the last trial: its drives are used again"))
         return self._trial(drives, tuple(reports))
@@ -243,8 +248,8 @@ class Ilc:
             self._note(state, k, inputs, tick)
         if state.seen.free and (cast(Array, inputs[4].value) > self.contact_n).any():
             state.seen.touch(k)
-            tick.report("touched", f"a fingertip presses by more than {self.contact_n:g} N: the rest of the "
-                        "trial is not learnt from")
+            tick.report("touched", f"a fingertip presses by more than {self.contact_n:g} N: from here on what "
+                        "grasps is not learnt")
         return (state.pulses[k].copy(),)
 
     def _note(self, state: IlcState, k: int, inputs: Sequence[Sample], tick: Tick) -> None:
@@ -260,3 +265,10 @@ class Ilc:
         distrusted = not cast(float, trusted.value) >= 0.5
         state.latch.put(tick, "not_trusted", distrusted, "said not to be trusted: left out of learning")
         state.seen.note(k, sample.newest_ns, measured, broken | vague | distrusted)
+
+
+def _chosen(numbers: Sequence[int], count: int) -> NDArray[np.bool_]:
+    """(count,), True for these numbers, or for all where there are none."""
+    chosen = np.zeros(count, dtype=bool)
+    chosen[list(numbers) or slice(None)] = True
+    return chosen

@@ -39,6 +39,9 @@ def check(ilc: Ilc) -> None:
 def _check_sizes(ilc: Ilc) -> None:
     """As many currents, weights and models' ports as the model has."""
     muscles, outputs = ilc.model.inputs, ilc.model.outputs
+    for key, size in (("grasping_outputs", outputs), ("grasping_channels", muscles)):
+        if not set(getattr(ilc, key)) <= set(range(size)):
+            raise InputError(key, f"{getattr(ilc, key)}", f"numbers from 0 to {size - 1}")
     if ilc.fingertips < 1:
         raise InputError("fingertips", f"{ilc.fingertips}", "1 or more")
     if len(ilc.current_ma) != muscles:

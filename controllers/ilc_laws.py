@@ -81,7 +81,8 @@ class Learning:
     cutoff: float
     solver: SolverName
 
-    def learn(self, drives: Array, errors: Array, covered: Mask) -> tuple[Array, str]:
+    def learn(self, drives: Array, errors: Array, covered: Mask,
+              kept: Mask | None = None) -> tuple[Array, str]:
         """(drives of the next trial, status): (samples, muscles), and "" or why nothing was learnt.
 
         Parameters
@@ -89,7 +90,12 @@ class Learning:
         drives: (samples, muscles), of the trial.
         errors: (samples, outputs), reference less posture, rad.
         covered: (samples, outputs), where the trial was observed; elsewhere errors count for nothing.
+        kept: (samples, muscles), drives that stay as they are; laws with limits inside make up for them.
         """
+        learnt, status = self._learnt(drives, errors, covered, kept)
+        return (learnt if kept is None else np.where(kept, drives, learnt)), status
+
+    def _learnt(self, drives: Array, errors: Array, covered: Mask, kept: Mask | None) -> tuple[Array, str]:
         heeded = covered & self.points if self.law == "point_to_point" else covered
         if not heeded.any():
             return drives, "unobserved"
@@ -97,7 +103,7 @@ class Learning:
         start = self.limits.within(self.first + (1.0 - self.forgetting) * (drives - self.first))
         if self.law in ("noilc_constrained", "point_to_point"):
             change, status = limited_change(self.model, errors, heeded * self.output_weight,
-                                            self.change_weight, start, self.limits, self.solver)
+                                            self.change_weight, start, self.limits, self.solver, kept)
             return (drives, status) if status else (self.limits.within(start + change), "")
         if self.law == "newton":
             return self.limits.within(newton_drives(

@@ -23,6 +23,7 @@ from controllers.qp_sparse import solve_sparse
 from fesloop.models.linear_model import SampledModel
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 SolverName = Literal["daqp", "osqp"]
 _CHARGE_PASSES = 2
 """Programmes solved one after the other where charge is limited, the second about the first's answer
@@ -35,7 +36,7 @@ _TOLERANCE = 1e-4
 
 def limited_change(
     model: SampledModel, errors: Array, weights: Array, change_weight: float, drives: Array, limits: Limits,
-    solver: SolverName,
+    solver: SolverName, kept: Mask | None = None,
 ) -> tuple[Array, str]:
     """(d, status): the change (samples, muscles), and "" or why the solver gave none.
 
@@ -46,11 +47,12 @@ def limited_change(
     ----------
     errors, weights: e and the diagonal of W, (samples, outputs).
     drives: v (samples, muscles), inside the limits.
+    kept: (samples, muscles), drives that stay as they are; None for none.
     """
     solve = _structured if solver == "osqp" else _condensed
     change, result = np.zeros_like(drives), None
     for _ in range(_CHARGE_PASSES if limits.counts_charge else 1):
-        programme = _Programme(model, errors, weights, change_weight, drives, limits, change)
+        programme = _Programme(model, errors, weights, change_weight, drives, limits, change, kept)
         result = solve(programme, result)
         if not result.solved:
             return np.zeros_like(drives), result.status
@@ -68,11 +70,13 @@ class _Programme(NamedTuple):
     drives: Array
     limits: Limits
     change: Array
+    kept: Mask | None = None
 
     @property
     def box(self) -> tuple[Array, Array]:
         """Bounds of d, flat."""
-        return -self.drives.ravel(), (self.limits.reach - self.drives).ravel()
+        free = np.ones_like(self.drives) if self.kept is None else np.where(self.kept, 0.0, 1.0)
+        return (-free * self.drives).ravel(), (free * (self.limits.reach - self.drives)).ravel()
 
     def slew_rows(self) -> tuple[sparse.csc_matrix, Array, Array]:
         """(rows on d, their lower and upper bounds)."""

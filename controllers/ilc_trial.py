@@ -62,10 +62,14 @@ class SeenTrial:
         came = self.captured_ns >= 0
         return float(self.doubtful[came].mean()) if came.any() else 0.0
 
+    def touching(self) -> Mask:
+        """(samples,), from the first touch on."""
+        return np.arange(self.ticks_ns.size) >= self.touched
+
     def posture(self, align: bool, max_gap_ns: int) -> tuple[Array, Mask]:
         """(posture, covered), (samples, outputs) each: at the instants of the ticks if `align`, else as read.
 
-        Doubtful samples are left out, output by output, and what came from the first touch on. `max_gap_ns` as in `posture_at`.
+        Doubtful samples are left out, output by output. `max_gap_ns` as in `posture_at`.
         """
         posture, covered = np.zeros_like(self.measured), np.zeros_like(self.doubtful)
         for j in range(posture.shape[1]):
@@ -76,5 +80,4 @@ class SeenTrial:
             else:
                 covered[:, j] = stamps >= 0
             posture[:, j] = column[:, 0]
-        learnt = (self.ticks_ns >= 0) & (np.arange(self.ticks_ns.size) < self.touched)
-        return posture, covered & learnt[:, None]
+        return posture, covered & (self.ticks_ns >= 0)[:, None]
