@@ -15,10 +15,13 @@ from fesloop.experiment.grasp_posture import aperture, rms_known, unwanted_motio
 from fesloop.experiment.grasp_score import GraspScore
 from fesloop.experiment.metrics import held
 from fesloop.experiment.reading import Recording, Signal
+from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import FINGERS
 from fesloop.loop.clock import NS_PER_S
 
 Array = NDArray[np.float64]
+HAND = 1
+"""Number of the hand's own segment among the sites."""
 
 
 class _Trial(NamedTuple):
@@ -49,7 +52,7 @@ class _Trial(NamedTuple):
 def grasp_metrics(recording: Recording, score: GraspScore) -> dict[str, Any]:
     """What the score's signals allow, in lists of one a trial.
 
-    held: whether. object_moved_mm: how far at most during the while. held_s: how long from its start the
+    held: whether. object_moved_mm: how far at most during the while, in the hand where its pose is known. held_s: how long from its start the
     object stayed `within_mm`, to the end of the while at most.
     With forces: grip_force_n, mean of the while by fingertip; time_to_grasp_s, from `starts_s` until thumb
     and fingers touch; grip_margin, mean grip force of the while (`grip_force`) over what is needed
@@ -81,7 +84,8 @@ def _between(signal: Signal, from_s: float, until_s: float) -> Array:
     """Values (n, ...) of a while; one row of NaN where the trial ended before it was over."""
     seconds = signal.times_ns / NS_PER_S
     inside = (seconds >= from_s) & (seconds <= until_s)
-    complete = seconds.size > 1 and seconds[-1] >= until_s - (seconds[-1] - seconds[-2])
+    # The last row stands one interval before the trial's end; instants are whole nanoseconds.
+    complete = seconds.size > 1 and 2.0 * seconds[-1] - seconds[-2] >= until_s - 1.0 / NS_PER_S
     if complete and inside.any():
         return np.asarray(signal.values[inside])
     return np.full((1, *signal.values.shape[1:]), np.nan)
@@ -90,7 +94,7 @@ def _between(signal: Signal, from_s: float, until_s: float) -> Array:
 def _object(trial: _Trial) -> dict[str, Any]:
     """How well the object stays."""
     score = trial.score
-    places = trial.hold(score.object)
+    places = _in_hand(trial, trial.hold(score.object))
     ways_mm = 1e3 * np.linalg.norm(places - places[0], axis=1)
     if math.isnan(ways_mm[0]):
         return {"held": None, "object_moved_mm": math.nan, "held_s": math.nan}
@@ -99,6 +103,19 @@ def _object(trial: _Trial) -> dict[str, Any]:
     gone = np.flatnonzero(ways_mm > score.within_mm)
     lasted_s = float(times_s[gone[0]]) - score.from_s if gone.size else score.until_s - score.from_s
     return {"held": not gone.size, "object_moved_mm": float(ways_mm.max()), "held_s": lasted_s}
+
+
+def _in_hand(trial: _Trial, places: Array) -> Array:
+    """Places of the while, (n, 3), m, from the hand's own segment, where its pose is known; else as they are.
+
+    A wrist that gives way takes along what the hand holds.
+    """
+    score = trial.score
+    if score.hand_position is None or score.hand_orientation is None or math.isnan(places[0, 0]):
+        return places
+    origin, turn = (trial.hold(name)[:, HAND] for name in (score.hand_position, score.hand_orientation))
+    seen: Array = quaternion.rotate(quaternion.conjugate(turn), places - origin)
+    return seen
 
 
 def _contact_s(trial: _Trial) -> float:
