@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.grip_contact import Contact, Slip, Touch, grip_of
-from controllers.grip_loop import ForceLoop, longest_s
+from controllers.grip_loop import ForceLoop, longest_s, useful_scale
 from controllers.period import period_ns
 from controllers.pid_tuning import Gains
 from fesloop.errors import InputError
@@ -19,7 +19,7 @@ from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.guard import is_finite
-from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.signals import NEVER, Port, Sample, Value
 from fesloop.loop.status import StatusLatch
 
 Array = NDArray[np.float64]
@@ -27,8 +27,6 @@ _CONTACT, _SLIP, _LOOP = Contact(), Slip(), ForceLoop()
 _POSITIVE = ("wanted_n", "mass_kg", "friction", "margin", "force_max_n", "rise_n_per_s", "width_max_us",
              "charge_max_uc", "ramp_ms")
 _TROUBLES = ("no_force", "stale_force", "non_finite_force", "implausible_force", "no_reference")
-_LEAST_S = 1e-9
-"""What is shorter is no pulse (chosen: a thousandth of a device's step)."""
 _IMPLAUSIBLE_N = 1000.0
 """No fingertip presses by more (chosen: twice what the strongest grip is as a whole)."""
 _LETS_GO = 0.9
@@ -47,6 +45,8 @@ class GripForceState:
     widths_s: (channels,), pulse widths at the hand-over; None while nothing is held.
     log_scale, integral: of the closing channels' pulse widths.
     wanted_n: what the force should be now; 0 while nothing is held.
+    handed_ns: when the force was taken over.
+    rising: whether `wanted_n` is still on its way.
     """
 
     gains: Gains
@@ -56,6 +56,8 @@ class GripForceState:
     log_scale: float = 0.0
     integral: float = 0.0
     wanted_n: float = 0.0
+    handed_ns: int = NEVER
+    rising: bool = False
     latch: StatusLatch = field(default_factory=StatusLatch)
 
 
@@ -67,8 +69,8 @@ class GripForce:
     (`controllers.grip_contact.grip_of`) says that something is held. From then on the closing channels get
     their pulse widths of that instant, or what comes in where that is less, times a scale s, by which `loop`
     brings the force where it is wanted. Nothing jumps: `wanted` starts from the force at the hand-over. While
-    posture control lets go, s does not rise. Where forces tremble as of an object that slips, `wanted` is
-    raised. When contact is lost, s goes back to 1 within `ramp_ms`.
+    posture control lets go, s does not rise. Where forces tremble as of an object that slips while nothing
+    else changes them, `wanted` is raised. When contact is lost, s goes back to 1 within `ramp_ms`.
 
     Attributes
     ----------
@@ -83,9 +85,10 @@ class GripForce:
     rise_n_per_s: how fast `wanted` moves (chosen).
     contact, slip: when something is held, and when it slips.
     loop: from force to s.
+    set_within_s: the force is controlled for so long, and s then stays as it is, as on a stimulator that is
+        set once; 0: as long as something is held.
     width_max_us, charge_max_uc: limits of every channel, of what comes in as well.
-    max_age_ms: of `force`.
-    ramp_ms: see above.
+    max_age_ms: of `force`. ramp_ms: see above.
 
     Inputs: `stimulation` (channels, 2), A and s; `force` (fingertips,), N; optional `reference`, N. Outputs:
     `stimulation` (channels, 2); `grip`, N, as measured; `wanted`, N; `scale`. With forces that are missing,
@@ -106,15 +109,15 @@ class GripForce:
     contact: Contact = _CONTACT
     slip: Slip = _SLIP
     loop: ForceLoop = _LOOP
+    set_within_s: float = 0.0
     width_max_us: float = 500.0
     charge_max_uc: float = 20.0
     max_age_ms: float = 200.0
     ramp_ms: float = 300.0
 
     def __post_init__(self) -> None:
-        for key in ("channels", "fingertips"):
-            if getattr(self, key) < 0:
-                raise InputError(key, f"{getattr(self, key)}", "1 or more, or 0 for what is wired in")
+        if min(self.channels, self.fingertips) < 0:
+            raise InputError("channels, fingertips", "below 0", "1 or more, or 0 for what is wired in")
         if not 0 <= self.thumb < (self.fingertips or math.inf):
             raise InputError("thumb", f"{self.thumb}", "from 0 to below the number of fingertips")
         if len(set(self.closing)) < len(self.closing) or not all(
@@ -125,6 +128,7 @@ class GripForce:
             if value is not None and not (math.isfinite(value) and value > 0.0):
                 raise InputError(key, f"{value}", "a finite number above 0")
         duration_ns(self.max_age_ms, NS_PER_MS, "max_age_ms")
+        duration_ns(self.set_within_s, NS_PER_S, "set_within_s")
         if self.wanted_n is not None and self.mass_kg is not None:
             raise InputError("wanted_n", "stands beside mass_kg", "one of the two", "remove one")
 
@@ -166,7 +170,7 @@ class GripForce:
         else:
             self._look(state, force, grip_n, pulses, tick)
         if state.touch.holding:
-            self._regulate(state, grip_n, wanted_n, pulses)
+            self._regulate(state, grip_n, wanted_n, pulses, tick.time_ns)
         else:
             state.widths_s, state.wanted_n = None, 0.0
             back = self.loop.span * 1e3 * state.period_s / self.ramp_ms
@@ -184,15 +188,12 @@ class GripForce:
 
     def _trouble(self, force: Sample, wanted_n: float, now_ns: int) -> str:
         """Status of what forbids control, "" if nothing does."""
-        if not force.present:
-            return "no_force"
-        if now_ns - force.newest_ns > self.max_age_ms * NS_PER_MS:
-            return "stale_force"
-        if not is_finite(force.value):
-            return "non_finite_force"
-        if np.abs(force.value).max() > _IMPLAUSIBLE_N:
-            return "implausible_force"
-        return "" if math.isfinite(wanted_n) and wanted_n > 0.0 else "no_reference"
+        sound = {"no_force": force.present,
+                 "stale_force": now_ns - force.newest_ns <= self.max_age_ms * NS_PER_MS,
+                 "non_finite_force": is_finite(force.value),
+                 "implausible_force": not np.abs(force.value).max() > _IMPLAUSIBLE_N,
+                 "no_reference": math.isfinite(wanted_n) and wanted_n > 0.0}
+        return next((status for status, fine in sound.items() if not fine), "")
 
     def _columns(self) -> list[int]:
         return list(self.closing or range(self.channels))
@@ -204,39 +205,39 @@ class GripForce:
         restless_n = self.slip.feel(touch, cast(Array, force.value), force.newest_ns)
         if touch.holding and not held:
             state.widths_s, state.wanted_n = pulses[:, 1].copy(), min(grip_n, self.force_max_n)
-            state.integral = state.log_scale
+            state.integral, state.handed_ns, state.rising = state.log_scale, tick.time_ns, True
             tick.report("contact", f"{grip_n:.2f} N: the force is controlled from now on")
         elif held and not touch.holding:
             touch.let_go()
             tick.report("contact_lost", "what comes in goes out")
-        elif held and not self._lets_go(state, pulses) and self.slip.heed(touch, restless_n, tick.time_ns):
+        elif held and not (state.rising or self._lets_go(state, pulses)) and self.slip.heed(
+                touch, restless_n, tick.time_ns):
             tick.report("slip", f"a force changes by {restless_n:.2f} N from sample to sample")
 
-    def _regulate(self, state: GripForceState, grip_n: float, wanted_n: float, pulses: Array) -> None:
+    def _regulate(self, state: GripForceState, grip_n: float, wanted_n: float, pulses: Array,
+                  now_ns: int) -> None:
         """Bring `wanted_n` and the scale on by a tick."""
         assert state.widths_s is not None
         columns = self._columns()
         target = min(wanted_n * state.touch.raised, self.force_max_n)
         reach = self.rise_n_per_s * state.period_s
+        state.rising = abs(target - state.wanted_n) > reach
         state.wanted_n += min(max(target - state.wanted_n, -reach), reach)
+        if 0.0 < self.set_within_s * NS_PER_S <= now_ns - state.handed_ns:
+            return
         least = self.contact.force_n
         error = math.log(max(state.wanted_n, least) / max(grip_n, least))
-        highest = state.log_scale if self._lets_go(state, pulses) else self._useful(
-            state.widths_s[columns], pulses[columns, 0])
+        longest = longest_s(pulses[columns, 0], self.width_max_us, self.charge_max_uc)
+        highest = state.log_scale if self._lets_go(state, pulses) else useful_scale(
+            state.widths_s[columns], longest)
         state.log_scale, state.integral = self.loop.next(state.gains, state.period_s, state.integral, error,
                                                          highest)
 
     def _lets_go(self, state: GripForceState, pulses: Array) -> bool:
         """Whether posture control opens the hand."""
+        assert state.widths_s is not None
         columns = self._columns()
-        return state.widths_s is not None and bool(
-            pulses[columns, 1].sum() < _LETS_GO * state.widths_s[columns].sum())
-
-    def _useful(self, widths_s: Array, current: Array) -> float:
-        """ln s above which every closing channel is at its longest pulse."""
-        longest = longest_s(current, self.width_max_us, self.charge_max_uc)
-        on = widths_s > _LEAST_S
-        return math.log(float((longest[on] / widths_s[on]).max())) if on.any() else 0.0
+        return bool(pulses[columns, 1].sum() < _LETS_GO * state.widths_s[columns].sum())
 
     def _scale(self, state: GripForceState, pulses: Array) -> None:
         """Scale the closing channels of `pulses` (channels, 2) and keep all within their limits, in place."""

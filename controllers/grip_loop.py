@@ -13,6 +13,8 @@ from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 
 Array = NDArray[np.float64]
+_LEAST_S = 1e-9
+"""What is shorter is no pulse (chosen: a thousandth of a device's step)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,3 +77,10 @@ def longest_s(current: Array, width_max_us: float, charge_max_uc: float) -> Arra
     widths = np.full(current.shape, 1e-6 * width_max_us)
     np.divide(1e-6 * charge_max_uc, current, out=widths, where=current * widths > 1e-6 * charge_max_uc)
     return widths
+
+
+def useful_scale(widths_s: Array, longest: Array) -> float:
+    """ln s above which all channels are at their `longest` pulses (channels,), s, from `widths_s`; 0 where no
+    channel has a pulse."""
+    on = widths_s > _LEAST_S
+    return math.log(float((longest[on] / widths_s[on]).max())) if on.any() else 0.0

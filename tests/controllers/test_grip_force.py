@@ -249,3 +249,10 @@ def test_parameters_that_cannot_be_are_named(make, where):
     with pytest.raises(InputError) as fault:
         make()
     assert fault.value.where == where
+
+
+def test_a_scale_that_is_set_once_stays():
+    rows, _ = muscle_loop(block(set_within_s=3.0), 10.0, strength=lambda t: 3.0 * math.exp(-0.05 * t))
+    assert rows[110, 0] == pytest.approx(4.0, rel=0.1)
+    assert np.ptp(rows[130:, 2]) == 0.0
+    assert rows[-1, 0] == pytest.approx(rows[160, 0] * math.exp(-0.05 * 239 / 40), rel=1e-3)
