@@ -1,0 +1,51 @@
+"""The shipped experiment of grip force, cut short: with control the force stays, set once it fades.
+
+About 40 s: the whole chain, twice.
+"""
+
+import numpy as np
+import pytest
+
+import fesloop
+from fesloop import Recording
+
+SHORT = ["experiment.duration_s=22", "score.grasp.until_s=22"]
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs")
+    return [fesloop.load("hold_grip_force", [*SHORT, *settings]).run(folder)
+            for settings in ([], ["set_within_s=2"])]
+
+
+def test_controlled_force_stays_and_force_set_once_fades(runs):
+    controlled, once = (run.metrics for run in runs)
+    assert controlled["held"] == once["held"] == [True]
+    assert controlled["grip_force_rmse_n"][0] < 0.4
+    assert once["grip_force_rmse_n"][0] > 2.0 * controlled["grip_force_rmse_n"][0]
+    assert controlled["grip_margin"][0] > 1.3 * once["grip_margin"][0]
+    assert controlled["charge_uc"][0] > once["charge_uc"][0]
+
+
+def test_posture_is_controlled_through_the_tracker_until_contact(runs):
+    with Recording(runs[0].recording) as recording:
+        events = [(event.where, event.status, event.time_ns) for event in recording.events]
+        scale = recording.signal("grip.scale")
+        given = recording.signal("grip.stimulation").values[..., 1]
+        asked = recording.signal("posture.stimulation").values[..., 1]
+    (contact_ns,) = [time_ns for where, status, time_ns in events if (where, status) == ("grip", "contact")]
+    before = scale.times_ns < contact_ns
+    assert contact_ns > 3.5e9
+    np.testing.assert_array_equal(given[before], asked[before])
+    assert scale.values[-1] > 1.5
+    assert runs[0].metrics["tracker_rmse_deg"][0] < 2.0
+
+
+def test_a_clinician_reads_all_of_it(runs):
+    metrics = runs[0].metrics
+    for name in ("held", "held_s", "time_to_grasp_s", "grip_margin", "wrist_extension_deg",
+                 "unwanted_motion_deg", "charge_uc", "grasps_until_fatigue"):
+        assert len(metrics[name]) == 1
+        assert metrics[name][0] is not None
+    assert {"opening", "contact", "hold"} == set(metrics["aperture_mm"])
