@@ -63,6 +63,15 @@ blocks.finger.strength = 2.0
 
 [variants.patient.faster]
 blocks.finger.speed = 1.5
+
+[variants.watched]
+default = "no"
+
+[variants.watched.no]
+
+[variants.watched.yes]
+blocks.watch = { kind = "select", rate = "50", indices = [0] }
+wires = [{ from = "finger.angles", to = "watch.vector" }]
 """
 
 
@@ -132,7 +141,7 @@ plant_rate = "100"
 
 
 @pytest.mark.parametrize("settings", [
-    ("plant=weak", "patient=faster", "link=cable", "blocks.pid.kp.0=0.9"),
+    ("plant=weak", "patient=faster", "link=cable", "blocks.pid.kp.0=0.9", "watched=yes"),
     ("blocks.pid.kp.0=0.9", "link=cable", "plant=finger", "plant=weak", 'patient="faster"')])
 def test_options_go_together_in_any_order_and_settings_come_after_them(file, settings):
     told = fesloop.load(file(), settings).document()
@@ -147,10 +156,11 @@ def test_options_go_together_in_any_order_and_settings_come_after_them(file, set
      "variants.plant.weak: does not go with variants.patient.strong: both change blocks.finger.strength"),
     (["patient=faster", "plant=fmu"],
      "variants.plant.fmu: does not go with variants.patient.faster: both change blocks.finger"),
+    (["plant=fmu", "watched=yes"], 'both change wires."finger.angles->watch.vector"'),
     (["plant=fmu", "link=cable"], 'both change wires."finger.angles->pid.measured"'),
     (["plant=fmi"], "--set plant=fmi: "),
     (["plant=fmi"], "has no plant of this name; allowed: finger, weak, fmu; did you mean 'fmu'?"),
-    (["plan=fmu"], "allowed: plant, link, patient, experiment.KEY"),
+    (["plan=fmu"], "allowed: plant, link, patient, watched, experiment.KEY"),
     (["plan=fmu"], "did you mean 'plant'?"),
     (["fmu=x.fmu"], "is no key of"),
     (["plant=fmu", "blocks.finger.strength=2"], "small.toml with plant=fmu has no 'finger' there"),
@@ -243,7 +253,7 @@ def test_the_schema_has_variants():
 
 def test_what_is_picked_is_told_with_it():
     picked = pick(tomllib.loads(SMALL + VARIANTS), ["patient=faster", "pid=3"], "small")
-    assert picked.options == {"plant": "finger", "link": "radio", "patient": "faster"}
+    assert picked.options == {"plant": "finger", "link": "radio", "patient": "faster", "watched": "no"}
     assert picked.settings == ("pid=3",)
     assert picked.name == "small with patient=faster"
     assert "variants" not in picked.document
