@@ -1,4 +1,4 @@
-"""The plant as it may be: the model as it stands, and as much faster or slower as the patient may be.
+"""The plant as it may be: the model as it stands, and as much faster, slower or later as the patient may be.
 
 Every candidate follows the measurements with an observer and an adaptation of its own, all under the same
 recorded drives. Control goes by the one that has lately predicted best, which multiple-model adaptive
@@ -31,7 +31,7 @@ class Candidate:
 
     Attributes
     ----------
-    speed: over the model's.
+    speed, delay_ns: over the model's, and beyond it.
     plan, observer: coefficients; never written to.
     estimate: of the plant; the recorded drives in it are shared by all candidates.
     strength: of the muscles, where it is adapted.
@@ -40,6 +40,7 @@ class Candidate:
     """
 
     speed: float
+    delay_ns: int
     plan: Plan
     observer: Observer
     estimate: ObserverState
@@ -48,14 +49,14 @@ class Candidate:
     likelihood: float = 0.0
 
 
-def faster(model: LinearModel, speed: float) -> LinearModel:
-    """A model that goes through the same motion `speed` times as fast; its delay is kept."""
-    return replace(model, a=speed * model.a, b=speed * model.b)
+def altered(model: LinearModel, speed: float, delay_ns: int) -> LinearModel:
+    """A model that goes through the same motion `speed` times as fast, and begins `delay_ns` later."""
+    return replace(model, a=speed * model.a, b=speed * model.b, delay_ns=model.delay_ns + delay_ns)
 
 
 def nominal(candidates: Sequence[Candidate]) -> int:
     """Number of the candidate that is the model as it stands."""
-    return [candidate.speed for candidate in candidates].index(1.0)
+    return [(candidate.speed, candidate.delay_ns) for candidate in candidates].index((1.0, 0))
 
 
 def compare(

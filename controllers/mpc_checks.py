@@ -91,11 +91,12 @@ def faults(mpc: Mpc, context: Context, surroundings: Surroundings) -> Iterator[I
     period = period_ns(context)
     own_ns = duration_ns(mpc.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
     loop_ns, way = max((own_ns, "actuation_delay_ms"), (surroundings.loop_ns, surroundings.way))
-    delay_ns = mpc.model.delay_ns + loop_ns
+    model_ns = mpc.model.delay_ns + (max(mpc.adaptation.delays_ns()) if mpc.adaptation else 0)
+    delay_ns = model_ns + loop_ns
     if mpc.horizon * period <= delay_ns:
         yield InputError(
             "horizon", f"{mpc.horizon} periods of {period / NS_PER_MS:g} ms end before the delay of "
-            f"{delay_ns / NS_PER_MS:g} ms does: {mpc.model.delay_ns / NS_PER_MS:g} ms of the model, "
+            f"{delay_ns / NS_PER_MS:g} ms does: {model_ns / NS_PER_MS:g} ms of the model, "
             f"{loop_ns / NS_PER_MS:g} ms of {way}",
             f"{delay_ns // period + 1} or more", "lengthen the horizon by what the movement takes")
     least, greatest = mpc.boxes()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.mpc_candidates import Candidate, faster
+from controllers.mpc_candidates import Candidate, altered
 from controllers.mpc_plan import Limits, Plan, Weights, make_plan
 from controllers.observer import Observer
 from controllers.qp import Qp
@@ -24,25 +24,28 @@ _TYPICAL_SHARE = 0.5
 
 
 def candidates_of(mpc: Mpc, period_ns: int) -> tuple[Candidate, ...]:
-    """The plant at every speed that it may have, under drives recorded once."""
+    """The plant at every speed and delay that it may have, under drives recorded once."""
     speeds = mpc.adaptation.speeds if mpc.adaptation else (1.0,)
-    made = tuple(_candidate(mpc, period_ns, speed) for speed in speeds)
+    delays = mpc.adaptation.delays_ns() if mpc.adaptation else (0,)
+    made = tuple(_candidate(mpc, period_ns, speed, later, max(delays))
+                 for speed in speeds for later in delays)
     shared = made[0].estimate
     for candidate in made[1:]:
         candidate.estimate.stamps, candidate.estimate.inputs = shared.stamps, shared.inputs
     return made
 
 
-def _candidate(mpc: Mpc, period_ns: int, speed: float) -> Candidate:
-    model = faster(mpc.model, speed)
+def _candidate(mpc: Mpc, period_ns: int, speed: float, later_ns: int, latest_ns: int) -> Candidate:
+    """One of them; all keep drives for as long as the one with the longest delay does."""
+    model = altered(mpc.model, speed, later_ns)
     delay_ns = model.delay_ns + duration_ns(mpc.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
+    reach_ns = duration_ns(mpc.max_age_ms, NS_PER_MS, "max_age_ms") + latest_ns - later_ns
     observer = Observer.design(
-        model, period_ns=period_ns, delay_ns=delay_ns,
-        reach_ns=duration_ns(mpc.max_age_ms, NS_PER_MS, "max_age_ms"), drive_noise=mpc.drive_noise,
+        model, period_ns=period_ns, delay_ns=delay_ns, reach_ns=reach_ns, drive_noise=mpc.drive_noise,
         disturbance_walk=math.radians(mpc.disturbance_deg),
         measurement_noise=math.radians(mpc.measurement_deg))
     plan = _plan(mpc, model, period_ns, delay_ns - model.delay_ns)
-    return Candidate(speed, plan, observer, observer.init(),
+    return Candidate(speed, later_ns, plan, observer, observer.init(),
                      mpc.adaptation.init(observer) if mpc.adaptation else None,
                      Qp(plan.hessian, plan.rows, solver=mpc.solver, centred=True))
 

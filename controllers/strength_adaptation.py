@@ -25,7 +25,7 @@ from scipy.linalg import block_diag
 
 from controllers.observer import Observer, ObserverState, carry
 from fesloop.errors import InputError
-from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 
 Array = NDArray[np.float64]
 
@@ -59,7 +59,8 @@ class StrengthAdaptation:
     measurement_deg: sd of what the model's dynamics leave unexplained in a sample (chosen).
     common: share of that variance which all muscles have in common at first (chosen): they tire each for
         itself.
-    speeds: of the patient over the model's, between which is told by what each predicts; 1 is among them.
+    speeds, delays_ms: how many times as fast as the model the patient may be, and how much later; which of
+        all pairs is so is told by what each predicts. 1 and 0 are among them. Every pair costs a filter.
     memory_s: within which predictions count for that.
     least, greatest: bounds of a strength.
     """
@@ -70,6 +71,7 @@ class StrengthAdaptation:
     measurement_deg: float = 2.0
     common: float = 0.5
     speeds: tuple[float, ...] = (1.0,)
+    delays_ms: tuple[float, ...] = (0.0,)
     memory_s: float = 2.0
     least: float = 0.2
     greatest: float = 1.5
@@ -84,9 +86,16 @@ class StrengthAdaptation:
         if not (1.0 in self.speeds and len(set(self.speeds)) == len(self.speeds)
                 and all(0.0 < speed < math.inf for speed in self.speeds)):
             raise InputError("adaptation.speeds", f"{self.speeds}", "different speeds above 0, 1 among them")
+        if not (0.0 in self.delays_ms and len(set(self.delays_ms)) == len(self.delays_ms)):
+            raise InputError("adaptation.delays_ms", f"{self.delays_ms}", "different delays, 0 among them")
+        self.delays_ns()
         if not self.least <= 1.0 <= self.greatest < math.inf:
             raise InputError("adaptation", f"least {self.least}, greatest {self.greatest}",
                              "bounds on either side of 1, the strength that the model has")
+
+    def delays_ns(self) -> tuple[int, ...]:
+        """`delays_ms`, ns."""
+        return tuple(duration_ns(delay, NS_PER_MS, "adaptation.delays_ms") for delay in self.delays_ms)
 
     def init(self, observer: Observer) -> StrengthState:
         """Fresh muscles, at rest."""

@@ -79,10 +79,11 @@ def specimens():
 
 
 def tiring_muscles():
-    """Parameters of `mpc` that follows its muscles' strengths."""
+    """Parameters of `mpc` that follows its muscles' strengths and keeps limits of angle and charge."""
     from controllers.strength_adaptation import StrengthAdaptation
 
-    return {"adaptation": StrengthAdaptation()}
+    return {"adaptation": StrengthAdaptation(speeds=(0.8, 1.0), delays_ms=(0.0, 10.0)),
+            "angle_max_deg": (60.0, 90.0, 60.0), "horizon_charge_max_uc": 900.0}
 
 
 def a_quick_grasp():

@@ -73,6 +73,45 @@ def test_a_wrong_model_at_100_ms_is_better_off_with_compensation_and_adaptation(
     assert adapted < 0.5
 
 
+LEARNS_SPEED = StrengthAdaptation(measurement_deg=0.3, disturbance_deg=0.5,
+                                  speeds=(0.7, 0.78, 0.85, 0.92, 1.0, 1.08, 1.17, 1.27))
+TEN_SECONDS = {"seconds": 10.0, "reference": MinimumJerk(
+    times_s=tuple(float(k) for k in range(1, 10)), preview=20,
+    angles_deg=((20.0, 25.0, 15.0), *(((40.0, 55.0, 25.0),) * 2 + ((25.0, 32.0, 18.0),) * 2) * 2))}
+LEARNS_DELAY = StrengthAdaptation(measurement_deg=0.3, disturbance_deg=0.5, delays_ms=(0.0, 20.0, 40.0))
+
+
+@pytest.mark.parametrize(("strength", "speed"), [(1.2, 0.85), (0.8, 0.85), (1.2, 1.15), (0.8, 1.15),
+                                                 (1.1, 0.95)])
+def test_a_wrong_model_at_100_ms_is_at_most_1_3_times_worse_where_strength_and_speed_are_learnt(
+        strength, speed):
+    patient = Finger(strength=strength, speed=speed)
+    prompt = rmse_deg(controller(adaptation=LEARNS_SPEED), patient, **TEN_SECONDS)
+    late = rmse_deg(controller(adaptation=LEARNS_SPEED), patient, latency_ms=100.0, **TEN_SECONDS)
+    assert late <= 1.3 * prompt
+    assert late < rmse_deg(controller(), patient, **TEN_SECONDS)
+
+
+def test_a_patient_40_ms_later_than_the_model_is_found_out():
+    patient = Finger(delay_ms=60.0)
+    loop, _, errors = closed_loop(controller(adaptation=LEARNS_DELAY), patient, latency_ms=100.0)
+    state = loop.states()["mpc"]
+    assert state.candidates[state.chosen].delay_ns == 40 * MS
+    assert np.sqrt(np.mean(errors**2)) < 0.5 * rmse_deg(controller(), patient, latency_ms=100.0)
+
+
+def test_what_is_learnt_of_a_patient_is_known_in_the_next_trial():
+    mpc, patient = controller(adaptation=LEARNS_SPEED), Finger(strength=1.2, speed=0.85)
+    loop, _, _ = closed_loop(mpc, patient)
+    context = Context("mpc", trial=1, clock=RateClock.from_rate(RATE))
+    before, after = loop.states()["mpc"], mpc.next_trial(loop.states()["mpc"], context)
+    assert after.candidates[after.chosen].speed == 0.85
+    np.testing.assert_array_equal(after.estimate.strength, before.estimate.strength)
+    np.testing.assert_allclose(after.estimate.strength[:2], 1.2, atol=0.05)
+    assert after.estimate.at_ns == NEVER
+    assert not after.drive.any()
+
+
 @pytest.mark.parametrize("strength", [0.7, 1.3])
 @pytest.mark.parametrize("latency_ms", [0.0, 100.0])
 @pytest.mark.parametrize("adaptation", [None, StrengthAdaptation()])
@@ -179,7 +218,8 @@ def test_limits_that_cannot_be_and_other_sizes_are_refused_with_a_remedy(faulty,
 
 
 @pytest.mark.parametrize("faulty", [
-    {"least": 1.2}, {"greatest": 0.9}, {"time_s": 0.0}, {"strength_sd": -1.0}])
+    {"least": 1.2}, {"greatest": 0.9}, {"time_s": 0.0}, {"strength_sd": -1.0}, {"common": 1.1},
+    {"speeds": (0.9, 1.1)}, {"speeds": (1.0, 1.0)}, {"delays_ms": (10.0,)}, {"memory_s": 0.0}])
 def test_adaptation_names_what_cannot_be(faulty):
     with pytest.raises(InputError, match="adaptation"):
         StrengthAdaptation(**faulty)
