@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
-from fesloop.errors import InputError
+from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.schema import closed, plain
 from fesloop.experiment.toml_text import toml_text
 from fesloop.loop.clock import NS_PER_MS
@@ -28,6 +28,7 @@ from fesloop.models.recruitment import Recruitment
 
 Array = NDArray[np.float64]
 FORMAT = "fesloop patient model 1"
+_SHIPPED = Path(__file__).parent / "shipped"
 _NESTED = list[list[float]]
 _FORM = TypeAdapter(closed("PatientModel", {
     "format": Required[str], "patient": Required[str], "source": Required[str],
@@ -101,13 +102,21 @@ class PatientModel:
             raise InputError(str(path), f"cannot be written: {fault.strerror}", "a file") from None
 
 
+def shipped_models() -> list[str]:
+    """Names of the models that come with the package."""
+    return sorted(path.stem for path in _SHIPPED.glob("*.toml"))
+
+
 def load_patient_model(path: Path) -> PatientModel:
-    """The model of a file; raises InputError for one that is missing or of another form."""
+    """The model of a file, or a shipped one by its name; raises InputError for what is no such thing."""
+    if str(path) in shipped_models():
+        path = _SHIPPED / f"{path}.toml"
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as fault:
         raise InputError(str(path), f"cannot be read: {fault.strerror}",
-                         "a model file, made by fesloop identify") from None
+                         f"a model file, made by fesloop identify, or one of {', '.join(shipped_models())}",
+                         did_you_mean(str(path), shipped_models())) from None
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as fault:
         raise InputError(str(path), f"is not TOML: {fault}",
                          "a model file, made by fesloop identify") from None
