@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from controllers.allocation import Allocation
 from controllers.ilc_bank import BankRule, mixed, shares_of
-from controllers.ilc_checks import check
+from controllers.ilc_checks import check, faults
 from controllers.ilc_convergence import Condition, condition
 from controllers.ilc_laws import LawName, Learning
 from controllers.ilc_limits import Limits, pulses_of
@@ -27,6 +27,7 @@ from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.guard import is_finite
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.status import StatusLatch
+from fesloop.loop.surroundings import Surroundings
 from fesloop.models.linear_model import LinearModel, SampledModel
 
 Array = NDArray[np.float64]
@@ -136,7 +137,6 @@ class Ilc:
 
     def __post_init__(self) -> None:
         check(self)
-        self.allocation()
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -184,6 +184,10 @@ class Ilc:
         """Whether the law converges on its nominal model, and with what margin."""
         period = period_ns(context)
         return condition(self.learning(period), period)
+
+    def faults(self, context: Context, surroundings: Surroundings) -> tuple[InputError, ...]:
+        """What of the parameters does not fit the loop around: its delay."""
+        return tuple(faults(self, surroundings))
 
     def cautions(self, context: Context) -> tuple[Report, ...]:
         """What is to be feared before the first trial: (status, detail) each."""

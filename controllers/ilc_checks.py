@@ -1,12 +1,18 @@
-"""The parameters of `ilc.Ilc`, checked."""
+"""What of the parameters of `ilc.Ilc` cannot be: by themselves, and where the law stands."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from controllers.allocation import LEAST_REACH
+from controllers.limit_checks import check_reach
 from fesloop.errors import InputError
-from fesloop.loop.clock import NS_PER_MS, duration_ns
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
+from fesloop.loop.surroundings import Surroundings
 
 if TYPE_CHECKING:
     from controllers.ilc import Ilc
@@ -34,6 +40,42 @@ def check(ilc: Ilc) -> None:
     if (ilc.law == "point_to_point") != bool(ilc.points):
         raise InputError("points", f"{len(ilc.points)} points with law {ilc.law!r}",
                          'points with law "point_to_point", and with no other')
+    _check_limits(ilc)
+
+
+def _check_limits(ilc: Ilc) -> None:
+    """Limits that leave nothing to learn with."""
+    allocation = ilc.allocation()
+    check_reach(ilc.drive_max, allocation)
+    reach = np.minimum(ilc.drive_max, allocation.reach())
+    beyond = np.flatnonzero(np.array(ilc.first_drive or (0.0,) * reach.size) > reach)
+    if beyond.size:
+        muscle = int(beyond[0])
+        raise InputError("first_drive", f"{ilc.first_drive[muscle]:g} of muscle {muscle}",
+                         f"up to {reach[muscle]:.3g}, which its channel can recruit",
+                         "lower it, or raise drive_max, current_ma, width_max_us or charge_max_uc")
+    if ilc.model.recruitment is None:
+        return
+    threshold_uc = 1e6 * allocation.charge(np.full(reach.size, LEAST_REACH))
+    if not ilc.trial_charge_max_uc >= threshold_uc.max():
+        muscle = int(threshold_uc.argmax())
+        raise InputError("trial_charge_max_uc", f"{ilc.trial_charge_max_uc:g} uC",
+                         f"{threshold_uc[muscle]:.3g} or more, one pulse that recruits {LEAST_REACH:g} of "
+                         f"muscle {muscle}", "raise it to what a trial takes")
+
+
+def faults(ilc: Ilc, surroundings: Surroundings) -> Iterator[InputError]:
+    """What does not fit the delay of model and loop: a trial that ends before it, points within it."""
+    own_ns = ilc.model.delay_ns + duration_ns(ilc.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
+    delay_ns = max(own_ns, ilc.model.delay_ns + surroundings.loop_ns)
+    of = f"the delay of {delay_ns / NS_PER_MS:g} ms of model and loop"
+    if duration_ns(ilc.duration_s, NS_PER_S, "duration_s") <= delay_ns:
+        yield InputError("duration_s", f"{ilc.duration_s:g} s end before {of} does",
+                         f"above {delay_ns / NS_PER_S:g} s", "lengthen the trial")
+    for i, point in enumerate(ilc.points):
+        if point.at_s * NS_PER_S <= own_ns:
+            yield InputError(f"points[{i}].at_s", f"{point.at_s:g} s is before any drive shows",
+                             f"above {own_ns / NS_PER_S:g} s", "set the point later")
 
 
 def _check_sizes(ilc: Ilc) -> None:
