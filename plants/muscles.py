@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal, cast
@@ -10,15 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.hand.muscles import MUSCLES, muscle
+from fesloop.hand.muscles import MUSCLES
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative, require_positive
+from plants.muscle_models.courses import follow
 from plants.muscle_models.ding import Ding2003, Ding2007
 from plants.muscle_models.fitness import MuscleFatigue
 from plants.muscle_models.lags import Hammerstein, Riener, TwoLags
-from plants.muscle_models.patient_drive import MuscleTremor, StretchReflex, trembling
+from plants.muscle_models.patient_drive import (
+    MuscleTremor,
+    StretchReflex,
+    greatest_efforts,
+    trembling,
+    within,
+)
 from plants.muscle_state import EFFORT, PULSES, REFLEX, Contraction, MusclesState
 
 Array = NDArray[np.float64]
@@ -99,29 +107,13 @@ class Muscles:
                              "no `fatigue` there", "that model tires by its own equations: ding2003.fatigue")
         require_positive("muscles", self, "fusion_hz", "natural_rad_s")
         require_not_negative("muscles", self, "rest_between_trials_s", "delay_growth")
-        object.__setattr__(self, "_efforts", self._greatest_efforts())
+        object.__setattr__(self, "_efforts", greatest_efforts(self.voluntary_limit, self.voluntary_limits))
         delay = duration_ns(self.delay_ms, NS_PER_MS, "muscles.delay_ms")
         reflex = duration_ns(self.reflex.delay_ms, NS_PER_MS, "reflex.delay_ms") if self.reflex else 0
         object.__setattr__(self, "_delays_ns", (delay, delay, delay + reflex))
         object.__setattr__(self, "_contraction", models[self.model].contraction())
         object.__setattr__(self, "_natural", TwoLags(1.0 / self.natural_rad_s, 1.0 / self.natural_rad_s))
         object.__setattr__(self, "_sides", self.tremor.sides() if self.tremor else np.zeros(len(MUSCLES)))
-
-    def _greatest_efforts(self) -> Array:
-        """Of each muscle, (29,); raises InputError for an unknown muscle and for what is not from 0 to 1."""
-        efforts = np.full(len(MUSCLES), self.voluntary_limit)
-        for name, limit in self.voluntary_limits.items():
-            try:
-                efforts[muscle(name)] = limit
-            except InputError as fault:
-                raise InputError("muscles.voluntary_limits", fault.found, fault.allowed,
-                                 fault.remedy) from fault
-        for key in ("voluntary_limit", "voluntary_limits"):
-            value = getattr(self, key)
-            for limit in value.values() if isinstance(value, dict) else (value,):
-                if not 0.0 <= limit <= 1.0:
-                    raise InputError(f"muscles.{key}", f"{limit}", "from 0 to 1")
-        return efforts
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -134,6 +126,11 @@ class Muscles:
     def outputs(self) -> tuple[Port, ...]:
         """Activation and fitness."""
         return Port("activation", (len(MUSCLES),), "1"), Port("fitness", (len(MUSCLES),), "1", 1.0)
+
+    @property
+    def ignores(self) -> tuple[str, ...]:
+        """Velocity, of muscles without a stretch reflex."""
+        return () if self.reflex is not None else ("velocity",)
 
     @property
     def grid(self) -> None:
@@ -177,13 +174,37 @@ class Muscles:
         self, state: MusclesState, inputs: Sequence[Value], start_ns: int, times_ns: Sequence[int]
     ) -> tuple[Array, ...]:
         """(activation, fitness) at `times_ns`, ascending, state untouched."""
-        ahead, now = state.copy(), start_ns
-        rows = np.empty((2, len(times_ns), len(MUSCLES)))
-        for k, instant in enumerate(times_ns):
-            self.advance(ahead, inputs, now, instant)
-            rows[0, k], rows[1, k] = self._outputs(ahead)
-            now = instant
+        return self.advance_through(state.copy(), inputs, start_ns, times_ns)
+
+    def advance_through(
+        self, state: MusclesState, inputs: Sequence[Value], start_ns: int, times_ns: Sequence[int]
+    ) -> tuple[Array, ...]:
+        """(activation, fitness) at `times_ns`, ascending, the state brought to the last of them."""
+        self._send(state, inputs, start_ns)
+        rows, done = np.empty((2, len(times_ns), len(MUSCLES))), 0
+        while done < len(times_ns):
+            while state.arriving and state.arriving[0][0] <= times_ns[done]:
+                self._take(state, *state.arriving.pop(0))
+            upto = len(times_ns)
+            if state.arriving:
+                upto = bisect_left(times_ns, state.arriving[0][0], done)
+            self._follow(state, times_ns[done:upto], rows[0, done:upto], rows[1, done:upto])
+            done = upto
         return rows[0], rows[1]
+
+    def _follow(self, state: MusclesState, times_ns: Sequence[int], activation: Array, fit: Array) -> None:
+        """Fill `activation` and `fit` (n, 29) at `times_ns`, between which nothing reaches the muscles."""
+        lags, drawn = self._contraction, state.stimulated
+        if isinstance(lags, TwoLags) and self.tremor is None and state.natural.idle:
+            follow(drawn.levels, drawn.drive, (lags.first_s, lags.second_s), drawn.since_ns, state.fitness,
+                   state.effort, self.fatigue.rates if self.fatigue else (0.0, 0.0, 0.0), state.since_ns,
+                   np.array(times_ns), activation, fit)
+        else:
+            for k, instant in enumerate(times_ns):
+                lags.advance(drawn, instant)
+                state.now_ns = instant
+                activation[k], fit[k] = self._outputs(state)
+        state.now_ns = times_ns[-1]
 
     def _send(self, state: MusclesState, inputs: Sequence[Value], time_ns: int) -> None:
         """Send off what the inputs of `time_ns` change; equal ones change nothing, so split nothing."""
@@ -242,9 +263,3 @@ class Muscles:
         np.minimum(activation, 1.0, out=activation)
         activation *= fitness
         return activation, fitness * capacity
-
-
-def within(values: Array, highest: float | Array) -> Array:
-    """`values`, those below 0 or above `highest` put there."""
-    limited: Array = np.minimum(np.maximum(values, 0.0), highest)
-    return limited

@@ -22,7 +22,7 @@ from fesloop.loop.run import Loop
 from fesloop.loop.wiring import Wiring
 
 Array = NDArray[np.float64]
-_TIMED = ("step", "advance", "read", "glance", "observe")
+_TIMED = ("step", "advance", "advance_through", "read", "glance", "observe")
 """Members of blocks and plants that the loop calls as it runs."""
 
 

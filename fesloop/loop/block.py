@@ -94,9 +94,12 @@ class Plant(Protocol):
 
     `grid` is None for a plant that goes exactly to any instant, else the clock of its fixed steps: it is
     then advanced from grid tick to grid tick only, one step a call. `feedthrough` says whether `read`
-    depends on the inputs. Optional members: `observe(state, inputs, start_ns, times_ns)` (each output at
-    later instants under held inputs, stacked along a first axis, state untouched: a faster way to what
-    advancing a copy would give), for fixed steps `glance(state)` (by port number, those of the outputs that
+    depends on the inputs. Optional members: `ignores` (names of optional inputs that make no difference with
+    its parameters: no other plant is sampled for them), `observe(state, inputs, start_ns, times_ns)` (each
+    output at later instants under held inputs, stacked along a first axis, state untouched: a faster way to
+    what advancing a copy would give), `advance_through(state, inputs, start_ns, times_ns)` (what advancing to
+    these ascending instants one by one and reading at each would give, outputs stacked in the same way),
+    for fixed steps `glance(state)` (by port number, those of the outputs that
     need none of the work that the others take: a wire that samples no other is spared `read`),
     `next_trial(state, context)`, `close(state)`, `resolve(shapes)`.
     """

@@ -33,7 +33,7 @@ def samplings(connections: Sequence[Connection]) -> list[Sampling]:
     groups: list[tuple[Node, Clock, bool, list[Connection]]] = []
     for connection in connections:
         clock, observing = connection.clock, id(connection.target) not in acting
-        if clock is None:
+        if clock is None or not connection.heard:
             continue
         for node, at, only, members in groups:
             if node is connection.source and at == clock and only == observing:
@@ -52,6 +52,19 @@ def _acting(connections: Sequence[Connection]) -> set[int]:
         before = len(acting)
         acting |= {id(c.source) for c in connections if not c.source.is_plant and id(c.target) in acting}
     return acting
+
+
+def upstream_first(plants: set[str], connections: Sequence[Connection]) -> list[set[str]]:
+    """Names of plants that exchange, in stages: none hears of a later one; a ring is one stage."""
+    heard = [(c.source.name, c.target.name) for c in connections
+             if c.heard and c.source.name in plants and c.target.name in plants]
+    stages: list[set[str]] = []
+    left = set(plants)
+    while left:
+        first = left - {target for source, target in heard if source in left}
+        stages += [{name} for name in sorted(first)] or [left]
+        left = left - first if first else set()
+    return stages
 
 
 def firing_order(nodes: Sequence[Node], connections: Sequence[Connection]) -> tuple[Sampling | Node, ...]:

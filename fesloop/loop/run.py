@@ -17,7 +17,7 @@ import numpy as np
 
 from fesloop.errors import RunError, SnapshotError
 from fesloop.loop.latency import LatencyReport
-from fesloop.loop.order import Sampling
+from fesloop.loop.order import Sampling, upstream_first
 from fesloop.loop.plant_ports import PlantInputs, PlantRecord
 from fesloop.loop.plants import ExactStation, GridStation, PlantStation
 from fesloop.loop.publish import Publisher, Sampler
@@ -105,7 +105,7 @@ class Loop:
         """
         group = {name: {name} for name in self._plants}
         for c in self.wiring.connections:
-            if c.source.is_plant and c.target.is_plant:
+            if c.source.is_plant and c.target.is_plant and c.heard:
                 joined = group[c.source.name] | group[c.target.name]
                 for name in joined:
                     group[name] = joined
@@ -115,7 +115,8 @@ class Loop:
         publishers = {}
         for name, members in group.items():
             if name not in self._ordered:
-                own = [s for s in self._samplers if s.plant.name in members]
+                own = [[s for s in self._samplers if s.plant.name in together]
+                       for together in upstream_first(members, self.wiring.connections)]
                 publishers[name] = made.setdefault(id(members), Publisher(own))
         return publishers
 
@@ -131,7 +132,7 @@ class Loop:
             rows = recorder.plants.setdefault(node.name, [])
             clock = recorder.plant_clock
         inputs = PlantInputs(plant, self._incoming(node), input_rows)
-        sampled = {c.source_port for c in self.wiring.connections if c.source is node}
+        sampled = {c.source_port for c in self.wiring.connections if c.source is node and c.heard}
         record = PlantRecord(node.name, plant, rows, clock, sampled)
         if plant.grid is None:
             return ExactStation(node.name, plant, state, inputs, record)

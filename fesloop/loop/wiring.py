@@ -107,6 +107,7 @@ class Connection:
     source, target: the nodes.
     source_port, target_port: numbers of the ports.
     clock: when a plant's output is sampled into it; None where the source is a block.
+    heard: whether the target takes note of it; what a plant ignores is not sampled for it.
     """
 
     wire: Wire
@@ -115,6 +116,7 @@ class Connection:
     source_port: int
     target_port: int
     clock: Clock | None
+    heard: bool = True
 
 
 class Wiring:
@@ -271,7 +273,8 @@ def _connect(wire: Wire, nodes: dict[str, Node]) -> Connection:
         raise InputError(f"{where}: latency_ms",
                          f"zero latency into plant {target_name!r}, whose output follows its input at once",
                          "above 0, so that the plants exchange simultaneously")
-    return Connection(wire, source, target, source_port, target_port, wire.clock or target.clock)
+    heard = not target.is_plant or given not in getattr(target.part, "ignores", ())
+    return Connection(wire, source, target, source_port, target_port, wire.clock or target.clock, heard)
 
 
 def _open_inputs(nodes: Sequence[Node], wires: Sequence[Wire]) -> list[InputError]:

@@ -71,6 +71,10 @@ class MuscleFatigue:
     def after(self, fitness: Array, effort: Array, elapsed_s: float) -> Array:
         """Fitness (muscles,) after `elapsed_s` under held efforts (muscles,)."""
         after = np.empty_like(fitness)
-        repair = 1.0 / self.recovery_s if self.recovers else 0.0
-        tire(fitness, effort, self.floor, 1.0 / self.fatigue_s, repair, elapsed_s, after)
+        tire(fitness, effort, *self.rates, elapsed_s, after)
         return after
+
+    @property
+    def rates(self) -> tuple[float, float, float]:
+        """(floor, wear, repair), the last two in 1/s, as `tire` takes them."""
+        return self.floor, 1.0 / self.fatigue_s, 1.0 / self.recovery_s if self.recovers else 0.0

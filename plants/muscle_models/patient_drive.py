@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -35,6 +36,30 @@ def chosen(names: tuple[str, ...], where: str) -> Array:
         except InputError as fault:
             raise InputError(where, fault.found, fault.allowed, fault.remedy) from fault
     return marks
+
+
+def greatest_efforts(limit: float, limits: Mapping[str, float]) -> Array:
+    """Of each muscle, (muscles,): those of `limits` by name, `limit` of the others.
+
+    Raises InputError for an unknown muscle and for what is not from 0 to 1.
+    """
+    efforts = np.full(len(MUSCLES), limit)
+    for name, own in limits.items():
+        try:
+            efforts[muscle(name)] = own
+        except InputError as fault:
+            raise InputError("muscles.voluntary_limits", fault.found, fault.allowed, fault.remedy) from fault
+    for key, values in (("voluntary_limit", (limit,)), ("voluntary_limits", limits.values())):
+        for value in values:
+            if not 0.0 <= value <= 1.0:
+                raise InputError(f"muscles.{key}", f"{value}", "from 0 to 1")
+    return efforts
+
+
+def within(values: Array, highest: float | Array) -> Array:
+    """`values`, those below 0 or above `highest` put there."""
+    limited: Array = np.minimum(np.maximum(values, 0.0), highest)
+    return limited
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,0 +1,171 @@
+"""Plants that are sampled ahead of those that hear of them, many instants at once, and what nobody hears."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from loop_parts import Memory, Sink
+
+from fesloop.loop.clock import NS_PER_MS, RateClock
+from fesloop.loop.order import upstream_first
+from fesloop.loop.record import Recorder
+from fesloop.loop.run import Loop
+from fesloop.loop.signals import Port
+from fesloop.loop.wire import Wire
+from fesloop.loop.wiring import Node, Wiring
+
+TWO = (2,)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Source:
+    """A level driven by `push`; says in its state how often it was called."""
+
+    feedthrough = False
+    inputs = (Port("push"), Port("back", TWO, optional=True))
+    outputs = (Port("pair", TWO), Port("level"))
+    grid = None
+
+    def init(self, context):
+        return Memory(x=[0, 0])
+
+    def advance(self, state, inputs, start_ns, stop_ns):
+        # Whole numbers: a plant that is split elsewhere ends up in the same bits.
+        state.x[0] += int(inputs[0] + inputs[1].sum()) * (stop_ns - start_ns)
+        state.x[1] += 1
+
+    def read(self, state, inputs):
+        return np.array([state.x[0], 1.0]), float(state.x[0])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Ahead(Source):
+    """The same, many instants at once."""
+
+    def advance_through(self, state, inputs, start_ns, times_ns):
+        calls, rows = state.x[1], []
+        for instant in times_ns:
+            self.advance(state, inputs, start_ns, instant)
+            start_ns = instant
+            rows.append(self.read(state, inputs))
+        state.x[1] = calls + 1
+        return tuple(np.array(column) for column in zip(*rows, strict=True))
+
+
+class Deaf(Ahead):
+    """The same, and what comes back makes no difference."""
+
+    ignores = ("back",)
+
+    def advance(self, state, inputs, start_ns, stop_ns):
+        super().advance(state, [inputs[0], np.zeros(2)], start_ns, stop_ns)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Follower:
+    """Adds up what it is given, in steps of 1 ms."""
+
+    feedthrough = False
+    inputs = (Port("pair", TWO), Port("level"))
+    outputs = (Port("sum", TWO),)
+    grid = RateClock.from_rate("1000")
+
+    def init(self, context):
+        return Memory(x=np.zeros(2))
+
+    def advance(self, state, inputs, start_ns, stop_ns):
+        state.x = (3.0 * state.x + inputs[0] + inputs[1]) % 1_000_003
+
+    def read(self, state, inputs):
+        return (state.x.copy(),)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Pusher:
+    inputs = ()
+    outputs = (Port("push"),)
+
+    def init(self, context):
+        return None
+
+    def step(self, state, inputs, tick):
+        return (float(tick.index % 5),)
+
+
+class PairSink(Sink):
+    @property
+    def inputs(self):
+        return (Port("u", TWO),)
+
+
+def looped(source, *, back, plant_rate="300", stops=(100,), level_rate="1000"):
+    nodes = [Node("pusher", Pusher(), rate="320"), Node("source", source), Node("follower", Follower()),
+             Node("sink", PairSink(), rate="100")]
+    wires = [Wire("pusher.push", "source.push"), Wire("source.pair", "follower.pair", rate="1000"),
+             Wire("source.level", "follower.level", rate=level_rate, latency_ms=1.5),
+             Wire("follower.sum", "sink.u"),
+             *([Wire("follower.sum", "source.back", rate="1000")] if back else [])]
+    recorder = Recorder(plant_rate)
+    loop = Loop(Wiring(nodes, wires), recorder=recorder)
+    for stop_ms in stops:
+        loop.run_until(stop_ms * NS_PER_MS)
+    return loop, recorder
+
+
+def told(recorder):
+    """All that was recorded, as plain values."""
+    plants = {name: [(times, captured, [np.asarray(stack).tolist() for stack in stacks])
+                     for times, captured, stacks in rows] for name, rows in recorder.plants.items()}
+    flat = {name: ([t for row in rows for t in row[0]], [t for row in rows for t in row[1]],
+                   [[value for row in rows for value in row[2][port]] for port in range(len(rows[0][2]))])
+            for name, rows in plants.items()}
+    inputs = {name: [(*row[:4], np.asarray(row[4]).tolist()) for row in rows]
+              for name, rows in recorder.inputs.items()}
+    blocks = {name: [(*row[:5], [np.asarray(value).tolist() for value in row[5]]) for row in rows]
+              for name, rows in recorder.blocks.items()}
+    return flat, inputs, blocks
+
+
+@pytest.mark.parametrize("stops", [(100,), (7, 31, 32, 100)])
+@pytest.mark.parametrize("plant_rate", ["300", "1000", "77"])
+@pytest.mark.parametrize("level_rate", ["1000", "700"])
+def test_many_instants_at_once_are_what_one_after_another_are(plant_rate, stops, level_rate):
+    (one, by_one), (many, by_many) = (
+        looped(source, back=False, plant_rate=plant_rate, stops=stops, level_rate=level_rate)
+        for source in (Source(), Ahead()))
+    assert told(by_many) == told(by_one)
+    assert many.states()["source"].x[0] == one.states()["source"].x[0] > 0
+
+
+def test_a_stretch_goes_from_one_change_of_the_input_to_the_next():
+    calls = [looped(source, back=False, plant_rate=None)[0].states()["source"].x[1]
+             for source in (Source(), Ahead())]
+    # 32 changes of the input, and 100 samples: one after another, or at once those between two changes or two
+    # of the ten readings.
+    assert calls == [pytest.approx(132, abs=6), pytest.approx(32 + 32 + 10, abs=3)]
+
+
+def test_what_comes_back_ties_plants_to_each_other_unless_it_is_ignored():
+    heard = {kind: told(looped(kind(), back=True)[1]) for kind in (Source, Ahead, Deaf)}
+    assert heard[Ahead] == heard[Source]
+    assert heard[Deaf][0]["source"] == told(looped(Source(), back=False)[1])[0]["source"]
+    assert heard[Deaf][0]["source"] != heard[Source][0]["source"]
+
+
+def test_what_is_ignored_is_not_sampled():
+    loop, recorder = looped(Deaf(), back=True)
+    counts = loop.message_counts()
+    assert counts["follower.sum->source.back"]["sent"] == 0
+    assert counts["source.pair->follower.pair"]["sent"] == 101
+    assert {row[1] for row in recorder.inputs["source"]} == {0}
+
+
+def test_plants_are_told_apart_by_whom_they_hear():
+    nodes = [Node(name, Follower() if name == "last" else Source()) for name in ("a", "b", "last")]
+    wires = [Wire("a.pair", "b.back", rate="100"), Wire("b.pair", "a.back", rate="100"),
+             Wire("a.pair", "last.pair", rate="100"), Wire("a.level", "last.level", rate="100")]
+    pushes = [Wire("pusher.push", "a.push"), Wire("pusher.push", "b.push")]
+    wiring = Wiring([Node("pusher", Pusher(), rate="10"), *nodes], [*pushes, *wires])
+    assert upstream_first({"a", "b", "last"}, wiring.connections) == [{"a", "b", "last"}]
+    assert upstream_first({"a", "last"}, wiring.connections) == [{"a"}, {"last"}]
+    assert upstream_first({"b"}, wiring.connections) == [{"b"}]
