@@ -16,7 +16,7 @@ from fesloop.hand.muscles import MUSCLES
 from fesloop.hand.segments import SegmentTree
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
-from fesloop.loop.clock import NS_PER_MS, RateClock, duration_ns
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative
 from plants.hand_contract import (
@@ -80,6 +80,7 @@ class Hand:
     forearm_moves: whether it can be turned; if not, it stays.
     rest_deg: resting posture by freedom, in place of those of `plants.hand_joints`.
     start_deg: posture at the start by freedom, such as fingers held open; others start at rest.
+    settle_s: how long the relaxed hand is left to itself, in gravity and its splints, before the start.
     splint_deg: freedoms that are held, and at which angles, such as the wrist's by a splint.
     elastic_deg: freedoms that springs pull to an angle, such as the wrist's by a dynamic splint.
     elastic_n_m_rad: stiffness of these springs (chosen, for a wrist: hand and stimulated fingers bend it by
@@ -102,6 +103,7 @@ class Hand:
     forearm_moves: bool = False
     rest_deg: dict[str, float] = field(default_factory=dict)
     start_deg: dict[str, float] = field(default_factory=dict)
+    settle_s: float = 0.0
     splint_deg: dict[str, float] = field(default_factory=dict)
     elastic_deg: dict[str, float] = field(default_factory=dict)
     elastic_n_m_rad: float = 0.5
@@ -125,7 +127,7 @@ class Hand:
 
     def __post_init__(self) -> None:
         require_hand("hand", self)
-        require_not_negative("hand", self, "elastic_n_m_rad")
+        require_not_negative("hand", self, "elastic_n_m_rad", "settle_s")
         tree = hand_tree(self.hand)
         for key in ("rest_deg", "start_deg", "splint_deg", "elastic_deg"):
             require_posture(f"hand.{key}", tree, getattr(self, key))
@@ -194,6 +196,9 @@ class Hand:
         """At the start, muscles at rest; the object where it is put."""
         data = mujoco.MjData(self.model)
         data.qpos[self._hinges()] = self._start
+        for _ in range(round(self.settle_s * NS_PER_S / self._grid.period_num)):
+            mujoco.mj_step(self.model, data)
+        data.time = 0.0
         return HandState(data, given=self.object is None or self.object.given_at_s == 0.0)
 
     def advance(self, state: HandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.opening import open_file
+from fesloop.loop.clock import FOREVER
 
 _ROWS_A_READ = 65536
 _STREAMS = ("blocks", "plants", "inputs")
@@ -144,16 +145,17 @@ class Recording:
         dataset, field = self._stream(name)
         return _signal(name, field, dataset, *_span(dataset, trial))
 
-    def column(self, name: str, trial: int = 0, after_ns: int = 0) -> tuple[NDArray[np.int64], Column]:
-        """Instants (n,) of a signal from `after_ns` on, and its values, left in the file until sliced.
+    def column(self, name: str, trial: int = 0, after_ns: int = 0,
+               until_ns: int = FOREVER) -> tuple[NDArray[np.int64], Column]:
+        """Instants (n,) of a signal from `after_ns` to `until_ns`, and its values, left in the file until sliced.
 
         For signals of any length. Raises InputError for a name that is not recorded.
         """
         dataset, field = self._stream(name)
         first, stop = _span(dataset, trial)
         times = _read(dataset, "time_ns", first, stop)
-        late = int(np.searchsorted(times, after_ns))
-        return times[late:], Column(dataset, field, first + late, stop)
+        late, end = np.searchsorted(times, after_ns), np.searchsorted(times, until_ns, side="right")
+        return times[late:end], Column(dataset, field, first + int(late), first + int(end))
 
     def _stream(self, name: str) -> tuple[h5py.Dataset, str]:
         """The dataset and the field that hold a signal."""

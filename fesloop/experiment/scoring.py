@@ -69,7 +69,7 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
 def _joint_metrics(recording: Recording, score: Score) -> dict[str, Any]:
     """Metrics of joint angles, those that the score's signals allow."""
     trials = range(recording.trials)
-    truth = [_trace(recording, score.truth, trial, score.after_s) for trial in trials]
+    truth = [_trace(recording, score.truth, trial, score.after_s, score.until_s) for trial in trials]
     wanted = [_trace(recording, score.reference, trial, 0.0) for trial in trials]
     metrics: dict[str, Any] = {}
     joints: dict[str, Any] = {name: {} for name in _joint_names(score, truth)}
@@ -106,11 +106,13 @@ def _add_by_joint(joints: dict[str, Any], metric: str, trials: list[NDArray[np.f
         values[metric] = [float(trial[number]) for trial in trials]
 
 
-def _trace(recording: Recording, name: str | None, trial: int, after_s: float) -> Trace:
-    """A signal from an instant on; nothing where none is named."""
+def _trace(recording: Recording, name: str | None, trial: int, after_s: float,
+           until_s: float | None = None) -> Trace:
+    """A signal from an instant on, to another; nothing where none is named."""
     if name is None:
         return np.empty(0, np.int64), np.empty((0, 0))
-    return recording.column(name, trial, math.ceil(after_s * NS_PER_S))
+    until_ns = FOREVER if until_s is None else math.floor(until_s * NS_PER_S)
+    return recording.column(name, trial, math.ceil(after_s * NS_PER_S), until_ns)
 
 
 def _seen(recording: Recording, score: Score, trial: int) -> tuple[Trace, Trace]:
@@ -118,6 +120,8 @@ def _seen(recording: Recording, score: Score, trial: int) -> tuple[Trace, Trace]
     assert score.estimate is not None
     signal = recording.signal(score.estimate, trial)
     told = (signal.newest_ns >= 0) & (signal.times_ns >= score.after_s * NS_PER_S)
+    if score.until_s is not None:
+        told &= signal.times_ns <= score.until_s * NS_PER_S
     captured = signal.newest_ns[told]
     return (captured, signal.values[told]), _trace(recording, score.truth, trial, 0.0)
 

@@ -66,7 +66,8 @@ class Score:
     tips: names of the fingertips, under which their own metrics stand; empty: F1, F2, ...
     grasp: an object that is to be held. cycles: a contraction that comes again.
     search: a search for elements that bring about a movement.
-    after_s: start of each trial that is left out.
+    after_s: start of each trial that is left out. until_s: end of what joint angles are scored on, such as
+        before an object is touched; None: the trial's.
     """
 
     truth: str | None = None
@@ -82,8 +83,11 @@ class Score:
     cycles: CycleScore | None = None
     search: SearchScore | None = None
     after_s: float = 0.0
+    until_s: float | None = None
 
     def __post_init__(self) -> None:
+        if self.until_s is not None and not self.until_s > self.after_s:
+            raise InputError("until_s", f"{self.until_s:g}", f"above after_s, {self.after_s:g}")
         if not (math.isfinite(self.after_s) and self.after_s >= 0.0):
             raise InputError("after_s", f"{self.after_s}", "0 or more seconds")
 
