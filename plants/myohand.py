@@ -15,7 +15,7 @@ from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.muscles import MUSCLES
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
-from fesloop.loop.clock import NS_PER_MS, RateClock, duration_ns
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative
 from plants.hand_bodies import TIPS
@@ -83,7 +83,7 @@ class MyoHand:
     ----------
     hand: not to be chosen. A tracker of this hand takes its measures from the attribute `size`.
     forearm_orientation, forearm_moves, strength, stiffness, damping, passive_tension, contracture, object,
-        table, step_ms, elastic_n_m_rad: as of `hand`.
+        table, step_ms, elastic_n_m_rad, settle_s: as of `hand`.
     rest_deg, start_deg, splint_deg, elastic_deg: as of `hand`, as near as MyoHand's joints come, within 20
         deg; `F1_cmc_pronation` comes last, within 45 deg, and is held where what it follows from is; no
         spring pulls at it.
@@ -98,6 +98,7 @@ class MyoHand:
     forearm_moves: bool = False
     rest_deg: dict[str, float] = field(default_factory=dict)
     start_deg: dict[str, float] = field(default_factory=dict)
+    settle_s: float = 0.0
     splint_deg: dict[str, float] = field(default_factory=dict)
     elastic_deg: dict[str, float] = field(default_factory=dict)
     elastic_n_m_rad: float = 0.5
@@ -124,7 +125,7 @@ class MyoHand:
 
     def __post_init__(self) -> None:
         require_hand("myohand", self)
-        require_not_negative("myohand", self, "elastic_n_m_rad")
+        require_not_negative("myohand", self, "elastic_n_m_rad", "settle_s")
         for name in self.as_shipped:
             if name not in NAMES:
                 raise InputError("myohand.as_shipped", f"{name!r}", ", ".join(NAMES))
@@ -211,6 +212,9 @@ class MyoHand:
         """At the start, muscles at rest; the object where it is put."""
         data = mujoco.MjData(self.model)
         data.qpos[self._joints.places] = self._start
+        for _ in range(round(self.settle_s * NS_PER_S / self._grid.period_num)):
+            mujoco.mj_step(self.model, data)
+        data.time = 0.0
         return HandState(data, given=self.object is None or self.object.given_at_s == 0.0)
 
     def advance(self, state: HandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:

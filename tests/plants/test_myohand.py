@@ -268,3 +268,17 @@ def test_a_spring_pulls_the_wrist_as_it_does_that_of_our_hand(stiffness, off_deg
 def test_no_spring_pulls_where_there_is_no_joint():
     with pytest.raises(InputError, match=r"myohand.elastic_deg.F1_cmc_pronation: has no joint"):
         MyoHand(elastic_deg={"F1_cmc_pronation": 90.0})
+
+
+@pytest.mark.parametrize("plant", [Hand, MyoHand])
+def test_a_hand_that_settles_begins_where_one_gets_to_that_is_left_alone(plant):
+    held = {"forearm_orientation": (0.0, 0.0, 0.0, 1.0), "elastic_deg": {"wrist_flexion": -20.0},
+            "start_deg": {"F2_mcp_flexion": 40.0}}
+    settled = plant(**held, settle_s=1.0)
+    begun = settled.init(Context("hand"))
+    state, _ = run(plant(**held), active(), 1.0)
+    np.testing.assert_array_equal(begun.data.qpos, state.data.qpos)
+    assert begun.time_ns == begun.data.time == 0
+    moved, _ = run(settled, active(), 0.5, begun)
+    later, _ = run(plant(**held), active(), 1.5)
+    np.testing.assert_array_equal(moved.data.qpos, later.data.qpos)
