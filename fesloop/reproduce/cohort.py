@@ -13,7 +13,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from tempfile import TemporaryDirectory
 from threading import Thread
-from typing import Any
+from typing import Any, Protocol
 
 from fesloop.errors import InputError, RunError
 from fesloop.experiment.parse import load
@@ -26,6 +26,17 @@ Kept = dict[str, Any]
 Progress = Callable[[float], None]
 Scoring = Callable[[Recording], Kept]
 """What is kept of a recording; a function of a module, so that other processes find it."""
+
+
+class Task(Protocol):
+    """What is done by itself, in this process or another."""
+
+    @property
+    def key(self) -> Key:
+        """By which its result is found: condition, movement, subject, ..."""
+
+    def kept(self) -> Kept:
+        """Do it; what is kept of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +63,23 @@ class Job:
         """By which a user is told of it."""
         return f"{self.experiment}, {' '.join(map(str, self.key))} (seed {self.seed})"
 
+    def kept(self) -> Kept:
+        """Run, score, and let the recording go."""
+        experiment = load(self.experiment, self.settings, self.seed)
+        with TemporaryDirectory(prefix="fesloop-") as folder:
+            try:
+                result = run(experiment, Path(folder))
+            except InputError as fault:
+                raise RunError(f"{self.name}: {fault}") from fault
+            if result.status == "interrupted":
+                raise KeyboardInterrupt
+            if result.status != "done":
+                raise RunError(f"{self.name}: {result.cause or result.status}")
+            with Recording(result.recording) as recording:
+                return self.score(recording)
 
-def run_jobs(jobs: Sequence[Job], workers: int, progress: Progress | None = None) -> dict[Key, Kept]:
+
+def run_jobs(jobs: Sequence[Task], workers: int, progress: Progress | None = None) -> dict[Key, Kept]:
     """What each job's scoring kept, by key; recordings are not.
 
     Raises RunError, naming the job, for the first run that fails, and KeyboardInterrupt where one is
@@ -69,13 +95,13 @@ def run_jobs(jobs: Sequence[Job], workers: int, progress: Progress | None = None
     return {job.key: done[job.key] for job in jobs}
 
 
-def _one_by_one(jobs: Sequence[Job]) -> Generator[tuple[Key, Kept]]:
-    yield from ((job.key, _scored(job)) for job in jobs)
+def _one_by_one(jobs: Sequence[Task]) -> Generator[tuple[Key, Kept]]:
+    yield from ((job.key, job.kept()) for job in jobs)
 
 
-def _shared(jobs: Sequence[Job], workers: int) -> Generator[tuple[Key, Kept]]:
+def _shared(jobs: Sequence[Task], workers: int) -> Generator[tuple[Key, Kept]]:
     """As they are done; a thread for each process hands it one job after the other."""
-    waiting: SimpleQueue[Job] = SimpleQueue()
+    waiting: SimpleQueue[Task] = SimpleQueue()
     results: SimpleQueue[tuple[Key, Kept | Exception]] = SimpleQueue()
     for job in jobs:
         waiting.put(job)
@@ -97,7 +123,7 @@ def _shared(jobs: Sequence[Job], workers: int) -> Generator[tuple[Key, Kept]]:
 
 
 def _employ(
-    worker: Worker, waiting: SimpleQueue[Job], results: SimpleQueue[tuple[Key, Kept | Exception]]
+    worker: Worker, waiting: SimpleQueue[Task], results: SimpleQueue[tuple[Key, Kept | Exception]]
 ) -> None:
     """Until no job is waiting, or one fails."""
     while True:
@@ -106,23 +132,11 @@ def _employ(
         except Empty:
             return
         try:
-            results.put((job.key, worker.call(_scored, job)))
+            results.put((job.key, worker.call(_done, job)))
         except Exception as fault:  # noqa: BLE001 - raised in the thread that waits
             results.put((job.key, fault))
             return
 
 
-def _scored(job: Job) -> Kept:
-    """Run, score, and let the recording go."""
-    experiment = load(job.experiment, job.settings, job.seed)
-    with TemporaryDirectory(prefix="fesloop-") as folder:
-        try:
-            result = run(experiment, Path(folder))
-        except InputError as fault:
-            raise RunError(f"{job.name}: {fault}") from fault
-        if result.status == "interrupted":
-            raise KeyboardInterrupt
-        if result.status != "done":
-            raise RunError(f"{job.name}: {result.cause or result.status}")
-        with Recording(result.recording) as recording:
-            return job.score(recording)
+def _done(task: Task) -> Kept:
+    return task.kept()

@@ -1,0 +1,79 @@
+"""What is done with one patient in one session: identified first, then run after run with the model that came of it.
+
+Recordings live in a temporary folder; only what is scored is kept. Whatever fails ends the session of its
+patient, and is told in the result: a patient who cannot be identified counts, as one who failed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib.metadata import entry_points
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from fesloop.errors import InputError, RunError
+from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.parse import load
+from fesloop.experiment.trial import run
+
+Kept = dict[str, Any]
+Key = tuple[str | int, ...]
+IDENTIFIERS = "fesloop.identifiers"
+"""Entry points of what makes a patient's model of a recording: a function of its path."""
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """One patient, and what is done with them; a job for `fesloop.reproduce.cohort.run_jobs`.
+
+    Attributes
+    ----------
+    key: by which its result is found.
+    patient: settings that say who it is, as of `fesloop run --set`.
+    seed: of every run.
+    steps: what is done, a function of a module: the session and a folder for its files; what it gives is kept.
+    """
+
+    key: Key
+    patient: tuple[str, ...]
+    seed: int
+    steps: Callable[[Session, Path], Kept]
+
+    @property
+    def name(self) -> str:
+        """By which a user is told of it."""
+        return " ".join(self.patient)
+
+    def kept(self) -> Kept:
+        """Do it; under `failed`, why it ended early, or ""."""
+        with TemporaryDirectory(prefix="fesloop-") as folder:
+            try:
+                return {"failed": "", **self.steps(self, Path(folder))}
+            except (InputError, RunError) as fault:
+                return {"failed": str(fault)}
+
+    def load(self, experiment: str, settings: Sequence[str] = ()) -> Experiment:
+        """A shipped experiment with this patient."""
+        return load(experiment, (*self.patient, *settings), self.seed)
+
+    def ran(self, experiment: Experiment, folder: Path) -> Path:
+        """The recording of a run; raises RunError where it did not get to its end."""
+        result = run(experiment, folder)
+        if result.status == "interrupted":
+            raise KeyboardInterrupt
+        if result.status != "done":
+            raise RunError(f"{experiment.name}, {self.name}: {result.cause or result.status}")
+        return Path(result.recording)
+
+    def identified(self, experiment: str, folder: Path, settings: Sequence[str] = ()) -> Path:
+        """The model file of this patient, identified in a shipped experiment through its tracker."""
+        recording = self.ran(self.load(experiment, settings), folder)
+        entry = next(iter(sorted(entry_points(group=IDENTIFIERS), key=lambda each: each.name)), None)
+        if entry is None:
+            raise InputError("identify", "no installed package identifies models",
+                             remedy=f"install one with an entry point in {IDENTIFIERS!r}")
+        model = folder / "model.toml"
+        entry.load()(str(recording)).model.save(model)
+        return model
