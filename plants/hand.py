@@ -46,6 +46,8 @@ from plants.hand_objects import GraspObject, Table, add_object, add_table, requi
 from plants.hand_state import HandState, evaluate, stable_bounds
 
 Array = NDArray[np.float64]
+_SEGMENTS = np.arange(1, 18)
+"""Bodies of the segments."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -203,7 +205,7 @@ class Hand:
 
     def advance(self, state: HandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
         """From `start_ns` to `stop_ns`, steps of the grid."""
-        state.data.ctrl[:len(MUSCLES)] = cast(Array, inputs[0])
+        state.views.ctrl[:len(MUSCLES)] = cast(Array, inputs[0])
         if self.forearm_moves:
             turn_forearm(state, self._forearm(), inputs[1])
         go_on(self.model, self._bounds, self.object, self.table, state, stop_ns, self._grid.period_num)
@@ -215,18 +217,18 @@ class Hand:
     def read(self, state: HandState, inputs: Sequence[Value]) -> tuple[Value, ...]:
         """All outputs now."""
         evaluate(self.model, state)
-        data = state.data
-        hinges = self._hinges()
-        rates = data.qvel[hinges].copy()
-        seen = (data.qpos[hinges].copy(), rates, data.qacc[hinges].copy(),
-                *sensed(data, slice(1, 18), self._sites, self._tips), self._stretch @ rates)
-        return seen if self.object is None else (*seen, *object_pose(data))
+        views, hinges = state.views, self._hinges()
+        rates = views.qvel[hinges].copy()
+        seen = (views.qpos[hinges].copy(), rates, views.qacc[hinges].copy(),
+                *sensed(views, not self.forearm_moves, _SEGMENTS, self._sites, self._tips),
+                self._stretch @ rates)
+        return seen if self.object is None else (*seen, *object_pose(views))
 
     def glance(self, state: HandState) -> dict[int, Value]:
         """Outputs that need no evaluation, by port number: angles, rates, velocity of the fibres."""
         hinges = self._hinges()
-        rates = state.data.qvel[hinges].copy()
-        return {0: state.data.qpos[hinges].copy(), 1: rates, 9: self._stretch @ rates}
+        rates = state.views.qvel[hinges].copy()
+        return {0: state.views.qpos[hinges].copy(), 1: rates, 9: self._stretch @ rates}
 
     def _hinges(self) -> slice:
         """Where the hand's freedoms stand among MuJoCo's."""

@@ -6,6 +6,7 @@ import math
 from typing import Protocol, cast
 
 import mujoco
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,9 +18,10 @@ from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative, require_positive
 from plants.hand_forearm import drive_angles
 from plants.hand_objects import GraspObject, Table, give
-from plants.hand_state import HandState, require_stable, step
+from plants.hand_state import HandState, Views, require_stable, step
 
 Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
 OFFERED_NS = 10_000_000
 """How often somebody tries to put an object into the hand (chosen)."""
 
@@ -76,32 +78,58 @@ def hand_outputs(start: Array, with_object: bool) -> tuple[Port, ...]:
             Port("object_orientation", (4,), "1", (1.0, 0.0, 0.0, 0.0)))
 
 
-def sensed(data: mujoco.MjData, segments: slice | NDArray[np.int64], sites: NDArray[np.int64],
-           tips: NDArray[np.int64]) -> tuple[Array, ...]:
+def sensed(views: Views, fixed: bool, segments: Numbers, sites: Numbers,
+           tips: Numbers) -> tuple[Array, ...]:
     """Fingertips, what the sites go through, and contact forces, as `hand_outputs` lists them.
 
-    `segments`: bodies that stand as the segments do; the forearm is body 1.
+    `fixed`: whether the forearm, body 1, cannot move; `segments`: bodies that stand as the segments do;
+    `sites`: on the segments; `tips`: the five bone ends.
     """
-    felt = data.sensordata
-    force = felt[51:102].reshape(17, 3).copy()
-    if data.model.body_dofnum[1] == 0:
+    found: tuple[Array, ...] = gather(
+        views.xpos, views.xquat, views.xmat, views.site_xpos, views.sensordata, fixed, segments, sites, tips)
+    return found
+
+
+@numba.njit(cache=True)
+def gather(
+    xpos: Array, xquat: Array, xmat: Array, site_xpos: Array, felt: Array, fixed: bool, segments: Numbers,
+    sites: Numbers, tips: Numbers,
+) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """What `sensed` gives, from MuJoCo's arrays of these names; `felt` is its `sensordata`."""
+    count = sites.size
+    fingertips = np.empty((tips.size, 3))
+    for i in range(tips.size):
+        for axis in range(3):
+            total = 0.0
+            for k in range(3):
+                total += (site_xpos[tips[i], k] - xpos[1, k]) * xmat[1, 3 * k + axis]
+            fingertips[i, axis] = total
+    orientation, position = np.empty((count, 4)), np.empty((count, 3))
+    rate, force = np.empty((count, 3)), np.empty((count, 3))
+    for i in range(count):
+        for part in range(4):
+            orientation[i, part] = xquat[segments[i], part]
+        for axis in range(3):
+            position[i, axis] = site_xpos[sites[i], axis]
+            rate[i, axis] = felt[3 * i + axis]
+            force[i, axis] = felt[3 * (count + i) + axis]
+    if fixed:
         # Accelerometers of bodies that cannot move read 0 up to MuJoCo 3.
-        force[0] = -data.model.opt.gravity @ data.xmat[1].reshape(3, 3)
-    return ((data.site_xpos[tips] - data.xpos[1]) @ data.xmat[1].reshape(3, 3),
-            data.xquat[segments].copy(), data.site_xpos[sites], felt[:51].reshape(17, 3).copy(),
-            force, felt[102:107].copy())
+        for axis in range(3):
+            force[0, axis] = STANDARD_GRAVITY * xmat[1, 6 + axis]
+    return fingertips, orientation, position, rate, force, felt[6 * count:6 * count + 5].copy()
 
 
-def object_pose(data: mujoco.MjData) -> tuple[Array, Array]:
+def object_pose(views: Views) -> tuple[Array, Array]:
     """Position (3,) and orientation (4,) of the object, which is MuJoCo's last joint."""
-    return data.qpos[-7:-4].copy(), data.qpos[-4:].copy()
+    return views.qpos[-7:-4].copy(), views.qpos[-4:].copy()
 
 
 def turn_forearm(state: HandState, start: Array, wanted: Value) -> None:
     """Have the drive go from an orientation at the start to another, (4,), unless it was told before."""
     if wanted is state.forearm:
         return
-    drive = state.data.ctrl[-3:]
+    drive = state.views.ctrl[-3:]
     drive[:] = drive_angles(start, cast(Array, wanted), drive)
     state.forearm = cast(Array, wanted)
 
@@ -130,6 +158,6 @@ def _offer(model: mujoco.MjModel, thing: GraspObject, state: HandState) -> None:
 def _lower(table: Table, state: HandState) -> None:
     """Put the table where it is at the start of the step."""
     height = table.height_m - 0.005 - table.drop(state.time_ns)
-    if state.data.mocap_pos[0, 2] != height:
-        state.data.mocap_pos[0, 2] = height
+    if state.views.mocap_pos[0, 2] != height:
+        state.views.mocap_pos[0, 2] = height
         state.evaluated = False

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import mujoco
 import numba
@@ -23,6 +24,25 @@ BEYOND_RAD = math.radians(60.0)
 some milliseconds, and a quarter as far with a tenth of the usual step."""
 
 
+_POSITION_AND_VELOCITY, _NOTHING = mujoco.mjtStage.mjSTAGE_VEL, mujoco.mjtStage.mjSTAGE_NONE
+
+
+class Views(NamedTuple):
+    """MuJoCo's own memory, as its data name it: to ask the data for an array costs as much as to use it."""
+
+    ctrl: Array
+    qpos: Array
+    qvel: Array
+    qacc: Array
+    qacc_warmstart: Array
+    mocap_pos: Array
+    xpos: Array
+    xquat: Array
+    xmat: Array
+    site_xpos: Array
+    sensordata: Array
+
+
 @dataclass(slots=True, eq=False)
 class HandState:
     """Where the hand is.
@@ -34,6 +54,7 @@ class HandState:
     evaluated: whether all that follows from position and velocity has been computed for now.
     forearm: the orientation that its drive was last told; None before.
     given: whether the object, if any, is where it is to be grasped.
+    views: into the data; made anew for a copy's own.
     """
 
     data: mujoco.MjData
@@ -41,6 +62,17 @@ class HandState:
     evaluated: bool = False
     forearm: Array | None = None
     given: bool = True
+    views: Views = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self.views = Views(*(getattr(self.data, name) for name in Views._fields))
+
+    def __getstate__(self) -> tuple[Any, ...]:
+        return self.data, self.time_ns, self.evaluated, self.forearm, self.given
+
+    def __setstate__(self, saved: tuple[Any, ...]) -> None:
+        self.data, self.time_ns, self.evaluated, self.forearm, self.given = saved
+        self.__post_init__()
 
 
 def evaluate(model: mujoco.MjModel, state: HandState) -> None:
@@ -48,16 +80,15 @@ def evaluate(model: mujoco.MjModel, state: HandState) -> None:
     if state.evaluated:
         return
     # The solver starts from the last step's answer: with another's it would end a last bit elsewhere.
-    start = state.data.qacc_warmstart.copy()
+    start = state.views.qacc_warmstart.copy()
     mujoco.mj_forward(model, state.data)
-    state.data.qacc_warmstart[:] = start
+    state.views.qacc_warmstart[:] = start
     state.evaluated = True
 
 
 def step(model: mujoco.MjModel, state: HandState) -> None:
     """One fixed step under the activation that stands in the data: `mj_step` without sensors."""
-    done = mujoco.mjtStage.mjSTAGE_VEL if state.evaluated else mujoco.mjtStage.mjSTAGE_NONE
-    mujoco.mj_forwardSkip(model, state.data, done, 1)
+    mujoco.mj_forwardSkip(model, state.data, _POSITION_AND_VELOCITY if state.evaluated else _NOTHING, 1)
     mujoco.mj_implicit(model, state.data)
     state.evaluated = False
 
@@ -92,8 +123,8 @@ def stable_bounds(model: mujoco.MjModel) -> tuple[Array, Array]:
 
 def require_stable(model: mujoco.MjModel, bounds: tuple[Array, Array], state: HandState) -> None:
     """Raise RunError, naming the joint, where the hand moves as no hand does; `bounds`: `stable_bounds`."""
-    angles, speeds = state.data.qpos, state.data.qvel
-    worst = find_unstable(angles, speeds, *bounds)
+    angles, speeds = state.views.qpos, state.views.qvel
+    worst = find_unstable(angles, speeds, bounds[0], bounds[1])
     if worst < 0:
         return
     name = model.joint(int(model.dof_jntid[worst])).name

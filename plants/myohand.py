@@ -219,7 +219,7 @@ class MyoHand:
 
     def advance(self, state: HandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
         """From `start_ns` to `stop_ns`, steps of the grid."""
-        state.data.ctrl[:self._activated.size] = cast(Array, inputs[0])[self._activated]
+        state.views.ctrl[:self._activated.size] = cast(Array, inputs[0])[self._activated]
         if self.forearm_moves:
             turn_forearm(state, self._forearm(), inputs[1])
         go_on(self.model, self._bounds, self.object, self.table, state, stop_ns, self._grid.period_num)
@@ -234,5 +234,6 @@ class MyoHand:
         data = state.data
         fibres = self._fibres @ data.actuator_velocity[:self._activated.size]
         seen = (*self._joints.moved(data),
-                *sensed(data, self._joints.segments, self._sites, self._tips), fibres)
-        return seen if self.object is None else (*seen, *object_pose(data))
+                *sensed(state.views, not self.forearm_moves, self._joints.segments, self._sites, self._tips),
+                fibres)
+        return seen if self.object is None else (*seen, *object_pose(state.views))
