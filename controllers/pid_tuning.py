@@ -1,8 +1,9 @@
 """PID gains from a patient's model by a stated rule.
 
-Each output is moved in each sense by its dominant way: the drives, none below 0, that bring it, and nothing
-else, closest to 1 rad at rest. The step response along a way is fitted by a gain, a delay and one lag; a rule
-turns those, the loop's delay included, into gains. Of the two senses the one that asks for less gain counts.
+Each output is moved in each sense by its dominant way: the least drives, none below 0, that bring it to 1 rad
+at rest. (Ways along which nothing else moves may set agonists against antagonists; what those leave between
+them is no measure of how quick muscles are.) The step response along a way is fitted by a delay and one lag;
+a rule turns those, the loop's delay included, into gains. Of the two senses that of the lower gain counts.
 """
 
 from __future__ import annotations
@@ -13,7 +14,6 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_S
@@ -25,8 +25,8 @@ _STEP_S, _LONGEST_S = 1e-3, 30.0
 """Of the step responses; the hand is at rest after far less (chosen)."""
 _EARLY, _LATE = 1.0 - math.exp(-1.0 / 3.0), 1.0 - math.exp(-1.0)
 """Shares of the final value that a single lag reaches after a third of it and after all of it."""
-_MOVED = 0.05
-"""Share of what is asked that a way must bring about to count (chosen)."""
+_MOVED_RAD = 0.05
+"""A channel that moves an output by less at full drive does not count as moving it (chosen: 3 deg)."""
 
 
 class Lag(NamedTuple):
@@ -45,6 +45,13 @@ class Gains(NamedTuple):
     derivative_s: float
 
 
+class Tuning(NamedTuple):
+    """Gains, and the lag that they were made for, the loop's delay in it."""
+
+    gains: Gains
+    lag: Lag
+
+
 def static_gain(model: LinearModel) -> Array:
     """-C A^-1 B, (outputs, muscles), rad per unit of drive.
 
@@ -57,14 +64,13 @@ def static_gain(model: LinearModel) -> Array:
     return np.asarray(-model.c @ np.linalg.solve(model.a, model.b))
 
 
-def way(gain: Array, output: int, sense: float) -> Array:
-    """Drives (muscles,), none below 0, closest to moving one output by `sense` rad and the others not at all.
+def way(gain: Array, sense: float) -> Array:
+    """Drives (muscles,), none below 0, of least sum of squares that move an output by `sense` rad at rest.
 
-    `gain` (outputs, muscles). Non-negative least squares (Lawson and Hanson 1974, chapter 23).
+    `gain` (muscles,), of that output. All 0 where no drive moves it so.
     """
-    wanted = np.zeros(gain.shape[0])
-    wanted[output] = sense
-    return np.asarray(nnls(gain, wanted)[0])
+    pulls = np.maximum(sense * gain, 0.0)
+    return pulls / max(float(pulls @ pulls), 1e-300) if pulls.max() >= _MOVED_RAD else 0.0 * pulls
 
 
 def fitted_lag(model: LinearModel, drives: Array, output: int, sense: float) -> Lag:
@@ -109,8 +115,8 @@ def amigo(lag: Lag) -> Gains:
                  0.5 * delay_s * lag_s / (0.3 * delay_s + lag_s))
 
 
-def tuned(model: LinearModel, rule: RuleName, *, extra_delay_s: float, closed_loop_s: float) -> list[Gains]:
-    """Gains of each output, drive-independent: commands are rad of the output, mixed by the static gain.
+def tuned(model: LinearModel, rule: RuleName, *, extra_delay_s: float, closed_loop_s: float) -> list[Tuning]:
+    """Gains of each output; commands are rad that it should come to, turned into drives by the static gain.
 
     Parameters
     ----------
@@ -128,15 +134,16 @@ def tuned(model: LinearModel, rule: RuleName, *, extra_delay_s: float, closed_lo
 
 
 def _of_output(model: LinearModel, gain: Array, output: int, extra_delay_s: float,
-               judged: Callable[[Lag], Gains]) -> Gains:
+               judged: Callable[[Lag], Gains]) -> Tuning:
     """The lower gains of the two senses in which an output is moved."""
     found = []
     for sense in (1.0, -1.0):
-        drives = way(gain, output, sense)
-        if sense * float(gain[output] @ drives) >= _MOVED:
+        drives = way(gain[output], sense)
+        if drives.any():
             lag = fitted_lag(model, drives, output, sense)
-            found.append(judged(lag._replace(delay_s=lag.delay_s + extra_delay_s)))
+            lag = lag._replace(delay_s=lag.delay_s + extra_delay_s)
+            found.append(Tuning(judged(lag), lag))
     if not found:
-        raise InputError("model", f"no drive moves output {output} without moving others more",
+        raise InputError("model", f"no drive moves output {output} by {_MOVED_RAD:g} rad",
                          "outputs that can be controlled", "leave it out of the outputs, or add a channel")
-    return min(found, key=lambda gains: gains.kp)
+    return min(found, key=lambda tuning: tuning.gains.kp)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from controllers.allocation import Allocation, allocate, risen
 from controllers.period import period_ns
-from controllers.pid_tuning import RuleName, static_gain, tuned
+from controllers.pid_tuning import RuleName, Tuning, static_gain, tuned
 from controllers.qp import Qp
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
@@ -43,7 +43,10 @@ class TunedPidState:
     gain: (outputs, muscles), static.
     reach: (muscles,), greatest drives. table: of `Allocation`. Never written to, like those above.
     qp: the mixing.
+    late, slow: (outputs,), ticks of delay, and pole a tick, of what the feedforward leads to.
+    ahead: (outputs,), which of the coming references is delay and lag from now.
     integral, derivative, previous: (outputs,), rad.
+    asked: (ticks, outputs), rad, f, newest first; expected: (outputs,), what it should have led to.
     pulses: (muscles, 2), in force.
     trouble: status of the tick before, "" while all is well.
     """
@@ -53,10 +56,15 @@ class TunedPidState:
     reach: Array
     table: Array
     qp: Qp
+    late: NDArray[np.int64]
+    slow: Array
+    ahead: NDArray[np.int64]
     integral: Array
     derivative: Array
     previous: Array
     pulses: Array
+    asked: Array
+    expected: Array
     primed: bool = False
     trouble: str = ""
     latch: StatusLatch = field(default_factory=StatusLatch)
@@ -66,18 +74,21 @@ class TunedPidState:
 class TunedPid:
     """PID of a few outputs through many channels, gains and mixing from the patient's model.
 
-    With static gain K of the model, error e = reference - measured, y measured, output by output,
+    With static gain K of the model, y measured, f the reference, lag and delay ahead of now where there is a
+    preview of it, output by output,
 
-        u = (reference - offset) + kp e + I + D            what the outputs should come to, from rest
+        e = f exp(-delay s) / (lag s + 1) - y                what the feedforward should have led to, less y
+        u = (f - offset) + kp e + I + D                      what the outputs should come to, from rest
         v = argmin |K v - u|^2 + effort |v|^2, 0 <= v <= limits        drives of the muscles
         I[k+1] = I[k] + (kp h / Ti) e + (h / Ti) (K v - u)
         D[k] = alpha D[k-1] - beta (y[k] - y[k-1])
 
-    so the feedforward is the model's inverse at rest, within the boxes; and the integral is led back by what
-    the boxes do not let through (back-calculation, Astrom and Hagglund 2006, Advanced PID Control, section
-    3.5, tracking time Ti). Where drives cannot bring about what is asked, the least sum of kp e^2 is left at
-    rest.
-    Gains are those of `controllers.pid_tuning`, for the delay of the model, `delay_ms` and half a period.
+    so the feedforward is the model's inverse at rest, within the boxes, and feedback puts right only what
+    the model did not foresee (two degrees of freedom: Astrom and Hagglund 2006, Advanced PID Control, section
+    5.3); without feedforward e = reference - y. The integral is led back by what the boxes do not let through
+    (back-calculation, ibid., section 3.5, tracking time Ti). Where drives cannot bring about what is asked,
+    the least sum of kp e^2 is left at rest. Gains, lag and delay are those of `controllers.pid_tuning`, with
+    the delay of the model, `delay_ms` and half a period.
 
     Attributes
     ----------
@@ -86,16 +97,17 @@ class TunedPid:
     rule: "simc": PI by Skogestad; "amigo": PID by Astrom and Hagglund.
     closed_loop_ms: of "simc", time constant wanted; 0: as long as the loop's delay.
     delay_ms: of the loop beyond the model: usual age of `measured` when it is read.
-    feedforward: whether (reference - offset) is there.
+    feedforward: whether (f - offset) is there.
+    preview: coming references, one a tick, that `reference_preview` shows; 0 leaves that input out.
     width_max_us, charge_max_uc, full_scale_us: as in `Allocation`; the last where the model has no
         recruitment.
     charge_rise_uc: greatest rise of a channel's charge per phase a tick, as `Safety` has it; not kept where
         the model has no recruitment.
     max_age_ms: of `measured`, counted from its newest capture.
 
-    Inputs: `reference` and `measured` (outputs,), rad. Output: `stimulation` (muscles, 2). Without a
-    measurement, with one that is too old or an input that is not finite, stimulation is zero and a status
-    says so; the integral stands still.
+    Inputs: `reference` and `measured` (outputs,), rad; `reference_preview` (preview, outputs), rad.
+    Output: `stimulation` (muscles, 2). Without a measurement, with one that is too old or an input that is
+    not finite, stimulation is zero and a status says so; the integral stands still.
     """
 
     model: LinearModel
@@ -104,6 +116,7 @@ class TunedPid:
     closed_loop_ms: float = 0.0
     delay_ms: float = 20.0
     feedforward: bool = True
+    preview: int = 0
     width_max_us: float = 500.0
     charge_max_uc: float = 20.0
     full_scale_us: float = 500.0
@@ -116,6 +129,8 @@ class TunedPid:
                              f"{self.model.inputs}, one a muscle of the model")
         if self.rule not in ("simc", "amigo"):
             raise InputError("rule", f"{self.rule!r}", "simc, amigo")
+        if self.preview < 0:
+            raise InputError("preview", f"{self.preview}", "0 or more instants")
         for key in ("closed_loop_ms", "delay_ms", "max_age_ms"):
             duration_ns(getattr(self, key), NS_PER_MS, key)
         if not (math.isfinite(self.charge_rise_uc) and self.charge_rise_uc > 0.0):
@@ -125,8 +140,11 @@ class TunedPid:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """`reference`, `measured`."""
-        return Port("reference", (self.model.outputs,), "rad"), Port("measured", (self.model.outputs,), "rad")
+        """`reference`, `measured` and, with a preview, `reference_preview`."""
+        now = Port("reference", (self.model.outputs,), "rad"), Port("measured", (self.model.outputs,), "rad")
+        if self.preview == 0:
+            return now
+        return (*now, Port("reference_preview", (self.preview, self.model.outputs), "rad"))
 
     @property
     def outputs(self) -> tuple[Port, ...]:
@@ -139,12 +157,15 @@ class TunedPid:
                           width_max_us=self.width_max_us, full_scale_us=self.full_scale_us,
                           charge_max_uc=self.charge_max_uc)
 
+    def tuning(self, period_s: float) -> list[Tuning]:
+        """Of each output, for a period."""
+        return tuned(self.model, self.rule, extra_delay_s=1e-3 * self.delay_ms + 0.5 * period_s,
+                     closed_loop_s=1e-3 * self.closed_loop_ms)
+
     def gains(self, period_s: float) -> Array:
         """(outputs, 5), as `TunedPidState` has them."""
         rows = []
-        for kp, integral_s, derivative_s in tuned(
-                self.model, self.rule, extra_delay_s=1e-3 * self.delay_ms + 0.5 * period_s,
-                closed_loop_s=1e-3 * self.closed_loop_ms):
+        for (kp, integral_s, derivative_s), _ in self.tuning(period_s):
             filter_s = _FILTERED * derivative_s
             rows.append((kp, kp * period_s / integral_s, period_s / integral_s,
                          filter_s / (filter_s + period_s), kp * derivative_s / (filter_s + period_s)))
@@ -155,23 +176,35 @@ class TunedPid:
         gain, allocation, nothing = static_gain(self.model), self.allocation(), np.zeros(self.model.outputs)
         hessian = gain.T @ gain
         hessian += _EFFORT * np.linalg.norm(gain, 2)**2 * np.eye(self.model.inputs)
+        period_s = period_ns(context) / NS_PER_S
+        lags = [lag for _, lag in self.tuning(period_s)]
+        late = np.array([round(lag.delay_s / period_s) for lag in lags])
+        ahead = np.array([round((lag.delay_s + lag.lag_s) / period_s) for lag in lags])
+        if 0 < self.preview < ahead.max():
+            raise InputError(f"{context.name}.preview", f"{self.preview} instants", f"{ahead.max()} or more",
+                             "what is asked must be known a delay and a lag before")
         return TunedPidState(
-            self.gains(period_ns(context) / NS_PER_S), gain, np.minimum(allocation.reach(), 1.0),
-            allocation.table(), Qp(hessian, np.empty((0, self.model.inputs))),
-            integral=nothing, derivative=nothing, previous=nothing, pulses=np.zeros((self.model.inputs, 2)))
+            self.gains(period_s), gain, np.minimum(allocation.reach(), 1.0), allocation.table(),
+            Qp(hessian, np.empty((0, self.model.inputs))), late,
+            np.exp([-period_s / lag.lag_s for lag in lags]), ahead - 1, integral=nothing, derivative=nothing,
+            previous=nothing, pulses=np.zeros((self.model.inputs, 2)),
+            asked=np.zeros((int(late.max()) + 1, nothing.size)), expected=nothing)
 
     def step(self, state: TunedPidState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Pulses for this tick."""
-        reference, measured = inputs
+        reference, measured, *preview = inputs
         trouble, detail, drive = "", "", np.zeros(self.model.inputs)
         if reference.arrived_ns < 0 or measured.arrived_ns < 0:
             trouble, detail = "no_input", "no reference or measurement yet"
         elif tick.time_ns - measured.newest_ns > self.max_age_ms * NS_PER_MS:
             trouble, detail = "stale_input", f"the newest capture is older than {self.max_age_ms:g} ms"
-        elif not (is_finite(measured.value) and is_finite(reference.value)):
+        elif not all(is_finite(each.value) for each in inputs):
             trouble, detail = "non_finite", "an input is not finite"
         else:
-            trouble, drive = self._control(state, cast(Array, reference.value), cast(Array, measured.value))
+            wanted = asked = cast(Array, reference.value)
+            if preview and preview[0].present:
+                asked = cast(Array, preview[0].value)[state.ahead, np.arange(wanted.size)]
+            trouble, drive = self._control(state, wanted, asked, cast(Array, measured.value))
             detail = "mixing of the drives"
         if trouble and trouble != state.trouble:
             tick.report(trouble, f"{detail}: no stimulation")
@@ -181,16 +214,21 @@ class TunedPid:
         state.latch.put(tick, "saturated", saturated > 0, "a channel is at its longest pulse")
         return (state.pulses,)
 
-    def _control(self, state: TunedPidState, reference: Array, measured: Array) -> tuple[str, Array]:
-        """What went wrong, "" if nothing, and the drives (muscles,)."""
+    def _control(self, state: TunedPidState, reference: Array, asked: Array,
+                 measured: Array) -> tuple[str, Array]:
+        """What went wrong, "" if nothing, and the drives (muscles,); `asked` is f."""
         kp, integral, pull, pole, rate = state.gains.T
         farthest = _FARTHEST * np.abs(state.gain) @ state.reach
-        error = np.clip(reference - measured, -farthest, farthest)
-        moved = np.clip(measured - state.previous, -farthest, farthest) if state.primed else 0.0 * error
+        rest = self.model.offset
+        reference, asked, measured = (rest + np.clip(each - rest, -farthest, farthest)
+                                      for each in (reference, asked, measured))
+        expected = self._expected(state, asked, measured) if self.feedforward else reference
+        error = expected - measured
+        moved = measured - state.previous if state.primed else 0.0 * error
         derivative = pole * state.derivative - rate * moved
         wanted = kp * error + state.integral + derivative
         if self.feedforward:
-            wanted += np.clip(reference - self.model.offset, -farthest, farthest)
+            wanted += asked - rest
         rise = np.empty(self.model.inputs)
         risen(state.table, state.pulses, 1e-6 * self.charge_rise_uc, rise)
         result = state.qp.solve(-state.gain.T @ wanted, np.zeros_like(rise), np.minimum(state.reach, rise))
@@ -198,5 +236,14 @@ class TunedPid:
             return result.status, np.zeros(self.model.inputs)
         grown = state.integral + integral * error + pull * (state.gain @ result.x - wanted)
         state.integral = np.clip(grown, -farthest, farthest)
-        state.derivative, state.previous, state.primed = derivative, measured.copy(), True
+        state.derivative, state.previous, state.primed = derivative, measured, True
         return "", result.x
+
+    def _expected(self, state: TunedPidState, asked: Array, measured: Array) -> Array:
+        """Where the feedforward should have brought the outputs by now; notes what is asked."""
+        if not state.primed:
+            state.asked[:], state.expected = measured, measured
+        state.asked = np.vstack((asked, state.asked[:-1]))
+        due = state.asked[state.late, np.arange(asked.size)]
+        state.expected = state.slow * state.expected + (1.0 - state.slow) * due
+        return state.expected

@@ -42,7 +42,7 @@ def sample(value, time_ns):
     return Sample(np.asarray(value, dtype=float), time_ns, time_ns, time_ns)
 
 
-def closed_loop(pid, plant, reference, seconds=6.0):
+def closed_loop(pid, plant, reference, seconds=6.0, period_s=0.025):
     """Outputs (ticks, 3), drives (ticks, 8) and reports of a loop with the plant behind its recruitment."""
     model = plant.sampled(PERIOD_NS)
     state, tick, x = pid.init(CONTEXT), Tick(), np.zeros(model.a.shape[0])
@@ -50,7 +50,11 @@ def closed_loop(pid, plant, reference, seconds=6.0):
     for k in range(int(seconds * 40)):
         tick.index, tick.time_ns = k, k * PERIOD_NS
         y = model.c @ x + model.offset
-        (pulses,) = pid.step(state, (sample(reference(k / 40), tick.time_ns), sample(y, tick.time_ns)), tick)
+        inputs = [sample(reference(k * period_s), tick.time_ns), sample(y, tick.time_ns)]
+        if pid.preview:
+            coming = [reference((k + 1 + n) * period_s) for n in range(pid.preview)]
+            inputs.append(sample(coming, tick.time_ns))
+        (pulses,) = pid.step(state, inputs, tick)
         drives.append(CURVES.fraction(pulses))
         x = model.a @ x + model.b @ drives[-1]
         rows.append(y)
@@ -75,17 +79,25 @@ def test_steps_settle_where_asked_with_30_percent_more_and_less_strength(rule, s
 
 
 @pytest.mark.parametrize("strength", [0.7, 1.0, 1.3])
-def test_feedforward_halves_the_error_of_a_smooth_move(strength):
+def test_feedforward_that_sees_ahead_lowers_the_error_of_a_smooth_move(strength):
     def reference(t):
         s = np.clip((t - 0.5) / 1.5, 0.0, 1.0)
         return OFFSET + s**3 * (10.0 + s * (6.0 * s - 15.0)) * (TARGET - OFFSET)
 
-    def rmse_deg(feedforward):
-        reached, _, _ = closed_loop(controller(feedforward=feedforward), hand(strength), reference, 4.0)
+    def rmse_deg(**feedforward):
+        reached, _, _ = closed_loop(controller(**feedforward), hand(strength), reference, 4.0)
         wanted = np.array([reference(k / 40) for k in range(160)])
         return np.degrees(np.sqrt(np.mean((reached - wanted) ** 2)))
 
-    assert rmse_deg(True) < 0.6 * rmse_deg(False)
+    assert rmse_deg(preview=20) < 0.7 * rmse_deg(feedforward=False)
+
+
+def test_feedforward_of_the_very_plant_leaves_feedback_nothing_to_do():
+    """A step arrives as the lag and the delay of each output let it, without overshoot."""
+    reached, _, _ = closed_loop(controller(charge_rise_uc=1e6), hand(), lambda t: TARGET, 3.0)
+    times = np.arange(len(reached)) * 0.025
+    way = 1.0 - np.exp(-np.maximum(times[:, np.newaxis] - 0.04, 0.0) / LAG_S)
+    assert np.abs(np.degrees(reached - OFFSET - way * (TARGET - OFFSET))).max() < 2.0
 
 
 def test_feedforward_is_the_inverse_at_rest_within_the_boxes():
@@ -172,8 +184,13 @@ def test_saved_and_restored_it_goes_on_bit_for_bit():
 
 @pytest.mark.parametrize(("changes", "where"), [
     ({"current_ma": (30.0,)}, "current_ma"), ({"rule": "ziegler"}, "rule"), ({"delay_ms": -1.0}, "delay_ms"),
-    ({"charge_rise_uc": 0.0}, "charge_rise_uc")])
+    ({"charge_rise_uc": 0.0}, "charge_rise_uc"), ({"preview": -1}, "preview")])
 def test_parameters_that_cannot_be_are_named(changes, where):
     with pytest.raises(InputError) as fault:
         controller(**changes)
     assert fault.value.where == where
+
+
+def test_a_preview_that_ends_too_soon_is_named():
+    with pytest.raises(InputError, match="12 or more"):
+        controller(preview=5).init(CONTEXT)
