@@ -19,7 +19,7 @@
 An option is a patch over the file (`fesloop.experiment.patches`), made after that of the option that it is
 `like`. Options of several variants are made together, in whatever order they are picked, or refuse each other
 where they would change the same key in two ways. Other settings come after them. Descriptions of the options
-picked are added to the experiment's own.
+that are not the default are added to the experiment's own.
 """
 
 from __future__ import annotations
@@ -158,9 +158,10 @@ def _together(base: Tables, chosen: Mapping[str, Tables], name: str) -> Tables:
 
 
 def _described(tables: Tables, variants: Tables, options: Mapping[str, str]) -> Tables:
-    """The document, its description followed by those of the options."""
+    """The document, its description followed by those of the options that are not the default."""
     told = [f"{variant} {option}: {variants[variant][option]['description']}"
-            for variant, option in options.items() if "description" in variants[variant][option]]
+            for variant, option in options.items()
+            if option != variants[variant]["default"] and "description" in variants[variant][option]]
     about = tables.get("experiment", {})
     if told and isinstance(about.get("description", ""), str):
         about = {**about, "description": "; ".join(filter(None, [about.get("description", ""), *told]))}

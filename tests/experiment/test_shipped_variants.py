@@ -28,9 +28,10 @@ def need(option):
 def test_every_option_makes_an_experiment_and_says_what_it_is(name, variant, option):
     need(option)
     experiment = fesloop.load(name, [f"{variant}={option}"])
-    told = listed(read(name)[1])[variant]["options"][option]
+    table = listed(read(name)[1])[variant]
+    told = table["options"][option]
     assert told
-    assert experiment.description.endswith(f"{variant} {option}: {told}")
+    assert experiment.description.endswith(f"; {variant} {option}: {told}") is (option != table["default"])
 
 
 @pytest.mark.parametrize("plant", ["finger", "fmu"])
@@ -51,3 +52,22 @@ def test_a_finger_is_identified_as_a_hand_is(plant, tmp_path, capsys):
     assert errors[1] < 0.5 * errors[0]
     with pytest.raises(InputError, match="patient: the model is of ''; allowed: 'able_bodied'"):
         fesloop.load(WHOLE_HAND, [model])
+
+
+@pytest.mark.parametrize("plant", ["finger", "fmu"])
+def test_a_finger_learns_the_phases_of_a_grasp_from_the_model_that_was_identified(plant, tmp_path):
+    """From trial to trial better, through IMUs and tracker, in its own joints."""
+    need(plant)
+    metrics = fesloop.load("grasp_ilc", [f"plant={plant}", "trials=5"]).run(tmp_path).metrics
+    errors = metrics["joint_rmse_deg"]
+    assert errors[0] > 4.0
+    assert errors[-1] < 1.2
+    assert list(metrics["joints"]) == ["MCP", "PIP", "DIP"]
+    assert "held" not in metrics
+
+
+@pytest.mark.parametrize("settings", [("plant=finger", "tracker=ideal"), ("plant=finger", "scene=free")])
+def test_what_a_finger_has_none_of_is_refused_beside_it(settings):
+    with pytest.raises(InputError, match="does not go with") as refused:
+        fesloop.load("grasp_ilc", settings)
+    assert "variants.plant.finger" in str(refused.value)
