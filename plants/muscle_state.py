@@ -53,9 +53,10 @@ class MusclesState:
         muscles that they are for, (muscles,), None for all.
     latest: (3, muscles), last arrivals of each signal, where muscles have delays of their own.
     waves: of the tremor (3, c).
+    left: share of their force that trials have left of the muscles.
     """
 
-    __slots__ = ("acting", "arriving", "effort", "fitness", "latest", "natural", "now_ns", "seen", "sent",
+    __slots__ = ("acting", "arriving", "effort", "fitness", "latest", "left", "natural", "now_ns", "seen", "sent",
                  "since_ns", "stimulated", "waves")
 
     def __init__(self, stimulated: Any, natural: LagState, fitness: Array, waves: Array) -> None:
@@ -68,6 +69,7 @@ class MusclesState:
         self.acting: list[Array] = list(self.sent)
         self.arriving: list[tuple[int, int, Array, Flags | None]] = []
         self.latest = np.zeros((3, count), np.int64)
+        self.left = 1.0
 
     def send(self, arrival_ns: int, signal: int, value: Array) -> None:
         """Put a value on its way to all muscles."""
@@ -88,5 +90,6 @@ class MusclesState:
         ahead.fitness, ahead.effort, ahead.waves = self.fitness, self.effort, self.waves
         ahead.seen = self.seen
         ahead.sent, ahead.acting = self.sent.copy(), self.acting.copy()
+        ahead.left = self.left
         ahead.arriving, ahead.latest = self.arriving.copy(), self.latest.copy()
         return ahead

@@ -69,6 +69,7 @@ class Muscles:
     fatigue: fitness equation; None for muscles that do not tire. Refused beside `ding2003`, which tires by
         its own equations (`ding2003.fatigue`).
     rest_between_trials_s: how long the muscles rest before the next trial, s (chosen).
+    wear_per_trial: share of their force that all muscles lose from trial to trial and no rest brings back.
     voluntary_limit: the patient's greatest effort; 0 where nothing can be moved at will.
     voluntary_limits: that of single muscles by name, in place of it.
     natural_rad_s: w, of effort and reflex (25, grip-force data).
@@ -85,6 +86,7 @@ class Muscles:
     fusion_hz: float = 10.0
     fatigue: MuscleFatigue | None = None
     rest_between_trials_s: float = 10.0
+    wear_per_trial: float = 0.0
     voluntary_limit: float = 1.0
     voluntary_limits: dict[str, float] = field(default_factory=dict)
     natural_rad_s: float = 25.0
@@ -153,7 +155,9 @@ class Muscles:
         if self.fatigue is not None:
             fitness = self.fatigue.after(fitness, np.zeros(len(MUSCLES)), rest_s)
         rested = self._contraction.rested(state.stimulated, rest_s)
-        return MusclesState(rested, self._natural.start(), fitness, self._waves(context))
+        following = MusclesState(rested, self._natural.start(), fitness, self._waves(context))
+        following.left = (1.0 - self.wear_per_trial) * state.left
+        return following
 
     def _waves(self, context: Context) -> Array:
         return self.tremor.waves(context) if self.tremor else np.zeros((3, 0))
@@ -168,7 +172,8 @@ class Muscles:
 
     def read(self, state: MusclesState, inputs: Sequence[Value]) -> tuple[Value, ...]:
         """(activation, fitness)."""
-        return self._outputs(state)
+        activation, fitness = self._outputs(state)
+        return state.left * activation, state.left * fitness
 
     def observe(
         self, state: MusclesState, inputs: Sequence[Value], start_ns: int, times_ns: Sequence[int]
@@ -190,6 +195,7 @@ class Muscles:
                 upto = bisect_left(times_ns, state.arriving[0][0], done)
             self._follow(state, times_ns[done:upto], rows[0, done:upto], rows[1, done:upto])
             done = upto
+        rows *= state.left
         return rows[0], rows[1]
 
     def _follow(self, state: MusclesState, times_ns: Sequence[int], activation: Array, fit: Array) -> None:
