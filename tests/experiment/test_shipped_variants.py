@@ -24,10 +24,18 @@ def need(option):
         pytest.skip("no gcc")
 
 
+@pytest.fixture(scope="module")
+def moved(tmp_path_factory):
+    """Some seconds of three sums of a hand, for what follows a recording."""
+    experiment = fesloop.load("identify_grasp", ["duration_s=5.5"])
+    return experiment.run(tmp_path_factory.mktemp("moved")).recording
+
+
 @pytest.mark.parametrize(("name", "variant", "option"), OPTIONS)
-def test_every_option_makes_an_experiment_and_says_what_it_is(name, variant, option):
+def test_every_option_makes_an_experiment_and_says_what_it_is(name, variant, option, moved):
     need(option)
-    experiment = fesloop.load(name, [f"{variant}={option}"])
+    files = [f"reference_file={moved}"] if option == "recorded" else []
+    experiment = fesloop.load(name, [f"{variant}={option}", *files])
     table = listed(read(name)[1])[variant]
     told = table["options"][option]
     assert told
