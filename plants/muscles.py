@@ -16,7 +16,7 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative, require_positive
-from plants.muscle_models.courses import follow
+from plants.muscle_models.courses import follow, held_drives, limit_pulses
 from plants.muscle_models.ding import Ding2003, Ding2007
 from plants.muscle_models.fitness import MuscleFatigue
 from plants.muscle_models.lags import Hammerstein, Riener, TwoLags
@@ -217,37 +217,37 @@ class Muscles:
         recruitment, frequency, velocity, voluntary = cast(Sequence[Array], inputs)
         seen, state.seen = state.seen, (recruitment, frequency, velocity, voluntary)
         if recruitment is not seen[0] or frequency is not seen[1]:
-            pulses = np.stack([within(recruitment, 1.0), within(frequency, HIGHEST_HZ)])
-            self._send_one(state, PULSES, pulses, time_ns)
+            pulses = np.empty((2, len(MUSCLES)))
+            if limit_pulses(recruitment, frequency, HIGHEST_HZ, state.sent[PULSES], pulses):
+                self._send_one(state, PULSES, pulses, time_ns)
         if velocity is not seen[2] and self.reflex is not None:
             self._send_one(state, REFLEX, self.reflex.drive(velocity), time_ns)
         if voluntary is not seen[3]:
             self._send_one(state, EFFORT, within(voluntary, self._efforts), time_ns)
 
     def _send_one(self, state: MusclesState, signal: int, value: Array, time_ns: int) -> None:
-        if value.tobytes() != state.sent[signal].tobytes():
-            state.sent[signal] = value
-            if self.delay_growth > 0.0:
-                lost = 1.0 - self._outputs(state)[1]
-                late = np.rint(self._delays_ns[PULSES] * self.delay_growth * lost).astype(np.int64)
-                state.send_late(time_ns + self._delays_ns[signal], late, signal, value)
-            else:
-                state.send(time_ns + self._delays_ns[signal], signal, value)
+        if value.tobytes() == state.sent[signal].tobytes():
+            return
+        state.sent[signal] = value
+        if self.delay_growth > 0.0:
+            lost = 1.0 - self._outputs(state)[1]
+            late = np.rint(self._delays_ns[PULSES] * self.delay_growth * lost).astype(np.int64)
+            state.send_late(time_ns + self._delays_ns[signal], late, signal, value)
+        else:
+            state.send(time_ns + self._delays_ns[signal], signal, value)
 
     def _take(self, state: MusclesState, time_ns: int, signal: int, value: Array, some: Flags | None) -> None:
         """Let a signal act from `time_ns` on, on some muscles or on all."""
         state.fitness = self._fitness(state, time_ns)
         acting = value if some is None else np.where(some, value, state.acting[signal])
         state.acting[signal], state.since_ns = acting, time_ns
-        recruited, frequency = state.acting[PULSES]
-        ratio = (frequency / self.fusion_hz) ** 2
-        drive = recruited * (ratio / (1.0 + ratio))
+        weight = self.fatigue.frequency_weight if self.fatigue is not None else 0.0
+        drive, effort, natural = held_drives(
+            state.acting[PULSES], state.acting[EFFORT], state.acting[REFLEX], self.fusion_hz, weight)
         if signal == PULSES:
             self._contraction.change(state.stimulated, time_ns, acting, drive)
             if self.fatigue is not None:
-                state.effort = self.fatigue.effort(drive, frequency)
-        free = np.where(frequency > 0.0, 1.0 - recruited, 1.0)
-        natural = np.minimum(state.acting[EFFORT] + state.acting[REFLEX], free)
+                state.effort = effort
         self._natural.change(state.natural, time_ns, state.acting[PULSES], natural)
 
     def _fitness(self, state: MusclesState, time_ns: int) -> Array:

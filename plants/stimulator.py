@@ -16,6 +16,7 @@ from fesloop.loop.signals import Port, Sample, Value
 from plants.checks import require_positive
 from plants.stimulator_channels import VirtualElectrode, multiplexing
 from plants.stimulator_devices import IEC_VOLTAGE_V, PRESETS, Limits, PresetName
+from plants.stimulator_kernels import share_out
 from plants.stimulator_state import StimulatorState
 
 Array = NDArray[np.float64]
@@ -161,11 +162,6 @@ class Stimulator:
         slot = tick.index % PRESETS[self.preset].channels
         if slot < self.channels:
             state.fire(slot, tick)
-            current, width = state.given[slot]
-            row = state.shares[slot]
-            if current > 0.0:
-                on = row > 0.0
-                elements[on, 0] = current * row[on]
-                elements[on, 1:] = width, state.hertz
+            share_out(state.given[slot], state.shares[slot], state.hertz, elements)
         account = state.account
         return elements, account.channel, account.channel_rate, account.element, account.element_rate

@@ -12,6 +12,17 @@ Array = NDArray[np.float64]
 
 
 @numba.njit(cache=True)
+def share_out(given: Array, shares: Array, hertz: float, elements: Array) -> None:
+    """Put a pulse, current and width (2,), on the `elements` (e, 3) that have `shares` (e,) of it."""
+    if given[0] > 0.0:
+        for e in range(shares.size):
+            if shares[e] > 0.0:
+                elements[e, 0] = given[0] * shares[e]
+                elements[e, 1] = given[1]
+                elements[e, 2] = hertz
+
+
+@numba.njit(cache=True)
 def tally(
     given: Array, shares: Array, hertz: float, area_cm2: float
 ) -> tuple[Array, Array, Array, Array, Array]:

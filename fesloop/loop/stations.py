@@ -36,8 +36,9 @@ class BlockStation:
     """
 
     __slots__ = ("_checks", "_clock", "_draws", "_executed", "_execution", "_incoming", "_next_tick",
-                 "_plain", "_publishers", "_random", "_recorded", "_step", "block", "busy_until", "checked",
-                 "due", "events", "held", "index", "name", "plain_links", "rows", "sent", "state", "tick")
+                 "_plain", "_publishers", "_random", "_recorded", "_sound", "_step", "block", "busy_until",
+                 "checked", "due", "events", "held", "index", "name", "plain_links", "rows",
+                 "sent", "state", "tick")
 
     def __init__(self, node: Node, state: Any, seed: int, trial: int, incoming: Outgoing,
                  outgoing: Outgoing, publishers: tuple[Publisher, ...], rows: list[BlockRow] | None,
@@ -54,6 +55,7 @@ class BlockStation:
                             for port, link in outgoing if link.plain)
         self._random = tuple((port, link.send) for port, link in outgoing if not link.plain)
         self._checks = tuple(finite_check(port) for port in self.block.outputs)
+        self._sound: tuple[Value | None, ...] = (None,) * len(self._checks)
         self.sent = 0
         self.held = [empty_sample(port) for port in self.block.inputs]
         self.tick = Tick()
@@ -111,9 +113,10 @@ class BlockStation:
         if not self.checked:
             check_shapes(self.name, self.block.outputs, values)
             self.checked = True
-        for finite, value in zip(self._checks, values, strict=True):
-            if not finite(value):
+        for finite, value, before in zip(self._checks, values, self._sound, strict=True):
+            if value is not before and not finite(value):
                 values = self._made_safe(values)
+        self._sound = values
         if tick.reports:
             self._record_reports(time_ns)
         for port, append, latency in self._plain:

@@ -13,7 +13,8 @@ from fesloop.errors import InputError
 from plants.checks import require_positive
 
 Array = NDArray[np.float64]
-_FASTEST_HZ = 100.0
+FASTEST_HZ = 100.0
+"""Frequencies above wear no more."""
 
 
 @njit(cache=True)
@@ -64,7 +65,7 @@ class MuscleFatigue:
     def effort(self, drive: Array, frequency: Array) -> Array:
         """w of each muscle, (muscles,), from its drive in [0, 1] and its frequency, Hz."""
         weight = self.frequency_weight
-        share = np.minimum(frequency, _FASTEST_HZ) / _FASTEST_HZ
+        share = np.minimum(frequency, FASTEST_HZ) / FASTEST_HZ
         effort: Array = drive * (1.0 - weight + weight * share**2)
         return effort
 

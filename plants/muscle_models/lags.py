@@ -94,9 +94,10 @@ class TwoLags:
 
     def change(self, state: LagState, time_ns: int, pulses: Array, drive: Array) -> None:
         """`drive` (muscles,) acts from `time_ns` on."""
-        state.levels = self._levels(state, time_ns)
-        state.drive, state.since_ns = drive, time_ns
         state.idle = state.idle and not drive.any()
+        if not state.idle:
+            state.levels = self._levels(state, time_ns)
+        state.drive, state.since_ns = drive, time_ns
 
     def look(self, state: LagState, time_ns: int) -> tuple[Array, Array]:
         """Activation, and ones for what is left of the muscles: these have no fatigue of their own."""

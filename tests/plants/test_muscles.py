@@ -313,3 +313,26 @@ def test_tremor_keeps_its_frequency_and_changes_its_phase_from_trial_to_trial() 
 def test_bad_patients_are_named(make, named: str) -> None:
     with pytest.raises(InputError, match=named):
         make()
+
+
+def test_many_instants_at_once_are_what_going_to_each_and_reading_there_is():
+    for muscles in (Muscles(fatigue=MuscleFatigue()), Muscles(model="riener", delay_growth=1.0,
+                    fatigue=MuscleFatigue(fatigue_s=2.0)), Muscles(model="ding2003"),
+                    Muscles(tremor=MuscleTremor())):
+        one, many = (muscles.init(Context("muscles", seed=1)) for _ in range(2))
+        rng, now = np.random.default_rng(5), 0
+        for k in range(12):
+            inputs = [rng.uniform(0.0, 1.0, 29), np.full(29, 40.0), np.zeros(29),
+                      rng.uniform(0.0, 0.5, 29) * (k > 6)]
+            times = [now + int(step) for step in np.cumsum(rng.integers(0, 9_000_000, 5))]
+            together = muscles.advance_through(many, inputs, now, times)
+            for i, instant in enumerate(times):
+                muscles.advance(one, inputs, now, instant)
+                now = instant
+                for stack, value in zip(together, muscles.read(one, inputs), strict=True):
+                    assert stack[i].tobytes() == value.tobytes()
+
+
+def test_velocity_is_ignored_without_a_reflex_alone():
+    assert Muscles().ignores == ("velocity",)
+    assert Muscles(reflex=StretchReflex()).ignores == ()
