@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal, cast
 
 import numpy as np
@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from controllers import mpc_checks
 from controllers.allocation import Allocation
-from controllers.mpc_candidates import Candidate, carry_over, compare, nominal
+from controllers.grip_contact import Contact
+from controllers.mpc_candidates import carry_over, compare, nominal
 from controllers.mpc_design import candidates_of
-from controllers.mpc_fallback import Fallback, fall_back
+from controllers.mpc_fallback import fall_back
 from controllers.mpc_kernel import give_out, pose
 from controllers.mpc_plan import charge_room
-from controllers.observer import ObserverState
+from controllers.mpc_state import MpcState
 from controllers.period import period_ns
 from controllers.qp_kernel import NOT_FINITE
 from controllers.strength_adaptation import StrengthAdaptation
@@ -26,41 +27,11 @@ from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.guard import is_finite
 from fesloop.loop.signals import Port, Sample, Value
-from fesloop.loop.status import StatusLatch
 from fesloop.loop.surroundings import Surroundings
 from fesloop.models.linear_model import LinearModel
 
 Array = NDArray[np.float64]
-
-
-@dataclass(slots=True, eq=False)
-class MpcState:
-    """Everything that a running controller remembers, and what its clock decides.
-
-    Attributes
-    ----------
-    reach, table: coefficients; never written to.
-    candidates, chosen: the plant as it may be, and number of the one that control goes by.
-    drive: (muscles,), in force.
-    pulses: (muscles, 2), in force.
-    given_uc: (N,), charge of the last N ticks on all channels, oldest first; of size 0 without a budget.
-    fallback: what is done while the controller is kept from control.
-    """
-
-    reach: Array
-    table: Array
-    candidates: tuple[Candidate, ...]
-    chosen: int
-    drive: Array
-    pulses: Array
-    given_uc: Array
-    fallback: Fallback = field(default_factory=Fallback)
-    latch: StatusLatch = field(default_factory=StatusLatch)
-
-    @property
-    def estimate(self) -> ObserverState:
-        """Of the plant, as control has it."""
-        return self.candidates[self.chosen].estimate
+_CONTACT = Contact(lasts_ms=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -74,6 +45,11 @@ class Mpc:
     When the programme has no answer, the last plan goes on to its end. Then, and for a sample that is not
     finite or older than `max_age_ms`, the drive is held for `hold_ms` and ramped to zero over `ramp_ms`, with
     a status. Before the first measurement there is no stimulation.
+
+    Where an object blocks fingers, their error tells nothing of the plant, and control free of offset would
+    press ever harder. From the touch of a fingertip on, `grasping_outputs` therefore count as unmeasured and
+    their disturbances stand still. They are led on by the model alone, so that how hard the hand presses is
+    how far beyond the object the reference goes; other outputs, as of a wrist, stay controlled.
 
     Attributes
     ----------
@@ -97,11 +73,18 @@ class Mpc:
     adaptation: of the muscles' strengths and the plant's speed, from trial to trial; none if left out.
     drive_noise, disturbance_deg, measurement_deg: sd of the drive's error, of the walk of the output
         disturbance over 1 s, and of a measurement, for the observer's gain.
+    fingertips: number of forces that tell of contact.
+    contact: when the hand touches something: the force is that of any fingertip. `lost_ms` should be longer
+        than samples are old: what they show then is free motion again.
+    grasping_outputs: see above; empty: all.
+    touching_s: while the hand touches something the disturbances of the other outputs are followed with this
+        time constant, and the state by the drives alone (chosen: how long a joint takes to answer).
     max_age_ms, hold_ms, ramp_ms: see above.
     solver: "daqp" or "osqp".
 
     Inputs: `reference_preview` (N, outputs), the reference at the coming ticks, or `reference` (outputs,),
-    held constant ahead; `measured` (outputs,); all rad. Output: `stimulation` (muscles, 2).
+    held constant ahead; `measured` (outputs,); all rad; optional `force` (fingertips,), N, without which
+    nothing is ever touched. Output: `stimulation` (muscles, 2).
     """
 
     model: LinearModel
@@ -126,6 +109,10 @@ class Mpc:
     drive_noise: float = 0.05
     disturbance_deg: float = 20.0
     measurement_deg: float = 0.5
+    fingertips: int = 5
+    contact: Contact = _CONTACT
+    grasping_outputs: tuple[int, ...] = ()
+    touching_s: float = 0.3
     max_age_ms: float = 400.0
     hold_ms: float = 100.0
     ramp_ms: float = 200.0
@@ -136,10 +123,11 @@ class Mpc:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """`reference_preview`, `reference`, `measured`."""
+        """`reference_preview`, `reference`, `measured`, `force`."""
         outputs = self.model.outputs
         return (Port("reference_preview", (self.horizon, outputs), "rad", optional=True),
-                Port("reference", (outputs,), "rad", optional=True), Port("measured", (outputs,), "rad"))
+                Port("reference", (outputs,), "rad", optional=True), Port("measured", (outputs,), "rad"),
+                Port("force", (self.fingertips,), "N", optional=True))
 
     @property
     def outputs(self) -> tuple[Port, ...]:
@@ -193,6 +181,8 @@ class Mpc:
     def step(self, state: MpcState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Pulses for this tick."""
         reference, measured, now_ns = self._reference(inputs), inputs[2], tick.time_ns
+        if inputs[3].present:
+            self._feel(state, inputs[3], tick)
         if reference is None or measured.arrived_ns < 0:
             trouble, detail = "no_input", "no reference or measurement yet"
         elif now_ns - measured.newest_ns > self.max_age_ms * NS_PER_MS:
@@ -212,17 +202,26 @@ class Mpc:
 
     def _reference(self, inputs: Sequence[Sample]) -> Array | None:
         """Reference over the horizon, (N, outputs); None before any has come."""
-        preview, now, _ = inputs
+        preview, now, *_ = inputs
         if preview.arrived_ns >= 0:
             return cast(Array, preview.value)
         return np.tile(cast(Array, now.value), (self.horizon, 1)) if now.arrived_ns >= 0 else None
+
+    def _feel(self, state: MpcState, force: Sample, tick: Tick) -> None:
+        """Note whether the hand touches something; nothing new where the forces cannot tell."""
+        sound = is_finite(force.value) and tick.time_ns - force.newest_ns <= self.max_age_ms * NS_PER_MS
+        state.latch.put(tick, "no_force", not sound, "forces not finite or too old: contact as before")
+        if sound:
+            self.contact.look(state.touch, float(cast(Array, force.value).max()), tick.time_ns)
+        state.latch.put(tick, "touching", state.touch.holding, "what grasps is led by the model alone")
 
     def _control(self, state: MpcState, reference: Array, sample: Sample, now_ns: int) -> tuple[str, str]:
         """Set the drive to the first of the optimal ones; what went wrong, ("", "") if nothing."""
         measured = cast(Array, sample.value)
         captured_ns = sample.newest_ns if self.compensate_age else now_ns
         if self.adaptation and is_finite(measured):
-            state.chosen = compare(state.candidates, state.chosen, self.adaptation, captured_ns, measured)
+            state.chosen = compare(state.candidates, state.chosen, self.adaptation, captured_ns, measured,
+                                   state.touch.holding)
         candidate = state.candidates[state.chosen]
         plan, observer, estimate = candidate.plan, candidate.observer, candidate.estimate
         charge = state.given_uc
@@ -230,8 +229,9 @@ class Mpc:
             charge = charge_room(self.horizon_charge_max_uc, charge, plan, state.fallback.planned,
                                  estimate.strength, state.table)
         best, lower, upper, below, above = plan.vectors()
+        gain = observer.touching_gain if state.touch.holding else observer.gain
         fault = pose(
-            observer.ladder, observer.c, observer.offset, observer.gain, estimate.x, estimate.disturbance,
+            observer.ladder, observer.c, observer.offset, gain, estimate.x, estimate.disturbance,
             estimate.strength, estimate.stamps, estimate.inputs, observer.period_ns, observer.delay_ns,
             estimate.at_ns, captured_ns, now_ns, measured, plan.free, plan.rows, plan.boxes, state.reach,
             self.slew, state.table, 1e-6 * self.charge_rise_uc, charge, state.drive, state.pulses, reference,

@@ -61,18 +61,24 @@ def nominal(candidates: Sequence[Candidate]) -> int:
 
 def compare(
     candidates: Sequence[Candidate], chosen: int, adaptation: StrengthAdaptation, captured_ns: int,
-    measured: Array,
+    measured: Array, touching: bool = False,
 ) -> int:
-    """Let every candidate take in outputs (outputs,) rad as they were at `captured_ns`; the one to go by."""
+    """Let every candidate take in outputs (outputs,) rad as they were at `captured_ns`; the one to go by.
+
+    While the hand touches something, that neither tells of strengths nor of which is right.
+    """
     for candidate in candidates:
         estimate, observer = candidate.estimate, candidate.observer
         if captured_ns <= estimate.at_ns or candidate.strength is None:
             return chosen
-        kept = math.exp(-observer.period_ns / 1e9 / adaptation.memory_s)
-        candidate.likelihood = kept * candidate.likelihood + adaptation.correct(
-            candidate.strength, observer, estimate, captured_ns, measured)
+        if touching:
+            adaptation.follow(candidate.strength, observer, estimate, captured_ns)
+        else:
+            kept = math.exp(-observer.period_ns / 1e9 / adaptation.memory_s)
+            candidate.likelihood = kept * candidate.likelihood + adaptation.correct(
+                candidate.strength, observer, estimate, captured_ns, measured)
         if len(candidates) > 1:
-            observer.correct(estimate, captured_ns, measured)
+            observer.correct(estimate, captured_ns, measured, touching)
     best = max(range(len(candidates)), key=lambda i: candidates[i].likelihood)
     return best if candidates[best].likelihood > candidates[chosen].likelihood + LEAD else chosen
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _POSITIVE = ("move_weight", "slew", "drive_max", "drive_noise", "disturbance_deg", "measurement_deg",
-             "charge_rise_uc")
+             "charge_rise_uc", "touching_s")
 _ROUNDING_RAD = 1e-9
 _LEAST_RISE = 1e-6
 """Drive below which the programme, within its tolerance, cannot tell a rise from none."""
@@ -47,6 +47,11 @@ def check(mpc: Mpc) -> None:
                         ("cocontraction_weight", (mpc.cocontraction_weight,))):
         if not all(math.isfinite(value) and value >= 0.0 for value in values):
             raise InputError(key, f"{values}", "finite weights, 0 or more")
+    if mpc.fingertips < 1:
+        raise InputError("fingertips", f"{mpc.fingertips}", "1 or more")
+    if not set(mpc.grasping_outputs) <= set(range(mpc.model.outputs)):
+        raise InputError("grasping_outputs", f"{mpc.grasping_outputs}",
+                         f"numbers from 0 to {mpc.model.outputs - 1}")
     if mpc.output_weight and not any(mpc.output_weight):
         raise InputError("output_weight", f"{mpc.output_weight}", "one above 0 at least")
     for key in ("actuation_delay_ms", "max_age_ms", "hold_ms", "ramp_ms"):

@@ -43,7 +43,8 @@ def _candidate(mpc: Mpc, period_ns: int, speed: float, later_ns: int, latest_ns:
     observer = Observer.design(
         model, period_ns=period_ns, delay_ns=delay_ns, reach_ns=reach_ns, drive_noise=mpc.drive_noise,
         disturbance_walk=math.radians(mpc.disturbance_deg),
-        measurement_noise=math.radians(mpc.measurement_deg))
+        measurement_noise=math.radians(mpc.measurement_deg),
+        unseen=mpc.grasping_outputs or range(model.outputs), touching_s=mpc.touching_s)
     plan = _plan(mpc, model, period_ns, delay_ns - model.delay_ns)
     return Candidate(speed, later_ns, plan, observer, observer.init(),
                      mpc.adaptation.init(observer) if mpc.adaptation else None,

@@ -14,7 +14,8 @@ from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.signals import NEVER
 
 if TYPE_CHECKING:
-    from controllers.mpc import Mpc, MpcState
+    from controllers.mpc import Mpc
+    from controllers.mpc_state import MpcState
 
 Array = NDArray[np.float64]
 _BAD_INPUT = ("no_input", "stale_input", "non_finite")

@@ -7,6 +7,8 @@ being moved. All transitions are exact to the nanosecond for a linear model behi
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numba
@@ -58,6 +60,9 @@ class Observer:
         `period_ns`, of which most ways are made.
     c, offset: output of the model, (outputs, states) and (outputs,).
     gain: (states + outputs, outputs).
+    touching_gain: likewise while the hand touches something. The state then follows the drives alone and the
+        disturbances of what is still seen follow the measurements: an object that blocks one joint alters
+        how all answer, and a share in the state would tell that to every muscle.
     delay_ns: from giving a drive out to its acting on x.
     period_ns: of the samples.
     kept: number of inputs kept.
@@ -67,6 +72,7 @@ class Observer:
     c: Array
     offset: Array
     gain: Array
+    touching_gain: Array
     delay_ns: int
     period_ns: int
     kept: int
@@ -74,7 +80,8 @@ class Observer:
     @classmethod
     def design(
         cls, model: LinearModel, *, period_ns: int, delay_ns: int, reach_ns: int, drive_noise: float,
-        disturbance_walk: float, measurement_noise: float,
+        disturbance_walk: float, measurement_noise: float, unseen: Sequence[int] = (),
+        touching_s: float = 0.3,
     ) -> Observer:
         """Observer of a model.
 
@@ -86,6 +93,8 @@ class Observer:
         drive_noise: sd of the error of the drive, held over a period.
         disturbance_walk: sd of the output disturbance after one second, rad.
         measurement_noise: sd, rad.
+        unseen: numbers of the outputs that are not seen while the hand touches something.
+        touching_s: time constant with which disturbances of the others are then followed.
         """
         states, outputs = model.a.shape[0], model.outputs
         rungs_ns = [*(2**i for i in range(period_ns.bit_length())), period_ns]
@@ -101,9 +110,12 @@ class Observer:
         noise[:states, :states] += 1e-12 * np.eye(states)
         covariance = solve_discrete_are(a.T, c.T, noise, measurement_noise**2 * np.eye(outputs))
         gain = covariance @ c.T @ np.linalg.inv(c @ covariance @ c.T + measurement_noise**2 * np.eye(outputs))
+        touching_gain = np.zeros_like(gain)
+        seen = [i for i in range(outputs) if i not in unseen]
+        touching_gain[[states + i for i in seen], seen] = -math.expm1(-period_ns / NS_PER_S / touching_s)
         kept = (reach_ns + delay_ns) // period_ns + 3
         return cls(ladder, np.ascontiguousarray(model.c), model.offset, np.ascontiguousarray(gain),
-                   delay_ns, period_ns, kept)
+                   touching_gain, delay_ns, period_ns, kept)
 
     def init(self) -> ObserverState:
         """At rest before t = 0, nothing given out before."""
@@ -115,11 +127,14 @@ class Observer:
         """A drive is given out at `time_ns`."""
         record(state.stamps, state.inputs, time_ns, drive)
 
-    def correct(self, state: ObserverState, captured_ns: int, measured: Array) -> None:
+    def correct(
+        self, state: ObserverState, captured_ns: int, measured: Array, touching: bool = False
+    ) -> None:
         """Take in outputs (outputs,) in rad as they were at `captured_ns`; nothing if that is no news."""
         if captured_ns <= state.at_ns:
             return
-        correct(self.ladder, self.c, self.offset, self.gain, state.x, state.disturbance, state.strength,
+        gain = self.touching_gain if touching else self.gain
+        correct(self.ladder, self.c, self.offset, gain, state.x, state.disturbance, state.strength,
                 state.stamps, state.inputs, self.period_ns, self.delay_ns, state.at_ns, captured_ns, measured)
         state.at_ns = captured_ns
 

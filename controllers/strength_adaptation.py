@@ -123,8 +123,7 @@ class StrengthAdaptation:
         Sets `estimate.strength`; the logarithm of how likely they were beforehand.
         """
         elapsed_s = (captured_ns - estimate.at_ns) / NS_PER_S
-        respond(observer.ladder, state.responses, estimate.stamps, estimate.inputs, observer.period_ns,
-                observer.delay_ns, estimate.at_ns, captured_ns)
+        self.follow(state, observer, estimate, captured_ns)
         likelihood: float = regress(
             state.mean, state.covariance, state.responses, observer.c, measured - observer.offset,
             math.exp(-elapsed_s / self.time_s), self.strength_sd**2,
@@ -133,6 +132,13 @@ class StrengthAdaptation:
         np.clip(state.mean[:muscles], self.least, self.greatest, out=state.mean[:muscles])
         estimate.strength[:] = state.mean[:muscles]
         return likelihood
+
+    def follow(
+        self, state: StrengthState, observer: Observer, estimate: ObserverState, captured_ns: int
+    ) -> None:
+        """Nothing is to be learnt from outputs at `captured_ns`: the responses alone go on."""
+        respond(observer.ladder, state.responses, estimate.stamps, estimate.inputs, observer.period_ns,
+                observer.delay_ns, estimate.at_ns, captured_ns)
 
 
 @numba.njit(cache=True)

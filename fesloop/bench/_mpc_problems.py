@@ -124,7 +124,8 @@ class Stepper:
         estimate.stamps[-1], estimate.inputs[-1] = before, self.drives[k]
         self.state.drive = self.drives[k]
         self.tick.index, self.tick.time_ns = k + 1, now
-        return [Sample(self.ahead[k], now, now, now), self.unwired, Sample(self.measured[k], now, now, now)]
+        return [Sample(self.ahead[k], now, now, now), self.unwired,
+                Sample(self.measured[k], now, now, now), self.unwired]
 
     def step(self, inputs: list[Sample]) -> None:
         """One tick of the controller."""

@@ -114,7 +114,7 @@ def steps(mpc, measured_at, ticks, state=None):
     for k in range(*ticks):
         now = tick.time_ns = CONTEXT.clock.tick(k)
         goal = sample(np.radians([40.0, 55.0, 25.0]), now, now)
-        pulses.append(mpc.step(state, (unwired, goal, measured_at(k, now)), tick)[0])
+        pulses.append(mpc.step(state, (unwired, goal, measured_at(k, now), unwired), tick)[0])
     return np.array(pulses), state, tick.reports
 
 

@@ -179,7 +179,7 @@ def stepped(mpc, state, ticks):
     goal, lying = np.radians([40.0, 55.0, 25.0]), np.radians(NOMINAL.rest_deg)
     for k in range(*ticks):
         now = tick.time_ns = CONTEXT.clock.tick(k)
-        mpc.step(state, (unwired, Sample(goal, now, now, now), Sample(lying, now, now, now)), tick)
+        mpc.step(state, (unwired, Sample(goal, now, now, now), Sample(lying, now, now, now), unwired), tick)
         drives.append(state.drive.copy())
     return np.array(drives), tick.reports
 

@@ -198,8 +198,8 @@ def test_a_whole_hand_is_controlled_in_real_time():
         reference = np.tile(goal * (1.0 if (k // 60) % 2 == 0 else 0.3), (horizon, 1))
         measured = plant.c @ x + 0.002 * rng.standard_normal(6)
         started = perf_counter()
-        pulses = mpc.step(state, (Sample(reference, now, now, now), unwired, Sample(measured, now, now, now)),
-                          tick)[0]
+        pulses = mpc.step(state, (Sample(reference, now, now, now), unwired, Sample(measured, now, now, now),
+                                  unwired), tick)[0]
         took.append(perf_counter() - started)
         x = plant.a @ x + plant.b @ model.recruitment.fraction(pulses)
     assert np.abs(plant.c @ x - 0.3 * goal).max() < 0.03

@@ -8,6 +8,7 @@ from scipy.linalg import expm
 
 from controllers.mpc import Mpc
 from controllers.strength_adaptation import StrengthAdaptation
+from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import NEVER, Sample
@@ -58,8 +59,11 @@ def controller(told, **changes):
     return Mpc(**{"model": told.model, "current_ma": told.current_ma, "horizon": HORIZON} | changes)
 
 
-def closed_loop(mpc, patient, goal_deg=GOAL_DEG, seconds=8.0, late_ticks=2):
-    """Outputs in deg and drives a tick, times of the steps in s, statuses; samples `late_ticks` old."""
+def closed_loop(mpc, patient, goal_deg=GOAL_DEG, seconds=8.0, late_ticks=2, wall_deg=np.inf, felt=None):
+    """Outputs in deg and drives a tick, times of the steps in s, statuses; samples `late_ticks` old.
+
+    Fingers flex up to `wall_deg`; how far they would go beyond it is felt at 1 N a deg, times `felt`.
+    """
     clock = RateClock.from_rate("40")
     state, tick = mpc.init(Context("mpc", clock=clock)), Tick()
     states = patient.a.shape[0]
@@ -72,9 +76,12 @@ def closed_loop(mpc, patient, goal_deg=GOAL_DEG, seconds=8.0, late_ticks=2):
     for k in range(round(seconds / PERIOD_S)):
         now = tick.time_ns = clock.tick(k)
         seen.append(patient.c @ x + patient.offset)
+        beyond_deg = max(np.degrees(seen[-1][1]) - wall_deg, 0.0)
+        seen[-1][1] -= np.radians(beyond_deg)
+        force = unwired if felt is None else Sample(np.full(5, felt * beyond_deg), now, now, now)
         captured = clock.tick(max(k - late_ticks, 0))
         inputs = (unwired, Sample(np.radians(goal_deg), now, now, now),
-                  Sample(seen[max(k - late_ticks, 0)], captured, captured, now))
+                  Sample(seen[max(k - late_ticks, 0)], captured, captured, now), force)
         started = perf_counter()
         pulses = mpc.step(state, inputs, tick)[0]
         took.append(perf_counter() - started)
@@ -127,3 +134,46 @@ def test_an_output_of_great_weight_is_kept_where_not_all_can_be(told):
         errors[name] = np.abs(outputs[-1] - beyond)
     assert errors["wrist"][0] < 0.2 * errors["fingers"][0]
     assert errors["fingers"][1] < 0.2 * errors["wrist"][1]
+
+
+WALL = {"wall_deg": GOAL_DEG[1] - 15.0}
+GRASPING = {"grasping_outputs": (1, 2)}
+
+
+def test_what_an_object_blocks_winds_nothing_up(told):
+    """Where contact is felt the drives are those of free motion; where not, they end at their limits."""
+    _, free, _, _ = closed_loop(controller(told), hand())
+    held, grasping, _, statuses = closed_loop(controller(told, **GRASPING), hand(), felt=1.0, **WALL)
+    _, unfelt, _, _ = closed_loop(controller(told, **GRASPING), hand(), **WALL)
+    assert np.abs(grasping[-1] - free[-1]).max() < 0.15
+    assert unfelt[-1].max() > 0.9 > 1.5 * grasping[-1].max()
+    assert held[-1, 1] == pytest.approx(WALL["wall_deg"])
+    assert statuses == {"touching"}
+
+
+def test_a_wrist_stays_controlled_while_fingers_are_blocked(told):
+    weaker = np.ones((3, CHANNELS))
+    weaker[0] = 0.7
+    outputs, _, _, _ = closed_loop(controller(told, **GRASPING), hand(weaker), felt=1.0, **WALL)
+    assert np.abs(outputs[-40:, 0] - GOAL_DEG[0]).max() < 0.5
+
+
+def test_strengths_are_not_learnt_from_what_is_blocked(told):
+    mpc = controller(told, adaptation=StrengthAdaptation(), **GRASPING)
+    _, drives, _, _ = closed_loop(mpc, hand(), felt=1.0, **WALL)
+    _, misled, _, _ = closed_loop(mpc, hand(), **WALL)
+    _, free, _, _ = closed_loop(mpc, hand())
+    assert np.abs(drives[-1] - free[-1]).max() < 0.15 < np.abs(misled[-1] - free[-1]).max()
+
+
+def test_forces_that_are_not_finite_are_told(told):
+    _, _, _, statuses = closed_loop(controller(told, **GRASPING), hand(), seconds=1.0, felt=np.nan)
+    assert statuses == {"no_force"}
+
+
+@pytest.mark.parametrize(("where", "value"), [
+    ("grasping_outputs", (3,)), ("fingertips", 0), ("touching_s", 0.0)])
+def test_contact_that_cannot_be_is_named(told, where, value):
+    with pytest.raises(InputError) as fault:
+        controller(told, **{where: value})
+    assert fault.value.where == where
