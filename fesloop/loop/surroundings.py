@@ -21,7 +21,8 @@ from fesloop.loop.wiring import Node, Wiring
 
 _MOST_TICKS = 20_000
 """Of a source that are looked at, as the latency report looks at."""
-_LATENCY_HORIZON_NS = NS_PER_S
+_LATENCY_HORIZON_NS = NS_PER_S // 5
+"""Up to when samples are followed round the loop (chosen: rates of tens of hertz have met by then)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
