@@ -28,6 +28,12 @@ def test_finger_mpc_holds_at_20_ms(tmp_path):
     assert result.metrics["joint_rmse_deg"][0] < 3.0
 
 
+def test_100_ms_of_latency_cost_finger_mpc_less_than_a_third_of_its_error(tmp_path):
+    prompt, late = (fesloop.load("finger_mpc", [f"latency_ms={latency}"]).run(tmp_path)
+                    .metrics["joint_rmse_deg"][0] for latency in (0, 100))
+    assert late <= 1.3 * prompt
+
+
 def test_latency_costs_a_pid_its_stability(tmp_path):
     errors = [fesloop.load("finger_pid_latency", [f"latency_ms={latency}"]).run(tmp_path)
               .metrics["joint_rmse_deg"][0] for latency in (30, 200)]
