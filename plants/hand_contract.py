@@ -22,7 +22,7 @@ from plants.hand_state import HandState, Views, require_stable, step
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
-OFFERED_NS = 10_000_000
+OFFERED_NS = 100_000_000
 """How often somebody tries to put an object into the hand (chosen)."""
 
 
@@ -148,7 +148,7 @@ def go_on(model: mujoco.MjModel, bounds: tuple[Array, Array], thing: GraspObject
 
 
 def _offer(model: mujoco.MjModel, thing: GraspObject, state: HandState) -> None:
-    """Give the object, if it is time to and there is room; every 10 ms is tried."""
+    """Give the object, if it is time to and there is room; every 100 ms is tried."""
     since_ns = state.time_ns - round(thing.given_at_s * NS_PER_S)
     if since_ns >= 0 and since_ns % OFFERED_NS < model.opt.timestep * NS_PER_S:
         state.given = give(model, thing, state.data)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -28,6 +29,7 @@ TORSIONAL_M, ROLLING_M = 0.005, 0.0001
 is some 5 mm wide; MuJoCo's default for rolling."""
 HARD_SOLREF = [0.005, 1.0]
 """Of object and table: back from each other within 5 ms, critically damped (chosen: five steps of 1 ms)."""
+_GEOM = mujoco.mjtObj.mjOBJ_GEOM
 OVERLAP_M = 0.001
 """Chosen: object, skin and table may be pressed this far into each other at the start."""
 
@@ -157,14 +159,15 @@ def add_table(spec: mujoco.MjSpec, table: Table) -> None:
                       friction=[slide, slide, twist, roll, roll])
 
 
-def deepest(model: mujoco.MjModel, data: mujoco.MjData, names: set[str]) -> tuple[float, list[str]]:
+def deepest(model: mujoco.MjModel, data: mujoco.MjData, names: Sequence[str]) -> tuple[float, list[str]]:
     """The deepest contact of any of the geoms named: its distance, m, negative inside, and both names."""
-    found: tuple[float, list[str]] = (math.inf, [])
-    for contact in data.contact:
-        pair = [model.geom(geom).name for geom in contact.geom]
-        if contact.dist < found[0] and not names.isdisjoint(pair):
-            found = float(contact.dist), pair
-    return found
+    pairs, distances = data.contact.geom, data.contact.dist
+    known = [model.geom(name).id for name in names if mujoco.mj_name2id(model, _GEOM, name) >= 0]
+    theirs = np.flatnonzero(np.isin(pairs, known).any(axis=1))
+    if not theirs.size:
+        return math.inf, []
+    found = int(theirs[np.argmin(distances[theirs])])
+    return float(distances[found]), [model.geom(int(geom)).name for geom in pairs[found]]
 
 
 def give(model: mujoco.MjModel, thing: GraspObject, data: mujoco.MjData) -> bool:
@@ -175,7 +178,7 @@ def give(model: mujoco.MjModel, thing: GraspObject, data: mujoco.MjData) -> bool
         data.qpos[-7:] = (*(np.array(thing.position_m) + off), *thing.orientation)
         mujoco.mj_kinematics(model, data)
         mujoco.mj_collision(model, data)
-        if deepest(model, data, {"object"})[0] >= -OVERLAP_M:
+        if deepest(model, data, ("object",))[0] >= -OVERLAP_M:
             return True
     data.qpos[-7:], data.qvel[-6:] = before
     return False
@@ -184,7 +187,7 @@ def give(model: mujoco.MjModel, thing: GraspObject, data: mujoco.MjData) -> bool
 def require_apart(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Raise InputError for an object that is inside the hand or the table, or a table inside the hand."""
     mujoco.mj_forward(model, data)
-    distance, names = deepest(model, data, {"object", "table"})
+    distance, names = deepest(model, data, ("object", "table"))
     if distance < -OVERLAP_M:
         thing = "object" if "object" in names else "table"
         other = names[1 - names.index(thing)]
