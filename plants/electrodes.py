@@ -224,7 +224,9 @@ class Electrodes:
     def _checked_frequency(self, state: ElectrodesState, pulses: Array, tick: Tick) -> float:
         """Frequency of the pulses of a message, Hz; 0 where there are none or they cannot be given."""
         faulty, hertz = find_active(pulses, state.active)
-        state.latch.put(tick, "bad_input", faulty >= 0, f"element {faulty}: no pulse of the message is given")
         missed = hertz * state.period_ns > NS_PER_S + hertz
-        state.latch.put(tick, "pulses_missed", missed, f"{hertz:g} pulses a second, more than ticks")
+        if faulty >= 0 or missed or state.latch.holding:
+            latch = state.latch
+            latch.put(tick, "bad_input", faulty >= 0, f"element {faulty}: no pulse of the message is given")
+            latch.put(tick, "pulses_missed", missed, f"{hertz:g} pulses a second, more than ticks")
         return hertz
