@@ -52,8 +52,8 @@ class _Trial(NamedTuple):
 def grasp_metrics(recording: Recording, score: GraspScore) -> dict[str, Any]:
     """What the score's signals allow, in lists of one a trial.
 
-    held: whether. object_moved_mm: how far at most during the while, in the hand where its pose is known. held_s: how long from its start the
-    object stayed `within_mm`, to the end of the while at most.
+    held: whether. object_moved_mm: how far at most during the while, in the hand where its pose is known.
+    held_s: how long from its start the object stayed `within_mm`, to the end of the while at most.
     With forces: grip_force_n, mean of the while by fingertip; time_to_grasp_s, from `starts_s` until thumb
     and fingers touch; grip_margin, mean grip force of the while (`grip_force`) over what is needed
     (`needed_grip_n`), where that is known; grip_force_rmse_n against `wanted_n`.

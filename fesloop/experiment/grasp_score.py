@@ -26,8 +26,8 @@ class GraspScore:
     object: its position, (3,), m.
     from_s, until_s: the while, seconds of each trial.
     within_mm: how far the object may be at any instant of it from where it was at its start (chosen).
-    hand_position, hand_orientation: of the sites, (17, 3), m, and (17, 4): then the object's place in the hand
-        counts, so that a wrist that gives way does not.
+    hand_position, hand_orientation: of the sites, (17, 3), m, and (17, 4): then the object's place in the
+        hand counts, so that a wrist that gives way does not.
     forces: contact forces of the fingertips, (5,), N.
     starts_s: when the hand starts to close.
     contact_n: thumb and fingers touch when each side presses by more (chosen: ten times what is read as
@@ -90,7 +90,8 @@ class GraspScore:
         """Key, name and shapes that will do, of every signal that is read."""
         muscles, tips = (len(MUSCLES),), (len(FINGERS), 3)
         shapes: dict[str, tuple[Shape, ...]] = {
-            "object": ((3,),), "hand_position": ((17, 3),), "hand_orientation": ((17, 4),), "forces": ((len(FINGERS),),), "wanted_n": ((),),
+            "object": ((3,),), "hand_position": ((17, 3),), "hand_orientation": ((17, 4),),
+            "forces": ((len(FINGERS),),), "wanted_n": ((),),
             "angles": ((len(FREEDOMS),),), "fingertips": (tips,), "aperture": ((), tips), "pulses": (),
             "activation": (muscles,), "fitness": (muscles,)}
         for key, allowed in shapes.items():

@@ -113,6 +113,24 @@ def test_wrist_extension_and_unwanted_motion():
     assert math.isnan(unwanted_motion_deg(angles, ("F", "wrist")))
 
 
+def test_what_goes_where_the_hand_goes_is_held():
+    """The hand turns by 90 deg about the wrist and takes along what then slides by 5 mm in it."""
+    turn = 0.5 * np.pi * np.clip((TIMES_S - 4.0) / 4.0, 0.0, 1.0)
+    along = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
+    sites, poses = np.zeros((1000, 17, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (1000, 17, 1))
+    sites[:, 1] = 0.08 * along
+    poses[:, 1, 0], poses[:, 1, 3] = np.cos(0.5 * turn), np.sin(0.5 * turn)
+    places = 0.1 * along
+    places[TIMES_S > 7.0, 2] = 0.005
+    told = recording(hand__object=places, hand__sites=sites, hand__poses=poses)
+    in_hand = grasp_metrics(told, score(hand_position="hand.sites", hand_orientation="hand.poses"))
+    assert in_hand["held"] == [True]
+    assert in_hand["object_moved_mm"] == pytest.approx([5.0])
+    in_room = grasp_metrics(told, score())
+    assert in_room["object_moved_mm"] == pytest.approx([math.hypot(100.0 * math.sqrt(2.0), 5.0)], rel=1e-3)
+    assert in_room["held"] == [False]
+
+
 def test_charge_counts_every_pulse():
     pulses = np.zeros((1000, 2, 2))
     pulses[:, 0] = 10e-3, 300e-6
