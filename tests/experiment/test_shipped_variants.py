@@ -1,4 +1,7 @@
-"""Variants of shipped experiments: every option makes an experiment; plants are identified by one door."""
+"""Variants of shipped experiments: every option makes an experiment; plants are identified by one door.
+
+About 35 s.
+"""
 
 import json
 import shutil
@@ -42,11 +45,9 @@ def test_every_option_makes_an_experiment_and_says_what_it_is(name, variant, opt
     assert experiment.description.endswith(f"; {variant} {option}: {told}") is (option != table["default"])
 
 
-@pytest.mark.parametrize("plant", ["finger", "fmu"])
-def test_a_finger_is_identified_as_a_hand_is(plant, tmp_path, capsys):
+def test_a_finger_is_identified_as_a_hand_is(tmp_path, capsys):
     """Thresholds are those that the finger is made with; ILC learns by the model, which is no hand's."""
-    need(plant)
-    recording = fesloop.load("identify_grasp", [f"plant={plant}"]).run(tmp_path).recording
+    recording = fesloop.load("identify_grasp", ["plant=finger"]).run(tmp_path).recording
     assert main(["identify", str(recording), "--out", str(tmp_path / "model.toml"), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert (told["patient"], told["outputs"]) == ("", ["MCP", "PIP", "DIP"])
@@ -56,7 +57,7 @@ def test_a_finger_is_identified_as_a_hand_is(plant, tmp_path, capsys):
         assert told["fit_percent"]["free_run"][joint] > least
         assert told["fit_percent"]["one_step"][joint] > 95.0
     model = f'model={{file = "{tmp_path / "model.toml"}"}}'
-    errors = fesloop.load(WHOLE_HAND, [f"plant={plant}", model]).run(tmp_path).metrics["joint_rmse_deg"]
+    errors = fesloop.load(WHOLE_HAND, ["plant=finger", model]).run(tmp_path).metrics["joint_rmse_deg"]
     assert errors[1] < 0.5 * errors[0]
     with pytest.raises(InputError, match="patient: the model is of ''; allowed: 'able_bodied'"):
         fesloop.load(WHOLE_HAND, [model])
@@ -79,3 +80,21 @@ def test_what_a_finger_has_none_of_is_refused_beside_it(settings):
     with pytest.raises(InputError, match="does not go with") as refused:
         fesloop.load("grasp_ilc", settings)
     assert "variants.plant.finger" in str(refused.value)
+
+
+@pytest.mark.parametrize("plant", ["finger", "fmu"])
+def test_a_finger_is_led_through_a_grasp_by_prediction_at_once(plant, tmp_path):
+    need(plant)
+    metrics = fesloop.load("grasp_mpc", [f"plant={plant}"]).run(tmp_path).metrics
+    assert metrics["joint_rmse_deg"][0] < 1.0
+    assert list(metrics["joints"]) == ["MCP", "PIP", "DIP"]
+
+
+@pytest.mark.parametrize("experiment", ["grasp_ilc", "grasp_mpc"])
+def test_myohand_takes_the_hands_place_and_all_else_is_the_same(experiment):
+    need("myohand")
+    whole, other = (fesloop.load(experiment, [f"plant={plant}"]).document() for plant in ("hand", "myohand"))
+    assert other["blocks"]["hand"]["kind"] == "myohand"
+    for tables in (whole, other):
+        del tables["blocks"]["hand"], tables["experiment"]["description"]
+    assert other == whole
