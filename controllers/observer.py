@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_are
 
-from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.signals import NEVER
 from fesloop.models.linear_model import LinearModel, zero_order_hold
 
@@ -56,8 +56,9 @@ class Observer:
 
     Attributes
     ----------
-    ladder: (bits + 1, states + muscles, states): transposed [Phi Gamma] over 2^i ns, the last over
-        `period_ns`, of which most ways are made.
+    ladder: (rungs, states + muscles, states): transposed [Phi Gamma] over 1, 2, 4 ... 512 ns, over as many
+        us, over 1, 2, 4 ... ms up to `period_ns`, and last over `period_ns` itself: most ways are made of
+        whole periods and of a few ms.
     c, offset: output of the model, (outputs, states) and (outputs,).
     gain: (states + outputs, outputs).
     touching_gain: likewise while the hand touches something. The state then follows the drives alone and the
@@ -97,7 +98,8 @@ class Observer:
         touching_s: time constant with which disturbances of the others are then followed.
         """
         states, outputs = model.a.shape[0], model.outputs
-        rungs_ns = [*(2**i for i in range(period_ns.bit_length())), period_ns]
+        rungs_ns = [*(unit * 2**i for unit in (1, 1000) for i in range(10)),
+                    *(NS_PER_MS * 2**i for i in range((period_ns // NS_PER_MS).bit_length())), period_ns]
         ladder = np.stack([np.vstack([m.T for m in zero_order_hold(model.a, model.b, rung / NS_PER_S)])
                            for rung in rungs_ns])
         phi, gamma = zero_order_hold(model.a, model.b, period_ns / NS_PER_S)
@@ -176,16 +178,18 @@ def step_rung(ladder: Array, rung: int, x: Array, strength: Array, drive: Array,
 def hold(
     ladder: Array, x: Array, strength: Array, drive: Array, period_ns: int, duration_ns: int, after: Array
 ) -> None:
-    """x over a duration under a held drive: whole periods, then the bits of the rest."""
+    """x over a duration under a held drive: whole periods, then the bits of ms, us and ns of the rest."""
     while duration_ns >= period_ns:
         step_rung(ladder, ladder.shape[0] - 1, x, strength, drive, after)
         duration_ns -= period_ns
-    rung = 0
-    while duration_ns > 0:
-        if duration_ns & 1:
-            step_rung(ladder, rung, x, strength, drive, after)
-        duration_ns >>= 1
-        rung += 1
+    for unit, first in ((1_000_000, 20), (1_000, 10), (1, 0)):
+        rung, count = first, duration_ns // unit
+        duration_ns -= count * unit
+        while count > 0:
+            if count & 1:
+                step_rung(ladder, rung, x, strength, drive, after)
+            count >>= 1
+            rung += 1
 
 
 @numba.njit(cache=True)

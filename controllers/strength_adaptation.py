@@ -125,12 +125,10 @@ class StrengthAdaptation:
         elapsed_s = (captured_ns - estimate.at_ns) / NS_PER_S
         self.follow(state, observer, estimate, captured_ns)
         likelihood: float = regress(
-            state.mean, state.covariance, state.responses, observer.c, measured - observer.offset,
+            estimate.strength, self.least, self.greatest, state.mean, state.covariance, state.responses,
+            observer.c, measured - observer.offset,
             math.exp(-elapsed_s / self.time_s), self.strength_sd**2,
             math.radians(self.disturbance_deg)**2 * elapsed_s, math.radians(self.measurement_deg)**2)
-        muscles = estimate.strength.size
-        np.clip(state.mean[:muscles], self.least, self.greatest, out=state.mean[:muscles])
-        estimate.strength[:] = state.mean[:muscles]
         return likelihood
 
     def follow(
@@ -156,13 +154,16 @@ def respond(
 
 @numba.njit(cache=True)
 def regress(
-    mean: Array, covariance: Array, responses: Array, c: Array, unexplained: Array, kept: float,
-    strength_variance: float, walk_variance: float, noise_variance: float,
+    strength: Array, least: float, greatest: float, mean: Array, covariance: Array, responses: Array,
+    c: Array, unexplained: Array, kept: float, strength_variance: float, walk_variance: float,
+    noise_variance: float,
 ) -> float:
     """One step of the filter, in place; the logarithm of the density of what was measured, but for 2 pi.
 
     Parameters
     ----------
+    strength: (muscles,), filled.
+    least, greatest: bounds of a strength.
     mean, covariance, responses: of `StrengthState`.
     c: of `Observer`.
     unexplained: (outputs,), measured less offset.
@@ -200,4 +201,6 @@ def regress(
             mean[i] += spread[i] / variance * innovation
             for j in range(size):
                 covariance[i, j] -= spread[i] * spread[j] / variance
+    for i in range(muscles):
+        strength[i] = mean[i] = min(max(mean[i], least), greatest)
     return likelihood

@@ -44,7 +44,7 @@ def test_a_trial_that_ends_before_the_delay_of_model_and_loop_is_refused():
 
 def test_a_point_before_any_drive_shows_is_refused():
     points = (Point(at_s=0.02), Point(at_s=1.0))
-    with pytest.raises(InputError, match=r"blocks.ilc.points\[0\].at_s: 0.02 s .* above 0.02 s; set the point"):
+    with pytest.raises(InputError, match=r"blocks.ilc.points\[0\].at_s: 0.02 s .* above 0.02 s; set"):
         experiment(learner(law="point_to_point", points=points))
     experiment(learner(law="point_to_point", points=points[1:]))
 
