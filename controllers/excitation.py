@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.current_search import CurrentSearch, CurrentSearchState
+from controllers.excitation_answers import Answers
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns
@@ -21,47 +22,6 @@ Array = NDArray[np.float64]
 Bounds = tuple[tuple[float, float], ...]
 RESTING, SEARCHING = -1.0, -2.0
 """Phases in which nothing is asked, and in which currents are searched for."""
-
-
-@dataclass(slots=True, eq=False)
-class Answers:
-    """How far the hand moved on each stair of each channel.
-
-    Attributes
-    ----------
-    moved: (channels, 1 + stairs), rad, greatest change of any measured angle; 0 on no stair.
-    before: (m,), what was measured when the channel's turn began; `channel` says whose.
-    """
-
-    moved: Array
-    before: Array
-    channel: int = -1
-
-    @classmethod
-    def none(cls, channels: int, stairs: int) -> Answers:
-        """Before the first stair."""
-        return cls(np.zeros((channels, 1 + stairs)), np.zeros(0))
-
-    def note(self, channel: int, stair: int, measured: Array) -> None:
-        """What is measured while a channel is on a stair; what comes after the last counts for nothing."""
-        if channel != self.channel:
-            self.channel, self.before = channel, measured.copy()
-        if stair < self.moved.shape[1] - 1:
-            self.moved[channel, 1 + stair] = max(np.abs(measured - self.before).max(),
-                                                 self.moved[channel, 1 + stair])
-
-    def widths(self, bounds: Array, answers: Array) -> Array:
-        """(channels, 2), s: where each channel moved the hand by `answers` (2,), rad, between the stairs.
-
-        Where it never moved that far, the longest; the shortest is four fifths of the longest at most.
-        """
-        steps = np.linspace(0.0, 1.0, self.moved.shape[1])
-        found = np.empty_like(bounds)
-        for c, (low, high) in enumerate(bounds):
-            moved = np.maximum.accumulate(self.moved[c]) + 1e-9 * steps
-            found[c] = low + (high - low) * np.interp(answers, moved, steps)
-        found[:, 0] = np.minimum(found[:, 0], 0.8 * found[:, 1])
-        return found
 
 
 @dataclass(slots=True, eq=False)
@@ -90,11 +50,12 @@ class Excitation:
     """Recruitment channel by channel, then pseudo-random binary pulse widths on all channels at once.
 
     Currents are fixed, as for the controllers that will use the model, or searched for first
-    (`current_search`); pulse widths are modulated. First all rests for `lead_s`. Then each channel alone climbs from its lowest to its highest width, in stairs or as a
-    ramp up and down again, and rests. Last, for `prbs_s`, every channel is at one of its two bounds, drawn
-    anew for each bit from the run's seed: bits of different channels and instants are independent, however
-    many there are, and what is binary stays binary behind any recruitment curve, which is why linear dynamics
-    can be told from it whatever the curves are. After that nothing is stimulated.
+    (`current_search`); pulse widths are modulated. First all rests for `lead_s`. Then each channel alone
+    climbs from its lowest to its highest width, in stairs or as a ramp up and down again, and rests. Last,
+    for `prbs_s`, every channel is at one of its two bounds, drawn anew for each bit from the run's seed: bits
+    of different channels and instants are independent, however many there are, and what is binary stays
+    binary behind any recruitment curve, which is why linear dynamics can be told from it whatever the curves
+    are. After that nothing is stimulated.
 
     Attributes
     ----------
@@ -112,7 +73,8 @@ class Excitation:
     prbs_s, bit_s: length of the binary part and of a bit (chosen: a bit of .2 s, the rise time of muscle,
         133 ms at 25 rad/s, and a little more).
 
-    Input, for a search or `answer_deg` only: `measured` (m,), rad. Outputs: `stimulation` (channels, 2), A and s; `phase`:
+    Input, for a search or `answer_deg` only: `measured` (m,), rad. Outputs: `stimulation` (channels, 2), A
+    and s; `phase`:
     number of the channel that is being recruited, its rest included; the number of channels while the widths
     are binary; -2 in the search for currents, -1 before and after all that.
     """
@@ -169,7 +131,8 @@ class Excitation:
     @property
     def duration_s(self) -> float:
         """Of the whole schedule."""
-        return self.lead_s + self._search_s + self.channels * (self.stairs * self.stair_s + self.rest_s) + self.prbs_s
+        recruiting_s = self.channels * (self.stairs * self.stair_s + self.rest_s)
+        return self.lead_s + self._search_s + recruiting_s + self.prbs_s
 
     @property
     def _search_s(self) -> float:
@@ -234,7 +197,7 @@ class Excitation:
         if since_ns >= duration_ns(self.prbs_s, NS_PER_S, "prbs_s"):
             return pulses, RESTING
         if state.answers is not None:
-            state.binary = state.answers.widths(state.recruiting, np.radians(self.answer_deg))
+            state.binary = state.answers.widths(state.recruiting, np.radians(self.answer_deg or (0.0, 0.0)))
             state.answers = None
         bits = state.bits.row(since_ns // duration_ns(self.bit_s, NS_PER_S, "bit_s")) < 0.5
         widths = np.where(bits, state.binary[:, 1], state.binary[:, 0])
@@ -248,7 +211,8 @@ class Excitation:
         assert state.search is not None
         channel = int(np.searchsorted(state.turns_ns, since_ns, side="right"))
         within_ns = since_ns - (int(state.turns_ns[channel - 1]) if channel else 0)
-        pulses[channel] = self.current_search.pulse(state.search, self.current_ma, channel, within_ns, measured)
+        pulses[channel] = self.current_search.pulse(
+            state.search, self.current_ma, channel, within_ns, measured)
 
     def _climbed(self, share: float) -> float:
         """How far between the bounds a channel is, when this share of its time is over."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.allocation import Allocation
-from controllers.ilc_bank import BankRule, mixed, shares_of
+from controllers.ilc_bank import BankRule, explained
 from controllers.ilc_checks import check, faults
 from controllers.ilc_convergence import Condition, condition
 from controllers.ilc_laws import LawName, Learning
@@ -99,7 +99,8 @@ class Ilc:
     solver: of laws with limits inside: "osqp", or "daqp" (dense: for some hundred drives).
 
     Inputs: `reference` and `measured` (outputs,), rad; optional `measured_sd` (outputs,), rad, `force`
-    (fingertips,), N, and `trusted`, below 0.5 where a sample is not to be learnt from. Output: `stimulation` (muscles, 2).
+    (fingertips,), N, and `trusted`, below 0.5 where a sample is not to be learnt from. Output: `stimulation`
+    (muscles, 2).
     """
 
     model: LinearModel
@@ -212,16 +213,13 @@ class Ilc:
                 f"{100.0 * self.reject_share:g} %: the drives are used again"),))
         gap_ns = max(duration_ns(self.max_gap_ms, NS_PER_MS, "max_gap_ms"), 2 * period)
         posture, covered = state.seen.posture(self.align_captures, gap_ns)
-        touching, model, reports = state.seen.touching()[:, None], None, []
-        covered &= ~(touching & _chosen(self.grasping_outputs, covered.shape[1]))
-        kept = touching & _chosen(self.grasping_channels, state.drives.shape[1])
+        covered &= ~state.seen.touching(self.grasping_outputs, self.model.outputs)
+        kept = state.seen.touching(self.grasping_channels, self.model.inputs)
+        model, reports = None, []
         if self.bank and covered.any():
             models = [self.sampled(each, period) for each in (self.model, *self.bank)]
-            shares, miss = shares_of(models, state.drives, posture, covered, self.bank_rule)
-            model = mixed(models, shares)
-            told = (f"model {i}: share {share:.2f}, misses {math.degrees(each):.2f} deg"
-                    for i, (share, each) in enumerate(zip(shares, miss, strict=True)))
-            reports.append(("bank", "; ".join(told)))
+            model, report = explained(models, state.drives, posture, covered, self.bank_rule)
+            reports.append(report)
         drives, status = self.learning(period, model).learn(
             state.drives, state.seen.reference - posture, covered, kept)
         if status:
@@ -252,8 +250,8 @@ class Ilc:
             self._note(state, k, inputs, tick)
         if state.seen.free and (cast(Array, inputs[4].value) > self.contact_n).any():
             state.seen.touch(k)
-            tick.report("touched", f"a fingertip presses by more than {self.contact_n:g} N: from here on what "
-                        "grasps is not learnt")
+            tick.report("touched", f"a fingertip presses by more than {self.contact_n:g} N: from here on "
+                        "what grasps is not learnt")
         return (state.pulses[k].copy(),)
 
     def _note(self, state: IlcState, k: int, inputs: Sequence[Sample], tick: Tick) -> None:
@@ -269,10 +267,3 @@ class Ilc:
         distrusted = not cast(float, trusted.value) >= 0.5
         state.latch.put(tick, "not_trusted", distrusted, "said not to be trusted: left out of learning")
         state.seen.note(k, sample.newest_ns, measured, broken | vague | distrusted)
-
-
-def _chosen(numbers: Sequence[int], count: int) -> NDArray[np.bool_]:
-    """(count,), True for these numbers, or for all where there are none."""
-    chosen = np.zeros(count, dtype=bool)
-    chosen[list(numbers) or slice(None)] = True
-    return chosen

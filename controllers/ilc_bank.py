@@ -7,6 +7,7 @@ what predicts best.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Literal
 
@@ -54,6 +55,15 @@ def shares_of(
     size = _SUM_WEIGHT * max(float(np.abs(told).max()), float(np.abs(seen).max()))
     shares, _ = nnls(np.vstack([told, np.full(len(models), size)]), np.append(seen, size))
     return shares / shares.sum(), miss
+
+
+def explained(models: Sequence[SampledModel], drives: Array, posture: Array, covered: Mask,
+              rule: BankRule) -> tuple[SampledModel, tuple[str, str]]:
+    """The model that explains a trial, as of `shares_of`, and a report of what each has to do with it."""
+    shares, miss = shares_of(models, drives, posture, covered, rule)
+    told = (f"model {i}: share {share:.2f}, misses {math.degrees(each):.2f} deg"
+            for i, (share, each) in enumerate(zip(shares, miss, strict=True)))
+    return mixed(models, shares), ("bank", "; ".join(told))
 
 
 def mixed(models: Sequence[SampledModel], shares: Array) -> SampledModel:

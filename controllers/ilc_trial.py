@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,9 +63,11 @@ class SeenTrial:
         came = self.captured_ns >= 0
         return float(self.doubtful[came].mean()) if came.any() else 0.0
 
-    def touching(self) -> Mask:
-        """(samples,), from the first touch on."""
-        return np.arange(self.ticks_ns.size) >= self.touched
+    def touching(self, numbers: Sequence[int], count: int) -> Mask:
+        """(samples, count), from the first touch on, in the columns `numbers`, or in all for none."""
+        columns = np.zeros(count, dtype=bool)
+        columns[list(numbers) or slice(None)] = True
+        return (np.arange(self.ticks_ns.size) >= self.touched)[:, None] & columns
 
     def posture(self, align: bool, max_gap_ns: int) -> tuple[Array, Mask]:
         """(posture, covered), (samples, outputs) each: at the instants of the ticks if `align`, else as read.

@@ -56,8 +56,8 @@ class MusclesState:
     left: share of their force that trials have left of the muscles.
     """
 
-    __slots__ = ("acting", "arriving", "effort", "fitness", "latest", "left", "natural", "now_ns", "seen", "sent",
-                 "since_ns", "stimulated", "waves")
+    __slots__ = ("acting", "arriving", "effort", "fitness", "latest", "left", "natural", "now_ns", "seen",
+                 "sent", "since_ns", "stimulated", "waves")
 
     def __init__(self, stimulated: Any, natural: LagState, fitness: Array, waves: Array) -> None:
         count = len(MUSCLES)

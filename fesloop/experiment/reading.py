@@ -147,7 +147,7 @@ class Recording:
 
     def column(self, name: str, trial: int = 0, after_ns: int = 0,
                until_ns: int = FOREVER) -> tuple[NDArray[np.int64], Column]:
-        """Instants (n,) of a signal from `after_ns` to `until_ns`, and its values, left in the file until sliced.
+        """Instants (n,) of a signal from `after_ns` to `until_ns`; its values, left in the file until sliced.
 
         For signals of any length. Raises InputError for a name that is not recorded.
         """

@@ -1,4 +1,4 @@
-"""What is done with one patient in one session: identified first, then run after run with the model that came of it.
+"""What is done with one patient in one session: identified, then run after run with the model of that.
 
 Recordings live in a temporary folder; only what is scored is kept. Whatever fails ends the session of its
 patient, and is told in the result: a patient who cannot be identified counts, as one who failed.
@@ -33,7 +33,8 @@ class Session:
     key: by which its result is found.
     patient: settings that say who it is, as of `fesloop run --set`.
     seed: of every run.
-    steps: what is done, a function of a module: the session and a folder for its files; what it gives is kept.
+    steps: what is done, a function of a module, of the session and a folder for its files; what it gives
+        is kept.
     """
 
     key: Key
