@@ -3,8 +3,9 @@
 Surface stimulation cannot set every joint. For a reference the best admissible pulse widths are sought with
 perfect knowledge, offline, on the simulated plant itself, without noise and without an object; what error is
 left, no controller of these channels and currents need be blamed for. What is found is an upper bound of the
-true floor, for the search is local, knots are `SPACING_S` apart, and stimulation begins `LEAD_S` before the
-window: how far searches from several starts end apart (`Floor.spread_deg`) tells how tight it is.
+true floor: the search is local, knots are `SPACING_S` apart, stimulation changes from `LEAD_S` before the
+window on, and axons fire one by one, which leaves some tenths of a degree. How far searches from several
+starts end apart (`Floor.spread_deg`) tells how tight it is.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.reading import Recording
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wiring import Wiring
@@ -76,6 +78,12 @@ def reference_course(experiment: Experiment) -> Array:
     Loop(Wiring(nodes, [], experiment.seed), recorder=seen).run_until(experiment.duration_ns - 1)
     number = [each.name for each in nodes[0].part.outputs].index(port)
     return np.array([row[5][number] for row in seen.blocks[name]])
+
+
+def learnt_widths(recording: Recording, trial: int) -> Array:
+    """(n, channels), s, what left the block `safety` in a trial: a start for `reachable_floor`."""
+    widths: Array = np.asarray(recording.signal("safety.stimulation", trial).values)[:, :, 1]
+    return widths
 
 
 def reachable_floor(
