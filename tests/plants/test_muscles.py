@@ -336,3 +336,14 @@ def test_many_instants_at_once_are_what_going_to_each_and_reading_there_is():
 def test_velocity_is_ignored_without_a_reflex_alone():
     assert Muscles().ignores == ("velocity",)
     assert Muscles(reflex=StretchReflex()).ignores == ()
+
+
+@drawn(wear=st.floats(0.0, 0.5), trials=st.integers(1, 10))
+def test_what_trials_wear_off_stays_lost(wear: float, trials: int) -> None:
+    muscles, fresh = Muscles(wear_per_trial=wear), Muscles()
+    state = muscles.init(CONTEXT)
+    for trial in range(1, trials + 1):
+        state = muscles.next_trial(state, Context("muscles", trial=trial))
+    worn, whole = (simulate(each, {0: given(0.6, 40.0)}, [500 * MS], at)[0]
+                   for each, at in ((muscles, state), (fresh, fresh.init(CONTEXT))))
+    np.testing.assert_allclose(worn, (1.0 - wear) ** trials * whole, rtol=1e-12)
