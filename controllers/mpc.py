@@ -14,10 +14,11 @@ from controllers import mpc_checks
 from controllers.allocation import Allocation
 from controllers.grip_contact import Contact
 from controllers.mpc_candidates import carry_over, compare, nominal
+from controllers.mpc_contact import solve_in_contact
 from controllers.mpc_design import candidates_of
 from controllers.mpc_fallback import fall_back
-from controllers.mpc_kernel import give_out, pose
-from controllers.mpc_plan import charge_room
+from controllers.mpc_kernel import give_out
+from controllers.mpc_posed import Loop, posed
 from controllers.mpc_state import MpcState
 from controllers.period import period_ns
 from controllers.qp_kernel import NOT_FINITE
@@ -48,8 +49,8 @@ class Mpc:
 
     Where an object blocks fingers, their error tells nothing of the plant, and control free of offset would
     press ever harder. From the touch of a fingertip on, `grasping_outputs` therefore count as unmeasured and
-    their disturbances stand still. They are led on by the model alone, so that how hard the hand presses is
-    how far beyond the object the reference goes; other outputs, as of a wrist, stay controlled.
+    their disturbances stand still; `grasping_channels` are led on by the model alone, the others by what is
+    seen of other outputs, as of a wrist (`mpc_contact`).
 
     Attributes
     ----------
@@ -77,6 +78,7 @@ class Mpc:
     contact: when the hand touches something: the force is that of any fingertip. `lost_ms` should be longer
         than samples are old: what they show then is free motion again.
     grasping_outputs: see above; empty: all.
+    grasping_channels: see above; empty: none, what is seen of other outputs leads all.
     touching_s: while the hand touches something the disturbances of the other outputs are followed with this
         time constant, and the state by the drives alone (chosen: how long a joint takes to answer).
     max_age_ms, hold_ms, ramp_ms: see above.
@@ -112,6 +114,7 @@ class Mpc:
     fingertips: int = 5
     contact: Contact = _CONTACT
     grasping_outputs: tuple[int, ...] = ()
+    grasping_channels: tuple[int, ...] = ()
     touching_s: float = 0.3
     max_age_ms: float = 400.0
     hold_ms: float = 100.0
@@ -223,27 +226,20 @@ class Mpc:
             state.chosen = compare(state.candidates, state.chosen, self.adaptation, captured_ns, measured,
                                    state.touch.holding)
         candidate = state.candidates[state.chosen]
-        plan, observer, estimate = candidate.plan, candidate.observer, candidate.estimate
-        charge = state.given_uc
-        if charge.size:
-            charge = charge_room(self.horizon_charge_max_uc, charge, plan, state.fallback.planned,
-                                 estimate.strength, state.table)
-        best, lower, upper, below, above = plan.vectors()
-        gain = observer.touching_gain if state.touch.holding else observer.gain
-        fault = pose(
-            observer.ladder, observer.c, observer.offset, gain, estimate.x, estimate.disturbance,
-            estimate.strength, estimate.stamps, estimate.inputs, observer.period_ns, observer.delay_ns,
-            estimate.at_ns, captured_ns, now_ns, measured, plan.free, plan.rows, plan.boxes, state.reach,
-            self.slew, state.table, 1e-6 * self.charge_rise_uc, charge, state.drive, state.pulses, reference,
-            best, lower, upper, below, above)
-        if fault == NOT_FINITE:
+        gain = candidate.observer.touching_gain if state.touch.holding else candidate.observer.gain
+        now = Loop(candidate.estimate, state.drive, state.pulses)
+        problem = posed(self, state, now, gain, reference, sample, captured_ns, now_ns)
+        if problem.fault == NOT_FINITE:
             return "non_finite", "an input is not finite"
-        estimate.at_ns = max(estimate.at_ns, captured_ns)
-        result = candidate.qp.solve_around(best, lower, upper, below, above, fault)
+        if state.touch.holding and self.grasping_channels:
+            result = solve_in_contact(self, state, now, problem, reference, sample, captured_ns, now_ns)
+        else:
+            state.alone = None
+            result = candidate.qp.solve_around(*problem)
         if result.status != "solved":
             return result.status, "quadratic programme: the last plan goes on, then a ramp to zero"
         state.fallback.solved(result.x)
         state.drive = result.x[:state.drive.size]
         if candidate.strength:
-            state.drive = np.minimum(state.drive / estimate.strength, state.reach)
+            state.drive = np.minimum(state.drive / candidate.estimate.strength, state.reach)
         return "", ""

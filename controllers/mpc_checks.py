@@ -49,9 +49,9 @@ def check(mpc: Mpc) -> None:
             raise InputError(key, f"{values}", "finite weights, 0 or more")
     if mpc.fingertips < 1:
         raise InputError("fingertips", f"{mpc.fingertips}", "1 or more")
-    if not set(mpc.grasping_outputs) <= set(range(mpc.model.outputs)):
-        raise InputError("grasping_outputs", f"{mpc.grasping_outputs}",
-                         f"numbers from 0 to {mpc.model.outputs - 1}")
+    for key, size in (("grasping_outputs", mpc.model.outputs), ("grasping_channels", mpc.model.inputs)):
+        if not set(getattr(mpc, key)) <= set(range(size)):
+            raise InputError(key, f"{getattr(mpc, key)}", f"numbers from 0 to {size - 1}")
     if mpc.output_weight and not any(mpc.output_weight):
         raise InputError("output_weight", f"{mpc.output_weight}", "one above 0 at least")
     for key in ("actuation_delay_ms", "max_age_ms", "hold_ms", "ramp_ms"):

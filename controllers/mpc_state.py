@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from controllers.grip_contact import Touch
 from controllers.mpc_candidates import Candidate
 from controllers.mpc_fallback import Fallback
+from controllers.mpc_posed import Loop
 from controllers.observer import ObserverState
 from fesloop.loop.status import StatusLatch
 
@@ -28,6 +29,7 @@ class MpcState:
     pulses: (muscles, 2), in force.
     given_uc: (N,), charge of the last N ticks on all channels, oldest first; of size 0 without a budget.
     fallback: what is done while the controller is kept from control.
+    alone: the model's own loop while the hand touches something.
     touch: whether the hand touches something.
     """
 
@@ -39,6 +41,7 @@ class MpcState:
     pulses: Array
     given_uc: Array
     fallback: Fallback = field(default_factory=Fallback)
+    alone: Loop | None = None
     touch: Touch = field(default_factory=Touch)
     latch: StatusLatch = field(default_factory=StatusLatch)
 

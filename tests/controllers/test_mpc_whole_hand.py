@@ -171,8 +171,21 @@ def test_forces_that_are_not_finite_are_told(told):
     assert statuses == {"no_force"}
 
 
+def test_channels_that_grasp_do_not_lift_a_wrist(told):
+    """They are given what the model alone needs, whatever the wrist does; the others lift it."""
+    weaker = np.ones((3, CHANNELS))
+    weaker[0] = 0.6
+    mpc = controller(told, grasping_channels=tuple(range(2, CHANNELS)), **GRASPING)
+    outputs, drives, _, statuses = closed_loop(mpc, hand(weaker), felt=1.0, **WALL)
+    _, of_model, _, _ = closed_loop(mpc, hand(), felt=1.0, **WALL)
+    np.testing.assert_allclose(drives[-1, 2:], drives[-40, 2:], atol=0.01)
+    assert np.abs(drives[-1, :2] - of_model[-1, :2]).max() > 0.1
+    assert np.abs(outputs[-40:, 0] - GOAL_DEG[0]).max() < 0.5
+    assert statuses == {"touching"}
+
+
 @pytest.mark.parametrize(("where", "value"), [
-    ("grasping_outputs", (3,)), ("fingertips", 0), ("touching_s", 0.0)])
+    ("grasping_channels", (8,)), ("grasping_outputs", (3,)), ("fingertips", 0), ("touching_s", 0.0)])
 def test_contact_that_cannot_be_is_named(told, where, value):
     with pytest.raises(InputError) as fault:
         controller(told, **{where: value})
