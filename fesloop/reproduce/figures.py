@@ -10,6 +10,7 @@ import numpy as np
 
 from fesloop.errors import InputError
 from fesloop.reproduce.comparison import Band
+from fesloop.reproduce.grasp_figures import latency
 from fesloop.reproduce.result import Reproduction, Sweep
 from fesloop.reproduce.search_figures import maps, progress
 
@@ -236,6 +237,7 @@ def hour(found: Reproduction) -> Figure:
 
 _OF_PAPER: dict[str, dict[str, Any]] = {
     "array_search": {"maps": maps, "progress": progress},
+    "grasp_mpc": {"latency": latency},
     "hour": {"hour": hour},
     "kortier2014": {"figure_5": kortier_5, "figure_6": kortier_6, "constraints": sweep("constraints")},
     "salchow2019": {"figure_12": salchow_12, "figure_13": salchow_13, "figure_14": salchow_14,
