@@ -64,7 +64,8 @@ def specimens():
         "pid": {**joints, **current, "recruitment": curves}, "safety": {},
         "stimulator": {}, "electrodes": {},
         "ilc": {"model": model, "duration_s": 0.5, "sd_max_deg": 60.0, "reject_share": 1.0, **current},
-        "mpc": {"model": model, **current, **tiring_muscles()},
+        "mpc": {"model": model, "grasping_outputs": (1, 2), "grasping_channels": (0, 2), **current,
+                **tiring_muscles()},
         "tuned_pid": {"model": model, "rule": "amigo", **current},
         "grip_force": {"wanted_n": 3.0, "closing": (0, 2)},
     }
