@@ -31,6 +31,8 @@ def check(ilc: Ilc) -> None:
         raise InputError("trial_charge_max_uc", f"{ilc.trial_charge_max_uc}", "above 0; inf for no limit")
     if not 0.0 <= ilc.forgetting < 1.0:
         raise InputError("forgetting", f"{ilc.forgetting}", "0 or more, below 1")
+    if not 0.0 < ilc.grasping_step <= 1.0:
+        raise InputError("grasping_step", f"{ilc.grasping_step}", "above 0, at most 1")
     if not 0.0 <= ilc.reject_share <= 1.0:
         raise InputError("reject_share", f"{ilc.reject_share}", "0 to 1")
     for key in ("lead_ms", "actuation_delay_ms", "max_gap_ms"):
