@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.grasp_posture import aperture
 from fesloop.experiment.reading import Recording
 from fesloop.experiment.scoring import metrics_of
@@ -26,6 +27,7 @@ from fesloop.models.patient_model import PatientModel, load_patient_model
 from fesloop.reproduce.cohort import Progress, run_jobs
 from fesloop.reproduce.comparison import Row, band
 from fesloop.reproduce.patient_session import Kept, Session
+from fesloop.reproduce.reachable import learnt_widths, reachable_floor, reference_course
 from fesloop.reproduce.result import Reproduction, Sweep
 
 Array = NDArray[np.float64]
@@ -41,9 +43,10 @@ _LEVELS = ((0.05, 0.3, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0), (0.3, 0.05, 0.05, 0.25, 0.
 """Greatest recruited fractions that a held-back stimulation draws, by channel, while the hand opens (the
 first two turns) and while it closes (chosen: what moves these hands by some tens of degrees)."""
 _OPENING = 2
-_FIGURES = ("wrist_extension", "finger_flexion", "aperture", "therapist's reference", "held", "held, worn",
-            "object moved", "opening", "wrist in the hold", "grip margin", "unwanted motion", "charge, uC")
-ANGLE_BAR_DEG, APERTURE_BAR_MM, HELD_SHARE, WORN_SHARE = 5.0, 10.0, 0.8, 0.7
+_FIGURES = ("wrist_extension", "finger_flexion", "aperture", "therapist's reference", "floor", "excess",
+            "held", "held, worn", "object moved", "opening", "wrist in the hold", "grip margin",
+            "unwanted motion", "charge, uC")
+ANGLE_BAR_DEG, APERTURE_BAR_MM, EXCESS_BAR_DEG, HELD_SHARE, WORN_SHARE = 5.0, 10.0, 3.0, 0.8, 0.7
 
 
 def held_back(model: PatientModel, seed: int) -> tuple[str, ...]:
@@ -75,7 +78,18 @@ def learn(session: Session, folder: Path) -> Kept:
         experiment = session.load("grasp_ilc", (given, *extra))
         with Recording(session.ran(experiment, folder)) as recording:
             kept[name] = metrics_of(recording)
+            if name == "grasp":
+                kept["floor"] = _floor(experiment, recording)
     return kept
+
+
+def _floor(experiment: Experiment, recording: Recording) -> dict[str, Any]:
+    """The least error before contact that any stimulation leaves, deg, and how far two searches end apart."""
+    score = experiment.score
+    window_s = score.after_s, score.until_s or experiment.duration_s
+    learnt = {"learnt": learnt_widths(recording, recording.trials - 1)}
+    floor = reachable_floor(experiment, reference_course(experiment), window_s, learnt)
+    return {"rmse_deg": floor.rmse_deg, "rows_deg": floor.rows_deg.tolist(), "spread_deg": floor.spread_deg}
 
 
 def _followed(reference: Path, followed: Path) -> dict[str, Any]:
@@ -115,6 +129,8 @@ def compare(patients: list[Kept]) -> Reproduction:
     rows = [_at_most(within, name, columns[name], ANGLE_BAR_DEG, "deg")
             for name in ("wrist_extension", "finger_flexion")]
     rows += [_at_most(within, "aperture", columns["aperture"], APERTURE_BAR_MM, "mm"),
+             _at_most("therapist's reference, trial 8", "excess over the floor", columns["excess"],
+                      EXCESS_BAR_DEG, "deg"),
              _held("cylinder held, trial 8", columns["held"], HELD_SHARE),
              _held(f"the same, {100.0 * WEAR:g} % of force lost a trial", columns["held, worn"], WORN_SHARE)]
     each = Sweep(title="Patient by patient, trial 8", unit="deg, mm, as told", columns=tuple(columns),
@@ -129,9 +145,10 @@ def _of_patient(kept: Kept) -> dict[str, float]:
     if kept["failed"]:
         none = {"held": 0.0, "held, worn": 0.0}
         return {**dict.fromkeys(_FIGURES, math.inf), **none}
-    grasp, worn, reach = kept["grasp"], kept["worn"], kept["reach"]
+    grasp, worn, reach, floor = kept["grasp"], kept["worn"], kept["reach"], kept["floor"]["rmse_deg"]
     values = (reach["wrist_extension"], reach["finger_flexion"], reach["aperture_mm"],
-              grasp["joint_rmse_deg"], grasp["held"], worn["held"], grasp["object_moved_mm"],
+              grasp["joint_rmse_deg"], [floor], [grasp["joint_rmse_deg"][-1] - floor], grasp["held"],
+              worn["held"], grasp["object_moved_mm"],
               grasp["aperture_mm"]["opening"], grasp["wrist_extension_deg"], grasp["grip_margin"],
               grasp["unwanted_motion_deg"], grasp["charge_uc"])
     return dict(zip(_FIGURES, (float(course[-1] or 0.0) for course in values), strict=True))

@@ -43,8 +43,10 @@ class Worker:
     def __init__(self) -> None:
         self._asked = False
         # In a session of its own a terminal's Ctrl-C is not heard twice.
+        # As many workers as cores are at work: threads of their own would only be in each other's way.
         self._process = subprocess.Popen([sys.executable, "-c", _BEGIN], stdin=subprocess.PIPE,
-                                         stdout=subprocess.PIPE, start_new_session=True)
+                                         stdout=subprocess.PIPE, start_new_session=True,
+                                         env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
         self._send(sys.path)
 
     def call(self, function: Callable[[Any], Any], argument: Any) -> Any:
