@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -55,8 +56,11 @@ class Row:
 
 
 def band(values: ArrayLike) -> Band:
-    """Band of a figure, one value a subject."""
-    low, median, high = np.percentile(np.asarray(values, dtype=np.float64), [LOW, 50.0, HIGH])
+    """Band of a figure, one value a subject; of those who failed it may be infinite."""
+    array = np.asarray(values, dtype=np.float64)
+    # Between a number and infinity there is nothing to interpolate.
+    method: Literal["linear", "higher"] = "linear" if np.isfinite(array).all() else "higher"
+    low, median, high = np.percentile(array, [LOW, 50.0, HIGH], method=method)
     return Band(float(median), float(low), float(high))
 
 
