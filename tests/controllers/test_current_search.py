@@ -19,7 +19,7 @@ SEARCH = CurrentSearch(stair_s=0.2, rest_s=0.2, above_threshold=(2.0,), step_ma=
 
 
 def played(block, gains_deg_per_mc, moved_at_ma=0.0):
-    """(pulses, phases) against a hand that moves at once, channel by channel, with charge above a threshold."""
+    """(pulses, phases) against a hand that moves at once, with charge above a threshold."""
     block = block.resolve({"measured": (len(gains_deg_per_mc),)})
     state, tick, seen = block.init(Context("excitation", 0)), Tick(), []
     angles = np.zeros(len(gains_deg_per_mc))
@@ -57,8 +57,8 @@ def test_binary_widths_are_those_that_move_weak_and_strong_hands_alike():
     block = Excitation(**SHORT, answer_deg=(2.0, 10.0))
     pulses, phase = played(block, np.array([1.0, 4.0]))
     binary = 1e6 * pulses[phase == 2.0, :, 1]
-    # 10 mA for w us are gain * 10 * w / 200 deg: 10 deg at 200 and 50 us; the channels' stairs begin at 60 us,
-    # answered by 3 and 12 deg.
+    # 10 mA for w us are gain * 10 * w / 200 deg: 10 deg at 200 and 50 us; stairs begin at 60 us, answered by
+    # 3 and 12 deg.
     assert binary[:, 0].max() == pytest.approx(200.0, rel=0.02)
     assert binary[:, 1].max() < 120.0
     assert (binary.min(axis=0) <= 0.8 * binary.max(axis=0) + 1e-9).all()
@@ -75,7 +75,8 @@ def test_widths_stay_within_their_bounds_whatever_the_answers(moved, least, most
 
 
 @pytest.mark.parametrize(("changes", "key"), [
-    ({"answer_deg": (5.0, 2.0)}, "answer_deg"), ({"answer_deg": (2.0, 10.0), "recruitment": "ramp"}, "answer_deg"),
+    ({"answer_deg": (5.0, 2.0)}, "answer_deg"),
+    ({"answer_deg": (2.0, 10.0), "recruitment": "ramp"}, "answer_deg"),
     ({"answer_deg": (2.0, 10.0), "prbs_us": ((100.0, 200.0),) * 2}, "answer_deg"),
     ({"current_search": CurrentSearch(above_threshold=(1.0, 2.0, 3.0))}, "above_threshold")])
 def test_names_what_cannot_be(changes, key):

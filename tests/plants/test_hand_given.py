@@ -14,7 +14,8 @@ from plants.hand_objects import GraspObject, Table
 
 THUMB_UP = (0.0, 0.0, 0.0, 1.0)
 NONE = np.zeros(len(MUSCLES))
-SPLINT = {"wrist_abduction": 0.0, "F1_cmc_flexion": 58.0, "F1_cmc_abduction": -15.0, "F1_cmc_pronation": 100.0}
+SPLINT = {"wrist_abduction": 0.0, "F1_cmc_flexion": 58.0, "F1_cmc_abduction": -15.0,
+          "F1_cmc_pronation": 100.0}
 OPEN = {f"F{i}_{joint}_flexion": angle for i in range(2, 6) for joint, angle in (("mcp", 0.0), ("pip", 5.0))}
 WRIST = hand_tree(Hand().hand).freedom("wrist_flexion")
 

@@ -1,4 +1,4 @@
-"""What is told of a cohort that learns to grasp, on made-up patients; sessions that fail; held-back stimulation."""
+"""What is told of a cohort that learns to grasp, on made-up patients; failures; held-back stimulation."""
 
 import math
 
@@ -16,7 +16,8 @@ def patient(rmse=2.0, floor=1.0, held=True, worn=True, wrist=1.0, fingers=2.0, a
     last = {"joint_rmse_deg": [9.0, rmse], "held": [False, held], "object_moved_mm": [140.0, 5.0],
             "aperture_mm": {"opening": [60.0, 90.0]}, "wrist_extension_deg": [17.0, 25.0],
             "grip_margin": [0.0, 1.0], "unwanted_motion_deg": [0.0, 0.1], "charge_uc": [0.0, 6000.0]}
-    return {"failed": "", "floor": {"rmse_deg": floor}, "grasp": last, "worn": {**last, "held": [False, worn]},
+    return {"failed": "", "floor": {"rmse_deg": floor}, "grasp": last,
+            "worn": {**last, "held": [False, worn]},
             "reach": {"wrist_extension": [9.0, wrist], "finger_flexion": [9.0, fingers],
                       "thumb_flexion": [1.0, 1.0], "aperture_mm": [20.0, aperture]}}
 
