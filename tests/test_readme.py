@@ -23,7 +23,7 @@ COMMANDS = [line for block in blocks("sh") for line in block.splitlines()]
 
 def test_the_first_screen_has_a_command_that_runs_and_one_that_tests():
     first = TEXT.splitlines()[:24]
-    assert any(line.endswith("fesloop run finger_ilc") for line in first)
+    assert any(line.endswith("fesloop run grasp_ilc") for line in first)
     assert any(line.endswith("-m pytest") for line in first)
 
 
@@ -31,6 +31,8 @@ def test_the_first_screen_has_a_command_that_runs_and_one_that_tests():
 def test_every_command_is_one_that_the_program_knows(line):
     args = make_parser().parse_args(shlex.split(line.partition(" > ")[0])[1:])
     settings = [each for each in getattr(args, "settings", []) if "models/" not in each]
+    # A model that a command before it makes: here another's will do.
+    settings = ["any_patient=true" if each == "model=mine.toml" else each for each in settings]
     if hasattr(args, "experiment"):
         assert load(args.experiment, settings).name == args.experiment
 
