@@ -17,6 +17,7 @@ from controllers.ilc_convergence import Condition, condition
 from controllers.ilc_laws import LawName, Learning
 from controllers.ilc_limits import Limits, pulses_of
 from controllers.ilc_newton import AllocatedCurves
+from controllers.ilc_notes import note
 from controllers.ilc_points import Point, heeded
 from controllers.ilc_programme import SolverName
 from controllers.ilc_trial import SeenTrial
@@ -195,13 +196,7 @@ class Ilc:
 
     def cautions(self, context: Context) -> tuple[Report, ...]:
         """What is to be feared before the first trial: (status, detail) each."""
-        told = self.condition(context)
-        if told.holds and told.strength_margin >= self.strength_margin:
-            return ()
-        grows = "" if told.holds else f"the error may grow {told.growth:.3g} times a trial {told.where}; "
-        return (("slim_margin" if told.holds else "may_diverge",
-                 f"law {self.law}: {grows}convergence is certain only for a plant up to "
-                 f"{told.strength_margin:.2f} times as strong as the model"),)
+        return self.condition(context).cautions(self.law, self.strength_margin)
 
     def init(self, context: Context) -> IlcState:
         """The first trial."""
@@ -252,23 +247,9 @@ class Ilc:
             state.seen.ticks_ns[k] = tick.time_ns
             state.seen.reference[k] = cast(Array, reference.value)
         if inputs[1].arrived_ns >= 0:
-            self._note(state, k, inputs, tick)
+            note(state.seen, state.latch, k, inputs[1:4], self.sd_max_deg, tick)
         if state.seen.free and (cast(Array, inputs[4].value) > self.contact_n).any():
             state.seen.touch(k)
             tick.report("touched", f"a fingertip presses by more than {self.contact_n:g} N: from here on "
                         "what grasps is not learnt")
         return (state.pulses[k].copy(),)
-
-    def _note(self, state: IlcState, k: int, inputs: Sequence[Sample], tick: Tick) -> None:
-        """Keep the measurement, and tell what of it is doubtful."""
-        _, sample, spread, trusted, _ = inputs
-        measured, sd = cast(Array, sample.value), cast(Array, spread.value)
-        broken = ~np.isfinite(measured)
-        vague = ~(sd <= math.radians(self.sd_max_deg))
-        state.latch.put(tick, "non_finite", bool(broken.any()),
-                        "a measurement is not finite: left out of learning")
-        state.latch.put(tick, "uncertain", bool(vague.any()),
-                        f"a measurement's sd is above {self.sd_max_deg:g} deg: left out of learning")
-        distrusted = not cast(float, trusted.value) >= 0.5
-        state.latch.put(tick, "not_trusted", distrusted, "said not to be trusted: left out of learning")
-        state.seen.note(k, sample.newest_ns, measured, broken | vague | distrusted)

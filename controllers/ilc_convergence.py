@@ -58,6 +58,15 @@ class Condition(NamedTuple):
         """Whether the error can only shrink."""
         return self.growth <= 1.0 + _ROUNDING
 
+    def cautions(self, law: str, strength_margin: float) -> tuple[tuple[str, str], ...]:
+        """(status, detail) where a law may diverge, or has less than the margin wanted; else nothing."""
+        if self.holds and self.strength_margin >= strength_margin:
+            return ()
+        grows = "" if self.holds else f"the error may grow {self.growth:.3g} times a trial {self.where}; "
+        return (("slim_margin" if self.holds else "may_diverge",
+                 f"law {law}: {grows}convergence is certain only for a plant up to "
+                 f"{self.strength_margin:.2f} times as strong as the model"),)
+
 
 def condition(learning: Learning, period_ns: int) -> Condition:
     """The condition of a law at a period; of "newton", whose model changes, that of its mean slopes."""

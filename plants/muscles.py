@@ -107,6 +107,8 @@ class Muscles:
         if self.model == "ding2003" and self.fatigue is not None:
             raise InputError("muscles.fatigue", "the fitness equation beside model ding2003",
                              "no `fatigue` there", "that model tires by its own equations: ding2003.fatigue")
+        if not 0.0 <= self.wear_per_trial < 1.0:
+            raise InputError("muscles.wear_per_trial", f"{self.wear_per_trial}", "from 0 to below 1")
         require_positive("muscles", self, "fusion_hz", "natural_rad_s")
         require_not_negative("muscles", self, "rest_between_trials_s", "delay_growth")
         object.__setattr__(self, "_efforts", greatest_efforts(self.voluntary_limit, self.voluntary_limits))

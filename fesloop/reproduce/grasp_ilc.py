@@ -86,7 +86,7 @@ def learn(session: Session, folder: Path) -> Kept:
 def _floor(experiment: Experiment, recording: Recording) -> dict[str, Any]:
     """The least error before contact that any stimulation leaves, deg, and how far two searches end apart."""
     score = experiment.score
-    window_s = score.after_s, score.until_s or experiment.duration_s
+    window_s = score.after_s, score.until_s or experiment.duration_ns / NS_PER_S
     learnt = {"learnt": learnt_widths(recording, recording.trials - 1)}
     floor = reachable_floor(experiment, reference_course(experiment), window_s, learnt)
     return {"rmse_deg": floor.rmse_deg, "rows_deg": floor.rows_deg.tolist(), "spread_deg": floor.spread_deg}

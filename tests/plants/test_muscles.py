@@ -220,6 +220,7 @@ def test_it_declares_any_instant_and_no_feedthrough() -> None:
     ({"voluntary_limits": {"FDP2": -0.1}}, r"muscles\.voluntary_limits"),
     ({"voluntary_limits": {"FDP": 0.1}}, r"muscles\.voluntary_limits.*did you mean 'FDP"),
     ({"rest_between_trials_s": -1.0}, r"muscles\.rest_between_trials_s"),
+    ({"wear_per_trial": 1.0}, r"muscles\.wear_per_trial"),
     ({"natural_rad_s": math.nan}, r"muscles\.natural_rad_s")])
 def test_bad_parameters_are_named(change: dict, named: str) -> None:
     with pytest.raises(InputError, match=named):
