@@ -26,14 +26,12 @@ from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.models.patient_model import PatientModel, load_patient_model
 from fesloop.reproduce.cohort import Progress, run_jobs
 from fesloop.reproduce.comparison import Row, band
-from fesloop.reproduce.patient_session import Kept, Session
+from fesloop.reproduce.patient_session import Kept, Session, sessions
 from fesloop.reproduce.reachable import learnt_widths, reachable_floor, reference_course
 from fesloop.reproduce.result import Reproduction, Sweep
 
 Array = NDArray[np.float64]
 SUBJECTS = 10
-COHORT = 2
-"""Pilots were members of cohort 1 and the presets."""
 WEAR = 0.015
 """Share of force that is lost from trial to trial in (3)."""
 FREE_S = (2.0, 5.5)
@@ -115,10 +113,9 @@ def _apertures(recording: Recording, trial: int) -> tuple[Array, Array]:
 
 def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
     """Every patient's session."""
-    sessions = [Session((member,), ("patient=sci_c6", f"cohort={COHORT}", f"member={member}"), 100 + member,
-                        learn) for member in range(subjects)]
-    kept = run_jobs(sessions, workers, progress)
-    return compare([kept[session.key] for session in sessions])
+    patients = sessions(subjects, learn)
+    kept = run_jobs(patients, workers, progress)
+    return compare([kept[session.key] for session in patients])
 
 
 def compare(patients: list[Kept]) -> Reproduction:

@@ -17,8 +17,7 @@ from fesloop.experiment.reading import Recording
 from fesloop.experiment.scoring import metrics_of
 from fesloop.reproduce.cohort import Progress, run_jobs
 from fesloop.reproduce.comparison import Row, band
-from fesloop.reproduce.grasp_ilc import COHORT
-from fesloop.reproduce.patient_session import Kept, Session
+from fesloop.reproduce.patient_session import Kept, Session, sessions
 from fesloop.reproduce.result import Reproduction, Sweep
 
 SUBJECTS = 5
@@ -43,10 +42,9 @@ def learn(session: Session, folder: Path) -> Kept:
 
 def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
     """Every patient with every tracker."""
-    sessions = [Session((member,), ("patient=sci_c6", f"cohort={COHORT}", f"member={member}"), 100 + member,
-                        learn) for member in range(subjects)]
-    kept = run_jobs(sessions, workers, progress)
-    return compare([kept[session.key] for session in sessions])
+    patients = sessions(subjects, learn)
+    kept = run_jobs(patients, workers, progress)
+    return compare([kept[session.key] for session in patients])
 
 
 def compare(patients: list[Kept]) -> Reproduction:

@@ -20,6 +20,8 @@ from fesloop.experiment.trial import run
 
 Kept = dict[str, Any]
 Key = tuple[str | int, ...]
+COHORT, FIRST_SEED = 2, 100
+"""Pilots were members of cohort 1 and the presets."""
 IDENTIFIERS = "fesloop.identifiers"
 """Entry points of what makes a patient's model of a recording: a function of its path."""
 
@@ -78,3 +80,9 @@ class Session:
         model = folder / "model.toml"
         entry.load()(str(recording)).model.save(model)
         return model
+
+
+def sessions(subjects: int, steps: Callable[[Session, Path], Kept]) -> list[Session]:
+    """One session for each member of the cohort of `sci_c6` that nothing was tuned on."""
+    return [Session((member,), ("patient=sci_c6", f"cohort={COHORT}", f"member={member}"),
+                    FIRST_SEED + member, steps) for member in range(subjects)]
