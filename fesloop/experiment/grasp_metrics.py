@@ -64,7 +64,8 @@ def grasp_metrics(recording: Recording, score: GraspScore) -> dict[str, Any]:
     `starts_s` to the end of the while.
     charge_uc: one phase of all pulses of all channels in the trial. grasps_until_fatigue: how many such
     grasps hold one after the other under unchanged stimulation, if grip force falls as the fitness of the
-    muscles that close the hand falls from the first to the last instant of this trial.
+    muscles that close the hand falls from the first to the last instant of this trial; 0 where this one does
+    not hold, NaN where fingertips alone do not explain that it does.
 
     Of a trial that ended before the while was over, `held` is None and the others are NaN.
     """
@@ -202,8 +203,20 @@ def _effort(trial: _Trial) -> dict[str, Any]:
         _, fitness = trial.whole(score.fitness)
         active = trial.hold(score.activation).mean(axis=0)
         ratio = fitness_ratio(active, fitness[0], fitness[-1]) if len(fitness) else math.nan
-        told["grasps_until_fatigue"] = grasps_until_fatigue(_margin(trial), ratio)
+        told["grasps_until_fatigue"] = grasps_until_fatigue(_known_margin(trial), ratio)
     return told
+
+
+def _known_margin(trial: _Trial) -> float:
+    """Grip margin by which to tell when grasps fail: 0 where this one did.
+
+    NaN where the object is held by less than is needed: fingertips do not carry it alone then, and what the
+    palm and the other phalanges carry is not measured.
+    """
+    margin, held = _margin(trial), _object(trial)["held"]
+    if held is None or (held and margin < 1.0):
+        return math.nan
+    return margin if held else 0.0
 
 
 def _ns(seconds: Array) -> NDArray[np.int64]:

@@ -171,6 +171,20 @@ def test_fitness_counts_by_what_is_active_and_closes():
     assert held["grasps_until_fatigue"] == [3.0]
 
 
+@pytest.mark.parametrize(("slips_m", "newton", "count"), [
+    (0.0, 4.5, 3.0), (0.1, 4.5, 0.0), (0.0, 0.5, math.nan), (0.1, 0.5, 0.0)])
+def test_a_grasp_that_failed_counts_none_and_one_that_fingertips_do_not_explain_is_not_told(
+        slips_m, newton, count):
+    needed = needed_grip_n(CYLINDER)
+    metrics = grasp_metrics(
+        recording({"hand": CYLINDER}, hand__forces=pressing(0.0, 0.0, newton * needed),
+                  hand__object=np.linspace(np.zeros(3), np.full(3, slips_m), 1000),
+                  m__fitness=np.linspace(np.ones(29), np.full(29, 0.5), 1000),
+                  m__activation=np.tile(np.eye(29)[muscle("FDS3")], (1000, 1))),
+        score(forces="hand.forces", fitness="m.fitness", activation="m.activation"))
+    assert metrics["grasps_until_fatigue"] == pytest.approx([count], nan_ok=True)
+
+
 def test_trials_that_broke_off_are_told_as_such():
     short = {"hand__object": np.zeros((600, 3)), "hand__forces": pressing(2.0, 2.0)[:600],
              "hand__angles": np.zeros((600, 23)), "hand__tips": np.ones((600, 5, 3)),
