@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.models.linear_model import LinearModel
 from fesloop.models.recruitment import Recruitment
 
 Array = NDArray[np.float64]
@@ -111,6 +113,37 @@ class Allocation:
         drive = np.empty(self.channels)
         risen(self.table(), np.zeros((self.channels, 2)), charge_rise_c, drive)
         return drive
+
+
+class Allocating(Protocol):
+    """Parameters that controllers share whose drives become pulses, as `Allocation` says."""
+
+    @property
+    def model(self) -> LinearModel:
+        """Nominal plant, with its recruitment."""
+
+    @property
+    def current_ma(self) -> tuple[float, ...]:
+        """Of each channel."""
+
+    @property
+    def width_max_us(self) -> float:
+        """Longest pulse."""
+
+    @property
+    def full_scale_us(self) -> float:
+        """Where the model has no recruitment."""
+
+    @property
+    def charge_max_uc(self) -> float:
+        """A phase."""
+
+
+def allocation_of(controller: Allocating) -> Allocation:
+    """How a controller's drives become pulses."""
+    return Allocation(recruitment=controller.model.recruitment, current_ma=controller.current_ma,
+                      width_max_us=controller.width_max_us, full_scale_us=controller.full_scale_us,
+                      charge_max_uc=controller.charge_max_uc)
 
 
 @numba.njit(cache=True)

@@ -10,7 +10,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.allocation import Allocation
+from controllers.allocation import Allocation, allocation_of
 from controllers.ilc_bank import BankRule, explained
 from controllers.ilc_checks import check, faults
 from controllers.ilc_convergence import Condition, condition
@@ -159,9 +159,7 @@ class Ilc:
 
     def allocation(self) -> Allocation:
         """How drives become pulses."""
-        return Allocation(recruitment=self.model.recruitment, current_ma=self.current_ma,
-                          width_max_us=self.width_max_us, full_scale_us=self.full_scale_us,
-                          charge_max_uc=self.charge_max_uc)
+        return allocation_of(self)
 
     def sampled(self, model: LinearModel, period: int) -> SampledModel:
         """A model at a period in ns, the actuation's delay included."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers import mpc_checks
-from controllers.allocation import Allocation
+from controllers.allocation import Allocation, allocation_of
 from controllers.grip_contact import Contact
 from controllers.mpc_candidates import carry_over, compare, nominal
 from controllers.mpc_contact import solve_in_contact
@@ -139,9 +139,7 @@ class Mpc:
 
     def allocation(self) -> Allocation:
         """How drives become pulses."""
-        return Allocation(recruitment=self.model.recruitment, current_ma=self.current_ma,
-                          width_max_us=self.width_max_us, full_scale_us=self.full_scale_us,
-                          charge_max_uc=self.charge_max_uc)
+        return allocation_of(self)
 
     def reach(self) -> Array:
         """Greatest drive of each muscle, (muscles,)."""

@@ -10,7 +10,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.allocation import Allocation, allocate, risen
+from controllers.allocation import Allocation, allocate, allocation_of, risen
 from controllers.period import period_ns
 from controllers.pid_tuning import RuleName, Tuning, static_gain, tuned
 from controllers.qp import Qp
@@ -153,9 +153,7 @@ class TunedPid:
 
     def allocation(self) -> Allocation:
         """How drives become pulses."""
-        return Allocation(recruitment=self.model.recruitment, current_ma=self.current_ma,
-                          width_max_us=self.width_max_us, full_scale_us=self.full_scale_us,
-                          charge_max_uc=self.charge_max_uc)
+        return allocation_of(self)
 
     def tuning(self, period_s: float) -> list[Tuning]:
         """Of each output, for a period."""
