@@ -212,7 +212,10 @@ def test_names_what_cannot_be(csv, changed, named):
 
 
 def test_what_is_left_out_may_be_anything(csv):
-    Recorded(file=str(csv), duration_s=1.0, range_deg={"finger_flexion": (0.0, 40.0)})
+    part = Recorded(file=str(csv), duration_s=1.0, range_deg={"finger_flexion": (0.0, 40.0)})
+    reached = np.degrees(part.course.at(np.linspace(0.0, 5.0, 501))[:, part.rows.index("finger_flexion")])
+    assert reached.min() >= 0.0
+    assert reached.max() <= 40.0
 
 
 @settings(deadline=None)

@@ -47,9 +47,11 @@ def jerk(*angles_deg):
 
 
 def test_the_same_rows_in_the_same_order_are_taken():
-    from_document(controlled({"kind": "grasp_phases", "rows": ROWS, "phases": PHASES}))
-    from_document(controlled(jerk((-20.0, 30.0), (-75.0, 95.0), (70.0, -32.5))))
-    from_document(controlled({**jerk((-20.0, 30.0)), "rows": ROWS}))
+    for reference in ({"kind": "grasp_phases", "rows": ROWS, "phases": PHASES},
+                      jerk((-20.0, 30.0), (-75.0, 95.0), (70.0, -32.5)),
+                      {**jerk((-20.0, 30.0)), "rows": ROWS}):
+        nodes = {node.name: node.part for node in from_document(controlled(reference)).nodes}
+        assert nodes["reference"].outputs[0].shape == nodes["controller"].inputs[0].shape == (len(ROWS),)
 
 
 @pytest.mark.parametrize(("rows", "named"), [

@@ -66,4 +66,6 @@ def test_figures_are_drawn_of_failures_too(tmp_path):
 
 def test_every_latency_of_the_curve_fits_the_horizon():
     for latency in grasp_mpc.LATENCIES_MS:
-        load("grasp_mpc", [f"tracker_latency_ms={latency:g}"])
+        experiment = load("grasp_mpc", [f"tracker_latency_ms={latency:g}"])
+        (late,) = [wire for wire in experiment.wires if wire.target == "controller.measured"]
+        assert late.latency_ms == latency
