@@ -224,6 +224,21 @@ def test_nothing_is_learnt_from_the_first_touch_on():
     assert np.abs(learnt[1][:80]).max() > 0.01
 
 
+def test_in_contact_a_share_is_learnt_and_what_grasps_stays():
+    changes = []
+    for step in (1.0, 0.5):
+        ilc = learner(law="noilc", slew=1.0, first_drive=(0.3,) * 4, grasping_outputs=(0,),
+                      grasping_channels=(0,), grasping_step=step)
+        state = ilc.init(CONTEXT)
+        steps(ilc, state, (0, 161), force=lambda k: np.full(5, 0.6 if k == 80 else 0.0))
+        changes.append(ilc.next_trial(state, CONTEXT).drives - state.drives)
+    whole, half = changes
+    assert np.abs(whole[90:150, 1:]).max() > 0.01
+    np.testing.assert_allclose(half[80:161, 1:], 0.5 * whole[80:161, 1:], atol=1e-9)
+    np.testing.assert_allclose(half[:80], whole[:80], atol=1e-9)
+    np.testing.assert_array_equal(whole[80:161, 0], 0.0)
+
+
 def test_one_doubtful_output_leaves_the_others_to_learn_from():
     ilc = learner(reject_share=0.4, law="noilc", slew=1.0)
     states = [ilc.init(CONTEXT) for _ in range(2)]

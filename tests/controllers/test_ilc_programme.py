@@ -6,7 +6,7 @@ from scipy.optimize import LinearConstraint, minimize
 from controllers.allocation import Allocation
 from controllers.ilc_limits import Limits
 from controllers.ilc_programme import limited_change
-from controllers.ilc_trajectories import optimal_change
+from controllers.ilc_trajectories import optimal_change, response
 from fesloop.models.linear_model import SampledModel
 
 SAMPLES = 12
@@ -46,3 +46,25 @@ def test_a_trial_of_300_samples_with_8_channels_and_4_outputs_is_solved():
     assert status == ""
     best = optimal_change(model, errors, weights, np.full((300, 8), 0.1))
     np.testing.assert_allclose(change, best, atol=2e-3 * np.abs(best).max())
+
+
+@pytest.mark.parametrize("solver", ["osqp", "daqp"])
+def test_what_is_kept_does_not_change_and_the_rest_makes_up_for_it(solver):
+    drives = np.full((SAMPLES, MODEL.b.shape[1]), 0.3)
+    errors = np.full((SAMPLES, 2), 0.1)
+    kept = np.zeros(drives.shape, dtype=bool)
+    kept[:, 0] = True
+    limits = Limits(reach=np.ones(drives.shape[1]), slew=1.0)
+
+    def left(which):
+        change, status = limited_change(
+            MODEL, errors, np.ones((SAMPLES, 2)), 0.05, drives, limits, solver, which)
+        assert status == ""
+        return change, np.sum((errors - response(MODEL, change)) ** 2)
+
+    free, _ = left(None)
+    change, after = left(kept)
+    np.testing.assert_allclose(change[:, 0], 0.0, atol=1e-3)
+    cut = np.where(kept, 0.0, free)
+    cost = after + 0.05 * np.sum(change**2)
+    assert cost < np.sum((errors - response(MODEL, cut)) ** 2) + 0.05 * np.sum(cut**2)

@@ -131,6 +131,16 @@ def test_what_goes_where_the_hand_goes_is_held():
     assert in_room["held"] == [False]
 
 
+def test_what_is_carried_along_is_held():
+    """Hand and object go 10 cm together, the hand turned."""
+    carried = 0.1 * np.clip((TIMES_S - 4.0) / 4.0, 0.0, 1.0)[:, np.newaxis] * np.array([1.0, 2.0, 0.0])
+    sites, poses = np.zeros((1000, 17, 3)), np.tile([math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)], (1000, 17, 1))
+    sites[:, 1] = carried
+    told = recording(hand__object=carried + np.array([0.0, 0.1, 0.0]), hand__sites=sites, hand__poses=poses)
+    metrics = grasp_metrics(told, score(hand_position="hand.sites", hand_orientation="hand.poses"))
+    assert metrics["object_moved_mm"] == pytest.approx([0.0], abs=1e-9)
+
+
 def test_charge_counts_every_pulse():
     pulses = np.zeros((1000, 2, 2))
     pulses[:, 0] = 10e-3, 300e-6

@@ -51,6 +51,18 @@ def test_a_bias_of_the_tracker_is_its_error(tmp_path):
     assert metrics["tracker_rmse_deg"][0] == pytest.approx(np.sqrt(25 / 3))
 
 
+def test_what_comes_after_until_s_does_not_count(tmp_path):
+    drifting = ["blocks.tracker.noise_deg=0", "blocks.tracker.drift_deg_s=1", "experiment.duration_s=6"]
+    whole, begun = (fesloop.load(LATENCY, [*drifting, *more]).run(tmp_path).metrics
+                    for more in ((), ("score.until_s=2",)))
+    after_s = fesloop.load(LATENCY).score.after_s
+    for found, until_s in ((whole, 6.0), (begun, 2.0)):
+        # The error is 1 deg for each second.
+        wanted = np.sqrt((until_s**3 - after_s**3) / (3.0 * (until_s - after_s)))
+        assert found["tracker_rmse_deg"][0] == pytest.approx(wanted, rel=0.02)
+    assert begun["joint_rmse_deg"] != whole["joint_rmse_deg"]
+
+
 def test_scoring_reads_a_long_recording_in_pieces(tmp_path, monkeypatch):
     """An hour is 3.6 million rows of the plant; of each but its instants may be in memory at once."""
     result = fesloop.load(LATENCY, ["experiment.duration_s=60", *ROUGH[:4]]).run(tmp_path)

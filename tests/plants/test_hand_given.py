@@ -81,6 +81,14 @@ def test_a_spring_at_the_wrist_gives_way_as_a_spring(stiffness):
     assert 1.2 < turned[0] / turned[1] < 2.05
 
 
+@pytest.mark.parametrize("angle_deg", [-30.0, 25.0])
+def test_a_stiff_spring_holds_the_wrist_where_it_is_told(angle_deg):
+    plant = hand(object=None, table=None, splint_deg=SPLINT, elastic_deg={"wrist_flexion": angle_deg},
+                 elastic_n_m_rad=10.0, settle_s=2.0)
+    found = plant.read(plant.init(Context("hand")), [])[0][WRIST]
+    assert math.degrees(found) == pytest.approx(angle_deg, abs=2.0)
+
+
 @pytest.mark.parametrize(("changes", "where"), [
     ({"settle_s": -1.0}, "settle_s"), ({"elastic_n_m_rad": -0.5}, "elastic_n_m_rad"),
     ({"elastic_deg": {"wrist": 0.0}}, "elastic_deg")])
