@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import json
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
@@ -14,6 +15,9 @@ from fesloop.experiment import registry
 from fesloop.experiment.faults import faults_of
 from fesloop.experiment.layout import experiment_table, keys_at
 from fesloop.experiment.schema import Kinds
+
+_FORMS = 32
+"""Forms kept, the last used: about 2 MB each, and a study's cells rarely differ in more sets of kinds."""
 
 
 def kinds_in(document: Any) -> dict[str, type[Any]]:
@@ -35,10 +39,10 @@ def check(document: dict[str, Any], kinds: Kinds, faults: list[InputError]) -> N
     """Raise InputErrors naming everything that is not of the declared form, and the `faults` known before."""
     unknown = _blocks_of_no_kind(document, kinds)
     faults = faults + [_unknown_kind(name, table) for name, table in unknown]
-    table = experiment_table(kinds)
+    table, adapter = _form(tuple(kinds.items()))
     try:
         text = json.dumps(document, default=_as_text)
-        TypeAdapter(table).validate_json(text)
+        adapter.validate_json(text)
     except ValidationError as fault:
         found = faults_of(fault.errors(include_url=False), document,
                           lambda path: keys_at(table, path, document), tagged=len(kinds) > 1)
@@ -46,6 +50,13 @@ def check(document: dict[str, Any], kinds: Kinds, faults: list[InputError]) -> N
         faults += [each for each in found if each.where not in hidden and not each.where.startswith(
             tuple(f"{place}." for place in hidden))]
     raise_all([_with_alias(fault, document) for fault in faults])
+
+
+@lru_cache(maxsize=_FORMS)
+def _form(kinds: tuple[tuple[str, type[Any]], ...]) -> tuple[Any, TypeAdapter[Any]]:
+    """Typed dict of a file whose blocks are of these kinds (name and class), and what holds tables against it."""
+    table = experiment_table(dict(kinds))
+    return table, TypeAdapter(table)
 
 
 def _with_alias(fault: InputError, document: dict[str, Any]) -> InputError:

@@ -78,18 +78,18 @@ def patched(document: Mapping[str, Any], patch: Mapping[str, Any], where: str) -
             for path in _remove(made, key_parts(key), f"{where}.remove[{number}]")]
     for key in PATCHED:
         if key in patch and key != "wires":
-            made[key] = _over(made.get(key, {}), patch[key])
+            made[key] = merged(made.get(key, {}), patch[key])
     for wire in patch.get("wires", ()):
-        made["wires"][_ends(wire)] = _over(made["wires"].get(_ends(wire), {}), wire)
+        made["wires"][_ends(wire)] = merged(made["wires"].get(_ends(wire), {}), wire)
     _drop_aliases(made, [path for path in gone if not _stands(made, path)])
     return keyed(plain_lists(made))
 
 
-def _over(old: Any, new: Any) -> Any:
+def merged(old: Any, new: Any) -> Any:
     """What is new over what is old: tables merged, all else in the old one's place."""
     if not (isinstance(old, dict) and isinstance(new, Mapping)):
         return copy.deepcopy(new)
-    return {**old, **{key: _over(old.get(key), value) for key, value in new.items()}}
+    return {**old, **{key: merged(old.get(key), value) for key, value in new.items()}}
 
 
 def _remove(document: Tables, path: list[str], where: str) -> list[list[str]]:

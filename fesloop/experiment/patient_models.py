@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeGuard, get_args, get_type_hints
+from typing import Any, TypeGuard, get_args
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment.patients import describe
-from fesloop.experiment.schema import Kinds, plain
+from fesloop.experiment.schema import Kinds, hints_of, plain
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.patient_model import PatientModel, electrodes_in_words, load_patient_model, require_same
 
@@ -44,7 +44,7 @@ def _with_model(where: str, table: Any, document: dict[str, Any], kinds: Kinds) 
     if not isinstance(table, dict) or table.get("kind") not in kinds:
         return table
     made = dict(table)
-    for key, hint in get_type_hints(kinds[table["kind"]]).items():
+    for key, hint in hints_of(kinds[table["kind"]]).items():
         value = table.get(key)
         if hint is LinearModel and _is_file(value):
             made[key] = _model(f"{where}.{key}", value, made, document)

@@ -10,12 +10,12 @@ import copy
 from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, NotRequired, Protocol, Required, cast, get_type_hints
+from typing import Any, NotRequired, Protocol, Required, cast
 
 from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors
-from fesloop.experiment.schema import Kinds, closed, plain
+from fesloop.experiment.schema import Kinds, closed, hints_of, plain
 from fesloop.hand.anthropometry import HandSize
 
 GROUP = "fesloop.patients"
@@ -109,10 +109,15 @@ def with_patient(document: dict[str, Any], kinds: Kinds) -> tuple[dict[str, Any]
 
 def _is_choice(choice: Any) -> bool:
     try:
-        TypeAdapter(CHOICE).validate_python(choice)
+        _choice_form().validate_python(choice)
     except ValidationError:
         return False
     return True
+
+
+@cache
+def _choice_form() -> TypeAdapter[Any]:
+    return TypeAdapter(CHOICE)
 
 
 def _of_patient(fault: InputError) -> InputError:
@@ -126,7 +131,7 @@ def _with_parameters(table: Any, patient: Patient, kinds: Kinds) -> Any:
         return table
     kind = table["kind"]
     added = dict(patient.parameters(kind, table))
-    if get_type_hints(kinds[kind]).get("hand") is HandSize:
+    if hints_of(kinds[kind]).get("hand") is HandSize:
         added["hand"] = plain(patient.hand_size)
     return _merged(added, table)
 

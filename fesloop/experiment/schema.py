@@ -11,7 +11,9 @@ import types
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, Field, fields, is_dataclass
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, Literal, NotRequired, Required, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -28,6 +30,18 @@ NestedNumbers = list[float] | list[list[float]]
 _LITERAL, _FILE = "matrices", "file"
 
 
+@cache
+def hints_of(cls: type[Any]) -> Mapping[str, Any]:
+    """Annotations of a class's attributes, by name, resolved."""
+    return MappingProxyType(get_type_hints(cls, include_extras=True))
+
+
+@cache
+def _bare_hints_of(cls: type[Any]) -> Mapping[str, Any]:
+    """As `hints_of`, without what `Annotated` adds."""
+    return MappingProxyType(get_type_hints(cls))
+
+
 def table(cls: type[Any], kinds: Kinds, extra: Mapping[str, Any] | None = None,
           rename: Mapping[str, str] | None = None) -> Any:
     """Typed dict of a dataclass's parameters.
@@ -35,7 +49,7 @@ def table(cls: type[Any], kinds: Kinds, extra: Mapping[str, Any] | None = None,
     `kinds` are those that may stand for a LinearModel; `extra` adds keys (name to annotation) and
     `rename` gives a field another name in files.
     """
-    hints = get_type_hints(cls, include_extras=True)
+    hints = hints_of(cls)
     keys: dict[str, Any] = dict(extra or {})
     for field in fields(cls):
         name = (rename or {}).get(field.name, field.name)
@@ -103,7 +117,7 @@ def _model_tag(value: Any) -> Any:
 
 
 def _hinted(cls: type[Any]) -> list[tuple[Field[Any], Any]]:
-    hints = get_type_hints(cls, include_extras=True)
+    hints = hints_of(cls)
     return [(field, hints[field.name]) for field in fields(cls)]
 
 
@@ -128,6 +142,8 @@ def build(annotation: Any, value: Any, kinds: Kinds, where: str) -> Any:
         every = args if args[-1] is not ... else (args[0],) * len(value)
         return tuple(build(arg, item, kinds, f"{where}[{i}]")
                      for i, (arg, item) in enumerate(zip(every, value, strict=True)))
+    if origin is dict and isinstance(value, dict):
+        return {key: build(args[1], item, kinds, f"{where}.{key}") for key, item in value.items()}
     if annotation is Path:
         return Path(value)
     return float(value) if annotation is float and isinstance(value, int) else value
@@ -147,7 +163,7 @@ def _member(args: tuple[Any, ...], value: Any) -> Any:
 
 def make(cls: type[Any], values: Mapping[str, Any], kinds: Kinds, where: str) -> Any:
     """The object of a dataclass from its checked table."""
-    hints = get_type_hints(cls, include_extras=True)
+    hints = hints_of(cls)
     given = {key: build(hints[key], value, kinds, f"{where}.{key}") for key, value in values.items()}
     try:
         return cls(**given)
@@ -176,7 +192,7 @@ def plain(value: Any, declared: Any = Any) -> Any:
     An int where a float is `declared` is that float, so that both spellings are one experiment.
     """
     if is_dataclass(value) and not isinstance(value, type):
-        hints = get_type_hints(type(value))
+        hints = _bare_hints_of(type(value))
         items = ((field.name, getattr(value, field.name)) for field in fields(value) if field.init)
         return {name: plain(item, hints[name]) for name, item in items if item is not None}
     if isinstance(value, Mapping):

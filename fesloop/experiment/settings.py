@@ -7,11 +7,12 @@ import re
 import tomllib
 from collections.abc import Sequence
 from types import UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import Any, Union, get_args, get_origin
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment import registry
 from fesloop.experiment.patients import require_no_other
+from fesloop.experiment.schema import hints_of
 
 _TOP = ("experiment", "patient", "record", "blocks", "wires", "score")
 _PART = re.compile(r'"([^"]*)"|([^.\[\]"]+)|\[(\d+)\]')
@@ -123,5 +124,5 @@ def _takes_text(document: dict[str, Any], path: list[str], present: Any) -> bool
     kind = document.get("blocks", {}).get(path[1], {}).get("kind")
     if kind not in registry.kinds():
         return False
-    hint = get_type_hints(registry.find(kind)).get(path[2])
+    hint = hints_of(registry.find(kind)).get(path[2])
     return hint is str or (get_origin(hint) in (Union, UnionType) and str in get_args(hint))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from functools import cache
 from typing import Any, Required
 
 from pydantic import TypeAdapter, ValidationError
@@ -22,17 +23,24 @@ def options_of(table: Mapping[str, Any]) -> list[str]:
     return [option for option in table if option != "default"]
 
 
-def checked_variants(variants: Any, base: Tables) -> Tables:
-    """The variants, if they are of the declared form; raises InputErrors."""
+@cache
+def _form() -> tuple[Any, TypeAdapter[Any]]:
+    """Typed dict of `[variants]` without its defaults, and what holds tables against it."""
     option: Any = option_table()
     form = closed("Variants", {"variants": Required[dict[str, dict[str, option]]]})
+    return form, TypeAdapter(form)
+
+
+def checked_variants(variants: Any, base: Tables) -> Tables:
+    """The variants, if they are of the declared form; raises InputErrors."""
     if not isinstance(variants, dict) or not all(isinstance(table, dict) for table in variants.values()):
         raise InputErrors([InputError("variants", "is no table of tables", "[variants.NAME.OPTION]")])
     patches = {"variants": {variant: {option: table[option] for option in options_of(table)}
                             for variant, table in variants.items()}}
+    form, adapter = _form()
     faults = []
     try:
-        TypeAdapter(form).validate_json(json.dumps(patches, default=str))
+        adapter.validate_json(json.dumps(patches, default=str))
     except ValidationError as fault:
         faults = faults_of(fault.errors(include_url=False), patches,
                            lambda path: keys_at(form, path, patches), tagged=False)
