@@ -5,16 +5,17 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Mapping
+from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment.faults import faults_of
 from fesloop.experiment.layout import keys_at
-from fesloop.experiment.schema import build, table
+from fesloop.experiment.schema import build, hints_of, table
 from plants.patient import Patient
 
 
@@ -54,7 +55,7 @@ def from_table(tables: Mapping[str, Any], name: str = "patient") -> Patient:
     document = dict(tables)
     faults = _faults_of_form(document)
     wrong = {fault.where.partition(".")[0].partition("[")[0] for fault in faults}
-    hints = get_type_hints(Patient)
+    hints = hints_of(Patient)
     sections: dict[str, Any] = {}
     for key, value in document.items():
         if key not in wrong:
@@ -72,11 +73,18 @@ def from_table(tables: Mapping[str, Any], name: str = "patient") -> Patient:
                        for each in faults])
 
 
+@cache
+def _form() -> tuple[Any, TypeAdapter[Any]]:
+    """Typed dict of a patient's tables, and what holds them against it."""
+    form = table(Patient, {})
+    return form, TypeAdapter(form)
+
+
 def _faults_of_form(document: dict[str, Any]) -> list[InputError]:
     """Unknown and missing keys, and values of the wrong type."""
-    form = table(Patient, {})
+    form, adapter = _form()
     try:
-        TypeAdapter(form).validate_json(json.dumps(document, default=str))
+        adapter.validate_json(json.dumps(document, default=str))
     except ValidationError as fault:
         return faults_of(fault.errors(include_url=False), document,
                          lambda path: keys_at(form, path, document), tagged=False)

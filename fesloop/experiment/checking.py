@@ -54,7 +54,7 @@ def check(document: dict[str, Any], kinds: Kinds, faults: list[InputError]) -> N
 
 @lru_cache(maxsize=_FORMS)
 def _form(kinds: tuple[tuple[str, type[Any]], ...]) -> tuple[Any, TypeAdapter[Any]]:
-    """Typed dict of a file whose blocks are of these kinds (name and class), and what holds tables against it."""
+    """Typed dict of a file whose blocks are of these kinds, and what holds tables against it."""
     table = experiment_table(dict(kinds))
     return table, TypeAdapter(table)
 
