@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 
 from fesloop.loop.clock import FOREVER, NS_PER_S, Clock, RateClock
 from fesloop.loop.instants import Samplings, Timeline, Transit
-from fesloop.loop.wiring import Connection, Wiring
+from fesloop.loop.wiring import Connection, Node, Wiring
 
 _MOST_TICKS = 20_000
 
@@ -94,6 +95,11 @@ class PathLatency:
         A block that steps again before the next sample reaches it sends the same sample again, so from the
         second wire on a sample travels in a run of messages, of which the first to get through counts.
         """
+        carried = self._carried(index)
+        return None if carried is None else self._traced_back(index, *carried)
+
+    def _carried(self, index: int) -> tuple[list[tuple[int, int]], int, int] | None:
+        """Messages, first and last, that carry sample `index` on each wire, its arrival and when it acts."""
         if self._sampling.tick(index) >= FOREVER:
             return None
         carriers = [(index, index)]
@@ -109,7 +115,7 @@ class PathLatency:
         acts = span[0]
         if self._target_grid:
             acts = self._target_grid.tick(self._target_grid.first_at_or_after(acts))
-        return self._traced_back(index, carriers, span[0], acts) if acts < span[1] else None
+        return (carriers, span[0], acts) if acts < span[1] else None
 
     @staticmethod
     def _held_span(transit: Transit, carriers: tuple[int, int]) -> tuple[int, int] | None:
@@ -132,22 +138,30 @@ class PathLatency:
             stages += [arrived - left, left - read]
             arrived, number = self._transits[i].held_at(read, *carriers[i])
             stages.append(read - arrived)
-        sent = self._sampling.tick(index)
+        sent, captured = self._sampling.tick(index), self._captured_ns(index)
         stages.append(arrived - sent)
-        captured = sent
         if self._source_grid:
-            captured = self._source_grid.tick(self._source_grid.last_at_or_before(sent))
             stages.append(sent - captured)
         return TickLatency(index, captured, acts, tuple(reversed(stages)))
 
+    def _captured_ns(self, index: int) -> int:
+        """The physical instant of sample `index`: of a fixed-step plant, its last step."""
+        sent, grid = self._sampling.tick(index), self._source_grid
+        return grid.tick(grid.last_at_or_before(sent)) if grid else sent
+
+    def _looked_at(self) -> Iterator[int]:
+        """Every sample within the horizon, 20,000 at most."""
+        return takewhile(lambda index: self._sampling.tick(index) <= self._horizon_ns, range(_MOST_TICKS))
+
     def ticks(self) -> Iterator[TickLatency]:
         """Every sample within the horizon (20,000 at most) that acts."""
-        for index in range(_MOST_TICKS):
-            if self._sampling.tick(index) > self._horizon_ns:
-                return
-            latency = self.of_tick(index)
-            if latency is not None:
-                yield latency
+        return (latency for latency in map(self.of_tick, self._looked_at()) if latency is not None)
+
+    def least_ns(self) -> int | None:
+        """The least time from capture to effect of the samples within the horizon; None if none acts."""
+        totals = (carried[2] - self._captured_ns(index) for index in self._looked_at()
+                  if (carried := self._carried(index)) is not None)
+        return min(totals, default=None)
 
     def summary(self) -> tuple[StageSummary, ...]:
         """Each stage, then the total, over the samples that act; empty if none does."""
@@ -169,12 +183,15 @@ class LatencyReport:
     wiring: what runs.
     trial: whose random numbers count.
     horizon_ns: up to when the summaries look; 10 s by default.
+    through: a node that every path is to lead to or through; None for all paths.
     """
 
-    def __init__(self, wiring: Wiring, trial: int = 0, horizon_ns: int | None = None) -> None:
+    def __init__(self, wiring: Wiring, trial: int = 0, horizon_ns: int | None = None,
+                 through: Node | None = None) -> None:
         horizon = 10 * NS_PER_S if horizon_ns is None else horizon_ns
         self.paths = tuple(PathLatency(path, wiring.seed, trial, horizon)
-                           for path in _paths(wiring.connections))
+                           for path in _paths(wiring.connections)
+                           if through is None or any(connection.target is through for connection in path))
 
     def path(self, source: str, target: str) -> PathLatency:
         """The only path from a plant output ("node.port") to a plant input; KeyError if none or several."""

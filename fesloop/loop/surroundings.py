@@ -56,10 +56,8 @@ def faults_in_place(wiring: Wiring, duration_ns: int) -> list[InputError]:
 
 
 def _of(wiring: Wiring, node: Node, duration_ns: int) -> Surroundings:
-    report = LatencyReport(wiring, horizon_ns=min(duration_ns, _LATENCY_HORIZON_NS))
-    ways = [(min(latency.total_ns for latency in taken), path.name) for path in report.paths
-            if any(connection.target is node for connection in path.connections)
-            and (taken := list(path.ticks()))]
+    report = LatencyReport(wiring, horizon_ns=min(duration_ns, _LATENCY_HORIZON_NS), through=node)
+    ways = [(least_ns, path.name) for path in report.paths if (least_ns := path.least_ns()) is not None]
     loop_ns, way = max(ways, default=(0, ""))
     coming = {node.part.inputs[connection.target_port].name: _put_out(wiring, connection.source,
                                                                        connection.source_port, duration_ns)

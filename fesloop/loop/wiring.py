@@ -219,8 +219,10 @@ def _resolved(nodes: list[Node], wires: list[Wire]) -> tuple[Node, ...]:
         for name, node in current.items():
             open_inputs = {port.name for port in node.part.inputs
                            if not port.resolved and f"{name}.{port.name}" in wired}
+            if not open_inputs or not hasattr(node.part, "resolve"):
+                continue
             shapes = _incoming_shapes(node, wires, current)
-            if open_inputs and open_inputs <= shapes.keys() and hasattr(node.part, "resolve"):
+            if open_inputs <= shapes.keys():
                 part = _resolve(node, shapes)
                 if any(not port.resolved for port in part.inputs):
                     raise InputError(name, "leaves open a size that its wires settle",
