@@ -31,6 +31,7 @@ from plants.hand_contract import (
 from plants.hand_forearm import PALM_DOWN, add_forearm_drive
 from plants.hand_model import add_splint, add_springs, compiled
 from plants.hand_objects import GraspObject, Table, add_object, add_table, require_apart
+from plants.hand_settling import settled
 from plants.hand_state import HandState, evaluate, stable_bounds
 from plants.myohand_anatomy import JOINTS, activated_by
 from plants.myohand_joints import NO_JOINT, Joints, rest_angles
@@ -210,11 +211,9 @@ class MyoHand:
 
     def init(self, context: Context) -> HandState:
         """At the start, muscles at rest; the object where it is put."""
-        data = mujoco.MjData(self.model)
-        data.qpos[self._joints.places] = self._start
-        for _ in range(round(self.settle_s * NS_PER_S / self._grid.period_num)):
-            mujoco.mj_step(self.model, data)
-        data.time = 0.0
+        positions = self.model.qpos0.copy()
+        positions[self._joints.places] = self._start
+        data = settled(self.model, positions, round(self.settle_s * NS_PER_S / self._grid.period_num))
         return HandState(data, given=self.object is None or self.object.given_at_s == 0.0)
 
     def advance(self, state: HandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
