@@ -8,13 +8,24 @@ table, `plain` the table from an object.
 from __future__ import annotations
 
 import types
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import MISSING, Field, fields, is_dataclass
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, Literal, NotRequired, Required, Union, get_args, get_origin, get_type_hints
+from typing import (
+    Annotated,
+    Any,
+    Literal,
+    NotRequired,
+    Required,
+    Union,
+    cast,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import numpy as np
 from pydantic import ConfigDict, Discriminator, Tag
@@ -30,16 +41,14 @@ NestedNumbers = list[float] | list[list[float]]
 _LITERAL, _FILE = "matrices", "file"
 
 
-@cache
-def hints_of(cls: type[Any]) -> Mapping[str, Any]:
-    """Annotations of a class's attributes, by name, resolved."""
-    return MappingProxyType(get_type_hints(cls, include_extras=True))
+def hints_of(cls: type[Any], extras: bool = True) -> Mapping[str, Any]:
+    """Annotations of a class's attributes, by name, resolved; with or without the `extras` of `Annotated`."""
+    return _hints_of(cast(Hashable, cls), extras)
 
 
 @cache
-def _bare_hints_of(cls: type[Any]) -> Mapping[str, Any]:
-    """As `hints_of`, without what `Annotated` adds."""
-    return MappingProxyType(get_type_hints(cls))
+def _hints_of(cls: Hashable, extras: bool) -> Mapping[str, Any]:
+    return MappingProxyType(get_type_hints(cls, include_extras=extras))
 
 
 def table(cls: type[Any], kinds: Kinds, extra: Mapping[str, Any] | None = None,
@@ -192,7 +201,7 @@ def plain(value: Any, declared: Any = Any) -> Any:
     An int where a float is `declared` is that float, so that both spellings are one experiment.
     """
     if is_dataclass(value) and not isinstance(value, type):
-        hints = _bare_hints_of(type(value))
+        hints = hints_of(type(value), extras=False)
         items = ((field.name, getattr(value, field.name)) for field in fields(value) if field.init)
         return {name: plain(item, hints[name]) for name, item in items if item is not None}
     if isinstance(value, Mapping):
