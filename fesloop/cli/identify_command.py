@@ -4,25 +4,17 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
 from fesloop.cli.output import print_json, print_table, progress_bar
-from fesloop.errors import InputError
-
-GROUP = "fesloop.identifiers"
-"""Entry points of what makes a patient's model of a recording: a function of its path."""
+from fesloop.experiment.identifying import identifier
 
 
 def execute(args: Namespace) -> int:
     """Make the model file of a recording's patient; show how well it predicts what it was not fitted to."""
-    entry = next(iter(sorted(entry_points(group=GROUP), key=lambda each: each.name)), None)
-    if entry is None:
-        raise InputError("identify", "no installed package identifies models",
-                         remedy=f"install one with an entry point in {GROUP!r}")
     with progress_bar(f"identify {args.recording}"):
-        found = entry.load()(args.recording, measured=args.measured, method=args.method)
+        found = identifier()(args.recording, measured=args.measured, method=args.method)
     path = Path(args.out)
     found.model.save(path)
     report = {"model": str(path), **found.report()}

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from fesloop.errors import InputError, RunError
 from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.identifying import identifier
 from fesloop.experiment.parse import load
 from fesloop.experiment.trial import run
 
@@ -22,8 +22,6 @@ Kept = dict[str, Any]
 Key = tuple[str | int, ...]
 COHORT, FIRST_SEED = 2, 100
 """Pilots were members of cohort 1 and the presets."""
-IDENTIFIERS = "fesloop.identifiers"
-"""Entry points of what makes a patient's model of a recording: a function of its path."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,12 +71,8 @@ class Session:
     def identified(self, experiment: str, folder: Path, settings: Sequence[str] = ()) -> Path:
         """The model file of this patient, identified in a shipped experiment through its tracker."""
         recording = self.ran(self.load(experiment, settings), folder)
-        entry = next(iter(sorted(entry_points(group=IDENTIFIERS), key=lambda each: each.name)), None)
-        if entry is None:
-            raise InputError("identify", "no installed package identifies models",
-                             remedy=f"install one with an entry point in {IDENTIFIERS!r}")
         model = folder / "model.toml"
-        entry.load()(str(recording)).model.save(model)
+        identifier()(str(recording)).model.save(model)
         return model
 
 
