@@ -114,6 +114,7 @@ class EagerLoop:
         self._newest = dict.fromkeys(self._under_way, -1)
         self._last_arrival = dict.fromkeys(self._under_way, 0)
         self._wire_noise = {c.wire.name: c.wire.noise(wiring.seed, trial) for c in wiring.connections}
+        self._fates = {}
         self._execution_noise = {n.name: NoiseStream(
             stream_key(wiring.seed, f"{n.name}/execution", trial), 1, "uniform") for n in wiring.nodes}
         self._at = dict.fromkeys(self.inputs, 0)
@@ -222,8 +223,8 @@ class EagerLoop:
         wire, counts = connection.wire, self.counts[connection.wire.name]
         sequence = counts["sent"]
         counts["sent"] += 1
-        chance, shape = self._wire_noise[wire.name].row(number)
-        if chance < wire.loss:
+        _, shape = self._wire_noise[wire.name].row(number)
+        if self._lost(wire, number):
             counts["lost"] += 1
             return
         arrival = left + wire.latency_ns + wire.jitter.draw_ns(float(shape))
@@ -232,6 +233,16 @@ class EagerLoop:
         heapq.heappush(self._under_way[wire.name], (arrival, sequence, value, *stamps))
         if arrival <= self.until_ns:
             heapq.heappush(self._instants, arrival)
+
+    def _lost(self, wire, number):
+        """Whether a message is lost, the two-state chain being followed from the first tick on."""
+        fates = self._fates.setdefault(wire.name, [])
+        stays = 1 - 1 / wire.burst_messages if wire.burst_messages else wire.loss
+        begins = wire.loss * (1 - stays) / (1 - wire.loss) if wire.burst_messages else wire.loss
+        while len(fates) <= number:
+            limit = (stays if fates[-1] else begins) if fates else wire.loss
+            fates.append(self._wire_noise[wire.name].row(len(fates))[0] < limit)
+        return fates[number]
 
     def _deliver(self, node, now):
         """What is due goes into the ports of a node; of a plant with a grid at its ticks only."""

@@ -111,7 +111,8 @@ def _wire_row(wire: Wire) -> tuple[str, str, str, str]:
     if wire.jitter.kind != "zero":
         parts.append(f"{wire.jitter.kind} jitter")
     if wire.loss:
-        parts.append(f"{100 * wire.loss:g} % lost")
+        in_bursts = f" in bursts of {wire.burst_messages:g}" if wire.burst_messages else ""
+        parts.append(f"{100 * wire.loss:g} % lost{in_bursts}")
     return wire.source, wire.target, " + ".join(parts), wire.late
 
 

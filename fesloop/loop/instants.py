@@ -22,6 +22,8 @@ class Timeline:
         recorded = node.execution.recorded_ns
         self._recorded = recorded[trial] if recorded is not None and trial < len(recorded) else ()
         most, shortest = node.execution.most_ns, getattr(clock, "shortest_ns", 0)
+        fixed = recorded is None and not self._execution.random
+        self._fixed_ns = self._execution.draw_ns(0.0) if fixed else None
         self._never_busy = node.execution.kind == "measured" or (most is not None and most <= shortest)
         self._left: list[int | None] = []
         self._executed = self._busy_until = 0
@@ -45,12 +47,11 @@ class Timeline:
         return self._busy_until
 
     def _duration_ns(self, index: int, executed: int) -> int:
-        kind = self._execution.kind
-        if kind == "recorded":
+        if self._fixed_ns is not None:
+            return self._fixed_ns
+        if self._execution.kind == "recorded":
             return self._recorded[executed] if executed < len(self._recorded) else 0
-        if kind == "measured":
-            return 0
-        return self._execution.draw_ns(float(self._draws.row(index)[0]) if self._execution.random else 0.0)
+        return self._execution.draw_ns(float(self._draws.row(index)[0]))
 
     def steps_within(self, start_ns: int, stop_ns: int) -> tuple[int, int] | None:
         """First and last executed tick at or after `start_ns` and before `stop_ns`; None if there is none.
@@ -85,14 +86,16 @@ class Transit:
     def __init__(self, connection: Connection, sender: Timeline | Samplings, seed: int, trial: int) -> None:
         self._wire, self._sender = connection.wire, sender
         self._noise = self._wire.noise(seed, trial)
+        self._losses = self._wire.losses(self._noise)
         self._most_jitter = self._wire.jitter.most_ns or 0
+        self._latency_ns, self._least_ns = self._wire.latency_ns, self._wire.least_ns
 
     def arrival_ns(self, index: int) -> int | None:
         """When message `index` is delivered; None if it is lost or never sent."""
         arrival = self._raw_arrival_ns(index)
         if arrival is None or self._wire.late != "in-order" or not self._wire.jitter.random:
             return arrival
-        slowest = self._wire.latency_ns + self._most_jitter
+        slowest = self._latency_ns + self._most_jitter
         for before in range(index - 1, -1, -1):
             left = self._sender.left_ns(before)
             if left is None:
@@ -111,11 +114,11 @@ class Transit:
             return None
         wire = self._wire
         if wire.loss == 0.0 and wire.jitter.kind == "zero":
-            return left + wire.latency_ns
+            return left + self._latency_ns
         chance, shape = self._noise.row(index)
-        if chance < wire.loss:
+        if self._losses.lost(index, float(chance)):
             return None
-        return left + wire.latency_ns + wire.jitter.draw_ns(float(shape))
+        return left + self._latency_ns + wire.jitter.draw_ns(float(shape))
 
     def first_arrival(self, first: int, last: int | None = None) -> tuple[int, int] | None:
         """(arrival, number) of the earliest to be delivered of messages `first` to `last` (or all later)."""
@@ -123,7 +126,7 @@ class Transit:
         index, silent_from = first, self._sender.clock.tick(first) + LOST_AFTER_NS
         while last is None or index <= last:
             sent = self._sender.clock.tick(index)
-            if sent >= FOREVER or sent > silent_from or (best and sent + self._wire.least_ns >= best[0]):
+            if sent >= FOREVER or sent > silent_from or (best and sent + self._least_ns >= best[0]):
                 break
             arrival = self.arrival_ns(index)
             if arrival is not None and (best is None or arrival < best[0]):

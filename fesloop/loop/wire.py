@@ -10,6 +10,7 @@ from typing import Any, Literal
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_MS, RateClock, duration_ns
 from fesloop.loop.duration import ZERO, Duration
+from fesloop.loop.losses import Losses, least_burst
 from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.loop.signals import Sample, Value
 
@@ -27,13 +28,15 @@ class Wire:
     source, target: "node.port".
     latency_ms: transport time, taken by its decimal text, to the nearest ns.
     jitter: added to the latency, drawn for each message; the sum is never negative.
-    loss: probability that a message is lost, in [0, 1).
+    loss: share of the messages that is lost in the long run, in [0, 1).
     late: what becomes of a message that a newer one has overtaken. "keep-newest" drops and counts it;
         "in-order" lets no message overtake: each waits for its predecessor. What was sent later counts
         as newer, also where two messages carry the same capture.
     rate, offset_ms: when a plant's output is sampled into the wire, Hz and ms; by default at the reader's
         ticks. A wire from plant to plant must give its communication rate. A block's output is sent when
         the block steps, so there is no rate to give.
+    burst_messages: mean number of messages lost in a row (`losses.Losses`); 0: every message is lost or not
+        by itself. Theory that takes `loss` for independent losses does not hold for bursts.
     """
 
     source: str
@@ -44,6 +47,7 @@ class Wire:
     late: Late = "keep-newest"
     rate: str | int | float | None = None
     offset_ms: float = 0.0
+    burst_messages: float = 0.0
 
     def __post_init__(self) -> None:
         for end in (self.source, self.target):
@@ -61,11 +65,18 @@ class Wire:
                              "a sum of at least 0", "raise latency_ms or jitter.low_ms")
         if isinstance(self.loss, bool) or not (math.isfinite(self.loss) and 0.0 <= self.loss < 1.0):
             raise InputError(f"{where}: loss", f"{self.loss!r}", "a probability in [0, 1)")
+        self._require_burst(where)
         if self.late not in ("keep-newest", "in-order"):
             raise InputError(f"{where}: late", f"{self.late!r}", "keep-newest, in-order")
         duration_ns(self.offset_ms, NS_PER_MS, f"{where}: offset_ms")
         if self.rate is None and self.offset_ms:
             raise InputError(f"{where}: offset_ms", "given without a rate", "a rate beside it")
+
+    def _require_burst(self, where: str) -> None:
+        burst, least = self.burst_messages, least_burst(self.loss)
+        if isinstance(burst, bool) or not (math.isfinite(burst) and (burst == 0.0 or burst >= least)):
+            raise InputError(f"{where}: burst_messages", f"{burst!r}",
+                             f"{least:g} or more with this loss, or 0 for messages lost one by one")
 
     @property
     def name(self) -> str:
@@ -94,6 +105,10 @@ class Wire:
         """Row k: the uniform numbers that decide loss and jitter of the source's tick k."""
         return NoiseStream(stream_key(seed, f"wire/{self.name}", trial), 2, "uniform")
 
+    def losses(self, noise: NoiseStream) -> Losses:
+        """Which messages are lost, by the numbers of `noise`."""
+        return Losses(self.loss, self.burst_messages, noise)
+
 
 class Link:
     """A wire in operation: messages on their way, in the order in which they will be delivered.
@@ -108,8 +123,8 @@ class Link:
         was there.
     """
 
-    __slots__ = ("_held", "_in_order", "_last_arrival", "_noise", "_order", "_wire", "late", "latency_ns",
-                 "lost", "plain", "queue", "sent", "wire_name")
+    __slots__ = ("_held", "_in_order", "_last_arrival", "_losses", "_noise", "_order", "_wire", "late",
+                 "latency_ns", "lost", "plain", "queue", "sent", "wire_name")
 
     def __init__(self, wire: Wire, seed: int, trial: int) -> None:
         self.wire_name = wire.name
@@ -122,6 +137,7 @@ class Link:
         self._order: deque[int] = deque()
         self._held = -1
         self._noise = wire.noise(seed, trial)
+        self._losses = wire.losses(self._noise)
         self.plain = wire.loss == 0.0 and wire.jitter.kind == "zero"
 
     def send(self, index: int, value: Value, oldest: int, newest: int, left: int) -> None:
@@ -129,7 +145,7 @@ class Link:
         number = self.sent
         self.sent += 1
         chance, shape = self._noise.row(index)
-        if chance < self._wire.loss:
+        if self._losses.lost(index, float(chance)):
             self.lost += 1
             return
         arrival = left + self.latency_ns + self._wire.jitter.draw_ns(float(shape))

@@ -18,10 +18,10 @@ ROUGH = [f"{WIRE}.loss=0.2", f"{WIRE}.jitter.kind=uniform", f"{WIRE}.jitter.low_
          f"{WIRE}.jitter.high_ms=25", "experiment.duration_s=6", "experiment.trials=2"]
 
 
-@pytest.mark.parametrize("late", ["keep-newest", "in-order"])
-def test_what_stood_at_the_controller_is_what_it_read_at_every_tick(tmp_path, late):
+@pytest.mark.parametrize("more", ["late=keep-newest", "late=in-order", "burst_messages=4"])
+def test_what_stood_at_the_controller_is_what_it_read_at_every_tick(tmp_path, more):
     """The controller's own stamps say which estimate it used; jitter and loss are those of the run."""
-    result = fesloop.load(LATENCY, [*ROUGH, f"{WIRE}.late={late}"]).run(tmp_path)
+    result = fesloop.load(LATENCY, [*ROUGH, f"{WIRE}.{more}"]).run(tmp_path)
     with Recording(result.recording) as recording:
         for trial in range(2):
             arrived = _arrived(recording, "tracker.angles", trial)

@@ -36,6 +36,7 @@ def chains(draw):
     ends = ["plant.y", *(f"{n}.{p}" for n in names for p in ("u", "y")), "plant.u"]
     wires = [Wire(ends[2 * i], ends[2 * i + 1], latency_ms=draw(milliseconds), jitter=draw(jitters),
                   loss=draw(st.sampled_from([0.0, 0.0, 0.3])),
+                  burst_messages=draw(st.sampled_from([0, 0, 1, 4])),
                   late=draw(st.sampled_from(["keep-newest", "in-order"]))) for i in range(blocks + 1)]
     if draw(st.booleans()):
         wires[0] = replace(wires[0], rate=draw(rates), offset_ms=draw(milliseconds))

@@ -58,7 +58,8 @@ def wire(draw, source, end, target, port):
     sampled = source.is_plant and (target.is_plant or draw.random() < 0.4)
     return Wire(end, f"{target.name}.{port}", latency, duration(draw, 0.6, draw.choice([0, -latency])),
                 draw.choice([0, 0, 0, 0.2, 0.7]), draw.choice(["keep-newest", "in-order"]),
-                draw.choice(RATES) if sampled else None, draw.choice([0, 0, 2, 7.7]) if sampled else 0)
+                draw.choice(RATES) if sampled else None, draw.choice([0, 0, 2, 7.7]) if sampled else 0,
+                draw.choice([0, 0, 2.5, 10]))
 
 
 def random_wiring(seed):
