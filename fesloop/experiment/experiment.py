@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -61,26 +63,32 @@ class Experiment:
     wiring: Wiring = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        faults = list(self._faults_of_numbers())
-        if faults:
-            raise InputErrors(faults)
+        _raise_any(self._faults_of_numbers())
         object.__setattr__(self, "nodes", tuple(self.nodes))
         object.__setattr__(self, "wires", tuple(self.wires))
         object.__setattr__(self, "wiring", Wiring(self.nodes, self.wires, self.seed))
         nodes = self.wiring.nodes
         faults = self.score.faults(nodes, self.record.leave_out) + self.record.faults(nodes)
-        faults += row_faults(self.wiring)
-        if faults:
-            raise InputErrors(faults)
+        _raise_any(faults + row_faults(self.wiring))
         for node in self.nodes:
             if node.given_clock is not None:
                 _owner(self.nodes, node)
         if self.score.after_s * NS_PER_S >= self.duration_ns:
             raise InputError("score.after_s", f"{self.score.after_s:g} leaves nothing of a trial",
                              f"below {self.duration_ns / NS_PER_S:g} s, the duration")
-        faults = faults_in_place(self.wiring, self.duration_ns)
-        if faults:
-            raise InputErrors(faults)
+        _raise_any(faults_in_place(self.wiring, self.duration_ns))
+
+    def with_seed(self, seed: int) -> Experiment:
+        """The same experiment with another seed, at little cost: what no seed changes is not checked again.
+
+        It is the experiment that `load` makes with this seed. Raises InputErrors as that does.
+        """
+        made = copy.copy(self)
+        object.__setattr__(made, "seed", seed)
+        _raise_any(made._faults_of_numbers())
+        object.__setattr__(made, "wiring", self.wiring.with_seed(seed))
+        _raise_any(faults_in_place(made.wiring, made.duration_ns))
+        return made
 
     def _faults_of_numbers(self) -> Iterator[InputError]:
         """What is wrong with everything but the wiring."""
@@ -114,11 +122,20 @@ class Experiment:
 
     def document(self) -> dict[str, Any]:
         """The experiment with every parameter resolved, as plain tables: what a file of it would say."""
+        return copy.deepcopy(self._document())
+
+    def _document(self) -> dict[str, Any]:
+        """The document, its tables those that are kept."""
         about = {"name": self.name, "description": self.description,
                  "duration_s": None if self.duration_s is None else float(self.duration_s),
                  "trials": self.trials, "seed": self.seed}
+        return {"experiment": {key: value for key, value in about.items() if value is not None},
+                **self._tables}
+
+    @cached_property
+    def _tables(self) -> dict[str, Any]:
+        """The document without the table [experiment], made once: parameters do not change."""
         return {
-            "experiment": {key: value for key, value in about.items() if value is not None},
             **({"patient": plain(self.patient)} if self.patient is not None else {}),
             "record": plain(self.record),
             "blocks": {node.name: self._block_table(node) for node in self.nodes},
@@ -143,7 +160,7 @@ class Experiment:
 
     def as_json(self) -> str:
         """The document as JSON text, the same text for the same experiment."""
-        return json.dumps(self.document(), sort_keys=True, separators=(",", ":"))
+        return json.dumps(self._document(), sort_keys=True, separators=(",", ":"))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Experiment) and self.as_json() == other.as_json()
@@ -168,6 +185,13 @@ class Experiment:
         if result.status == "interrupted":
             raise KeyboardInterrupt
         return result
+
+
+def _raise_any(faults: Iterable[InputError]) -> None:
+    """Raise these faults as one, if there are any."""
+    every = list(faults)
+    if every:
+        raise InputErrors(every)
 
 
 def _owner(nodes: Iterable[Node], follower: Node) -> str:
