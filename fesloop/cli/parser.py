@@ -21,6 +21,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_list(commands)
     _add_check(commands)
     _add_run(commands)
+    _add_study(commands)
     _add_picture(commands)
     _add_reproduce(commands)
     _add_bench(commands)
@@ -72,6 +73,22 @@ def _add_run(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--out", metavar="DIR", default="runs",
                          help="folder of the recording (default: runs)")
     command.add_argument("--realtime", action="store_true", help="keep in step with the wall clock")
+
+
+def _add_study(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("study", help="run an experiment over axes and replicates; goes on by itself")
+    command.add_argument("study", metavar="STUDY", help="name (fesloop list) or path of a study file")
+    command.add_argument("--form", metavar="NAME", default="", help="another form of the study, such as full")
+    command.add_argument("--workers", type=int, metavar="N", help="processes here (default: one a core)")
+    command.add_argument("--scheduler", metavar="ADDRESS", help="run on the Dask cluster at this address")
+    command.add_argument("--out", metavar="DIR", default="studies",
+                         help="folder of results, in a folder of the study's name (default: studies)")
+    command.add_argument("--dry-run", action="store_true",
+                         help="say how many runs, how long, how much disk, and run none but a few to know")
+    command.add_argument("--retry-failed", action="store_true", help="run failed ones again")
+    command.add_argument("--mix-versions", action="store_true",
+                         help="go on with results of other code or libraries")
+    command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 
 def _add_picture(commands: _Commands[argparse.ArgumentParser]) -> None:

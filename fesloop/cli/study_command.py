@@ -1,0 +1,96 @@
+"""`fesloop study`."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from pathlib import Path
+
+from fesloop.cli.output import print_json, print_table
+from fesloop.cli.study_progress import StudyProgress, duration_text
+from fesloop.errors import InputError
+from fesloop.study.coordinator import Summary, run_study
+from fesloop.study.cost import Cost, cost
+from fesloop.study.estimates import Estimate
+from fesloop.study.results import StudyResults, load
+from fesloop.study.study import Study
+from fesloop.study.study_file import read_study
+
+_SHOWN = 10
+
+
+def execute(args: Namespace) -> int:
+    """Run a study, or what is left of it; print its table; leave figures beside its results."""
+    if args.workers is not None and args.scheduler is not None:
+        raise InputError("--workers", "stands beside --scheduler, whose cluster has workers of its own",
+                         "one of the two", "remove one")
+    study = read_study(args.study, args.form)
+    if args.dry_run:
+        return _dry_run(study, args)
+    watch = StudyProgress(study.name)
+    try:
+        summary = run_study(study, args.out, workers=args.workers, scheduler=args.scheduler, watch=watch,
+                            retry_failed=args.retry_failed, mix_versions=args.mix_versions)
+    finally:
+        watch.finish()
+    results = load(summary.store)
+    figures = _draw(results, study, summary.store.parent)
+    _show(summary, results)
+    for path in figures:
+        print(path, file=sys.stderr)
+    if args.json:
+        print_json({**summary.as_table(), "figures": [str(path) for path in figures]})
+    else:
+        print(summary.store)
+    return 0
+
+
+def _dry_run(study: Study, args: Namespace) -> int:
+    """Say what the study would take."""
+    watch = StudyProgress(study.name)
+    try:
+        found = cost(study, args.out, workers=args.workers, scheduler=args.scheduler, watch=watch)
+    finally:
+        watch.finish()
+    _show_cost(study, found)
+    if args.json:
+        print_json(found.as_table())
+    return 0
+
+
+def _show_cost(study: Study, found: Cost) -> None:
+    rows = [["cells", f"{found.cells:,}"], ["replicates", f"{study.about.replicates}"],
+            ["runs", f"{found.runs:,}"], ["of these done already", f"{found.done:,}"],
+            ["simulated", duration_text(found.simulated_s)],
+            ["one run", f"{found.run_s:.2f} s (median of {found.tried} that were tried, "
+                        f"{found.least_s:.2f} to {found.most_s:.2f})"],
+            ["workers", f"{found.workers}"], ["time left", duration_text(found.left_s)],
+            ["disk", f"{found.disk_bytes / 1e6:.1f} MB of {found.free_bytes / 1e6:,.0f} MB that are free"]]
+    if study.cost:
+        rows.append(["cost, as the file says", study.cost])
+    print_table(f"{study.name}: what it takes; nothing is kept of what was tried", ("", ""), rows, sys.stderr)
+
+
+def _draw(results: StudyResults, study: Study, folder: Path) -> list[Path]:
+    """The study's figures."""
+    if not study.figures:
+        return []
+    from fesloop.study.figures import draw
+
+    return [draw(results, figure, folder) for figure in study.figures]
+
+
+def _show(summary: Summary, results: StudyResults) -> None:
+    """A row a cell, as far as a screen goes, and failures by cause."""
+    rows = results.summary()
+    axes = list(dict.fromkeys(axis for row in rows for axis in row.levels))
+    cells = [[*(str(row.levels.get(axis, "all")) for axis in axes), f"{row.planned - row.waiting}",
+              f"{row.failed}", *(_told(estimate) for estimate in row.metrics.values())] for row in rows]
+    print_table(f"{summary.study}: {summary.done} of {summary.runs} runs done; mean and 95 % interval",
+                (*axes, "runs", "failed", *results.metrics), cells, sys.stderr)
+    for cause, count in list(summary.failed.items())[:_SHOWN]:
+        print(f"failed: {count} x {cause}", file=sys.stderr)
+
+
+def _told(estimate: Estimate) -> str:
+    return f"{estimate.value:.3g} ({estimate.low:.3g} to {estimate.high:.3g})"

@@ -1,0 +1,108 @@
+"""Tasks to a Dask cluster and outcomes back, a window of them under way at any time.
+
+However many tasks there are, only those of the window are held by client and scheduler, so memory does not
+grow with them. Outcomes come in the order in which they are done.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
+from queue import Empty, SimpleQueue
+from typing import Any, NamedTuple
+
+from fesloop.errors import RunError
+
+_AHEAD = 3
+"""Tasks under way for each thread of the cluster: one that runs, one that waits there, one in the mail."""
+_LEAST_AHEAD = 4
+_LOOK_S = 0.5
+_GONE = "the scheduler is gone; what was done is kept; start the study again to go on"
+_PATIENCE_S = 15.0
+"""For a scheduler that does not answer; a network's hiccup is shorter (chosen)."""
+
+
+class Task(NamedTuple):
+    """A function of a module, its arguments, and the name by which its outcome is told."""
+
+    id: str
+    function: Callable[..., Any]
+    arguments: tuple[Any, ...]
+
+
+class Done(NamedTuple):
+    """The outcome of a task, or the error that its worker, not it itself, came to."""
+
+    id: str
+    outcome: Any
+    fault: BaseException | None
+
+
+def pumped(client: Any, tasks: Iterator[Task], waiting: Callable[[], None] = lambda: None
+           ) -> Iterator[list[Done]]:
+    """Outcomes of all tasks, some at a time.
+
+    `waiting` is called while nothing comes, twice a second. Raises RunError when the scheduler is gone.
+    """
+    finished: SimpleQueue[Any] = SimpleQueue()
+    under_way: dict[str, Any] = {}
+    exhausted, silent_since = False, time.monotonic()
+    try:
+        while True:
+            while not exhausted and len(under_way) < _window(client):
+                task = next(tasks, None)
+                if task is None:
+                    exhausted = True
+                    break
+                future = client.submit(task.function, *task.arguments, key=f"fesloop-{task.id}", pure=False)
+                under_way[task.id] = future
+                future.add_done_callback(lambda _, id=task.id: finished.put(id))
+            if not under_way:
+                return
+            ids = _arrived(finished)
+            if client.status == "running":
+                silent_since = time.monotonic()
+            elif time.monotonic() - silent_since > _PATIENCE_S or client.status == "closed":
+                raise RunError(_GONE)
+            done = _outcomes(client, {id: under_way[id] for id in ids if id in under_way})
+            for each in done:
+                del under_way[each.id]
+            if done:
+                yield done
+            else:
+                waiting()
+    finally:
+        for future in under_way.values():
+            future.release()
+
+
+def _window(client: Any) -> int:
+    """How many tasks may be under way."""
+    threads = sum(client.nthreads().values()) if client.status == "running" else 0
+    return max(_LEAST_AHEAD, _AHEAD * threads)
+
+
+def _arrived(finished: SimpleQueue[Any]) -> list[str]:
+    """Ids of tasks that are done, waiting for a moment if there is none."""
+    ids = []
+    try:
+        ids.append(finished.get(timeout=_LOOK_S))
+        while True:
+            ids.append(finished.get_nowait())
+    except Empty:
+        return list(dict.fromkeys(ids))
+
+
+def _outcomes(client: Any, futures: dict[str, Any]) -> list[Done]:
+    """What finished tasks gave. Raises RunError where they were called off: the scheduler was restarted."""
+    whole = {id: future for id, future in futures.items() if future.status == "finished"}
+    if any(future.status in ("cancelled", "lost") for future in futures.values()):
+        raise RunError(_GONE)
+    try:
+        values = client.gather(list(whole.values()), errors="raise") if whole else []
+    except (OSError, CancelledError) as fault:
+        raise RunError(f"{_GONE} ({fault})") from None
+    done = [Done(id, value, None) for id, value in zip(whole, values, strict=True)]
+    return done + [Done(id, None, future.exception()) for id, future in futures.items()
+                   if future.status == "error"]

@@ -1,0 +1,293 @@
+"""Results on disk: one SQLite file, written by the coordinator alone.
+
+It keeps a rollback journal, not a write-ahead log: the file is whole by itself, others may read it while
+it is written, and a coordinator that is killed in the middle of a transaction leaves it as it was before that
+one. A result is there once or not at all: its row's key is the run's id.
+
+    about(key, value)                               format, name, form, study (JSON), created
+    cells(cell, levels, experiment, settings, document)     levels and settings JSON; document JSON, deflated
+    runs(cell, replicate, seed, id)                 what is planned; several cells may share a run
+    results(id, status, cause, metrics, wall_s, worker, finished, version, recording)
+    versions(version, text)                         `fesloop.study.versions`
+    prepared(id, key, status, cause, content)       models of patients
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sqlite3
+import zlib
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from fesloop.errors import InputError, RunError
+from fesloop.study.plan import PlannedCell
+from fesloop.study.store_file import (
+    FILE,
+    FORMAT,
+    ROOM_BYTES,
+    TABLE_NAMES,
+    TABLES,
+    locked,
+    opened,
+    unusable,
+    why,
+)
+from fesloop.study.study import Study
+from fesloop.study.versions import differences, version_text
+
+_PUT = """
+INSERT INTO results VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT(id) DO UPDATE SET status = excluded.status,
+    cause = excluded.cause, metrics = excluded.metrics, wall_s = excluded.wall_s, worker = excluded.worker,
+    finished = excluded.finished, version = excluded.version, recording = excluded.recording
+    WHERE results.status = 'failed'
+"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredResult:
+    """What is kept of a run.
+
+    Attributes
+    ----------
+    id: of the run.
+    status: done or failed; cause: why it failed, in one line.
+    metrics: numbers, None where the run has none.
+    wall_s: how long it took. worker: where. recording: path of it, "" where it was not kept.
+    """
+
+    id: str
+    status: str
+    cause: str
+    metrics: dict[str, float | None]
+    wall_s: float
+    worker: str
+    recording: str = ""
+
+
+class Store:
+    """The file of one study, open for its coordinator.
+
+    Parameters
+    ----------
+    folder: made if it is not there.
+    study: whose results the file holds, or will hold.
+    mix_versions: take a file on that was begun with other code or libraries.
+
+    Raises InputError for a folder that cannot be written to, a file that is no study's, of another study or
+    version, and one that another coordinator is at.
+    """
+
+    def __init__(self, folder: Path, study: Study, *, mix_versions: bool = False) -> None:
+        self.path = folder / FILE
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            free = shutil.disk_usage(folder).free
+        except OSError as fault:
+            raise unusable(folder, f"cannot be written to: {fault.strerror}") from None
+        if free < ROOM_BYTES:
+            raise unusable(folder, f"the disk is full, {free / 1e6:.0f} MB are left")
+        self._lock = locked(folder)
+        try:
+            self._file = opened(self.path)
+            with self._named():
+                self._begin(study)
+                self._version = self._known_version(mix_versions)
+        except BaseException:
+            self._lock.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let the file go, for another coordinator to take."""
+        self._file.close()
+        self._lock.close()
+
+    def _begin(self, study: Study) -> None:
+        """Make the tables of a new file; hold an old one against the study."""
+        document = json.dumps(study.document, sort_keys=True)
+        tables = {name for (name,) in self._file.execute("SELECT name FROM sqlite_master")}
+        if not tables or (tables >= TABLE_NAMES and self._is_empty()):
+            about = {"format": FORMAT, "name": study.name, "form": study.form, "study": document,
+                     "created": datetime.now(UTC).isoformat(timespec="seconds")}
+            with self._transaction():
+                for name in sorted(tables & TABLE_NAMES):
+                    self._file.execute(f"DROP TABLE {name}")
+                for statement in TABLES.split(";")[:-1]:
+                    self._file.execute(statement)
+                self._file.executemany("INSERT INTO about VALUES(?, ?)", about.items())
+            return
+        about = dict(self._file.execute("SELECT key, value FROM about")) if "about" in tables else {}
+        if about.get("format") != FORMAT:
+            raise InputError(str(self.path), f"is {about.get('format', 'no study of fesloop')!r}", FORMAT,
+                             "give another --out, or move the file away")
+        if about["study"] != document:
+            raise InputError(str(self.path), f"was made by another study: "
+                             f"{_first_difference(json.loads(about['study']), study.document)}",
+                             "the study that made it", "give another --out, or move the file away")
+
+    def _is_empty(self) -> bool:
+        """Whether nothing has come of a study yet: its file is any study's then."""
+        return not any(self._file.execute(f"SELECT 1 FROM {name} LIMIT 1").fetchone()
+                       for name in ("results", "prepared"))
+
+    def _known_version(self, mix_versions: bool) -> int:
+        """The number of this version, noted in the file."""
+        here = version_text()
+        there = [text for (text,) in self._file.execute("SELECT text FROM versions ORDER BY version")]
+        if there and here not in there and not mix_versions:
+            raise InputError(str(self.path), f"was made by another version: {differences(there[-1], here)}",
+                             "the version that made it",
+                             "give another --out, or --mix-versions to go on regardless")
+        if here not in there:
+            with self._transaction():
+                self._file.execute("INSERT INTO versions VALUES(?, ?)", (len(there), here))
+            return len(there)
+        return there.index(here)
+
+    def put_plan(self, cells: Iterable[PlannedCell]) -> float:
+        """Note every cell and run, or hold them against those that are there; the simulated seconds of all.
+
+        Raises InputError where a file's plan is another one, as when its base experiment has changed.
+        """
+        planned = self._file.execute("SELECT count(*) FROM cells").fetchone()[0]
+        simulated_s = 0.0
+        with self._named(), self._transaction():
+            for each in cells:
+                self._hold_against(each) if planned else self._add(each)
+                simulated_s += each.simulated_s * len(each.runs)
+        return simulated_s
+
+    def _add(self, each: PlannedCell) -> None:
+        cell = each.cell
+        self._file.execute("INSERT INTO cells VALUES(?, ?, ?, ?, ?)", (
+            cell.number, json.dumps(cell.levels), cell.experiment, json.dumps(cell.settings),
+            zlib.compress(each.document.encode())))
+        self._file.executemany("INSERT INTO runs VALUES(?, ?, ?, ?)",
+                               ((run.cell, run.replicate, run.seed, run.id) for run in each.runs))
+        if each.cause:
+            self._put([StoredResult(id=run.id, status="failed", cause=each.cause, metrics={}, wall_s=0.0,
+                                    worker="") for run in each.runs])
+
+    def _hold_against(self, each: PlannedCell) -> None:
+        found = self._file.execute("SELECT id FROM runs WHERE cell = ? ORDER BY replicate",
+                                   (each.cell.number,)).fetchall()
+        if [id for (id,) in found] == [run.id for run in each.runs]:
+            return
+        if "cause" not in json.loads(zlib.decompress(self.document(each.cell.number))):
+            raise InputError(str(self.path), f"was made when {each.cell.experiment} was another experiment "
+                             f"(seen at {each.cell.place})", "the same experiments as then",
+                             "give another --out, or move the file away")
+        # What it needs could not be prepared then, and has been now.
+        self._file.executemany("DELETE FROM results WHERE id = ?", found)
+        for table in ("cells", "runs"):
+            self._file.execute(f"DELETE FROM {table} WHERE cell = ?", (each.cell.number,))
+        self._add(each)
+
+    def pending(self, *, retry_failed: bool = False) -> list[tuple[int, int, str]]:
+        """(cell, seed, id) of every run without a result, cell by cell; of failed ones too if asked for."""
+        skip = "WHERE status != 'failed'" if retry_failed else ""
+        return self._file.execute(
+            f"SELECT min(cell), min(seed), id FROM runs WHERE id NOT IN (SELECT id FROM results {skip}) "
+            "GROUP BY id ORDER BY min(cell), min(seed)").fetchall()
+
+    def document(self, cell: int) -> bytes:
+        """JSON of a cell's experiment, deflated."""
+        row = self._file.execute("SELECT document FROM cells WHERE cell = ?", (cell,)).fetchone()
+        return bytes(row[0])
+
+    def put(self, results: Sequence[StoredResult]) -> None:
+        """Note results, all or none; those that are there already stay, but for failed ones.
+
+        Raises RunError where the disk has no room or cannot be written to; what was noted before is kept.
+        """
+        with self._transaction():
+            self._put(results)
+
+    def _put(self, results: Sequence[StoredResult]) -> None:
+        finished = datetime.now(UTC).isoformat(timespec="seconds")
+        self._file.executemany(_PUT, [
+            (each.id, each.status, each.cause, json.dumps(each.metrics), each.wall_s, each.worker, finished,
+             self._version, each.recording) for each in results])
+
+    def prepared(self) -> dict[str, tuple[str, str, str]]:
+        """(status, cause, content) of what was prepared, by id."""
+        return {id: (status, cause, content) for id, status, cause, content in self._file.execute(
+            "SELECT id, status, cause, content FROM prepared")}
+
+    def put_prepared(self, id: str, key: str, status: str, cause: str, content: str) -> None:
+        """Note what was prepared, or why it could not be."""
+        with self._transaction():
+            self._file.execute("INSERT OR REPLACE INTO prepared VALUES(?, ?, ?, ?, ?)",
+                               (id, key, status, cause, content))
+
+    @property
+    def started(self) -> bool:
+        """Whether anything has come of the study before."""
+        return not self._is_empty()
+
+    def distinct_runs(self) -> int:
+        """How many runs are planned, those that several cells share counted once."""
+        return int(self._file.execute("SELECT count(DISTINCT id) FROM runs").fetchone()[0])
+
+    def counts(self) -> tuple[int, dict[str, int]]:
+        """How many distinct runs are done, and how many failed for each cause."""
+        done = self._file.execute("SELECT count(*) FROM results WHERE status = 'done'").fetchone()[0]
+        causes = self._file.execute("SELECT cause, count(*) FROM results WHERE status = 'failed' "
+                                    "GROUP BY cause ORDER BY count(*) DESC").fetchall()
+        return done, dict(causes)
+
+    def wall_s(self) -> list[float]:
+        """How long each run that has a result took."""
+        return [seconds for (seconds,) in self._file.execute("SELECT wall_s FROM results")]
+
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        """All or nothing, and on the disk when it is over."""
+        try:
+            self._file.execute("BEGIN IMMEDIATE")
+            try:
+                yield
+                self._file.execute("COMMIT")
+            except BaseException:
+                if self._file.in_transaction:
+                    self._file.execute("ROLLBACK")
+                raise
+        except sqlite3.Error as fault:
+            raise RunError(f"{self.path}: {why(fault)}; what stood in it before is kept; make room or mend "
+                           "the disk, and start the study again") from None
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        """What SQLite says of a file that is none of its own, as an error of the user's."""
+        try:
+            yield
+        except sqlite3.DatabaseError as fault:
+            raise InputError(str(self.path), f"is damaged, or no study of fesloop: {fault}", FORMAT,
+                             "give another --out, or move the file away") from None
+
+
+def _first_difference(there: Any, here: Any, path: str = "") -> str:
+    """The first key in which two study documents differ, and both values."""
+    if isinstance(there, dict) and isinstance(here, dict):
+        for key in {**there, **here}:
+            if there.get(key) != here.get(key):
+                return _first_difference(there.get(key), here.get(key), f"{path}.{key}" if path else str(key))
+    return f"{path} is {_shown(there)} there, {_shown(here)} here"
+
+
+def _shown(value: Any) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 60 else text[:57] + "..."

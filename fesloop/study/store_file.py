@@ -1,0 +1,64 @@
+"""The file of a store: its tables, how it is opened, the lock beside it, and what SQLite says."""
+
+from __future__ import annotations
+
+import sqlite3
+from pathlib import Path
+
+from fesloop.errors import InputError
+
+FORMAT = "fesloop study 1"
+FILE = "study.sqlite"
+ROOM_BYTES = 2**24
+"""What must be free on the disk before a study starts (chosen: as for a recording)."""
+_BUSY_S = 10.0
+TABLES = """
+CREATE TABLE about(key TEXT PRIMARY KEY, value TEXT) WITHOUT ROWID;
+CREATE TABLE cells(cell INTEGER PRIMARY KEY, levels TEXT, experiment TEXT, settings TEXT, document BLOB);
+CREATE TABLE runs(cell INTEGER, replicate INTEGER, seed INTEGER, id TEXT, PRIMARY KEY(cell, replicate))
+    WITHOUT ROWID;
+CREATE TABLE results(id TEXT PRIMARY KEY, status TEXT, cause TEXT, metrics TEXT, wall_s REAL, worker TEXT,
+    finished TEXT, version INTEGER, recording TEXT) WITHOUT ROWID;
+CREATE TABLE versions(version INTEGER PRIMARY KEY, text TEXT UNIQUE);
+CREATE TABLE prepared(id TEXT PRIMARY KEY, key TEXT, status TEXT, cause TEXT, content TEXT) WITHOUT ROWID;
+CREATE INDEX runs_by_id ON runs(id);
+"""
+TABLE_NAMES = {"about", "cells", "runs", "results", "versions", "prepared"}
+
+
+def opened(path: Path) -> sqlite3.Connection:
+    """The file of a store, in which nothing is written but by explicit transactions."""
+    try:
+        file = sqlite3.connect(path, timeout=_BUSY_S, isolation_level=None, check_same_thread=False)
+        file.execute("PRAGMA synchronous = FULL")
+    except sqlite3.Error as fault:
+        raise unusable(path.parent, why(fault)) from None
+    return file
+
+
+def locked(folder: Path) -> sqlite3.Connection:
+    """A lock that ends with this process, however it ends: a transaction on a file beside the store."""
+    lock = sqlite3.connect(folder / f".{FILE}.lock", timeout=0.0, isolation_level=None,
+                           check_same_thread=False)
+    try:
+        lock.execute("BEGIN EXCLUSIVE")
+    except sqlite3.OperationalError as fault:
+        lock.close()
+        if "locked" in str(fault):
+            raise InputError(str(folder), "another fesloop study is writing there", "one at a time",
+                             "wait for it, or give another --out") from None
+        raise unusable(folder, f"cannot be written to: {why(fault)}") from None
+    return lock
+
+
+def unusable(folder: Path, found: str) -> InputError:
+    """What is wrong with a folder."""
+    return InputError(f"--out {folder}", found,
+                      f"a folder that can be written to, with {ROOM_BYTES / 1e6:.0f} MB free",
+                      "make room, or give another folder")
+
+
+def why(fault: sqlite3.Error) -> str:
+    """SQLite's words, with those for a full disk as a user knows them."""
+    text = str(fault)
+    return "the disk is full" if "full" in text else f"cannot be written ({text})"
