@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
 
-Level = float | str
-Axes = dict[str, tuple[Level, ...]]
+AxisLevel = float | str
+Axes = dict[str, tuple[AxisLevel, ...]]
 _ALIKE = 1e-6
 """Relative difference below which a number that is asked for is a level, so that 41.66667 finds 125 / 3."""
 
@@ -27,8 +27,8 @@ def axes_of(tables: Sequence[Mapping[str, Any]]) -> tuple[Axes, dict[str, NDArra
     places: dict[str, NDArray[np.int64]] = {}
     for axis in tables[0] if tables else ():
         given = [table[axis] for table in tables]
-        numeric = all(type(value) in (int, float) for value in given)
-        levels: list[Level] = [float(value) if numeric else level_text(value) for value in given]
+        numeric = all(is_number(value) for value in given)
+        levels: list[AxisLevel] = given if numeric else [level_text(value) for value in given]
         ordered = dict.fromkeys(sorted(set(levels)) if numeric else levels)
         axes[axis] = tuple(ordered)
         number = {level: place for place, level in enumerate(ordered)}
@@ -36,21 +36,31 @@ def axes_of(tables: Sequence[Mapping[str, Any]]) -> tuple[Axes, dict[str, NDArra
     return axes, places
 
 
+def is_number(value: object) -> TypeGuard[int | float]:
+    """Whether a level is a number; a switch, true or false, is none."""
+    return type(value) in (int, float)
+
+
+def is_numeric(levels: Sequence[AxisLevel]) -> bool:
+    """Whether an axis is one of numbers."""
+    return all(is_number(level) for level in levels)
+
+
 def level_text(value: Any) -> str:
     """A level as it is written: text bare, everything else as in a study file."""
     if isinstance(value, str):
         return value
-    return f"{value:g}" if type(value) in (int, float) else json.dumps(value)
+    return f"{value:g}" if is_number(value) else json.dumps(value)
 
 
-def place_of(axes: Mapping[str, Sequence[Level]], axis: str, asked: Any) -> int:
+def place_of(axes: Mapping[str, Sequence[AxisLevel]], axis: str, asked: Any) -> int:
     """Where a level stands on an axis; InputError for an axis or a level that is not there."""
     require_axis(axes, axis)
     levels = axes[axis]
     if asked in levels and not isinstance(asked, bool):
         return levels.index(asked)
-    if type(asked) in (int, float):
-        near = [i for i, level in enumerate(levels) if isinstance(level, float)
+    if is_number(asked):
+        near = [i for i, level in enumerate(levels) if is_number(level)
                 and abs(level - asked) <= _ALIKE * max(abs(level), abs(asked))]
         if len(near) == 1:
             return near[0]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from fesloop.errors import InputError, did_you_mean
-from fesloop.study.axis_levels import Level
+from fesloop.study.axes import LevelValue
 
 Kind = Literal["heat_map", "curves"]
 Statistic = Literal["mean", "median", "share"]
@@ -40,7 +40,7 @@ class Figure:
     y: str | None = None
     by: str | None = None
     panels: str | None = None
-    at: dict[str, Level] = field(default_factory=dict)
+    at: dict[str, LevelValue] = field(default_factory=dict)
     statistic: Statistic | None = None
     confidence: float = 0.95
     title: str = ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,9 +15,14 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.study import exports
-from fesloop.study.axis_levels import Axes
+from fesloop.study.axis_levels import Axes, AxisLevel, is_numeric
+from fesloop.study.comparison import Comparison, compare
+from fesloop.study.estimates import Estimate, estimates
+from fesloop.study.figure_specs import Statistic
+from fesloop.study.repeats import drawn_axes
 from fesloop.study.run_columns import FAILED, WAITING, RunColumns, run_columns
 from fesloop.study.store_reading import read_store, store_path
+from fesloop.study.summary import SummaryRow, summary
 
 OWN_COLUMNS = ("cell", "replicate", "seed", "id", "status", "cause", "wall_s", "recording")
 """Of every table, so names that neither an axis nor a metric may have."""
@@ -102,6 +108,44 @@ class StudyResults:
         """Write the table as Parquet; InputError where that cannot be or pyarrow is not installed."""
         exports.write_parquet(self.table(), Path(path))
 
+    def cells(
+        self, metric: str, by: Sequence[str] | None = None, at: Mapping[str, Any] | None = None,
+        statistic: Statistic | None = None, confidence: float = 0.95,
+    ) -> list[Estimate]:
+        """A metric in each cell, with how sure it is.
+
+        Parameters
+        ----------
+        by: axes whose levels are told apart, the others being averaged over; None: all but those of cohorts.
+        at: levels at which other axes are held. statistic: None: the share for a metric that is only ever 0
+            or 1, else the mean. confidence: of the intervals.
+
+        Raises InputError for an axis, level or metric that the study does not have.
+        """
+        named = [axis for axis in self.axes if axis not in (at or {}) and axis not in self._cohorts()]
+        return estimates(self.axes, self.runs, drawn_axes(self.study, self.axes), metric,
+                         named if by is None else by, at or {}, statistic, confidence)
+
+    def _cohorts(self) -> list[str]:
+        return [axis for axis, table in self.study.get("axes", {}).items() if table.get("cohort")]
+
+    def compare(
+        self, metric: str, first: Mapping[str, Any], second: Mapping[str, Any],
+        at: Mapping[str, Any] | None = None, statistic: Statistic | None = None, confidence: float = 0.95,
+    ) -> Comparison:
+        """A metric at levels `first` less that at `second`, by pairs of runs that differ in nothing else.
+
+        Runs of one replicate have the same seed, so what is random is the same in a pair, and the difference
+        is known better than the two values. `at`: levels at which other axes are held. Raises InputError for
+        what the study does not have, and where nothing can be paired.
+        """
+        return compare(self.axes, self.runs, drawn_axes(self.study, self.axes), metric, first, second,
+                       at or {}, statistic, confidence)
+
+    def summary(self, most: int = 40) -> list[SummaryRow]:
+        """The study in at most so many rows, if that can be: every cell, else every level of each axis."""
+        return summary(self.axes, self.metrics, self.cells, most)
+
     def failures(self) -> dict[str, int]:
         """How many distinct runs failed, by cause, the most frequent first."""
         failed = self.runs.status == FAILED
@@ -124,7 +168,6 @@ class StudyResults:
         return total.hexdigest()
 
 
-def _levels(levels: tuple[Any, ...]) -> NDArray[Any]:
-    """Levels of an axis as an array: of floats where they are numbers, else of objects."""
-    numeric = all(isinstance(level, float) for level in levels)
-    return np.array(levels, dtype=np.float64 if numeric else object)
+def _levels(levels: tuple[AxisLevel, ...]) -> NDArray[Any]:
+    """Levels of an axis as an array: of numbers where they are such, else of objects."""
+    return np.array(levels) if is_numeric(levels) else np.array(levels, dtype=object)
