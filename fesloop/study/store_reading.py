@@ -10,10 +10,8 @@ from typing import Any
 from urllib.parse import quote
 
 from fesloop.errors import InputError
+from fesloop.study.store_file import FILE, FORMAT
 
-FORMAT = "fesloop study 1"
-STORE_NAME = "study.sqlite"
-"""Of the store in a study's folder."""
 _BUSY_S = 30.0
 """Chosen: a coordinator holds its lock for the milliseconds of one commit, longer on a slow shared disk."""
 _TABLES = {
@@ -43,9 +41,9 @@ class StoreRows:
 def store_path(path: str | Path) -> Path:
     """The store itself, of a store or of the folder that holds one; InputError where there is none."""
     given = Path(path)
-    found = given / STORE_NAME if given.is_dir() else given
+    found = given / FILE if given.is_dir() else given
     if not found.is_file():
-        what = f"holds no {STORE_NAME}" if given.is_dir() else "does not exist"
+        what = f"holds no {FILE}" if given.is_dir() else "does not exist"
         raise InputError(str(given), what, "a study's store, or the folder that holds it")
     return found
 
