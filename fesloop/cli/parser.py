@@ -76,7 +76,7 @@ def _add_run(commands: _Commands[argparse.ArgumentParser]) -> None:
 
 
 def _add_study(commands: _Commands[argparse.ArgumentParser]) -> None:
-    command = commands.add_parser("study", help="run an experiment over axes and replicates; goes on by itself")
+    command = commands.add_parser("study", help="run an experiment over axes and replicates")
     command.add_argument("study", metavar="STUDY", help="name (fesloop list) or path of a study file")
     command.add_argument("--form", metavar="NAME", default="", help="another form of the study, such as full")
     command.add_argument("--workers", type=int, metavar="N", help="processes here (default: one a core)")

@@ -15,7 +15,7 @@ _SHOWN = 60
 
 
 class StudyProgress:
-    """A `fesloop.study.coordinator.Watch` that tells on standard error: rate, time left, failures by cause."""
+    """A `fesloop.study.coordinator.Watch` that tells on standard error."""
 
     def __init__(self, name: str) -> None:
         self._name = name
