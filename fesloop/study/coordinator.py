@@ -95,17 +95,25 @@ def run_study(study: Study, out: str | Path = "studies", *, workers: int | None 
             deque(checked, maxlen=0)
         else:
             store.put_plan(checked)
-        watch.stage("start workers")
-        with connected(workers, scheduler) as client, TemporaryDirectory(prefix="fesloop-") as folder:
-            if not store.started:
-                _try_bases(client, study, watch)
-            if study.prepare:
-                settings = _prepare(client, study, preparations, store, Path(folder), retry_failed, watch)
-                store.put_plan(plan(study, settings, lambda share: watch.stage("plan", share)))
-            _run(client, study, store, retry_failed, watch)
+        if study.prepare or store.pending(retry_failed=retry_failed):
+            watch.stage("start workers")
+            with connected(workers, scheduler) as client:
+                _come_to_results(client, study, preparations, store, retry_failed, watch)
         done, failed = store.counts()
         return Summary(study=study.name, store=store.path, runs=store.distinct_runs(), done=done,
                        failed=failed, wall_s=time.perf_counter() - began)
+
+
+def _come_to_results(client: Any, study: Study, preparations: Preparations, store: Store,
+                     retry_failed: bool, watch: Watch) -> None:
+    """Try the base, prepare what cells need, and run them."""
+    if not store.started:
+        _try_bases(client, study, watch)
+    if study.prepare:
+        with TemporaryDirectory(prefix="fesloop-") as folder:
+            settings = _prepare(client, study, preparations, store, Path(folder), retry_failed, watch)
+            store.put_plan(plan(study, settings, lambda share: watch.stage("plan", share)))
+    _run(client, study, store, retry_failed, watch)
 
 
 def meanwhile(study: Study) -> Settings:
