@@ -12,17 +12,19 @@ from fesloop.experiment import registry
 from fesloop.experiment.parse import read, shipped
 from fesloop.experiment.patients import presets
 from fesloop.experiment.variants import listed
+from fesloop.study.study_file import described_studies
 
 
 def execute(args: Namespace) -> int:
-    """Print shipped experiments and their variants, block kinds and patients."""
+    """Print shipped experiments and their variants, studies, block kinds and patients."""
     documents = {name: read(name)[1] for name in shipped()}
     experiments = {name: str(each["experiment"].get("description", "")) for name, each in documents.items()}
     variants = {name: listed(each) for name, each in documents.items() if "variants" in each}
     kinds = {kind: _summary(kind) for kind in registry.kinds()}
-    patients = presets()
+    patients, studies = presets(), described_studies()
     if args.json:
-        print_json({"experiments": experiments, "variants": variants, "kinds": kinds, "patients": patients})
+        print_json({"experiments": experiments, "variants": variants, "studies": studies, "kinds": kinds,
+                    "patients": patients})
     else:
         print_table("Shipped experiments", ("name", "what it is"), list(experiments.items()), sys.stdout)
         if variants:
@@ -30,6 +32,9 @@ def execute(args: Namespace) -> int:
             print_table("Their variants", ("name", "--set", "options, the default first"), [
                 (name, f"{variant}=...", _options(table)) for name, each in variants.items()
                 for variant, table in each.items()], sys.stdout)
+        print()
+        print_table("Shipped studies", ("name", "--form", "what it is, and what the form costs"), [
+            (name, form, text) for name, each in studies.items() for form, text in each.items()], sys.stdout)
         print()
         print_table("Block kinds", ("kind", "what it is"), list(kinds.items()), sys.stdout)
         print()

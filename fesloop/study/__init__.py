@@ -1,8 +1,9 @@
 """Studies: an experiment run over axes and replicates, and what came of it.
 
-    from fesloop.study import load
+    from fesloop.study import load, read_study, run_study
 
-    results = load("studies/latency_map")
+    summary = run_study(read_study("latency_map"))
+    results = load(summary.store)
     results.compare("error_deg", {"controller": "mpc"}, {"controller": "pid"})
 
 Everything named here is imported on first use, so that `import fesloop.study` itself takes no time.
@@ -13,16 +14,24 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from fesloop.study.coordinator import Summary, run_study
     from fesloop.study.figure_specs import Figure
     from fesloop.study.results import StudyResults, load
+    from fesloop.study.study import Study
+    from fesloop.study.study_file import read_study, study_of
 
 _HOMES = {
     "Figure": "fesloop.study.figure_specs",
+    "Study": "fesloop.study.study",
     "StudyResults": "fesloop.study.results",
+    "Summary": "fesloop.study.coordinator",
     "load": "fesloop.study.results",
+    "read_study": "fesloop.study.study_file",
+    "run_study": "fesloop.study.coordinator",
+    "study_of": "fesloop.study.study_file",
 }
 
-__all__ = ["Figure", "StudyResults", "load"]
+__all__ = ["Figure", "Study", "StudyResults", "Summary", "load", "read_study", "run_study", "study_of"]
 
 
 def __getattr__(name: str) -> Any:

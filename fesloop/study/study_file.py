@@ -74,10 +74,14 @@ def study_of(document: Mapping[str, Any], form: str = "", folder: Path | None = 
                  folder=folder, document=settled)
 
 
-def forms_of(study: str | Path) -> dict[str, str]:
-    """The forms of a sound study file beside the file itself, each with its cost."""
-    forms = tomllib.loads(_content(study)[1].decode("utf-8-sig")).get("forms", {})
-    return {form: str(patch.get("cost", "")) for form, patch in forms.items() if isinstance(patch, dict)}
+def described_studies() -> dict[str, dict[str, str]]:
+    """Shipped studies: under "" what each is, under the name of each other form what that costs."""
+    found = {}
+    for name in shipped_studies():
+        document = tomllib.loads(_content(name)[1].decode("utf-8-sig"))
+        forms = {form: str(patch.get("cost", "")) for form, patch in document.get("forms", {}).items()}
+        found[name] = {"": str(document["study"].get("description", "")), **forms}
+    return found
 
 
 def _content(study: str | Path) -> tuple[str, bytes, Path | None]:
