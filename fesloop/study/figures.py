@@ -1,0 +1,49 @@
+"""Figures of a study, written as PNG."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from fesloop.errors import InputError, InputErrors
+from fesloop.study.curve_figures import curves
+from fesloop.study.figure_specs import Figure
+from fesloop.study.heat_maps import heat_map
+from fesloop.study.overlays import Overlay, check_overlays
+from fesloop.study.results import StudyResults
+
+
+def draw(results: StudyResults, figure: Figure, folder: str | Path, overlays: Sequence[Overlay] = ()) -> Path:
+    """Draw a figure of a study's results into `folder`; the file, NAME.png.
+
+    `overlays` are lines over it, such as theory's. Raises InputError for a figure of what the study does not
+    have, or of which no run is planned, for an overlay that does not fit, where matplotlib is not installed,
+    and where the file cannot be written.
+    """
+    faults = figure.faults(tuple(results.axes), results.metrics)
+    if faults:
+        raise InputErrors([InputError(f"figure {figure.name}: {fault.where}", fault.found, fault.allowed,
+                                      fault.remedy) for fault in faults])
+    check_overlays(results, figure, overlays)
+    named = [axis for key, axis in figure.named_axes() if key != "at"]
+    found = results.cells(figure.metric, named, figure.at, figure.statistic, figure.confidence)
+    if not found:
+        raise InputError(f"figure {figure.name}", "shows nothing: no run is planned there", "levels of a cell")
+    _require_matplotlib()
+    drawing = {"heat_map": heat_map, "curves": curves}[figure.kind](results, figure, found, overlays)
+    path = Path(folder) / f"{figure.name}.png"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        drawing.savefig(path)
+    except OSError as fault:
+        raise InputError(str(path), f"cannot be written: {fault.strerror}",
+                         "a folder that can be written") from None
+    return path
+
+
+def _require_matplotlib() -> None:
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: F401
+    except ImportError:
+        raise InputError("figures", "matplotlib is not installed", "matplotlib 3.8 or later",
+                         "pip install matplotlib") from None
