@@ -10,8 +10,10 @@ from __future__ import annotations
 import time
 import zlib
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Protocol
@@ -72,6 +74,22 @@ class Summary:
                 "failed": self.failed, "wall_s": self.wall_s}
 
 
+@dataclass(slots=True)
+class Tally:
+    """Runs that are done, and that failed by cause."""
+
+    done: int
+    failed: dict[str, int]
+
+    def add(self, results: Sequence[StoredResult]) -> None:
+        """Count results."""
+        for each in results:
+            if each.status == "done":
+                self.done += 1
+            else:
+                self.failed[each.cause] = self.failed.get(each.cause, 0) + 1
+
+
 def run_study(study: Study, out: str | Path = "studies", *, workers: int | None = None,
               scheduler: str | None = None, retry_failed: bool = False, mix_versions: bool = False,
               watch: Watch | None = None) -> Summary:
@@ -95,7 +113,7 @@ def run_study(study: Study, out: str | Path = "studies", *, workers: int | None 
             deque(checked, maxlen=0)
         else:
             store.put_plan(checked)
-        if study.prepare or store.pending(retry_failed=retry_failed):
+        if study.prepare or any(store.pending(retry_failed=retry_failed)):
             watch.stage("start workers")
             with connected(workers, scheduler) as client:
                 _come_to_results(client, study, preparations, store, retry_failed, watch)
@@ -172,25 +190,24 @@ def _prepare(client: Any, study: Study, preparations: Preparations, store: Store
 
 def _run(client: Any, study: Study, store: Store, retry_failed: bool, watch: Watch) -> None:
     """Run what is pending, and note what comes."""
-    pending = store.pending(retry_failed=retry_failed)
-    total = store.distinct_runs()
+    total, tally = store.distinct_runs(), Tally(*store.counts())
+    if retry_failed:
+        tally.failed.clear()
+    watch.runs(tally.done, tally.failed, total)
+    tasks = _tasks(study, store, store.pending(retry_failed=retry_failed))
+    for several in pumped(client, tasks, lambda: watch.runs(tally.done, tally.failed, total)):
+        results = [_result(each) for each in several]
+        store.put(results)
+        tally.add(results)
+        watch.runs(tally.done, tally.failed, total)
 
-    def tell() -> None:
-        watch.runs(*store.counts(), total)
 
-    tell()
-    for several in pumped(client, _tasks(study, store, pending), tell):
-        store.put([_result(each) for each in several])
-        tell()
-
-
-def _tasks(study: Study, store: Store, pending: list[tuple[int, int, str]]) -> Iterator[Task]:
+def _tasks(study: Study, store: Store, pending: Iterator[tuple[int, int, str]]) -> Iterator[Task]:
     wanted = Wanted(study.metrics, study.about.recordings, str((store.path.parent / "recordings").absolute()))
-    cell, document = -1, b""
-    for number, seed, id in pending:
-        if number != cell:
-            cell, document = number, store.document(number)
-        yield Task(id, run_one, (id, document, seed, wanted))
+    for number, runs in groupby(pending, itemgetter(0)):
+        document = store.document(number)
+        for _, seed, id in runs:
+            yield Task(id, run_one, (id, document, seed, wanted))
 
 
 def _result(each: Done) -> StoredResult:

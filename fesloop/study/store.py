@@ -48,6 +48,13 @@ INSERT INTO results VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT(id) DO UPDATE 
     finished = excluded.finished, version = excluded.version, recording = excluded.recording
     WHERE results.status = 'failed'
 """
+_PENDING = """
+SELECT cell, replicate, seed, id FROM runs AS this WHERE (cell, replicate) > (?, ?)
+    AND NOT EXISTS (SELECT 1 FROM results WHERE results.id = this.id AND NOT (? AND status = 'failed'))
+    AND NOT EXISTS (SELECT 1 FROM runs AS other WHERE other.id = this.id
+                    AND (other.cell, other.replicate) < (this.cell, this.replicate))
+    ORDER BY cell, replicate LIMIT 1000
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -196,12 +203,16 @@ class Store:
             self._file.execute(f"DELETE FROM {table} WHERE cell = ?", (each.cell.number,))
         self._add(each)
 
-    def pending(self, *, retry_failed: bool = False) -> list[tuple[int, int, str]]:
-        """(cell, seed, id) of every run without a result, cell by cell; of failed ones too if asked for."""
-        skip = "WHERE status != 'failed'" if retry_failed else ""
-        return self._file.execute(
-            f"SELECT min(cell), min(seed), id FROM runs WHERE id NOT IN (SELECT id FROM results {skip}) "
-            "GROUP BY id ORDER BY min(cell), min(seed)").fetchall()
+    def pending(self, *, retry_failed: bool = False) -> Iterator[tuple[int, int, str]]:
+        """(cell, seed, id) of every run without a result, cell by cell; of failed ones too if asked for.
+
+        A run that several cells share comes once, with the first of them. They are read some at a time, so
+        that results may be put meanwhile.
+        """
+        place = -1, -1
+        while page := self._file.execute(_PENDING, (*place, retry_failed)).fetchall():
+            yield from ((cell, seed, id) for cell, _, seed, id in page)
+            place = page[-1][:2]
 
     def document(self, cell: int) -> bytes:
         """JSON of a cell's experiment, deflated."""
