@@ -17,9 +17,12 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.opening import open_file
+from fesloop.experiment.stored_rows import Column, StoredRows
 from fesloop.loop.clock import FOREVER
 
 _ROWS_A_READ = 65536
+_KEPT_BYTES = 2**21
+"""Of a recording that are read whole and kept: to ask HDF5 for a field of some rows costs .2 ms each time."""
 _STREAMS = ("blocks", "plants", "inputs")
 _TABLES = ("events", "messages")
 
@@ -48,20 +51,6 @@ class Signal:
     left_ns: NDArray[np.int64]
 
 
-class Column:
-    """Values of a signal, (n, *shape of the port), read from the file where they are sliced."""
-
-    def __init__(self, dataset: h5py.Dataset, field: str, first: int, stop: int) -> None:
-        self._field, self._first, self._stop = dataset.fields(field), first, stop
-        self.shape: tuple[int, ...] = (stop - first, *dataset.dtype[field].shape)
-
-    def __getitem__(self, rows: slice) -> NDArray[np.float64]:
-        """Values of a span of rows; a step is not honoured."""
-        start, stop, _ = rows.indices(self.shape[0])
-        values: NDArray[np.float64] = self._field[self._first + start:self._first + max(start, stop)]
-        return values
-
-
 @dataclass(frozen=True, slots=True)
 class Event:
     """Something that happened to a node or a wire in a run."""
@@ -88,6 +77,7 @@ class Recording:
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         self._file = open_file(self.path)
+        self._rows: dict[str, StoredRows] = {}
         self.experiment: dict[str, Any] = json.loads(self._file["experiment"][()])
         self.name = str(self._file.attrs["name"])
         self.seed = int(self._file.attrs["seed"])
@@ -125,7 +115,8 @@ class Recording:
     @property
     def trials(self) -> int:
         """How many trials have been begun."""
-        last = [dataset["trial"][-1] for _, dataset in self._datasets() if dataset.shape[0]]
+        every = [self._rows_of(path, dataset) for path, dataset in self._datasets()]
+        last = [rows.read("trial", rows.count - 1, rows.count)[0] for rows in every if rows.count]
         return int(max(last)) + 1 if last else 0
 
     @property
@@ -142,8 +133,8 @@ class Recording:
 
         Raises InputError for a name that is not recorded.
         """
-        dataset, field = self._stream(name)
-        return _signal(name, field, dataset, *_span(dataset, trial))
+        rows, field = self._stream(name)
+        return _signal(name, field, rows, *rows.span(trial))
 
     def column(self, name: str, trial: int = 0, after_ns: int = 0,
                until_ns: int = FOREVER) -> tuple[NDArray[np.int64], Column]:
@@ -151,24 +142,33 @@ class Recording:
 
         For signals of any length. Raises InputError for a name that is not recorded.
         """
-        dataset, field = self._stream(name)
-        first, stop = _span(dataset, trial)
-        times = _read(dataset, "time_ns", first, stop)
+        rows, field = self._stream(name)
+        first, stop = rows.span(trial)
+        times = rows.read("time_ns", first, stop)
         late, end = np.searchsorted(times, after_ns), np.searchsorted(times, until_ns, side="right")
-        return times[late:end], Column(dataset, field, first + int(late), first + int(end))
+        return times[late:end], Column(rows, field, first + int(late), first + int(end))
 
-    def _stream(self, name: str) -> tuple[h5py.Dataset, str]:
-        """The dataset and the field that hold a signal."""
+    def _stream(self, name: str) -> tuple[StoredRows, str]:
+        """The rows and the field that hold a signal."""
         node, _, port = name.partition(".")
-        for kind in ("blocks", "plants"):
-            dataset = self._file.get(f"{kind}/{node}")
-            if dataset is not None and port in json.loads(dataset.attrs["units"]):
-                return dataset, port
-        dataset = self._file.get(f"inputs/{node}/{port}")
+        for path in (f"blocks/{node}", f"plants/{node}"):
+            dataset = self._file.get(path)
+            if dataset is not None and port in self._rows_of(path, dataset).units:
+                return self._rows_of(path, dataset), port
+        path = f"inputs/{node}/{port}"
+        dataset = self._file.get(path)
         if dataset is None:
             raise InputError(f"{self.path}: {name}", "is not recorded", ", ".join(self.signals),
                              did_you_mean(name, self.signals))
-        return dataset, "value"
+        return self._rows_of(path, dataset), "value"
+
+    def _rows_of(self, path: str, dataset: h5py.Dataset) -> StoredRows:
+        """Rows of a dataset; those that are known, unless some were added since."""
+        known = self._rows.get(path)
+        if known is None or known.count != dataset.shape[0]:
+            room = _KEPT_BYTES - sum(rows.kept_bytes for rows in self._rows.values())
+            known = self._rows[path] = StoredRows(dataset, room)
+        return known
 
     @property
     def events(self) -> list[Event]:
@@ -209,32 +209,15 @@ class Recording:
                     yield from ((f"{kind}/{name}/{port}", group[name][port]) for port in sorted(group[name]))
 
 
-def _span(dataset: h5py.Dataset, trial: int) -> tuple[int, int]:
-    """First row of a trial, and the row after its last."""
-    first, stop = np.searchsorted(_read(dataset, "trial", 0, dataset.shape[0]), [trial, trial + 1])
-    return int(first), int(stop)
-
-
-def _read(dataset: h5py.Dataset, field: str, first: int, stop: int) -> NDArray[Any]:
-    """One field of some rows. HDF5 makes notes on every chunk of a read, so one read takes not too many."""
-    dtype, source = dataset.dtype[field], dataset.fields(field)
-    values = np.empty((stop - first, *dtype.shape), dtype.base)
-    for start in range(first, stop, _ROWS_A_READ):
-        until = min(start + _ROWS_A_READ, stop)
-        values[start - first:until - first] = source[start:until]
-    return values
-
-
-def _signal(name: str, field: str, dataset: h5py.Dataset, first: int, stop: int) -> Signal:
+def _signal(name: str, field: str, rows: StoredRows, first: int, stop: int) -> Signal:
     """One field of a stream's rows `first` to `stop`, with their stamps."""
-    read = partial(_read, dataset, first=first, stop=stop)
-    names = dataset.dtype.names
+    read = partial(rows.read, first=first, stop=stop)
+    names = rows.dtype.names or ()
     times, values = read("time_ns"), read(field)
-    unit = json.loads(dataset.attrs["units"])[field]
     left = read("left_ns") if "left_ns" in names else times
     if "captured_ns" in names:
         oldest = newest = read("captured_ns")
     else:
         oldest, newest = read("oldest_ns"), read("newest_ns")
     indices = read("index") if "index" in names else np.arange(len(times))
-    return Signal(name, unit, indices, times, values, oldest, newest, left)
+    return Signal(name, rows.units[field], indices, times, values, oldest, newest, left)

@@ -96,9 +96,10 @@ def _joint_metrics(recording: Recording, score: Score) -> dict[str, Any]:
 
 def _joint_names(score: Score, truth: Sequence[Trace]) -> tuple[str, ...]:
     """Those that the score gives; else those of the hand's freedoms, where the truth is as many angles."""
+    if score.joints or not truth:
+        return score.joints
     freedoms = hand_tree(HandSize()).freedoms
-    whole_hand = bool(truth) and truth[0][1].shape[1:] == (len(freedoms),)
-    return score.joints or (freedoms if whole_hand else ())
+    return freedoms if truth[0][1].shape[1:] == (len(freedoms),) else ()
 
 
 def _add_by_joint(joints: dict[str, Any], metric: str, trials: list[NDArray[np.float64]]) -> None:
