@@ -17,20 +17,17 @@ from fesloop.errors import FesloopError, RunError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.reading import Recording
 from fesloop.experiment.recording import RecordingWriter
+from fesloop.experiment.rehearsal import rehearse
 from fesloop.experiment.scoring import metrics_of
 from fesloop.experiment.timing import TimedBlock, timed
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.realtime import Pacer, pace_of
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
-from fesloop.loop.wiring import Wiring
 
 _FIRST_STRETCH_NS = NS_PER_MS
 _LONGEST_STRETCH_NS = 100 * NS_PER_S
 _STRETCH_WALL_S = 0.05
-_REHEARSAL_NS = NS_PER_S // 10
-_REHEARSAL_WALL_S = 1.0
-"""No stretch of the rehearsal begins later, however dense the ticks are."""
 _FLUSH_WALL_S = 0.4
 """Stretch and flush together stay below the second that a killed run may lose."""
 
@@ -176,7 +173,7 @@ def run(experiment: Experiment, out: Path, *, realtime: bool = False,
     InputError, and leaves nothing behind, where the run cannot start.
     """
     wiring, timed_blocks = timed(experiment.wiring, experiment.record.timed)
-    _load_kernels(experiment.wiring)
+    rehearse(experiment, realtime)
     loop = Loop(wiring, recorder=Recorder(experiment.record.plant_rate))
     with closing(loop):
         writer = RecordingWriter(out, experiment)
@@ -196,21 +193,6 @@ def run(experiment: Experiment, out: Path, *, realtime: bool = False,
                   metrics=_scored(writer.path, status), wall_s=wall_s,
                   realtime_factor=this.simulated_ns / NS_PER_S / wall_s, cause=cause,
                   deadlines=late[0], missed_deadlines=late[1])
-
-
-def _load_kernels(wiring: Wiring) -> None:
-    """Run a loop of its own for a moment, so that no tick of the run waits for compiled code.
-
-    Not where a device would notice. Whatever goes wrong here does so again in the run, which tells.
-    """
-    if any(hasattr(node.part, "close") for node in wiring.nodes):
-        return
-    began, done = time.perf_counter(), 0
-    with suppress(Exception):
-        loop = Loop(wiring, recorder=Recorder())
-        while done < _REHEARSAL_NS and time.perf_counter() - began < _REHEARSAL_WALL_S:
-            done = max(1, 4 * done)
-            loop.run_until(min(done, _REHEARSAL_NS))
 
 
 @contextmanager

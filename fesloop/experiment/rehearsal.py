@@ -1,0 +1,42 @@
+"""A moment of a loop before the run itself, so that no tick of the run waits for compiled code."""
+
+from __future__ import annotations
+
+import time
+from contextlib import suppress
+from typing import Any
+
+from fesloop.experiment.experiment import Experiment
+from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.record import Recorder
+from fesloop.loop.run import Loop
+
+_MOMENT_NS = NS_PER_S // 10
+_LONGEST_WALL_S = 1.0
+"""No stretch of the rehearsal begins later, however dense the ticks are."""
+_rehearsed: set[frozenset[type[Any]]] = set()
+"""Classes of the parts of every loop that this process has rehearsed: their kernels are loaded."""
+
+
+def rehearse(experiment: Experiment, realtime: bool) -> None:
+    """Load the kernels of a run, where that has yet to be done.
+
+    A loop of the same kinds of parts needs it once in a process. Where the wall clock decides what comes of
+    the run (in real time, or where steps are measured) it is done each time, for another parameter may lead
+    to another kernel; elsewhere such a kernel costs some wall time and changes nothing. Not where a device
+    would notice. Whatever goes wrong here does so again in the run, which tells.
+    """
+    wiring = experiment.wiring
+    if any(hasattr(node.part, "close") for node in wiring.nodes):
+        return
+    parts = frozenset(type(node.part) for node in wiring.nodes)
+    measured = any(node.execution.kind == "measured" for node in wiring.nodes)
+    if parts in _rehearsed and not (realtime or measured or experiment.record.timed):
+        return
+    _rehearsed.add(parts)
+    began, done = time.perf_counter(), 0
+    with suppress(Exception):
+        loop = Loop(wiring, recorder=Recorder())
+        while done < _MOMENT_NS and time.perf_counter() - began < _LONGEST_WALL_S:
+            done = max(1, 4 * done)
+            loop.run_until(min(done, _MOMENT_NS))
