@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from controllers.allocation import Allocation, allocation_of
 from controllers.ilc_bank import BankRule, explained
 from controllers.ilc_checks import check, faults
-from controllers.ilc_convergence import Condition, condition
+from controllers.ilc_convergence import Condition, condition_of
 from controllers.ilc_laws import LawName, Learning
 from controllers.ilc_limits import Limits, pulses_of
 from controllers.ilc_newton import AllocatedCurves
@@ -185,8 +185,7 @@ class Ilc:
 
     def condition(self, context: Context) -> Condition:
         """Whether the law converges on its nominal model, and with what margin."""
-        period = period_ns(context)
-        return condition(self.learning(period), period)
+        return condition_of(self, period_ns(context))
 
     def faults(self, context: Context, surroundings: Surroundings) -> tuple[InputError, ...]:
         """What of the parameters does not fit the loop around: its delay."""

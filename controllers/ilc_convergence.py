@@ -18,7 +18,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,12 +30,17 @@ from controllers.ilc_trajectories import response, strongest
 from fesloop.loop.clock import NS_PER_S
 from fesloop.models.linear_model import SampledModel
 
+if TYPE_CHECKING:
+    from controllers.ilc import Ilc
+
 Array = NDArray[np.float64]
 SEEN = 0.01
 """Singular value of G, over the greatest, below which a pattern of drives counts as not seen (chosen)."""
 _PATTERNS = ("in the strongest pattern seen", "in the weakest pattern seen")
 _FREQUENCIES = 400
 _ROUNDING = 1e-9
+_KEPT = 4
+"""Controllers whose condition is kept, the last used."""
 _STRONGEST_PLANT = 1e3
 """Margin above which it is given as this."""
 
@@ -66,6 +72,12 @@ class Condition(NamedTuple):
         return (("slim_margin" if self.holds else "may_diverge",
                  f"law {law}: {grows}convergence is certain only for a plant up to "
                  f"{self.strength_margin:.2f} times as strong as the model"),)
+
+
+@lru_cache(maxsize=_KEPT)
+def condition_of(ilc: Ilc, period_ns: int) -> Condition:
+    """The condition of a controller at a period; kept, for every run of it begins with that."""
+    return condition(ilc.learning(period_ns), period_ns)
 
 
 def condition(learning: Learning, period_ns: int) -> Condition:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +23,9 @@ Array = NDArray[np.float64]
 _TYPICAL_SHARE = 0.5
 """Of a channel's reach, at which its charge per drive is taken, to be corrected from there (chosen)."""
 
+_KEPT = 32
+"""Candidates whose coefficients are kept, the last used: those of a few controllers."""
+
 
 def candidates_of(mpc: Mpc, period_ns: int) -> tuple[Candidate, ...]:
     """The plant at every speed and delay that it may have, under drives recorded once."""
@@ -37,6 +41,17 @@ def candidates_of(mpc: Mpc, period_ns: int) -> tuple[Candidate, ...]:
 
 def _candidate(mpc: Mpc, period_ns: int, speed: float, later_ns: int, latest_ns: int) -> Candidate:
     """One of them; all keep drives for as long as the one with the longest delay does."""
+    plan, observer = _coefficients(mpc, period_ns, speed, later_ns, latest_ns)
+    return Candidate(speed, later_ns, plan, observer, observer.init(),
+                     mpc.adaptation.init(observer) if mpc.adaptation else None,
+                     Qp(plan.hessian, plan.rows, solver=mpc.solver, centred=True))
+
+
+@lru_cache(maxsize=_KEPT)
+def _coefficients(
+    mpc: Mpc, period_ns: int, speed: float, later_ns: int, latest_ns: int
+) -> tuple[Plan, Observer]:
+    """What of a candidate nothing changes; kept, for every trial of every run begins with the same."""
     model = altered(mpc.model, speed, later_ns)
     delay_ns = model.delay_ns + duration_ns(mpc.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
     reach_ns = duration_ns(mpc.max_age_ms, NS_PER_MS, "max_age_ms") + latest_ns - later_ns
@@ -45,10 +60,7 @@ def _candidate(mpc: Mpc, period_ns: int, speed: float, later_ns: int, latest_ns:
         disturbance_walk=math.radians(mpc.disturbance_deg),
         measurement_noise=math.radians(mpc.measurement_deg),
         unseen=mpc.grasping_outputs or range(model.outputs), touching_s=mpc.touching_s)
-    plan = _plan(mpc, model, period_ns, delay_ns - model.delay_ns)
-    return Candidate(speed, later_ns, plan, observer, observer.init(),
-                     mpc.adaptation.init(observer) if mpc.adaptation else None,
-                     Qp(plan.hessian, plan.rows, solver=mpc.solver, centred=True))
+    return _plan(mpc, model, period_ns, delay_ns - model.delay_ns), observer
 
 
 def _plan(mpc: Mpc, model: LinearModel, period_ns: int, actuation_ns: int) -> Plan:
