@@ -19,6 +19,7 @@ from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.guard import is_finite
 from fesloop.loop.signals import NEVER, Port, Sample, Value
 from fesloop.loop.status import StatusLatch
+from fesloop.models.linear_form import SampledForm, memoryless
 
 Array = NDArray[np.float64]
 PerChannel = float | tuple[float, ...]
@@ -49,10 +50,9 @@ class SafetyState:
     accepted: (channels, 2), the last pulses let through from good input.
     given: (ticks of a second, channels), C of each message, by its number modulo their count.
     total: (channels,), C since the run began.
-    index: of the tick before.
     ramp_from_ns: when the ramp to zero began; NEVER while the input is good.
     stopped: whether the emergency stop was ever on.
-    hit: bits of what was limited at the tick before.
+    index, hit: of the tick before, and bits of what was limited then.
     """
 
     limits: Array
@@ -154,10 +154,13 @@ class Safety:
         """For the channels, and the posture if any, that are wired in; raises InputError for other shapes."""
         sizes = {shapes[name] for name in ("posture", "posture_sd") if name in shapes}
         if len(sizes) > 1 or any(len(size) != 1 for size in sizes):
-            raise InputError("posture", f"signals of shapes {sorted(sizes)} are wired in",
-                             "vectors of one size")
+            raise InputError("posture", f"signals of shapes {sorted(sizes)} are wired in", "vectors of one size")
         joints = next(iter(sizes))[0] if sizes else self.joints
         return replace(self, channels=shapes.get("stimulation", (self.channels,))[0], joints=joints)
+
+    def linear_form(self, context: Context) -> SampledForm:
+        """The pulses as they are: while no limit acts."""
+        return memoryless(("stimulation",), "stimulation", np.eye(self.channels), passes_pulses=True)
 
     def init(self, context: Context) -> SafetyState:
         """Nothing let through yet."""

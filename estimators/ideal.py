@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
-from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.noise import NoiseStream
 from fesloop.loop.signals import Port, Sample, Value
+from fesloop.models.linear_form import SampledForm, memoryless, uncovered
 
 Array = NDArray[np.float64]
 PerJoint = float | tuple[float, ...]
@@ -103,6 +104,27 @@ class IdealTracker:
             _per_joint(name, getattr(self, name), self.joints, signed=True)
             for name in ("bias_deg", "drift_deg_s", "noise_deg", "walk_deg")])
         return IdealState(context.noise(2 * self.joints), errors, np.zeros(self.joints))
+
+    def linear_form(self, context: Context) -> SampledForm:
+        """The truth with white noise, through a line of ticks where there is a delay.
+
+        Raises InputError for errors that do not come to rest, for quantisation, and for a delay without a
+        rate.
+        """
+        for name in ("drift_deg_s", "walk_deg", "quantisation_deg"):
+            if np.any(getattr(self, name)):
+                raise uncovered(name, f"{getattr(self, name)}", "0")
+        sd = np.radians(_per_joint("noise_deg", self.noise_deg, self.joints, signed=False))
+        whole = memoryless(("angles",), "angles", np.eye(self.joints), np.diag(sd) if sd.any() else None)
+        delay, clock = duration_ns(self.delay_ms, NS_PER_MS, "delay_ms"), context.clock
+        if not delay:
+            return whole
+        if not isinstance(clock, RateClock) or clock.period_den != 1:
+            raise uncovered("delay_ms", f"{self.delay_ms:g} on a clock without a period of whole ns", "0")
+        ticks, joints = -(-delay // clock.period_num), self.joints
+        line = np.eye(ticks * joints, k=-joints)
+        return replace(whole, a=line, b=np.eye(ticks * joints, joints), d=np.zeros((joints, joints)),
+                       c=np.eye(ticks * joints)[-joints:])
 
     def step(self, state: IdealState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """The truth with its error; before any truth has arrived, what the input holds, and a report."""

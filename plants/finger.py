@@ -14,6 +14,7 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context
 from fesloop.loop.clock import FOREVER, NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Value
+from fesloop.models.linear_form import ContinuousForm, uncovered
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.recruitment import Recruitment
 from plants.checks import require_positive, require_shape
@@ -254,3 +255,10 @@ class Finger:
         return LinearModel(
             a=system.a, b=system.b, c=system.c[rows], offset=system.offset[rows], delay_ns=self._delay_ns,
             recruitment=None if self.recruitment_curve == "linear" else self.recruitment)
+
+    def linear_form(self, output: OutputName) -> ContinuousForm:
+        """Fresh muscles, from drives (under "linear": pulse widths, s) to one of the outputs."""
+        if self.fatigue is not None:
+            raise uncovered("fatigue", "muscles that tire", "none")
+        per_unit = 1e6 / self.full_scale_us if self.recruitment_curve == "linear" else 1.0
+        return ContinuousForm.of(self.linear_model(output), "stimulation", output, per_unit)

@@ -13,6 +13,7 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import Port, Value
+from fesloop.models.linear_form import ContinuousForm, uncovered
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.recruitment import Recruitment
 from plants.checks import require_shape
@@ -194,6 +195,13 @@ class StateSpace:
         system = self._system
         return LinearModel(a=system.a, b=system.b, c=system.c, offset=system.offset,
                            recruitment=self.recruitment)
+
+    def linear_form(self, output: Literal["y"]) -> ContinuousForm:
+        """The linear part, behind recruitment."""
+        for key, found in (("nonlinearity", self.nonlinearity.kind), ("grid_rate", self.grid_rate)):
+            if found not in ("none", None):
+                raise uncovered(key, f"{found}", "none")
+        return ContinuousForm.of(self.linear_model(), self.inputs[0].name, output)
 
 
 def _rows(matrix: Any) -> Rows:

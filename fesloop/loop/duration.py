@@ -88,6 +88,26 @@ class Duration:
             return _ns(self.ms)
         return _ns(self.high_ms) if self.kind != "zero" else 0
 
+    def share_within(self, limit_ns: int) -> float:
+        """Probability that a drawn duration is at most `limit_ns`: the distribution function of `draw_ns`.
+
+        Raises InputError where nothing is drawn.
+        """
+        if not self.random:
+            raise InputError("kind", f"{self.kind!r}", "uniform, normal, exponential")
+        low, high = self.least_ns, _ns(self.high_ms)
+        if limit_ns < low:
+            return 0.0
+        if limit_ns >= high:
+            return 1.0
+        if self.kind == "uniform":
+            return (limit_ns - low + 1) / (high - low + 1)
+        limit_ms = (limit_ns + 0.5) / NS_PER_MS  # up to here a draw is rounded down to the limit
+        mean_ms, sd_ms = self.mean_ms or 0.0, self.sd_ms or 0.0
+        if self.kind == "normal":
+            return _STANDARD_NORMAL.cdf((limit_ms - mean_ms) / sd_ms) if sd_ms else float(limit_ms >= mean_ms)
+        return -math.expm1(-limit_ms / mean_ms) if mean_ms else 1.0
+
     def draw_ns(self, uniform: float) -> int:
         """The duration that belongs to a number of the unit interval (inverse distribution function)."""
         if self.kind == "uniform":

@@ -10,6 +10,7 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.signals import Port, Sample, Value
+from fesloop.models.linear_form import SampledForm, memoryless
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,6 +56,10 @@ class Select:
         if len(shape) != 1:
             raise InputError("vector", f"a signal of shape {shape} is wired in", "a vector: shape (size,)")
         return replace(self, size=shape[0])
+
+    def linear_form(self, context: Context) -> SampledForm:
+        """The elements."""
+        return memoryless(("vector",), "elements", np.eye(self.size)[list(self.indices)])
 
     def init(self, context: Context) -> None:
         """No state."""

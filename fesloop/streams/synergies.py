@@ -15,6 +15,7 @@ from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.signals import Port, Sample, Value
+from fesloop.models.linear_form import SampledForm, memoryless
 
 Array = NDArray[np.float64]
 _FINGERS = ("F2", "F3", "F4", "F5")
@@ -111,6 +112,10 @@ class Synergies:
         """`synergies`, `sd`."""
         size = (len(self.rows),)
         return Port("synergies", size, "rad"), Port("sd", size, "rad")
+
+    def linear_form(self, context: Context) -> SampledForm:
+        """The sums; `sd` has none."""
+        return memoryless(("angles",), "synergies", self.matrix)
 
     def init(self, context: Context) -> tuple[Array, Array]:
         """C and c: constants."""

@@ -1,0 +1,110 @@
+"""What a block or a plant says of itself where it is linear: the form that the theory of a loop is made of.
+
+Deviations from rest are what counts, so constants (offsets, bias, a constant reference) stand in no form.
+A signal of stimulation (channels, 2) counts as one number a channel: the drive, where `curves` turn drives
+into pulses and a plant's own turn them back, else the pulse width in s.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.loop.block import Context
+from fesloop.loop.signals import Port
+from fesloop.models.linear_model import LinearModel
+from fesloop.models.recruitment import Recruitment
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SampledForm:
+    """x[k+1] = a x[k] + b u[k], y[k] = c x[k] + d u[k] + noise w[k] at the ticks, w white, standard normal.
+
+    Attributes
+    ----------
+    inputs: names of the ports that u stacks; others make no difference.
+    output: name of the port that y is.
+    a, b, c, d: (n, n), (n, inputs), (outputs, n), (outputs, inputs); n may be 0.
+    noise: (outputs, noises); may have no columns.
+    curves: recruitment that the block inverts to make pulses of drives.
+    passes_pulses: whether it puts out the pulses that it reads, as they are.
+    """
+
+    inputs: tuple[str, ...]
+    output: str
+    a: Array
+    b: Array
+    c: Array
+    d: Array
+    noise: Array
+    curves: Recruitment | None = None
+    passes_pulses: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ContinuousForm:
+    """x' = a x + b u(t - delay), y = c x, time in s.
+
+    Attributes
+    ----------
+    input, output: names of the ports.
+    a, b, c: (n, n), (n, inputs), (outputs, n).
+    delay_ns: of the input.
+    curves: recruitment that turns pulses into u.
+    """
+
+    input: str
+    output: str
+    a: Array
+    b: Array
+    c: Array
+    delay_ns: int = 0
+    curves: Recruitment | None = None
+
+    @classmethod
+    def of(cls, model: LinearModel, input: str, output: str, per_unit: float = 1.0) -> ContinuousForm:
+        """The form of a model whose drive is `per_unit` times what the input carries."""
+        return cls(input=input, output=output, a=model.a, b=per_unit * model.b, c=model.c,
+                   delay_ns=model.delay_ns, curves=model.recruitment)
+
+
+@runtime_checkable
+class LinearBlock(Protocol):
+    """A sampled block that is linear, or can be."""
+
+    def linear_form(self, context: Context) -> SampledForm:
+        """Raises InputError, named by a parameter, for what is not linear."""
+
+
+@runtime_checkable
+class LinearPlant(Protocol):
+    """A plant that is linear, or can be."""
+
+    def linear_form(self, output: Any) -> ContinuousForm:
+        """With one of its outputs; raises InputError, named by a parameter, for what is not linear."""
+
+
+def memoryless(inputs: tuple[str, ...], output: str, gain: Array, noise: Array | None = None,
+               passes_pulses: bool = False) -> SampledForm:
+    """y = gain u + noise w; `gain` is (outputs, inputs)."""
+    outputs, given = gain.shape
+    return SampledForm(
+        inputs=inputs, output=output, a=np.zeros((0, 0)), b=np.zeros((0, given)), c=np.zeros((outputs, 0)),
+        d=gain, noise=np.zeros((outputs, 0)) if noise is None else noise, passes_pulses=passes_pulses)
+
+
+def uncovered(where: str, found: str, allowed: str) -> InputError:
+    """What is not linear, or beyond the theory: one line that names it."""
+    return InputError(where, found, f"{allowed}, for the theory of a linear loop")
+
+
+def numbers_of(port: Port) -> int:
+    """How many numbers a port carries in a form."""
+    sizes = [size for size in port.shape if size is not None]
+    return sizes[0] if port.unit == "A,s" else int(np.prod(sizes, initial=1.0))

@@ -1,0 +1,68 @@
+"""What noise, latency, jitter and loss cost a linear loop at rest, exactly."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.experiment.experiment import Experiment
+from fesloop.theory.linear_loop import LinearLoop, linear_loop
+from fesloop.theory.period_map import period_map
+from fesloop.theory.second_moments import SecondMoments
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StationaryCost:
+    """A linear loop at rest.
+
+    Attributes
+    ----------
+    names, unit: of the outputs.
+    rms: (outputs,), root mean square of each output about its mean, over the recorder's instants; infinite
+        where the loop is not mean-square stable.
+    spectral_radius: factor by which second moments grow in a period, in the long run.
+    period_s: of everything on the loop together.
+    """
+
+    names: tuple[str, ...]
+    unit: str
+    rms: Array
+    spectral_radius: float
+    period_s: float
+
+    @property
+    def stable(self) -> bool:
+        """Whether second moments stay bounded (mean-square stability)."""
+        return self.spectral_radius < 1.0
+
+    @property
+    def rms_deg(self) -> Array:
+        """`rms` of angles, (outputs,), deg."""
+        return np.degrees(self.rms)
+
+    @property
+    def joint_rms_deg(self) -> float:
+        """Over all outputs, deg: what the metric joint_rmse_deg comes to in a long run, at a reference that
+        the loop holds on average."""
+        return math.sqrt(float(np.mean(np.square(self.rms_deg))))
+
+
+def stationary_cost(loop: Experiment | LinearLoop) -> StationaryCost:
+    """The stationary cost of an experiment's linear loop.
+
+    Raises InputError as `linear_loop` does, and for rates that do not soon come together.
+    """
+    loop = loop if isinstance(loop, LinearLoop) else linear_loop(loop)
+    period = period_map(loop)
+    recursion = SecondMoments(period)
+    radius = recursion.spectral_radius()
+    rms = np.full(len(loop.truth), math.inf)
+    if radius < 1.0:
+        rms = np.sqrt(recursion.variance(recursion.at_rest()))
+    return StationaryCost(names=loop.truth_names, unit=loop.truth_unit, rms=rms, spectral_radius=radius,
+                          period_s=period.period_s)

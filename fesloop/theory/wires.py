@@ -1,0 +1,62 @@
+"""What of a wire the theory needs: its least and greatest transport, and how likely a message has arrived."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fesloop.loop.clock import RateClock
+from fesloop.loop.wiring import Connection
+from fesloop.models.linear_form import uncovered
+
+
+def require_theory(connections: Sequence[Connection]) -> None:
+    """Raise InputError for the first wire that the theory does not cover."""
+    jittered = [c for c in connections if varies(c)]
+    for connection in connections:
+        wire = connection.wire
+        if connection.clock is not None and not isinstance(connection.clock, RateClock):
+            raise uncovered(f"wire {wire.name}", "is sampled at given stamps", "a rate")
+        if wire.loss and wire.burst_messages:
+            raise uncovered(f"wire {wire.name}: burst_messages", f"{wire.burst_messages:g}",
+                            "0, losses one by one")
+    for connection in jittered:
+        where = f"wire {connection.wire.name}"
+        if connection.target.is_plant:
+            raise uncovered(f"{where}: jitter", "into a plant", "zero or fixed")
+        if connection.wire.late == "in-order":
+            raise uncovered(f"{where}: late", "in-order under jitter", "keep-newest")
+    if len(jittered) > 1:
+        raise uncovered(f"wire {jittered[1].wire.name}: jitter", f"and on {jittered[0].wire.name}, too",
+                        "jitter on one wire")
+
+
+def clock_of(connection: Connection) -> RateClock:
+    """When messages are made: ticks of the source, or samples of a plant."""
+    clock = connection.clock or connection.source.clock
+    assert isinstance(clock, RateClock)
+    return clock
+
+
+def varies(connection: Connection) -> bool:
+    """Whether the transport differs from message to message."""
+    jitter = connection.wire.jitter
+    return jitter.random and jitter.most_ns != jitter.least_ns
+
+
+def latency_ns(connection: Connection) -> int:
+    """From the source's tick to arrival, without random jitter."""
+    fixed = 0 if varies(connection) else connection.wire.jitter.least_ns
+    return connection.wire.latency_ns + fixed + connection.source.execution.least_ns
+
+
+def most_ns(connection: Connection) -> int:
+    """The longest transport of a message that is not lost."""
+    jitter = connection.wire.jitter
+    return latency_ns(connection) + ((jitter.most_ns or 0) if varies(connection) else 0)
+
+
+def arrived(connection: Connection, age_ns: int) -> float:
+    """Probability that a message has arrived by an age."""
+    wire, late_ns = connection.wire, age_ns - latency_ns(connection)
+    kept = 1.0 - wire.loss
+    return kept * (wire.jitter.share_within(late_ns) if varies(connection) else float(late_ns >= 0))
