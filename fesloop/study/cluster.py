@@ -68,8 +68,8 @@ def _local(distributed: Any, workers: int | None) -> Iterator[Any]:
         raise InputError("--workers", f"{count}", f"1 to {_MOST_WORKERS} processes")
     with (dask.config.set(_SETTINGS),
           distributed.LocalCluster(n_workers=count, threads_per_worker=1, processes=True, host=_LOOPBACK,
-                                   dashboard_address=None, worker_dashboard_address=None,
-                                   silence_logs=logging.CRITICAL) as cluster,
+                                   dashboard_address=f"{_LOOPBACK}:0", silence_logs=logging.CRITICAL,
+                                   scheduler_kwargs={"dashboard": False}) as cluster,
           distributed.Client(cluster) as client):
         yield client
 
