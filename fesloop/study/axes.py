@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from fesloop.errors import InputError
+from fesloop.experiment.settings import key_parts
 from fesloop.experiment.toml_text import toml_value
 
 LevelValue = float | int | str | bool
-_MOST_LEVELS = 10**12
 _DIGITS = 12
 """Levels between two ends are rounded to so many, or tenths would be told as 0.30000000000000004."""
 
@@ -97,12 +97,24 @@ class Axis:
         if self.key and (self.options or self.cohort):
             yield InputError("key", "stands beside options or cohort, which set keys of their own",
                              "values, or from and to", "remove it")
-        if len(set(map(repr, self.values))) < len(self.values):
+        if len(set(self.values)) < len(self.values):
             yield InputError("values", "the same value more than once", "each once")
+        for value in self.values:
+            if isinstance(value, float) and not math.isfinite(value):
+                yield InputError("values", f"{value:g}", "finite numbers, text, true and false",
+                                 "make it one of named options")
         yield from self._faults_of_span(sampled)
-        if any(key.split("=")[0].strip() in ("experiment.seed", "seed") for key in self.keys(name)):
-            yield InputError("key", "the seed", "any other key",
-                             "runs with other seeds are study.replicates")
+        yield from self._faults_of_keys(name)
+
+    def _faults_of_keys(self, name: str) -> Iterator[InputError]:
+        for key in self.keys(name):
+            if "=" in key:
+                yield InputError("key", f"{key!r} holds a value", "a key alone", "give the value in values")
+            elif sets_seed(key):
+                yield seed_fault("key")
+        for option, chosen in self.options.items():
+            yield from (seed_fault(f"options.{option}.settings") for each in chosen.settings
+                        if sets_seed(each))
 
     def _faults_of_span(self, sampled: bool) -> Iterator[InputError]:
         if self.start is None:
@@ -110,15 +122,16 @@ class Axis:
                 if value is not None:
                     yield InputError(key, "is given without from", "from, to and count")
             return
-        if self.stop is None or not (math.isfinite(self.start) and math.isfinite(self.stop)
-                                     and self.start < self.stop):
+        if not math.isfinite(self.start):
+            yield InputError("from", f"{self.start:g}", "a finite number")
+        elif self.stop is None or not self.start < self.stop < math.inf:
             yield InputError("to", "is missing" if self.stop is None else f"{self.stop:g}",
-                             f"a number above from, {self.start:g}")
+                             f"a finite number above from, {self.start:g}")
         if self.scale == "log" and self.start <= 0.0:
             yield InputError("from", f"{self.start:g}", 'a number above 0, for scale = "log"')
         if sampled and self.count is not None:
             yield InputError("count", f"{self.count}", "none, for a design that draws points", "remove it")
-        if not sampled and (self.count is None or not 2 <= self.count <= _MOST_LEVELS):
+        if not sampled and (self.count is None or self.count < 2):
             yield InputError("count", "is missing" if self.count is None else f"{self.count}",
                              "2 or more levels")
 
@@ -159,10 +172,10 @@ class Axis:
         assert self.start is not None
         assert self.stop is not None
         if self.scale == "log":
-            value = self.start * (self.stop / self.start) ** share
+            value = math.exp((1.0 - share) * math.log(self.start) + share * math.log(self.stop))
         else:
-            value = self.start + share * (self.stop - self.start)
-        return float(f"{value:.{_DIGITS}g}")
+            value = (1.0 - share) * self.start + share * self.stop
+        return min(self.stop, max(self.start, float(f"{value:.{_DIGITS}g}")))
 
     def _of_value(self, name: str, value: LevelValue) -> Level:
         return Level(value=value, settings=tuple(f"{key}={toml_value(value)}" for key in self.keys(name)))
@@ -170,3 +183,14 @@ class Axis:
     def _member(self, cohort: Cohort, number: int) -> Level:
         return Level(value=number, settings=(f"patient.file={toml_value(cohort.patient)}",
                                              f"patient.cohort={cohort.cohort}", f"patient.member={number}"))
+
+
+def sets_seed(setting: str) -> bool:
+    """Whether a key, or a setting of one, is the experiment's seed."""
+    return key_parts(setting.partition("=")[0].strip()) in (["experiment", "seed"], ["seed"])
+
+
+def seed_fault(where: str) -> InputError:
+    """That something sets the seed, which a study does by itself."""
+    return InputError(where, "sets the seed, which is study.seed and on", "any other key",
+                      "runs with other seeds are study.replicates")

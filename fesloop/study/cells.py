@@ -51,12 +51,11 @@ def cells_of(study: Study) -> Iterator[Cell]:
 
 def base_cells(study: Study) -> list[Cell]:
     """The experiments that the study varies, as they stand without its axes: a cell for each of them."""
-    names = {study.about.experiment: None}
+    replaced = any(all(option.experiment for option in axis.options.values())
+                   for axis in study.axes.values() if axis.options)
+    names = {} if replaced else {study.about.experiment: None}
     for axis in study.axes.values():
         names |= dict.fromkeys(option.experiment for option in axis.options.values() if option.experiment)
-    if any(all(option.experiment for option in axis.options.values())
-           for axis in study.axes.values() if axis.options):
-        del names[study.about.experiment]
     return [Cell(number=number, levels={}, experiment=study.experiment(name), common=study.about.settings,
                  by_axis={}) for number, name in enumerate(names)]
 

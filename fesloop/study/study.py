@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 from fesloop.errors import InputError, InputErrors
-from fesloop.experiment.parse import shipped as shipped_experiments
-from fesloop.study.axes import Axis
+from fesloop.study.axes import Axis, seed_fault, sets_seed
 from fesloop.study.figure_specs import Figure
 from fesloop.study.kept_metrics import KeptMetric
+from fesloop.study.results import OWN_COLUMNS
 
 Design = Literal["grid", "random", "sobol"]
 Recordings = Literal["none", "failed", "all"]
@@ -21,6 +21,11 @@ MOST_RUNS = 1_000_000
 """A plan is held in memory and in one file (chosen: some hundred MB)."""
 _GREATEST_SEED = 2**62
 _LONGEST_NAME = 60
+
+
+def is_name(text: str) -> bool:
+    """Whether a study or a form may have this name: a folder is called by it."""
+    return text.replace("_", "a").replace("-", "a").isalnum() and len(text) <= _LONGEST_NAME
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,7 +57,7 @@ class About:
     metrics: dict[str, str]
 
     def __post_init__(self) -> None:
-        if not self.name.replace("_", "a").replace("-", "a").isalnum() or len(self.name) > _LONGEST_NAME:
+        if not is_name(self.name):
             raise InputError("name", f"{self.name[:_LONGEST_NAME]!r}",
                              f"letters, digits, - and _, at most {_LONGEST_NAME}")
         if self.replicates < 1:
@@ -113,7 +118,8 @@ class Study:
     document: Mapping[str, Any]
 
     def __post_init__(self) -> None:
-        faults = [*self._faults_of_axes(), *self._faults_of_metrics()]
+        faults = [seed_fault("study.settings") for each in self.about.settings if sets_seed(each)]
+        faults += [*self._faults_of_axes(), *self._faults_of_metrics()]
         for number, figure in enumerate(self.figures):
             where = f"figures[{number}]"
             faults += [InputError(f"{where}.{fault.where}", fault.found, fault.allowed, fault.remedy)
@@ -127,12 +133,17 @@ class Study:
             raise InputErrors(faults)
 
     def _faults_of_axes(self) -> list[InputError]:
-        reserved = {"cell", "replicate", "seed", "status", "cause", "wall_s", *self.about.metrics}
+        reserved = {*OWN_COLUMNS, *self.about.metrics}
         faults = [InputError(f"axes.{name}", "is a column of every table of results", "another name",
                              "rename it, and give it a key") for name in self.axes if name in reserved]
         for name, axis in self.axes.items():
             faults += [InputError(f"axes.{name}.{fault.where}", fault.found, fault.allowed, fault.remedy)
                        for fault in axis.faults(name, sampled=self.about.design != "grid")]
+        owners: dict[str, str] = {}
+        for name, axis in self.axes.items():
+            faults += [InputError(f"axes.{name}.key", f"{key!r} is that of axis {owners[key]!r} too",
+                                  "a key that no other axis sets") for key in axis.keys(name) if key in owners]
+            owners |= dict.fromkeys(axis.keys(name), name)
         for key, preparation in self.prepare.items():
             faults += [InputError(f"prepare.{key}.axes", f"there is no axis {axis!r}",
                                   ", ".join(self.axes) or "none")
@@ -140,7 +151,8 @@ class Study:
         return faults
 
     def _faults_of_metrics(self) -> list[InputError]:
-        faults = []
+        faults = [InputError(f"study.metrics.{name}", "is a column of every table of results", "another name")
+                  for name in self.about.metrics if name in OWN_COLUMNS]
         for name, path in self.about.metrics.items():
             try:
                 KeptMetric.parse(name, path)
@@ -175,9 +187,8 @@ class Study:
 
     def experiment(self, name: str) -> str:
         """Name of a shipped experiment, or the path of a file, as seen from here."""
-        if self.folder is None or (not name.endswith((".toml", ".h5")) and name in shipped_experiments()):
-            return name
-        return str(self.folder / name)
+        is_path = name.endswith((".toml", ".h5")) or "/" in name
+        return str(self.folder / name) if is_path and self.folder is not None else name
 
     def fingerprint(self) -> str:
         """SHA-256 of the document, as hexadecimal text."""

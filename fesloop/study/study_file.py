@@ -18,7 +18,7 @@ from fesloop.experiment.patches import merged
 from fesloop.experiment.schema import closed, make, table
 from fesloop.study.axes import Axis
 from fesloop.study.figure_specs import Figure
-from fesloop.study.study import About, Preparation, Study
+from fesloop.study.study import About, Preparation, Study, is_name
 
 _SPAN = {"start": "from", "stop": "to"}
 
@@ -51,7 +51,8 @@ def read_study(study: str | Path, form: str = "") -> Study:
 
 def study_of(document: Mapping[str, Any], form: str = "", folder: Path | None = None) -> Study:
     """The study that plain tables describe, in one of its forms; `folder` is where paths start from."""
-    settled, cost = _in_form(document, form)
+    # TOML's dates and times: no key takes one, so they are the text they were.
+    settled, cost = _in_form(json.loads(json.dumps(document, default=str)), form)
     _check(settled)
     faults: list[InputError] = []
 
@@ -104,6 +105,9 @@ def _in_form(document: Mapping[str, Any], form: str) -> tuple[dict[str, Any], st
     forms = document.get("forms", {})
     if not isinstance(forms, dict) or not all(isinstance(patch, dict) for patch in forms.values()):
         raise InputError("forms", "is no table of tables", "[forms.NAME]")
+    for name in forms:
+        if not is_name(name):
+            raise InputError(f"forms.{name}", "is no name of a form", "letters, digits, - and _")
     if not form:
         return base, ""
     if form not in forms:
@@ -130,7 +134,7 @@ def _check(document: Mapping[str, Any]) -> None:
         "study": Required[table(About, {})], "axes": NotRequired[dict[str, axis]],
         "prepare": NotRequired[dict[str, preparation]], "figures": NotRequired[list[figure]]})
     try:
-        TypeAdapter(form).validate_json(json.dumps(document, default=str))
+        TypeAdapter(form).validate_json(json.dumps(document))
     except ValidationError as fault:
         raise InputErrors(faults_of(fault.errors(include_url=False), document,
                                     lambda path: keys_at(form, path, document), tagged=False)) from None
