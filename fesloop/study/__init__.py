@@ -16,22 +16,37 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from fesloop.study.coordinator import Summary, run_study
     from fesloop.study.figure_specs import Figure
+    from fesloop.study.figures import draw
+    from fesloop.study.overlays import Overlay
     from fesloop.study.results import StudyResults, load
     from fesloop.study.study import Study
     from fesloop.study.study_file import read_study, study_of
 
 _HOMES = {
     "Figure": "fesloop.study.figure_specs",
+    "Overlay": "fesloop.study.overlays",
     "Study": "fesloop.study.study",
     "StudyResults": "fesloop.study.results",
     "Summary": "fesloop.study.coordinator",
+    "draw": "fesloop.study.figures",
     "load": "fesloop.study.results",
     "read_study": "fesloop.study.study_file",
     "run_study": "fesloop.study.coordinator",
     "study_of": "fesloop.study.study_file",
 }
 
-__all__ = ["Figure", "Study", "StudyResults", "Summary", "load", "read_study", "run_study", "study_of"]
+__all__ = [
+    "Figure",
+    "Overlay",
+    "Study",
+    "StudyResults",
+    "Summary",
+    "draw",
+    "load",
+    "read_study",
+    "run_study",
+    "study_of",
+]
 
 
 def __getattr__(name: str) -> Any:

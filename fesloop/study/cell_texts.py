@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fesloop.picture.palette import INK
 from fesloop.study.estimates import Estimate
-from fesloop.study.figure_axes import edges, is_logarithmic, places
-from fesloop.study.figure_specs import Figure
-from fesloop.study.results import StudyResults
+from fesloop.study.figure_content import Content
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,82 +20,97 @@ _LARGEST, _SMALLEST = 8.5, 5.5
 """Sizes of text, points."""
 _WIDE, _HIGH = 0.6, 1.25
 """Of a digit and of a line, as shares of the size of the text."""
-_FILLED = 0.88
+_FILLED = 0.9
+"""Share of a cell that text may fill."""
+_SMALLER, _LINES = 0.8, 2.2
+"""Size of an interval beside that of its value; lines that both take."""
 _DARK = 0.5
-"""Luminance below which text is white."""
+"""Luminance of a cell below which its text is white."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Square:
+    """A cell with its panel, its middle, and its width and height in points."""
+
+    axes: Axes
+    cell: Estimate
+    middle: tuple[float, float]
+    width: float
+    height: float
 
 
 def write_values(
-    drawing: Drawing, every: Sequence[Axes], results: StudyResults, figure: Figure,
-    found: Sequence[Estimate], colour_of: Callable[[float], Any],
-) -> None:
-    """Write each cell's value into its square, and its interval below where that has room too."""
+    drawing: Drawing, every: Sequence[Axes], content: Content, colour_of: Callable[[float], Any]
+) -> bool:
+    """Write each value into its square, upright where only that has room; whether intervals are there too.
+
+    All have one size. `colour_of` a value that is shown is that of its square.
+    """
     # Sizes are known only once the layout is settled.
     drawing.draw_without_rendering()
-    levels = [None] if figure.panels is None else results.axes[figure.panels]
-    decimals = decimals_of(found)
-    for axes, level in zip(every, levels, strict=True):
-        cells = [cell for cell in found if level is None or cell.levels[str(figure.panels)] == level]
-        if len(cells) == len(results.axes[figure.x]) * len(results.axes[str(figure.y)]):
-            _write(axes, results, figure, [cell for cell in cells if np.isfinite(cell.value)], decimals, colour_of)
+    squares = [_square(axes, content, cell)
+               for axes, panel in zip(every, content.panels, strict=True) for cell in content.on(panel)]
+    decimals = decimals_of(content.cells)
+    for square in squares:
+        if not square.cell.runs and not square.cell.failed:
+            square.axes.annotate("–", square.middle, ha="center", va="center", color="0.6", gid="nothing")
+    known = [square for square in squares if np.isfinite(square.cell.value)]
+    if not known:
+        return False
+    below = _room_for_intervals(known, decimals)
+    fits = [_fitting(square, value_text(square.cell, decimals), _LINES if below else 1.0) for square in known]
+    size = min((fit for fit, _ in fits if fit >= _SMALLEST), default=0.0)
+    for square, (fit, turned) in zip(known, fits, strict=True):
+        if fit >= _SMALLEST:
+            red, green, blue, _ = colour_of(content.factor * square.cell.value)
+            dark = 0.299 * red + 0.587 * green + 0.114 * blue < _DARK
+            _write(square, decimals, size, turned, below, "white" if dark else INK)
+    return below
 
 
-def _write(axes: Axes, results: StudyResults, figure: Figure, cells: Sequence[Estimate], decimals: int,
-           colour_of: Callable[[float], Any]) -> None:
-    sizes = [_room(axes, results, figure, cell) for cell in cells]
-    values, intervals = [value_text(cell, decimals) for cell in cells], [interval_text(cell, decimals) for cell in cells]
-    with_interval = all(_size(room, text, 2.2) >= _SMALLEST / 0.8
-                        for room, text in zip(sizes, intervals, strict=True) if text)
-    lines = 2.2 if with_interval and any(intervals) else 1.0
-    fitting = [_size(room, text, lines) for room, text in zip(sizes, values, strict=True)]
-    size = min([each for each in fitting if each >= _SMALLEST], default=0.0)
-    for cell, own, value, interval in zip(cells, fitting, values, intervals, strict=True):
-        if own < _SMALLEST:
-            continue
-        x, y = _centre(results, figure, cell)
-        red, green, blue, _ = colour_of(cell.value)
-        colour = "white" if 0.299 * red + 0.587 * green + 0.114 * blue < _DARK else INK
-        below = lines > 1.0 and interval
-        axes.annotate(value, (x, y), (0.0, 0.45 * size if below else 0.0), textcoords="offset points", ha="center",
-                      va="center", fontsize=size, color=colour, zorder=4, gid="value")
-        if below:
-            axes.annotate(interval, (x, y), (0.0, -0.6 * size), textcoords="offset points", ha="center",
-                          va="center", fontsize=0.8 * size, color=colour, zorder=4, gid="interval")
+def _room_for_intervals(squares: Sequence[_Square], decimals: int) -> bool:
+    """Whether every interval fits below its value."""
+    texts = [(square, interval_text(square.cell, decimals)) for square in squares]
+    sizes = [min(_SMALLER * _LARGEST, square.width / (_WIDE * len(text)),
+                 _SMALLER * square.height / (_HIGH * _LINES)) for square, text in texts if text]
+    return bool(sizes) and min(sizes) >= _SMALLEST
 
 
-def _size(room: tuple[float, float], text: str, lines: float) -> float:
-    """Of text that fits, points."""
-    width, height = room
-    return min(_LARGEST, width / (_WIDE * max(1, len(text))), height / (_HIGH * lines))
+def _fitting(square: _Square, text: str, lines: float) -> tuple[float, bool]:
+    """Size of text that fits, points, and whether it is turned upright."""
+    level = min(_LARGEST, square.width / (_WIDE * len(text)), square.height / (_HIGH * lines))
+    if level >= _SMALLEST or lines > 1.0:
+        return level, False
+    return min(_LARGEST, square.height / (_WIDE * len(text)), square.width / _HIGH), True
 
 
-def _room(axes: Axes, results: StudyResults, figure: Figure, cell: Estimate) -> tuple[float, float]:
-    """Width and height of a cell that text may fill, points."""
-    corners = []
-    for side in (0, 1):
-        corner = []
-        for axis in (figure.x, str(figure.y)):
-            levels = results.axes[axis]
-            ends = edges(levels, is_logarithmic(results, axis))
-            corner.append(ends[levels.index(cell.levels[axis]) + side])
-        corners.append(axes.transData.transform(corner))
+def _write(square: _Square, decimals: int, size: float, turned: bool, below: bool, colour: str) -> None:
+    interval = interval_text(square.cell, decimals) if below else ""
+    look: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "center", "color": colour,
+                            "zorder": 6}
+    above = 0.5 * size if interval else 0.0
+    square.axes.annotate(value_text(square.cell, decimals), square.middle, (0.0, above), fontsize=size,
+                         rotation=90 if turned else 0, gid="value", **look)
+    if interval:
+        square.axes.annotate(interval, square.middle, (0.0, -0.6 * size), fontsize=_SMALLER * size,
+                             gid="interval", **look)
+
+
+def _square(axes: Axes, content: Content, cell: Estimate) -> _Square:
+    spans = content.x.span(cell.levels[content.figure.x]), content.y.span(cell.levels[str(content.figure.y)])
+    ends = axes.transData.transform(np.transpose(spans))
+    middle = axes.transData.inverted().transform(ends.mean(axis=0))
     drawing = axes.get_figure()
     assert drawing is not None
-    width, height = _FILLED * (corners[1] - corners[0]) * 72.0 / drawing.dpi
-    return float(width), float(height)
+    width, height = _FILLED * np.abs(ends[1] - ends[0]) * 72.0 / drawing.dpi
+    return _Square(axes, cell, (float(middle[0]), float(middle[1])), float(width), float(height))
 
 
-def _centre(results: StudyResults, figure: Figure, cell: Estimate) -> tuple[float, float]:
-    x, y = (float(places(levels)[levels.index(cell.levels[axis])])
-            for axis in (figure.x, str(figure.y)) for levels in (results.axes[axis],))
-    return x, y
-
-
-def decimals_of(found: Sequence[Estimate]) -> int:
+def decimals_of(cells: Sequence[Estimate]) -> int:
     """So many that the largest value has three digits; none of a share, which is in percent."""
-    if found[0].statistic == "share":
+    if cells[0].statistic == "share":
         return 0
-    largest = max((abs(cell.value) for cell in found if np.isfinite(cell.value)), default=0.0)
+    largest = max((abs(cell.value) for cell in cells if np.isfinite(cell.value)), default=0.0)
     return int(np.clip(2 - np.floor(np.log10(largest)), 0, 6)) if largest > 0.0 else 0
 
 

@@ -31,6 +31,8 @@ class Figure:
     title, label, unit: of the figure, and of its metric; label "": the metric's name, which also says the
         unit where it ends in one (`_deg`, `_ms`, ...).
     low, high: ends of the scale of the metric; None: those of what is drawn.
+    spacing: of levels that are numbers: to scale (logarithmic where the study spaces them so), or one apart,
+        for levels too uneven to be read to scale.
     """
 
     name: str
@@ -48,6 +50,7 @@ class Figure:
     unit: str = ""
     low: float | None = None
     high: float | None = None
+    spacing: Literal["to_scale", "even"] = "to_scale"
 
     def __post_init__(self) -> None:
         if not self.name.replace("_", "").replace("-", "").isalnum():

@@ -7,9 +7,10 @@ from pathlib import Path
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.study.curve_figures import curves
+from fesloop.study.figure_content import Content
 from fesloop.study.figure_specs import Figure
 from fesloop.study.heat_maps import heat_map
-from fesloop.study.overlays import Overlay, check_overlays
+from fesloop.study.overlays import Overlay
 from fesloop.study.results import StudyResults
 
 
@@ -24,13 +25,9 @@ def draw(results: StudyResults, figure: Figure, folder: str | Path, overlays: Se
     if faults:
         raise InputErrors([InputError(f"figure {figure.name}: {fault.where}", fault.found, fault.allowed,
                                       fault.remedy) for fault in faults])
-    check_overlays(results, figure, overlays)
-    named = [axis for key, axis in figure.named_axes() if key != "at"]
-    found = results.cells(figure.metric, named, figure.at, figure.statistic, figure.confidence)
-    if not found:
-        raise InputError(f"figure {figure.name}", "shows nothing: no run is planned there", "levels of a cell")
+    content = Content.of(results, figure, overlays)
     _require_matplotlib()
-    drawing = {"heat_map": heat_map, "curves": curves}[figure.kind](results, figure, found, overlays)
+    drawing = heat_map(content) if figure.kind == "heat_map" else curves(content)
     path = Path(folder) / f"{figure.name}.png"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -3,59 +3,54 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fesloop.picture.palette import BLACK, INK, PURPLE, VERMILION, tidy
 from fesloop.study.axis_levels import AxisLevel
 from fesloop.study.cell_texts import write_values
 from fesloop.study.estimates import Estimate
-from fesloop.study.figure_axes import edges, head, is_logarithmic, mark_levels, panels, places, set_scales
-from fesloop.study.figure_labels import axis_label, caption, level_label, metric_label, title
-from fesloop.study.figure_specs import Figure
-from fesloop.study.overlays import Overlay, on_panel
-from fesloop.study.results import StudyResults
+from fesloop.study.figure_content import Content
+from fesloop.study.figure_layout import add_key, is_leftmost, is_lowest, lay_out, rewrite_caption
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap, Normalize
     from matplotlib.figure import Figure as Drawing
 
-Array = NDArray[np.float64]
-_OVERLAY_COLOURS = (VERMILION, BLACK, PURPLE)
+_OVERLAYS = ((VERMILION, "-"), (BLACK, "--"), (PURPLE, ":"))
 _STRIP = 0.16
 """Height of what tells of failed runs, as a share of its cell."""
+_HATCHED: dict[str, Any] = {"facecolor": "0.88", "edgecolor": INK, "hatch": "//////",
+                            "linewidth": 0.0}
 
 
-def heat_map(results: StudyResults, figure: Figure, found: Sequence[Estimate],
-             overlays: Sequence[Overlay]) -> Drawing:
-    """Draw a figure of kind "heat_map"; `found` are its cells."""
-    assert figure.y is not None
-    rows, columns = len(results.axes[figure.y]), len(results.axes[figure.x])
-    levels = _panel_levels(results, figure)
-    drawing, every = panels(len(levels), max(2.8, min(5.2, 0.9 + 0.42 * columns)),
-                            max(2.3, min(4.6, 0.8 + 0.36 * rows)), 0.9)
-    colours, norm = _colours(), _scale(figure, found)
-    factor = 100.0 if found[0].statistic == "share" else 1.0
-    for axes, level in zip(every, levels, strict=True):
-        mine = [cell for cell in found if level is None or cell.levels[str(figure.panels)] == level]
-        _draw_panel(axes, results, figure, mine, colours, norm)
-        _draw_overlays(axes, on_panel(overlays, level), overlays)
-        last_row = axes.get_subplotspec().is_last_row() or len(levels) <= 4  # type: ignore[union-attr]
-        tidy(axes, axis_label(results, figure.x) if last_row else "",
-             axis_label(results, figure.y) if axes.get_subplotspec().is_first_col() else "",  # type: ignore[union-attr]
-             "" if level is None else level_label(results, str(figure.panels), level))
-    _colour_bar(drawing, every, colours, norm, metric_label(figure, found[0].statistic))
-    _key(drawing, every, found)
-    head(drawing, title(results, figure), caption(results, figure, found))
-    write_values(drawing, every, results, figure, found, lambda value: colours(norm(factor * value)))
+def heat_map(content: Content) -> Drawing:
+    """Draw a figure of kind "heat_map"."""
+    count, key = len(content.panels), _key(content)
+    width, height = 1.2 + 0.45 * len(content.x.levels), 0.8 + 0.4 * len(content.y.levels)
+    drawing, every = lay_out(count, (float(np.clip(width, 3.0, 5.6)), float(np.clip(height, 1.9, 4.6))),
+                             content.title, content.caption(intervals=True), list(key), "above")
+    colours, norm = _colours(), _scale(content)
+    for number, (axes, panel) in enumerate(zip(every, content.panels, strict=True)):
+        content.x.apply(axes, "x")
+        content.y.apply(axes, "y")
+        if content.is_grid:
+            _draw_squares(axes, content, panel, colours, norm)
+        else:
+            _draw_dots(axes, content, content.on(panel), colours, norm)
+        _draw_overlays(axes, content, panel)
+        content.x.label(axes, "x")
+        content.y.label(axes, "y")
+        tidy(axes, content.axis_label(content.figure.x) if is_lowest(number, count) else "",
+             content.axis_label(str(content.figure.y)) if is_leftmost(number, count) else "",
+             content.level_label(content.figure.panels, panel))
+    _colour_bar(drawing, every, colours, norm, content)
+    add_key(drawing, key, "above")
+    told = content.is_grid and write_values(drawing, every, content, lambda value: colours(norm(value)))
+    rewrite_caption(drawing, content.caption(intervals=told))
     return drawing
-
-
-def _panel_levels(results: StudyResults, figure: Figure) -> Sequence[AxisLevel | None]:
-    return [None] if figure.panels is None else results.axes[figure.panels]
 
 
 def _colours() -> Colormap:
@@ -66,110 +61,95 @@ def _colours() -> Colormap:
     return ListedColormap(colormaps["YlGnBu"](np.linspace(0.04, 0.92, 256)))
 
 
-def _scale(figure: Figure, found: Sequence[Estimate]) -> Normalize:
+def _scale(content: Content) -> Normalize:
     """One for all panels; of shares from 0 to 100 %."""
     from matplotlib.colors import Normalize
 
-    known = [cell.value for cell in found if np.isfinite(cell.value)]
-    share = found[0].statistic == "share"
-    low = 0.0 if share else min(known, default=0.0)
-    high = 1.0 if share else max(known, default=1.0)
-    low, high = (figure.low if figure.low is not None else low), (figure.high if figure.high is not None else high)
-    factor = 100.0 if share else 1.0
-    return Normalize(factor * low, factor * (high if high > low else low + 1.0))
+    known = [cell.value for cell in content.cells if np.isfinite(cell.value)]
+    ends = (0.0, 1.0) if content.share or not known else (min(known), max(known))
+    low, high = (own if own is not None else found
+                 for own, found in zip((content.figure.low, content.figure.high), ends, strict=True))
+    return Normalize(content.factor * low, content.factor * (high if high > low else low + 1.0))
 
 
-def _draw_panel(axes: Axes, results: StudyResults, figure: Figure, cells: Sequence[Estimate], colours: Colormap,
-                norm: Normalize) -> None:
-    """Cells as squares where they fill a grid, else as dots."""
-    x, y = figure.x, str(figure.y)
-    across, up = results.axes[x], results.axes[y]
-    x_ends, y_ends = edges(across, is_logarithmic(results, x)), edges(up, is_logarithmic(results, y))
-    set_scales(axes, results, x, y)
-    axes.set_xlim(x_ends[0], x_ends[-1])
-    axes.set_ylim(y_ends[0], y_ends[-1])
-    factor = 100.0 if cells and cells[0].statistic == "share" else 1.0
-    if is_grid(results, figure, cells):
-        values = np.full((len(up), len(across)), np.nan)
-        for cell in cells:
-            values[up.index(cell.levels[y]), across.index(cell.levels[x])] = factor * cell.value
-        axes.pcolormesh(x_ends, y_ends, np.ma.masked_invalid(values), cmap=colours, norm=norm, linewidth=0.4,
-                        edgecolors="white")
-        for cell in cells:
-            _mark_failed(axes, x_ends, y_ends, across.index(cell.levels[x]), up.index(cell.levels[y]), cell)
-    else:
-        _dots(axes, [_place(across, cell.levels[x]) for cell in cells],
-              [_place(up, cell.levels[y]) for cell in cells], [factor * cell.value for cell in cells], colours, norm)
-    mark_levels(axes, "x", across)
-    mark_levels(axes, "y", up)
-
-
-def is_grid(results: StudyResults, figure: Figure, cells: Sequence[Estimate]) -> bool:
-    """Whether a panel's cells are every level of x at every level of y."""
-    return len(cells) == len(results.axes[figure.x]) * len(results.axes[str(figure.y)])
-
-
-def _place(levels: Sequence[AxisLevel], level: AxisLevel) -> float:
-    return float(places(levels)[levels.index(level)])
-
-
-def _dots(axes: Axes, x: list[float], y: list[float], values: list[float], colours: Colormap,
-          norm: Normalize) -> None:
-    """Points that were drawn; a cross where there is no value."""
-    known = np.isfinite(values)
-    axes.scatter(np.array(x)[known], np.array(y)[known], c=np.array(values)[known], cmap=colours, norm=norm, s=46,
-                 edgecolors="0.4", linewidths=0.6, zorder=3)
-    axes.scatter(np.array(x)[~known], np.array(y)[~known], marker="x", color="0.3", s=30, linewidths=1.2, zorder=3)
-
-
-def _mark_failed(axes: Axes, x_ends: Array, y_ends: Array, column: int, row: int, cell: Estimate) -> None:
-    """Hatch a cell all of whose runs failed; of others the share that did, along the foot of the cell."""
+def _draw_squares(axes: Axes, content: Content, panel: AxisLevel | None, colours: Colormap,
+                  norm: Normalize) -> None:
+    """Hatched where all runs failed; where some did, their share along the foot of the cell."""
     from matplotlib.patches import Rectangle
 
-    if not cell.failed:
-        return
-    left, low = x_ends[column], y_ends[row]
-    width, height = x_ends[column + 1] - left, y_ends[row + 1] - low
-    if np.isfinite(cell.value):
-        width, height = width * cell.failed / cell.planned, _STRIP * height
-    axes.add_patch(Rectangle((left, low), width, height, facecolor="0.88", edgecolor=INK, hatch="//////",
-                             linewidth=0.0, zorder=2, gid="failed"))
+    x, y = content.x, content.y
+    values = np.full((len(y.levels), len(x.levels)), np.nan)
+    for cell in content.on(panel):
+        across, up = cell.levels[content.figure.x], cell.levels[str(content.figure.y)]
+        values[y.levels.index(up), x.levels.index(across)] = content.factor * cell.value
+        if cell.failed:
+            (left, right), (low, high) = x.span(across), y.span(up)
+            foot, height = (high, low - high) if y.downwards else (low, high - low)
+            some = np.isfinite(cell.value)
+            axes.add_patch(Rectangle(
+                (left, foot), (right - left) * (cell.failed / cell.planned if some else 1.0),
+                height * (_STRIP if some else 1.0), zorder=2, gid="failed", **_HATCHED))
+    axes.pcolormesh(x.edges, y.edges, np.ma.masked_invalid(values), cmap=colours, norm=norm, linewidth=0.4,
+                    edgecolors="white")
 
 
-def _draw_overlays(axes: Axes, mine: Sequence[Overlay], every: Sequence[Overlay]) -> None:
+def _draw_dots(axes: Axes, content: Content, cells: Sequence[Estimate], colours: Colormap,
+               norm: Normalize) -> None:
+    """Points that were drawn; a cross where there is no value."""
+    x = content.x.places_of([cell.levels[content.figure.x] for cell in cells])
+    y = content.y.places_of([cell.levels[str(content.figure.y)] for cell in cells])
+    values = content.factor * np.array([cell.value for cell in cells])
+    known = np.isfinite(values)
+    axes.scatter(x[known], y[known], c=values[known], cmap=colours, norm=norm, s=46, edgecolors="0.4",
+                 linewidths=0.6, zorder=3, clip_on=False)
+    axes.scatter(x[~known], y[~known], marker="x", color="0.3", s=30, linewidths=1.2, zorder=3,
+                 clip_on=False)
+
+
+def _overlay_look(content: Content, label: str) -> dict[str, Any]:
+    labels = list(dict.fromkeys(overlay.label for overlay in content.overlays))
+    colour, style = _OVERLAYS[labels.index(label) % len(_OVERLAYS)]
+    return {"linestyle": style, "color": colour, "linewidth": 1.8}
+
+
+def _draw_overlays(axes: Axes, content: Content, panel: AxisLevel | None) -> None:
     from matplotlib.patheffects import withStroke
 
-    labels = list(dict.fromkeys(overlay.label for overlay in every))
     casing = [withStroke(linewidth=3.6, foreground="white")]
-    for overlay in mine:
-        number = labels.index(overlay.label)
-        colour, style = _OVERLAY_COLOURS[number % len(_OVERLAY_COLOURS)], ("-", "--", ":")[number % 3]
+    for overlay in content.overlays_on(panel):
+        look = _overlay_look(content, overlay.label) | {"path_effects": casing, "zorder": 5, "gid": "overlay"}
+        x = content.x.along(overlay.x)
         if len(overlay.y):
-            axes.plot(overlay.x, overlay.y, style, color=colour, linewidth=1.8, path_effects=casing, zorder=5,
-                      label=overlay.label, scalex=False, scaley=False)
+            axes.plot(x, content.y.along(overlay.y), scalex=False, scaley=False, **look)
             continue
-        for x in overlay.x:
-            axes.axvline(x, linestyle=style, color=colour, linewidth=1.8, path_effects=casing, zorder=5,
-                         label=overlay.label)
+        for at in x[np.isfinite(x)]:
+            axes.axvline(at, **look)
 
 
-def _colour_bar(drawing: Drawing, every: Sequence[Axes], colours: Colormap, norm: Normalize, label: str) -> None:
+def _colour_bar(drawing: Drawing, every: Sequence[Axes], colours: Colormap, norm: Normalize,
+                content: Content) -> None:
+    """An arrow at an end beyond which there are values."""
     from matplotlib.cm import ScalarMappable
 
-    bar = drawing.colorbar(ScalarMappable(norm, colours), ax=every, fraction=0.05, pad=0.015, aspect=25)
-    bar.set_label(label, fontsize=9)
+    known = [content.factor * cell.value for cell in content.cells if np.isfinite(cell.value)]
+    shares = np.asarray(norm(np.array(known)))
+    extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
+    bar = drawing.colorbar(ScalarMappable(norm, colours), ax=every, fraction=0.05, pad=0.015, aspect=25,
+                           extend=extend[bool((shares < 0.0).any()), bool((shares > 1.0).any())])
+    bar.set_label(content.metric_label, fontsize=9)
     bar.ax.tick_params(labelsize=8)
     bar.outline.set_visible(False)
 
 
-def _key(drawing: Drawing, every: Sequence[Axes], found: Sequence[Estimate]) -> None:
-    """Of overlays, and of hatching where there is any."""
+def _key(content: Content) -> dict[str, Any]:
+    """Of overlays, and of what tells of failed runs where there are any; by label."""
+    from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    handles = {label: handle for axes in every
-               for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
-    if any(cell.failed for cell in found):
-        handles["share of runs that failed"] = Patch(facecolor="0.88", edgecolor=INK, hatch="//////", linewidth=0.0)
-    if handles:
-        drawing.legend(handles.values(), handles, loc="outside upper right", ncols=len(handles), frameon=False,
-                       fontsize=8)
+    found: dict[str, Any] = {overlay.label: Line2D([], [], **_overlay_look(content, overlay.label))
+                             for overlay in content.overlays}
+    if content.is_grid and any(cell.failed for cell in content.cells):
+        found["share of runs that failed"] = Patch(**_HATCHED)
+    if not content.is_grid and any(not cell.runs for cell in content.cells):
+        found["no value"] = Line2D([], [], marker="x", linestyle="none", color="0.3", markersize=5)
+    return found

@@ -44,14 +44,9 @@ def check_overlays(results: StudyResults, figure: Figure, overlays: Sequence[Ove
             raise InputError(where, f"{figure.x} is no axis of numbers", "a figure over numbers")
         if figure.y is not None and len(overlay.y) and not is_numeric(results.axes[figure.y]):
             raise InputError(where, f"{figure.y} is no axis of numbers", "a figure over numbers")
-        for key, level, axis in (("panel", overlay.panel, figure.panels), ("line", overlay.line, figure.by)):
+        asked = (("panel", overlay.panel, figure.panels), ("line", overlay.line, figure.by))
+        for key, level, axis in asked:
             if level is not None and axis is None:
                 raise InputError(f"{where}: {key}", f"{level_text(level)}, but the figure has none", "None")
             if level is not None and axis is not None:
                 place_of(results.axes, axis, level)
-
-
-def on_panel(overlays: Sequence[Overlay], panel: AxisLevel | None) -> list[Overlay]:
-    """Those that belong on a panel."""
-    return [overlay for overlay in overlays
-            if overlay.panel is None or (panel is not None and level_text(overlay.panel) == level_text(panel))]
