@@ -154,7 +154,7 @@ class Safety:
         """For the channels, and the posture if any, that are wired in; raises InputError for other shapes."""
         sizes = {shapes[name] for name in ("posture", "posture_sd") if name in shapes}
         if len(sizes) > 1 or any(len(size) != 1 for size in sizes):
-            raise InputError("posture", f"signals of shapes {sorted(sizes)} are wired in", "vectors of one size")
+            raise InputError("posture", f"shapes {sorted(sizes)} are wired in", "vectors of one size")
         joints = next(iter(sizes))[0] if sizes else self.joints
         return replace(self, channels=shapes.get("stimulation", (self.channels,))[0], joints=joints)
 

@@ -14,7 +14,8 @@ from fesloop.errors import InputError, did_you_mean
 from fesloop.reproduce.comparison import Band, Row, share_that_holds
 from fesloop.reproduce.result import Reproduction
 
-PAPERS = ("kortier2014", "salchow2019", "hour", "array_search", "grasp_ilc", "grasp_trackers", "grasp_mpc")
+PAPERS = ("kortier2014", "salchow2019", "hour", "array_search", "grasp_ilc", "grasp_trackers", "grasp_mpc",
+          "linear_theory")
 
 
 def execute(args: Namespace) -> int:

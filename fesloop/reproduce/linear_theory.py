@@ -1,0 +1,219 @@
+"""`fesloop reproduce linear_theory`: the simulated loop beside the exact theory of linear loops.
+
+Cost: the shipped experiment `linear_loop` at 20 points of latency, jitter and loss, many independent runs of
+each (subject r has seed r), against `fesloop.theory.stationary_cost`. The mean square of the joint angles
+about rest, mean of the joints, is averaged over each run; runs being independent, the interval of their mean
+needs no model of what is correlated within a run. It is of 99 % for all points together (Bonferroni).
+
+Critical latency: at 20 gains, the latency at which the running loop, without noise, turns from decay to
+growth, by bisection, against `fesloop.theory.critical_latency_ms`.
+
+Takes 4 minutes on two cores.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from fesloop.errors import RunError
+from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.parse import load
+from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.record import Recorder
+from fesloop.loop.run import Loop
+from fesloop.reproduce.cohort import Kept, Key, Progress, run_jobs
+from fesloop.reproduce.comparison import Row
+from fesloop.reproduce.result import Reproduction
+from fesloop.theory import critical_latency_ms, stationary_cost
+
+Array = NDArray[np.float64]
+EXPERIMENT = "linear_loop"
+SUBJECTS = 40
+CONFIDENCE, WIDEST = 0.99, 0.02
+"""Of all intervals of the cost together; half an interval over the exact value, at most."""
+NEAR_MS = 0.1
+SENSED, STIMULATED = "tracker.angles->controller.measured", "controller.stimulation->finger.stimulation"
+_SETTLED_S, _STRETCH_S = 5, 50
+_RUNS_AT_ONCE = 4
+_BRACKET_MS, _RESOLUTION_MS = 8.0, 0.02
+_GROWTH_S = (20, 40, 60)
+"""Growth is told between the first and the last 20 s of what is left when faster motions have died away."""
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """Conditions of the cost.
+
+    Attributes
+    ----------
+    latency_ms: of the wire from tracker to controller.
+    jitter: of that wire, as TOML.
+    loss: on that wire.
+    actuation_ms, actuation_loss: of the wire from controller to finger.
+    seconds: of each of `SUBJECTS` runs, for an interval as narrow as is asked (measured, with a margin).
+    """
+
+    latency_ms: float
+    jitter: str
+    loss: float
+    seconds: int
+    actuation_ms: float = 5.0
+    actuation_loss: float = 0.0
+
+    @property
+    def settings(self) -> tuple[str, ...]:
+        """As of `fesloop run --set`."""
+        return (f"latency_ms={self.latency_ms}", f'wires."{SENSED}".jitter={{{self.jitter}}}',
+                f"loss={self.loss}", f"actuation_ms={self.actuation_ms}",
+                f"actuation_loss={self.actuation_loss}")
+
+    @property
+    def name(self) -> str:
+        """In words."""
+        jitter = self.jitter.replace('"', "").replace("kind = ", "").replace(" = ", " ")
+        return (f"{self.latency_ms:g} ms, jitter {jitter}, {100 * self.loss:g} % lost; "
+                f"to the finger {self.actuation_ms:g} ms, {100 * self.actuation_loss:g} % lost")
+
+
+def _uniform(high_ms: float) -> str:
+    return f'kind = "uniform", low_ms = 0, high_ms = {high_ms:g}'
+
+
+_NONE = 'kind = "zero"'
+POINTS = (
+    Point(0, _NONE, 0.0, 120), Point(10, _NONE, 0.0, 140), Point(30, _NONE, 0.0, 180),
+    Point(60, _NONE, 0.0, 310), Point(0, _NONE, 0.1, 130), Point(0, _NONE, 0.3, 130),
+    Point(30, _NONE, 0.2, 190), Point(20, _NONE, 0.5, 190), Point(0, _uniform(20), 0.0, 150),
+    Point(0, _uniform(40), 0.0, 180), Point(15, _uniform(35), 0.0, 190), Point(30, _uniform(30), 0.0, 220),
+    Point(0, _uniform(20), 0.1, 170), Point(10, _uniform(40), 0.2, 200), Point(0, _uniform(60), 0.3, 230),
+    Point(30, _uniform(20), 0.05, 210),
+    Point(20, 'kind = "exponential", mean_ms = 8, high_ms = 40', 0.1, 190),
+    Point(20, 'kind = "normal", mean_ms = 5, sd_ms = 8, low_ms = -10, high_ms = 30', 0.0, 190),
+    Point(0, _NONE, 0.0, 350, 13.7, 0.3), Point(5, _uniform(25), 0.1, 300, 21.3, 0.1))
+GAINS = tuple(round(0.6 * 1.06**k, 3) for k in range(20))
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """Some runs of a point: mean squares about rest, rad^2, (runs,)."""
+
+    point: int
+    seeds: tuple[int, ...]
+
+    @property
+    def key(self) -> Key:
+        """By which the result is found."""
+        return ("cost", self.point, *self.seeds)
+
+    def kept(self) -> Kept:
+        """Run them."""
+        point = POINTS[self.point]
+        return {"squares": np.array([
+            mean_square(load(EXPERIMENT, point.settings, seed), point.seconds) for seed in self.seeds])}
+
+
+@dataclass(frozen=True, slots=True)
+class Crossing:
+    """The latency at which the running loop ceases to come to rest, for one gain on one wire."""
+
+    gain: float
+    wire: str
+
+    @property
+    def key(self) -> Key:
+        """By which the result is found."""
+        return ("crossing", self.wire, str(self.gain))
+
+    def at(self, latency_ms: float) -> Experiment:
+        """Without noise, a step off rest, all gains scaled."""
+        scaled = tuple(f"blocks.controller.{name}={[self.gain * value] * 3}"
+                       for name, value in (("kp", 1.0), ("ki", 8.0), ("kd", 0.02)))
+        return load(EXPERIMENT, (*scaled, "noise_deg=0", "latency_ms=0", "actuation_ms=0",
+                                 f'wires."{self.wire}".latency_ms={latency_ms}',
+                                 "blocks.reference.angles_deg=[[22, 26, 16]]"))
+
+    def kept(self) -> Kept:
+        """Theory, and the crossing by bisection, ms; NaN where the bracket holds none."""
+        theory = critical_latency_ms(self.at(1.0), self.wire)
+        if theory is None:
+            return {"theory": math.nan, "simulated": math.nan}
+        low, high = max(0.0, theory - _BRACKET_MS), theory + _BRACKET_MS
+        if growth(self.at(low)) >= 0.0 or growth(self.at(high)) <= 0.0:
+            return {"theory": theory, "simulated": math.nan}
+        while high - low > _RESOLUTION_MS:
+            middle = round(0.5 * (low + high), 6)
+            low, high = (low, middle) if growth(self.at(middle)) > 0.0 else (middle, high)
+        return {"theory": theory, "simulated": 0.5 * (low + high)}
+
+
+def mean_square(experiment: Experiment, seconds: float) -> float:
+    """Of the finger's angles about its rest, over time and joints, rad^2, in one run."""
+    recorder = Recorder(experiment.record.plant_rate)
+    loop = Loop(experiment.wiring, recorder=recorder)
+    rest = np.array(experiment.wiring.node("finger").part.outputs[0].initial)
+    total, count, done, end = 0.0, 0, float(_SETTLED_S), _SETTLED_S + seconds
+    loop.run_until(_SETTLED_S * NS_PER_S - 1)
+    recorder.drain()
+    while done < end:
+        done = min(done + _STRETCH_S, end)
+        loop.run_until(round(done * NS_PER_S) - 1)
+        for _, _, outputs in recorder.drain()[1]["finger"]:
+            total += float(np.square(outputs[0] - rest).sum())
+            count += outputs[0].size
+    return total / count
+
+
+def growth(experiment: Experiment) -> float:
+    """Logarithm of how much the rates of the joints grow from one span to the next."""
+    recorder = Recorder(experiment.record.plant_rate)
+    loop = Loop(experiment.wiring, recorder=recorder)
+    sizes = []
+    for until_s in _GROWTH_S:
+        loop.run_until(until_s * NS_PER_S - 1)
+        rows = recorder.drain()[1]["finger"]
+        sizes.append(math.sqrt(sum(float(np.square(outputs[1]).sum()) for _, _, outputs in rows)))
+    return math.log(sizes[2] / sizes[1])
+
+
+def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
+    """Every point, `subjects` runs of each, and every gain."""
+    groups = [tuple(range(first, min(first + _RUNS_AT_ONCE, subjects + 1)))
+              for first in range(1, subjects + 1, _RUNS_AT_ONCE)]
+    costs = [Cost(point, seeds) for seeds in groups for point in range(len(POINTS))]
+    crossings = [Crossing(gain, (SENSED, STIMULATED)[number % 2]) for number, gain in enumerate(GAINS)]
+    kept = run_jobs([*crossings, *costs], workers, progress)
+    rows = [_cost_row(point, np.concatenate(
+        [kept[task.key]["squares"] for task in costs if task.point == number]))
+            for number, point in enumerate(POINTS)]
+    rows += [_crossing_row(task, kept[task.key]) for task in crossings]
+    return Reproduction("linear_theory", subjects, rows, curves={"kept": kept})
+
+
+def interval(squares: Array, comparisons: int) -> tuple[float, float]:
+    """Mean of independent runs, and half its interval at `CONFIDENCE` for so many comparisons together."""
+    runs = squares.size
+    if runs < 2:
+        raise RunError("one run has no interval: more subjects")
+    quantile = float(student.ppf(1.0 - 0.5 * (1.0 - CONFIDENCE) / comparisons, runs - 1))
+    return float(squares.mean()), quantile * float(squares.std(ddof=1)) / math.sqrt(runs)
+
+
+def _cost_row(point: Point, squares: Array) -> Row:
+    exact_deg = stationary_cost(load(EXPERIMENT, point.settings)).joint_rms_deg
+    exact = math.radians(exact_deg) ** 2
+    mean, half = interval(squares, len(POINTS))
+    found = (f"{math.degrees(math.sqrt(mean)):.4f} rms, square {100 * (mean / exact - 1):+.2f} % "
+             f"+- {100 * half / exact:.2f} %")
+    return Row("cost", point.name, f"{exact_deg:.4f} rms", found,
+               half <= WIDEST * exact and abs(mean - exact) <= half, "deg")
+
+
+def _crossing_row(task: Crossing, kept: Kept) -> Row:
+    theory, simulated = kept["theory"], kept["simulated"]
+    return Row("critical latency", f"gains times {task.gain:g}, {task.wire}", f"{theory:.3f}",
+               f"{simulated:.3f}", abs(simulated - theory) <= NEAR_MS, "ms")

@@ -1,0 +1,35 @@
+"""The distribution function of durations against what is drawn."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fesloop.errors import InputError
+from fesloop.loop.duration import ZERO, Duration
+
+KINDS = st.one_of(
+    st.builds(lambda low, width: Duration(kind="uniform", low_ms=low, high_ms=low + width),
+              st.integers(-5, 20), st.floats(0.0, 30.0)),
+    st.builds(lambda mean, high: Duration(kind="exponential", mean_ms=mean, high_ms=high),
+              st.floats(0.5, 30.0), st.floats(0.0, 60.0)),
+    st.builds(lambda mean, sd: Duration(kind="normal", mean_ms=mean, sd_ms=sd, low_ms=-3.0, high_ms=50.0),
+              st.floats(-5.0, 60.0), st.floats(0.1, 20.0)))
+
+
+@given(KINDS, st.integers(-10_000_000, 70_000_000))
+def test_the_share_within_a_limit_is_the_share_of_the_numbers_that_draw_no_more(jitter, limit_ns):
+    # draw_ns rises with its number, so the share is where it passes the limit.
+    share = jitter.share_within(limit_ns)
+    assert 0.0 <= share <= 1.0
+    below, above = share - 1e-7, share + 1e-7
+    if below >= 0.0:
+        assert jitter.draw_ns(below) <= limit_ns
+    if above < 1.0:
+        assert jitter.draw_ns(above) > limit_ns or math.isclose(share, jitter.share_within(limit_ns + 1))
+
+
+def test_what_is_not_drawn_has_no_distribution():
+    with pytest.raises(InputError, match="uniform, normal, exponential"):
+        ZERO.share_within(0)

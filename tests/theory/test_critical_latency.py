@@ -1,0 +1,76 @@
+"""Critical latencies against those of an integrator under sampled feedback, known in closed form."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from linear_parts import PERIOD_S, scalar_loop
+
+from fesloop.errors import InputError
+from fesloop.experiment.parse import load
+from fesloop.loop.duration import Duration
+from fesloop.reproduce.linear_theory import SENSED, STIMULATED, Crossing
+from fesloop.theory import critical_latency_ms, linear_loop
+
+OUT, BACK = "plant.y->feedback.y", "feedback.u->plant.u"
+
+
+@given(share=st.floats(0.51, 0.99))
+@settings(max_examples=25, deadline=None)
+def test_an_integrator_held_late_within_a_period_is_critical_at_one_over_its_gain(share):
+    # z^2 - (1 - k (h - tau)) z + k tau has roots of modulus 1 where k tau = 1 (Astrom and Wittenmark 1997,
+    # section 2.3, for the sampled system), for 1/h < k < 2/h.
+    gain = 1.0 / (share * PERIOD_S)
+    assert critical_latency_ms(scalar_loop(0.0, gain), BACK) == pytest.approx(1e3 / gain, abs=1.1e-6)
+
+
+@given(loop_gain=st.floats(0.05, 0.99))
+@settings(max_examples=25, deadline=None)
+def test_on_the_way_to_a_block_latency_acts_in_whole_ticks(loop_gain):
+    # z^(m+1) - z^m + k h has roots of modulus 1 where k h = 2 sin(pi / (2 (2 m + 1))), m periods late.
+    late = next(m for m in range(100) if 2.0 * math.sin(math.pi / (2.0 * (2 * m + 1))) <= loop_gain)
+    found = critical_latency_ms(scalar_loop(0.0, loop_gain / PERIOD_S), OUT)
+    assert found == pytest.approx(1e3 * PERIOD_S * (late - 1) + 1e-6, abs=1e-9)
+
+
+def test_execution_time_and_fixed_jitter_count_as_latency():
+    gain = 1.0 / (0.8 * PERIOD_S)
+    slow = scalar_loop(0.0, gain, execution=Duration(kind="fixed", ms=4.5),
+                       stimulated={"jitter": Duration(kind="fixed", ms=1.25)})
+    assert critical_latency_ms(slow, BACK) == pytest.approx(16.0 - 4.5 - 1.25, abs=1.1e-6)
+
+
+def test_a_loop_that_no_latency_upsets_has_none():
+    # x' = -x - 0.5 x(t - tau): the delayed part is the weaker one.
+    assert critical_latency_ms(scalar_loop(-1.0, 0.5), BACK) is None
+
+
+def test_a_loop_that_is_unstable_anyway_has_no_room():
+    assert critical_latency_ms(scalar_loop(0.0, 2.5 / PERIOD_S), BACK) == 0.0
+
+
+def test_losses_leave_less_room():
+    gain = 0.4 / PERIOD_S
+    sure = critical_latency_ms(scalar_loop(0.0, gain), BACK)
+    lossy = critical_latency_ms(scalar_loop(0.0, gain, stimulated={"loss": 0.3}), BACK)
+    assert 0.0 < lossy < sure
+
+
+def test_a_wire_that_is_not_on_the_loop_is_named():
+    with pytest.raises(InputError, match="not on the loop"):
+        critical_latency_ms(scalar_loop(0.0, 1.0), "a.b->c.d")
+    with pytest.raises(InputError, match="up_to_ms"):
+        critical_latency_ms(scalar_loop(0.0, 1.0), BACK, up_to_ms=0.0)
+
+
+def test_the_latency_of_the_experiment_itself_does_not_matter_to_the_wires_critical_one():
+    near, far = (linear_loop(load("linear_loop", (f"actuation_ms={ms}",))) for ms in (0, 50))
+    assert critical_latency_ms(near, STIMULATED) == critical_latency_ms(far, STIMULATED)
+
+
+@pytest.mark.parametrize(("gain", "wire"), [(1.0, STIMULATED), (1.4, SENSED)])
+def test_the_running_loop_turns_from_decay_to_growth_there(gain, wire):
+    kept = Crossing(gain, wire).kept()
+    print(f"gains times {gain:g}, {wire}: {kept}")
+    assert abs(kept["simulated"] - kept["theory"]) < 0.1
