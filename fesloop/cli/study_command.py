@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from argparse import Namespace
 from pathlib import Path
@@ -25,6 +26,8 @@ def execute(args: Namespace) -> int:
         raise InputError("--workers", "stands beside --scheduler, whose cluster has workers of its own",
                          "one of the two", "remove one")
     study = read_study(args.study, args.form)
+    # As schedulers of clusters end a job: like Ctrl-C, workers and scratch files being cleared away.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     if args.dry_run:
         return _dry_run(study, args)
     watch = StudyProgress(study.name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 import time
 from collections import deque
@@ -26,7 +27,9 @@ class StudyProgress:
 
     def stage(self, text: str, fraction: float | None = None) -> None:
         """What is being done before the runs."""
-        line = f"{self._name}: {text}" + ("" if fraction is None else f" {100.0 * fraction:.0f} %")
+        line = f"{self._name}: {text}"
+        if self._terminal and fraction is not None:
+            line += f" {100.0 * fraction:.0f} %"
         if self._terminal or text != self._stage:
             self._tell(line, at_once=text != self._stage)
         self._stage = text
@@ -62,6 +65,8 @@ class StudyProgress:
             return
         self._told_at = now
         if self._terminal:
+            # A line that wraps could not be taken away again.
+            line = line[:shutil.get_terminal_size().columns - 1]
             print(f"\r\x1b[K{line}", end="", file=sys.stderr, flush=True)
         else:
             print(line, file=sys.stderr, flush=True)

@@ -24,13 +24,13 @@ _SETTINGS = {
     "distributed.admin.system-monitor.gil.enabled": False,
     "distributed.admin.system-monitor.interval": "10s",
     "distributed.admin.tick.interval": "1s",
-    "distributed.scheduler.allowed-failures": 5,
+    "distributed.scheduler.allowed-failures": 2,
     "distributed.scheduler.worker-saturation": 2.0,
     "distributed.worker.daemon": True,
     "distributed.worker.profile.enabled": False,
 }
 """Of the local cluster. A worker has its next task at hand when it ends one; watching takes little time; a
-run that ends five workers, each having been given it, is a failed one."""
+task that three workers were given when they ended is given to no fourth."""
 
 
 def require_dask() -> Any:
@@ -41,6 +41,20 @@ def require_dask() -> Any:
         raise InputError("fesloop study", f"needs Dask's distributed, which is missing: {fault}",
                          remedy="pip install 'fesloop[study]'") from None
     return distributed
+
+
+def require_workers(workers: int | None) -> None:
+    """Raise InputError for a number of processes that cannot be."""
+    if workers is not None and not 1 <= workers <= _MOST_WORKERS:
+        raise InputError("--workers", f"{workers}", f"1 to {_MOST_WORKERS} processes")
+
+
+def threads(client: Any) -> int:
+    """Of all workers of a cluster; 0 where none is there, or the scheduler does not answer."""
+    try:
+        return sum(client.nthreads().values())
+    except OSError:
+        return 0
 
 
 @contextmanager
@@ -64,8 +78,6 @@ def _local(distributed: Any, workers: int | None) -> Iterator[Any]:
     import dask
 
     count = workers if workers is not None else os.cpu_count() or 1
-    if not 1 <= count <= _MOST_WORKERS:
-        raise InputError("--workers", f"{count}", f"1 to {_MOST_WORKERS} processes")
     with (dask.config.set(_SETTINGS),
           distributed.LocalCluster(n_workers=count, threads_per_worker=1, processes=True, host=_LOOPBACK,
                                    dashboard_address=f"{_LOOPBACK}:0", silence_logs=logging.CRITICAL,

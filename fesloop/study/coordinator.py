@@ -10,7 +10,7 @@ from __future__ import annotations
 import time
 import zlib
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
 from operator import itemgetter
@@ -20,7 +20,7 @@ from typing import Any, Protocol
 
 from fesloop.errors import InputError, InputErrors, RunError
 from fesloop.study.cells import base_cells
-from fesloop.study.cluster import connected
+from fesloop.study.cluster import connected, require_workers, threads
 from fesloop.study.plan import Resolver, Settings, in_cell, plan
 from fesloop.study.preparing import Preparations, Prepared, prepare_one
 from fesloop.study.pump import Done, Task, pumped
@@ -30,6 +30,7 @@ from fesloop.study.task import NO_ROOM, Outcome, Wanted, run_one
 from fesloop.study.versions import version_text
 
 DIED = "the worker process ended, each time it was tried (out of memory, or a crash in compiled code)"
+_LOOK_S = 0.5
 
 
 class Watch(Protocol):
@@ -106,6 +107,7 @@ def run_study(study: Study, out: str | Path = "studies", *, workers: int | None 
     """
     began = time.perf_counter()
     watch = watch or _Nobody()
+    require_workers(workers)
     preparations = Preparations(study)
     with Store(Path(out) / study.name, study, mix_versions=mix_versions) as store:
         checked = plan(study, meanwhile(study), lambda share: watch.stage("check", share))
@@ -125,6 +127,7 @@ def run_study(study: Study, out: str | Path = "studies", *, workers: int | None 
 def _come_to_results(client: Any, study: Study, preparations: Preparations, store: Store,
                      retry_failed: bool, watch: Watch) -> None:
     """Try the base, prepare what cells need, and run them."""
+    await_workers(client, watch)
     if not store.started:
         _try_bases(client, study, watch)
     if study.prepare:
@@ -132,6 +135,15 @@ def _come_to_results(client: Any, study: Study, preparations: Preparations, stor
             settings = _prepare(client, study, preparations, store, Path(folder), retry_failed, watch)
             store.put_plan(plan(study, settings, lambda share: watch.stage("plan", share)))
     _run(client, study, store, retry_failed, watch)
+
+
+def await_workers(client: Any, watch: Watch) -> None:
+    """Wait until a cluster has workers, which a queue of jobs may give it late."""
+    while not threads(client):
+        if client.status != "running":
+            raise RunError("the scheduler is gone before any worker came to it")
+        watch.stage("wait for workers")
+        time.sleep(_LOOK_S)
 
 
 def meanwhile(study: Study) -> Settings:
@@ -194,15 +206,49 @@ def _run(client: Any, study: Study, store: Store, retry_failed: bool, watch: Wat
     if retry_failed:
         tally.failed.clear()
     watch.runs(tally.done, tally.failed, total)
-    tasks = _tasks(study, store, store.pending(retry_failed=retry_failed))
-    for several in pumped(client, tasks, lambda: watch.runs(tally.done, tally.failed, total)):
-        results = [_result(each) for each in several]
-        store.put(results)
-        tally.add(results)
+
+    def wait() -> None:
+        if threads(client):
+            watch.runs(tally.done, tally.failed, total)
+        else:
+            watch.stage("wait for workers")
+
+    def note(several: Iterable[Done]) -> None:
+        tally.add(_put(store, several))
         watch.runs(tally.done, tally.failed, total)
 
+    died = []
+    for several in pumped(client, _tasks(study, store, store.pending(retry_failed=retry_failed)), wait):
+        died += [each.id for each in several if _died(each)]
+        note(each for each in several if not _died(each))
+    # A run that lay beside one that ends its worker shared its fate: each of them is tried with nothing else
+    # under way, and fails only if its worker ends then.
+    for suspect in store.pending(retry_failed=retry_failed) if died else ():
+        if suspect[2] in died:
+            for several in pumped(client, _tasks(study, store, [suspect]), wait):
+                note(several)
 
-def _tasks(study: Study, store: Store, pending: Iterator[tuple[int, int, str]]) -> Iterator[Task]:
+
+def _put(store: Store, several: Iterable[Done]) -> list[StoredResult]:
+    """Note what came of runs. Raises RunError, when the others are noted, for one that is no result."""
+    results, refusals = [], []
+    for each in several:
+        refusal = _refusal(each)
+        if refusal is None:
+            results.append(_result(each))
+        else:
+            refusals.append(refusal)
+    store.put(results)
+    if refusals:
+        raise refusals[0]
+    return results
+
+
+def _died(each: Done) -> bool:
+    return type(each.fault).__name__ == "KilledWorker"
+
+
+def _tasks(study: Study, store: Store, pending: Iterable[tuple[int, int, str]]) -> Iterator[Task]:
     wanted = Wanted(study.metrics, study.about.recordings, str((store.path.parent / "recordings").absolute()))
     for number, runs in groupby(pending, itemgetter(0)):
         document = store.document(number)
@@ -211,26 +257,32 @@ def _tasks(study: Study, store: Store, pending: Iterator[tuple[int, int, str]]) 
 
 
 def _result(each: Done) -> StoredResult:
-    """What is noted of a run. Raises RunError where a worker could not record, or has other versions."""
+    """What is noted of a run."""
     if each.outcome is None:
         return StoredResult(id=each.id, status="failed", cause=_ending(each)[1], metrics={}, wall_s=0.0,
                             worker="")
     outcome: Outcome = each.outcome
-    if outcome.status == NO_ROOM:
-        raise RunError(f"a worker's disk is full ({outcome.worker}: {outcome.cause}); what was done is kept; "
-                       "make room, and start the study again to go on")
-    if outcome.version != version_text():
-        raise RunError(f"a worker that came later has another version ({outcome.worker}); what was done is "
-                       "kept; install the same versions, and start the study again to go on")
     return StoredResult(id=outcome.id, status=outcome.status, cause=outcome.cause, metrics=outcome.metrics,
                         wall_s=outcome.wall_s, worker=outcome.worker, recording=outcome.recording)
+
+
+def _refusal(each: Done) -> RunError | None:
+    """What ends the study: a worker that could not record, or is of another version."""
+    outcome: Outcome | None = each.outcome
+    if outcome is not None and outcome.status == NO_ROOM:
+        return RunError(f"a worker's disk is full ({outcome.worker}: {outcome.cause}); what was done is "
+                        "kept; make room, and start the study again to go on")
+    if outcome is not None and outcome.version != version_text():
+        return RunError(f"a worker that came later has another version ({outcome.worker}); what was done is "
+                        "kept; install the same versions, and start the study again to go on")
+    return None
 
 
 def _ending(each: Done) -> tuple[str, str]:
     """Status and cause of a run."""
     if each.outcome is not None:
         return each.outcome.status, each.outcome.cause
-    if type(each.fault).__name__ == "KilledWorker":
+    if _died(each):
         return "failed", DIED
     return "failed", " ".join(f"{type(each.fault).__name__}: {each.fault}".split())
 

@@ -13,8 +13,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from fesloop.errors import RunError
-from fesloop.study.cluster import connected
-from fesloop.study.coordinator import Watch, meanwhile
+from fesloop.study.cluster import connected, require_workers, threads
+from fesloop.study.coordinator import DIED, Watch, await_workers, meanwhile
 from fesloop.study.plan import PlannedCell, plan
 from fesloop.study.pump import Task, pumped
 from fesloop.study.results import load
@@ -68,20 +68,22 @@ def cost(study: Study, out: str | Path = "studies", *, workers: int | None = Non
     Parameters as of `fesloop.study.coordinator.run_study`. Raises what that raises before anything runs, and
     RunError where none of the runs that are tried gets to its end.
     """
+    require_workers(workers)
     folder = Path(out) / study.name
     there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
     ids, simulated_s, sample = _gone_through(study, watch)
     done = _done(folder) & ids
     with connected(workers, scheduler) as client:
-        threads = sum(client.nthreads().values())
+        await_workers(client, watch)
+        count = threads(client)
         outcomes = _tried(client, study, sample, watch)
     ended = [each.wall_s for each in outcomes if each.status == "done"]
     if not ended:
         raise RunError(f"{study.name}: none of {len(sample)} runs that were tried got to its end: "
-                       f"{outcomes[0].cause}")
+                       f"{outcomes[0].cause if outcomes else DIED}")
     return Cost(cells=study.cells, runs=len(ids), done=len(done), simulated_s=simulated_s, tried=len(ended),
-                run_s=statistics.median(ended), least_s=min(ended), most_s=max(ended), workers=threads,
-                left_s=(len(ids) - len(done)) * statistics.fmean(ended) / threads,
+                run_s=statistics.median(ended), least_s=min(ended), most_s=max(ended), workers=count,
+                left_s=(len(ids) - len(done)) * statistics.fmean(ended) / count,
                 prepared=len(study.prepare), disk_bytes=_disk_bytes(study, len(ids), sample, outcomes),
                 free_bytes=shutil.disk_usage(there).free)
 

@@ -11,8 +11,10 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
 from queue import Empty, SimpleQueue
 from typing import Any, NamedTuple
+from uuid import uuid4
 
 from fesloop.errors import RunError
+from fesloop.study.cluster import threads
 
 _AHEAD = 3
 """Tasks under way for each thread of the cluster: one that runs, one that waits there, one in the mail."""
@@ -24,7 +26,7 @@ _PATIENCE_S = 15.0
 
 
 class Task(NamedTuple):
-    """A function of a module, its arguments, and the name by which its outcome is told."""
+    """A function of a module, its arguments, and the name by which its outcome, never None, is told."""
 
     id: str
     function: Callable[..., Any]
@@ -48,19 +50,23 @@ def pumped(client: Any, tasks: Iterator[Task], waiting: Callable[[], None] = lam
     finished: SimpleQueue[Any] = SimpleQueue()
     under_way: dict[str, Any] = {}
     exhausted, silent_since = False, time.monotonic()
+    # A key of two clients is one task to a scheduler, whatever each of them asks of it.
+    own = f"fesloop-{uuid4().hex[:8]}"
     try:
         while True:
-            while not exhausted and len(under_way) < _window(client):
+            window = _window(client)
+            while not exhausted and len(under_way) < window:
                 task = next(tasks, None)
                 if task is None:
                     exhausted = True
                     break
-                future = client.submit(task.function, *task.arguments, key=f"fesloop-{task.id}", pure=False)
-                under_way[task.id] = future
-                future.add_done_callback(lambda _, id=task.id: finished.put(id))
-            if not under_way:
+                under_way[task.id] = client.submit(task.function, *task.arguments, key=f"{own}-{task.id}",
+                                                   pure=False)
+                under_way[task.id].add_done_callback(lambda _, id=task.id: finished.put(id))
+            if exhausted and not under_way:
                 return
-            ids = _arrived(finished)
+            # What was lost with its worker is told of once only; it is looked for while nothing else comes.
+            ids = _arrived(finished) or [id for id, future in under_way.items() if future.done()]
             if client.status == "running":
                 silent_since = time.monotonic()
             elif time.monotonic() - silent_since > _PATIENCE_S or client.status == "closed":
@@ -78,9 +84,8 @@ def pumped(client: Any, tasks: Iterator[Task], waiting: Callable[[], None] = lam
 
 
 def _window(client: Any) -> int:
-    """How many tasks may be under way."""
-    threads = sum(client.nthreads().values()) if client.status == "running" else 0
-    return max(_LEAST_AHEAD, _AHEAD * threads)
+    """How many tasks may be under way; none more while the scheduler is silent."""
+    return max(_LEAST_AHEAD, _AHEAD * threads(client)) if client.status == "running" else 0
 
 
 def _arrived(finished: SimpleQueue[Any]) -> list[str]:
@@ -95,14 +100,17 @@ def _arrived(finished: SimpleQueue[Any]) -> list[str]:
 
 
 def _outcomes(client: Any, futures: dict[str, Any]) -> list[Done]:
-    """What finished tasks gave. Raises RunError where they were called off: the scheduler was restarted."""
+    """What finished tasks gave; nothing of one whose worker ended with its outcome, which is done again.
+
+    Raises RunError where tasks were called off: the scheduler was restarted.
+    """
     whole = {id: future for id, future in futures.items() if future.status == "finished"}
-    if any(future.status in ("cancelled", "lost") for future in futures.values()):
-        raise RunError(_GONE)
     try:
-        values = client.gather(list(whole.values()), errors="raise") if whole else []
+        values = client.gather(whole, errors="skip") if whole else {}
     except (OSError, CancelledError) as fault:
         raise RunError(f"{_GONE} ({fault})") from None
-    done = [Done(id, value, None) for id, value in zip(whole, values, strict=True)]
+    if any(future.status == "cancelled" for future in futures.values()):
+        raise RunError(_GONE)
+    done = [Done(id, value, None) for id, value in values.items() if value is not None]
     return done + [Done(id, None, future.exception()) for id, future in futures.items()
                    if future.status == "error"]

@@ -38,12 +38,14 @@ def opened(path: Path) -> sqlite3.Connection:
 
 def locked(folder: Path) -> sqlite3.Connection:
     """A lock that ends with this process, however it ends: a transaction on a file beside the store."""
-    lock = sqlite3.connect(folder / f".{FILE}.lock", timeout=0.0, isolation_level=None,
-                           check_same_thread=False)
+    lock = None
     try:
+        lock = sqlite3.connect(folder / f".{FILE}.lock", timeout=0.0, isolation_level=None,
+                               check_same_thread=False)
         lock.execute("BEGIN EXCLUSIVE")
-    except sqlite3.OperationalError as fault:
-        lock.close()
+    except sqlite3.DatabaseError as fault:
+        if lock is not None:
+            lock.close()
         if "locked" in str(fault):
             raise InputError(str(folder), "another fesloop study is writing there", "one at a time",
                              "wait for it, or give another --out") from None

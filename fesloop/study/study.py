@@ -142,7 +142,8 @@ class Study:
         owners: dict[str, str] = {}
         for name, axis in self.axes.items():
             faults += [InputError(f"axes.{name}.key", f"{key!r} is that of axis {owners[key]!r} too",
-                                  "a key that no other axis sets") for key in axis.keys(name) if key in owners]
+                                  "a key that no other axis sets")
+                       for key in axis.keys(name) if key in owners]
             owners |= dict.fromkeys(axis.keys(name), name)
         for key, preparation in self.prepare.items():
             faults += [InputError(f"prepare.{key}.axes", f"there is no axis {axis!r}",

@@ -6,6 +6,7 @@ common with the coordinator. Which worker does it, and after what, changes nothi
 
 from __future__ import annotations
 
+import errno
 import json
 import shutil
 import socket
@@ -73,7 +74,8 @@ def run_one(id: str, document: bytes, seed: int, wanted: Wanted) -> Outcome:
         except FesloopError as fault:
             status, cause = "failed", str(fault)
         except Exception as fault:  # noqa: BLE001 - a run that breaks is a row of the study, whatever breaks it
-            status, cause = "failed", where_it_broke(fault)
+            full = isinstance(fault, OSError) and fault.errno in (errno.ENOSPC, errno.EDQUOT)
+            status, cause = NO_ROOM if full else "failed", where_it_broke(fault)
         if status == "failed" and shutil.disk_usage(folder).free < _ROOM_BYTES:
             status = NO_ROOM
     return Outcome(id, status, " ".join(cause.split())[:_LONGEST_CAUSE], metrics, perf_counter() - began,
@@ -107,7 +109,11 @@ def _kept(result: Result, id: str, wanted: Wanted) -> str:
     folder = Path(wanted.folder)
     folder.mkdir(parents=True, exist_ok=True)
     draft, path = folder / f".{id}.h5", folder / f"{id}.h5"
-    shutil.move(result.recording, draft)
+    try:
+        shutil.move(result.recording, draft)
+    except OSError:
+        draft.unlink(missing_ok=True)
+        raise
     draft.replace(path)
     return str(path)
 
