@@ -22,7 +22,7 @@ from typing import NamedTuple
 from fesloop.errors import FesloopError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.parse import from_document
-from fesloop.experiment.trial import Result, run
+from fesloop.experiment.trial import run
 from fesloop.study.kept_metrics import KeptMetric
 from fesloop.study.versions import version_text
 
@@ -61,25 +61,39 @@ def run_one(id: str, document: bytes, seed: int, wanted: Wanted) -> Outcome:
     """One run of the experiment of a deflated document, with a seed. What fails is told in the outcome."""
     began = perf_counter()
     with TemporaryDirectory(prefix="fesloop-", dir=scratch_folder()) as folder:
-        status, cause, metrics, recording, size = "failed", "", {}, "", 0
+        status, cause, metrics = _ending(document, seed, Path(folder), wanted.metrics)
+        recorded = next(Path(folder).glob("*.h5"), None)
+        size, recording = recorded.stat().st_size if recorded else 0, ""
         try:
-            result = run(experiment_of(document, seed), Path(folder))
-            if result.status == "interrupted":
-                raise KeyboardInterrupt
-            status, cause = result.status, result.cause
-            size = result.recording.stat().st_size
-            recording = _kept(result, id, wanted)
-            if status == "done":
-                metrics = {each.name: each.of(result.metrics) for each in wanted.metrics}
-        except FesloopError as fault:
-            status, cause = "failed", str(fault)
-        except Exception as fault:  # noqa: BLE001 - a run that breaks is a row of the study, whatever breaks it
-            full = isinstance(fault, OSError) and fault.errno in (errno.ENOSPC, errno.EDQUOT)
-            status, cause = NO_ROOM if full else "failed", where_it_broke(fault)
+            if recorded and (wanted.recordings == "all" or (wanted.recordings == status == "failed")):
+                recording = _kept(recorded, id, Path(wanted.folder))
+        except OSError as fault:
+            status, cause, metrics = _failure(fault), where_it_broke(fault), {}
         if status == "failed" and shutil.disk_usage(folder).free < _ROOM_BYTES:
             status = NO_ROOM
     return Outcome(id, status, " ".join(cause.split())[:_LONGEST_CAUSE], metrics, perf_counter() - began,
                    socket.gethostname(), recording, size, version_text())
+
+
+def _ending(document: bytes, seed: int, folder: Path, metrics: Sequence[KeptMetric]
+            ) -> tuple[str, str, dict[str, float | None]]:
+    """Status, cause and metrics of a run whose recording goes into a folder."""
+    try:
+        result = run(experiment_of(document, seed), folder)
+        if result.status == "interrupted":
+            raise KeyboardInterrupt
+        numbers = {each.name: each.of(result.metrics) for each in metrics} if result.status == "done" else {}
+    except FesloopError as fault:
+        return "failed", str(fault), {}
+    except Exception as fault:  # noqa: BLE001 - a run that breaks is a row of the study, whatever breaks it
+        return _failure(fault), where_it_broke(fault), {}
+    return result.status, result.cause, numbers
+
+
+def _failure(fault: Exception) -> str:
+    """Status of a run that broke."""
+    full = isinstance(fault, OSError) and fault.errno in (errno.ENOSPC, errno.EDQUOT)
+    return NO_ROOM if full else "failed"
 
 
 def experiment_of(document: bytes, seed: int) -> Experiment:
@@ -102,15 +116,12 @@ def scratch_folder() -> str | None:
         return None
 
 
-def _kept(result: Result, id: str, wanted: Wanted) -> str:
-    """Path of the recording, if it is to be kept: named by the run's id, there whole or not at all."""
-    if wanted.recordings == "none" or (wanted.recordings == "failed" and result.status == "done"):
-        return ""
-    folder = Path(wanted.folder)
+def _kept(recorded: Path, id: str, folder: Path) -> str:
+    """Path of a recording in the folder where it is kept: named by its run's id, there whole or not at all."""
     folder.mkdir(parents=True, exist_ok=True)
     draft, path = folder / f".{id}.h5", folder / f"{id}.h5"
     try:
-        shutil.move(result.recording, draft)
+        shutil.move(recorded, draft)
     except OSError:
         draft.unlink(missing_ok=True)
         raise
