@@ -117,7 +117,7 @@ def scratch_folder() -> str | None:
 
 
 def _kept(recorded: Path, id: str, folder: Path) -> str:
-    """Path of a recording in the folder where it is kept: named by its run's id, there whole or not at all."""
+    """Path of a recording in the folder where it is kept: named by its run, there whole or not at all."""
     folder.mkdir(parents=True, exist_ok=True)
     draft, path = folder / f".{id}.h5", folder / f"{id}.h5"
     try:
