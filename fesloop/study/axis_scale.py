@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 _MOST_LABELLED = 20
 """Levels of a number beyond which round numbers are labelled instead."""
-_BESIDE, _ABOVE = 0.011, 0.05
-"""Room of a letter and of a line, as shares of the axis along which labels stand."""
+_LETTER_PT, _GAP_PT, _LINE_PT = 4.9, 5.0, 11.0
+"""Width of a digit of a label, what is between two labels, and height of a line, points."""
 _LONG_ROW = 34
 """Letters of a row of text that fit side by side."""
 
@@ -96,7 +96,10 @@ class AxisScale:
         shares = np.abs((axis.get_transform().transform(self.places) - low) / (high - low))
         texts = [level_text(level) for level in self.levels]
         longest = max(map(len, texts))
-        apart = _BESIDE * (longest + 1.5) if which == "x" else _ABOVE
+        # Before the layout is settled, but what it changes is little.
+        extent = axes.get_window_extent()
+        length = (extent.width if which == "x" else extent.height) * 72.0 / axes.figure.dpi
+        apart = (_LETTER_PT * longest + _GAP_PT if which == "x" else _LINE_PT) / length
         chosen: list[int] = []
         for i in np.argsort(shares).tolist():
             if not chosen or shares[i] - shares[chosen[-1]] >= apart or not self.numeric:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from fesloop.errors import InputError, did_you_mean
-from fesloop.study.axes import LevelValue
 
 Kind = Literal["heat_map", "curves"]
 Statistic = Literal["mean", "median", "share"]
@@ -42,7 +41,7 @@ class Figure:
     y: str | None = None
     by: str | None = None
     panels: str | None = None
-    at: dict[str, LevelValue] = field(default_factory=dict)
+    at: dict[str, float | int | str | bool] = field(default_factory=dict)
     statistic: Statistic | None = None
     confidence: float = 0.95
     title: str = ""
