@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from fesloop.cli.output import print_json, print_table, progress_bar
+from fesloop.errors import FesloopError
 from fesloop.experiment import registry
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.parse import load_picked
@@ -17,15 +20,21 @@ from fesloop.loop.latency import LatencyReport, PathLatency
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node
 
+if TYPE_CHECKING:
+    from fesloop.theory.first_answer import FirstAnswer
+
 
 def execute(args: Namespace) -> int:
     """Validate and print the wiring, the latency budget and what the file's aliases change."""
     with progress_bar(f"check {args.experiment}"):
         experiment, picked = load_picked(args.experiment, args.settings, args.seed)
         report = LatencyReport(experiment.wiring, horizon_ns=min(experiment.duration_ns, 10**10))
+        theory = _theory(experiment)
     aliases = picked.document.get("aliases", {})
     if args.json:
-        print_json(_table(experiment, report) | {"aliases": aliases, "variants": picked.variants})
+        print_json(_table(experiment, report) | {
+            "theory": theory.as_table() if theory is not None else None,
+            "aliases": aliases, "variants": picked.variants})
         return 0
     _print_wiring(experiment)
     cautions = _cautions(experiment)
@@ -35,6 +44,7 @@ def execute(args: Namespace) -> int:
     for title, stages in _budgets(report):
         print()
         print_table(title, ("stage, ms", "min", "mean", "max"), stages, sys.stdout)
+    _print_theory(theory)
     for variant, table in picked.variants.items():
         print()
         print_table(f"What --set {variant}=... picks", ("option", "what it is"),
@@ -44,6 +54,36 @@ def execute(args: Namespace) -> int:
         rows = [(name, key if isinstance(key, str) else ", ".join(key)) for name, key in aliases.items()]
         print_table("What --set changes by a short name", ("name", "key"), rows, sys.stdout)
     return 0
+
+
+def _theory(experiment: Experiment) -> FirstAnswer | None:
+    """What theory says at once; None where the loop is not linear, or beyond it."""
+    from fesloop.theory.first_answer import first_answer
+
+    try:
+        return first_answer(experiment)
+    except FesloopError:
+        return None
+
+
+def _print_theory(theory: FirstAnswer | None) -> None:
+    """What is known without a run, where anything is."""
+    if theory is None:
+        return
+    rows = [(f"critical latency of {wire}", "none up to 500 ms" if critical is None else f"{critical:.3f} ms",
+             f"{now:g} ms now") for wire, (now, critical) in theory.critical_ms.items()]
+    cost = theory.cost
+    if cost is not None and not cost.stable:
+        rows.append(("at rest", "never", f"squares grow {cost.growth_per_s:.3g}-fold a second"))
+    elif cost is not None:
+        in_degrees = cost.unit == "rad"
+        values, unit = (cost.rms_deg, "deg") if in_degrees else (cost.rms, cost.unit)
+        by_name = ", ".join(f"{name} {value:.4g}" for name, value in zip(cost.names, values, strict=True))
+        rows.append((f"rms at rest, {unit}", f"{np.sqrt(np.mean(values**2)):.4g}", by_name))
+    if rows:
+        print()
+        print_table("Theory of the linear loop, while nothing saturates", ("", "exactly", ""), rows,
+                    sys.stdout)
 
 
 def _option_rows(table: dict[str, Any], picked: str) -> list[tuple[str, str]]:

@@ -39,9 +39,14 @@ class SecondMoments:
 
     def __init__(self, period: PeriodMap) -> None:
         self._period = period
-        first = period.steps[0]
-        size = first.matrix.shape[1] if isinstance(first, Flow) else int(first.takes.max()) + 1
+        last = period.steps[-1]
+        size = len(last.matrix) if isinstance(last, Flow) else last.takes.shape[1]
         self.shape = (period.ages.size, size, size)
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers the moments are."""
+        return int(np.prod(self.shape))
 
     def after(self, moments: Array, noise: bool) -> Array:
         """A period later; the homogeneous operator alone where not `noise`."""
@@ -79,7 +84,7 @@ class SecondMoments:
         matrix = self._period.matrix
         if matrix is not None:
             return float(np.abs(np.linalg.eigvals(matrix)).max(initial=0.0) ** 2)
-        size = int(np.prod(self.shape))
+        size = self.numbers
         if size < 20:
             columns = [self._flat(row) for row in np.eye(size)]
             return float(np.abs(np.linalg.eigvals(np.array(columns))).max())

@@ -41,6 +41,11 @@ class StationaryCost:
         return self.spectral_radius < 1.0
 
     @property
+    def growth_per_s(self) -> float:
+        """Factor by which second moments grow in a second, in the long run."""
+        return float(self.spectral_radius ** (1.0 / self.period_s))
+
+    @property
     def rms_deg(self) -> Array:
         """`rms` of angles, (outputs,), deg."""
         return np.degrees(self.rms)
