@@ -224,3 +224,22 @@ def test_a_file_that_shadows_a_block_package_is_named(tmp_path, kind):
 def test_a_folder_without_a_package_in_it_shadows_nothing(tmp_path):
     (tmp_path / "controllers").mkdir()
     assert imported_from(tmp_path, ROOT, cwd=tmp_path).returncode == 0
+
+
+def test_check_prints_what_theory_knows_of_a_linear_loop(capsys):
+    code, out, _ = run(capsys, "check", "linear_loop", "--set", "latency_ms=60")
+    assert code == 0
+    assert "critical latency of tracker.angles->controller.measured" in out
+    assert "rms at rest, deg" in out
+    _, out, _ = run(capsys, "check", "linear_loop", "--json")
+    theory = json.loads(out)["theory"]
+    assert theory["stable"]
+    assert set(theory["rms"]) == {"MCP", "PIP", "DIP"}
+    assert 30.0 < theory["critical_latency_ms"]["tracker.angles->controller.measured"] < 300.0
+    code, out, _ = run(capsys, "check", "linear_loop", "--set", "latency_ms=200")
+    assert "never" in out
+
+
+def test_check_says_nothing_of_theory_where_a_loop_is_not_linear(capsys):
+    _, out, _ = run(capsys, "check", "finger_mpc", "--json")
+    assert json.loads(out)["theory"] is None
