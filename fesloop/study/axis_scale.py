@@ -17,8 +17,11 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 _MOST_LABELLED = 20
 """Levels of a number beyond which round numbers are labelled instead."""
-_LETTER_PT, _GAP_PT, _LINE_PT = 4.9, 5.0, 11.0
+_LETTER_PT, _GAP_PT, _LINE_PT = 4.9, 3.0, 11.0
 """Width of a digit of a label, what is between two labels, and height of a line, points."""
+_MARGIN = 0.04
+_BESIDE_IN = 0.75
+"""What of a panel is taken by its labels and title, inches."""
 _LONG_ROW = 34
 """Letters of a row of text that fit side by side."""
 
@@ -77,9 +80,20 @@ class AxisScale:
         low, high = self.edges[i:i + 2]
         return float(low), float(high)
 
-    def apply(self, axes: Axes, which: Literal["x", "y"]) -> None:
-        """Set the scale and the limits: those of the squares about all levels."""
-        ends = self.edges[::-1] if self.downwards else self.edges
+    @property
+    def close_ends(self) -> Array:
+        """Limits that leave a little room beside the first and the last level, (2,)."""
+        if self.kind == "even" or len(self.levels) == 1:
+            return self.edges[[0, -1]]
+        first, last = (np.log(self.places) if self.kind == "log" else self.places)[[0, -1]]
+        room = _MARGIN * (last - first)
+        found = np.array([first - room, last + room])
+        return np.asarray(np.exp(found) if self.kind == "log" else found)
+
+    def apply(self, axes: Axes, which: Literal["x", "y"], *, squares: bool) -> None:
+        """Set the scale, and the limits: those of the squares about all levels, or close ones."""
+        limits = self.edges if squares else self.close_ends
+        ends = limits[::-1] if self.downwards else limits
         if which == "x":
             axes.set_xscale("log" if self.kind == "log" else "linear")
             axes.set_xlim(ends[0], ends[-1])
@@ -87,8 +101,11 @@ class AxisScale:
             axes.set_yscale("log" if self.kind == "log" else "linear")
             axes.set_ylim(ends[0], ends[-1])
 
-    def label(self, axes: Axes, which: Literal["x", "y"]) -> None:
-        """Label the levels, as many as there is room for, within limits that are set."""
+    def label(self, axes: Axes, which: Literal["x", "y"], panel_in: float) -> None:
+        """Label the levels, as many as there is room for, within limits that are set.
+
+        `panel_in` is the size of the panel that way, with its labels, inches.
+        """
         if self.numeric and len(self.levels) > _MOST_LABELLED and self.kind != "even":
             return
         axis = axes.xaxis if which == "x" else axes.yaxis
@@ -96,10 +113,8 @@ class AxisScale:
         shares = np.abs((axis.get_transform().transform(self.places) - low) / (high - low))
         texts = [level_text(level) for level in self.levels]
         longest = max(map(len, texts))
-        # Before the layout is settled, but what it changes is little.
-        extent = axes.get_window_extent()
-        length = (extent.width if which == "x" else extent.height) * 72.0 / axes.figure.dpi
-        apart = (_LETTER_PT * longest + _GAP_PT if which == "x" else _LINE_PT) / length
+        length_pt = 72.0 * (panel_in - _BESIDE_IN)
+        apart = (_LETTER_PT * longest + _GAP_PT if which == "x" else _LINE_PT) / length_pt
         chosen: list[int] = []
         for i in np.argsort(shares).tolist():
             if not chosen or shares[i] - shares[chosen[-1]] >= apart or not self.numeric:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _LARGEST, _SMALLEST = 8.5, 5.5
 """Sizes of text, points."""
-_WIDE, _HIGH = 0.6, 1.25
+_WIDE, _HIGH = 0.67, 1.25
 """Of a digit and of a line, as shares of the size of the text."""
 _FILLED = 0.9
 """Share of a cell that text may fill."""

@@ -33,17 +33,18 @@ def curves(content: Content) -> Drawing:
     count, key = len(content.panels), _key(content)
     name = "" if content.figure.by is None else content.axis_label(content.figure.by)
     intervals = any(np.isfinite(cell.high) for cell in content.cells)
-    drawing, every = lay_out(count, (5.2 if count == 1 else 3.6, 3.2), content.title,
+    width = 5.2 if count == 1 else 3.6
+    drawing, every = lay_out(count, (width, 3.2), content.title,
                              content.caption(intervals=intervals), [*key, name] if key else [], "beside")
     low, high, foot = _limits(content)
     for number, (axes, panel) in enumerate(zip(every, content.panels, strict=True)):
-        content.x.apply(axes, "x")
+        content.x.apply(axes, "x", squares=False)
         axes.set_ylim(low - foot, high)
         for line, level in enumerate(content.lines):
             _draw_line(axes, content, content.on(panel, level), line)
             _mark_lost(axes, content, content.on(panel, level), line, low)
         _draw_overlays(axes, content, panel)
-        content.x.label(axes, "x")
+        content.x.label(axes, "x", width)
         tidy(axes, content.axis_label(content.figure.x) if is_lowest(number, count) else "",
              content.metric_label if is_leftmost(number, count) else "",
              content.level_label(content.figure.panels, panel))

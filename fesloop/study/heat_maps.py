@@ -29,20 +29,21 @@ _HATCHED: dict[str, Any] = {"facecolor": "0.88", "edgecolor": INK, "hatch": "///
 def heat_map(content: Content) -> Drawing:
     """Draw a figure of kind "heat_map"."""
     count, key = len(content.panels), _key(content)
-    width, height = 1.2 + 0.45 * len(content.x.levels), 0.8 + 0.4 * len(content.y.levels)
-    drawing, every = lay_out(count, (float(np.clip(width, 3.0, 5.6)), float(np.clip(height, 1.9, 4.6))),
-                             content.title, content.caption(intervals=True), list(key), "above")
+    width = float(np.clip(1.2 + 0.45 * len(content.x.levels), 3.0, 5.6))
+    height = float(np.clip(0.8 + 0.4 * len(content.y.levels), 1.9, 4.6))
+    drawing, every = lay_out(count, (width, height), content.title, content.caption(intervals=True),
+                             list(key), "above")
     colours, norm = _colours(), _scale(content)
     for number, (axes, panel) in enumerate(zip(every, content.panels, strict=True)):
-        content.x.apply(axes, "x")
-        content.y.apply(axes, "y")
+        content.x.apply(axes, "x", squares=True)
+        content.y.apply(axes, "y", squares=True)
         if content.is_grid:
             _draw_squares(axes, content, panel, colours, norm)
         else:
             _draw_dots(axes, content, content.on(panel), colours, norm)
         _draw_overlays(axes, content, panel)
-        content.x.label(axes, "x")
-        content.y.label(axes, "y")
+        content.x.label(axes, "x", width)
+        content.y.label(axes, "y", height)
         tidy(axes, content.axis_label(content.figure.x) if is_lowest(number, count) else "",
              content.axis_label(str(content.figure.y)) if is_leftmost(number, count) else "",
              content.level_label(content.figure.panels, panel))

@@ -68,8 +68,12 @@ def units_of(runs: RunColumns, rows: Rows, drawn: Sequence[str]) -> Rows:
 
 
 def groups_of(keys: Sequence[Rows]) -> Rows:
-    """Number of the group of rows with the same keys, groups in ascending order of these."""
-    return np.unique(np.stack(keys), axis=1, return_inverse=True)[1].reshape(-1)
+    """Number of the group of rows with the same keys, 0 or more each; groups in ascending order of these."""
+    groups = np.zeros(len(keys[0]), dtype=np.int64)
+    for key in keys:
+        # Numbered anew each time, so that no product of many axes overflows.
+        groups = np.unique(groups * (key.max(initial=0) + 1) + key, return_inverse=True)[1].reshape(-1)
+    return groups
 
 
 def unit_means(units: Rows, values: Array) -> Array:

@@ -19,10 +19,10 @@ from fesloop.study.axis_levels import Axes, AxisLevel, is_numeric
 from fesloop.study.comparison import Comparison, compare
 from fesloop.study.estimates import Estimate, estimates
 from fesloop.study.figure_specs import Statistic
-from fesloop.study.repeats import drawn_axes
+from fesloop.study.repeats import drawn_axes, groups_of
 from fesloop.study.run_columns import FAILED, WAITING, RunColumns, run_columns
 from fesloop.study.store_reading import read_store, store_path
-from fesloop.study.summary import SummaryRow, summary
+from fesloop.study.summary import SummaryRow, summary_rows
 
 OWN_COLUMNS = ("cell", "replicate", "seed", "id", "status", "cause", "wall_s", "recording")
 """Of every table, so names that neither an axis nor a metric may have."""
@@ -122,12 +122,13 @@ class StudyResults:
 
         Raises InputError for an axis, level or metric that the study does not have.
         """
-        named = [axis for axis in self.axes if axis not in (at or {}) and axis not in self._cohorts()]
-        return estimates(self.axes, self.runs, drawn_axes(self.study, self.axes), metric,
-                         named if by is None else by, at or {}, statistic, confidence)
+        named = [axis for axis in self._told_apart() if axis not in (at or {})] if by is None else by
+        return estimates(self.axes, self.runs, drawn_axes(self.study, self.axes), metric, named, at or {},
+                         statistic, confidence)
 
-    def _cohorts(self) -> list[str]:
-        return [axis for axis, table in self.study.get("axes", {}).items() if table.get("cohort")]
+    def _told_apart(self) -> list[str]:
+        """Axes whose levels are cells of their own: all but patients."""
+        return [axis for axis in self.axes if not self.study.get("axes", {}).get(axis, {}).get("cohort")]
 
     def compare(
         self, metric: str, first: Mapping[str, Any], second: Mapping[str, Any],
@@ -144,7 +145,9 @@ class StudyResults:
 
     def summary(self, most: int = 40) -> list[SummaryRow]:
         """The study in at most so many rows, if that can be: every cell, else every level of each axis."""
-        return summary(self.axes, self.metrics, self.cells, most)
+        cells = groups_of([self.runs.places[axis] for axis in self._told_apart()] or [self.runs.cell * 0])
+        whole = int(cells.max(initial=-1)) < most
+        return summary_rows(self.metrics, self.cells, [None] if whole else [[axis] for axis in self.axes])
 
     def failures(self) -> dict[str, int]:
         """How many distinct runs failed, by cause, the most frequent first."""

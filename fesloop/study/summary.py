@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from fesloop.study.axis_levels import Axes, AxisLevel
+from fesloop.study.axis_levels import AxisLevel
 from fesloop.study.estimates import Estimate
 
 Cells = Callable[[str, Sequence[str] | None], list[Estimate]]
@@ -27,21 +27,17 @@ class SummaryRow:
     metrics: dict[str, Estimate]
 
 
-def summary(axes: Axes, metrics: Sequence[str], cells: Cells, most: int) -> list[SummaryRow]:
-    """A row a cell where they are at most so many, else a row for every level of each axis.
+def summary_rows(
+    metrics: Sequence[str], cells: Cells, tellings: Sequence[Sequence[str] | None]
+) -> list[SummaryRow]:
+    """The rows of each way to tell runs apart: by the levels of some axes, or by cells (None).
 
-    `cells` gives the estimates of a metric at the levels of some axes, or of its cells for None.
+    `cells` gives the estimates of a metric for such a way.
     """
-    if not metrics:
-        return []
-    every = _rows(metrics, cells, None)
-    if len(every) <= most:
-        return every
-    return [row for axis in axes for row in _rows(metrics, cells, [axis])]
-
-
-def _rows(metrics: Sequence[str], cells: Cells, by: Sequence[str] | None) -> list[SummaryRow]:
-    found = {metric: cells(metric, by) for metric in metrics}
-    return [SummaryRow(levels=cell.levels, planned=cell.planned, failed=cell.failed, waiting=cell.waiting,
-                       metrics={metric: each[i] for metric, each in found.items()})
-            for i, cell in enumerate(found[metrics[0]])]
+    rows = []
+    for by in tellings if metrics else ():
+        found = {metric: cells(metric, by) for metric in metrics}
+        rows += [SummaryRow(levels=cell.levels, planned=cell.planned, failed=cell.failed,
+                            waiting=cell.waiting, metrics={name: each[i] for name, each in found.items()})
+                 for i, cell in enumerate(found[metrics[0]])]
+    return rows
