@@ -79,8 +79,9 @@ def _draw(results: StudyResults, study: Study, folder: Path) -> list[Path]:
     if not study.figures:
         return []
     from fesloop.study.figures import draw
+    from fesloop.study.theory_overlays import theory_overlays
 
-    return [draw(results, figure, folder) for figure in study.figures]
+    return [draw(results, figure, folder, theory_overlays(study, figure)) for figure in study.figures]
 
 
 def _show(summary: Summary, results: StudyResults) -> None:

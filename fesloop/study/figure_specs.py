@@ -30,6 +30,9 @@ class Figure:
     title, label, unit: of the figure, and of its metric; label "": the metric's name, which also says the
         unit where it ends in one (`_deg`, `_ms`, ...).
     low, high: ends of the scale of the metric; None: those of what is drawn.
+    theory: what theory is drawn over it, where the experiments are linear loops: along an x that is a wire's
+        latency, the critical one; or, on curves, the exact cost at rest, which is what joint_rmse_deg comes to
+        in a long run at a constant reference (`fesloop.theory`).
     spacing: of levels that are numbers: to scale (logarithmic where the study spaces them so), or one apart,
         for levels too uneven to be read to scale.
     """
@@ -49,6 +52,7 @@ class Figure:
     unit: str = ""
     low: float | None = None
     high: float | None = None
+    theory: Literal["none", "critical_latency", "stationary_cost"] = "none"
     spacing: Literal["to_scale", "even"] = "to_scale"
 
     def __post_init__(self) -> None:
@@ -60,6 +64,9 @@ class Figure:
         if self.kind == "curves" and self.y is not None:
             raise InputError("y", f"{self.y!r}", "curves have x and by, and no y",
                              "name the axis that tells curves apart as by")
+        if self.kind == "heat_map" and self.theory == "stationary_cost":
+            raise InputError("theory", "'stationary_cost' over a heat map", "none, critical_latency",
+                             "show it as curves")
         named = [axis for _, axis in self.named_axes()]
         for axis in {axis for axis in named if named.count(axis) > 1}:
             raise InputError("x", f"{axis!r} is named more than once among x, y, by, panels and at",
