@@ -101,6 +101,16 @@ class AxisScale:
             axes.set_yscale("log" if self.kind == "log" else "linear")
             axes.set_ylim(ends[0], ends[-1])
 
+    @property
+    def longest(self) -> int:
+        """Letters of the longest level."""
+        return max(len(level_text(level)) for level in self.levels)
+
+    @property
+    def slanted(self) -> bool:
+        """Whether labels of text are too long to stand side by side."""
+        return not self.numeric and len(self.levels) * self.longest > _LONG_ROW
+
     def label(self, axes: Axes, which: Literal["x", "y"], panel_in: float) -> None:
         """Label the levels, as many as there is room for, within limits that are set.
 
@@ -112,16 +122,15 @@ class AxisScale:
         low, high = axis.get_transform().transform(np.array(axis.get_view_interval()))
         shares = np.abs((axis.get_transform().transform(self.places) - low) / (high - low))
         texts = [level_text(level) for level in self.levels]
-        longest = max(map(len, texts))
         length_pt = 72.0 * (panel_in - _BESIDE_IN)
-        apart = (_LETTER_PT * longest + _GAP_PT if which == "x" else _LINE_PT) / length_pt
+        apart = (_LETTER_PT * self.longest + _GAP_PT if which == "x" else _LINE_PT) / length_pt
         chosen: list[int] = []
         for i in np.argsort(shares).tolist():
             if not chosen or shares[i] - shares[chosen[-1]] >= apart or not self.numeric:
                 chosen.append(i)
         axis.set_ticks(self.places[chosen], [texts[i] for i in chosen], minor=False)
         axis.set_ticks([], minor=True)
-        if which == "x" and not self.numeric and len(self.levels) * longest > _LONG_ROW:
+        if which == "x" and self.slanted:
             axes.tick_params(axis="x", labelrotation=30)
             for label in axes.get_xticklabels():
                 label.set_horizontalalignment("right")

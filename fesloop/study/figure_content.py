@@ -19,6 +19,7 @@ from fesloop.study.results import StudyResults
 _UNITS = {"deg": "deg", "ms": "ms", "s": "s", "min": "min", "mm": "mm", "cm": "cm", "hz": "Hz", "ma": "mA",
           "us": "µs", "ut": "µT", "n": "N", "nc": "nC", "percent": "%"}
 """Ends of names in fesloop, each with its unit."""
+_RAISED = str.maketrans({"^": None, "2": "²", "3": "³"})
 
 
 def called(name: str, label: str = "", unit: str = "") -> tuple[str, str]:
@@ -31,7 +32,7 @@ def called(name: str, label: str = "", unit: str = "") -> tuple[str, str]:
 
 def with_unit(quantity: str, unit: str) -> str:
     """As it stands beside an axis."""
-    return f"{quantity}, {unit}" if unit else quantity
+    return f"{quantity}, {unit.translate(_RAISED)}" if unit else quantity
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,8 +137,12 @@ class Content:
         """A level, with the name of its axis where it is a number; empty for none."""
         if axis is None or level is None:
             return ""
+        return level if isinstance(level, str) else self._told(axis, level)
+
+    def _told(self, axis: str, level: AxisLevel) -> str:
+        """A level with the name of its axis, and if it is a number with its unit."""
         name, unit = self._called(axis)
-        return level if isinstance(level, str) else f"{name} {level_text(level)} {unit}".rstrip()
+        return f"{name} {level}" if isinstance(level, str) else f"{name} {level_text(level)} {unit}".rstrip()
 
     @property
     def title(self) -> str:
@@ -156,7 +161,7 @@ class Content:
             parts.append(f"{100.0 * first.confidence:g} % interval ({first.interval})")
         over = [self._called(axis)[0] for axis in others if axis not in drawn]
         parts += [f"averaged over {', '.join(over)}"] if over else []
-        parts += [self.level_label(axis, first.levels[axis]) for axis in self.figure.at]
+        parts += [self._told(axis, first.levels[axis]) for axis in self.figure.at]
         return "; ".join([*parts, *self._left_out()])
 
     def _counted(self, drawn: list[str]) -> str:

@@ -12,7 +12,7 @@ from fesloop.study.axis_levels import AxisLevel
 from fesloop.study.cell_texts import write_values
 from fesloop.study.estimates import Estimate
 from fesloop.study.figure_content import Content
-from fesloop.study.figure_layout import add_key, is_leftmost, is_lowest, lay_out, rewrite_caption
+from fesloop.study.figure_layout import add_key, columns_of, is_leftmost, is_lowest, lay_out, rewrite_caption
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 _OVERLAYS = ((VERMILION, "-"), (BLACK, "--"), (PURPLE, ":"))
 _STRIP = 0.16
 """Height of what tells of failed runs, as a share of its cell."""
+_LETTER_IN, _BAR_IN = 0.068, 0.15
+"""Widths of a label's letter and of the colour bar, inches."""
 _HATCHED: dict[str, Any] = {"facecolor": "0.88", "edgecolor": INK, "hatch": "//////",
                             "linewidth": 0.0}
 
@@ -29,8 +31,7 @@ _HATCHED: dict[str, Any] = {"facecolor": "0.88", "edgecolor": INK, "hatch": "///
 def heat_map(content: Content) -> Drawing:
     """Draw a figure of kind "heat_map"."""
     count, key = len(content.panels), _key(content)
-    width = float(np.clip(1.2 + 0.45 * len(content.x.levels), 3.0, 5.6))
-    height = float(np.clip(0.8 + 0.4 * len(content.y.levels), 1.9, 4.6))
+    width, height = _panel_size(content)
     drawing, every = lay_out(count, (width, height), content.title, content.caption(intervals=True),
                              list(key), "above")
     colours, norm = _colours(), _scale(content)
@@ -52,6 +53,17 @@ def heat_map(content: Content) -> Drawing:
     told = content.is_grid and write_values(drawing, every, content, lambda value: colours(norm(value)))
     rewrite_caption(drawing, content.caption(intervals=told))
     return drawing
+
+
+def _panel_size(content: Content) -> tuple[float, float]:
+    """Inches: squares large enough for numbers, and what labels of text take."""
+    x, y = content.x, content.y
+    width = float(np.clip(0.45 * len(x.levels), 2.0, 4.4)) + 1.2
+    height = float(np.clip(0.4 * len(y.levels), 1.2, 4.0 if y.numeric else 7.0)) + 0.7
+    # Labels stand beside the first of the panels abreast, whose room is that of all.
+    beside = 0.0 if y.numeric else _LETTER_IN * y.longest / columns_of(len(content.panels))
+    below = 0.5 * _LETTER_IN * x.longest if x.slanted else 0.0
+    return width + beside, height + below
 
 
 def _colours() -> Colormap:
@@ -135,7 +147,8 @@ def _colour_bar(drawing: Drawing, every: Sequence[Axes], colours: Colormap, norm
     known = [content.factor * cell.value for cell in content.cells if np.isfinite(cell.value)]
     shares = np.asarray(norm(np.array(known)))
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
-    bar = drawing.colorbar(ScalarMappable(norm, colours), ax=every, fraction=0.05, pad=0.015, aspect=25,
+    bar = drawing.colorbar(ScalarMappable(norm, colours), ax=every, fraction=0.05, pad=0.015,
+                           aspect=drawing.get_figheight() / _BAR_IN,
                            extend=extend[bool((shares < 0.0).any()), bool((shares > 1.0).any())])
     bar.set_label(content.metric_label, fontsize=9)
     bar.ax.tick_params(labelsize=8)

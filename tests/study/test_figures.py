@@ -8,7 +8,7 @@ from study_stores import write_store
 from fesloop.errors import InputError
 from fesloop.study import Figure, Overlay, draw, load
 from fesloop.study.curve_figures import curves
-from fesloop.study.figure_content import Content, called
+from fesloop.study.figure_content import Content, called, with_unit
 from fesloop.study.figure_layout import columns_of
 from fesloop.study.heat_maps import heat_map
 
@@ -138,3 +138,8 @@ def test_without_matplotlib_there_are_no_figures(results, tmp_path, monkeypatch)
     monkeypatch.setitem(sys.modules, "matplotlib.backends.backend_agg", None)
     with pytest.raises(InputError, match="matplotlib is not installed"):
         draw(results, Figure(**CURVES), tmp_path)
+
+
+def test_powers_in_units_are_raised():
+    assert with_unit("magnet", "A m^2") == "magnet, A m²"
+    assert with_unit("held", "") == "held"
