@@ -27,8 +27,7 @@ class Losses:
     __slots__ = ("_either", "_known", "_never", "_noise", "_same", "_share", "_was_lost")
 
     def __init__(self, share: float, burst: float, noise: NoiseStream) -> None:
-        stays = 1.0 - 1.0 / burst if burst else share
-        begins = min(1.0, share * (1.0 - stays) / (1.0 - share)) if burst else share
+        begins, stays = odds(share, burst)
         self._either, self._never = min(begins, stays), max(begins, stays)
         self._same = stays >= begins
         self._share, self._noise = share, noise
@@ -46,6 +45,14 @@ class Losses:
             lost = not lost
         self._known, self._was_lost = index, lost
         return lost
+
+
+def odds(share: float, burst: float) -> tuple[float, float]:
+    """Probabilities that a message is lost after one that was not, and after one that was."""
+    if not burst:
+        return share, share
+    stays = 1.0 - 1.0 / burst
+    return min(1.0, share * (1.0 - stays) / (1.0 - share)), stays
 
 
 def least_burst(share: float) -> float:

@@ -87,7 +87,7 @@ def linear_loop(experiment: Experiment) -> LinearLoop:
 
     Raises InputError, in one line that names the part and why, for what is not linear and for what the theory
     does not cover: several plants, plants of fixed steps, stamps in place of rates, random execution times,
-    jitter into a plant or on more than one wire, jitter kept in order, losses in bursts.
+    jitter into a plant, jitter kept in order, and jitter or losses in bursts on more than one wire.
     """
     wiring = experiment.wiring
     plant, downstream = _plant_of_the_loop(experiment)

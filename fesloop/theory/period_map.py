@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.losses import odds
 from fesloop.loop.order import Sampling
 from fesloop.loop.wiring import Node
 from fesloop.models.linear_form import SampledForm, numbers_of
 from fesloop.models.linear_model import zero_order_hold
-from fesloop.theory import ages
+from fesloop.theory import ages, wires
 from fesloop.theory.linear_loop import LinearLoop
 from fesloop.theory.schedule import Delivery, Schedule, schedule
 from fesloop.theory.steps import Draw, Flow, Step, pruned
@@ -38,12 +39,13 @@ class PeriodMap:
     ----------
     period_s: its length.
     steps: what it does; the rows after the last are those before the first.
-    ages: probabilities of the chain's states as the period begins; one, of 1, where no wire has jitter.
+    chain: probabilities of its states as the period begins: ages under jitter, whether the last message
+        was lost where losses come in bursts; one, of 1, elsewhere.
     """
 
     period_s: float
     steps: tuple[Step, ...]
-    ages: Array
+    chain: Array
 
     @property
     def matrix(self) -> Array | None:
@@ -136,7 +138,7 @@ class _Period:
         return self._possible() if self.transitions else (self.steps, np.ones(1))
 
     def _possible(self) -> tuple[list[Step], Array]:
-        """The steps without ages that never come, and the probabilities of the others."""
+        """The steps without states of the chain that never come, and the probabilities of the others."""
         kept = np.flatnonzero(np.any([chances.any(axis=0) for chances in self.transitions], axis=0))
         steps = [step if isinstance(step, Flow) or step.independent else
                  Draw(step.chances[np.ix_(kept, kept)], step.takes[kept]) for step in self.steps]
@@ -162,6 +164,12 @@ class _Period:
             chances = ages.transition(connection, delivery.look, self.rows.oldest)
             self.transitions.append(chances)
             self._draw(chances, port, [*sent, port])
+        elif wires.bursts(connection):
+            begins, stays = odds(connection.wire.loss, connection.wire.burst_messages)
+            chances = np.array([[1.0 - begins, begins], [1.0 - stays, stays]])
+            for age in reversed(delivery.ages):
+                self.transitions.append(chances)
+                self._draw(chances, port, [sent[age], port])
         elif connection.wire.loss:
             lost = connection.wire.loss ** np.arange(len(delivery.ages) + 1)
             chances = np.append(lost[:-1] * (1.0 - connection.wire.loss), lost[-1])

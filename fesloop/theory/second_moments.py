@@ -41,7 +41,7 @@ class SecondMoments:
         self._period = period
         last = period.steps[-1]
         size = len(last.matrix) if isinstance(last, Flow) else last.takes.shape[1]
-        self.shape = (period.ages.size, size, size)
+        self.shape = (period.chain.size, size, size)
 
     @property
     def numbers(self) -> int:
@@ -50,7 +50,7 @@ class SecondMoments:
 
     def after(self, moments: Array, noise: bool) -> Array:
         """A period later; the homogeneous operator alone where not `noise`."""
-        chances = self._period.ages
+        chances = self._period.chain
         for step in self._period.steps:
             if isinstance(step, Draw):
                 moments, chances = _drawn(step, moments, chances)
@@ -61,7 +61,7 @@ class SecondMoments:
         return moments
 
     def at_rest(self) -> Array:
-        """The stationary moments; of a loop that is not mean-square stable they mean nothing."""
+        """The stationary moments of a loop that is mean-square stable; others have none."""
         matrix = self._period.matrix
         noise = self.after(np.zeros(self.shape), noise=True)
         return _summed(matrix, noise[0])[np.newaxis] if matrix is not None else self._solved(noise)
@@ -89,7 +89,7 @@ class SecondMoments:
             columns = [self._flat(row) for row in np.eye(size)]
             return float(np.abs(np.linalg.eigvals(np.array(columns))).max())
         operator = LinearOperator((size, size), matvec=self._flat, dtype=np.float64)
-        start = (self._period.ages[:, None, None] * np.eye(self.shape[1])).ravel()
+        start = (self._period.chain[:, None, None] * np.eye(self.shape[1])).ravel()
         try:
             # It keeps positive matrices positive, so its radius is an eigenvalue (Krein and Rutman), the
             # rightmost; others of the same modulus may turn.
@@ -101,7 +101,7 @@ class SecondMoments:
 
     def variance(self, moments: Array) -> Array:
         """Of each output, (outputs,): its mean over the recorder's instants, given the moments at rest."""
-        total, readings, chances = 0.0, 0, self._period.ages
+        total, readings, chances = 0.0, 0, self._period.chain
         for step in self._period.steps:
             if isinstance(step, Draw):
                 moments, chances = _drawn(step, moments, chances)
@@ -133,7 +133,7 @@ def _summed(matrix: Array, noise: Array) -> Array:
     for _ in range(_MOST_SQUARINGS):
         added = matrix @ total @ matrix.T
         total = total + added
-        if not np.isfinite(total).all() or np.abs(added).max() <= 1e-16 * np.abs(total).max():
+        if np.abs(added).max() <= 1e-16 * np.abs(total).max():
             break
         matrix = matrix @ matrix
     return total

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,8 @@ from fesloop.theory.period_map import period_map
 from fesloop.theory.second_moments import SecondMoments
 
 Array = NDArray[np.float64]
+_ROUNDING = 1e-10
+"""Nearer to 1 than this a computed spectral radius does not tell whether second moments stay bounded."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +40,7 @@ class StationaryCost:
     @property
     def stable(self) -> bool:
         """Whether second moments stay bounded (mean-square stability)."""
-        return self.spectral_radius < 1.0
+        return self.spectral_radius < 1.0 - _ROUNDING
 
     @property
     def growth_per_s(self) -> float:
@@ -66,8 +68,6 @@ def stationary_cost(loop: Experiment | LinearLoop) -> StationaryCost:
     period = period_map(loop)
     recursion = SecondMoments(period)
     radius = recursion.spectral_radius()
-    rms = np.full(len(loop.truth), math.inf)
-    if radius < 1.0:
-        rms = np.sqrt(recursion.variance(recursion.at_rest()))
-    return StationaryCost(names=loop.truth_names, unit=loop.truth_unit, rms=rms, spectral_radius=radius,
-                          period_s=period.period_s)
+    cost = StationaryCost(names=loop.truth_names, unit=loop.truth_unit, spectral_radius=radius,
+                          rms=np.full(len(loop.truth), math.inf), period_s=period.period_s)
+    return replace(cost, rms=np.sqrt(recursion.variance(recursion.at_rest()))) if cost.stable else cost

@@ -5,29 +5,34 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fesloop.loop.clock import RateClock
+from fesloop.loop.losses import odds
 from fesloop.loop.wiring import Connection
 from fesloop.models.linear_form import uncovered
 
 
 def require_theory(connections: Sequence[Connection]) -> None:
     """Raise InputError for the first wire that the theory does not cover."""
-    jittered = [c for c in connections if varies(c)]
     for connection in connections:
-        wire = connection.wire
+        wire, where = connection.wire, f"wire {connection.wire.name}"
         if connection.clock is not None and not isinstance(connection.clock, RateClock):
-            raise uncovered(f"wire {wire.name}", "is sampled at given stamps", "a rate")
-        if wire.loss and wire.burst_messages:
-            raise uncovered(f"wire {wire.name}: burst_messages", f"{wire.burst_messages:g}",
-                            "0, losses one by one")
-    for connection in jittered:
-        where = f"wire {connection.wire.name}"
-        if connection.target.is_plant:
-            raise uncovered(f"{where}: jitter", "into a plant", "zero or fixed")
-        if connection.wire.late == "in-order":
-            raise uncovered(f"{where}: late", "in-order under jitter", "keep-newest")
-    if len(jittered) > 1:
-        raise uncovered(f"wire {jittered[1].wire.name}: jitter", f"and on {jittered[0].wire.name}, too",
-                        "jitter on one wire")
+            raise uncovered(where, "is sampled at given stamps", "a rate")
+        if varies(connection):
+            if connection.target.is_plant:
+                raise uncovered(f"{where}: jitter", "into a plant", "zero or fixed")
+            if wire.late == "in-order":
+                raise uncovered(f"{where}: late", "in-order under jitter", "keep-newest")
+            if bursts(connection):
+                raise uncovered(f"{where}: burst_messages", "bursts of losses under jitter", "one of the two")
+    chained = [c for c in connections if varies(c) or bursts(c)]
+    if len(chained) > 1:
+        raise uncovered(f"wire {chained[1].wire.name}", f"jitter or bursts, as on {chained[0].wire.name}",
+                        "one such wire")
+
+
+def bursts(connection: Connection) -> bool:
+    """Whether the fate of a message depends on that of the one before."""
+    begins, stays = odds(connection.wire.loss, connection.wire.burst_messages)
+    return begins != stays
 
 
 def clock_of(connection: Connection) -> RateClock:
