@@ -19,7 +19,6 @@ from fesloop.study.results import StudyResults
 _UNITS = {"deg": "deg", "ms": "ms", "s": "s", "min": "min", "mm": "mm", "cm": "cm", "hz": "Hz", "ma": "mA",
           "us": "µs", "ut": "µT", "n": "N", "nc": "nC", "percent": "%"}
 """Ends of names in fesloop, each with its unit."""
-_RAISED = str.maketrans({"^": None, "2": "²", "3": "³"})
 
 
 def called(name: str, label: str = "", unit: str = "") -> tuple[str, str]:
@@ -32,7 +31,8 @@ def called(name: str, label: str = "", unit: str = "") -> tuple[str, str]:
 
 def with_unit(quantity: str, unit: str) -> str:
     """As it stands beside an axis."""
-    return f"{quantity}, {unit.translate(_RAISED)}" if unit else quantity
+    raised = unit.replace("^2", "²").replace("^3", "³")
+    return f"{quantity}, {raised}" if unit else quantity
 
 
 @dataclass(frozen=True, eq=False)

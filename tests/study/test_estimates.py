@@ -158,3 +158,51 @@ def test_a_summary_has_a_row_a_cell_or_one_a_level(results):
                                             {"controller": "mpc"}]
     assert (rows[0].planned, rows[0].failed, rows[0].waiting) == (16, 0, 0)
     assert rows[3].metrics["error_deg"] == results.cells("error_deg", ["controller"])[1]
+
+
+def of_patients(levels, replicate):
+    """Patients differ by much, a patient's repetitions by little."""
+    patient = np.random.default_rng([levels["study"], levels["member"]]).normal(0.0, 2.0)
+    noise = np.random.default_rng([levels["study"], levels["member"], replicate, 1]).normal(0.0, 0.3)
+    return {"error_deg": 5.0 + patient + noise}
+
+
+def of_seeds(levels, replicate):
+    """What a seed does, it does at every latency; latencies differ too, but they were chosen."""
+    common = np.random.default_rng([levels["study"], replicate]).normal(0.0, 2.0)
+    noise = np.random.default_rng([levels["study"], levels["member"], replicate, 1]).normal(0.0, 0.3)
+    return {"error_deg": 5.0 + common + noise + 10.0 * (levels["member"] - 2.5)}
+
+
+@pytest.mark.parametrize(("cohort", "outcome", "units"), [
+    ({"patient": "sci_c6", "members": 6}, of_patients, 6), (None, of_seeds, 4)])
+def test_what_is_repeated_covers_the_truth_at_its_rate_and_runs_by_themselves_do_not(
+    tmp_path, cohort, outcome, units
+):
+    """300 studies of six patients, or of six latencies, with four replicates each."""
+    axes = {"study": list(range(300)), "member": {"levels": list(range(6)), "cohort": cohort}}
+    results = load(write_store(tmp_path / "a.sqlite", axes, 4, outcome))
+    cells = results.cells("error_deg", ["study"], confidence=0.9)
+    assert {cell.units for cell in cells} == {units}
+    held = np.mean([cell.low <= 5.0 <= cell.high for cell in cells])
+    assert held == pytest.approx(0.9, abs=4.0 * math.sqrt(0.09 / 300))
+    values = results.table()["error_deg"].reshape(300, 6, 4)
+    if cohort is None:
+        values = values - 10.0 * (np.arange(6) - 2.5)[:, np.newaxis]
+    alone = [st.t.interval(0.9, 23, each.mean(), st.sem(each, axis=None)) for each in values]
+    assert np.mean([low <= 5.0 <= high for low, high in alone]) < 0.75
+
+
+def test_a_study_without_axes_is_one_cell(tmp_path):
+    results = load(write_store(tmp_path / "a.sqlite", {}, 3, lambda levels, replicate: {
+        "error_deg": float(replicate)}))
+    (cell,) = results.cells("error_deg")
+    assert (cell.levels, cell.runs, cell.value) == ({}, 3, 1.0)
+    assert [row.levels for row in results.summary()] == [{}]
+    assert results.table()["error_deg"].tolist() == [0.0, 1.0, 2.0]
+
+
+def test_a_study_that_is_not_planned_yet_has_nothing(tmp_path):
+    document = {"study": {"metrics": {"error_deg": "x"}}}
+    results = load(write_cells(tmp_path / "a.sqlite", document, [], 1, None))
+    assert (results.planned, results.axes, results.cells("error_deg"), results.summary()) == (0, {}, [], [])

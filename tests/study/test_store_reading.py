@@ -8,12 +8,26 @@ import threading
 from contextlib import closing
 
 import pytest
+import study_stores
 from study_stores import write_store
 
 from fesloop.errors import InputError
-from fesloop.study import load, store_reading
+from fesloop.study import load, store_file, store_reading
 
 AXES = {"latency_ms": [0, 20]}
+
+
+def columns_of(tables):
+    with closing(sqlite3.connect(":memory:")) as file:
+        file.executescript(tables)
+        return {name: [column[1:3] for column in file.execute(f"PRAGMA table_info({name})")]
+                for name in ("about", "cells", "runs", "results")}
+
+
+def test_made_up_stores_are_like_those_of_studies():
+    made_up, written = columns_of(study_stores.TABLES), columns_of(store_file.TABLES)
+    for name, columns in made_up.items():
+        assert written[name][:len(columns)] == columns
 
 
 @pytest.fixture
