@@ -1,7 +1,7 @@
 """`fesloop reproduce linear_theory`: the simulated loop beside the exact theory of linear loops.
 
 Cost: the shipped experiment `linear_loop` at 20 points of latency, jitter and loss, many independent runs of
-each (subject r has seed r), against `fesloop.theory.stationary_cost`. The mean square of the joint angles
+each, against `fesloop.theory.stationary_cost`. The mean square of the joint angles
 about rest, mean of the joints, is averaged over each run; runs being independent, the interval of their mean
 needs no model of what is correlated within a run. It is of 99 % for all points together (Bonferroni).
 
@@ -23,7 +23,10 @@ from scipy.stats import t as student
 from fesloop.errors import RunError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.parse import load
+from fesloop.experiment.schema import plain
+from fesloop.experiment.toml_text import toml_value
 from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.reproduce.cohort import Kept, Key, Progress, run_jobs
@@ -41,8 +44,8 @@ SENSED, STIMULATED = "tracker.angles->controller.measured", "controller.stimulat
 _SETTLED_S, _STRETCH_S = 5, 50
 _RUNS_AT_ONCE = 4
 _BRACKET_MS, _RESOLUTION_MS = 8.0, 0.02
-_GROWTH_S = (20, 40, 60)
-"""Growth is told between the first and the last 20 s of what is left when faster motions have died away."""
+_GROWTH_S = (40, 80, 120)
+"""Growth is told between the second and the third of these spans: by then faster motions have died away."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,50 +54,58 @@ class Point:
 
     Attributes
     ----------
-    latency_ms: of the wire from tracker to controller.
-    jitter: of that wire, as TOML.
-    loss: on that wire.
-    actuation_ms, actuation_loss: of the wire from controller to finger.
     seconds: of each of `SUBJECTS` runs, for an interval as narrow as is asked (measured, with a margin).
+    latency_ms, jitter, loss, burst_messages: of the wire from tracker to controller.
+    actuation_ms, actuation_loss: of the wire from controller to finger.
     """
 
-    latency_ms: float
-    jitter: str
-    loss: float
     seconds: int
+    latency_ms: float = 0.0
+    jitter: Duration = ZERO
+    loss: float = 0.0
+    burst_messages: float = 0.0
     actuation_ms: float = 5.0
     actuation_loss: float = 0.0
 
     @property
     def settings(self) -> tuple[str, ...]:
         """As of `fesloop run --set`."""
-        return (f"latency_ms={self.latency_ms}", f'wires."{SENSED}".jitter={{{self.jitter}}}',
-                f"loss={self.loss}", f"actuation_ms={self.actuation_ms}",
+        sensed = f'wires."{SENSED}"'
+        jitter = ", ".join(f"{key} = {toml_value(value)}" for key, value in plain(self.jitter).items()
+                           if value is not None)
+        return (f"{sensed}.jitter={{{jitter}}}", f"latency_ms={self.latency_ms}", f"loss={self.loss}",
+                f"{sensed}.burst_messages={self.burst_messages}", f"actuation_ms={self.actuation_ms}",
                 f"actuation_loss={self.actuation_loss}")
 
     @property
     def name(self) -> str:
         """In words."""
-        jitter = self.jitter.replace('"', "").replace("kind = ", "").replace(" = ", " ")
-        return (f"{self.latency_ms:g} ms, jitter {jitter}, {100 * self.loss:g} % lost; "
-                f"to the finger {self.actuation_ms:g} ms, {100 * self.actuation_loss:g} % lost")
+        parts = [f"{self.latency_ms:g} ms"]
+        if self.jitter.random:
+            parts.append(f"{self.jitter.kind} jitter to {self.jitter.high_ms:g} ms")
+        if self.loss:
+            bursts = f" in bursts of {self.burst_messages:g}" if self.burst_messages else ""
+            parts.append(f"{100 * self.loss:g} % lost{bursts}")
+        if self.actuation_loss:
+            parts.append(f"to the finger {self.actuation_ms:g} ms and {100 * self.actuation_loss:g} % lost")
+        return ", ".join(parts)
 
 
-def _uniform(high_ms: float) -> str:
-    return f'kind = "uniform", low_ms = 0, high_ms = {high_ms:g}'
+def _uniform(high_ms: float) -> Duration:
+    return Duration(kind="uniform", low_ms=0.0, high_ms=high_ms)
 
 
-_NONE = 'kind = "zero"'
+_TAILED = Duration(kind="exponential", mean_ms=8.0, high_ms=40.0)
+_BELL = Duration(kind="normal", mean_ms=5.0, sd_ms=8.0, low_ms=-10.0, high_ms=30.0)
 POINTS = (
-    Point(0, _NONE, 0.0, 120), Point(10, _NONE, 0.0, 140), Point(30, _NONE, 0.0, 180),
-    Point(60, _NONE, 0.0, 310), Point(0, _NONE, 0.1, 130), Point(0, _NONE, 0.3, 130),
-    Point(30, _NONE, 0.2, 190), Point(20, _NONE, 0.5, 190), Point(0, _uniform(20), 0.0, 150),
-    Point(0, _uniform(40), 0.0, 180), Point(15, _uniform(35), 0.0, 190), Point(30, _uniform(30), 0.0, 220),
-    Point(0, _uniform(20), 0.1, 170), Point(10, _uniform(40), 0.2, 200), Point(0, _uniform(60), 0.3, 230),
-    Point(30, _uniform(20), 0.05, 210),
-    Point(20, 'kind = "exponential", mean_ms = 8, high_ms = 40', 0.1, 190),
-    Point(20, 'kind = "normal", mean_ms = 5, sd_ms = 8, low_ms = -10, high_ms = 30', 0.0, 190),
-    Point(0, _NONE, 0.0, 350, 13.7, 0.3), Point(5, _uniform(25), 0.1, 300, 21.3, 0.1))
+    Point(120), Point(140, 10), Point(180, 30), Point(310, 60),
+    Point(140, loss=0.1), Point(140, loss=0.3), Point(190, 30, loss=0.2), Point(230, 20, loss=0.5),
+    Point(400, 10, loss=0.2, burst_messages=4.0),
+    Point(150, 0, _uniform(20)), Point(180, 0, _uniform(40)), Point(250, 15, _uniform(35)),
+    Point(240, 30, _uniform(30)), Point(210, 30, _uniform(20), 0.05), Point(200, 10, _uniform(40), 0.2),
+    Point(230, 0, _uniform(60), 0.3), Point(220, 20, _TAILED, 0.1), Point(190, 20, _BELL),
+    Point(350, actuation_ms=13.7, actuation_loss=0.3),
+    Point(300, 5, _uniform(25), 0.1, actuation_ms=21.3, actuation_loss=0.1))
 GAINS = tuple(round(0.6 * 1.06**k, 3) for k in range(20))
 
 
@@ -182,9 +193,10 @@ def growth(experiment: Experiment) -> float:
 
 def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
     """Every point, `subjects` runs of each, and every gain."""
-    groups = [tuple(range(first, min(first + _RUNS_AT_ONCE, subjects + 1)))
-              for first in range(1, subjects + 1, _RUNS_AT_ONCE)]
-    costs = [Cost(point, seeds) for seeds in groups for point in range(len(POINTS))]
+    # Seeds of its own for each point, so that chance does not favour all of them alike.
+    costs = [Cost(point, tuple(range(first, first + subjects))[start:start + _RUNS_AT_ONCE])
+             for start in range(0, subjects, _RUNS_AT_ONCE)
+             for point, first in enumerate(range(1, 1 + subjects * len(POINTS), subjects))]
     crossings = [Crossing(gain, (SENSED, STIMULATED)[number % 2]) for number, gain in enumerate(GAINS)]
     kept = run_jobs([*crossings, *costs], workers, progress)
     rows = [_cost_row(point, np.concatenate(
@@ -215,5 +227,6 @@ def _cost_row(point: Point, squares: Array) -> Row:
 
 def _crossing_row(task: Crossing, kept: Kept) -> Row:
     theory, simulated = kept["theory"], kept["simulated"]
-    return Row("critical latency", f"gains times {task.gain:g}, {task.wire}", f"{theory:.3f}",
+    where = {SENSED: "to the controller", STIMULATED: "to the finger"}[task.wire]
+    return Row("critical latency", f"gains times {task.gain:g}, {where}", f"{theory:.3f}",
                f"{simulated:.3f}", abs(simulated - theory) <= NEAR_MS, "ms")
