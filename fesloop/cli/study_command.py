@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import sys
 from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from fesloop.cli.output import print_json, print_table
@@ -26,10 +29,21 @@ def execute(args: Namespace) -> int:
         raise InputError("--workers", "stands beside --scheduler, whose cluster has workers of its own",
                          "one of the two", "remove one")
     study = read_study(args.study, args.form)
-    # As schedulers of clusters end a job: like Ctrl-C, workers and scratch files being cleared away.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    if args.dry_run:
-        return _dry_run(study, args)
+    with _terminated_as_interrupted():
+        return _dry_run(study, args) if args.dry_run else _run(study, args)
+
+
+@contextmanager
+def _terminated_as_interrupted() -> Iterator[None]:
+    """SIGTERM, by which schedulers of clusters end a job, is Ctrl-C: workers and scratch files are cleared."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _run(study: Study, args: Namespace) -> int:
     watch = StudyProgress(study.name)
     try:
         summary = run_study(study, args.out, workers=args.workers, scheduler=args.scheduler, watch=watch,
@@ -97,4 +111,7 @@ def _show(summary: Summary, results: StudyResults) -> None:
 
 
 def _told(estimate: Estimate) -> str:
-    return f"{estimate.value:.3g} ({estimate.low:.3g} to {estimate.high:.3g})"
+    if math.isnan(estimate.value):
+        return "-"
+    known = not math.isnan(estimate.low)
+    return f"{estimate.value:.3g}" + (f" ({estimate.low:.3g} to {estimate.high:.3g})" if known else "")

@@ -24,6 +24,7 @@ _SETTINGS = {
     "distributed.admin.system-monitor.gil.enabled": False,
     "distributed.admin.system-monitor.interval": "10s",
     "distributed.admin.tick.interval": "1s",
+    "distributed.deploy.lost-worker-timeout": "5s",
     "distributed.scheduler.allowed-failures": 2,
     "distributed.scheduler.worker-saturation": 2.0,
     "distributed.worker.daemon": True,
@@ -55,6 +56,12 @@ def threads(client: Any) -> int:
         return sum(client.nthreads().values())
     except OSError:
         return 0
+
+
+def renew(client: Any) -> None:
+    """Have a local cluster replace workers that ended for good, as those do that end while they start."""
+    if client.cluster is not None:
+        client.cluster.scale(len(client.cluster.worker_spec))
 
 
 @contextmanager

@@ -14,12 +14,13 @@ from typing import Any, NamedTuple
 from uuid import uuid4
 
 from fesloop.errors import RunError
-from fesloop.study.cluster import threads
+from fesloop.study.cluster import renew, threads
 
 _AHEAD = 3
 """Tasks under way for each thread of the cluster: one that runs, one that waits there, one in the mail."""
 _LEAST_AHEAD = 4
 _LOOK_S = 0.5
+_RENEW_S = 2.0
 _GONE = "the scheduler is gone; what was done is kept; start the study again to go on"
 _PATIENCE_S = 15.0
 """For a scheduler that does not answer; a network's hiccup is shorter (chosen)."""
@@ -49,7 +50,7 @@ def pumped(client: Any, tasks: Iterator[Task], waiting: Callable[[], None] = lam
     """
     finished: SimpleQueue[Any] = SimpleQueue()
     under_way: dict[str, Any] = {}
-    exhausted, silent_since = False, time.monotonic()
+    exhausted, silent_since, renewed_at = False, time.monotonic(), 0.0
     # A key of two clients is one task to a scheduler, whatever each of them asks of it.
     own = f"fesloop-{uuid4().hex[:8]}"
     try:
@@ -67,9 +68,13 @@ def pumped(client: Any, tasks: Iterator[Task], waiting: Callable[[], None] = lam
                 return
             # What was lost with its worker is told of once only; it is looked for while nothing else comes.
             ids = _arrived(finished) or [id for id, future in under_way.items() if future.done()]
+            now = time.monotonic()
+            if now - renewed_at > _RENEW_S:
+                renew(client)
+                renewed_at = now
             if client.status == "running":
-                silent_since = time.monotonic()
-            elif time.monotonic() - silent_since > _PATIENCE_S or client.status == "closed":
+                silent_since = now
+            elif now - silent_since > _PATIENCE_S or client.status == "closed":
                 raise RunError(_GONE)
             done = _outcomes(client, {id: under_way[id] for id in ids if id in under_way})
             for each in done:
