@@ -17,6 +17,7 @@ from fesloop.study.figure_layout import add_key, is_leftmost, is_lowest, lay_out
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Drawing
+    from matplotlib.transforms import Transform
 
 Array = NDArray[np.float64]
 _COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK, "0.5")
@@ -24,6 +25,8 @@ _MARKERS = "os^Dv<>P"
 _OVERLAY_STYLES = ("--", ":", "-.")
 _DODGE = 0.12
 """How far lines are shifted past each other over text, of the distance between two levels."""
+_MOST_BANDS, _BESIDE_PT = 3, 2.2
+"""Bands that can be told apart where they overlap; how far bars are apart where there are more, points."""
 _ROOM, _FOOT, _MOST_FOOT = 0.06, 0.045, 0.16
 """Above what is drawn; below it for each line of which runs failed, and for all; as shares of the axis."""
 
@@ -99,14 +102,29 @@ def _is_joined(content: Content) -> bool:
     return content.x.numeric and not content.drawn
 
 
+def _beside(axes: Axes, lines: float) -> Transform:
+    """A shift to the right, so that what belongs to different lines stands apart."""
+    from matplotlib.transforms import ScaledTranslation
+
+    return ScaledTranslation(lines * _BESIDE_PT / 72.0, 0.0, axes.figure.dpi_scale_trans)
+
+
 def _draw_line(axes: Axes, content: Content, cells: Sequence[Estimate], line: int) -> None:
-    """A line with its band; over text or points that were drawn, bars. Hollow where some runs failed."""
+    """A line with its band, and bars where there are many; over text or points that were drawn, bars alone.
+
+    A marker is hollow where some runs failed.
+    """
     x, colour, marker = _x(content, cells, line), _colour(content, line), _MARKERS[line % len(_MARKERS)]
     value, low, high = (content.factor * np.array([getattr(cell, name) for cell in cells])
                         for name in ("value", "low", "high"))
     if _is_joined(content):
-        axes.fill_between(x, low, high, color=colour, alpha=0.17, linewidth=0.0, zorder=1)
+        crowded = len(content.lines) > _MOST_BANDS
+        axes.fill_between(x, low, high, color=colour, alpha=0.06 if crowded else 0.17, linewidth=0.0,
+                          zorder=1)
         axes.plot(x, value, color=colour, linewidth=1.5, zorder=3)
+        if crowded:
+            axes.vlines(x, low, high, color=colour, linewidth=0.9, zorder=2, gid="bars",
+                        transform=axes.transData + _beside(axes, line - 0.5 * (len(content.lines) - 1)))
     else:
         axes.vlines(x, low, high, color=colour, linewidth=1.5, zorder=2)
     some_failed = np.array([cell.failed > 0 for cell in cells], dtype=bool)

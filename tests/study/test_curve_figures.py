@@ -127,6 +127,19 @@ def test_over_text_lines_stand_beside_each_other_and_are_not_joined(results):
         tuple(to_rgba(line.get_color())) for line in axes.lines if len(line.get_xdata()) == 3}
 
 
+def test_where_many_bands_overlap_each_interval_has_a_bar_of_its_own(tmp_path):
+    laws = ["p", "pd", "pid", "mpc"]
+    results = load(write_store(tmp_path / "a.sqlite", {"latency_ms": LATENCIES, "law": laws}, 3,
+                               lambda levels, replicate: {"error_deg": 5.0 + replicate}))
+    axes = curves(Content.of(results, Figure(**{**SPEC, "by": "law"}), [])).axes[0]
+    bars = [each for each in axes.collections if each.get_gid() == "bars"]
+    ends = np.array([bar.get_segments()[0] for bar in bars])
+    cell = results.cells("error_deg")[0]
+    assert ends[:, :, 1] == pytest.approx(np.tile([cell.low, cell.high], (4, 1)))
+    shown = sorted(bar.get_transform().transform(bar.get_segments()[0])[0, 0] for bar in bars)
+    assert np.diff(shown) == pytest.approx(2.2 / 72.0 * axes.figure.dpi)
+
+
 def test_points_that_were_drawn_are_not_joined(tmp_path):
     cells = [{"latency_ms": x} for x in (3.1, 0.2, 7.9)]
     document = {"study": {"design": "random", "metrics": {"error_deg": "x"}}, "axes": {}}
