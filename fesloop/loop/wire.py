@@ -36,7 +36,7 @@ class Wire:
         ticks. A wire from plant to plant must give its communication rate. A block's output is sent when
         the block steps, so there is no rate to give.
     burst_messages: mean number of messages lost in a row (`losses.Losses`); 0: every message is lost or not
-        by itself. Theory that takes `loss` for independent losses does not hold for bursts.
+        by itself.
     """
 
     source: str
