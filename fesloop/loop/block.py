@@ -69,6 +69,7 @@ class Block(Protocol):
     `next_trial(state, context)` (the state that the next trial starts from, where it is not
     `init(context)`: a learning controller learns here), `close(state)` (a device lets go),
     `cautions(context)` ((status, detail) each: what its parameters give to fear, shown by `fesloop check`),
+    `linear_form(context)` (what theory is told of a block that is linear, or can be: `models.linear_form`),
     `faults(context, surroundings)` (InputErrors: what of its parameters cannot work where it stands, told
     when an experiment is made; see `surroundings`).
     """
@@ -101,7 +102,8 @@ class Plant(Protocol):
     these ascending instants one by one and reading at each would give, outputs stacked in the same way),
     for fixed steps `glance(state)` (by port number, those of the outputs that
     need none of the work that the others take: a wire that samples no other is spared `read`),
-    `next_trial(state, context)`, `close(state)`, `resolve(shapes)`.
+    `next_trial(state, context)`, `close(state)`, `resolve(shapes)`, `linear_form(output)` (as of a block,
+    with one of the outputs).
     """
 
     @property

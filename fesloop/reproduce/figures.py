@@ -13,6 +13,7 @@ from fesloop.reproduce.comparison import Band
 from fesloop.reproduce.grasp_figures import latency
 from fesloop.reproduce.result import Reproduction, Sweep
 from fesloop.reproduce.search_figures import maps, progress
+from fesloop.reproduce.theory_figures import beside_theory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -239,6 +240,7 @@ _OF_PAPER: dict[str, dict[str, Any]] = {
     "array_search": {"maps": maps, "progress": progress},
     "grasp_mpc": {"latency": latency},
     "hour": {"hour": hour},
+    "linear_theory": {"beside_theory": beside_theory},
     "kortier2014": {"figure_5": kortier_5, "figure_6": kortier_6, "constraints": sweep("constraints")},
     "salchow2019": {"figure_12": salchow_12, "figure_13": salchow_13, "figure_14": salchow_14,
                     "figure_15": salchow_15, "sources": sweep("sources"), "field": sweep("field")}}

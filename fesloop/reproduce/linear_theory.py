@@ -8,12 +8,13 @@ needs no model of what is correlated within a run. It is of 99 % for all points 
 Critical latency: at 20 gains, the latency at which the running loop, without noise, turns from decay to
 growth, by bisection, against `fesloop.theory.critical_latency_ms`.
 
-Takes 4 minutes on two cores.
+Takes 10 minutes of a core.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,6 +42,7 @@ CONFIDENCE, WIDEST = 0.99, 0.02
 """Of all intervals of the cost together; half an interval over the exact value, at most."""
 NEAR_MS = 0.1
 SENSED, STIMULATED = "tracker.angles->controller.measured", "controller.stimulation->finger.stimulation"
+_WAYS = {SENSED: "to the controller", STIMULATED: "to the finger"}
 _SETTLED_S, _STRETCH_S = 5, 50
 _RUNS_AT_ONCE = 4
 _BRACKET_MS, _RESOLUTION_MS = 8.0, 0.02
@@ -199,11 +201,27 @@ def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = 
              for point, first in enumerate(range(1, 1 + subjects * len(POINTS), subjects))]
     crossings = [Crossing(gain, (SENSED, STIMULATED)[number % 2]) for number, gain in enumerate(GAINS)]
     kept = run_jobs([*crossings, *costs], workers, progress)
-    rows = [_cost_row(point, np.concatenate(
-        [kept[task.key]["squares"] for task in costs if task.point == number]))
-            for number, point in enumerate(POINTS)]
-    rows += [_crossing_row(task, kept[task.key]) for task in crossings]
-    return Reproduction("linear_theory", subjects, rows, curves={"kept": kept})
+    squares = [np.concatenate([kept[task.key]["squares"] for task in costs if task.point == number])
+               for number in range(len(POINTS))]
+    return compare(subjects, squares, [(task, kept[task.key]) for task in crossings])
+
+
+def compare(
+    subjects: int, squares: Sequence[Array], crossings: Sequence[tuple[Crossing, Kept]]
+) -> Reproduction:
+    """Rows and curves of what was found at each of the points, and at each gain."""
+    intervals = np.array([interval(each, len(POINTS)) for each in squares])
+    exact = np.radians([stationary_cost(load(EXPERIMENT, point.settings)).joint_rms_deg
+                        for point in POINTS]) ** 2
+    rows = [_cost_row(*each) for each in zip(POINTS, exact, *intervals.T, strict=True)]
+    rows += [_crossing_row(*each) for each in crossings]
+    curves = {
+        "cost": {"names": [point.name for point in POINTS], "exact": exact, "mean": intervals[:, 0],
+                 "half": intervals[:, 1]},
+        "crossing": {"wires": [_WAYS[task.wire] for task, _ in crossings],
+                     "theory_ms": np.array([found["theory"] for _, found in crossings]),
+                     "simulated_ms": np.array([found["simulated"] for _, found in crossings])}}
+    return Reproduction("linear_theory", subjects, rows, curves=curves)
 
 
 def interval(squares: Array, comparisons: int) -> tuple[float, float]:
@@ -215,18 +233,17 @@ def interval(squares: Array, comparisons: int) -> tuple[float, float]:
     return float(squares.mean()), quantile * float(squares.std(ddof=1)) / math.sqrt(runs)
 
 
-def _cost_row(point: Point, squares: Array) -> Row:
-    exact_deg = stationary_cost(load(EXPERIMENT, point.settings)).joint_rms_deg
-    exact = math.radians(exact_deg) ** 2
-    mean, half = interval(squares, len(POINTS))
-    found = (f"{math.degrees(math.sqrt(mean)):.4f} rms, square {100 * (mean / exact - 1):+.2f} % "
-             f"+- {100 * half / exact:.2f} %")
-    return Row("cost", point.name, f"{exact_deg:.4f} rms", found,
-               half <= WIDEST * exact and abs(mean - exact) <= half, "deg")
+def _cost_row(point: Point, exact: float, mean: float, half: float) -> Row:
+    found = f"{_deg(mean):.4f} rms, square {100 * (mean / exact - 1):+.2f} % +- {100 * half / exact:.2f} %"
+    return Row("cost", point.name, f"{_deg(exact):.4f} rms", found,
+               bool(half <= WIDEST * exact and abs(mean - exact) <= half), "deg")
+
+
+def _deg(square: float) -> float:
+    return math.degrees(math.sqrt(square))
 
 
 def _crossing_row(task: Crossing, kept: Kept) -> Row:
     theory, simulated = kept["theory"], kept["simulated"]
-    where = {SENSED: "to the controller", STIMULATED: "to the finger"}[task.wire]
-    return Row("critical latency", f"gains times {task.gain:g}, {where}", f"{theory:.3f}",
+    return Row("critical latency", f"gains times {task.gain:g}, {_WAYS[task.wire]}", f"{theory:.3f}",
                f"{simulated:.3f}", abs(simulated - theory) <= NEAR_MS, "ms")

@@ -4,12 +4,14 @@ import pytest
 from fesloop.errors import RunError
 from fesloop.experiment.parse import load
 from fesloop.reproduce import linear_theory
+from fesloop.reproduce.figures import draw
 from fesloop.reproduce.linear_theory import EXPERIMENT, GAINS, POINTS, Cost, Crossing, interval, mean_square
+from fesloop.reproduce.theory_figures import beside_theory
 from fesloop.theory import linear_loop, stationary_cost
 
 
 def found(monkeypatch, square=lambda exact: exact, crossing=50.0, spread=0.01, subjects=6):
-    """The rows, where runs come to `square` of the exact cost and the loop loses stability at `crossing`."""
+    """What is found where runs come to `square` of the exact cost, and the loop is critical at `crossing`."""
     exact = {number: np.radians(stationary_cost(load(EXPERIMENT, point.settings)).joint_rms_deg) ** 2
              for number, point in enumerate(POINTS[:1])}
     monkeypatch.setattr(linear_theory, "POINTS", POINTS[:1])
@@ -22,7 +24,7 @@ def found(monkeypatch, square=lambda exact: exact, crossing=50.0, spread=0.01, s
         return {"squares": square(exact[task.point]) * (1.0 + spread * to_both_sides)}
 
     monkeypatch.setattr(linear_theory, "run_jobs", lambda tasks, *_: {task.key: kept(task) for task in tasks})
-    return linear_theory.run(subjects, 1).rows
+    return linear_theory.run(subjects, 1)
 
 
 def test_there_are_twenty_different_points_and_gains_that_can_be_loaded():
@@ -33,18 +35,27 @@ def test_there_are_twenty_different_points_and_gains_that_can_be_loaded():
 
 
 def test_rows_hold_where_runs_agree_with_theory(monkeypatch):
-    assert [row.holds for row in found(monkeypatch)] == [True, True]
+    assert [row.holds for row in found(monkeypatch).rows] == [True, True]
 
 
 @pytest.mark.parametrize("change", [
     {"square": lambda exact: 1.03 * exact}, {"square": lambda exact: 0.97 * exact}, {"spread": 0.05}])
 def test_a_cost_that_is_off_or_too_uncertain_does_not_hold(change, monkeypatch):
-    assert [row.holds for row in found(monkeypatch, **change)] == [False, True]
+    assert [row.holds for row in found(monkeypatch, **change).rows] == [False, True]
 
 
 @pytest.mark.parametrize("crossing", [49.85, 50.15, np.nan])
 def test_a_crossing_that_is_off_does_not_hold(crossing, monkeypatch):
-    assert [row.holds for row in found(monkeypatch, crossing=crossing)] == [True, False]
+    assert [row.holds for row in found(monkeypatch, crossing=crossing).rows] == [True, False]
+
+
+def test_the_figure_shows_each_point_and_each_gain(monkeypatch, tmp_path):
+    (file,) = draw(found(monkeypatch), tmp_path)
+    assert file.name == "beside_theory.png"
+    figure = beside_theory(found(monkeypatch, square=lambda exact: 1.5 * exact, crossing=50.04))
+    left, right = figure.axes
+    assert left.containers[0].lines[0].get_xdata() == pytest.approx([150.0])
+    assert right.lines[0].get_ydata() == pytest.approx([0.04])
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say():
