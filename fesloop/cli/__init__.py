@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -10,11 +11,16 @@ from fesloop.cli.parser import make_parser
 from fesloop.errors import InputError, RunError
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+_BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+"""Matrices here are small: threads of BLAS wait for each other longer than they multiply (measured, 12 times
+the CPU time in `fesloop.theory`), and sums in another order are other bits. Workers of studies have one each."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and give its exit code; a mistake of the user's ends in one line a fault."""
     args = make_parser().parse_args(argv)
+    for name in _BLAS_THREADS:
+        os.environ.setdefault(name, "1")
     try:
         return int(import_module(f"fesloop.cli.{args.command}_command").execute(args))
     except InputError as fault:
