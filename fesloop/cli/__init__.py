@@ -12,8 +12,9 @@ from fesloop.errors import InputError, RunError
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 _BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
-"""Matrices here are small: threads of BLAS wait for each other longer than they multiply (measured, 12 times
-the CPU time in `fesloop.theory`), and sums in another order are other bits. Workers of studies have one each."""
+"""Matrices here are small: threads of BLAS wait for each other longer than they multiply (measured in
+`fesloop.theory`: 12 times the CPU time), and sums in another order are other bits. A study's workers have one
+thread each as well."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
