@@ -35,7 +35,7 @@ def execute(args: Namespace) -> int:
 
 @contextmanager
 def _terminated_as_interrupted() -> Iterator[None]:
-    """SIGTERM, by which schedulers of clusters end a job, is Ctrl-C: workers and scratch files are cleared."""
+    """SIGTERM, by which schedulers of clusters end a job, is Ctrl-C: workers and scratch files go."""
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield

@@ -1,0 +1,44 @@
+"""A block that does harm, for tests of what a study makes of that; worker processes find its kind, too."""
+
+import os
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from fesloop.loop.block import Context
+from fesloop.loop.signals import Port
+
+
+@dataclass(slots=True)
+class Harm:
+    """Of a harmful block: nothing to remember."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Harmful:
+    """Does its deed at its first step: none, raise, nan, exit, exit_once, full, wait."""
+
+    deed: str = "none"
+    marker: str = ""
+    wait_s: float = 0.0
+    inputs = ()
+
+    @property
+    def outputs(self):
+        return (Port("y"),)
+
+    def init(self, context: Context) -> Harm:
+        return Harm()
+
+    def step(self, state, inputs, tick):
+        if tick.index == 0:
+            time.sleep(self.wait_s)
+            if self.deed == "raise":
+                raise ValueError("harm is done")
+            if self.deed == "exit" or (self.deed == "exit_once" and not Path(self.marker).exists()):
+                if self.marker:
+                    Path(self.marker).touch()
+                os._exit(7)
+            if self.deed == "full":
+                raise OSError(28, "No space left on device")
+        return (float("nan") if self.deed == "nan" else 1.0,)
