@@ -7,7 +7,8 @@ from hypothesis import strategies as some
 
 from fesloop.study.axis_scale import AxisScale
 
-LEVELS = some.lists(some.floats(0.1, 1e3), min_size=1, max_size=12, unique=True).map(sorted).map(tuple)
+LEVELS = some.lists(some.integers(1, 10**4).map(lambda tenths: 0.1 * tenths), min_size=1, max_size=12,
+                    unique=True).map(sorted).map(tuple)
 
 
 @given(LEVELS, some.sampled_from(["linear", "log", "even"]))

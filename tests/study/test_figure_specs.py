@@ -10,7 +10,8 @@ MAP = {"name": "error", "kind": "heat_map", "metric": "error_deg", "x": "latency
 CURVES = {"name": "error", "kind": "curves", "metric": "error_deg", "x": "latency_ms", "by": "controller"}
 
 
-@pytest.mark.parametrize("given", [MAP, CURVES, {**CURVES, "at": {"jitter_ms": 0, "law": "p", "drift": True}, "low": 0}])
+@pytest.mark.parametrize("given", [
+    MAP, CURVES, {**CURVES, "at": {"jitter_ms": 0, "law": "p", "drift": True}, "low": 0}])
 def test_a_table_of_a_study_file_makes_a_figure(given):
     assert TypeAdapter(table(Figure, {})).validate_python(given) == given
     figure = make(Figure, given, {}, "figures[0]")
