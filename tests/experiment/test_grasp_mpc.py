@@ -1,4 +1,4 @@
-"""The shipped grasps by predictive control: IMUs and a tracker in the loop, a late one too. About 30 s."""
+"""The shipped grasps by predictive control: IMUs and a tracker in the loop, a late one too. About 50 s."""
 
 import pytest
 
@@ -33,3 +33,28 @@ def test_two_fingers_pinch_a_tube_and_the_others_do_not_touch_it(tmp_path):
     force = metrics["grip_force_n"]
     assert force["F2"][0] + force["F3"][0] > 0.5
     assert max(force["F4"][0], force["F5"][0]) < 0.1
+
+
+@pytest.mark.parametrize("tracker", ["salchow_m2", "salchow_b"])
+def test_a_magnet_is_felt_by_trackers_with_magnetometers_alone(tracker, tmp_path):
+    """To the bit: without magnetometers nothing is changed."""
+    errors = [fesloop.load("grasp_mpc", ["scene=free", f"tracker={tracker}", f"magnet_a_m2={moment}"])
+              .run(tmp_path).metrics["tracker_rmse_deg"][0] for moment in (0, 1)]
+    if tracker == "salchow_m2":
+        assert errors[0] == errors[1]
+    else:
+        assert errors[0] < 5.0
+        assert errors[1] > 15.0
+
+
+def test_sensors_that_sit_awry_by_an_angle_put_an_unaligned_tracker_off_by_about_that(tmp_path):
+    """Method B chains sensors as they sit: each angle is off by the difference of two mountings."""
+    error = fesloop.load("grasp_mpc", ["scene=free", "tracker=salchow_b", "misalignment_deg=8"]) \
+        .run(tmp_path).metrics["tracker_rmse_deg"][0]
+    assert 3.0 < error < 16.0
+
+
+def test_pid_tuned_by_the_model_grasps_too(tmp_path):
+    metrics = fesloop.load("grasp_mpc", ["control=tuned_pid"]).run(tmp_path).metrics
+    assert metrics["held"] == [True]
+    assert metrics["joint_rmse_deg"][0] < 4.0
