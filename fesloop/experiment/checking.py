@@ -17,7 +17,7 @@ from fesloop.experiment.layout import experiment_table, keys_at
 from fesloop.experiment.schema import Kinds
 
 _FORMS = 32
-"""Forms kept, the last used: about 2 MB each, and a study's cells rarely differ in more sets of kinds."""
+"""Forms kept, the last used: 1.2 MB each, and cells of a study rarely differ in more sets of kinds."""
 
 
 def kinds_in(document: Any) -> dict[str, type[Any]]:

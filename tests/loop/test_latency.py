@@ -9,6 +9,7 @@ from loop_parts import ImpulseProbe, Pass
 
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock
 from fesloop.loop.duration import ZERO, Duration
+from fesloop.loop.latency import LatencyReport
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
@@ -102,3 +103,26 @@ def test_an_hour_in_the_tick_is_still_exact():
     sampled = Fraction(index * NS_PER_S * 1000, 285_714)
     assert latency.captured_ns == int(sampled)
     assert latency.acts_ns == -(-int(sampled) // NS_PER_MS) * NS_PER_MS
+
+
+@given(chains())
+@settings(max_examples=60, deadline=None)
+def test_the_least_latency_is_that_of_the_quickest_sample(chain):
+    grid, nodes, wires, seed = chain
+    wiring = Wiring([Node("plant", ImpulseProbe(grid=grid)), *nodes], wires, seed)
+    path = LatencyReport(wiring, horizon_ns=NS_PER_S // 5).path("plant.y", "plant.u")
+    assert path.least_ns() == min((latency.total_ns for latency in path.ticks()), default=None)
+
+
+def test_paths_through_a_block_are_those_of_all_that_pass_it():
+    wires = [Wire("plant.y", "first.u"), Wire("first.y", "second.u"),
+             Wire("second.y", "plant.u", latency_ms=1),
+             Wire("plant.y", "third.u"), Wire("third.y", "other.u", latency_ms=2)]
+    nodes = [Node("plant", ImpulseProbe()), Node("other", ImpulseProbe()),
+             *(Node(name, Pass(), rate="100") for name in ("first", "second", "third"))]
+    wiring = Wiring(nodes, wires)
+    every = {path.name for path in LatencyReport(wiring).paths}
+    assert every == {"plant.y -> first -> second -> plant.u", "plant.y -> third -> other.u"}
+    for name, way in (("second", "plant.y -> first -> second -> plant.u"),
+                      ("third", "plant.y -> third -> other.u"), ("other", "plant.y -> third -> other.u")):
+        assert [path.name for path in LatencyReport(wiring, through=wiring.node(name)).paths] == [way]
