@@ -14,7 +14,9 @@ one. A result is there once or not at all: its row's key is the run's id.
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 import shutil
 import sqlite3
 import zlib
@@ -23,6 +25,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from tempfile import TemporaryFile
 from types import TracebackType
 from typing import Any, Self
 
@@ -96,14 +99,21 @@ class Store:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             free = shutil.disk_usage(folder).free
+            # SQLite opens, and even locks, what it cannot write to, and says so at its first commit only.
+            with TemporaryFile(dir=folder):
+                pass
+            if self.path.exists() and not os.access(self.path, os.W_OK):
+                raise PermissionError(errno.EACCES, f"{FILE} in it may only be read")
         except OSError as fault:
-            raise unusable(folder, f"cannot be written to: {fault.strerror}") from None
+            full = fault.errno == errno.ENOSPC
+            raise unusable(folder, "the disk is full" if full else
+                           f"cannot be written to: {fault.strerror}") from None
         if free < ROOM_BYTES:
             raise unusable(folder, f"the disk is full, {free / 1e6:.0f} MB are left")
         self._lock = locked(folder)
         try:
-            self._file = opened(self.path)
             with self._named():
+                self._file = opened(self.path)
                 self._begin(study)
                 self._version = self._known_version(mix_versions)
         except BaseException:

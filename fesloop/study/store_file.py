@@ -31,7 +31,7 @@ def opened(path: Path) -> sqlite3.Connection:
     try:
         file = sqlite3.connect(path, timeout=_BUSY_S, isolation_level=None, check_same_thread=False)
         file.execute("PRAGMA synchronous = FULL")
-    except sqlite3.Error as fault:
+    except sqlite3.OperationalError as fault:
         raise unusable(path.parent, why(fault)) from None
     return file
 
