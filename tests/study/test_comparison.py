@@ -1,4 +1,6 @@
 import math
+import sqlite3
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -123,6 +125,15 @@ def test_pairs_are_of_everything_else(tmp_path):
     both = results.compare("error_deg", {"controller": "pid", "latency_ms": 0},
                            {"controller": "mpc", "latency_ms": 50})
     assert (both.pairs, both.value) == (8, -2.5)
+
+
+def test_runs_of_other_seeds_are_no_pair(tmp_path):
+    path = write_store(tmp_path / "a.sqlite", {"controller": CONTROLLERS}, 4,
+                       lambda levels, replicate: {"error_deg": 1.0})
+    with closing(sqlite3.connect(path)) as file, file:
+        file.execute("UPDATE runs SET seed = 99 WHERE cell = 0 AND replicate = 3")
+    found = load(path).compare("error_deg", PID, MPC)
+    assert (found.pairs, found.unpaired) == (3, 2)
 
 
 def test_shares_differ_by_pairs_too(tmp_path):

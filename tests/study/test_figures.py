@@ -63,6 +63,12 @@ def test_a_figure_says_what_it_is_of(results):
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("latency of the tracker, ms", "joint RMSE, deg")
 
 
+def test_an_axis_of_one_level_is_not_averaged_over(tmp_path):
+    results = load(write_store(tmp_path / "a.sqlite", {"latency_ms": [0, 20], "law": ["p"]}, 1,
+                               lambda levels, replicate: {"joint_rmse_deg": 1.0}))
+    assert Content.of(results, Figure(**CURVES), []).caption(intervals=False) == "mean of 1 replicate"
+
+
 def test_axes_without_cells_of_their_own_are_averaged_over(results):
     content = Content.of(results, Figure(**CURVES), [])
     assert [cell.value for cell in content.cells] == pytest.approx([2.0, 4.0, 6.0])
