@@ -22,6 +22,9 @@ from fesloop.theory.steps import Draw, Flow
 Array = NDArray[np.float64]
 _ACCURACY = 1e-10
 """Of solutions and eigenvalues, relative: far below what a simulation tells apart (chosen)."""
+_PERIODS = 4
+"""At a time, for GMRES and Arnoldi: as many products, but a quarter of the vectors to keep orthogonal, which
+takes longer (chosen, measured)."""
 _MOST_SQUARINGS = 64
 _MOST_NUMBERS = 2**25
 """Of the vectors that GMRES keeps between restarts (chosen: 256 MB)."""
@@ -64,10 +67,14 @@ class SecondMoments:
         """The stationary moments of a loop that is mean-square stable; others have none."""
         matrix = self._period.matrix
         noise = self.after(np.zeros(self.shape), noise=True)
-        return _summed(matrix, noise[0])[np.newaxis] if matrix is not None else self._solved(noise)
+        if matrix is not None:
+            return _summed(matrix, noise[0])[np.newaxis]
+        for _ in range(_PERIODS - 1):
+            noise = self.after(noise, noise=True)
+        return self._solved(noise)
 
     def _solved(self, noise: Array) -> Array:
-        """X = operator X + noise by GMRES."""
+        """X = operator X + noise by GMRES, over `_PERIODS` of them."""
         size = noise.size
         operator = LinearOperator((size, size), matvec=lambda x: x - self._flat(x), dtype=np.float64)
         restart = int(np.clip(_MOST_NUMBERS // size, 20, 200))
@@ -77,7 +84,11 @@ class SecondMoments:
         return np.asarray(found).reshape(self.shape)
 
     def _flat(self, numbers: Array) -> Array:
-        return self.after(numbers.reshape(self.shape), noise=False).ravel()
+        """The operator of `_PERIODS` periods."""
+        moments = numbers.reshape(self.shape)
+        for _ in range(_PERIODS):
+            moments = self.after(moments, noise=False)
+        return moments.ravel()
 
     def spectral_radius(self) -> float:
         """Of the operator: the factor by which second moments grow in a period, in the long run."""
@@ -87,7 +98,7 @@ class SecondMoments:
         size = self.numbers
         if size < 20:
             columns = [self._flat(row) for row in np.eye(size)]
-            return float(np.abs(np.linalg.eigvals(np.array(columns))).max())
+            return float(np.abs(np.linalg.eigvals(np.array(columns))).max() ** (1.0 / _PERIODS))
         operator = LinearOperator((size, size), matvec=self._flat, dtype=np.float64)
         start = (self._period.chain[:, None, None] * np.eye(self.shape[1])).ravel()
         try:
@@ -97,7 +108,7 @@ class SecondMoments:
                          ncv=min(size - 1, 40), maxiter=1000)
         except ArpackNoConvergence as fault:
             raise RunError(f"the growth of second moments was not found: {fault}") from None
-        return float(found[0].real)
+        return float(found[0].real ** (1.0 / _PERIODS))
 
     def variance(self, moments: Array) -> Array:
         """Of each output, (outputs,): its mean over the recorder's instants, given the moments at rest."""
