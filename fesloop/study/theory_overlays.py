@@ -8,7 +8,7 @@ from typing import Any
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
 from fesloop.loop.clock import NS_PER_MS
-from fesloop.study.axis_levels import AxisLevel
+from fesloop.study.axis_levels import AxisLevel, level_text
 from fesloop.study.cells import Cell, cells_of
 from fesloop.study.figure_specs import Figure
 from fesloop.study.overlays import Overlay
@@ -20,7 +20,7 @@ from fesloop.theory.stationary_cost import stationary_cost
 
 _WITHIN_NS = NS_PER_MS // 4
 """How closely a critical latency is found for a figure (chosen: less than a line is wide)."""
-_AT_REST, _CRITICAL = "exact cost (theory)", "critical latency (theory)"
+_AT_REST, _CRITICAL = "exact cost", "critical latency"
 
 Levels = dict[str, AxisLevel]
 
@@ -40,7 +40,7 @@ def theory_overlays(study: Study, figure: Figure) -> list[Overlay]:
 
 
 class _Rows:
-    """Cells of a study along the x of a figure."""
+    """Cells of a study along the x of a figure; `theory` says at which levels others are taken."""
 
     def __init__(self, study: Study, figure: Figure) -> None:
         self.figure, self._study, self._resolver = figure, study, Resolver()
@@ -49,6 +49,8 @@ class _Rows:
         named = {axis for key, axis in figure.named_axes() if key != "at"}
         held = {name: level for name, level in first.items() if name not in named} | dict(figure.at)
         self._cells = [cell for cell in self._cells if all(cell.levels[a] == held[a] for a in held)]
+        chosen = [f"{name} {level_text(level)}" for name, level in held.items() if name not in figure.at]
+        self.theory = ", ".join(["theory", *chosen])
 
     def levels(self, axis: str | None) -> list[AxisLevel | None]:
         """Levels of an axis, in the order of the study; one None of no axis."""
@@ -84,8 +86,8 @@ def _at_rest(rows: _Rows, panel: AxisLevel | None, line: AxisLevel | None) -> It
              for cell, loop in zip(cells, rows.loops(cells), strict=False)]
     places: list[tuple[Any, float]] = [(x, cost.joint_rms_deg) for x, cost in costs if cost.stable]
     if places:
-        yield Overlay(label=_AT_REST, x=[x for x, _ in places], y=[y for _, y in places], panel=panel,
-                      line=line)
+        yield Overlay(label=f"{_AT_REST} ({rows.theory})", x=[x for x, _ in places],
+                      y=[y for _, y in places], panel=panel, line=line)
 
 
 def _critical(rows: _Rows, panel: AxisLevel | None, line: AxisLevel | None) -> Iterator[Overlay]:
@@ -99,10 +101,10 @@ def _critical(rows: _Rows, panel: AxisLevel | None, line: AxisLevel | None) -> I
             critical_ms = _critical_ms(rows, cells, loops)
             found += [(critical_ms, y)] if critical_ms is not None else []
     if found and figure.y is not None:
-        yield Overlay(label=_CRITICAL, x=[x for x, _ in found], panel=panel, line=line,
+        yield Overlay(label=f"{_CRITICAL} ({rows.theory})", x=[x for x, _ in found], panel=panel, line=line,
                       y=[float(y) for _, y in found if y is not None])
     elif found:
-        yield Overlay(label=_CRITICAL, x=[found[0][0]], panel=panel, line=line)
+        yield Overlay(label=f"{_CRITICAL} ({rows.theory})", x=[found[0][0]], panel=panel, line=line)
 
 
 def _critical_ms(rows: _Rows, cells: list[Cell], loops: list[LinearLoop]) -> float | None:
