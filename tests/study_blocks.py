@@ -16,7 +16,7 @@ class Harm:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Harmful:
-    """Does its deed at its first step: none, raise, nan, exit, exit_once, full, wait."""
+    """Does its deed at its first step, after a while: raise (`unless` there is a marker), exit, full."""
 
     deed: str = "none"
     marker: str = ""
@@ -33,12 +33,16 @@ class Harmful:
     def step(self, state, inputs, tick):
         if tick.index == 0:
             time.sleep(self.wait_s)
-            if self.deed == "raise":
+            if self.deed == "raise" or (self.deed == "unless" and not Path(self.marker).exists()):
                 raise ValueError("harm is done")
-            if self.deed == "exit" or (self.deed == "exit_once" and not Path(self.marker).exists()):
-                if self.marker:
-                    Path(self.marker).touch()
+            if self.deed == "exit":
                 os._exit(7)
             if self.deed == "full":
                 raise OSError(28, "No space left on device")
-        return (float("nan") if self.deed == "nan" else 1.0,)
+        return (1.0,)
+
+
+def slowly(value):
+    """What a worker gives back after a while."""
+    time.sleep(0.5)
+    return value

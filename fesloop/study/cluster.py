@@ -25,13 +25,13 @@ _SETTINGS = {
     "distributed.admin.system-monitor.interval": "10s",
     "distributed.admin.tick.interval": "1s",
     "distributed.deploy.lost-worker-timeout": "5s",
-    "distributed.scheduler.allowed-failures": 2,
+    "distributed.scheduler.allowed-failures": 1,
     "distributed.scheduler.worker-saturation": 2.0,
     "distributed.worker.daemon": True,
     "distributed.worker.profile.enabled": False,
 }
 """Of the local cluster. A worker has its next task at hand when it ends one; watching takes little time; a
-task that three workers were given when they ended is given to no fourth."""
+task that two workers were given when they ended is given to no third."""
 
 
 def require_dask() -> Any:
