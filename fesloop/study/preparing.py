@@ -12,7 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from fesloop.errors import FesloopError, RunError
+from fesloop.errors import FesloopError, InputError, InputErrors, RunError
 from fesloop.experiment.identifying import identifier
 from fesloop.experiment.toml_text import toml_value
 from fesloop.experiment.trial import run
@@ -53,8 +53,12 @@ class Preparations:
         settings = _settings(preparation, cell)
         if (key, preparation.experiment, settings) in self._ids:
             return
-        experiment = resolver.experiment(self._study.experiment(preparation.experiment), settings,
-                                         self._study.about.seed)
+        try:
+            experiment = resolver.experiment(self._study.experiment(preparation.experiment), settings,
+                                             self._study.about.seed)
+        except InputError as fault:
+            raise InputErrors([_in_study(each, f"{self._study.name}: prepare.{key}", cell)
+                               for each in getattr(fault, "faults", [fault])]) from None
         id = experiment.fingerprint()
         self._ids[key, preparation.experiment, settings] = id
         self.needed[id] = key, zlib.compress(experiment.as_json().encode())
@@ -72,6 +76,11 @@ class Preparations:
                 raise NotPrepared(f"{self._study.prepare[key].experiment}: {causes[id]}")
             told.append(f"{key}={toml_value(str(files[id]))}")
         return tuple(told)
+
+
+def _in_study(fault: InputError, where: str, cell: Cell) -> InputError:
+    at = f" ({cell.place})" if cell.levels else ""
+    return InputError(f"{where}: {fault.where}", f"{fault.found}{at}", fault.allowed, fault.remedy)
 
 
 def _settings(preparation: Preparation, cell: Cell) -> tuple[str, ...]:

@@ -129,7 +129,8 @@ def test_failed_runs_are_run_again_only_if_asked_for(address, tmp_path):
 def test_a_run_that_ends_its_worker_each_time_is_failed_and_all_others_are_done(address, tmp_path):
     """With one worker, others lie beside it there each time; and it ends while its worker still starts."""
     name = harmful_experiment(tmp_path)
-    study = read_study(write_study(tmp_path, HARM.format(["exit", "none", "other", "third"]), experiment=name))
+    deeds = HARM.format(["exit", "none", "other", "third"])
+    study = read_study(write_study(tmp_path, deeds, experiment=name))
     summary = run_study(study, tmp_path, workers=1)
     assert summary.failed == {DIED: 1}
     assert load(summary.store).table()["status"].tolist() == ["failed", "done", "done", "done"]
