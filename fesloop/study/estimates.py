@@ -14,6 +14,7 @@ from fesloop.errors import InputError
 from fesloop.study.axis_levels import Axes, AxisLevel, require_axis
 from fesloop.study.figure_specs import Statistic
 from fesloop.study.intervals import mean_interval, median_interval, share_interval
+from fesloop.study.quantities import called
 from fesloop.study.repeats import Rows, groups_of, is_switch, selected, unit_means, units_of, values_of
 from fesloop.study.run_columns import DONE, FAILED, WAITING, RunColumns
 
@@ -91,9 +92,10 @@ def place_at(axes: Axes, runs: RunColumns, at: Mapping[str, Any], row: int) -> d
 
 
 def settled_statistic(values: Array, metric: str, statistic: Statistic | None) -> Statistic:
-    """As asked for; else a share of what is only ever 0 or 1, and a mean of everything else."""
+    """As asked for; else a share of what has no unit and is only ever 0 or 1, a mean of everything else."""
     if statistic is None:
-        return "share" if is_switch(values) else "mean"
+        _, unit = called(metric)
+        return "share" if not unit and is_switch(values) else "mean"
     if statistic not in _INTERVALS:
         raise InputError("statistic", f"{statistic!r}", ", ".join(_INTERVALS))
     known = values[~np.isnan(values)]

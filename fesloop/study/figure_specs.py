@@ -25,7 +25,8 @@ class Figure:
     y: axis along the ordinate of a heat map. by: axis of which each level is a curve.
     panels: axis of which each level is a picture beside the others.
     at: levels at which other axes are held, by axis.
-    statistic: of the repeated runs; None: the share for a metric that is only ever 0 or 1, else the mean.
+    statistic: of the repeated runs; None: the share for a metric without unit that is only ever 0 or 1, else
+        the mean.
     confidence: of the intervals that are drawn about curves.
     title, label, unit: of the figure, and of its metric; label "": the metric's name, which also says the
         unit where it ends in one (`_deg`, `_ms`, ...).

@@ -117,8 +117,8 @@ class StudyResults:
         Parameters
         ----------
         by: axes whose levels are told apart, the others being averaged over; None: all but those of cohorts.
-        at: levels at which other axes are held. statistic: None: the share for a metric that is only ever 0
-            or 1, else the mean. confidence: of the intervals.
+        at: levels at which other axes are held. statistic: None: the share for a metric without unit
+            that is only ever 0 or 1, else the mean. confidence: of the intervals.
 
         Raises InputError for an axis, level or metric that the study does not have.
         """

@@ -61,6 +61,13 @@ def test_a_metric_of_switches_is_a_share(results):
     assert (cell.low, cell.high) == pytest.approx((expected.low, expected.high))
 
 
+def test_a_metric_with_a_unit_is_no_share_though_it_be_0_or_1(tmp_path):
+    results = load(write_store(tmp_path / "a.sqlite", AXES, 2,
+                               lambda levels, replicate: {"error_deg": float(replicate)}))
+    assert {cell.statistic for cell in results.cells("error_deg")} == {"mean"}
+    assert results.cells("error_deg", statistic="share")[0].value == 0.5
+
+
 def test_a_median_may_be_asked_for(results):
     cell = results.cells("error_deg", statistic="median")[0]
     assert cell.value == pytest.approx(np.median(ERRORS[0, 0]))

@@ -8,9 +8,10 @@ from study_stores import write_store
 from fesloop.errors import InputError
 from fesloop.study import Figure, Overlay, draw, load
 from fesloop.study.curve_figures import curves
-from fesloop.study.figure_content import Content, called, with_unit
+from fesloop.study.figure_content import Content
 from fesloop.study.figure_layout import columns_of
 from fesloop.study.heat_maps import heat_map
+from fesloop.study.quantities import called, with_unit
 
 AXES = {"latency_ms": {"levels": [0, 20, 40], "label": "latency of the tracker", "unit": "ms"},
         "jitter_ms": [0, 5], "law": ["p", "pd", "pid", "mpc", "ilc"],

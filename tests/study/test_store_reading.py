@@ -1,3 +1,4 @@
+import contextlib
 import json
 import signal
 import sqlite3
@@ -93,6 +94,30 @@ def test_a_store_that_lacks_its_end_is_refused(store):
         load(store)
 
 
+def add_cell(file, number):
+    """A cell, its run and its result in one commit."""
+    file.execute("BEGIN IMMEDIATE")
+    file.execute("INSERT INTO cells VALUES (?, ?, '', '[]')", (number, json.dumps({"latency_ms": number})))
+    file.execute("INSERT INTO runs VALUES (?, 0, 1, ?)", (number, f"id {number}"))
+    file.execute("INSERT INTO results VALUES (?, 'done', NULL, ?, 0, '', '', 1, NULL)",
+                 (f"id {number}", json.dumps({"error_deg": number})))
+    file.execute("COMMIT")
+
+
+def test_what_is_written_between_two_tables_is_not_read(store, monkeypatch):
+    class Disturbed(dict):
+        def items(self):
+            for number, item in enumerate(super().items()):
+                yield item
+                file = sqlite3.connect(store, timeout=0.0, isolation_level=None)
+                with closing(file), contextlib.suppress(sqlite3.OperationalError):
+                    add_cell(file, 10 + number)
+
+    monkeypatch.setattr(store_reading, "_TABLES", Disturbed(store_reading._TABLES))
+    results = load(store)
+    assert (results.planned, results.finished, results.axes) == (4, 4, {"latency_ms": (0, 20)})
+
+
 def test_a_store_is_read_as_it_is_at_one_instant_while_it_is_written(tmp_path):
     """Every commit adds a cell, its run and its result at once: whoever reads sees all three or none."""
     path = write_store(tmp_path / "study.sqlite", {"latency_ms": [-1]}, 1, lambda *_: {"error_deg": -1.0})
@@ -101,14 +126,8 @@ def test_a_store_is_read_as_it_is_at_one_instant_while_it_is_written(tmp_path):
     def write():
         try:
             with closing(sqlite3.connect(path, timeout=30.0, isolation_level=None)) as file:
-                for i in range(1, 100):
-                    file.execute("BEGIN IMMEDIATE")
-                    file.execute("INSERT INTO cells VALUES (?, ?, '', '[]')",
-                                 (i, json.dumps({"latency_ms": i})))
-                    file.execute("INSERT INTO runs VALUES (?, 0, 1, ?)", (i, f"id {i}"))
-                    file.execute("INSERT INTO results VALUES (?, 'done', NULL, ?, 0, '', '', 1, NULL)",
-                                 (f"id {i}", json.dumps({"error_deg": i})))
-                    file.execute("COMMIT")
+                for number in range(1, 40):
+                    add_cell(file, number)
         except sqlite3.Error as found:
             fault.append(found)
         over.set()
@@ -125,7 +144,7 @@ def test_a_store_is_read_as_it_is_at_one_instant_while_it_is_written(tmp_path):
     writer.join()
     assert fault == []
     assert seen == sorted(seen)
-    assert load(path).finished == 100
+    assert load(path).finished == 40
 
 
 KILLED = """

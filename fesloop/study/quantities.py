@@ -1,0 +1,21 @@
+"""Quantities and their units, as names of axes and metrics tell them."""
+
+from __future__ import annotations
+
+_UNITS = {"deg": "deg", "ms": "ms", "s": "s", "min": "min", "mm": "mm", "cm": "cm", "hz": "Hz", "ma": "mA",
+          "us": "µs", "ut": "µT", "n": "N", "nc": "nC", "percent": "%"}
+"""Ends of names in fesloop, each with its unit."""
+
+
+def called(name: str, label: str = "", unit: str = "") -> tuple[str, str]:
+    """A quantity and its unit: as `label` and `unit` say, else as its name does ("latency_ms")."""
+    stem, _, end = name.rpartition("_")
+    known = stem != "" and end in _UNITS
+    text = label or (stem if known else name).replace("_", " ").replace("rmse", "RMSE")
+    return text, unit or (_UNITS[end] if known else "")
+
+
+def with_unit(quantity: str, unit: str) -> str:
+    """As it stands beside an axis."""
+    raised = unit.replace("^2", "²").replace("^3", "³")
+    return f"{quantity}, {raised}" if unit else quantity
