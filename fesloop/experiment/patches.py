@@ -31,7 +31,11 @@ Tables = dict[str, Any]
 def keyed(document: Mapping[str, Any]) -> Tables:
     """A copy of a document whose wires stand under their ends and whose lists of signals under the signals,
     so that patches find them wherever they stand. Its form must be that of `is_patchable`."""
-    made = copy.deepcopy(dict(document))
+    return _named(copy.deepcopy(dict(document)))
+
+
+def _named(made: Tables) -> Tables:
+    """As `keyed`, tables that nobody else has."""
     wires = made.get("wires", [])
     made["wires"] = _by_name(wires, [_ends(wire) for wire in wires])
     for key in _SIGNALS:
@@ -82,7 +86,7 @@ def patched(document: Mapping[str, Any], patch: Mapping[str, Any], where: str) -
     for wire in patch.get("wires", ()):
         made["wires"][_ends(wire)] = merged(made["wires"].get(_ends(wire), {}), wire)
     _drop_aliases(made, [path for path in gone if not _stands(made, path)])
-    return keyed(plain_lists(made))
+    return _named(plain_lists(made))
 
 
 def merged(old: Any, new: Any) -> Any:

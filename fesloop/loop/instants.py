@@ -26,6 +26,7 @@ class Timeline:
         self._fixed_ns = self._execution.draw_ns(0.0) if fixed else None
         self._never_busy = node.execution.kind == "measured" or (most is not None and most <= shortest)
         self._left: list[int | None] = []
+        self._steps: dict[tuple[int, int], tuple[int, int] | None] = {}
         self._executed = self._busy_until = 0
 
     def left_ns(self, index: int) -> int | None:
@@ -58,6 +59,12 @@ class Timeline:
 
         A span without an end counts as one of 60 s.
         """
+        span = start_ns, stop_ns
+        if span not in self._steps:
+            self._steps[span] = self._found_within(start_ns, stop_ns)
+        return self._steps[span]
+
+    def _found_within(self, start_ns: int, stop_ns: int) -> tuple[int, int] | None:
         first = last = None
         index = self.clock.first_at_or_after(start_ns)
         stop = min(stop_ns, start_ns + LOST_AFTER_NS)
@@ -89,6 +96,7 @@ class Transit:
         self._losses = self._wire.losses(self._noise)
         self._most_jitter = self._wire.jitter.most_ns or 0
         self._latency_ns, self._least_ns = self._wire.latency_ns, self._wire.least_ns
+        self._spans: dict[tuple[int, int], tuple[int, int] | None] = {}
 
     def arrival_ns(self, index: int) -> int | None:
         """When message `index` is delivered; None if it is lost or never sent."""
@@ -134,6 +142,15 @@ class Transit:
             index += 1
         return best
 
+    def held_span(self, first: int, last: int) -> tuple[int, int] | None:
+        """From when to before when the port holds one of the messages; None if it never does."""
+        messages = first, last
+        if messages not in self._spans:
+            arrival, later = self.first_arrival(first, last), self.first_arrival(last + 1)
+            until = FOREVER if later is None else later[0]
+            self._spans[messages] = None if arrival is None or arrival[0] >= until else (arrival[0], until)
+        return self._spans[messages]
+
     def held_at(self, time_ns: int, first: int, last: int) -> tuple[int, int]:
         """(arrival, number) of the newest of messages `first` to `last` that has arrived by `time_ns`."""
         for index in range(last, first - 1, -1):
@@ -141,3 +158,27 @@ class Transit:
             if arrival is not None and arrival <= time_ns:
                 return arrival, index
         raise AssertionError("a message that was read must have arrived")
+
+
+class Traffic:
+    """Steps and messages of one trial, worked out once for all paths that they are part of."""
+
+    def __init__(self, seed: int, trial: int) -> None:
+        self._seed, self._trial = seed, trial
+        self._timelines: dict[str, Timeline] = {}
+        self._transits: dict[str, Transit] = {}
+
+    def timeline(self, node: Node) -> Timeline:
+        """When a block steps."""
+        if node.name not in self._timelines:
+            self._timelines[node.name] = Timeline(node, self._seed, self._trial)
+        return self._timelines[node.name]
+
+    def transit(self, connection: Connection) -> Transit:
+        """When the messages of a connection arrive."""
+        name = connection.wire.name
+        if name not in self._transits:
+            sender = self.timeline(connection.source) if connection.clock is None else Samplings(
+                connection.clock)
+            self._transits[name] = Transit(connection, sender, self._seed, self._trial)
+        return self._transits[name]

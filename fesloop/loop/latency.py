@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import takewhile
 
 from fesloop.loop.clock import FOREVER, NS_PER_S, Clock, RateClock
-from fesloop.loop.instants import Samplings, Timeline, Transit
+from fesloop.loop.instants import Traffic
 from fesloop.loop.wiring import Connection, Node, Wiring
 
 _MOST_TICKS = 20_000
@@ -60,7 +60,7 @@ class PathLatency:
     stages: what takes time, in order; `TickLatency.stages_ns` and `summary` follow it.
     """
 
-    def __init__(self, connections: tuple[Connection, ...], seed: int, trial: int, horizon_ns: int) -> None:
+    def __init__(self, connections: tuple[Connection, ...], traffic: Traffic, horizon_ns: int) -> None:
         self.connections = connections
         self._horizon_ns = horizon_ns
         first, last = connections[0], connections[-1]
@@ -68,9 +68,8 @@ class PathLatency:
         self._sampling: Clock = first.clock
         self._source_grid = first.source.plant.grid
         self._target_grid = last.target.plant.grid
-        self._readers = [Timeline(c.target, seed, trial) for c in connections[:-1]]
-        senders: list[Timeline | Samplings] = [Samplings(first.clock), *self._readers]
-        self._transits = [Transit(c, s, seed, trial) for c, s in zip(connections, senders, strict=True)]
+        self._readers = [traffic.timeline(c.target) for c in connections[:-1]]
+        self._transits = [traffic.transit(c) for c in connections]
         self.stages = self._stage_names()
 
     def _stage_names(self) -> tuple[str, ...]:
@@ -104,26 +103,18 @@ class PathLatency:
             return None
         carriers = [(index, index)]
         for transit, reader in zip(self._transits, self._readers, strict=False):
-            span = self._held_span(transit, carriers[-1])
+            span = transit.held_span(*carriers[-1])
             steps = None if span is None else reader.steps_within(*span)
             if steps is None:
                 return None
             carriers.append(steps)
-        span = self._held_span(self._transits[-1], carriers[-1])
+        span = self._transits[-1].held_span(*carriers[-1])
         if span is None:
             return None
         acts = span[0]
         if self._target_grid:
             acts = self._target_grid.tick(self._target_grid.first_at_or_after(acts))
         return (carriers, span[0], acts) if acts < span[1] else None
-
-    @staticmethod
-    def _held_span(transit: Transit, carriers: tuple[int, int]) -> tuple[int, int] | None:
-        """From when to before when the port at the end holds one of the messages; None if it never does."""
-        first = transit.first_arrival(*carriers)
-        later = transit.first_arrival(carriers[1] + 1)
-        until = FOREVER if later is None else later[0]
-        return None if first is None or first[0] >= until else (first[0], until)
 
     def _traced_back(
         self, index: int, carriers: list[tuple[int, int]], arrival: int, acts: int
@@ -189,7 +180,8 @@ class LatencyReport:
     def __init__(self, wiring: Wiring, trial: int = 0, horizon_ns: int | None = None,
                  through: Node | None = None) -> None:
         horizon = 10 * NS_PER_S if horizon_ns is None else horizon_ns
-        self.paths = tuple(PathLatency(path, wiring.seed, trial, horizon)
+        traffic = Traffic(wiring.seed, trial)
+        self.paths = tuple(PathLatency(path, traffic, horizon)
                            for path in _paths(wiring.connections)
                            if through is None or any(connection.target is through for connection in path))
 
