@@ -1,22 +1,26 @@
 """Studies from end to end: in this process, on one cluster of two workers that is started by hand."""
 
+import os
+import zlib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from random import Random
 
 import pytest
-from study_blocks import slowly
+from study_blocks import prepared_or_not, slowly
 from study_parts import TESTS, harmful_experiment, with_harmful_blocks, write_study
 
 from fesloop import load as load_experiment
 from fesloop.bench._started_cluster import started_cluster
 from fesloop.errors import InputError, InputErrors, RunError
 from fesloop.experiment import registry
+from fesloop.experiment.identifying import identifier
 from fesloop.experiment.reading import Recording
 from fesloop.experiment.trial import run
 from fesloop.study import cluster, coordinator, load, task
 from fesloop.study.cluster import connected
 from fesloop.study.coordinator import DIED, run_study
+from fesloop.study.preparing import prepare_one
 from fesloop.study.pump import Task, pumped
 from fesloop.study.study_file import read_study
 
@@ -31,6 +35,7 @@ def address(tmp_path_factory):
     environment = with_harmful_blocks(folder)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PYTHONPATH", environment["PYTHONPATH"])
+        patch.setenv("STUDY_BLOCKS", str(folder))
         patch.syspath_prepend(folder / "installed")
         patch.syspath_prepend(TESTS)
         forget_kinds()
@@ -167,11 +172,49 @@ def test_a_recording_for_which_there_is_no_room_is_no_result(crossed, tmp_path, 
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(task.shutil, "move", full)
-    document = task.zlib.compress(experiment.as_json().encode())
+    document = zlib.compress(experiment.as_json().encode())
     came = task.run_one("a", document, 1, task.Wanted(study.metrics, "all", str(tmp_path / "kept")))
     assert came.status == task.NO_ROOM
     assert came.recording == ""
     assert list((tmp_path / "kept").iterdir()) == []
+
+
+def test_what_cells_need_is_prepared_once_for_each_patient_and_again_if_it_failed(
+        address, tmp_path, monkeypatch):
+    monkeypatch.setattr(coordinator, "prepare_one", prepared_or_not)
+    told = Path(os.environ["STUDY_BLOCKS"])
+    study = read_study(write_study(
+        tmp_path, '[axes.strength]\nkey = "blocks.finger.strength"\nvalues = [1.0, 1.2]\n'
+        "[axes.move_weight]\nvalues = [0.05, 0.1]\n", experiment="grasp_mpc", duration_s=1.0,
+        settings=["plant=finger", "experiment.trials=1"], metrics='error_deg = "joint_rmse_deg"',
+        more='[prepare.model]\nexperiment = "identify_grasp"\nsettings = ["plant=finger"]\n'
+        'axes = ["strength"]\n'))
+    (told / "fails").touch()
+    summary = run_study(study, tmp_path, scheduler=address)
+    assert (summary.done, summary.failed) == (0, {"identify_grasp: no force was seen": 4})
+    (told / "fails").unlink()
+    assert run_study(study, tmp_path, scheduler=address).done == 0
+    summary = run_study(study, tmp_path, scheduler=address, retry_failed=True)
+    assert (summary.done, summary.failed) == (4, {})
+    ids = [path.name.partition("-")[0] for path in told.glob("*.prepared")]
+    assert sorted(ids) == sorted(2 * list(set(ids)))
+    assert len(set(ids)) == 2
+    before = load(summary.store).digest()
+    assert load(run_study(study, tmp_path, scheduler=address).store).digest() == before
+    assert len(list(told.glob("*.prepared"))) == 4
+
+
+def test_what_is_prepared_is_the_model_that_identifying_gives(tmp_path):
+    experiment = load_experiment("identify_grasp", ["plant=finger"], 3)
+    came = prepare_one("a", zlib.compress(experiment.as_json().encode()), 3)
+    assert (came.id, came.status, came.cause) == ("a", "done", "")
+    identifier()(str(run(experiment, tmp_path).recording)).model.save(tmp_path / "model.toml")
+    assert came.content == (tmp_path / "model.toml").read_text()
+    nothing = load_experiment("finger_pid_latency", ["experiment.duration_s=0.3", "score.after_s=0.1"], 3)
+    came = prepare_one("b", zlib.compress(nothing.as_json().encode()), 3)
+    assert came.status == "failed"
+    assert came.cause
+    assert came.content == ""
 
 
 @pytest.mark.parametrize("address_", ["tcp://127.0.0.1:1", "nonsense", "http://127.0.0.1:1", "tls://127.0.0.1:1"])
