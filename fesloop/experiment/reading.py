@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -115,7 +114,7 @@ class Recording:
     @property
     def trials(self) -> int:
         """How many trials have been begun."""
-        every = [self._rows_of(path, dataset) for path, dataset in self._datasets()]
+        every = [self._rows_of(path) for path in self._datasets]
         last = [rows.read("trial", rows.count - 1, rows.count)[0] for rows in every if rows.count]
         return int(max(last)) + 1 if last else 0
 
@@ -152,19 +151,17 @@ class Recording:
         """The rows and the field that hold a signal."""
         node, _, port = name.partition(".")
         for path in (f"blocks/{node}", f"plants/{node}"):
-            dataset = self._file.get(path)
-            if dataset is not None and port in self._rows_of(path, dataset).units:
-                return self._rows_of(path, dataset), port
+            if path in self._datasets and port in self._rows_of(path).units:
+                return self._rows_of(path), port
         path = f"inputs/{node}/{port}"
-        dataset = self._file.get(path)
-        if dataset is None:
+        if path not in self._datasets:
             raise InputError(f"{self.path}: {name}", "is not recorded", ", ".join(self.signals),
                              did_you_mean(name, self.signals))
-        return self._rows_of(path, dataset), "value"
+        return self._rows_of(path), "value"
 
-    def _rows_of(self, path: str, dataset: h5py.Dataset) -> StoredRows:
+    def _rows_of(self, path: str) -> StoredRows:
         """Rows of a dataset; those that are known, unless some were added since."""
-        known = self._rows.get(path)
+        known, dataset = self._rows.get(path), self._datasets[path]
         if known is None or known.count != dataset.shape[0]:
             room = _KEPT_BYTES - sum(rows.kept_bytes for rows in self._rows.values())
             known = self._rows[path] = StoredRows(dataset, room)
@@ -192,21 +189,23 @@ class Recording:
         """SHA-256 of signals, stamps, statuses and experiment: all but what the wall clock left."""
         total = hashlib.sha256(self._file["experiment"][()])
         total.update(self.status.encode())
-        for path, dataset in [*self._datasets(), *((name, self._file[name]) for name in _TABLES)]:
+        for path, dataset in [*self._datasets.items(), *((name, self._file[name]) for name in _TABLES)]:
             total.update(f"{path} {dataset.dtype.descr} {dataset.shape}".encode())
             for start in range(0, dataset.shape[0], _ROWS_A_READ):
                 total.update(dataset[start:start + _ROWS_A_READ].tobytes())
         return total.hexdigest()
 
-    def _datasets(self) -> Iterator[tuple[str, h5py.Dataset]]:
-        """Streams by path, in the order of their paths."""
+    @cached_property
+    def _datasets(self) -> dict[str, h5py.Dataset]:
+        """Streams by path, in the order of their paths: all that a file will have, it has from the start."""
+        found = {}
         for kind in _STREAMS:
-            group = self._file.get(kind, {})
-            for name in sorted(group):
-                if isinstance(group[name], h5py.Dataset):
-                    yield f"{kind}/{name}", group[name]
+            for name, item in sorted(self._file.get(kind, {}).items()):
+                if isinstance(item, h5py.Dataset):
+                    found[f"{kind}/{name}"] = item
                 else:
-                    yield from ((f"{kind}/{name}/{port}", group[name][port]) for port in sorted(group[name]))
+                    found |= {f"{kind}/{name}/{port}": dataset for port, dataset in sorted(item.items())}
+        return found
 
 
 def _signal(name: str, field: str, rows: StoredRows, first: int, stop: int) -> Signal:
