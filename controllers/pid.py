@@ -162,14 +162,13 @@ class Pid:
         return a, b, mixing @ np.hstack([one, alpha, beta]), mixing @ np.hstack([kp, -kp - beta])
 
     def linear_form(self, context: Context) -> SampledForm:
-        """From `measured` to `stimulation`, unsaturated."""
+        """Unsaturated; under "linear" to pulse widths."""
         a, b, c, d = self.sampled(period_ns(context) / NS_PER_S)
-        # The reference stands still. Under "linear" the port carries pulse widths.
-        b, d = b[:, self.joints:], d[:, self.joints:]
         lognormal = self.recruitment_curve == "lognormal"
         scale = 1.0 if lognormal else 1e-6 * self.full_scale_us
-        return SampledForm(inputs=("measured",), output="stimulation", a=a, b=b, c=scale * c, d=scale * d,
-                           noise=np.zeros((self.muscles, 0)), curves=self.recruitment if lognormal else None)
+        return SampledForm(inputs=("reference", "measured"), output="stimulation", a=a, b=b, c=scale * c,
+                           d=scale * d, noise=np.zeros((self.muscles, 0)),
+                           curves=self.recruitment if lognormal else None)
 
     def init(self, context: Context) -> PidState:
         """At rest, coefficients for the context's clock."""

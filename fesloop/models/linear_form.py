@@ -28,7 +28,7 @@ class SampledForm:
 
     Attributes
     ----------
-    inputs: names of the ports that u stacks; others make no difference.
+    inputs: names of the ports that u stacks; what comes to others makes no difference at rest.
     output: name of the port that y is.
     a, b, c, d: (n, n), (n, inputs), (outputs, n), (outputs, inputs); n may be 0.
     noise: (outputs, noises); may have no columns.

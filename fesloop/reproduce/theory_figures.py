@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,13 +20,13 @@ def beside_theory(found: Reproduction) -> Figure:
     from matplotlib.figure import Figure
 
     cost, crossing = found.curves["cost"], found.curves["crossing"]
-    figure = Figure(figsize=(10.0, 5.5), layout="constrained")
-    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    figure = Figure(figsize=(12.0, 5.5), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(2, 3))
     places = np.arange(len(cost["names"]))
     left.errorbar(100.0 * cost["mean"] / cost["exact"], places, xerr=100.0 * cost["half"] / cost["exact"],
                   fmt="o", color=_BLUE, markersize=4, capsize=2)
     left.axvline(100.0, color="black", linewidth=1.0)
-    left.set_yticks(places, cost["names"], fontsize="small")
+    left.set_yticks(places, [fill(name, 48) for name in cost["names"]], fontsize="small")
     left.invert_yaxis()
     left.set_xlabel("simulated mean square, % of the exact")
     left.set_title("cost at rest, 99 % intervals of all points together", loc="left", fontsize="medium")
@@ -35,8 +36,8 @@ def beside_theory(found: Reproduction) -> Figure:
                    color=colour, markersize=4, label=wire)
     right.axhline(0.0, color="black", linewidth=1.0)
     right.set_ylim(-0.12, 0.12)
-    right.set_xlabel("critical latency by eigenvalues, ms")
-    right.set_title("simulated less that, ms", loc="left", fontsize="medium")
+    right.set_xlabel("critical latency, ms")
+    right.set_title("critical latency, simulated less exact, ms", loc="left", fontsize="medium")
     right.legend(frameon=False, fontsize="small")
     for axes in (left, right):
         axes.spines[["top", "right"]].set_visible(False)

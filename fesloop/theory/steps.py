@@ -8,6 +8,7 @@ so that between draws everything is one matrix, and a loop without random wires 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
+Marks = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,33 +60,47 @@ Step = Flow | Draw
 
 
 def pruned(steps: list[Step], kept: slice) -> list[Step]:
-    """The same steps without rows that make no difference to any reading, nor to the rows to be kept."""
-    live = np.zeros(_width(steps[0]), dtype=bool)
-    live[kept] = True
+    """The same steps without rows that make no difference, and rows that nothing ever moves from 0.
+
+    What makes a difference does so to a reading or to the rows to be kept; what moves is moved by noise or by
+    those. (The integral of a controller without integral gain is neither, and would never come to rest.)
+    """
+    live = _settled(steps[::-1], kept, _live_before)[::-1]
+    moved = _settled(steps, kept, _moved_after)
+    rows = [np.flatnonzero(here & there) for here, there in zip(live, moved, strict=True)]
+    return [_restricted(step, before, after)
+            for step, before, after in zip(steps, rows[:-1], rows[1:], strict=True)]
+
+
+def _settled(steps: list[Step], kept: slice, passed: Callable[[Step, Marks], Marks]) -> list[Marks]:
+    """Marks between the steps, first to last, once another round of the cycle adds none."""
+    first = steps[0]
+    rows = len(first.matrix) if isinstance(first, Flow) else len(first.takes[0])
+    marks: Marks = np.zeros(rows, dtype=bool)
+    marks[kept] = True
     while True:
-        alive = [live]
-        for step in reversed(steps):
-            alive.append(_live_before(step, alive[-1]))
-        if not (alive[-1] & ~live).any():
-            break
-        live = live | alive[-1]
-    alive.reverse()
-    alive[0] = live
-    return [_restricted(step, np.flatnonzero(before), np.flatnonzero(after))
-            for step, before, after in zip(steps, alive[:-1], alive[1:], strict=True)]
+        found = [marks]
+        for step in steps:
+            found.append(passed(step, found[-1]))
+        if not (found[-1] & ~marks).any():
+            return [*found[:-1], marks]
+        marks = marks | found[-1]
 
 
-def _width(step: Step) -> int:
-    return len(step.matrix[0]) if isinstance(step, Flow) else len(step.takes[0])
-
-
-def _live_before(step: Step, after: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _live_before(step: Step, after: Marks) -> Marks:
     """Rows before a step that make a difference to live rows after it."""
     if isinstance(step, Flow):
         return np.asarray((step.matrix[after] != 0.0).any(axis=0) | (step.readings != 0.0).any(axis=(0, 1)))
     before = np.zeros(after.size, dtype=bool)
     before[np.unique(step.takes[:, after])] = True
     return before
+
+
+def _moved_after(step: Step, before: Marks) -> Marks:
+    """Rows after a step that rows that move before it, or noise, move."""
+    if isinstance(step, Flow):
+        return np.asarray((step.matrix[:, before] != 0.0).any(axis=1) | (np.diag(step.covariance) != 0.0))
+    return np.asarray(before[step.takes].any(axis=0))
 
 
 def _restricted(step: Step, before: Rows, after: Rows) -> Step:

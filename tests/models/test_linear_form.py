@@ -22,17 +22,17 @@ GAINS = {"kp": (0.3, 0.2), "ki": (0.5, 0.4), "kd": (0.02, 0.01), "mixing": ((0.8
          "current_ma": (30.0, 30.0)}
 
 
-def stepped(block, values, still=None):
-    """What the block's linear output puts out, (ticks, ...), for (ticks, ...) at its linear input."""
+def stepped(block, *values):
+    """What the block's linear output puts out, (ticks, ...), for (ticks, ...) at each linear input."""
     context = Context("block", 1, clock=CLOCK)
     form = block.linear_form(context)
     state, tick, found = block.init(context), Tick(), []
     number = [port.name for port in block.outputs].index(form.output)
-    for index, value in enumerate(values):
+    for index, each in enumerate(zip(*values, strict=True)):
         tick.index, tick.time_ns = index, CLOCK.tick(index)
         samples = []
         for port in block.inputs:
-            given = value if port.name == form.inputs[0] else (still or {}).get(port.name)
+            given = dict(zip(form.inputs, each, strict=True)).get(port.name)
             stamp = -1 if given is None else tick.time_ns
             samples.append(Sample(port.initial_value() if given is None else given, stamp, stamp, stamp))
         found.append(np.array(block.step(state, samples, tick)[number]))
@@ -58,10 +58,10 @@ def ticks(size, count=40):
 @pytest.mark.parametrize("curve", ["linear", "lognormal"])
 def test_pid(curve):
     pid = Pid(**GAINS, bias=(0.4, 0.5), recruitment_curve=curve, recruitment=CURVES)
-    measured = ticks(2)
-    pulses = stepped(pid, 0.3 + measured, {"reference": np.full(2, 0.3)})
+    both = ticks(4)
+    pulses = stepped(pid, 0.3 + both[:, :2], 0.3 + both[:, 2:])
     found = pulses[:, :, 1] if curve == "linear" else np.array([CURVES.fraction(each) for each in pulses])
-    assert np.allclose(found - found[0], by_form(pid, measured), atol=1e-9)
+    assert np.allclose(found - found[0], by_form(pid, both), atol=1e-9)
     assert np.abs(found - found[0]).max() > 0.01 * (5e-4 if curve == "linear" else 1.0)
     assert pid.linear_form(Context("pid", clock=CLOCK)).curves == (None if curve == "linear" else CURVES)
 

@@ -5,8 +5,11 @@ import pytest
 from linear_parts import scalar_loop, sensed_loop, uniform
 
 from fesloop.errors import InputError
+from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.parse import load
+from fesloop.experiment.wanted import Score
 from fesloop.loop.duration import Duration
+from fesloop.loop.wire import Wire
 from fesloop.theory import critical_latency_ms, linear_loop, stationary_cost
 
 SENSED = 'wires."tracker.angles->controller.measured"'
@@ -81,6 +84,24 @@ def test_a_delay_of_the_tracker_acts_as_latency_in_its_ticks():
     delayed = load("linear_loop", ("blocks.tracker.delay_ms=15", "latency_ms=0"))
     late = load("linear_loop", ("latency_ms=20",))
     assert stationary_cost(delayed).spectral_radius == pytest.approx(stationary_cost(late).spectral_radius)
+
+
+def test_a_controller_without_integral_gain_comes_to_rest():
+    none, hardly = (load("linear_loop", (f"ki={ki}",)) for ki in (0.0, 1e-5))
+    assert stationary_cost(none).stable
+    assert stationary_cost(none).rms == pytest.approx(stationary_cost(hardly).rms, rel=1e-3)
+
+
+def test_what_moves_the_reference_belongs_to_the_loop():
+    # The reference is what is measured: only the derivative is left, as with gains of zero.
+    blocks = 'blocks.controller.{}=[0, 0, 0]'
+    free = load("linear_loop", (blocks.format("kp"), blocks.format("ki"), "latency_ms=0"))
+    plain_nodes = {node.name: node for node in load("linear_loop", ("latency_ms=0", "ki=0")).nodes}
+    wires = [wire for wire in free.wires if wire.target != "controller.reference"]
+    follows = Experiment(name="follows", duration_s=1.0, nodes=tuple(
+        plain_nodes[name] for name in ("controller", "finger", "tracker")), record=free.record, score=Score(
+        truth="finger.angles"), wires=(*wires, Wire("tracker.angles", "controller.reference")))
+    assert stationary_cost(follows).rms == pytest.approx(stationary_cost(free).rms, rel=1e-9)
 
 
 def test_offsets_of_clocks_count():
