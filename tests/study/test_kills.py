@@ -1,0 +1,15 @@
+"""One random moment for each victim; `fesloop bench study_kills` takes five."""
+
+from fesloop.bench import study_kills
+from fesloop.bench._disturbed_study import VICTIMS
+
+
+def test_whatever_is_killed_the_results_are_those_of_an_undisturbed_study():
+    """Quick it is not: a dozen studies, each in processes of its own."""
+    told = study_kills.run(moments=1, replicates=1)
+    assert told["same_on_both_clusters"]
+    assert [row["case"] for row in told["rows"]] == list(VICTIMS)
+    for row in told["rows"]:
+        assert row["identical"] == "1 of 1", row
+        assert row["exit_codes"][0][-1] == 0
+    assert any(row["exit_codes"][0][0] == -9 for row in told["rows"])
