@@ -10,11 +10,12 @@ Studies and bare runs take turns, each in a fresh process whose libraries keep t
 The bare runs before and after a study are its reference, and the median over turns counts. The start of the
 workers, and of the code that they load for their first four runs, is left out, told beside it (`start_s`),
 and part of `efficiency_with_start`. `two processes` do bare runs at the same time and know nothing of each
-other: what this machine leaves of two cores before any engine takes its share. What else runs there counts
-in all of these, but not in `efficiency_cpu`: processor time of bare runs over that of coordinator and
-workers.
+other: what this machine leaves of two cores before any engine takes its share, for cores share caches and
+memory. `efficiency_of_pair` is the study's share of that, and `efficiency_cpu` the same of processor time
+(coordinator and workers), in which what else the machine does counts least.
 
-`overhead_ms` of a run is of a worker's time, `overhead_cpu_ms` of processor time. `peaks_mb` are the greatest
+`overhead_ms` of a run is of a worker's time over a bare run, `overhead_cpu_ms` of processor time over a run
+of the pair. `peaks_mb` are the greatest
 resident memories of coordinator and workers. `max_abs_error` is the greatest difference between results of a
 study and of bare runs.
 """
@@ -43,7 +44,7 @@ _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 def run(rounds: int = 3, long_runs: int = 80, short_runs: int = 2000, short_bare: int = 200,
         progress: Callable[[float], None] | None = None) -> dict[str, Any]:
     """Runs of `_LONG_S` in so many rounds, and short runs once."""
-    steps = _Steps(3 * rounds + 5, progress)
+    steps = _Steps(3 * rounds + 6, progress)
     with _one_thread(), ProcessPoolExecutor(
             WORKERS, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
         duration_s = steps.done(pool.submit(duration_for, _LONG_S).result())
@@ -58,9 +59,11 @@ def run(rounds: int = 3, long_runs: int = 80, short_runs: int = 2000, short_bare
         short_bares = [steps.done(pool.submit(bare, few).result())]
         short_study = steps.done(pool.submit(studied, short).result())
         short_bares.append(steps.done(pool.submit(bare, few).result()))
-    rows = [_row(f"study, {len(bares[0].found)} runs", studies, bares),
+        short_pair = steps.done(_at_once(pool, few))
+    rows = [_row(f"study, {len(bares[0].found)} runs", studies, bares, pairs),
             _timing("two processes, the same runs", pairs, bares),
-            _row(f"study, {len(short_study.found)} short runs", [short_study], short_bares)]
+            _row(f"study, {len(short_study.found)} short runs", [short_study], short_bares, [short_pair]),
+            _timing("two processes, short runs", [short_pair], short_bares)]
     return {"bench": "study", "rows": rows,
             "max_abs_error": max(_apart(each, bares[0]) for each in studies)}
 
@@ -108,27 +111,32 @@ def _timing(case: str, turns: Sequence[Timed], bares: Sequence[Timed]) -> dict[s
             "reference_us_median": float(np.median(bare_us)), "ratio": float(np.median(us / bare_us))}
 
 
-def _row(case: str, studies: Sequence[Timed], bares: Sequence[Timed]) -> dict[str, Any]:
+def _row(case: str, studies: Sequence[Timed], bares: Sequence[Timed], pairs: Sequence[Timed]
+         ) -> dict[str, Any]:
     """A row of the table from what each turn of a study measured."""
     runs = len(studies[0].found)
-    wall_s, run_s, cpu_s = (np.array([getattr(each, key) for each in studies])
-                            for key in ("wall_s", "run_s", "cpu_s"))
-    bare_s, bare_cpu_s = _around(bares, "run_s"), _around(bares, "cpu_s")
+    wall_s, run_s, cpu_s = (_each(studies, key) for key in ("wall_s", "run_s", "cpu_s"))
+    bare_s, pair_s, pair_cpu_s = _around(bares, "run_s"), _each(pairs, "run_s"), _each(pairs, "cpu_s")
     return {
         **_timing(case, studies, bares),
         "efficiency": float(np.median(bare_s / run_s)),
         "efficiency_with_start": float(np.median(bare_s / (WORKERS * wall_s / runs))),
-        "efficiency_cpu": float(np.median(bare_cpu_s / cpu_s)),
+        "efficiency_of_pair": float(np.median(pair_s / run_s)),
+        "efficiency_cpu": float(np.median(pair_cpu_s / cpu_s)),
         "start_s": float(np.median(wall_s - run_s * runs / WORKERS)),
         "overhead_ms": 1e3 * float(np.median(run_s - bare_s)),
-        "overhead_cpu_ms": 1e3 * float(np.median(cpu_s - bare_cpu_s)),
+        "overhead_cpu_ms": 1e3 * float(np.median(cpu_s - pair_cpu_s)),
         "peaks_mb": {who: max(peak for each in studies for peak in each.peaks_mb[who])
                      for who in ("coordinator", "workers")}}
 
 
+def _each(turns: Sequence[Timed], key: str) -> Array:
+    return np.array([getattr(each, key) for each in turns])
+
+
 def _around(bares: Sequence[Timed], key: str) -> Array:
     """Mean of a quantity before and after each turn."""
-    values = np.array([getattr(each, key) for each in bares])
+    values = _each(bares, key)
     return np.asarray((values[:-1] + values[1:]) / 2.0)
 
 

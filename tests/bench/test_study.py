@@ -53,10 +53,12 @@ def test_a_row_says_what_made_up_times_come_to(made_up):
     result = study.run(rounds=2, long_runs=4, short_runs=4, short_bare=4, progress=shares.append)
     assert list(result) == ["bench", "rows", "max_abs_error"]
     assert result["max_abs_error"] == 0.25
-    row, alone, short = result["rows"]
+    row, alone, short, _ = result["rows"]
     assert list(row)[:7] == ["case", "us_median", "us_p99", "us_worst", "reference", "reference_us_median",
                              "ratio"]
     assert row["us_median"] == pytest.approx(0.44e6)
+    # Of the pair, the slower counts: .5 s.
+    assert row["efficiency_of_pair"] == pytest.approx(0.5 / 0.44)
     assert row["efficiency_cpu"] == short["efficiency_cpu"] == pytest.approx(0.3 / 0.33)
     assert row["overhead_cpu_ms"] == pytest.approx(30.0)
     # Two workers and 2 s for 4 runs: 1 s a run with the start, of which .44 s without it.
