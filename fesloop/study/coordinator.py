@@ -10,13 +10,11 @@ from __future__ import annotations
 import time
 import zlib
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from itertools import groupby
-from operator import itemgetter
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Protocol
+from typing import Any
 
 from fesloop.errors import InputError, InputErrors, RunError
 from fesloop.study.cells import base_cells
@@ -24,31 +22,13 @@ from fesloop.study.cluster import connected, require_workers, threads
 from fesloop.study.plan import Resolver, Settings, in_cell, plan
 from fesloop.study.preparing import Preparations, Prepared, prepare_one
 from fesloop.study.pump import Done, Task, pumped
-from fesloop.study.store import Store, StoredResult
+from fesloop.study.running import DIED, ending, run_pending
+from fesloop.study.store import Store
 from fesloop.study.study import Study
-from fesloop.study.task import NO_ROOM, Outcome, Wanted, run_one
-from fesloop.study.versions import version_text
+from fesloop.study.task import Wanted, run_one
+from fesloop.study.watch import Nobody, Watch
 
-DIED = "the worker process ended, each time it was tried (out of memory, or a crash in compiled code)"
 _LOOK_S = 0.5
-
-
-class Watch(Protocol):
-    """Who is told how far a study is."""
-
-    def stage(self, text: str, fraction: float | None = None) -> None:
-        """What is being done before the runs."""
-
-    def runs(self, done: int, failed: Mapping[str, int], total: int) -> None:
-        """Runs that are done, that failed by cause, and all; told also while nothing comes."""
-
-
-class _Nobody:
-    def stage(self, text: str, fraction: float | None = None) -> None:
-        pass
-
-    def runs(self, done: int, failed: Mapping[str, int], total: int) -> None:
-        pass
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,22 +55,6 @@ class Summary:
                 "failed": self.failed, "wall_s": self.wall_s}
 
 
-@dataclass(slots=True)
-class Tally:
-    """Runs that are done, and that failed by cause."""
-
-    done: int
-    failed: dict[str, int]
-
-    def add(self, results: Sequence[StoredResult]) -> None:
-        """Count results."""
-        for each in results:
-            if each.status == "done":
-                self.done += 1
-            else:
-                self.failed[each.cause] = self.failed.get(each.cause, 0) + 1
-
-
 def run_study(study: Study, out: str | Path = "studies", *, workers: int | None = None,
               scheduler: str | None = None, retry_failed: bool = False, mix_versions: bool = False,
               watch: Watch | None = None) -> Summary:
@@ -106,7 +70,7 @@ def run_study(study: Study, out: str | Path = "studies", *, workers: int | None 
     gone or a disk is full; what was noted until then is kept.
     """
     began = time.perf_counter()
-    watch = watch or _Nobody()
+    watch = watch or Nobody()
     require_workers(workers)
     preparations = Preparations(study)
     with Store(Path(out) / study.name, study, mix_versions=mix_versions) as store:
@@ -134,7 +98,7 @@ def _come_to_results(client: Any, study: Study, preparations: Preparations, stor
         with TemporaryDirectory(prefix="fesloop-") as folder:
             settings = _prepare(client, study, preparations, store, Path(folder), retry_failed, watch)
             store.put_plan(plan(study, settings, lambda share: watch.stage("plan", share)))
-    _run(client, study, store, retry_failed, watch)
+    run_pending(client, study, store, retry_failed, watch)
 
 
 def await_workers(client: Any, watch: Watch) -> None:
@@ -168,7 +132,7 @@ def _try_bases(client: Any, study: Study, watch: Watch) -> None:
     faults = []
     for each in _each(pumped(client, iter(tasks))):
         cell = cells[int(each.id.removeprefix("base-"))]
-        status, cause = _ending(each)
+        status, cause = ending(each)
         if status != "done":
             faults.append(in_cell(InputError(cell.experiment, f"the base experiment itself fails: {cause}",
                                              "one that runs to its end",
@@ -198,93 +162,6 @@ def _prepare(client: Any, study: Study, preparations: Preparations, store: Store
         else:
             causes[id] = cause
     return lambda cell: preparations.settings(cell, files, causes)
-
-
-def _run(client: Any, study: Study, store: Store, retry_failed: bool, watch: Watch) -> None:
-    """Run what is pending, and note what comes."""
-    total, tally = store.distinct_runs(), Tally(*store.counts())
-    if retry_failed:
-        tally.failed.clear()
-    watch.runs(tally.done, tally.failed, total)
-
-    def wait() -> None:
-        if threads(client):
-            watch.runs(tally.done, tally.failed, total)
-        else:
-            watch.stage("wait for workers")
-
-    def note(several: Iterable[Done]) -> None:
-        tally.add(_put(store, several))
-        watch.runs(tally.done, tally.failed, total)
-
-    died = []
-    for several in pumped(client, _tasks(study, store, store.pending(retry_failed=retry_failed)), wait):
-        died += [each.id for each in several if _died(each)]
-        note(each for each in several if not _died(each))
-    # A run that lay beside one that ends its worker shared its fate: each of them is tried with nothing else
-    # under way, and fails only if its worker ends then.
-    for suspect in store.pending(retry_failed=retry_failed) if died else ():
-        if suspect[2] in died:
-            for several in pumped(client, _tasks(study, store, [suspect]), wait):
-                note(several)
-
-
-def _put(store: Store, several: Iterable[Done]) -> list[StoredResult]:
-    """Note what came of runs. Raises RunError, when the others are noted, for one that is no result."""
-    results, refusals = [], []
-    for each in several:
-        refusal = _refusal(each)
-        if refusal is None:
-            results.append(_result(each))
-        else:
-            refusals.append(refusal)
-    store.put(results)
-    if refusals:
-        raise refusals[0]
-    return results
-
-
-def _died(each: Done) -> bool:
-    return type(each.fault).__name__ == "KilledWorker"
-
-
-def _tasks(study: Study, store: Store, pending: Iterable[tuple[int, int, str]]) -> Iterator[Task]:
-    wanted = Wanted(study.metrics, study.about.recordings, str((store.path.parent / "recordings").absolute()))
-    for number, runs in groupby(pending, itemgetter(0)):
-        document = store.document(number)
-        for _, seed, id in runs:
-            yield Task(id, run_one, (id, document, seed, wanted))
-
-
-def _result(each: Done) -> StoredResult:
-    """What is noted of a run."""
-    if each.outcome is None:
-        return StoredResult(id=each.id, status="failed", cause=_ending(each)[1], metrics={}, wall_s=0.0,
-                            worker="")
-    outcome: Outcome = each.outcome
-    return StoredResult(id=outcome.id, status=outcome.status, cause=outcome.cause, metrics=outcome.metrics,
-                        wall_s=outcome.wall_s, worker=outcome.worker, recording=outcome.recording)
-
-
-def _refusal(each: Done) -> RunError | None:
-    """What ends the study: a worker that could not record, or is of another version."""
-    outcome: Outcome | None = each.outcome
-    if outcome is not None and outcome.status == NO_ROOM:
-        return RunError(f"a worker's disk is full ({outcome.worker}: {outcome.cause}); what was done is "
-                        "kept; make room, and start the study again to go on")
-    if outcome is not None and outcome.version != version_text():
-        return RunError(f"a worker that came later has another version ({outcome.worker}); what was done is "
-                        "kept; install the same versions, and start the study again to go on")
-    return None
-
-
-def _ending(each: Done) -> tuple[str, str]:
-    """Status and cause of a run."""
-    if each.outcome is not None:
-        return each.outcome.status, each.outcome.cause
-    if _died(each):
-        return "failed", DIED
-    return "failed", " ".join(f"{type(each.fault).__name__}: {each.fault}".split())
 
 
 def _each(several: Iterator[list[Done]]) -> Iterator[Done]:

@@ -14,13 +14,15 @@ from typing import Any
 
 from fesloop.errors import RunError
 from fesloop.study.cluster import connected, require_workers, threads
-from fesloop.study.coordinator import DIED, Watch, await_workers, meanwhile
+from fesloop.study.coordinator import await_workers, meanwhile
 from fesloop.study.plan import PlannedCell, plan
 from fesloop.study.pump import Task, pumped
 from fesloop.study.results import load
+from fesloop.study.running import DIED
 from fesloop.study.store_file import FILE
 from fesloop.study.study import Study
 from fesloop.study.task import Outcome, Wanted, run_one
+from fesloop.study.watch import Watch
 
 _TRIED = 8
 """Cells that are tried, spread evenly over the study (chosen)."""

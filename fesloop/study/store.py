@@ -14,36 +14,21 @@ one. A result is there once or not at all: its row's key is the run's id.
 
 from __future__ import annotations
 
-import errno
 import json
-import os
-import shutil
-import sqlite3
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from tempfile import TemporaryFile
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
-from fesloop.errors import InputError, RunError
+from fesloop.errors import InputError
 from fesloop.study.plan import PlannedCell
-from fesloop.study.store_file import (
-    FILE,
-    FORMAT,
-    ROOM_BYTES,
-    TABLE_NAMES,
-    TABLES,
-    locked,
-    opened,
-    unusable,
-    why,
-)
+from fesloop.study.store_claim import claim, is_empty
+from fesloop.study.store_file import FILE, locked, named, opened, require_room, transaction
 from fesloop.study.study import Study
-from fesloop.study.versions import differences, version_text
 
 _PUT = """
 INSERT INTO results VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT(id) DO UPDATE SET status = excluded.status,
@@ -96,26 +81,12 @@ class Store:
 
     def __init__(self, folder: Path, study: Study, *, mix_versions: bool = False) -> None:
         self.path = folder / FILE
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            free = shutil.disk_usage(folder).free
-            # SQLite opens, and even locks, what it cannot write to, and says so at its first commit only.
-            with TemporaryFile(dir=folder):
-                pass
-            if self.path.exists() and not os.access(self.path, os.W_OK):
-                raise PermissionError(errno.EACCES, f"{FILE} in it may only be read")
-        except OSError as fault:
-            full = fault.errno == errno.ENOSPC
-            raise unusable(folder, "the disk is full" if full else
-                           f"cannot be written to: {fault.strerror}") from None
-        if free < ROOM_BYTES:
-            raise unusable(folder, f"the disk is full, {free / 1e6:.0f} MB are left")
+        require_room(folder)
         self._lock = locked(folder)
         try:
-            with self._named():
+            with named(self.path):
                 self._file = opened(self.path)
-                self._begin(study)
-                self._version = self._known_version(mix_versions)
+                self._version = claim(self._file, self.path, study, mix_versions)
         except BaseException:
             self._lock.close()
             raise
@@ -132,48 +103,6 @@ class Store:
         self._file.close()
         self._lock.close()
 
-    def _begin(self, study: Study) -> None:
-        """Make the tables of a new file; hold an old one against the study."""
-        document = json.dumps(study.document, sort_keys=True)
-        tables = {name for (name,) in self._file.execute("SELECT name FROM sqlite_master")}
-        if not tables or (tables >= TABLE_NAMES and self._is_empty()):
-            about = {"format": FORMAT, "name": study.name, "form": study.form, "study": document,
-                     "created": datetime.now(UTC).isoformat(timespec="seconds")}
-            with self._transaction():
-                for name in sorted(tables & TABLE_NAMES):
-                    self._file.execute(f"DROP TABLE {name}")
-                for statement in TABLES.split(";")[:-1]:
-                    self._file.execute(statement)
-                self._file.executemany("INSERT INTO about VALUES(?, ?)", about.items())
-            return
-        about = dict(self._file.execute("SELECT key, value FROM about")) if "about" in tables else {}
-        if about.get("format") != FORMAT:
-            raise InputError(str(self.path), f"is {about.get('format', 'no study of fesloop')!r}", FORMAT,
-                             "give another --out, or move the file away")
-        if about["study"] != document:
-            raise InputError(str(self.path), f"was made by another study: "
-                             f"{_first_difference(json.loads(about['study']), study.document)}",
-                             "the study that made it", "give another --out, or move the file away")
-
-    def _is_empty(self) -> bool:
-        """Whether nothing has come of a study yet: its file is any study's then."""
-        return not any(self._file.execute(f"SELECT 1 FROM {name} LIMIT 1").fetchone()
-                       for name in ("results", "prepared"))
-
-    def _known_version(self, mix_versions: bool) -> int:
-        """The number of this version, noted in the file."""
-        here = version_text()
-        there = [text for (text,) in self._file.execute("SELECT text FROM versions ORDER BY version")]
-        if there and here not in there and not mix_versions:
-            raise InputError(str(self.path), f"was made by another version: {differences(there[-1], here)}",
-                             "the version that made it",
-                             "give another --out, or --mix-versions to go on regardless")
-        if here not in there:
-            with self._transaction():
-                self._file.execute("INSERT INTO versions VALUES(?, ?)", (len(there), here))
-            return len(there)
-        return there.index(here)
-
     def put_plan(self, cells: Iterable[PlannedCell]) -> float:
         """Note every cell and run, or hold them against those that are there; the simulated seconds of all.
 
@@ -181,7 +110,7 @@ class Store:
         """
         planned = self._file.execute("SELECT count(*) FROM cells").fetchone()[0]
         simulated_s = 0.0
-        with self._named(), self._transaction():
+        with named(self.path), self._transaction():
             for each in cells:
                 self._hold_against(each) if planned else self._add(each)
                 simulated_s += each.simulated_s * len(each.runs)
@@ -257,7 +186,7 @@ class Store:
     @property
     def started(self) -> bool:
         """Whether anything has come of the study before."""
-        return not self._is_empty()
+        return not is_empty(self._file)
 
     def distinct_runs(self) -> int:
         """How many runs are planned, those that several cells share counted once."""
@@ -274,41 +203,5 @@ class Store:
         """How long each run that has a result took."""
         return [seconds for (seconds,) in self._file.execute("SELECT wall_s FROM results")]
 
-    @contextmanager
-    def _transaction(self) -> Iterator[None]:
-        """All or nothing, and on the disk when it is over."""
-        try:
-            self._file.execute("BEGIN IMMEDIATE")
-            try:
-                yield
-                self._file.execute("COMMIT")
-            except BaseException:
-                if self._file.in_transaction:
-                    self._file.execute("ROLLBACK")
-                raise
-        except sqlite3.Error as fault:
-            raise RunError(f"{self.path}: {why(fault)}; what stood in it before is kept; make room or mend "
-                           "the disk, and start the study again") from None
-
-    @contextmanager
-    def _named(self) -> Iterator[None]:
-        """What SQLite says of a file that is none of its own, as an error of the user's."""
-        try:
-            yield
-        except sqlite3.DatabaseError as fault:
-            raise InputError(str(self.path), f"is damaged, or no study of fesloop: {fault}", FORMAT,
-                             "give another --out, or move the file away") from None
-
-
-def _first_difference(there: Any, here: Any, path: str = "") -> str:
-    """The first key in which two study documents differ, and both values."""
-    if isinstance(there, dict) and isinstance(here, dict):
-        for key in {**there, **here}:
-            if there.get(key) != here.get(key):
-                return _first_difference(there.get(key), here.get(key), f"{path}.{key}" if path else str(key))
-    return f"{path} is {_shown(there)} there, {_shown(here)} here"
-
-
-def _shown(value: Any) -> str:
-    text = json.dumps(value)
-    return text if len(text) <= 60 else text[:57] + "..."
+    def _transaction(self) -> AbstractContextManager[None]:
+        return transaction(self._file, self.path)

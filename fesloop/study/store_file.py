@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import shutil
 import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryFile
 
-from fesloop.errors import InputError
+from fesloop.errors import InputError, RunError
 
 FORMAT = "fesloop study 1"
 FILE = "study.sqlite"
@@ -24,6 +30,24 @@ CREATE TABLE prepared(id TEXT PRIMARY KEY, key TEXT, status TEXT, cause TEXT, co
 CREATE INDEX runs_by_id ON runs(id);
 """
 TABLE_NAMES = {"about", "cells", "runs", "results", "versions", "prepared"}
+
+
+def require_room(folder: Path) -> None:
+    """Make a folder; InputError where that cannot be, it cannot be written to, or has no room for a study."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        free = shutil.disk_usage(folder).free
+        # SQLite opens, and even locks, what it cannot write to, and says so at its first commit only.
+        with TemporaryFile(dir=folder):
+            pass
+        if (folder / FILE).exists() and not os.access(folder / FILE, os.W_OK):
+            raise PermissionError(errno.EACCES, f"{FILE} in it may only be read")
+    except OSError as fault:
+        full = fault.errno == errno.ENOSPC
+        raise unusable(folder, "the disk is full" if full else
+                       f"cannot be written to: {fault.strerror}") from None
+    if free < ROOM_BYTES:
+        raise unusable(folder, f"the disk is full, {free / 1e6:.0f} MB are left")
 
 
 def opened(path: Path) -> sqlite3.Connection:
@@ -64,3 +88,30 @@ def why(fault: sqlite3.Error) -> str:
     """SQLite's words, with those for a full disk as a user knows them."""
     text = str(fault)
     return "the disk is full" if "full" in text else f"cannot be written ({text})"
+
+
+@contextmanager
+def transaction(file: sqlite3.Connection, path: Path) -> Iterator[None]:
+    """All or nothing, and on the disk when it is over. Raises RunError where that cannot be."""
+    try:
+        file.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+            file.execute("COMMIT")
+        except BaseException:
+            if file.in_transaction:
+                file.execute("ROLLBACK")
+            raise
+    except sqlite3.Error as fault:
+        raise RunError(f"{path}: {why(fault)}; what stood in it before is kept; make room or mend the disk, "
+                       "and start the study again") from None
+
+
+@contextmanager
+def named(path: Path) -> Iterator[None]:
+    """What SQLite says of a file that is none of its own, as an error of the user's."""
+    try:
+        yield
+    except sqlite3.DatabaseError as fault:
+        raise InputError(str(path), f"is damaged, or no study of fesloop: {fault}", FORMAT,
+                         "give another --out, or move the file away") from None

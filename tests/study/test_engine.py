@@ -17,11 +17,12 @@ from fesloop.experiment import registry
 from fesloop.experiment.identifying import identifier
 from fesloop.experiment.reading import Recording
 from fesloop.experiment.trial import run
-from fesloop.study import cluster, coordinator, load, task
+from fesloop.study import cluster, coordinator, load, running, task
 from fesloop.study.cluster import connected
-from fesloop.study.coordinator import DIED, run_study
+from fesloop.study.coordinator import run_study
 from fesloop.study.preparing import prepare_one
 from fesloop.study.pump import Task, pumped
+from fesloop.study.running import DIED
 from fesloop.study.study_file import read_study
 
 LATENCIES = "[axes.latency_ms]\nvalues = [0, 20, 40]\n"
@@ -67,14 +68,14 @@ def test_any_number_of_workers_gives_the_same_results(crossed, tmp_path, workers
 
 def test_any_order_of_runs_gives_the_same_results(crossed, address, tmp_path, monkeypatch):
     study, results = crossed
-    in_order = coordinator._tasks
+    in_order = running._tasks
 
     def shuffled(*given):
         tasks = list(in_order(*given))
         Random(4).shuffle(tasks)
         return iter(tasks)
 
-    monkeypatch.setattr(coordinator, "_tasks", shuffled)
+    monkeypatch.setattr(running, "_tasks", shuffled)
     assert load(run_study(study, tmp_path, scheduler=address).store).digest() == results.digest()
 
 

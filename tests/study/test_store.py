@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from fesloop.errors import InputError, InputErrors, RunError
-from fesloop.study import load, store
+from fesloop.study import load, store_claim
 from fesloop.study.cells import Cell
 from fesloop.study.plan import PlannedCell, PlannedRun
 from fesloop.study.store import Store, StoredResult
@@ -156,10 +156,10 @@ def test_a_store_of_another_study_is_refused_and_says_what_differs(folder):
 
 
 def test_a_store_of_another_version_is_refused_until_it_is_asked_for(folder, monkeypatch):
-    here = store.version_text()
+    here = store_claim.version_text()
     other = here.replace('"numpy": "', '"numpy": "9')
     assert other != here
-    monkeypatch.setattr(store, "version_text", lambda: other)
+    monkeypatch.setattr(store_claim, "version_text", lambda: other)
     with pytest.raises(InputError, match=r"another version: numpy \S+ there, 9\S+ here;.*--mix-versions"):
         Store(folder, a_study())
     with Store(folder, a_study(), mix_versions=True) as kept:
