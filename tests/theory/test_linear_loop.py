@@ -65,6 +65,13 @@ def test_jitter_that_cannot_vary_is_latency():
     assert not linear_loop(still).random
 
 
+def test_the_delay_of_the_plant_itself_is_latency_of_what_comes_to_it():
+    muscles, wire = (
+        stationary_cost(load("linear_loop", (f"blocks.finger.delay_ms={delay}", f"actuation_ms={latency}")))
+        for delay, latency in ((20, 5.5), (0, 25.5)))
+    assert np.array_equal(muscles.rms, wire.rms)
+
+
 def test_jitter_of_a_nanosecond_is_as_good_as_none():
     wire = {"latency_ms": 5.0}
     sure, hardly = (stationary_cost(sensed_loop(-4.0, 14.0, 1.0, {**wire, **more}, plant_rate=100))

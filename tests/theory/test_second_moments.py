@@ -87,6 +87,23 @@ def test_the_recursion_of_a_chain_is_its_kronecker_matrix(seed, size, ages, scal
         assert np.allclose(recursion.at_rest(), wanted, rtol=1e-6, atol=1e-8 * np.abs(wanted).max())
 
 
+@given(st.integers(0, 2**31))
+@settings(max_examples=20, deadline=None)
+def test_a_chain_that_is_drawn_twice_a_period_weights_noise_by_its_odds_of_then(seed):
+    early, takes, _, matrix, noise = chain(seed, 3, 2, 0.3)
+    late, other, _, step, more = chain(seed + 1, 3, 2, 0.3)
+    before = np.linalg.matrix_power(early @ late, 2000)[0]
+    recursion = period(Draw(early, takes), flow(matrix, noise), Draw(late, other), flow(step, more),
+                       ages=before)
+    found = recursion.after(np.zeros((2, 3, 3)), noise=True)
+    between = before @ early
+    wanted = []
+    for j in range(2):
+        moved = step @ np.eye(3)[other[j]]
+        wanted.append(before[j] * more + (between @ late[:, j]) * moved @ noise @ moved.T)
+    assert np.allclose(found, wanted)
+
+
 def test_moments_at_rest_stay_and_are_positive():
     chances, takes, odds, matrix, noise = chain(5, 4, 3, 0.4)
     recursion = period(Draw(chances, takes), flow(matrix, noise), ages=odds)

@@ -119,6 +119,7 @@ def test_bursts_as_short_as_chance_has_them_are_losses_one_by_one():
     ({"latency_ms": 3.0, "jitter": uniform(-2, 21)}, 150, 14.0),
     ({"latency_ms": 0.0, "jitter": uniform(0, 50), "loss": 0.4}, 25, 7.0),
     ({"latency_ms": 11.0, "loss": 0.5}, 100, 14.0),
+    ({"latency_ms": 2.0, "loss": 0.5, "burst_messages": 6.0}, 200, 10.0),
 ])
 def test_jitter_and_loss_on_the_way_from_a_sensor_as_a_jump_system_drawn_in_numpy(wire, rate, gain):
     growth, runs, ticks = -4.0, 4000, 150
@@ -129,13 +130,23 @@ def test_jitter_and_loss_on_the_way_from_a_sensor_as_a_jump_system_drawn_in_nump
     assert abs(found.rms[0] ** 2 - mean) < 4.0 * sd
 
 
+def lost(rng, wire, shape):
+    """Which messages of each run are lost, one by one or in bursts."""
+    share, burst = wire.get("loss", 0.0), wire.get("burst_messages", 0.0)
+    fates = rng.random(shape) < share
+    for k in range(1, shape[1] if burst else 0):
+        begins = share / burst / (1.0 - share)
+        fates[:, k] = rng.random(shape[0]) < np.where(fates[:, k - 1], 1.0 - 1.0 / burst, begins)
+    return fates
+
+
 def drawn(growth, gain, wire, rate, runs, ticks):
     """Mean squares at late ticks of many loops, each message with its own noise, delay and fate."""
     rng = np.random.default_rng(7)
     low, high = (wire["jitter"].low_ms, wire["jitter"].high_ms) if "jitter" in wire else (0.0, 0.0)
     sent_ms = np.floor(np.arange(ticks * rate // 50 + 1) * 1e9 / rate) * 1e-6
     arrival = sent_ms + wire["latency_ms"] + rng.uniform(low, high, (runs, sent_ms.size))
-    arrival[rng.random(arrival.shape) < wire.get("loss", 0.0)] = np.inf
+    arrival[lost(rng, wire, arrival.shape)] = np.inf
     x, u, squares = np.zeros(runs), np.zeros(runs), np.zeros(runs)
     value = np.zeros((runs, sent_ms.size))
     for k in range(ticks):
