@@ -50,8 +50,15 @@ def test_prediction_across_the_age_of_a_sample_is_what_bears_latency(tmp_path):
     def error(control):
         return run(tmp_path, f"control={control}", "latency_ms=150").metrics["joint_rmse_deg"][0]
 
+    assert error("mpc_adaptive") < 0.3
     assert error("mpc") < 1.0
-    assert min(error("pid"), error("mpc_no_compensation")) > 8.0
+    assert min(error("pid"), error("mpc_no_compensation")) > 5.0
+
+
+def test_a_finger_much_stronger_and_quicker_than_told_does_not_swing(tmp_path):
+    for control, most_deg in (("mpc", 1.0), ("mpc_adaptive", 0.3)):
+        settings = (f"control={control}", "strength=1.5", "speed=1.3", "latency_ms=0")
+        assert run(tmp_path, *settings).metrics["joint_rmse_deg"][0] < most_deg
 
 
 def test_jitter_moves_arrivals_between_none_and_the_most_that_is_asked_for():
