@@ -93,9 +93,10 @@ def linear_loop(experiment: Experiment) -> LinearLoop:
     plant, downstream = _plant_of_the_loop(experiment)
     used, forms = _forms_upstream(plant, downstream, wiring.connections, experiment.seed)
     outputs = sorted({c.source_port for c in used if c.source is plant})
-    if len(outputs) > 1:
+    if len(outputs) != 1:
         names = [plant.part.outputs[port].name for port in outputs]
-        raise uncovered(plant.name, f"outputs {' and '.join(names)} are fed back", "one")
+        raise uncovered(plant.name, f"{' and '.join(names) or 'no output'} fed back in a way that makes a "
+                        "difference at rest", "one output")
     plant_form = _plant_form(plant, plant.part.outputs[outputs[0]].name)
     for connection in used:
         if connection.target is plant and not connection.wire.target.endswith(f".{plant_form.input}"):
@@ -105,7 +106,8 @@ def linear_loop(experiment: Experiment) -> LinearLoop:
     truth = _truth_port(experiment, plant, outputs[0])
     port = plant.part.outputs[truth]
     rows = _plant_form(plant, port.name).c
-    truth_names = experiment.score.joints or tuple(f"{port.name}[{i}]" for i in range(len(rows)))
+    named = len(experiment.score.joints) == len(rows)
+    truth_names = experiment.score.joints if named else tuple(f"{port.name}[{i}]" for i in range(len(rows)))
     return LinearLoop(
         name=experiment.name, plant=plant, plant_form=plant_form, connections=used,
         blocks=tuple((node, forms[node.name]) for node in wiring.nodes if node.name in forms),

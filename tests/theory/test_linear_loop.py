@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 from linear_parts import scalar_loop, sensed_loop, uniform
 
+from controllers.programme import Programme
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.parse import load
 from fesloop.experiment.wanted import Score
 from fesloop.loop.duration import Duration
 from fesloop.loop.wire import Wire
+from fesloop.loop.wiring import Node
 from fesloop.theory import critical_latency_ms, linear_loop, stationary_cost
 
 SENSED = 'wires."tracker.angles->controller.measured"'
@@ -55,6 +57,18 @@ def test_jitter_on_two_wires_or_with_losses_in_bursts_is_turned_away():
 def test_what_is_not_linear_is_named(name, named):
     with pytest.raises(InputError, match=named):
         linear_loop(load(name))
+
+
+def test_a_plant_that_only_a_watchdog_hears_of_is_on_no_linear_loop():
+    nodes = {node.name: node for node in load("finger_pid_latency").nodes}
+    steady = Programme(times_s=(0.0,), current_ma=((20.0,) * 4,), width_us=((100.0,) * 4,))
+    watched = Experiment(
+        name="watched", duration_s=1.0,
+        nodes=(Node("programme", steady, rate=50), nodes["safety"], nodes["finger"], nodes["tracker"]),
+        wires=(Wire("programme.stimulation", "safety.stimulation"), Wire("finger.angles", "tracker.angles"),
+               Wire("tracker.angles", "safety.posture"), Wire("safety.stimulation", "finger.stimulation")))
+    with pytest.raises(InputError, match="no output fed back"):
+        linear_loop(watched)
 
 
 def test_jitter_that_cannot_vary_is_latency():
