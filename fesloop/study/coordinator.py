@@ -18,11 +18,11 @@ from typing import Any
 
 from fesloop.errors import InputError, InputErrors, RunError
 from fesloop.study.cells import base_cells
-from fesloop.study.cluster import connected, require_workers, threads
+from fesloop.study.cluster import connected, require_workers
 from fesloop.study.plan import Resolver, Settings, in_cell, plan
 from fesloop.study.preparing import Preparations, Prepared, prepare_one
 from fesloop.study.pump import Done, Task, pumped
-from fesloop.study.running import DIED, ending, run_pending
+from fesloop.study.running import DIED, ending, run_pending, tell_lack
 from fesloop.study.store import Store
 from fesloop.study.study import Study
 from fesloop.study.task import Wanted, run_one
@@ -103,10 +103,9 @@ def _come_to_results(client: Any, study: Study, preparations: Preparations, stor
 
 def await_workers(client: Any, watch: Watch) -> None:
     """Wait until a cluster has workers, which a queue of jobs may give it late."""
-    while not threads(client):
+    while tell_lack(client, watch):
         if client.status != "running":
             raise RunError("the scheduler is gone before any worker came to it")
-        watch.stage("wait for workers")
         time.sleep(_LOOK_S)
 
 
@@ -130,7 +129,7 @@ def _try_bases(client: Any, study: Study, watch: Watch) -> None:
             experiment.fingerprint(), zlib.compress(experiment.as_json().encode()), study.about.seed,
             Wanted(study.metrics, "none", ""))))
     faults = []
-    for each in _each(pumped(client, iter(tasks))):
+    for each in _each(pumped(client, iter(tasks), lambda: tell_lack(client, watch))):
         cell = cells[int(each.id.removeprefix("base-"))]
         status, cause = ending(each)
         if status != "done":
@@ -149,7 +148,7 @@ def _prepare(client: Any, study: Study, preparations: Preparations, store: Store
     missing = {id: each for id, each in preparations.needed.items() if id not in found}
     tasks = (Task(id, prepare_one, (id, document, study.about.seed))
              for id, (_, document) in missing.items())
-    for number, each in enumerate(_each(pumped(client, tasks))):
+    for number, each in enumerate(_each(pumped(client, tasks, lambda: tell_lack(client, watch)))):
         watch.stage("prepare", number / len(missing))
         came: Prepared = each.outcome or Prepared(each.id, "failed", DIED, "")
         store.put_prepared(each.id, missing[each.id][0], came.status, came.cause, came.content)

@@ -42,7 +42,7 @@ class Done(NamedTuple):
     fault: BaseException | None
 
 
-def pumped(client: Any, tasks: Iterator[Task], waiting: Callable[[], None] = lambda: None
+def pumped(client: Any, tasks: Iterator[Task], waiting: Callable[[], object] = lambda: None
            ) -> Iterator[list[Done]]:
     """Outcomes of all tasks, some at a time.
 

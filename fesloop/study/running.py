@@ -44,10 +44,8 @@ def run_pending(client: Any, study: Study, store: Store, retry_failed: bool, wat
     watch.runs(tally.done, tally.failed, total)
 
     def wait() -> None:
-        if threads(client):
+        if not tell_lack(client, watch):
             watch.runs(tally.done, tally.failed, total)
-        else:
-            watch.stage("wait for workers")
 
     def note(several: Iterable[Done]) -> None:
         tally.add(_put(store, several))
@@ -63,6 +61,14 @@ def run_pending(client: Any, study: Study, store: Store, retry_failed: bool, wat
         if suspect[2] in died:
             for several in pumped(client, _tasks(study, store, [suspect]), wait):
                 note(several)
+
+
+def tell_lack(client: Any, watch: Watch) -> bool:
+    """Tell that a cluster has no workers, if it has none."""
+    lack = not threads(client)
+    if lack:
+        watch.stage("wait for workers")
+    return lack
 
 
 def _put(store: Store, several: Iterable[Done]) -> list[StoredResult]:
