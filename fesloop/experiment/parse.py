@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
+from fesloop.experiment.blas import one_blas_thread
 from fesloop.experiment.checking import check, kinds_in, raise_all
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.patient_models import with_models
@@ -82,6 +83,7 @@ def read(experiment: str | Path) -> tuple[str, dict[str, Any]]:
         raise InputError(text, f"is not TOML: {fault}", remedy="mend the line") from None
 
 
+@one_blas_thread()
 def from_document(document: Mapping[str, Any], name: str = "experiment") -> Experiment:
     """The experiment that plain tables describe, such as those of a file or of a recording.
 

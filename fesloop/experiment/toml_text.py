@@ -16,7 +16,8 @@ def toml_text(tables: Mapping[str, Any]) -> str:
 
 
 def _lines(table: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
-    own = [f"{_key(key)} = {toml_value(value)}" for key, value in table.items() if not isinstance(value, Mapping)]
+    own = [f"{_key(key)} = {toml_value(value)}" for key, value in table.items()
+           if not isinstance(value, Mapping)]
     below = [(key, value) for key, value in table.items() if isinstance(value, Mapping)]
     lines = own
     if path and (own or not below):

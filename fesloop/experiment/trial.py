@@ -14,6 +14,7 @@ from types import FrameType
 from typing import Any
 
 from fesloop.errors import FesloopError, RunError
+from fesloop.experiment.blas import one_blas_thread
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.reading import Recording
 from fesloop.experiment.recording import RecordingWriter
@@ -165,6 +166,7 @@ class _Run:
         self._flushed = time.perf_counter()
 
 
+@one_blas_thread()
 def run(experiment: Experiment, out: Path, *, realtime: bool = False,
         progress: Progress | None = None) -> Result:
     """Run every trial, record into a new file in the folder `out`, and score the file.

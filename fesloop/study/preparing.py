@@ -13,6 +13,7 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from fesloop.errors import FesloopError, InputError, InputErrors, RunError
+from fesloop.experiment.blas import one_blas_thread
 from fesloop.experiment.identifying import identifier
 from fesloop.experiment.toml_text import toml_value
 from fesloop.experiment.trial import run
@@ -88,6 +89,7 @@ def _settings(preparation: Preparation, cell: Cell) -> tuple[str, ...]:
             *(setting for axis in preparation.axes for setting in cell.by_axis[axis]))
 
 
+@one_blas_thread()
 def prepare_one(id: str, document: bytes, seed: int) -> Prepared:
     """Run an experiment of excitation and identify what it excites; what a worker does."""
     with TemporaryDirectory(prefix="fesloop-", dir=scratch_folder()) as folder:

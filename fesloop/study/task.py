@@ -20,6 +20,7 @@ from time import perf_counter
 from typing import NamedTuple
 
 from fesloop.errors import FesloopError
+from fesloop.experiment.blas import one_blas_thread
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.parse import from_document
 from fesloop.experiment.trial import run
@@ -57,6 +58,7 @@ class Outcome(NamedTuple):
     version: str
 
 
+@one_blas_thread()
 def run_one(id: str, document: bytes, seed: int, wanted: Wanted) -> Outcome:
     """One run of the experiment of a deflated document, with a seed. What fails is told in the outcome."""
     began = perf_counter()
