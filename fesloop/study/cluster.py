@@ -10,8 +10,10 @@ import contextlib
 import json
 import logging
 import os
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from typing import Any
 
 from fesloop.errors import InputError, RunError
@@ -85,12 +87,29 @@ def _local(distributed: Any, workers: int | None) -> Iterator[Any]:
     import dask
 
     count = workers if workers is not None else os.cpu_count() or 1
-    with (dask.config.set(_SETTINGS),
-          distributed.LocalCluster(n_workers=count, threads_per_worker=1, processes=True, host=_LOOPBACK,
-                                   dashboard_address=f"{_LOOPBACK}:0", silence_logs=logging.CRITICAL,
-                                   scheduler_kwargs={"dashboard": False}) as cluster,
-          distributed.Client(cluster) as client):
-        yield client
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(dask.config.set(_SETTINGS))
+        with _unheard_interrupts():
+            cluster = stack.enter_context(distributed.LocalCluster(
+                n_workers=count, threads_per_worker=1, processes=True, host=_LOOPBACK,
+                dashboard_address=f"{_LOOPBACK}:0", silence_logs=logging.CRITICAL,
+                scheduler_kwargs={"dashboard": False}))
+        yield stack.enter_context(distributed.Client(cluster))
+
+
+@contextmanager
+def _unheard_interrupts() -> Iterator[None]:
+    """Threads and processes that are started meanwhile, and what they start, never hear Ctrl-C.
+
+    A terminal sends it to workers, too, which would tell of it in tracebacks. The caller hears it afterwards.
+    """
+    # Python starts its tracker with the first process, and unblocks interrupts after that.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

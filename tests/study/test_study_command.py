@@ -133,10 +133,12 @@ def test_a_study_that_is_ended_leaves_no_process_and_no_file_and_goes_on(tmp_pat
                 addresses |= listening([psutil.Process(process.pid), *children(process)])
                 time.sleep(0.05)
             processes = children(process)
-            os.kill(process.pid, number)
+            # A terminal sends Ctrl-C to the whole group.
+            (os.killpg if number == signal.SIGINT else os.kill)(process.pid, number)
             text, errors = process.communicate(timeout=60.0)
         assert process.returncode == (-9 if number == signal.SIGKILL else 130)
         assert text == ""
+        assert "Traceback" not in errors
         if number != signal.SIGKILL:
             assert errors.splitlines()[-1] == "fesloop: interrupted"
             assert left_over(scratch) == []
