@@ -8,7 +8,7 @@ needs no model of what is correlated within a run. It is of 99 % for all points 
 Critical latency: at 20 gains, the latency at which the running loop, without noise, turns from decay to
 growth, by bisection, against `fesloop.theory.critical_latency_ms`.
 
-Takes 9 minutes of processor time: 5 on two cores that do nothing else.
+Takes 9 minutes of processor time, shared by the workers.
 """
 
 from __future__ import annotations
