@@ -8,7 +8,7 @@ from pathlib import Path
 
 from fesloop.loop.block import Context
 from fesloop.loop.signals import Port
-from fesloop.study.preparing import Prepared
+from fesloop.study.engine.preparing import Prepared
 
 
 @dataclass(slots=True)
@@ -51,7 +51,7 @@ def slowly(value):
 
 
 def prepared_or_not(id, document, seed):
-    """In place of `fesloop.study.preparing.prepare_one`: a shipped model, unless a folder says no."""
+    """In place of `fesloop.study.engine.preparing.prepare_one`: a shipped model, unless a folder says no."""
     folder = Path(os.environ["STUDY_BLOCKS"])
     (folder / f"{id}-{time.monotonic_ns()}.prepared").touch()
     if (folder / "fails").exists():

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from fesloop.bench._disturbed_study import VICTIMS, DisturbedStudy
-from fesloop.study.results import load
+from fesloop.study.results.study_results import load
 
 NAME = "killed"
 _STUDY = """

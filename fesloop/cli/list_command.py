@@ -12,7 +12,7 @@ from fesloop.experiment import registry
 from fesloop.experiment.parse import read, shipped
 from fesloop.experiment.patients import presets
 from fesloop.experiment.variants import listed
-from fesloop.study.study_file import described_studies
+from fesloop.study.design.study_file import described_studies
 
 
 def execute(args: Namespace) -> int:

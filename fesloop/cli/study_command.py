@@ -13,12 +13,12 @@ from pathlib import Path
 from fesloop.cli.output import print_json, print_table
 from fesloop.cli.study_progress import StudyProgress, duration_text
 from fesloop.errors import InputError
-from fesloop.study.coordinator import Summary, run_study
-from fesloop.study.cost import Cost, cost
-from fesloop.study.estimates import Estimate
-from fesloop.study.results import StudyResults, load
-from fesloop.study.study import Study
-from fesloop.study.study_file import read_study
+from fesloop.study.design.study import Study
+from fesloop.study.design.study_file import read_study
+from fesloop.study.engine.coordinator import Summary, run_study
+from fesloop.study.engine.cost import Cost, cost
+from fesloop.study.results.estimates import Estimate
+from fesloop.study.results.study_results import StudyResults, load
 
 _SHOWN = 10
 
@@ -92,8 +92,8 @@ def _draw(results: StudyResults, study: Study, folder: Path) -> list[Path]:
     """The study's figures."""
     if not study.figures:
         return []
-    from fesloop.study.figures import draw
-    from fesloop.study.theory_overlays import theory_overlays
+    from fesloop.study.figures.drawing import draw
+    from fesloop.study.figures.theory_overlays import theory_overlays
 
     return [draw(results, figure, folder, theory_overlays(study, figure)) for figure in study.figures]
 

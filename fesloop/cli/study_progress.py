@@ -16,7 +16,7 @@ _SHOWN = 60
 
 
 class StudyProgress:
-    """A `fesloop.study.watch.Watch` that tells on standard error."""
+    """A `fesloop.study.engine.watch.Watch` that tells on standard error."""
 
     def __init__(self, name: str) -> None:
         self._name = name

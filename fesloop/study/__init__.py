@@ -14,25 +14,25 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fesloop.study.coordinator import Summary, run_study
-    from fesloop.study.figure_specs import Figure
-    from fesloop.study.figures import draw
-    from fesloop.study.overlays import Overlay
-    from fesloop.study.results import StudyResults, load
-    from fesloop.study.study import Study
-    from fesloop.study.study_file import read_study, study_of
+    from fesloop.study.design.study import Study
+    from fesloop.study.design.study_file import read_study, study_of
+    from fesloop.study.engine.coordinator import Summary, run_study
+    from fesloop.study.figures.drawing import draw
+    from fesloop.study.figures.overlays import Overlay
+    from fesloop.study.figures.specs import Figure
+    from fesloop.study.results.study_results import StudyResults, load
 
 _HOMES = {
-    "Figure": "fesloop.study.figure_specs",
-    "Overlay": "fesloop.study.overlays",
-    "Study": "fesloop.study.study",
-    "StudyResults": "fesloop.study.results",
-    "Summary": "fesloop.study.coordinator",
-    "draw": "fesloop.study.figures",
-    "load": "fesloop.study.results",
-    "read_study": "fesloop.study.study_file",
-    "run_study": "fesloop.study.coordinator",
-    "study_of": "fesloop.study.study_file",
+    "Figure": "fesloop.study.figures.specs",
+    "Overlay": "fesloop.study.figures.overlays",
+    "Study": "fesloop.study.design.study",
+    "StudyResults": "fesloop.study.results.study_results",
+    "Summary": "fesloop.study.engine.coordinator",
+    "draw": "fesloop.study.figures.drawing",
+    "load": "fesloop.study.results.study_results",
+    "read_study": "fesloop.study.design.study_file",
+    "run_study": "fesloop.study.engine.coordinator",
+    "study_of": "fesloop.study.design.study_file",
 }
 
 __all__ = [

@@ -13,7 +13,8 @@ RUN = """
 import sys, tempfile
 import fesloop
 from fesloop import Recording
-experiment = fesloop.load("grasp_mpc", ["experiment.duration_s=3.0", "scene=free", "score.after_s=1.0", "score.until_s=3.0"])
+experiment = fesloop.load("grasp_mpc", ["experiment.duration_s=3.0", "scene=free", "score.after_s=1.0",
+                                        "score.until_s=3.0"])
 with tempfile.TemporaryDirectory() as folder:
     with Recording(experiment.run(folder).recording) as recording:
         print(recording.digest())

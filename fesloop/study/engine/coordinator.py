@@ -1,0 +1,167 @@
+"""A study from its file to its results: check, prepare, plan, run, and note what comes of each run.
+
+The coordinator alone writes, and notes results some at a time; whatever is killed, and whenever, a study that
+is started again finds what was noted and runs the rest. A result is a function of its run alone, so neither
+the number of workers nor the order in which they end changes any.
+"""
+
+from __future__ import annotations
+
+import time
+import zlib
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from fesloop.errors import InputError, InputErrors, RunError
+from fesloop.study.design.cells import base_cells
+from fesloop.study.design.study import Study
+from fesloop.study.engine.cluster import connected, require_workers
+from fesloop.study.engine.plan import Resolver, Settings, in_cell, plan
+from fesloop.study.engine.preparing import Preparations, Prepared, prepare_one
+from fesloop.study.engine.pump import Done, Task, pumped
+from fesloop.study.engine.running import DIED, ending, run_pending, tell_lack
+from fesloop.study.engine.task import Wanted, run_one
+from fesloop.study.engine.watch import Nobody, Watch
+from fesloop.study.store.writing import Store
+
+_LOOK_S = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Summary:
+    """What a study came to.
+
+    Attributes
+    ----------
+    study: its name. store: its file.
+    runs: distinct ones. done: how many are done. failed: by cause, how many.
+    wall_s: since it was started, this time.
+    """
+
+    study: str
+    store: Path
+    runs: int
+    done: int
+    failed: dict[str, int] = field(default_factory=dict)
+    wall_s: float
+
+    def as_table(self) -> dict[str, Any]:
+        """What `fesloop study --json` prints."""
+        return {"study": self.study, "store": str(self.store), "runs": self.runs, "done": self.done,
+                "failed": self.failed, "wall_s": self.wall_s}
+
+
+def run_study(study: Study, out: str | Path = "studies", *, workers: int | None = None,
+              scheduler: str | None = None, retry_failed: bool = False, mix_versions: bool = False,
+              watch: Watch | None = None) -> Summary:
+    """Run what of a study has no result yet; results stand in `out`/NAME/study.sqlite.
+
+    Parameters
+    ----------
+    workers: processes on this machine (None: one a core), where no `scheduler` is given.
+    scheduler: address of a running Dask cluster.
+    retry_failed: run failed ones again. mix_versions: go on with results of other code or libraries.
+
+    Raises InputError, InputErrors for what cannot be run, before anything is; RunError where the scheduler is
+    gone or a disk is full; what was noted until then is kept.
+    """
+    began = time.perf_counter()
+    watch = watch or Nobody()
+    require_workers(workers)
+    preparations = Preparations(study)
+    with Store(Path(out) / study.name, study, mix_versions=mix_versions) as store:
+        checked = plan(study, meanwhile(study), lambda share: watch.stage("check", share))
+        if study.prepare:
+            deque(checked, maxlen=0)
+        else:
+            store.put_plan(checked)
+        if study.prepare or any(store.pending(retry_failed=retry_failed)):
+            watch.stage("start workers")
+            with connected(workers, scheduler) as client:
+                _come_to_results(client, study, preparations, store, retry_failed, watch)
+        done, failed = store.counts()
+        return Summary(study=study.name, store=store.path, runs=store.distinct_runs(), done=done,
+                       failed=failed, wall_s=time.perf_counter() - began)
+
+
+def _come_to_results(client: Any, study: Study, preparations: Preparations, store: Store,
+                     retry_failed: bool, watch: Watch) -> None:
+    """Try the base, prepare what cells need, and run them."""
+    await_workers(client, watch)
+    if not store.started:
+        _try_bases(client, study, watch)
+    if study.prepare:
+        with TemporaryDirectory(prefix="fesloop-") as folder:
+            settings = _prepare(client, study, preparations, store, Path(folder), retry_failed, watch)
+            store.put_plan(plan(study, settings, lambda share: watch.stage("plan", share)))
+    run_pending(client, study, store, retry_failed, watch)
+
+
+def await_workers(client: Any, watch: Watch) -> None:
+    """Wait until a cluster has workers, which a queue of jobs may give it late."""
+    while tell_lack(client, watch):
+        if client.status != "running":
+            raise RunError("the scheduler is gone before any worker came to it")
+        time.sleep(_LOOK_S)
+
+
+def meanwhile(study: Study) -> Settings:
+    """Stand-ins for what is not prepared yet."""
+    settings = tuple(each for preparation in study.prepare.values() for each in preparation.meanwhile)
+    return lambda cell: settings
+
+
+def _try_bases(client: Any, study: Study, watch: Watch) -> None:
+    """Raise InputErrors where an experiment that the study varies fails by itself."""
+    watch.stage("try the base experiment")
+    resolver, cells, tasks = Resolver(), base_cells(study), []
+    for cell in cells:
+        try:
+            experiment = resolver.experiment(cell.experiment, (*cell.settings, *meanwhile(study)(cell)),
+                                             study.about.seed)
+        except InputError:
+            continue  # an axis may well be what makes it whole
+        tasks.append(Task(f"base-{cell.number}", run_one, (
+            experiment.fingerprint(), zlib.compress(experiment.as_json().encode()), study.about.seed,
+            Wanted(study.metrics, "none", ""))))
+    faults = []
+    for each in _each(pumped(client, iter(tasks), lambda: tell_lack(client, watch))):
+        cell = cells[int(each.id.removeprefix("base-"))]
+        status, cause = ending(each)
+        if status != "done":
+            faults.append(in_cell(InputError(cell.experiment, f"the base experiment itself fails: {cause}",
+                                             "one that runs to its end",
+                                             "mend it, or the study's settings and metrics"), study, cell))
+    if faults:
+        raise InputErrors(faults)
+
+
+def _prepare(client: Any, study: Study, preparations: Preparations, store: Store, folder: Path,
+             retry_failed: bool, watch: Watch) -> Settings:
+    """Prepare what is not there yet; what each cell is told of it, files of it in `folder`."""
+    found = {id: entry for id, entry in store.prepared().items()
+             if entry[0] == "done" or not retry_failed}
+    missing = {id: each for id, each in preparations.needed.items() if id not in found}
+    tasks = (Task(id, prepare_one, (id, document, study.about.seed))
+             for id, (_, document) in missing.items())
+    for number, each in enumerate(_each(pumped(client, tasks, lambda: tell_lack(client, watch)))):
+        watch.stage("prepare", number / len(missing))
+        came: Prepared = each.outcome or Prepared(each.id, "failed", DIED, "")
+        store.put_prepared(each.id, missing[each.id][0], came.status, came.cause, came.content)
+        found[each.id] = came.status, came.cause, came.content
+    files, causes = {}, {}
+    for id, (status, cause, content) in found.items():
+        if status == "done":
+            files[id] = folder / f"{id}.toml"
+            files[id].write_text(content, encoding="utf-8")
+        else:
+            causes[id] = cause
+    return lambda cell: preparations.settings(cell, files, causes)
+
+
+def _each(several: Iterator[list[Done]]) -> Iterator[Done]:
+    return (each for some in several for each in some)

@@ -1,0 +1,129 @@
+"""The runs of a study that are pending: given to a cluster, and what comes of each of them noted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from operator import itemgetter
+from typing import Any
+
+from fesloop.errors import RunError
+from fesloop.study.design.study import Study
+from fesloop.study.engine.cluster import threads
+from fesloop.study.engine.pump import Done, Task, pumped
+from fesloop.study.engine.task import NO_ROOM, Outcome, Wanted, run_one
+from fesloop.study.engine.versions import version_text
+from fesloop.study.engine.watch import Watch
+from fesloop.study.store.writing import Store, StoredResult
+
+DIED = "the worker process ended, each time it was tried (out of memory, or a crash in compiled code)"
+
+
+@dataclass(slots=True)
+class Tally:
+    """Runs that are done, and that failed by cause."""
+
+    done: int
+    failed: dict[str, int]
+
+    def add(self, results: Sequence[StoredResult]) -> None:
+        """Count results."""
+        for each in results:
+            if each.status == "done":
+                self.done += 1
+            else:
+                self.failed[each.cause] = self.failed.get(each.cause, 0) + 1
+
+
+def run_pending(client: Any, study: Study, store: Store, retry_failed: bool, watch: Watch) -> None:
+    """Run what is pending, and note what comes."""
+    total, tally = store.distinct_runs(), Tally(*store.counts())
+    if retry_failed:
+        tally.failed.clear()
+    watch.runs(tally.done, tally.failed, total)
+
+    def wait() -> None:
+        if not tell_lack(client, watch):
+            watch.runs(tally.done, tally.failed, total)
+
+    def note(several: Iterable[Done]) -> None:
+        tally.add(_put(store, several))
+        watch.runs(tally.done, tally.failed, total)
+
+    died = []
+    for several in pumped(client, _tasks(study, store, store.pending(retry_failed=retry_failed)), wait):
+        died += [each.id for each in several if _died(each)]
+        note(each for each in several if not _died(each))
+    # A run that lay beside one that ends its worker shared its fate: each of them is tried with nothing else
+    # under way, and fails only if its worker ends then.
+    for suspect in store.pending(retry_failed=retry_failed) if died else ():
+        if suspect[2] in died:
+            for several in pumped(client, _tasks(study, store, [suspect]), wait):
+                note(several)
+
+
+def tell_lack(client: Any, watch: Watch) -> bool:
+    """Tell that a cluster has no workers, if it has none."""
+    lack = not threads(client)
+    if lack:
+        watch.stage("wait for workers")
+    return lack
+
+
+def _put(store: Store, several: Iterable[Done]) -> list[StoredResult]:
+    """Note what came of runs. Raises RunError, when the others are noted, for one that is no result."""
+    results, refusals = [], []
+    for each in several:
+        refusal = _refusal(each)
+        if refusal is None:
+            results.append(_result(each))
+        else:
+            refusals.append(refusal)
+    store.put(results)
+    if refusals:
+        raise refusals[0]
+    return results
+
+
+def _died(each: Done) -> bool:
+    return type(each.fault).__name__ == "KilledWorker"
+
+
+def _tasks(study: Study, store: Store, pending: Iterable[tuple[int, int, str]]) -> Iterator[Task]:
+    wanted = Wanted(study.metrics, study.about.recordings, str((store.path.parent / "recordings").absolute()))
+    for number, runs in groupby(pending, itemgetter(0)):
+        document = store.document(number)
+        for _, seed, id in runs:
+            yield Task(id, run_one, (id, document, seed, wanted))
+
+
+def _result(each: Done) -> StoredResult:
+    """What is noted of a run."""
+    if each.outcome is None:
+        return StoredResult(id=each.id, status="failed", cause=ending(each)[1], metrics={}, wall_s=0.0,
+                            worker="")
+    outcome: Outcome = each.outcome
+    return StoredResult(id=outcome.id, status=outcome.status, cause=outcome.cause, metrics=outcome.metrics,
+                        wall_s=outcome.wall_s, worker=outcome.worker, recording=outcome.recording)
+
+
+def _refusal(each: Done) -> RunError | None:
+    """What ends the study: a worker that could not record, or is of another version."""
+    outcome: Outcome | None = each.outcome
+    if outcome is not None and outcome.status == NO_ROOM:
+        return RunError(f"a worker's disk is full ({outcome.worker}: {outcome.cause}); what was done is "
+                        "kept; make room, and start the study again to go on")
+    if outcome is not None and outcome.version != version_text():
+        return RunError(f"a worker that came later has another version ({outcome.worker}); what was done is "
+                        "kept; install the same versions, and start the study again to go on")
+    return None
+
+
+def ending(each: Done) -> tuple[str, str]:
+    """Status and cause of a run."""
+    if each.outcome is not None:
+        return each.outcome.status, each.outcome.cause
+    if _died(each):
+        return "failed", DIED
+    return "failed", " ".join(f"{type(each.fault).__name__}: {each.fault}".split())

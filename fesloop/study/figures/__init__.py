@@ -1,0 +1,1 @@
+"""Figures of a study: heat maps and curves, with theory over them."""

@@ -1,0 +1,1 @@
+"""What a study found: tables, estimates with their intervals, comparisons by pairs."""

@@ -1,0 +1,57 @@
+"""Shipped studies: every level of every axis, in every form, makes an experiment. About 25 s."""
+
+import pytest
+
+import fesloop
+from fesloop.study.design.cells import cells_of
+from fesloop.study.design.kept_metrics import KeptMetric
+from fesloop.study.design.study_file import described_studies, read_study
+
+FORMS = [(name, form) for name, forms in described_studies().items() for form in forms]
+WANTED = ["cohort_ilc", "dropout_map", "error_map", "grasp_latency_map", "latency_map", "search_map",
+          "tracker_map"]
+
+
+def told_once(cells):
+    """The first cell of each level, and how they are told."""
+    seen = set()
+    for cell in cells:
+        new = set(cell.levels.items()) - seen
+        if new:
+            seen |= new
+            yield cell
+
+
+def meanwhile(study):
+    return [setting for preparation in study.prepare.values() for setting in preparation.meanwhile]
+
+
+def test_they_are_all_there_and_have_a_full_form():
+    studies = described_studies()
+    assert set(WANTED) <= set(studies)
+    assert all("full" in studies[name] for name in WANTED)
+
+
+@pytest.mark.parametrize(("name", "form"), FORMS)
+def test_every_level_makes_an_experiment(name, form):
+    study = read_study(name, form)
+    for cell in told_once(cells_of(study)):
+        experiment = fesloop.load(cell.experiment, [*meanwhile(study), *cell.settings])
+        assert experiment.duration_ns > 0, cell.place
+
+
+@pytest.mark.parametrize("name", WANTED)
+def test_the_full_form_says_what_it_costs_and_is_larger(name):
+    small, full = read_study(name), read_study(name, "full")
+    assert full.cost.startswith(f"{full.runs} runs")
+    assert full.runs > 5 * small.runs
+    assert set(small.axes) <= set(full.axes)
+
+
+@pytest.mark.parametrize("name", ["latency_map", "error_map", "dropout_map"])
+def test_metrics_are_those_of_a_run(name, tmp_path):
+    study = read_study(name)
+    cell = next(cell for cell in cells_of(study) if cell.levels["controller"] == "pid")
+    metrics = fesloop.load(cell.experiment, cell.settings).run(tmp_path).metrics
+    for metric, path in study.about.metrics.items():
+        assert KeptMetric.parse(metric, path).of(metrics) is not None

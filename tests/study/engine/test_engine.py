@@ -1,0 +1,296 @@
+"""Studies from end to end: in this process, on one cluster of two workers that is started by hand."""
+
+import os
+import zlib
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from random import Random
+
+import pytest
+from study_blocks import prepared_or_not, slowly
+from study_parts import TESTS, harmful_experiment, with_harmful_blocks, write_study
+
+from fesloop import load as load_experiment
+from fesloop.bench._started_cluster import started_cluster
+from fesloop.errors import InputError, InputErrors, RunError
+from fesloop.experiment import registry
+from fesloop.experiment.identifying import identifier
+from fesloop.experiment.reading import Recording
+from fesloop.experiment.trial import run
+from fesloop.study import load
+from fesloop.study.design.study_file import read_study
+from fesloop.study.engine import cluster, coordinator, running, task
+from fesloop.study.engine.cluster import connected
+from fesloop.study.engine.coordinator import run_study
+from fesloop.study.engine.preparing import prepare_one
+from fesloop.study.engine.pump import Task, pumped
+from fesloop.study.engine.running import DIED
+
+LATENCIES = "[axes.latency_ms]\nvalues = [0, 20, 40]\n"
+HARM = '[axes.deed]\nkey = "blocks.harmful.deed"\nvalues = {}\n'
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory):
+    """Of a cluster whose workers know the kind `harmful`, as does this process."""
+    folder = tmp_path_factory.mktemp("cluster")
+    environment = with_harmful_blocks(folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", environment["PYTHONPATH"])
+        patch.setenv("STUDY_BLOCKS", str(folder))
+        patch.syspath_prepend(folder / "installed")
+        patch.syspath_prepend(TESTS)
+        forget_kinds()
+        with started_cluster(folder, 2) as started:
+            yield started.address
+    forget_kinds()
+
+
+def forget_kinds():
+    registry._entries.cache_clear()
+    registry.find.cache_clear()
+
+
+@pytest.fixture(scope="module")
+def crossed(address, tmp_path_factory):
+    """A study of six runs, and its results on the cluster."""
+    folder = tmp_path_factory.mktemp("crossed")
+    study = read_study(write_study(folder, LATENCIES, replicates=2, recordings="all"))
+    summary = run_study(study, folder, scheduler=address)
+    assert (summary.runs, summary.done, summary.failed) == (6, 6, {})
+    return study, load(summary.store)
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_any_number_of_workers_gives_the_same_results(crossed, tmp_path, workers):
+    study, results = crossed
+    assert load(run_study(study, tmp_path, workers=workers).store).digest() == results.digest()
+
+
+def test_any_order_of_runs_gives_the_same_results(crossed, address, tmp_path, monkeypatch):
+    study, results = crossed
+    in_order = running._tasks
+
+    def shuffled(*given):
+        tasks = list(in_order(*given))
+        Random(4).shuffle(tasks)
+        return iter(tasks)
+
+    monkeypatch.setattr(running, "_tasks", shuffled)
+    assert load(run_study(study, tmp_path, scheduler=address).store).digest() == results.digest()
+
+
+def test_numbers_and_recordings_are_those_of_a_direct_run(crossed, tmp_path):
+    _, results = crossed
+    table = results.table()
+    for number in (0, 5):
+        latency, seed = table["latency_ms"][number], int(table["seed"][number])
+        settings = ["experiment.duration_s=0.3", "score.after_s=0.1", f"latency_ms={latency}"]
+        direct = run(load_experiment("finger_pid_latency", settings, seed), tmp_path)
+        assert table["error_deg"][number] == direct.metrics["joint_rmse_deg"][-1]
+        assert table["seen_deg"][number] == direct.metrics["tracker_rmse_deg"][-1]
+        with Recording(table["recording"][number]) as kept, Recording(direct.recording) as made:
+            assert kept.digest() == made.digest()
+    folder = Path(table["recording"][0]).parent
+    assert sorted(path.name for path in folder.iterdir()) == sorted(f"{id_}.h5" for id_ in table["id"])
+
+
+def test_a_study_that_is_done_runs_nothing_again(crossed):
+    study, results = crossed
+    before = results.path.read_bytes()
+    summary = run_study(study, results.path.parents[1], scheduler="tcp://127.0.0.1:1")
+    assert (summary.done, summary.runs) == (6, 6)
+    assert results.path.read_bytes() == before
+
+
+def harmful_study(folder, deeds, **about):
+    name = harmful_experiment(folder)
+    return read_study(write_study(folder, LATENCIES + HARM.format(deeds), experiment=name, **about))
+
+
+def test_a_failing_run_is_a_row_with_its_cause_and_keeps_its_recording(address, tmp_path):
+    study = harmful_study(tmp_path, ["none", "raise"], recordings="failed")
+    summary = run_study(study, tmp_path, scheduler=address)
+    (cause,) = summary.failed
+    assert cause.startswith("ValueError: harm is done (study_blocks.py:")
+    assert (summary.done, summary.failed[cause]) == (3, 3)
+    table = load(summary.store).table()
+    assert table["status"].tolist() == ["done", "failed"] * 3
+    assert table["cause"].tolist() == ["", cause] * 3
+    for status, recording in zip(table["status"], table["recording"], strict=True):
+        assert bool(recording) == (status == "failed")
+    with Recording(table["recording"][1]) as recording:
+        assert recording.status == "failed"
+
+
+def test_failed_runs_are_run_again_only_if_asked_for(address, tmp_path):
+    mended = tmp_path / "mended"
+    study = harmful_study(tmp_path, ["none", "unless"], settings=[f"blocks.harmful.marker={mended}"])
+    assert sum(run_study(study, tmp_path, scheduler=address).failed.values()) == 3
+    mended.touch()
+    assert run_study(study, tmp_path, scheduler=address).done == 3
+    summary = run_study(study, tmp_path, scheduler=address, retry_failed=True)
+    assert (summary.done, summary.failed) == (6, {})
+
+
+def test_a_run_that_ends_its_worker_each_time_is_failed_and_all_others_are_done(address, tmp_path):
+    """With one worker, others lie beside it there each time; and it ends while its worker still starts."""
+    name = harmful_experiment(tmp_path)
+    deeds = HARM.format(["exit", "none", "other", "third"])
+    study = read_study(write_study(tmp_path, deeds, experiment=name))
+    summary = run_study(study, tmp_path, workers=1)
+    assert summary.failed == {DIED: 1}
+    assert load(summary.store).table()["status"].tolist() == ["failed", "done", "done", "done"]
+
+
+@pytest.mark.parametrize(("settings", "metrics", "fault"), [
+    (["blocks.harmful.deed=raise"], 'e = "joint_rmse_deg"', "base experiment itself fails: ValueError: harm"),
+    ([], 'e = "joint_rmse"', "study.metrics.e: a run has no metric 'joint_rmse'.*mean 'joint_rmse_deg'"),
+    ([], 'e = "joints"', "'joints' is no number")])
+def test_a_base_that_fails_is_named_before_anything_runs(address, tmp_path, settings, metrics, fault):
+    name = harmful_experiment(tmp_path)
+    study = read_study(write_study(tmp_path, LATENCIES, experiment=name, settings=settings, metrics=metrics))
+    with pytest.raises(InputErrors, match=fault) as raised:
+        run_study(study, tmp_path, scheduler=address)
+    assert len(str(raised.value).splitlines()) == 1
+    assert load(tmp_path / "tiny").finished == 0
+
+
+def test_a_worker_whose_disk_is_full_ends_the_study_and_costs_no_result(address, tmp_path):
+    study = harmful_study(tmp_path, ["none", "full"])
+    with pytest.raises(RunError, match=r"a worker's disk is full \(.*No space left.*; make room, and start"):
+        run_study(study, tmp_path, scheduler=address)
+    table = load(tmp_path / "tiny").table()
+    assert set(table["status"]) <= {"done"}
+    assert set(table["deed"]) <= {"none"}
+
+
+def test_a_recording_for_which_there_is_no_room_is_no_result(crossed, tmp_path, monkeypatch):
+    study, _ = crossed
+    experiment = load_experiment("finger_pid_latency", study.about.settings)
+
+    def full(source, target):
+        Path(target).touch()
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(task.shutil, "move", full)
+    document = zlib.compress(experiment.as_json().encode())
+    came = task.run_one("a", document, 1, task.Wanted(study.metrics, "all", str(tmp_path / "kept")))
+    assert came.status == task.NO_ROOM
+    assert came.recording == ""
+    assert list((tmp_path / "kept").iterdir()) == []
+
+
+def test_what_cells_need_is_prepared_once_for_each_patient_and_again_if_it_failed(
+        address, tmp_path, monkeypatch):
+    monkeypatch.setattr(coordinator, "prepare_one", prepared_or_not)
+    told = Path(os.environ["STUDY_BLOCKS"])
+    study = read_study(write_study(
+        tmp_path, '[axes.strength]\nkey = "blocks.finger.strength"\nvalues = [1.0, 1.2]\n'
+        "[axes.move_weight]\nvalues = [0.05, 0.1]\n", experiment="grasp_mpc", duration_s=1.0,
+        settings=["plant=finger", "experiment.trials=1"], metrics='error_deg = "joint_rmse_deg"',
+        more='[prepare.model]\nexperiment = "identify_grasp"\nsettings = ["plant=finger"]\n'
+        'axes = ["strength"]\n'))
+    (told / "fails").touch()
+    summary = run_study(study, tmp_path, scheduler=address)
+    assert (summary.done, summary.failed) == (0, {"identify_grasp: no force was seen": 4})
+    (told / "fails").unlink()
+    assert run_study(study, tmp_path, scheduler=address).done == 0
+    summary = run_study(study, tmp_path, scheduler=address, retry_failed=True)
+    assert (summary.done, summary.failed) == (4, {})
+    ids = [path.name.partition("-")[0] for path in told.glob("*.prepared")]
+    assert sorted(ids) == sorted(2 * list(set(ids)))
+    assert len(set(ids)) == 2
+    before = load(summary.store).digest()
+    assert load(run_study(study, tmp_path, scheduler=address).store).digest() == before
+    assert len(list(told.glob("*.prepared"))) == 4
+
+
+def test_what_is_prepared_is_the_model_that_identifying_gives(tmp_path):
+    experiment = load_experiment("identify_grasp", ["plant=finger"], 3)
+    came = prepare_one("a", zlib.compress(experiment.as_json().encode()), 3)
+    assert (came.id, came.status, came.cause) == ("a", "done", "")
+    identifier()(str(run(experiment, tmp_path).recording)).model.save(tmp_path / "model.toml")
+    assert came.content == (tmp_path / "model.toml").read_text()
+    nothing = load_experiment("finger_pid_latency", ["experiment.duration_s=0.3", "score.after_s=0.1"], 3)
+    came = prepare_one("b", zlib.compress(nothing.as_json().encode()), 3)
+    assert came.status == "failed"
+    assert came.cause
+    assert came.content == ""
+
+
+@pytest.mark.parametrize("address_", ["tcp://127.0.0.1:1", "nonsense", "http://127.0.0.1:1", "tls://127.0.0.1:1"])
+def test_an_address_at_which_no_scheduler_is_is_named(monkeypatch, address_):
+    monkeypatch.setattr(cluster, "_CONNECT_S", 1.0)
+    with pytest.raises(InputError, match=f"--scheduler {address_}: no Dask scheduler answers there"), \
+            connected(None, address_):
+        pass
+
+
+def test_two_studies_on_one_scheduler_do_not_share_tasks(address):
+    """They may want other metrics of the same run."""
+    def outcomes(value):
+        with connected(None, address) as client:
+            several = pumped(client, iter([Task("a", slowly, (value,))]))
+            return [each.outcome for some in several for each in some]
+
+    with ThreadPoolExecutor() as both:
+        assert list(both.map(outcomes, [1, 2])) == [[1], [2]]
+
+
+class LostOnce:
+    """A future whose outcome is lost with its worker before it is fetched, and then made again."""
+
+    def __init__(self):
+        self.status, self.fetched = "finished", 0
+
+    def add_done_callback(self, tell):
+        tell(self)
+
+    def done(self):
+        return self.status == "finished"
+
+    def release(self):
+        pass
+
+
+class OneWorker:
+    """A client that has such futures."""
+
+    status, cluster = "running", None
+
+    def nthreads(self):
+        return {"worker": 1}
+
+    def submit(self, function, *arguments, key, pure):
+        return LostOnce()
+
+    def gather(self, futures, errors):
+        assert errors == "skip"
+        for future in futures.values():
+            future.fetched += 1
+        return {key: "made again" if future.fetched > 1 else None for key, future in futures.items()}
+
+
+def test_an_outcome_that_is_lost_with_its_worker_is_waited_for():
+    (done,) = (each for some in pumped(OneWorker(), iter([Task("a", slowly, ())])) for each in some)
+    assert (done.id, done.outcome) == ("a", "made again")
+
+
+def test_memory_does_not_grow_with_tasks_that_are_not_under_way(address):
+    """Tasks are drawn as they are needed: three for each thread of the cluster, and no more."""
+    drawn = []
+
+    def tasks():
+        for number in range(40):
+            drawn.append(number)
+            yield Task(f"n{number}", abs, (number + 1,))
+
+    with connected(None, address) as client:
+        done = 0
+        for some in pumped(client, tasks()):
+            assert len(drawn) - done <= 6
+            done += len(some)
+    assert done == len(drawn) == 40
+
+
