@@ -17,9 +17,9 @@ from fesloop.errors import RunError
 from fesloop.experiment.parse import load as load_experiment
 from fesloop.experiment.trial import run
 from fesloop.study.design.cells import cells_of
+from fesloop.study.design.plan import Resolver
 from fesloop.study.design.study_file import study_of
 from fesloop.study.engine.coordinator import run_study
-from fesloop.study.engine.plan import Resolver
 from fesloop.study.results.study_results import load
 
 EXPERIMENT = "finger_pid_latency"

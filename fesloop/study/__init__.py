@@ -14,16 +14,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from fesloop.study.design.figure_specs import Figure
     from fesloop.study.design.study import Study
     from fesloop.study.design.study_file import read_study, study_of
     from fesloop.study.engine.coordinator import Summary, run_study
     from fesloop.study.figures.drawing import draw
     from fesloop.study.figures.overlays import Overlay
-    from fesloop.study.figures.specs import Figure
     from fesloop.study.results.study_results import StudyResults, load
 
 _HOMES = {
-    "Figure": "fesloop.study.figures.specs",
+    "Figure": "fesloop.study.design.figure_specs",
     "Overlay": "fesloop.study.figures.overlays",
     "Study": "fesloop.study.design.study",
     "StudyResults": "fesloop.study.results.study_results",

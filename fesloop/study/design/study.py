@@ -11,9 +11,9 @@ from typing import Any, Literal
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.study.design.axes import Axis, seed_fault, sets_seed
+from fesloop.study.design.figure_specs import Figure
 from fesloop.study.design.kept_metrics import KeptMetric
-from fesloop.study.figures.specs import Figure
-from fesloop.study.results.study_results import OWN_COLUMNS
+from fesloop.study.design.own_columns import OWN_COLUMNS
 
 Design = Literal["grid", "random", "sobol"]
 Recordings = Literal["none", "failed", "all"]

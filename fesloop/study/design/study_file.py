@@ -17,8 +17,8 @@ from fesloop.experiment.layout import keys_at
 from fesloop.experiment.patches import merged
 from fesloop.experiment.schema import closed, make, table
 from fesloop.study.design.axes import Axis
+from fesloop.study.design.figure_specs import Figure
 from fesloop.study.design.study import About, Preparation, Study, is_name
-from fesloop.study.figures.specs import Figure
 
 _SPAN = {"start": "from", "stop": "to"}
 

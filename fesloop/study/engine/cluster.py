@@ -17,7 +17,7 @@ from multiprocessing import resource_tracker
 from typing import Any
 
 from fesloop.errors import InputError, RunError
-from fesloop.study.engine.versions import differences, version_text
+from fesloop.study.store.versions import differences, version_text
 
 _LOOPBACK = "127.0.0.1"
 _CONNECT_S = 10.0

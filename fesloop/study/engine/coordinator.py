@@ -18,9 +18,9 @@ from typing import Any
 
 from fesloop.errors import InputError, InputErrors, RunError
 from fesloop.study.design.cells import base_cells
+from fesloop.study.design.plan import Resolver, Settings, in_cell, plan
 from fesloop.study.design.study import Study
 from fesloop.study.engine.cluster import connected, require_workers
-from fesloop.study.engine.plan import Resolver, Settings, in_cell, plan
 from fesloop.study.engine.preparing import Preparations, Prepared, prepare_one
 from fesloop.study.engine.pump import Done, Task, pumped
 from fesloop.study.engine.running import DIED, ending, run_pending, tell_lack

@@ -13,10 +13,10 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from fesloop.errors import RunError
+from fesloop.study.design.plan import PlannedCell, plan
 from fesloop.study.design.study import Study
 from fesloop.study.engine.cluster import connected, require_workers, threads
 from fesloop.study.engine.coordinator import await_workers, meanwhile
-from fesloop.study.engine.plan import PlannedCell, plan
 from fesloop.study.engine.pump import Task, pumped
 from fesloop.study.engine.running import DIED
 from fesloop.study.engine.task import Outcome, Wanted, run_one

@@ -18,8 +18,8 @@ from fesloop.experiment.identifying import identifier
 from fesloop.experiment.toml_text import toml_value
 from fesloop.experiment.trial import run
 from fesloop.study.design.cells import Cell, cells_of
+from fesloop.study.design.plan import NotPrepared, Resolver
 from fesloop.study.design.study import Preparation, Study
-from fesloop.study.engine.plan import NotPrepared, Resolver
 from fesloop.study.engine.task import experiment_of, scratch_folder, where_it_broke
 
 Needed = dict[str, tuple[str, bytes]]

@@ -13,8 +13,8 @@ from fesloop.study.design.study import Study
 from fesloop.study.engine.cluster import threads
 from fesloop.study.engine.pump import Done, Task, pumped
 from fesloop.study.engine.task import NO_ROOM, Outcome, Wanted, run_one
-from fesloop.study.engine.versions import version_text
 from fesloop.study.engine.watch import Watch
+from fesloop.study.store.versions import version_text
 from fesloop.study.store.writing import Store, StoredResult
 
 DIED = "the worker process ended, each time it was tried (out of memory, or a crash in compiled code)"

@@ -25,7 +25,7 @@ from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.parse import from_document
 from fesloop.experiment.trial import run
 from fesloop.study.design.kept_metrics import KeptMetric
-from fesloop.study.engine.versions import version_text
+from fesloop.study.store.versions import version_text
 
 NO_ROOM = "no room"
 """Status of a run that could not be recorded: the worker's disk is full. It is not a result."""

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from fesloop.errors import InputError
+from fesloop.study.design.figure_specs import Figure
 from fesloop.study.figures.axis_scale import AxisScale
 from fesloop.study.figures.overlays import Overlay, check_overlays
-from fesloop.study.figures.specs import Figure
 from fesloop.study.results.axis_levels import AxisLevel, is_numeric, level_text
 from fesloop.study.results.estimates import Estimate
 from fesloop.study.results.quantities import called, with_unit

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fesloop.errors import InputError, InputErrors
+from fesloop.study.design.figure_specs import Figure
 from fesloop.study.figures.content import Content
 from fesloop.study.figures.curves import curves
 from fesloop.study.figures.heat_maps import heat_map
 from fesloop.study.figures.overlays import Overlay
-from fesloop.study.figures.specs import Figure
 from fesloop.study.results.study_results import StudyResults
 
 

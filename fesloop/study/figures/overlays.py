@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from fesloop.errors import InputError
-from fesloop.study.figures.specs import Figure
+from fesloop.study.design.figure_specs import Figure
 from fesloop.study.results.axis_levels import AxisLevel, is_numeric, level_text, place_of
 from fesloop.study.results.study_results import StudyResults
 

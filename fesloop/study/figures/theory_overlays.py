@@ -9,10 +9,10 @@ from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.study.design.cells import Cell, cells_of
+from fesloop.study.design.figure_specs import Figure
+from fesloop.study.design.plan import Resolver
 from fesloop.study.design.study import Study
-from fesloop.study.engine.plan import Resolver
 from fesloop.study.figures.overlays import Overlay
-from fesloop.study.figures.specs import Figure
 from fesloop.study.results.axis_levels import AxisLevel, level_text
 from fesloop.theory.critical_latency import growth
 from fesloop.theory.linear_loop import LinearLoop, linear_loop

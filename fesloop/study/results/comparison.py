@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.study.figures.specs import Statistic
+from fesloop.study.design.figure_specs import Statistic
 from fesloop.study.results.axis_levels import Axes, AxisLevel, level_text
 from fesloop.study.results.estimates import middle, place_at, settled_statistic, spread
 from fesloop.study.results.intervals import (

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.study.figures.specs import Statistic
+from fesloop.study.design.figure_specs import Statistic
 from fesloop.study.results.axis_levels import Axes, AxisLevel, require_axis
 from fesloop.study.results.intervals import mean_interval, median_interval, share_interval
 from fesloop.study.results.quantities import called

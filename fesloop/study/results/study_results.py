@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.study.figures.specs import Statistic
+from fesloop.study.design.figure_specs import Statistic
+from fesloop.study.design.own_columns import OWN_COLUMNS
 from fesloop.study.results import exports
 from fesloop.study.results.axis_levels import Axes, AxisLevel, is_numeric
 from fesloop.study.results.comparison import Comparison, compare
@@ -23,9 +24,6 @@ from fesloop.study.results.repeats import drawn_axes, groups_of
 from fesloop.study.results.run_columns import FAILED, WAITING, RunColumns, run_columns
 from fesloop.study.results.summary import SummaryRow, summary_rows
 from fesloop.study.store.reading import read_store, store_path
-
-OWN_COLUMNS = ("cell", "replicate", "seed", "id", "status", "cause", "wall_s", "recording")
-"""Of every table, so names that neither an axis nor a metric may have."""
 
 
 def load(path: str | Path) -> StudyResults:

@@ -10,8 +10,8 @@ from typing import Any
 
 from fesloop.errors import InputError
 from fesloop.study.design.study import Study
-from fesloop.study.engine.versions import differences, version_text
 from fesloop.study.store.file import FORMAT, TABLE_NAMES, TABLES, transaction
+from fesloop.study.store.versions import differences, version_text
 
 _REMEDY = "give another --out, or move the file away"
 

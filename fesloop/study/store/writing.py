@@ -8,7 +8,7 @@ one. A result is there once or not at all: its row's key is the run's id.
     cells(cell, levels, experiment, settings, document)     levels and settings JSON; document JSON, deflated
     runs(cell, replicate, seed, id)                 what is planned; several cells may share a run
     results(id, status, cause, metrics, wall_s, worker, finished, version, recording)
-    versions(version, text)                         `fesloop.study.engine.versions`
+    versions(version, text)                         `fesloop.study.store.versions`
     prepared(id, key, status, cause, content)       models of patients
 """
 
@@ -25,8 +25,8 @@ from types import TracebackType
 from typing import Self
 
 from fesloop.errors import InputError
+from fesloop.study.design.plan import PlannedCell
 from fesloop.study.design.study import Study
-from fesloop.study.engine.plan import PlannedCell
 from fesloop.study.store.claim import claim, is_empty
 from fesloop.study.store.file import FILE, locked, named, opened, require_room, transaction
 

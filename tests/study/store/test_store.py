@@ -12,8 +12,8 @@ import pytest
 from fesloop.errors import InputError, InputErrors, RunError
 from fesloop.study import load
 from fesloop.study.design.cells import Cell
+from fesloop.study.design.plan import PlannedCell, PlannedRun
 from fesloop.study.design.study_file import study_of
-from fesloop.study.engine.plan import PlannedCell, PlannedRun
 from fesloop.study.store import claim as store_claim
 from fesloop.study.store.writing import Store, StoredResult
 
