@@ -5,14 +5,22 @@ Matrices here are small, too: threads wait for each other longer than they multi
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Leave BLAS one thread, of all of this process, until the context is left (about 1 ms)."""
-    with threadpool_limits(1, "blas"):
+    """Leave BLAS one thread, of all of this process, until the context is left."""
+    with _libraries(len(sys.modules)).limit(limits=1, user_api="blas"):
         yield
+
+
+@lru_cache(maxsize=1)
+def _libraries(modules: int) -> ThreadpoolController:
+    """Those that are loaded; looked for anew, which takes a ms, when modules have come since."""
+    return ThreadpoolController()

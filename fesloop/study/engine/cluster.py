@@ -30,6 +30,7 @@ _SETTINGS = {
     "distributed.scheduler.allowed-failures": 1,
     "distributed.scheduler.worker-saturation": 2.0,
     "distributed.worker.daemon": True,
+    "distributed.worker.memory.monitor-interval": "1s",
     "distributed.worker.profile.enabled": False,
 }
 """Of the local cluster. A worker has its next task at hand when it ends one; watching takes little time; a

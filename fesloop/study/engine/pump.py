@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError
+from contextlib import suppress
 from queue import Empty, SimpleQueue
 from typing import Any, NamedTuple
 from uuid import uuid4
@@ -16,10 +17,13 @@ from uuid import uuid4
 from fesloop.errors import RunError
 from fesloop.study.engine.cluster import renew, threads
 
-_AHEAD = 3
-"""Tasks under way for each thread of the cluster: one that runs, one that waits there, one in the mail."""
+_AHEAD = 10
+"""Tasks under way for each thread of the cluster: one that runs, one that waits there, others at the
+scheduler while outcomes are fetched (chosen: runs of 20 ms do not wait for that)."""
 _LEAST_AHEAD = 4
 _LOOK_S = 0.5
+_TOGETHER_S = 0.1
+"""Outcomes that come within so long of each other are fetched, and noted, together."""
 _RENEW_S = 2.0
 _GONE = "the scheduler is gone; what was done is kept; start the study again to go on"
 _PATIENCE_S = 15.0
@@ -50,12 +54,14 @@ def pumped(client: Any, tasks: Iterator[Task], waiting: Callable[[], object] = l
     """
     finished: SimpleQueue[Any] = SimpleQueue()
     under_way: dict[str, Any] = {}
-    exhausted, silent_since, renewed_at = False, time.monotonic(), 0.0
+    exhausted, silent_since, renewed_at, window = False, time.monotonic(), 0.0, 0
     # A key of two clients is one task to a scheduler, whatever each of them asks of it.
     own = f"fesloop-{uuid4().hex[:8]}"
     try:
         while True:
-            window = _window(client)
+            if time.monotonic() - renewed_at > _RENEW_S or client.status != "running":
+                renew(client)
+                window, renewed_at = _window(client), time.monotonic()
             while not exhausted and len(under_way) < window:
                 task = next(tasks, None)
                 if task is None:
@@ -69,9 +75,6 @@ def pumped(client: Any, tasks: Iterator[Task], waiting: Callable[[], object] = l
             # What was lost with its worker is told of once only; it is looked for while nothing else comes.
             ids = _arrived(finished) or [id for id, future in under_way.items() if future.done()]
             now = time.monotonic()
-            if now - renewed_at > _RENEW_S:
-                renew(client)
-                renewed_at = now
             if client.status == "running":
                 silent_since = now
             elif now - silent_since > _PATIENCE_S or client.status == "closed":
@@ -95,13 +98,12 @@ def _window(client: Any) -> int:
 
 def _arrived(finished: SimpleQueue[Any]) -> list[str]:
     """Ids of tasks that are done, waiting for a moment if there is none."""
-    ids = []
-    try:
-        ids.append(finished.get(timeout=_LOOK_S))
+    ids, until = [], time.monotonic() + _LOOK_S
+    with suppress(Empty):
         while True:
-            ids.append(finished.get_nowait())
-    except Empty:
-        return list(dict.fromkeys(ids))
+            ids.append(finished.get(timeout=max(0.0, until - time.monotonic())))
+            until = min(until, time.monotonic() + _TOGETHER_S)
+    return list(dict.fromkeys(ids))
 
 
 def _outcomes(client: Any, futures: dict[str, Any]) -> list[Done]:
