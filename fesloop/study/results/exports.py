@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import importlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -47,13 +47,6 @@ def write_parquet(table: Table, path: Path) -> None:
                else arrow.array(column.tolist(), arrow.string()) if column.dtype.kind == "O"
                else arrow.array(column) for name, column in table.items()}
     _written(path, lambda: parquet.write_table(arrow.table(columns), path))
-
-
-def rows(table: Table) -> Iterator[dict[str, Any]]:
-    """A dictionary of plain values a row."""
-    columns = [column.tolist() for column in table.values()]
-    for values in zip(*columns, strict=True):
-        yield dict(zip(table, values, strict=True))
 
 
 def _field(value: Any) -> str:

@@ -199,9 +199,5 @@ class Store:
                                     "GROUP BY cause ORDER BY count(*) DESC").fetchall()
         return done, dict(causes)
 
-    def wall_s(self) -> list[float]:
-        """How long each run that has a result took."""
-        return [seconds for (seconds,) in self._file.execute("SELECT wall_s FROM results")]
-
     def _transaction(self) -> AbstractContextManager[None]:
         return transaction(self._file, self.path)
