@@ -15,9 +15,8 @@ memory. `efficiency_of_pair` is the study's share of that, and `efficiency_cpu` 
 (coordinator and workers), in which what else the machine does counts least.
 
 `overhead_ms` of a run is of a worker's time over a bare run, `overhead_cpu_ms` of processor time over a run
-of the pair. `peaks_mb` are the greatest
-resident memories of coordinator and workers. `max_abs_error` is the greatest difference between results of a
-study and of bare runs.
+of the pair. `peaks_mb` are the greatest resident memories of coordinator and workers. `max_abs_error` is the
+greatest difference between results of a study and of bare runs.
 """
 
 from __future__ import annotations
