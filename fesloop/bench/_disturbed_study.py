@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
+from typing import NamedTuple
 
 from fesloop.bench._started_cluster import StartedCluster, ended, started_cluster
 from fesloop.errors import RunError
@@ -19,6 +21,15 @@ VICTIMS = ("worker", "coordinator", "both", "scheduler")
 processes of their own."""
 _WORKERS = 2
 _AT_MOST_S = 300.0
+_LOOK_S = 0.02
+
+
+class Killing(NamedTuple):
+    """How many processes were killed, how many results stood then, and exit codes until the study's end."""
+
+    processes: int
+    standing: int
+    exit_codes: tuple[int, ...]
 
 
 class DisturbedStudy:
@@ -32,7 +43,7 @@ class DisturbedStudy:
 
     def __init__(self, study: Path, out: Path, *, by_hand: bool = False) -> None:
         self._command = [sys.executable, "-m", "fesloop", "study", str(study), "--out", str(out)]
-        self._by_hand = by_hand
+        self._by_hand, self._out = by_hand, out
         self._scratch = out.parent
 
     def to_its_end(self, codes: tuple[int, ...] = ()) -> tuple[int, ...]:
@@ -49,16 +60,25 @@ class DisturbedStudy:
             codes = (*codes, coordinator.returncode)
         return codes
 
-    def killed(self, victim: str, after_s: float) -> tuple[int, ...]:
-        """As `to_its_end`, one of `VICTIMS` being killed so many seconds after the start."""
+    def killed(self, victim: str, results: int) -> Killing:
+        """As `to_its_end`, one of `VICTIMS` being killed when so many results stand in the store."""
         with self._cluster() as cluster, ended(self._coordinator(cluster)) as coordinator:
-            with suppress(subprocess.TimeoutExpired):
-                coordinator.wait(after_s)
+            while coordinator.poll() is None and self._results() < results:
+                time.sleep(_LOOK_S)
+            standing, dead = self._results(), 0
             for process in self._chosen(victim, coordinator, cluster):
                 with suppress(ProcessLookupError):
                     os.kill(process, signal.SIGKILL)
+                    dead += 1
             coordinator.wait(_AT_MOST_S)
-        return self.to_its_end((coordinator.returncode,))
+        return Killing(dead, standing, self.to_its_end((coordinator.returncode,)))
+
+    def _results(self) -> int:
+        """How many stand in the store."""
+        for path in self._out.glob("*/study.sqlite"):
+            with suppress(sqlite3.Error), closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as store:
+                return int(store.execute("SELECT count(*) FROM results").fetchone()[0])
+        return 0
 
     @contextmanager
     def _cluster(self) -> Iterator[StartedCluster | None]:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from fesloop.cli.output import print_json, print_table
 from fesloop.cli.study_progress import StudyProgress, duration_text
-from fesloop.errors import InputError
+from fesloop.errors import FesloopError, InputError
 from fesloop.study.design.study import Study
 from fesloop.study.design.study_file import read_study
 from fesloop.study.engine.coordinator import Summary, run_study
@@ -21,6 +21,8 @@ from fesloop.study.results.estimates import Estimate
 from fesloop.study.results.study_results import StudyResults, load
 
 _SHOWN = 10
+_WITH_INTERVALS = 3
+"""Metrics that a line of the table has room for with their intervals."""
 
 
 def execute(args: Namespace) -> int:
@@ -51,8 +53,8 @@ def _run(study: Study, args: Namespace) -> int:
     finally:
         watch.finish()
     results = load(summary.store)
-    figures = _draw(results, study, summary.store.parent)
     _show(summary, results)
+    figures = _draw(results, study, summary.store.parent)
     for path in figures:
         print(path, file=sys.stderr)
     if args.json:
@@ -83,6 +85,8 @@ def _show_cost(study: Study, found: Cost) -> None:
                         f"{found.least_s:.2f} to {found.most_s:.2f})"],
             ["workers", f"{found.workers}"], ["time left", duration_text(found.left_s)],
             ["disk", f"{found.disk_bytes / 1e6:.1f} MB of {found.free_bytes / 1e6:,.0f} MB that are free"]]
+    if study.prepare:
+        rows.append(["beside it", f"{', '.join(study.prepare)}, prepared for each patient, not counted"])
     if study.cost:
         rows.append(["cost, as the file says", study.cost])
     print_table(f"{study.name}: what it takes; nothing is kept of what was tried", ("", ""), rows, sys.stderr)
@@ -95,23 +99,32 @@ def _draw(results: StudyResults, study: Study, folder: Path) -> list[Path]:
     from fesloop.study.figures.drawing import draw
     from fesloop.study.figures.theory_overlays import theory_overlays
 
-    return [draw(results, figure, folder, theory_overlays(study, figure)) for figure in study.figures]
+    drawn = []
+    for figure in study.figures:
+        try:
+            drawn.append(draw(results, figure, folder, theory_overlays(study, figure)))
+        except FesloopError as fault:
+            print(f"fesloop: figure {figure.name} is not drawn: {fault}", file=sys.stderr)
+    return drawn
 
 
 def _show(summary: Summary, results: StudyResults) -> None:
     """A row a cell, as far as a screen goes, and failures by cause."""
     rows = results.summary()
     axes = list(dict.fromkeys(axis for row in rows for axis in row.levels))
+    intervals = len(results.metrics) <= _WITH_INTERVALS
     cells = [[*(str(row.levels.get(axis, "all")) for axis in axes), f"{row.planned - row.waiting}",
-              f"{row.failed}", *(_told(estimate) for estimate in row.metrics.values())] for row in rows]
-    print_table(f"{summary.study}: {summary.done} of {summary.runs} runs done; mean and 95 % interval",
+              f"{row.failed}", *(_told(estimate, intervals) for estimate in row.metrics.values())]
+             for row in rows]
+    told = "mean" + (" and 95 % interval" if intervals else "")
+    print_table(f"{summary.study}: {summary.done} of {summary.runs} runs done; {told}",
                 (*axes, "runs", "failed", *results.metrics), cells, sys.stderr)
     for cause, count in list(summary.failed.items())[:_SHOWN]:
         print(f"failed: {count} x {cause}", file=sys.stderr)
 
 
-def _told(estimate: Estimate) -> str:
+def _told(estimate: Estimate, interval: bool) -> str:
     if math.isnan(estimate.value):
         return "-"
-    known = not math.isnan(estimate.low)
+    known = interval and not math.isnan(estimate.low)
     return f"{estimate.value:.3g}" + (f" ({estimate.low:.3g} to {estimate.high:.3g})" if known else "")

@@ -86,6 +86,11 @@ class Axis:
         """Whether it is a span of numbers."""
         return self.start is not None
 
+    @property
+    def numeric(self) -> bool:
+        """Whether its levels are numbers."""
+        return not self.options and all(type(value) in (int, float) for value in self.values)
+
     def faults(self, name: str, *, sampled: bool) -> Iterator[InputError]:
         """What is wrong with it, named by its keys; `sampled`: whether a design draws points."""
         given = [key for key, there in (("values", self.values), ("from", self.start is not None),

@@ -52,7 +52,8 @@ class PlannedCell:
     Attributes
     ----------
     cell: the place.
-    document: of its resolved experiment, as JSON text; its seed is that of the first replicate.
+    document: of its resolved experiment, as JSON text; its seed is that of the first replicate. "" where
+        there is none.
     runs: one a replicate.
     simulated_s: of one run.
     cause: why none of them can be run, "" where they can.
@@ -136,7 +137,7 @@ def _not_prepared(study: Study, cell: Cell, cause: str) -> PlannedCell:
     known = {"experiment": {"name": cell.experiment}, "settings": list(cell.settings), "cause": cause}
     runs = tuple(PlannedRun(cell.number, replicate, seed, _fingerprint(known, seed))
                  for replicate, seed in enumerate(_seeds(study)))
-    return PlannedCell(cell, json.dumps(known), runs, 0.0, cause)
+    return PlannedCell(cell, "", runs, 0.0, cause)
 
 
 def _seeds(study: Study) -> range:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -124,6 +122,9 @@ class Study:
             where = f"figures[{number}]"
             faults += [InputError(f"{where}.{fault.where}", fault.found, fault.allowed, fault.remedy)
                        for fault in figure.faults(tuple(self.axes), tuple(self.about.metrics))]
+            if figure.theory != "none" and figure.x in self.axes and not self.axes[figure.x].numeric:
+                faults.append(InputError(f"{where}.theory", f"{figure.x} is no axis of numbers",
+                                         "an x that is one", 'take theory = "none"'))
         if not faults and self.runs > MOST_RUNS:
             cells = self.runs // self.about.replicates
             faults.append(InputError("axes", f"{cells:,} cells x {self.about.replicates} replicates",
@@ -190,8 +191,3 @@ class Study:
         """Name of a shipped experiment, or the path of a file, as seen from here."""
         is_path = name.endswith((".toml", ".h5")) or "/" in name
         return str(self.folder / name) if is_path and self.folder is not None else name
-
-    def fingerprint(self) -> str:
-        """SHA-256 of the document, as hexadecimal text."""
-        text = json.dumps(self.document, sort_keys=True, separators=(",", ":"))
-        return hashlib.sha256(text.encode()).hexdigest()

@@ -132,6 +132,11 @@ def _require_same_version(client: Any, scheduler: str) -> None:
         found = client.run(version_text, on_error="return")
     except OSError as fault:
         raise RunError(f"the scheduler at {scheduler} has gone: {fault}") from None
+    for worker, count in client.nthreads().items():
+        if count > 1:
+            raise InputError(f"--scheduler {scheduler}", f"worker {worker} has {count} threads",
+                             "workers of one thread, which share nothing while they run",
+                             "start them with --nthreads 1, and more of them")
     for worker, text in found.items():
         if isinstance(text, BaseException):
             raise InputError(f"--scheduler {scheduler}", f"worker {worker} cannot import fesloop: {text}",

@@ -23,7 +23,7 @@ from fesloop.study.design.study import Study
 from fesloop.study.engine.cluster import connected, require_workers
 from fesloop.study.engine.preparing import Preparations, Prepared, prepare_one
 from fesloop.study.engine.pump import Done, Task, pumped
-from fesloop.study.engine.running import DIED, ending, run_pending, tell_lack
+from fesloop.study.engine.running import ending, refusal, run_pending, tell_lack
 from fesloop.study.engine.task import Wanted, run_one
 from fesloop.study.engine.watch import Nobody, Watch
 from fesloop.study.store.writing import Store
@@ -150,9 +150,12 @@ def _prepare(client: Any, study: Study, preparations: Preparations, store: Store
              for id, (_, document) in missing.items())
     for number, each in enumerate(_each(pumped(client, tasks, lambda: tell_lack(client, watch)))):
         watch.stage("prepare", number / len(missing))
-        came: Prepared = each.outcome or Prepared(each.id, "failed", DIED, "")
-        store.put_prepared(each.id, missing[each.id][0], came.status, came.cause, came.content)
-        found[each.id] = came.status, came.cause, came.content
+        reason = refusal(each)
+        if reason is not None:
+            raise reason
+        came: Prepared | None = each.outcome
+        found[each.id] = (came.status, came.cause, came.content) if came else (*ending(each), "")
+        store.put_prepared(each.id, missing[each.id][0], *found[each.id])
     files, causes = {}, {}
     for id, (status, cause, content) in found.items():
         if status == "done":

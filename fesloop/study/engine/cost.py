@@ -74,7 +74,7 @@ def cost(study: Study, out: str | Path = "studies", *, workers: int | None = Non
     folder = Path(out) / study.name
     there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
     ids, simulated_s, sample = _gone_through(study, watch)
-    done = _done(folder) & ids
+    done = _done(folder, study) & ids if not study.prepare else _done(folder, study)
     with connected(workers, scheduler) as client:
         await_workers(client, watch)
         count = threads(client)
@@ -102,9 +102,13 @@ def _gone_through(study: Study, watch: Watch) -> tuple[set[str], float, list[Pla
     return ids, simulated_s, sample
 
 
-def _done(folder: Path) -> set[str]:
-    """Ids of runs that have a result."""
-    return set(load(folder).table()["id"].tolist()) if (folder / FILE).exists() else set()
+def _done(folder: Path, study: Study) -> set[str]:
+    """Ids of runs that have a result; none of another study's."""
+    if not (folder / FILE).exists():
+        return set()
+    results = load(folder)
+    same = results.study == json.loads(json.dumps(study.document))
+    return set(results.table()["id"].tolist()) if same else set()
 
 
 def _tried(client: Any, study: Study, sample: Sequence[PlannedCell], watch: Watch) -> list[Outcome]:

@@ -6,6 +6,7 @@ that need it. Where one fails, so do the cells that need it, each with that caus
 
 from __future__ import annotations
 
+import socket
 import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -14,25 +15,39 @@ from typing import NamedTuple
 
 from fesloop.errors import FesloopError, InputError, InputErrors, RunError
 from fesloop.experiment.blas import one_blas_thread
+from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.identifying import identifier
 from fesloop.experiment.toml_text import toml_value
 from fesloop.experiment.trial import run
 from fesloop.study.design.cells import Cell, cells_of
 from fesloop.study.design.plan import NotPrepared, Resolver
 from fesloop.study.design.study import Preparation, Study
-from fesloop.study.engine.task import experiment_of, scratch_folder, where_it_broke
+from fesloop.study.engine.task import (
+    NO_ROOM,
+    experiment_of,
+    failure,
+    is_full,
+    scratch_folder,
+    where_it_broke,
+)
+from fesloop.study.store.versions import version_text
 
 Needed = dict[str, tuple[str, bytes]]
 """Key and deflated document of what is to be prepared, by id."""
 
 
 class Prepared(NamedTuple):
-    """What came of a preparation: done with the text of a model file, or failed with a cause."""
+    """What came of a preparation: done with the text of a model file, or failed with a cause.
+
+    `worker` and `version` are those of who prepared it, as of an `Outcome`.
+    """
 
     id: str
     status: str
     cause: str
     content: str
+    worker: str
+    version: str
 
 
 class Preparations:
@@ -94,13 +109,21 @@ def prepare_one(id: str, document: bytes, seed: int) -> Prepared:
     """Run an experiment of excitation and identify what it excites; what a worker does."""
     with TemporaryDirectory(prefix="fesloop-", dir=scratch_folder()) as folder:
         try:
-            result = run(experiment_of(document, seed), Path(folder))
-            if result.status != "done":
-                raise RunError(result.cause or result.status)
-            model = Path(folder) / "model.toml"
-            identifier()(str(result.recording)).model.save(model)
-            return Prepared(id, "done", "", model.read_text(encoding="utf-8"))
+            status, cause, content = "done", "", _model(experiment_of(document, seed), Path(folder))
         except FesloopError as fault:
-            return Prepared(id, "failed", " ".join(str(fault).split()), "")
+            status, cause, content = "failed", " ".join(str(fault).split()), ""
         except Exception as fault:  # noqa: BLE001 - as in fesloop.study.engine.task
-            return Prepared(id, "failed", where_it_broke(fault), "")
+            status, cause, content = failure(fault), where_it_broke(fault), ""
+        if status == "failed" and is_full(folder):
+            status = NO_ROOM
+    return Prepared(id, status, cause, content, socket.gethostname(), version_text())
+
+
+def _model(experiment: Experiment, folder: Path) -> str:
+    """Text of the model file of what an experiment excites. Raises RunError where that does not end well."""
+    result = run(experiment, folder)
+    if result.status != "done":
+        raise RunError(result.cause or result.status)
+    model = folder / "model.toml"
+    identifier()(str(result.recording)).model.save(model)
+    return model.read_text(encoding="utf-8")

@@ -11,6 +11,7 @@ from typing import Any
 from fesloop.errors import RunError
 from fesloop.study.design.study import Study
 from fesloop.study.engine.cluster import threads
+from fesloop.study.engine.preparing import Prepared
 from fesloop.study.engine.pump import Done, Task, pumped
 from fesloop.study.engine.task import NO_ROOM, Outcome, Wanted, run_one
 from fesloop.study.engine.watch import Watch
@@ -40,7 +41,7 @@ def run_pending(client: Any, study: Study, store: Store, retry_failed: bool, wat
     """Run what is pending, and note what comes."""
     total, tally = store.distinct_runs(), Tally(*store.counts())
     if retry_failed:
-        tally.failed.clear()
+        tally.failed = store.not_prepared()
     watch.runs(tally.done, tally.failed, total)
 
     def wait() -> None:
@@ -51,9 +52,9 @@ def run_pending(client: Any, study: Study, store: Store, retry_failed: bool, wat
         tally.add(_put(store, several))
         watch.runs(tally.done, tally.failed, total)
 
-    died = []
+    died = set[str]()
     for several in pumped(client, _tasks(study, store, store.pending(retry_failed=retry_failed)), wait):
-        died += [each.id for each in several if _died(each)]
+        died |= {each.id for each in several if _died(each)}
         note(each for each in several if not _died(each))
     # A run that lay beside one that ends its worker shared its fate: each of them is tried with nothing else
     # under way, and fails only if its worker ends then.
@@ -75,11 +76,11 @@ def _put(store: Store, several: Iterable[Done]) -> list[StoredResult]:
     """Note what came of runs. Raises RunError, when the others are noted, for one that is no result."""
     results, refusals = [], []
     for each in several:
-        refusal = _refusal(each)
-        if refusal is None:
+        reason = refusal(each)
+        if reason is None:
             results.append(_result(each))
         else:
-            refusals.append(refusal)
+            refusals.append(reason)
     store.put(results)
     if refusals:
         raise refusals[0]
@@ -108,13 +109,17 @@ def _result(each: Done) -> StoredResult:
                         wall_s=outcome.wall_s, worker=outcome.worker, recording=outcome.recording)
 
 
-def _refusal(each: Done) -> RunError | None:
-    """What ends the study: a worker that could not record, or is of another version."""
-    outcome: Outcome | None = each.outcome
-    if outcome is not None and outcome.status == NO_ROOM:
+def refusal(each: Done) -> RunError | None:
+    """What ends the study: a worker that could not record, has no fesloop, or another version of it."""
+    if each.outcome is None:
+        return None if _died(each) else RunError(
+            f"a worker cannot do a run of fesloop ({ending(each)[1]}); what was done is kept; install the "
+            "same fesloop for all workers, and start the study again to go on")
+    outcome: Outcome | Prepared = each.outcome
+    if outcome.status == NO_ROOM:
         return RunError(f"a worker's disk is full ({outcome.worker}: {outcome.cause}); what was done is "
                         "kept; make room, and start the study again to go on")
-    if outcome is not None and outcome.version != version_text():
+    if outcome.version != version_text():
         return RunError(f"a worker that came later has another version ({outcome.worker}); what was done is "
                         "kept; install the same versions, and start the study again to go on")
     return None

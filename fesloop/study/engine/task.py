@@ -18,6 +18,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import NamedTuple
+from uuid import uuid4
 
 from fesloop.errors import FesloopError
 from fesloop.experiment.blas import one_blas_thread
@@ -70,8 +71,8 @@ def run_one(id: str, document: bytes, seed: int, wanted: Wanted) -> Outcome:
             if recorded and (wanted.recordings == "all" or (wanted.recordings == status == "failed")):
                 recording = _kept(recorded, id, Path(wanted.folder))
         except OSError as fault:
-            status, cause, metrics = _failure(fault), where_it_broke(fault), {}
-        if status == "failed" and shutil.disk_usage(folder).free < _ROOM_BYTES:
+            status, cause, metrics = failure(fault), where_it_broke(fault), {}
+        if status == "failed" and is_full(folder):
             status = NO_ROOM
     return Outcome(id, status, " ".join(cause.split())[:_LONGEST_CAUSE], metrics, perf_counter() - began,
                    socket.gethostname(), recording, size, version_text())
@@ -88,14 +89,19 @@ def _ending(document: bytes, seed: int, folder: Path, metrics: Sequence[KeptMetr
     except FesloopError as fault:
         return "failed", str(fault), {}
     except Exception as fault:  # noqa: BLE001 - a run that breaks is a row of the study, whatever breaks it
-        return _failure(fault), where_it_broke(fault), {}
+        return failure(fault), where_it_broke(fault), {}
     return result.status, result.cause, numbers
 
 
-def _failure(fault: Exception) -> str:
-    """Status of a run that broke."""
+def failure(fault: Exception) -> str:
+    """Status of what broke: no result, where it was for want of room."""
     full = isinstance(fault, OSError) and fault.errno in (errno.ENOSPC, errno.EDQUOT)
     return NO_ROOM if full else "failed"
+
+
+def is_full(folder: str) -> bool:
+    """Whether the disk of a folder has no room for a recording."""
+    return shutil.disk_usage(folder).free < _ROOM_BYTES
 
 
 def experiment_of(document: bytes, seed: int) -> Experiment:
@@ -121,7 +127,7 @@ def scratch_folder() -> str | None:
 def _kept(recorded: Path, id: str, folder: Path) -> str:
     """Path of a recording in the folder where it is kept: named by its run, there whole or not at all."""
     folder.mkdir(parents=True, exist_ok=True)
-    draft, path = folder / f".{id}.h5", folder / f"{id}.h5"
+    draft, path = folder / f".{id}-{uuid4().hex[:8]}.h5", folder / f"{id}.h5"
     try:
         shutil.move(recorded, draft)
     except OSError:

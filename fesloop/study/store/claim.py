@@ -51,14 +51,14 @@ def _hold_against(file: sqlite3.Connection, path: Path, study: Study, tables: se
     about = dict(file.execute("SELECT key, value FROM about")) if "about" in tables else {}
     if about.get("format") != FORMAT:
         raise InputError(str(path), f"is {about.get('format', 'no study of fesloop')!r}", FORMAT, _REMEDY)
-    if about["study"] != _document(study):
+    if json.loads(about["study"]) != json.loads(_document(study)):
         raise InputError(str(path), "was made by another study: "
                          f"{_first_difference(json.loads(about['study']), study.document)}",
                          "the study that made it", _REMEDY)
 
 
 def _document(study: Study) -> str:
-    return json.dumps(study.document, sort_keys=True)
+    return json.dumps(study.document)
 
 
 def _known_version(file: sqlite3.Connection, path: Path, mix_versions: bool) -> int:

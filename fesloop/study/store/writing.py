@@ -17,7 +17,7 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, ExitStack, closing
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -39,6 +39,7 @@ INSERT INTO results VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT(id) DO UPDATE 
 _PENDING = """
 SELECT cell, replicate, seed, id FROM runs AS this WHERE (cell, replicate) > (?, ?)
     AND NOT EXISTS (SELECT 1 FROM results WHERE results.id = this.id AND NOT (? AND status = 'failed'))
+    AND EXISTS (SELECT 1 FROM cells WHERE cells.cell = this.cell AND length(document) > 0)
     AND NOT EXISTS (SELECT 1 FROM runs AS other WHERE other.id = this.id
                     AND (other.cell, other.replicate) < (this.cell, this.replicate))
     ORDER BY cell, replicate LIMIT 1000
@@ -82,14 +83,12 @@ class Store:
     def __init__(self, folder: Path, study: Study, *, mix_versions: bool = False) -> None:
         self.path = folder / FILE
         require_room(folder)
-        self._lock = locked(folder)
-        try:
+        with ExitStack() as taken:
+            self._lock = taken.enter_context(closing(locked(folder)))
             with named(self.path):
-                self._file = opened(self.path)
+                self._file = taken.enter_context(closing(opened(self.path)))
                 self._version = claim(self._file, self.path, study, mix_versions)
-        except BaseException:
-            self._lock.close()
-            raise
+            taken.pop_all()
 
     def __enter__(self) -> Self:
         return self
@@ -120,7 +119,7 @@ class Store:
         cell = each.cell
         self._file.execute("INSERT INTO cells VALUES(?, ?, ?, ?, ?)", (
             cell.number, json.dumps(cell.levels), cell.experiment, json.dumps(cell.settings),
-            zlib.compress(each.document.encode())))
+            zlib.compress(each.document.encode()) if each.document else b""))
         self._file.executemany("INSERT INTO runs VALUES(?, ?, ?, ?)",
                                ((run.cell, run.replicate, run.seed, run.id) for run in each.runs))
         if each.cause:
@@ -132,7 +131,7 @@ class Store:
                                    (each.cell.number,)).fetchall()
         if [id for (id,) in found] == [run.id for run in each.runs]:
             return
-        if "cause" not in json.loads(zlib.decompress(self.document(each.cell.number))):
+        if self.document(each.cell.number):
             raise InputError(str(self.path), f"was made when {each.cell.experiment} was another experiment "
                              f"(seen at {each.cell.place})", "the same experiments as then",
                              "give another --out, or move the file away")
@@ -145,8 +144,8 @@ class Store:
     def pending(self, *, retry_failed: bool = False) -> Iterator[tuple[int, int, str]]:
         """(cell, seed, id) of every run without a result, cell by cell; of failed ones too if asked for.
 
-        A run that several cells share comes once, with the first of them. They are read some at a time, so
-        that results may be put meanwhile.
+        Not of those for which something could not be prepared. A run that several cells share comes once,
+        with the first of them. They are read some at a time, so that results may be put meanwhile.
         """
         place = -1, -1
         while page := self._file.execute(_PENDING, (*place, retry_failed)).fetchall():
@@ -154,7 +153,7 @@ class Store:
             place = page[-1][:2]
 
     def document(self, cell: int) -> bytes:
-        """JSON of a cell's experiment, deflated."""
+        """JSON of a cell's experiment, deflated; empty where what it needs could not be prepared."""
         row = self._file.execute("SELECT document FROM cells WHERE cell = ?", (cell,)).fetchone()
         return bytes(row[0])
 
@@ -198,6 +197,12 @@ class Store:
         causes = self._file.execute("SELECT cause, count(*) FROM results WHERE status = 'failed' "
                                     "GROUP BY cause ORDER BY count(*) DESC").fetchall()
         return done, dict(causes)
+
+    def not_prepared(self) -> dict[str, int]:
+        """How many runs cannot be for what could not be prepared, by cause."""
+        return dict(self._file.execute(
+            "SELECT cause, count(*) FROM results WHERE id IN (SELECT id FROM runs JOIN cells USING (cell) "
+            "WHERE length(document) = 0) GROUP BY cause"))
 
     def _transaction(self) -> AbstractContextManager[None]:
         return transaction(self._file, self.path)

@@ -6,10 +6,11 @@ from fesloop.bench._disturbed_study import VICTIMS
 
 def test_whatever_is_killed_the_results_are_those_of_an_undisturbed_study():
     """Quick it is not: a dozen studies, each in processes of its own."""
-    told = study_kills.run(moments=1, replicates=1)
+    told = study_kills.run(moments=1, replicates=2)
     assert told["same_on_both_clusters"]
     assert [row["case"] for row in told["rows"]] == list(VICTIMS)
     for row in told["rows"]:
         assert row["identical"] == "1 of 1", row
+        assert row["killed"] == [2 if row["case"] == "both" else 1]
         assert row["exit_codes"][0][-1] == 0
-    assert any(row["exit_codes"][0][0] == -9 for row in told["rows"])
+        assert (row["exit_codes"][0][0] == -9) == (row["case"] in ("coordinator", "both"))
