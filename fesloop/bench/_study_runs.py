@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
 import time
+import zlib
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -14,12 +16,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fesloop.errors import RunError
+from fesloop.experiment.parse import from_document
 from fesloop.experiment.parse import load as load_experiment
 from fesloop.experiment.trial import run
 from fesloop.study.design.cells import cells_of
-from fesloop.study.design.plan import Resolver
+from fesloop.study.design.plan import Resolver, plan
 from fesloop.study.design.study_file import study_of
 from fesloop.study.engine.coordinator import run_study
+from fesloop.study.engine.task import Wanted, run_one
 from fesloop.study.results.study_results import load
 
 EXPERIMENT = "finger_pid_latency"
@@ -63,6 +67,7 @@ class Timed(NamedTuple):
     cpu_s: of all processors, on a run, the start left out; of a study in coordinator and workers.
     found: metric of each run, by its id.
     peaks_mb: greatest resident memory of coordinator and workers; of a study alone.
+    task_s: wall time that a worker spends within the task of a run; of a study alone.
     """
 
     wall_s: float
@@ -70,6 +75,7 @@ class Timed(NamedTuple):
     cpu_s: float
     found: dict[str, float]
     peaks_mb: dict[str, list[float]]
+    task_s: float = 0.0
 
 
 def bare(tables: Mapping[str, Any]) -> Timed:
@@ -102,7 +108,27 @@ def studied(tables: Mapping[str, Any]) -> Timed:
         rows = load(summary.store).table()
         found = {str(id): float(value) for id, value in zip(rows["id"], rows[METRIC], strict=True)}
     peaks = {"coordinator": [_peak_mb("self")], "workers": watch.peaks_mb}
-    return Timed(summary.wall_s, *watch.of_a_run(), found, peaks)
+    task_s = float(rows["wall_s"][_WARM * WORKERS:].mean())
+    return Timed(summary.wall_s, *watch.of_a_run(), found, peaks, task_s)
+
+
+def alternating(tables: Mapping[str, Any]) -> tuple[list[float], list[float]]:
+    """Seconds of each run of a study as a task of a worker, and bare, one after the other in this process."""
+    study = study_of(tables)
+    wanted = Wanted(study.metrics, "none", "")
+    tasks, bares = [], []
+    with TemporaryDirectory(prefix="fesloop-bench-") as folder:
+        for cell in plan(study, lambda _: ()):
+            document = zlib.compress(cell.document.encode())
+            experiment = from_document(json.loads(cell.document))
+            for each in cell.runs:
+                began = time.perf_counter()
+                run_one(each.id, document, each.seed, wanted)
+                between = time.perf_counter()
+                run(experiment.with_seed(each.seed), Path(folder)).recording.unlink()
+                tasks.append(between - began)
+                bares.append(time.perf_counter() - between)
+    return tasks[_WARM:], bares[_WARM:]
 
 
 class _Stopwatch:

@@ -14,6 +14,11 @@ other: what this machine leaves of two cores before any engine takes its share, 
 memory. `efficiency_of_pair` is the study's share of that, and `efficiency_cpu` the same of processor time
 (coordinator and workers), in which what else the machine does counts least.
 
+Runs of one process differ from those of another by a tenth or more on some machines, whatever they do, so
+two figures compare a process with nothing but itself: `share_in_tasks` of the workers' time that lies within
+the tasks of runs, with `outside_tasks_ms` a run beside it, and the last row: a task (the making of its
+experiment, the run, what is kept of it) and a bare run in turns in one process.
+
 `overhead_ms` of a run is of a worker's time over a bare run, `overhead_cpu_ms` of processor time over a run
 of the pair. `peaks_mb` are the greatest resident memories of coordinator and workers. `max_abs_error` is the
 greatest difference between results of a study and of bare runs.
@@ -31,7 +36,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.bench._study_runs import WORKERS, Timed, bare, document, duration_for, studied
+from fesloop.bench._study_runs import WORKERS, Timed, alternating, bare, document, duration_for, studied
 
 Array = NDArray[np.float64]
 _LONG_S = 0.3
@@ -43,7 +48,7 @@ _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 def run(rounds: int = 3, long_runs: int = 80, short_runs: int = 2000, short_bare: int = 200,
         progress: Callable[[float], None] | None = None) -> dict[str, Any]:
     """Runs of `_LONG_S` in so many rounds, and short runs once."""
-    steps = _Steps(3 * rounds + 6, progress)
+    steps = _Steps(3 * rounds + 7, progress)
     with _one_thread(), ProcessPoolExecutor(
             WORKERS, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
         duration_s = steps.done(pool.submit(duration_for, _LONG_S).result())
@@ -59,10 +64,15 @@ def run(rounds: int = 3, long_runs: int = 80, short_runs: int = 2000, short_bare
         short_study = steps.done(pool.submit(studied, short).result())
         short_bares.append(steps.done(pool.submit(bare, few).result()))
         short_pair = steps.done(_at_once(pool, few))
+        tasks, beside = (1e6 * np.array(each) for each in steps.done(pool.submit(alternating, long).result()))
     rows = [_row(f"study, {len(bares[0].found)} runs", studies, bares, pairs),
             _timing("two processes, the same runs", pairs, bares),
             _row(f"study, {len(short_study.found)} short runs", [short_study], short_bares, [short_pair]),
-            _timing("two processes, short runs", [short_pair], short_bares)]
+            _timing("two processes, short runs", [short_pair], short_bares),
+            {"case": "a task, in one process", "us_median": float(np.median(tasks)),
+             "us_p99": float(np.percentile(tasks, 99)), "us_worst": float(tasks.max()),
+             "reference": "bare run beside it", "reference_us_median": float(np.median(beside)),
+             "ratio": float(np.median(tasks) / np.median(beside))}]
     return {"bench": "study", "rows": rows,
             "max_abs_error": max(_apart(each, bares[0]) for each in studies)}
 
@@ -113,7 +123,7 @@ def _timing(case: str, turns: Sequence[Timed], bares: Sequence[Timed]) -> dict[s
 def _row(case: str, studies: Sequence[Timed], bares: Sequence[Timed], pairs: Sequence[Timed]
          ) -> dict[str, Any]:
     """A row of the table from what each turn of a study measured."""
-    runs = len(studies[0].found)
+    runs, task_s = len(studies[0].found), _each(studies, "task_s")
     wall_s, run_s, cpu_s = (_each(studies, key) for key in ("wall_s", "run_s", "cpu_s"))
     bare_s, pair_s, pair_cpu_s = _around(bares, "run_s"), _each(pairs, "run_s"), _each(pairs, "cpu_s")
     return {
@@ -123,6 +133,8 @@ def _row(case: str, studies: Sequence[Timed], bares: Sequence[Timed], pairs: Seq
         "efficiency_of_pair": float(np.median(pair_s / run_s)),
         "efficiency_cpu": float(np.median(pair_cpu_s / cpu_s)),
         "start_s": float(np.median(wall_s - run_s * runs / WORKERS)),
+        "share_in_tasks": float(np.median(task_s / run_s)),
+        "outside_tasks_ms": 1e3 * float(np.median(run_s - task_s)),
         "overhead_ms": 1e3 * float(np.median(run_s - bare_s)),
         "overhead_cpu_ms": 1e3 * float(np.median(cpu_s - pair_cpu_s)),
         "peaks_mb": {who: max(peak for each in studies for peak in each.peaks_mb[who])

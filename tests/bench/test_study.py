@@ -40,9 +40,10 @@ def made_up(monkeypatch):
     def studied(tables):
         order.append("study")
         return Timed(2.0, 0.44, 0.33, {"a": 1.0, "b": 2.25, "c": 3.0, "d": 4.0},
-                     {"coordinator": [200.0], "workers": [210.0, 220.0]})
+                     {"coordinator": [200.0], "workers": [210.0, 220.0]}, task_s=0.418)
 
     for name, function in (("bare", bare), ("studied", studied), ("duration_for", lambda run_s: 60.0),
+                           ("alternating", lambda tables: ([0.303, 0.306, 0.309], [0.3, 0.3, 0.3])),
                            ("ProcessPoolExecutor", AtOnce)):
         monkeypatch.setattr(study, name, function)
     return order
@@ -53,7 +54,11 @@ def test_a_row_says_what_made_up_times_come_to(made_up):
     result = study.run(rounds=2, long_runs=4, short_runs=4, short_bare=4, progress=shares.append)
     assert list(result) == ["bench", "rows", "max_abs_error"]
     assert result["max_abs_error"] == 0.25
-    row, alone, short, _ = result["rows"]
+    row, alone, short, _, task = result["rows"]
+    assert row["share_in_tasks"] == pytest.approx(0.95)
+    assert row["outside_tasks_ms"] == pytest.approx(22.0)
+    assert (task["us_median"], task["reference_us_median"]) == pytest.approx((0.306e6, 0.3e6))
+    assert task["ratio"] == pytest.approx(1.02)
     assert list(row)[:7] == ["case", "us_median", "us_p99", "us_worst", "reference", "reference_us_median",
                              "ratio"]
     assert row["us_median"] == pytest.approx(0.44e6)
