@@ -9,6 +9,7 @@ from pathlib import Path
 from fesloop.loop.block import Context
 from fesloop.loop.signals import Port
 from fesloop.study.engine.preparing import Prepared
+from fesloop.study.store.versions import version_text
 
 
 @dataclass(slots=True)
@@ -55,6 +56,6 @@ def prepared_or_not(id, document, seed):
     folder = Path(os.environ["STUDY_BLOCKS"])
     (folder / f"{id}-{time.monotonic_ns()}.prepared").touch()
     if (folder / "fails").exists():
-        return Prepared(id, "failed", "no force was seen", "")
+        return Prepared(id, "failed", "no force was seen", "", "here", version_text())
     model = resources.files("fesloop.models") / "shipped" / "grasp_finger.toml"
-    return Prepared(id, "done", "", model.read_text(encoding="utf-8"))
+    return Prepared(id, "done", "", model.read_text(encoding="utf-8"), "here", version_text())

@@ -194,16 +194,18 @@ def test_what_cells_need_is_prepared_once_for_each_patient_and_again_if_it_faile
     (told / "fails").touch()
     summary = run_study(study, tmp_path, scheduler=address)
     assert (summary.done, summary.failed) == (0, {"identify_grasp: no force was seen": 4})
+    summary = run_study(study, tmp_path, scheduler=address, retry_failed=True)
+    assert (summary.done, summary.failed) == (0, {"identify_grasp: no force was seen": 4})
     (told / "fails").unlink()
     assert run_study(study, tmp_path, scheduler=address).done == 0
     summary = run_study(study, tmp_path, scheduler=address, retry_failed=True)
     assert (summary.done, summary.failed) == (4, {})
     ids = [path.name.partition("-")[0] for path in told.glob("*.prepared")]
-    assert sorted(ids) == sorted(2 * list(set(ids)))
+    assert sorted(ids) == sorted(3 * list(set(ids)))
     assert len(set(ids)) == 2
     before = load(summary.store).digest()
     assert load(run_study(study, tmp_path, scheduler=address).store).digest() == before
-    assert len(list(told.glob("*.prepared"))) == 4
+    assert len(list(told.glob("*.prepared"))) == 6
 
 
 def test_what_is_prepared_is_the_model_that_identifying_gives(tmp_path):
