@@ -1,4 +1,3 @@
-import json
 import zlib
 
 import numpy as np
@@ -108,7 +107,7 @@ def test_what_could_not_be_prepared_is_planned_with_its_cause_and_the_rest_as_ev
     for each, before in zip(plan(crossed, settings), usual, strict=True):
         if each.cell.levels["latency_ms"] == 40:
             assert each.cause == "identify_grasp: no force"
-            assert json.loads(each.document)["cause"] == each.cause
+            assert each.document == ""
             done = {run_.id for other in usual for run_ in other.runs}
             assert done.isdisjoint(run_.id for run_ in each.runs)
         else:

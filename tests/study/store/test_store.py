@@ -30,7 +30,7 @@ def a_plan(ids=("a", "b", "c"), causes=("", "", "")):
         cell = Cell(number=number, levels={"latency_ms": 20 * number}, experiment="finger_pid_latency",
                     common=(), by_axis={})
         runs = tuple(PlannedRun(number, r, 1 + r, f"{id_}{r}") for r in range(2))
-        yield PlannedCell(cell, '{"cause": 1}' if cause else "{}", runs, 0.5, cause)
+        yield PlannedCell(cell, "" if cause else "{}", runs, 0.5, cause)
 
 
 def result(id_, value=1.0, status="done", cause=""):
@@ -198,6 +198,8 @@ def test_cells_that_could_not_be_prepared_are_failed_and_take_their_runs_when_th
     with Store(tmp_path, a_study()) as kept:
         kept.put_plan(a_plan(("a", "none", "c"), ("", "no force", "")))
         assert kept.counts() == (0, {"no force": 2})
+        assert kept.not_prepared() == {"no force": 2}
+        assert [id_ for _, _, id_ in kept.pending(retry_failed=True)] == ["a0", "a1", "c0", "c1"]
         kept.put([result("a0")])
         kept.put_plan(a_plan())
         assert kept.counts() == (1, {})
