@@ -233,12 +233,12 @@ def test_an_address_at_which_no_scheduler_is_is_named(monkeypatch, address_):
 
 def test_two_studies_on_one_scheduler_do_not_share_tasks(address):
     """They may want other metrics of the same run."""
-    def outcomes(client, value):
+    def outcomes(value):
         several = pumped(client, iter([Task("a", slowly, (value,))]))
         return [each.outcome for some in several for each in some]
 
-    with connected(None, address) as one, connected(None, address) as other, ThreadPoolExecutor() as both:
-        assert list(both.map(outcomes, [one, other], [1, 2])) == [[1], [2]]
+    with connected(None, address) as client, ThreadPoolExecutor() as both:
+        assert list(both.map(outcomes, [1, 2])) == [[1], [2]]
 
 
 class LostOnce:
