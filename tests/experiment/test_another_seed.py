@@ -6,7 +6,7 @@ import fesloop
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment.trial import run
 
-EXPERIMENTS = ("finger_pid_latency", "finger_mpc", "finger_ilc", "array_search_gp")
+EXPERIMENTS = ("finger_pid_latency", "finger_mpc", "finger_ilc", "array_search_two_phase")
 
 
 @pytest.mark.parametrize("name", EXPERIMENTS)

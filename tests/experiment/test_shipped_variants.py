@@ -37,6 +37,8 @@ def moved(tmp_path_factory):
 @pytest.mark.parametrize(("name", "variant", "option"), OPTIONS)
 def test_every_option_makes_an_experiment_and_says_what_it_is(name, variant, option, moved):
     need(option)
+    if name == "array_search_gp":
+        pytest.importorskip("sklearn", reason="the extra `search`")
     files = [f"reference_file={moved}"] if option == "recorded" else []
     experiment = fesloop.load(name, [f"{variant}={option}", *files])
     table = listed(read(name)[1])[variant]

@@ -34,6 +34,8 @@ def test_they_are_all_there_and_have_a_full_form():
 
 @pytest.mark.parametrize(("name", "form"), FORMS)
 def test_every_level_makes_an_experiment(name, form):
+    if name == "search_map":
+        pytest.importorskip("sklearn", reason="the extra `search`")
     study = read_study(name, form)
     for cell in told_once(cells_of(study)):
         experiment = fesloop.load(cell.experiment, [*meanwhile(study), *cell.settings])
