@@ -42,7 +42,7 @@ def require_dask() -> Any:
     try:
         import distributed
     except ImportError as fault:
-        raise InputError("fesloop study", f"needs Dask's distributed, which is missing: {fault}",
+        raise InputError("study", f"needs Dask's distributed, which is missing: {fault}",
                          remedy="pip install 'fesloop[study]'") from None
     return distributed
 

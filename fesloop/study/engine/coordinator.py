@@ -8,23 +8,20 @@ the number of workers nor the order in which they end changes any.
 from __future__ import annotations
 
 import time
-import zlib
 from collections import deque
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from fesloop.errors import InputError, InputErrors, RunError
-from fesloop.study.design.cells import base_cells
-from fesloop.study.design.plan import Resolver, Settings, in_cell, plan
+from fesloop.errors import RunError
+from fesloop.study.design.plan import Settings, plan
 from fesloop.study.design.study import Study
-from fesloop.study.engine.cluster import connected, require_workers
+from fesloop.study.engine.bases import meanwhile, try_bases
+from fesloop.study.engine.cluster import connected, require_dask, require_workers
 from fesloop.study.engine.preparing import Preparations, Prepared, prepare_one
-from fesloop.study.engine.pump import Done, Task, pumped
+from fesloop.study.engine.pump import Task, each_of, pumped
 from fesloop.study.engine.running import ending, refusal, run_pending, tell_lack
-from fesloop.study.engine.task import Wanted, run_one
 from fesloop.study.engine.watch import Nobody, Watch
 from fesloop.study.store.writing import Store
 
@@ -71,6 +68,7 @@ def run_study(study: Study, out: str | Path = "studies", *, workers: int | None 
     """
     began = time.perf_counter()
     watch = watch or Nobody()
+    require_dask()
     require_workers(workers)
     preparations = Preparations(study)
     with Store(Path(out) / study.name, study, mix_versions=mix_versions) as store:
@@ -93,7 +91,7 @@ def _come_to_results(client: Any, study: Study, preparations: Preparations, stor
     """Try the base, prepare what cells need, and run them."""
     await_workers(client, watch)
     if not store.started:
-        _try_bases(client, study, watch)
+        try_bases(client, study, store, watch)
     if study.prepare:
         with TemporaryDirectory(prefix="fesloop-") as folder:
             settings = _prepare(client, study, preparations, store, Path(folder), retry_failed, watch)
@@ -109,37 +107,6 @@ def await_workers(client: Any, watch: Watch) -> None:
         time.sleep(_LOOK_S)
 
 
-def meanwhile(study: Study) -> Settings:
-    """Stand-ins for what is not prepared yet."""
-    settings = tuple(each for preparation in study.prepare.values() for each in preparation.meanwhile)
-    return lambda cell: settings
-
-
-def _try_bases(client: Any, study: Study, watch: Watch) -> None:
-    """Raise InputErrors where an experiment that the study varies fails by itself."""
-    watch.stage("try the base experiment")
-    resolver, cells, tasks = Resolver(), base_cells(study), []
-    for cell in cells:
-        try:
-            experiment = resolver.experiment(cell.experiment, (*cell.settings, *meanwhile(study)(cell)),
-                                             study.about.seed)
-        except InputError:
-            continue  # an axis may well be what makes it whole
-        tasks.append(Task(f"base-{cell.number}", run_one, (
-            experiment.fingerprint(), zlib.compress(experiment.as_json().encode()), study.about.seed,
-            Wanted(study.metrics, "none", ""))))
-    faults = []
-    for each in _each(pumped(client, iter(tasks), lambda: tell_lack(client, watch))):
-        cell = cells[int(each.id.removeprefix("base-"))]
-        status, cause = ending(each)
-        if status != "done":
-            faults.append(in_cell(InputError(cell.experiment, f"the base experiment itself fails: {cause}",
-                                             "one that runs to its end",
-                                             "mend it, or the study's settings and metrics"), study, cell))
-    if faults:
-        raise InputErrors(faults)
-
-
 def _prepare(client: Any, study: Study, preparations: Preparations, store: Store, folder: Path,
              retry_failed: bool, watch: Watch) -> Settings:
     """Prepare what is not there yet; what each cell is told of it, files of it in `folder`."""
@@ -148,7 +115,7 @@ def _prepare(client: Any, study: Study, preparations: Preparations, store: Store
     missing = {id: each for id, each in preparations.needed.items() if id not in found}
     tasks = (Task(id, prepare_one, (id, document, study.about.seed))
              for id, (_, document) in missing.items())
-    for number, each in enumerate(_each(pumped(client, tasks, lambda: tell_lack(client, watch)))):
+    for number, each in enumerate(each_of(pumped(client, tasks, lambda: tell_lack(client, watch)))):
         watch.stage("prepare", number / len(missing))
         reason = refusal(each)
         if reason is not None:
@@ -164,7 +131,3 @@ def _prepare(client: Any, study: Study, preparations: Preparations, store: Store
         else:
             causes[id] = cause
     return lambda cell: preparations.settings(cell, files, causes)
-
-
-def _each(several: Iterator[list[Done]]) -> Iterator[Done]:
-    return (each for some in several for each in some)

@@ -15,8 +15,9 @@ from typing import Any
 from fesloop.errors import RunError
 from fesloop.study.design.plan import PlannedCell, plan
 from fesloop.study.design.study import Study
-from fesloop.study.engine.cluster import connected, require_workers, threads
-from fesloop.study.engine.coordinator import await_workers, meanwhile
+from fesloop.study.engine.bases import meanwhile
+from fesloop.study.engine.cluster import connected, require_dask, require_workers, threads
+from fesloop.study.engine.coordinator import await_workers
 from fesloop.study.engine.pump import Task, pumped
 from fesloop.study.engine.running import DIED
 from fesloop.study.engine.task import Outcome, Wanted, run_one
@@ -70,6 +71,7 @@ def cost(study: Study, out: str | Path = "studies", *, workers: int | None = Non
     Parameters as of `fesloop.study.engine.coordinator.run_study`. Raises what that raises before anything
     runs, and RunError where none of the runs that are tried gets to its end.
     """
+    require_dask()
     require_workers(workers)
     folder = Path(out) / study.name
     there = next(each for each in (folder, *folder.absolute().parents) if each.exists())

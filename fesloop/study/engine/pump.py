@@ -121,3 +121,8 @@ def _outcomes(client: Any, futures: dict[str, Any]) -> list[Done]:
     done = [Done(id, value, None) for id, value in values.items() if value is not None]
     return done + [Done(id, None, future.exception()) for id, future in futures.items()
                    if future.status == "error"]
+
+
+def each_of(several: Iterator[list[Done]]) -> Iterator[Done]:
+    """What `pumped` gives, one by one."""
+    return (each for some in several for each in some)

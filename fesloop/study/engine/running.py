@@ -49,18 +49,18 @@ def run_pending(client: Any, study: Study, store: Store, retry_failed: bool, wat
             watch.runs(tally.done, tally.failed, total)
 
     def note(several: Iterable[Done]) -> None:
-        tally.add(_put(store, several))
+        tally.add(put_outcomes(store, several))
         watch.runs(tally.done, tally.failed, total)
 
-    died = set[str]()
-    for several in pumped(client, _tasks(study, store, store.pending(retry_failed=retry_failed)), wait):
-        died |= {each.id for each in several if _died(each)}
-        note(each for each in several if not _died(each))
+    lost = set[str]()
+    for several in pumped(client, tasks_of(study, store, store.pending(retry_failed=retry_failed)), wait):
+        lost |= {each.id for each in several if died(each)}
+        note(each for each in several if not died(each))
     # A run that lay beside one that ends its worker shared its fate: each of them is tried with nothing else
     # under way, and fails only if its worker ends then.
-    for suspect in store.pending(retry_failed=retry_failed) if died else ():
-        if suspect[2] in died:
-            for several in pumped(client, _tasks(study, store, [suspect]), wait):
+    for suspect in store.pending(retry_failed=retry_failed) if lost else ():
+        if suspect[2] in lost:
+            for several in pumped(client, tasks_of(study, store, [suspect]), wait):
                 note(several)
 
 
@@ -72,7 +72,7 @@ def tell_lack(client: Any, watch: Watch) -> bool:
     return lack
 
 
-def _put(store: Store, several: Iterable[Done]) -> list[StoredResult]:
+def put_outcomes(store: Store, several: Iterable[Done]) -> list[StoredResult]:
     """Note what came of runs. Raises RunError, when the others are noted, for one that is no result."""
     results, refusals = [], []
     for each in several:
@@ -87,11 +87,13 @@ def _put(store: Store, several: Iterable[Done]) -> list[StoredResult]:
     return results
 
 
-def _died(each: Done) -> bool:
+def died(each: Done) -> bool:
+    """Whether the worker of a run ended."""
     return type(each.fault).__name__ == "KilledWorker"
 
 
-def _tasks(study: Study, store: Store, pending: Iterable[tuple[int, int, str]]) -> Iterator[Task]:
+def tasks_of(study: Study, store: Store, pending: Iterable[tuple[int, int, str]]) -> Iterator[Task]:
+    """Tasks of runs, (cell, seed, id) each, cell by cell."""
     wanted = Wanted(study.metrics, study.about.recordings, str((store.path.parent / "recordings").absolute()))
     for number, runs in groupby(pending, itemgetter(0)):
         document = store.document(number)
@@ -112,7 +114,7 @@ def _result(each: Done) -> StoredResult:
 def refusal(each: Done) -> RunError | None:
     """What ends the study: a worker that could not record, has no fesloop, or another version of it."""
     if each.outcome is None:
-        return None if _died(each) else RunError(
+        return None if died(each) else RunError(
             f"a worker cannot do a run of fesloop ({ending(each)[1]}); what was done is kept; install the "
             "same fesloop for all workers, and start the study again to go on")
     outcome: Outcome | Prepared = each.outcome
@@ -129,6 +131,6 @@ def ending(each: Done) -> tuple[str, str]:
     """Status and cause of a run."""
     if each.outcome is not None:
         return each.outcome.status, each.outcome.cause
-    if _died(each):
+    if died(each):
         return "failed", DIED
     return "failed", " ".join(f"{type(each.fault).__name__}: {each.fault}".split())

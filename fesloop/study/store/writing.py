@@ -152,6 +152,13 @@ class Store:
             yield from ((cell, seed, id) for cell, _, seed, id in page)
             place = page[-1][:2]
 
+    def first_runs(self) -> dict[str, tuple[int, int, str]]:
+        """(cell, seed, id) of the first planned run of each experiment, by its name or path."""
+        rows = self._file.execute(
+            "SELECT experiment, min(cell), seed, id FROM cells JOIN runs USING (cell) WHERE replicate = 0 "
+            "GROUP BY experiment")
+        return {experiment: (cell, seed, id) for experiment, cell, seed, id in rows}
+
     def document(self, cell: int) -> bytes:
         """JSON of a cell's experiment, deflated; empty where what it needs could not be prepared."""
         row = self._file.execute("SELECT document FROM cells WHERE cell = ?", (cell,)).fetchone()

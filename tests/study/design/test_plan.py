@@ -10,7 +10,7 @@ from fesloop.experiment.reading import Recording
 from fesloop.experiment.trial import run
 from fesloop.study.design.plan import NotPrepared, plan
 from fesloop.study.design.study_file import read_study
-from fesloop.study.engine.coordinator import meanwhile
+from fesloop.study.engine.bases import meanwhile
 from fesloop.study.engine.task import experiment_of
 
 

@@ -20,7 +20,7 @@ from fesloop.experiment.reading import Recording
 from fesloop.experiment.trial import run
 from fesloop.study import load
 from fesloop.study.design.study_file import read_study
-from fesloop.study.engine import cluster, coordinator, running, task
+from fesloop.study.engine import bases, cluster, coordinator, running, task
 from fesloop.study.engine.cluster import connected
 from fesloop.study.engine.coordinator import run_study
 from fesloop.study.engine.preparing import prepare_one
@@ -70,14 +70,14 @@ def test_any_number_of_workers_gives_the_same_results(crossed, tmp_path, workers
 
 def test_any_order_of_runs_gives_the_same_results(crossed, address, tmp_path, monkeypatch):
     study, results = crossed
-    in_order = running._tasks
+    in_order = running.tasks_of
 
     def shuffled(*given):
         tasks = list(in_order(*given))
         Random(4).shuffle(tasks)
         return iter(tasks)
 
-    monkeypatch.setattr(running, "_tasks", shuffled)
+    monkeypatch.setattr(running, "tasks_of", shuffled)
     assert load(run_study(study, tmp_path, scheduler=address).store).digest() == results.digest()
 
 
@@ -155,6 +155,23 @@ def test_a_base_that_fails_is_named_before_anything_runs(address, tmp_path, sett
         run_study(study, tmp_path, scheduler=address)
     assert len(str(raised.value).splitlines()) == 1
     assert load(tmp_path / "tiny").finished == 0
+
+
+def test_the_first_run_tries_the_base_and_is_kept(address, tmp_path, monkeypatch):
+    asked = []
+    for module in (bases, running):
+        def noted(client, tasks, *given, module=module, wrapped=module.pumped):
+            def each():
+                for task_ in tasks:
+                    asked.append((module, task_.id))
+                    yield task_
+            return wrapped(client, each(), *given)
+        monkeypatch.setattr(module, "pumped", noted)
+    study = harmful_study(tmp_path, ["raise", "none"])
+    table = load(run_study(study, tmp_path, scheduler=address).store).table()
+    assert table["status"].tolist() == ["failed", "done"] * 3
+    first, *others = table["id"].tolist()
+    assert asked == [(bases, first), (bases, "base-0"), *((running, other) for other in others)]
 
 
 def test_a_worker_whose_disk_is_full_ends_the_study_and_costs_no_result(address, tmp_path):
