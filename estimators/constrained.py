@@ -58,8 +58,8 @@ class ConstrainedTracker:
     WCS); `fingertip_sd` (t, 3), m. Lengths are taken as exact.
 
     With `joints` in place of a body, and for five sensors without any setting (those of chain5,
-    `fesloop.streams.chain5`), no lengths are known: there are no outputs `fingertips` and `fingertip_sd`,
-    and `angles` are those of each joint in turn (see Joint).
+    `fesloop.streams.formats.chain5`), no lengths are known: there are no outputs `fingertips` and
+    `fingertip_sd`, and `angles` are those of each joint in turn (see Joint).
 
     A joint is reported as "unsure" when the sd of one of its angles rises above `unsure_deg`, and as
     "sure" when all are well below again. Through a lost sample (or frozen, or held for too long:

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from fesloop.errors import InputError
-from fesloop.streams import body16, broad, chain5, wrist
 from fesloop.streams.containers import read_container
+from fesloop.streams.formats import body16, broad, chain5, wrist
 from fesloop.streams.recording import MotionRecording, Reference
 
 __all__ = ["FORMATS", "MotionRecording", "Reference", "open_recording"]
