@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import cast
+from typing import ClassVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,6 +107,8 @@ class Safety:
     Inputs: `stimulation` (channels, 2); optional `posture` and `posture_sd` (joints,), rad; optional `stop`,
     the emergency stop. Output: `stimulation` (channels, 2).
     """
+
+    guards: ClassVar[bool] = True
 
     channels: int = 0
     joints: int = 0

@@ -1,0 +1,46 @@
+"""Whether what stands directly before a device is what must stand there.
+
+A device that touches a person names its inputs in a member `guarded`. Each must come straight from a block
+that says of itself `guards = True` (the safety limits), and both must step at the same instants: what lies
+between them, or a guard that is asked less often than the device is commanded, would let through what the
+guard has never seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from fesloop.errors import InputError
+
+if TYPE_CHECKING:
+    from fesloop.loop.wiring import Connection
+
+
+def guard_faults(connections: Sequence[Connection]) -> list[InputError]:
+    """What is wrong with the ways into guarded inputs, one line each."""
+    return [fault for connection in connections for fault in _faults_of(connection)]
+
+
+def _faults_of(connection: Connection) -> list[InputError]:
+    wire, source, target = connection.wire, connection.source, connection.target
+    port = wire.target.partition(".")[2]
+    if port not in getattr(target.part, "guarded", ()):
+        return []
+    where = f"wire {wire.name}"
+    if not getattr(source.part, "guards", False):
+        return [InputError(where, f"{target.name!r} is a device, and {source.name!r} limits nothing",
+                           "a safety block directly before a device",
+                           f'wire "{wire.target}" from a block of kind "safety"')]
+    faults = []
+    if wire.latency_ns or wire.loss or wire.jitter.kind != "zero":
+        faults.append(InputError(where, "something lies between the safety block and the device",
+                                 "no latency, jitter or loss", "give them to the wire into the safety block"))
+    if source.execution.kind != "zero":
+        faults.append(InputError(f"{source.name}.execution", f"is {source.execution.kind}, before a device",
+                                 "none: the device gets what the safety block puts out at once"))
+    if source.clock != target.clock:
+        faults.append(InputError(where, f"{source.name!r} ticks {source.clock}, {target.name!r} "
+                                 f"{target.clock}", "a device that ticks with its safety block",
+                                 f"give {target.name!r} the rate of {source.name!r}"))
+    return faults
