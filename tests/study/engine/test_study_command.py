@@ -121,7 +121,7 @@ def left_over(scratch):
 
 def test_a_study_that_is_ended_leaves_no_process_and_no_file_and_goes_on(tmp_path):
     """By Ctrl-C, by what schedulers of clusters send, and by what nobody can hear."""
-    study, runs = write_study(tmp_path, LATENCIES, replicates=60, duration_s=1.0), 180
+    study, runs = write_study(tmp_path, LATENCIES, replicates=60, duration_s=2.0), 180
     out, scratch = tmp_path / "out", tmp_path / "scratch"
     scratch.mkdir()
     environment = {**os.environ, "TMPDIR": str(scratch)}
