@@ -18,9 +18,11 @@ from fesloop.loop.clock import NS_PER_MS, RateClock
 from fesloop.loop.signals import Sample
 
 CURVES = {"threshold_ma": (12.0, 10.0, 10.0, 8.0), "spread": (0.35,) * 4}
-NOT_WITHOUT_FILES = {"recorded", "replay", *([] if shutil.which("gcc") or shutil.which("cc") else ["fmu"]),
+NOT_WITHOUT_FILES = {"recorded", "replay", "stimulator_device",
+                     *([] if shutil.which("gcc") or shutil.which("cc") else ["fmu"]),
                      *([] if find_spec("myo_sim") else ["myohand"])}
-"""Kinds whose specimens need a file, or a compiler or package that is missing; they have their own tests."""
+"""Kinds whose specimens need a file, a device, or a compiler or package that is missing; they have their own
+tests."""
 
 
 def specimens():

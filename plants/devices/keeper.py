@@ -1,0 +1,279 @@
+"""The keeper: a process of its own that alone holds a stimulator, and stops it when its loop falls silent.
+
+It trusts nobody. Every command is checked again: its form, its checksum, its number, its age, its pulses
+against the device's range and the user's limit of charge. The device is stopped, and stays so for the rest of
+this process's life ("latched"), when
+
+    silence       no fresh command has come for `hold_ms` (the loop hangs, is stopped, or too slow)
+    loop_ended    the line is at its end, or the loop's process is
+    malformed     a message is none, is out of order, or asks for what the device must not give
+    terminated    the keeper itself is told to end (SIGTERM)
+    ...           the device reports a fault, or the line to it does (`driver.FAULTS`)
+
+The cause goes to the loop, and as a line to standard error for whoever killed the loop. A loop that comes back
+finds the device latched. A hung keeper sends nothing, and the device's own watchdog ends stimulation: therefore
+nothing here, no thread, keeps the connection alive behind the back of the checks below.
+
+SIGINT and SIGHUP are the terminal's to send, and mean the loop, which ends the keeper in good order. Little is
+imported here, so that the process is there soon.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import select
+import signal
+import socket
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from importlib import import_module
+from types import FrameType
+from typing import Any
+
+from plants.devices.driver import DeviceFault, Pulses, StimulatorDriver
+from plants.devices.messages import (
+    MOST_BYTES,
+    Answer,
+    Command,
+    Malformed,
+    Terms,
+    answer_bytes,
+    is_note,
+    note_bytes,
+    read_command,
+    read_terms,
+)
+from plants.stimulator_devices import Preset
+
+_NS_PER_MS = 1_000_000
+_STOPS = 3
+"""How often a stop that the device does not confirm is said (chosen: a disturbed byte is soon over)."""
+_LOOK_MS = 20.0
+"""How often to look whether the keeper has been told to end, whatever else there is to do."""
+_ROUND_OFF = 1e-6
+
+
+class Keeper:
+    """Holds an open device on behalf of a loop.
+
+    Parameters
+    ----------
+    terms: of the loop. device: open, giving nothing. line: to the loop. loop: file that is readable once the
+        loop's process has ended.
+    """
+
+    def __init__(self, terms: Terms, device: StimulatorDriver, line: socket.socket, loop: int) -> None:
+        self._terms, self._device, self._line = terms, device, line
+        self._hold_ns = round(terms.hold_ms * _NS_PER_MS)
+        self._poll = select.poll()
+        self._poll.register(line, select.POLLIN)
+        self._poll.register(loop, select.POLLIN)
+        self._loop = loop
+        self._number = -1
+        self._fresh_ns = -1
+        self._latched = self._over = False
+        self._attended_ns = time.monotonic_ns()
+
+    def end_when_asked(self, number: int, frame: FrameType | None) -> None:
+        """SIGTERM: the device first, then the process."""
+        self._over = True
+
+    def keep(self) -> None:
+        """Until the loop is done with the device, or gone."""
+        while not self._over:
+            ready = {file for file, _ in self._poll.poll(self._patience_ms())}
+            self._require_fresh()
+            if self._line.fileno() in ready:
+                self._hear()
+            elif self._loop in ready:
+                self._latch("loop_ended", "the loop's process has ended")
+                return
+            if not self._latched:
+                self._attend()
+        self._latch("terminated", "the keeper was told to end")
+
+    def _patience_ms(self) -> float:
+        """How long may be slept: until the device wants attention, or the newest command is too old."""
+        if self._latched:
+            return _LOOK_MS
+        until = self._attended_ns + round(self._device.attend_ms * _NS_PER_MS)
+        if self._fresh_ns >= 0:
+            until = min(until, self._fresh_ns + self._hold_ns)
+        return min(_LOOK_MS, max(0.0, (until - time.monotonic_ns()) / _NS_PER_MS) + 0.1)
+
+    def _require_fresh(self) -> None:
+        if not self._latched and 0 <= self._fresh_ns < time.monotonic_ns() - self._hold_ns:
+            self._latch("silence", f"no fresh command for {self._terms.hold_ms:g} ms")
+
+    def _hear(self) -> None:
+        """Take what is on the line; of several commands the device gets the newest."""
+        newest = None
+        for message in _packets(self._line):
+            if not message:
+                self._latch("loop_ended", "the loop has let go of the line")
+                self._over = True
+                return
+            if is_note(message):
+                self._end()
+                return
+            if not self._latched:
+                newest = self._checked(message) or newest
+        if newest is not None and not self._latched:
+            self._give(newest)
+
+    def _checked(self, message: bytes) -> Command | None:
+        """The command in a message; latches where there is none that can be given."""
+        try:
+            command = read_command(message, self._terms.channels)
+        except Malformed as fault:
+            return self._latch("malformed", str(fault))
+        age_ns = time.monotonic_ns() - command.sent_ns
+        wrong = _wrong(command.pulses, self._device.preset, self._terms.charge_max)
+        if command.number <= self._number or age_ns < 0:
+            return self._latch("malformed", f"command {command.number} after {self._number}, sent "
+                               f"{age_ns / _NS_PER_MS:.3f} ms ago")
+        if wrong:
+            return self._latch("malformed", f"command {command.number}: {wrong}")
+        self._number = command.number
+        if age_ns > self._hold_ns:
+            return self._latch("silence", f"command {command.number} is {age_ns / _NS_PER_MS:.0f} ms old")
+        self._fresh_ns = command.sent_ns
+        return command
+
+    def _give(self, command: Command) -> None:
+        try:
+            with _faults():
+                self._device.give(command.pulses)
+        except DeviceFault as fault:
+            self._latch(fault.status, fault.detail)
+            return
+        self._tell(answer_bytes(Answer(command.number, time.monotonic_ns())))
+
+    def _attend(self) -> None:
+        now = time.monotonic_ns()
+        if now - self._attended_ns < self._device.attend_ms * _NS_PER_MS:
+            return
+        self._attended_ns = now
+        try:
+            with _faults():
+                self._device.attend()
+        except DeviceFault as fault:
+            self._latch(fault.status, fault.detail)
+
+    def _end(self) -> None:
+        """The loop is done with the device in good order."""
+        self._over = True
+        if not self._latched:
+            self._latched = True
+            self._tell(note_bytes(ended=True, stopped=self._stop()))
+
+    def _latch(self, status: str, detail: str) -> None:
+        """Zero current, for good, and tell why; the first cause counts."""
+        if self._latched:
+            return
+        self._latched = True
+        stopped = self._stop()
+        self._tell(note_bytes(status=status, detail=detail, stopped=stopped, at_ns=time.monotonic_ns()))
+        known = "" if stopped else (f"; the device has not confirmed it: by itself it stops "
+                                    f"{self._device.alone_ms:g} ms after what it heard last")
+        with suppress(OSError):
+            print(f"fesloop: the stimulator is stopped: {status}: {detail}{known}", file=sys.stderr, flush=True)
+
+    def _stop(self) -> bool:
+        """Zero current; whether the device has said so. Then it is let go, so that nothing can follow."""
+        stopped = False
+        for _ in range(_STOPS):
+            try:
+                with _faults():
+                    self._device.stop()
+                stopped = True
+                break
+            except DeviceFault:
+                continue
+        self._device.close()
+        return stopped
+
+    def _tell(self, message: bytes) -> None:
+        """To the loop, if it still listens."""
+        with suppress(OSError):
+            self._line.send(message, socket.MSG_DONTWAIT)
+
+
+def _packets(line: socket.socket) -> Iterator[bytes]:
+    """All that has come; an empty one stands for the end of the line."""
+    while True:
+        try:
+            message = line.recv(MOST_BYTES, socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            return
+        except OSError:
+            message = b""
+        yield message
+        if not message:
+            return
+
+
+def _wrong(pulses: Pulses, device: Preset, charge_max: float) -> str:
+    """What of the pulses must not be given; empty if all is well."""
+    more = 1.0 + _ROUND_OFF
+    for channel, (current, width) in enumerate(pulses):
+        if not (math.isfinite(current) and math.isfinite(width) and current >= 0.0 and width >= 0.0):
+            return f"channel {channel}: {current} A, {width} s"
+        if current > 1e-3 * device.current_max_ma * more or width > 1e-6 * device.width_max_us * more:
+            return f"channel {channel}: {1e3 * current:g} mA, {1e6 * width:g} us are beyond the device"
+        if current * width > charge_max * more:
+            return f"channel {channel}: {1e6 * current * width:g} uC are beyond {1e6 * charge_max:g}"
+    return ""
+
+
+@contextmanager
+def _faults() -> Iterator[None]:
+    """Whatever a driver raises is a fault of the device's."""
+    try:
+        yield
+    except DeviceFault:
+        raise
+    except Exception as fault:  # noqa: BLE001 - anything else would end the keeper with the device running
+        raise DeviceFault("device_failed", f"{type(fault).__name__}: {fault}") from fault
+
+
+def _driver(terms: Terms) -> StimulatorDriver:
+    module, _, name = terms.driver.partition(":")
+    made: Any = getattr(import_module(module), name)
+    driver: StimulatorDriver = made(terms.port, terms.channels, terms.hertz)
+    return driver
+
+
+def main(line_file: int) -> None:
+    """Keep the device that the first message on the line names."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    line = socket.socket(fileno=line_file)
+    first = line.recv(MOST_BYTES)
+    if not first:
+        return
+    terms = read_terms(first)
+    try:
+        loop = os.pidfd_open(terms.loop)
+    except ProcessLookupError:
+        return
+    try:
+        with _faults():
+            device = _driver(terms)
+            device.open()
+    except DeviceFault as fault:
+        with suppress(OSError):
+            line.send(note_bytes(status=fault.status, detail=fault.detail, stopped=True, at_ns=0))
+        return
+    keeper = Keeper(terms, device, line, loop)
+    signal.signal(signal.SIGTERM, keeper.end_when_asked)
+    with suppress(OSError):
+        line.send(note_bytes(ready=True))
+    keeper.keep()
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]))

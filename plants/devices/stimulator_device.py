@@ -1,0 +1,206 @@
+"""`stimulator_device`: a real stimulator at the end of the loop."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, ClassVar, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_MS, duration_ns, parse_rate
+from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.surroundings import Surroundings
+from plants.checks import require_positive
+from plants.devices.driver import StimulatorDriver, stated_ms
+from plants.devices.drivers import driver_place, find_driver
+from plants.devices.kept_device import KeptDevice
+from plants.devices.messages import Terms
+from plants.stimulator_devices import IEC_LOAD_OHM, LIMITED, Limits, given_pulse
+
+if TYPE_CHECKING:
+    from fesloop.loop.realtime import Present
+
+Array = NDArray[np.float64]
+_HOLD_RANGE_MS = (20.0, 1000.0)
+
+
+@dataclass(slots=True, eq=False)
+class DeviceInUse:
+    """A device in use.
+
+    Attributes
+    ----------
+    device: with its keeper.
+    cut: bits of what the newest command of each channel lacked.
+    """
+
+    device: KeptDevice
+    cut: list[int] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StimulatorDevice:
+    """A stimulator outside this computer, in the hands of a keeper.
+
+    At every tick the newest command goes to the keeper, a process of its own that alone holds the device
+    (`plants.devices.keeper`), without waiting for anything. What the device cannot give is cut and told as
+    `stimulator` tells it. The keeper stops the device, for good, without a fresh command for `hold_ms`, when
+    the loop's process ends, and when device or line fail; the run then fails at its next tick, with the
+    cause. What the loop's process or the keeper suffer, current at the device is zero within the time that
+    `fesloop check` states. It runs in real time only (`fesloop run --realtime`), and `stimulation` must come
+    straight from a `safety` block whose `frequency_hz` is the same, for it counts the pulses given.
+
+    Inputs: `stimulation` (channels, 2), current, A, and pulse width, s. Outputs: `sent` (channels, 2), what
+    went to the device; `answer`, s, from sending to the device's answer, of the newest command answered.
+
+    Attributes
+    ----------
+    driver: speaks to the device (entry points of the group "fesloop.stimulators").
+    port: where the device is, such as "/dev/ttyUSB0"; for `dry` the file of its log.
+    channels: in use; 0 takes them from what is wired in.
+    frequency_hz: at which the device repeats the newest pulses.
+    charge_max_uc: the user's limit of a phase's charge (chosen: that of the `safety` block).
+    hold_ms: without a fresh command for so long the keeper stops the device (chosen: four periods of 40 Hz,
+        beyond what a plain kernel delays a loop, and as long as the rise of a single twitch, so that the
+        muscle hardly follows what nobody commands any more).
+    """
+
+    guarded: ClassVar[tuple[str, ...]] = ("stimulation",)
+
+    driver: str = "dry"
+    port: str = ""
+    channels: int = 0
+    frequency_hz: str = "40"
+    charge_max_uc: float = 20.0
+    hold_ms: float = 100.0
+
+    def __post_init__(self) -> None:
+        device = find_driver(self.driver).preset
+        require_positive("stimulator_device", self, "charge_max_uc")
+        duration_ns(self.hold_ms, NS_PER_MS, "hold_ms")
+        if not _HOLD_RANGE_MS[0] <= self.hold_ms <= _HOLD_RANGE_MS[1]:
+            raise InputError("hold_ms", f"{self.hold_ms:g}", f"{_HOLD_RANGE_MS[0]:g} to {_HOLD_RANGE_MS[1]:g}")
+        if not 0 <= self.channels <= device.channels:
+            raise InputError("channels", f"{self.channels}",
+                             f"1 to {device.channels}, the device's, or 0 for what is wired in")
+        hertz = parse_rate(self.frequency_hz, "frequency_hz")
+        if not device.frequency_min_hz <= hertz <= device.frequency_max_hz:
+            raise InputError("frequency_hz", self.frequency_hz,
+                             f"{device.frequency_min_hz:g} to {device.frequency_max_hz:g}")
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """`stimulation`."""
+        return (Port("stimulation", (self.channels or None, 2), "A,s"),)
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """`sent`, `answer`."""
+        return Port("sent", (self.channels or None, 2), "A,s"), Port("answer", (), "s")
+
+    @property
+    def limits(self) -> Limits:
+        """Ranges and resolutions, and the user's limit, in A, s, C."""
+        device = find_driver(self.driver).preset
+        return Limits(device.current_max_ma / 1e3, device.current_step_ma / 1e3,
+                      device.compliance_v / IEC_LOAD_OHM, device.width_min_us / 1e6,
+                      device.width_max_us / 1e6, device.width_step_us / 1e6, self.charge_max_uc / 1e6)
+
+    def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> StimulatorDevice:
+        """For the number of channels that is wired in; raises InputError where the device has fewer."""
+        return replace(self, channels=shapes["stimulation"][0])
+
+    def faults(self, context: Context, surroundings: Surroundings) -> list[InputError]:
+        """A device that would be stopped by a loop that is never late."""
+        period_ms = 1e3 * context.clock.period_s if context.clock is not None else 0.0
+        if self.hold_ms >= 2.0 * period_ms:
+            return []
+        return [InputError("hold_ms", f"{self.hold_ms:g}, with a command every {period_ms:g} ms",
+                           f"at least two periods, {2.0 * period_ms:g}")]
+
+    def cautions(self, context: Context) -> list[tuple[str, str]]:
+        """Where current goes, and when it ends if something fails."""
+        kept_ms, alone_ms = stated_ms(find_driver(self.driver), self.hold_ms)
+        where = f" at {self.port}" if self.port else ""
+        return [("device", f"commands go to `{self.driver}`{where}; zero current at most {kept_ms:g} ms after the "
+                 f"last fresh command, {alone_ms:g} ms where the keeper is killed or the line is cut")]
+
+    def stand_in(self) -> DeviceStandIn:
+        """The same ports, and nothing behind them."""
+        return DeviceStandIn(channels=self.channels)
+
+    def init(self, context: Context) -> DeviceInUse:
+        """The device, open and giving nothing.
+
+        Raises InputError for what the device cannot do and for a driver that is not installed, RunError where
+        it does not answer.
+        """
+        driver: type[StimulatorDriver] = find_driver(self.driver)
+        hertz = float(parse_rate(self.frequency_hz))
+        try:
+            driver.check(self.port, self.channels, hertz)
+        except InputError as fault:
+            raise InputError(f"blocks.{context.name}.{fault.where}", fault.found, fault.allowed,
+                             fault.remedy) from None
+        terms = Terms(driver=driver_place(self.driver), port=self.port, channels=self.channels, hertz=hertz,
+                      charge_max=self.limits.charge_max, hold_ms=self.hold_ms, loop=os.getpid())
+        device = KeptDevice.started(context.name, terms, driver.answer_ms, driver.open_s)
+        return DeviceInUse(device, [0] * self.channels)
+
+    def attach(self, state: DeviceInUse, present: Present) -> None:
+        """Know when t = 0 was, to tell when the device stopped."""
+        state.device.origin_ns = present.origin_ns
+
+    def step(self, state: DeviceInUse, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """Hear what became of earlier commands, send the newest; RunError where the device is stopped."""
+        state.device.hear()
+        limits, wanted = self.limits, cast(Array, inputs[0].value)
+        sent = np.zeros((self.channels, 2))
+        for channel, (current, width) in enumerate(wanted.tolist()):
+            *sent[channel], cut = given_pulse(limits, current, width)
+            before, state.cut[channel] = state.cut[channel], cut
+            for bit, status, detail in LIMITED:
+                if cut & ~before & bit:
+                    tick.report(status, f"channel {channel}: {detail} ({1e3 * current:g} mA, {1e6 * width:g} us)")
+        state.device.send(sent.tolist())
+        return sent, state.device.answer_s
+
+    def close(self, state: DeviceInUse) -> None:
+        """Zero current, and the keeper's end; RunError where the device does not confirm it."""
+        state.device.close()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DeviceStandIn:
+    """The ports of a stimulator, for rehearsals.
+
+    Attributes
+    ----------
+    channels: as the device's.
+    """
+
+    guarded: ClassVar[tuple[str, ...]] = ("stimulation",)
+
+    channels: int
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """`stimulation`."""
+        return (Port("stimulation", (self.channels, 2), "A,s"),)
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """`sent`, `answer`."""
+        return Port("sent", (self.channels, 2), "A,s"), Port("answer", (), "s")
+
+    def init(self, context: Context) -> None:
+        """There is nothing to remember."""
+
+    def step(self, state: None, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """The command, which goes nowhere."""
+        return inputs[0].value, 0.0
