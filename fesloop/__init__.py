@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from fesloop.experiment.trial import Result
     from fesloop.experiment.wanted import Record, Score
     from fesloop.loop.duration import Duration
+    from fesloop.loop.realtime import Pacing
     from fesloop.loop.run import Loop
     from fesloop.loop.wire import Wire
     from fesloop.loop.wiring import Node, Wiring
@@ -33,6 +34,7 @@ _HOMES = {
     "InputError": "fesloop.errors",
     "Loop": "fesloop.loop.run",
     "Node": "fesloop.loop.wiring",
+    "Pacing": "fesloop.loop.realtime",
     "Record": "fesloop.experiment.wanted",
     "Recording": "fesloop.experiment.reading",
     "Result": "fesloop.experiment.trial",
@@ -50,6 +52,7 @@ __all__ = [
     "InputError",
     "Loop",
     "Node",
+    "Pacing",
     "Record",
     "Recording",
     "Result",

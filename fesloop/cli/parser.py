@@ -23,6 +23,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_run(commands)
     _add_study(commands)
     _add_picture(commands)
+    _add_export(commands)
     _add_reproduce(commands)
     _add_bench(commands)
     commands.add_parser("schema", help="print the JSON Schema of experiment files")
@@ -73,6 +74,8 @@ def _add_run(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--out", metavar="DIR", default="runs",
                          help="folder of the recording (default: runs)")
     command.add_argument("--realtime", action="store_true", help="keep in step with the wall clock")
+    command.add_argument("--late", choices=("catch-up", "skip", "stop"), help="in real time, what becomes of "
+                         "ticks that are late (default: catch-up)")
 
 
 def _add_study(commands: _Commands[argparse.ArgumentParser]) -> None:
@@ -99,6 +102,19 @@ def _add_picture(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--trial", type=int, metavar="N", default=0, help="counted from 0 (default: 0)")
     command.add_argument("--out", metavar="DIR", default="pictures",
                          help="folder of the pictures (default: pictures)")
+    command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+
+
+def _add_export(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("export", help="write a recording as files of other tools")
+    command.add_argument("recording", metavar="RUN.h5", help="a file that fesloop run wrote")
+    command.add_argument("--format", required=True, metavar="FORMAT",
+                         help="motion-bids, xdf, mat, mot, sto or csv")
+    command.add_argument("--trial", type=int, metavar="N", help="counted from 0 (default: all)")
+    command.add_argument("--signals", metavar="A.B,C.D",
+                         help="names (default: all that the format is for)")
+    command.add_argument("--out", metavar="PATH",
+                         help="folder to be made, or, for one file, its name (default: exports/RUN-FORMAT)")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 

@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from fesloop.cli.output import print_json, print_table, progress_bar
+from fesloop.errors import InputError
 from fesloop.experiment.parse import load
 from fesloop.experiment.reading import Recording
 from fesloop.experiment.trial import Result, run
+from fesloop.loop.realtime import Pacing
 
 _SHOWN = 10
 _GRAVE = ("_failed", "non_finite")
@@ -21,9 +23,10 @@ _EXIT_CODES = {"done": 0, "failed": 1, "interrupted": 130}
 
 def execute(args: Namespace) -> int:
     """Run, print the summary, and give the exit code that the run's status stands for."""
+    pacing = _pacing(args)
     with progress_bar(args.experiment) as bar:
         experiment = load(args.experiment, args.settings, args.seed)
-        result = run(experiment, Path(args.out), realtime=args.realtime, progress=bar)
+        result = run(experiment, Path(args.out), realtime=pacing, progress=bar)
     if result.cause:
         print(f"fesloop: {result.cause}", file=sys.stderr)
     _summarise(result)
@@ -32,6 +35,15 @@ def execute(args: Namespace) -> int:
     else:
         print(result.recording)
     return _EXIT_CODES[result.status]
+
+
+def _pacing(args: Namespace) -> Pacing | bool:
+    """How to keep in step with the wall clock, if at all."""
+    given = {"late": args.late}
+    asked = {name: value for name, value in given.items() if value is not None}
+    if asked and not args.realtime:
+        raise InputError(f"--{next(iter(asked))}", "is of runs in real time", "beside --realtime")
+    return args.realtime and Pacing(**asked)
 
 
 def _summarise(result: Result) -> None:

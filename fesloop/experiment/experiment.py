@@ -23,6 +23,7 @@ from fesloop.loop.wiring import Node, Wiring
 
 if TYPE_CHECKING:
     from fesloop.experiment.trial import Result
+    from fesloop.loop.realtime import Pacing
 
 _WIRE_NAMES = {"source": "from", "target": "to"}
 _LONGEST_NAME = 100
@@ -168,11 +169,12 @@ class Experiment:
     def __hash__(self) -> int:
         return hash(self.as_json())
 
-    def run(self, out: str | Path = "runs", *, realtime: bool = False,
+    def run(self, out: str | Path = "runs", *, realtime: bool | Pacing = False,
             progress: Callable[[float], None] | None = None) -> Result:
         """Run every trial and leave one recording in the folder `out`.
 
-        `realtime` keeps simulated time in step with the wall clock; `progress` is told the fraction done.
+        `realtime` keeps simulated time in step with the wall clock; a `Pacing` also says how, such as what
+        becomes of late ticks. `progress` is told the fraction done.
         Raises RunError if the run fails and KeyboardInterrupt if it is interrupted; what was recorded
         until then is kept.
         """

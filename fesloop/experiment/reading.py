@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.opening import open_file
+from fesloop.experiment.rows import INSTANTS
 from fesloop.experiment.stored_rows import Column, StoredRows
 from fesloop.loop.clock import FOREVER
 
@@ -103,13 +104,25 @@ class Recording:
     def wall(self) -> dict[str, Any]:
         """Wall-clock facts: seconds, deadlines, missed_deadlines, worst_late_s, started, machine."""
         wall = self._file["wall"]
-        numbers = {name: item[()].item() for name, item in wall.items() if isinstance(item, h5py.Dataset)}
+        numbers = {name: item[()].item() for name, item in wall.items()
+                   if isinstance(item, h5py.Dataset) and item.shape == ()}
         return {**numbers, **dict(wall.attrs)}
 
     @property
     def step_times_ns(self) -> dict[str, NDArray[np.int64]]:
         """How long each step of a timed block took, by block."""
         return {name: dataset[:] for name, dataset in self._file.get("wall/step_ns", {}).items()}
+
+    @property
+    def instants(self) -> NDArray[np.void]:
+        """Of a run in real time, a row an instant that was waited for, all trials; none of another run.
+
+        Fields: trial; time_ns; late_ns, by how much its work began late; took_ns, how long that took; action:
+        kept, run late, skipped or stopped.
+        """
+        paced = "wall/instants" in self._file
+        rows: NDArray[np.void] = self._file["wall/instants"][:] if paced else np.empty(0, INSTANTS)
+        return rows
 
     @property
     def trials(self) -> int:

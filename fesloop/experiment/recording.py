@@ -11,6 +11,7 @@ start, with its trial as a column:
     messages            a row a trial and wire: trial, wire, sent, lost, late
     experiment          the experiment with every parameter resolved, as JSON; `fingerprint` is its SHA-256
     wall/step_ns/NODE   how long each step of a timed block took
+    wall/instants       of a run in real time, a row an instant: trial, time_ns, late_ns, took_ns, action
     status              running, done, failed or interrupted
     wall                what depends on the machine and the hour, and is no part of the digest
 """
@@ -36,15 +37,18 @@ from fesloop.experiment.rows import (
     BLOCK_STAMPS,
     EVENT,
     INPUT_STAMPS,
+    INSTANTS,
     MESSAGES,
     PLANT_STAMPS,
     Rows,
     block_rows,
     event_rows,
     input_rows,
+    instant_rows,
     plant_rows,
 )
 from fesloop.experiment.timing import TimedBlock
+from fesloop.loop.pacer import WallRow
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
@@ -63,14 +67,15 @@ class RecordingWriter:
     ----------
     folder: where it goes; made if it is not there.
     experiment: what is recorded. The file is named after it and numbered, and none is overwritten.
+    paced: whether it runs in step with the wall clock.
 
     Raises InputError if no file can be made there.
     """
 
-    def __init__(self, folder: Path, experiment: Experiment) -> None:
+    def __init__(self, folder: Path, experiment: Experiment, paced: bool = False) -> None:
         draft, self._file = draft_file(folder, experiment.name)
         try:
-            self._make_datasets(experiment)
+            self._make_datasets(experiment, paced)
             self._file.swmr_mode = True
             self.path = publish(draft, folder, experiment.name)
         except BaseException:
@@ -78,7 +83,7 @@ class RecordingWriter:
             draft.unlink()
             raise
 
-    def _make_datasets(self, experiment: Experiment) -> None:
+    def _make_datasets(self, experiment: Experiment, paced: bool) -> None:
         """Everything that the file will hold, empty."""
         self._describe(experiment)
         wiring = experiment.wiring
@@ -95,6 +100,7 @@ class RecordingWriter:
                         if f"{node.name}.{port.name}" not in experiment.record.leave_out}
         self._events = self._dataset("events", EVENT)
         self._messages = self._dataset("messages", MESSAGES)
+        self._instants = self._dataset("wall/instants", INSTANTS) if paced else None
         self._full = False
 
     def _describe(self, experiment: Experiment) -> None:
@@ -182,6 +188,12 @@ class RecordingWriter:
                       for name, block in blocks.items()])
         for block in blocks.values():
             block.durations_ns.clear()
+
+    def write_instants(self, rows: list[WallRow], trial: int) -> None:
+        """Take out and append how the instants of a run in step with the wall clock went."""
+        if self._instants is not None:
+            self._append([(self._instants, instant_rows(rows, trial))])
+        rows.clear()
 
     def write_messages(self, loop: Loop) -> None:
         """Append the message counts of a trial that is over."""

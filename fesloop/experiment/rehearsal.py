@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import time
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 from fesloop.experiment.experiment import Experiment
-from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.clock import NS_PER_S, waits_for_arrivals
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
+from fesloop.loop.wiring import Node, Wiring
 
 _MOMENT_NS = NS_PER_S // 10
 _LONGEST_WALL_S = 1.0
@@ -24,10 +26,11 @@ def rehearse(experiment: Experiment, realtime: bool) -> None:
     A loop of the same kinds of parts needs it once in a process. Where the wall clock decides what comes of
     the run (in real time, or where steps are measured) it is done each time, for another parameter may lead
     to another kernel; elsewhere such a kernel costs some wall time and changes nothing. Not where a device
-    would notice. Whatever goes wrong here does so again in the run, which tells.
+    would notice, unless it has a stand-in. Whatever goes wrong here does so again in the run, which tells.
     """
-    wiring = experiment.wiring
-    if any(hasattr(node.part, "close") for node in wiring.nodes):
+    wiring = with_stand_ins(experiment.wiring)
+    originals = zip(wiring.nodes, experiment.wiring.nodes, strict=True)
+    if any(hasattr(node.part, "close") and node.part is before.part for node, before in originals):
         return
     parts = frozenset(type(node.part) for node in wiring.nodes)
     measured = any(node.execution.kind == "measured" for node in wiring.nodes)
@@ -40,3 +43,20 @@ def rehearse(experiment: Experiment, realtime: bool) -> None:
         while done < _MOMENT_NS and time.perf_counter() - began < _LONGEST_WALL_S:
             done = max(1, 4 * done)
             loop.run_until(min(done, _MOMENT_NS))
+
+
+def with_stand_ins(wiring: Wiring) -> Wiring:
+    """The wiring with a stand-in for each block that has one, and no clock that waits for messages."""
+    if not any(hasattr(node.part, "stand_in") or waits_for_arrivals(node.clock) for node in wiring.nodes):
+        return wiring
+    nodes = [_plain(node) for node in wiring.nodes]
+    return Wiring(nodes, [connection.wire for connection in wiring.connections], wiring.seed)
+
+
+def _plain(node: Node) -> Node:
+    """The node with its stand-in, on a clock that ticks by itself."""
+    stand_in = getattr(node.part, "stand_in", None)
+    if stand_in is not None:
+        node = replace(node, part=stand_in())
+    given = node.given_clock
+    return replace(node, rate=replace(given, arrivals="")) if waits_for_arrivals(given) else node

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.loop.pacer import WallRow
 from fesloop.loop.record import BlockRow, EventRow, InputRow, PlantRow
 
 Rows = NDArray[np.void] | NDArray[np.int64]
@@ -18,6 +19,7 @@ BLOCK_STAMPS = [*_STAMP, ("index", "<i8"), ("time_ns", "<i8"), ("left_ns", "<i8"
 PLANT_STAMPS = [*_STAMP, ("time_ns", "<i8"), ("captured_ns", "<i8")]
 INPUT_STAMPS = [*_STAMP, ("time_ns", "<i8"), ("oldest_ns", "<i8"), ("newest_ns", "<i8")]
 EVENT = np.dtype([*_STAMP, ("time_ns", "<i8"), ("where", "S64"), ("status", "S32"), ("detail", "S224")])
+INSTANTS = np.dtype([*_STAMP, ("time_ns", "<i8"), ("late_ns", "<i8"), ("took_ns", "<i8"), ("action", "S8")])
 MESSAGES = np.dtype([*_STAMP, ("wire", "<i4"), ("sent", "<i8"), ("lost", "<i8"), ("late", "<i8")])
 
 
@@ -76,3 +78,8 @@ def event_rows(events: Sequence[EventRow], trial: int) -> Rows:
     rows = [(trial, time, cut(where, "where"), cut(status, "status"), cut(detail, "detail"))
             for time, where, status, detail in events]
     return np.array(rows, EVENT)
+
+
+def instant_rows(rows: Sequence[WallRow], trial: int) -> Rows:
+    """How instants went by the wall clock, as one structured array."""
+    return np.array([(trial, *stamps, action.encode()) for *stamps, action in rows], INSTANTS)

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from fesloop.errors import FesloopError, RunError
+from fesloop.errors import FesloopError, InputError, RunError
 from fesloop.experiment.blas import one_blas_thread
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.reading import Recording
@@ -22,7 +22,8 @@ from fesloop.experiment.rehearsal import rehearse
 from fesloop.experiment.scoring import metrics_of
 from fesloop.experiment.timing import TimedBlock, timed
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
-from fesloop.loop.realtime import Pacer, pace_of
+from fesloop.loop.pacer import Pacer
+from fesloop.loop.realtime import Pacing, is_live
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 
@@ -31,6 +32,8 @@ _LONGEST_STRETCH_NS = 100 * NS_PER_S
 _STRETCH_WALL_S = 0.05
 _FLUSH_WALL_S = 0.4
 """Stretch and flush together stay below the second that a killed run may lose."""
+_LEISURE_NS = 5 * NS_PER_MS
+"""A flush takes some ms."""
 
 _COLLECT_AFTER = 100_000
 
@@ -126,60 +129,63 @@ class _Run:
             self.writer.write_messages(self.loop)
 
     def _one_trial(self, interrupt: _Interrupt) -> None:
-        """[0, duration) in stretches."""
+        """[0, duration) in stretches, or in step with the wall clock."""
         if self.pacer is not None:
-            self.pacer.restart()
-        duration, done, number = self.experiment.duration_ns, 0, 0
+            self.pacer.begin_trial()
+        duration, done = self.experiment.duration_ns, 0
         while done < duration and not interrupt.asked:
-            number += 1
-            stop = min(duration, self._next_stop(done, number))
-            began = time.perf_counter()
-            self.loop.run_until(stop - 1)
-            if self.pacer is not None:
-                self.pacer.check(stop)
+            stop = self._stretch(done, duration) if self.pacer is None else self.pacer.advance(duration)
             self.simulated_ns += stop - done
             done = stop
-            self._after_stretch(time.perf_counter() - began, stop)
+            if self._flush_is_due():
+                self.flush()
+                if self.progress is not None:
+                    self.progress((self.trial + done / duration) / self.experiment.trials)
 
-    def _next_stop(self, done: int, number: int) -> int:
-        """Where the next stretch ends; a paced run first waits until it may begin."""
-        if self.pacer is None:
-            return done + self._stretch_ns
-        self.pacer.wait_for(done)
-        return self.pacer.period.tick(number)
-
-    def _after_stretch(self, took_s: float, stop_ns: int) -> None:
-        """Keep stretches at some tens of ms of wall time; now and then write and tell."""
-        factor = min(2.0, max(0.25, _STRETCH_WALL_S / max(took_s, 1e-6)))
+    def _stretch(self, done: int, duration: int) -> int:
+        """Run a stretch of some tens of ms of wall time; where it ends."""
+        stop = min(duration, done + self._stretch_ns)
+        began = time.perf_counter()
+        self.loop.run_until(stop - 1)
+        factor = min(2.0, max(0.25, _STRETCH_WALL_S / max(time.perf_counter() - began, 1e-6)))
         self._stretch_ns = min(_LONGEST_STRETCH_NS, max(1, int(self._stretch_ns * factor)))
-        if time.perf_counter() - self._flushed >= _FLUSH_WALL_S:
-            self.flush()
-            if self.progress is not None:
-                experiment = self.experiment
-                self.progress((self.trial + stop_ns / experiment.duration_ns) / experiment.trials)
+        return stop
+
+    def _flush_is_due(self) -> bool:
+        """Whether to write now; in step with the wall clock that waits a little for a moment of leisure."""
+        since = time.perf_counter() - self._flushed
+        if self.pacer is None or since < _FLUSH_WALL_S:
+            return since >= _FLUSH_WALL_S
+        return since >= 2 * _FLUSH_WALL_S or self.pacer.slack_ns() > _LEISURE_NS
 
     def flush(self) -> None:
         """Write what the recorder holds."""
         assert self.loop.recorder is not None
         self.writer.write(self.loop.recorder, self.trial)
         self.writer.write_step_times(self.timed)
+        if self.pacer is not None:
+            self.writer.write_instants(self.pacer.rows, self.trial)
         self._flushed = time.perf_counter()
 
 
 @one_blas_thread()
-def run(experiment: Experiment, out: Path, *, realtime: bool = False,
+def run(experiment: Experiment, out: Path, *, realtime: bool | Pacing = False,
         progress: Progress | None = None) -> Result:
     """Run every trial, record into a new file in the folder `out`, and score the file.
 
-    A failure or Ctrl-C ends the run with that status; what was recorded until then is kept. Raises
-    InputError, and leaves nothing behind, where the run cannot start.
+    `realtime` keeps it in step with the wall clock, as a `Pacing` says or as that is by default. A failure
+    or Ctrl-C ends the run with that status; what was recorded until then is kept. Raises InputError, and
+    leaves nothing behind, where the run cannot start.
     """
+    pacing = Pacing() if realtime is True else realtime or None
+    if pacing is None:
+        _refuse_live(experiment)
     wiring, timed_blocks = timed(experiment.wiring, experiment.record.timed)
-    rehearse(experiment, realtime)
+    rehearse(experiment, pacing is not None)
     loop = Loop(wiring, recorder=Recorder(experiment.record.plant_rate))
     with closing(loop):
-        writer = RecordingWriter(out, experiment)
-        pacer = Pacer(pace_of(experiment.nodes)) if realtime else None
+        writer = RecordingWriter(out, experiment, paced=pacing is not None)
+        pacer = Pacer(loop, pacing) if pacing is not None else None
         this = _Run(experiment, loop, timed_blocks, writer, pacer, progress)
         status, cause = "failed", ""
         began = time.perf_counter()
@@ -195,6 +201,14 @@ def run(experiment: Experiment, out: Path, *, realtime: bool = False,
                   metrics=_scored(writer.path, status), wall_s=wall_s,
                   realtime_factor=this.simulated_ns / NS_PER_S / wall_s, cause=cause,
                   deadlines=late[0], missed_deadlines=late[1])
+
+
+def _refuse_live(experiment: Experiment) -> None:
+    """A live stream cannot be heard faster or slower than it comes. Raises InputError naming the first."""
+    for node in experiment.wiring.nodes:
+        if is_live(node):
+            raise InputError(f"blocks.{node.name}", "is live: it runs in step with the wall clock only",
+                             "fesloop run --realtime")
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fesloop.loop.clock import Clock, RateClock
 from fesloop.loop.noise import NoiseStream, stream_key
-from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.signals import NEVER, Port, Sample, Value
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,13 +46,17 @@ class Tick:
     ----------
     index: number of this tick.
     time_ns: its instant.
+    captured_ns: for a block to set whose values were captured elsewhere, such as a live stream's: the
+        instant (from 0 to `time_ns`) that its outputs of this tick carry as their oldest and newest
+        capture. NEVER otherwise.
     """
 
-    __slots__ = ("index", "reports", "time_ns")
+    __slots__ = ("captured_ns", "index", "reports", "time_ns")
 
     def __init__(self) -> None:
         self.index = 0
         self.time_ns = 0
+        self.captured_ns = NEVER
         self.reports: list[tuple[str, str]] = []
 
     def report(self, status: str, detail: str = "") -> None:
@@ -72,6 +76,16 @@ class Block(Protocol):
     `linear_form(context)` (what theory is told of a block that is linear, or can be: `models.linear_form`),
     `faults(context, surroundings)` (InputErrors: what of its parameters cannot work where it stands, told
     when an experiment is made; see `surroundings`).
+
+    A block that hears the world as it is now has some of these too; with `attach` or a clock of arrivals it
+    runs in step with the wall clock (`fesloop run --realtime`) and is refused elsewhere.
+    `attach(state, present)`: called when t = 0 of a trial is now, before its first tick, with a `Present`
+    (see `realtime`): when that is, and a bell to set from any thread when something has arrived.
+    `waiting(state)`: loop time (ns) at which the oldest sample not yet taken arrived, None if there is none.
+    All blocks on its clock of arrivals then tick at that instant, or the next that has not been run, and its
+    `step` takes one sample. A block that looks at a fixed rate what has come has a plain rate, and no
+    `waiting`.
+    `stand_in()`: a block with the same ports and a plain clock that touches nothing outside, for rehearsals.
     """
 
     @property

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
-from itertools import count
-from typing import Protocol
+from itertools import count, repeat
+from typing import Protocol, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,8 +76,11 @@ class Clock(Protocol):
 def ticks_from(clock: Clock, index: int) -> Callable[[], int]:
     """A function that gives tick `index` when first called, then the next, and so on.
 
-    Where the period is whole ns, counting up is as exact as the division, and much quicker.
+    Where the period is whole ns, counting up is as exact as the division, and much quicker. A clock of
+    arrivals has no tick that is known beforehand: FOREVER, again and again.
     """
+    if waits_for_arrivals(clock):
+        return repeat(FOREVER).__next__
     if isinstance(clock, RateClock) and clock.period_den == 1:
         return count(clock.tick(index), clock.period_num).__next__
     return map(clock.tick, count(index)).__next__
@@ -85,21 +88,30 @@ def ticks_from(clock: Clock, index: int) -> Callable[[], int]:
 
 @dataclass(frozen=True, slots=True)
 class RateClock:
-    """Ticks at floor(offset + k x period), period = `period_num` / `period_den` ns."""
+    """Ticks at floor(offset + k x period), period = `period_num` / `period_den` ns.
+
+    Attributes
+    ----------
+    period_num, period_den, offset_ns: as above, ns.
+    arrivals: name of the live stream whose messages these ticks are, empty for a plain clock. Its rate is
+        then nominal, and good for all that is computed beforehand; in operation its blocks tick at the
+        instants that the loop is told (`Loop.arrive`), and only then.
+    """
 
     period_num: int
     period_den: int
     offset_ns: int = 0
+    arrivals: str = ""
 
     @classmethod
     def from_rate(
-        cls, rate: str | int | float | Fraction, offset_ns: int = 0, where: str = "rate"
+        cls, rate: str | int | float | Fraction, offset_ns: int = 0, where: str = "rate", arrivals: str = ""
     ) -> RateClock:
         """Clock of an exact rate in hertz; raises InputError for a bad rate or a negative offset."""
         period = NS_PER_S / parse_rate(rate, where)
         if offset_ns < 0:
             raise InputError(where, f"offset of {offset_ns} ns is negative", "zero or more")
-        return cls(period.numerator, period.denominator, offset_ns)
+        return cls(period.numerator, period.denominator, offset_ns, arrivals)
 
     @property
     def rate(self) -> Fraction:
@@ -131,7 +143,13 @@ class RateClock:
     def __str__(self) -> str:
         rate = self.rate
         text = str(rate.numerator) if rate.denominator == 1 else f"{float(rate):.9g}"
-        return f"{text} Hz" + (f" + {self.offset_ns / NS_PER_MS:g} ms" if self.offset_ns else "")
+        offset = f" + {self.offset_ns / NS_PER_MS:g} ms" if self.offset_ns else ""
+        return f"{text} Hz{offset}" + (f" nominal, as {self.arrivals} arrives" if self.arrivals else "")
+
+
+def waits_for_arrivals(clock: Clock | None) -> TypeGuard[RateClock]:
+    """Whether a clock ticks when messages of a live stream come."""
+    return isinstance(clock, RateClock) and clock.arrivals != ""
 
 
 class StampClock:

@@ -27,12 +27,12 @@ class Sampler:
     plain_links: those that leave the counting to the sender.
     """
 
-    __slots__ = ("_clock", "_next_tick", "_plain", "_random", "_stacks_through", "_values_at", "due", "index",
-                 "plain_links", "plant")
+    __slots__ = ("_next_tick", "_plain", "_random", "_stacks_through", "_values_at", "clock", "due",
+                 "index", "plain_links", "plant")
 
     def __init__(self, plant: PlantStation, clock: Clock, outgoing: Sequence[tuple[int, Link]],
                  observing: bool = False) -> None:
-        self.plant, self._clock = plant, clock
+        self.plant, self.clock = plant, clock
         self._values_at: Callable[[Sequence[int]], Iterator[tuple[int, int, Any]]] = plant.values_through
         self._stacks_through = (None if observing or isinstance(plant, GridStation) or not plant.stacks
                                 else plant.stacks_through)
@@ -110,7 +110,7 @@ class Sampler:
     def restore(self, saved: int) -> None:
         """Back to what `save` gave."""
         self.index = saved
-        self._next_tick = ticks_from(self._clock, saved)
+        self._next_tick = ticks_from(self.clock, saved)
         self.due = self._next_tick()
 
 

@@ -1,60 +1,97 @@
-"""Keeping simulated time in step with the wall clock: the only place where a run looks at one."""
+"""What a run in step with the wall clock goes by: which instants are waited for, and what blocks are told.
+
+A plain kernel wakes a sleeper some ms late now and then, so instants are those of blocks of at most 200 Hz.
+Plants and faster blocks catch up at each of them, in bursts.
+"""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-from fractions import Fraction
+import threading
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from heapq import merge
+from itertools import count
 
-from fesloop.loop.clock import NS_PER_S, RateClock
+from fesloop.errors import InputError
+from fesloop.loop.clock import FOREVER, NS_PER_S, Clock, RateClock, waits_for_arrivals
 from fesloop.loop.wiring import Node
 
 _MOST_HZ = 200
-"""A plain kernel wakes a sleeper some ms late now and then: above this rate ticks are run in bursts."""
+_IDLE = RateClock.from_rate("100")
+"""Where no block has a pace of its own (chosen): plants and the recording go on while a stream is silent."""
+POLICIES = ("catch-up", "skip", "stop")
 
 
-class Pacer:
-    """Lets each stretch of simulated time begin when the wall clock gets there, and no earlier.
-
-    A deadline is missed where a stretch ends after the next one should have begun.
-
-    Parameters
-    ----------
-    period: length of a stretch.
-    clock, sleep: wall clock in ns, and how to wait for some seconds.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pacing:
+    """How a run keeps in step with the wall clock.
 
     Attributes
     ----------
-    deadlines, missed: how many there were, and how many were missed.
-    worst_late_ns: by how much the worst was.
+    late: what becomes of ticks that are late. "catch-up" runs every one as soon as it can; "skip" lets those
+        pass that lie a whole period of their block or more in the past; "stop" ends the run as failed at the
+        first missed deadline.
     """
 
-    def __init__(self, period: RateClock, clock: Callable[[], int] = time.monotonic_ns,
-                 sleep: Callable[[float], None] = time.sleep) -> None:
-        self.period = period
-        self.deadlines = self.missed = self.worst_late_ns = 0
-        self._clock, self._sleep = clock, sleep
-        self._origin_ns = clock()
+    late: str = "catch-up"
 
-    def restart(self) -> None:
-        """Simulated time starts anew at 0, now."""
-        self._origin_ns = self._clock()
-
-    def wait_for(self, time_ns: int) -> None:
-        """Return when the wall clock has reached simulated time `time_ns`."""
-        while (ahead := self._origin_ns + time_ns - self._clock()) > 0:
-            self._sleep(ahead / NS_PER_S)
-
-    def check(self, time_ns: int) -> None:
-        """Count the deadline `time_ns` of the stretch that has just been run."""
-        late = self._clock() - self._origin_ns - time_ns
-        self.deadlines += 1
-        if late > 0:
-            self.missed += 1
-            self.worst_late_ns = max(self.worst_late_ns, late)
+    def __post_init__(self) -> None:
+        if self.late not in POLICIES:
+            raise InputError("--late", f"{self.late!r}", ", ".join(POLICIES))
 
 
-def pace_of(nodes: tuple[Node, ...]) -> RateClock:
-    """How often to look at the wall clock: at the rate of the fastest block, within what a kernel keeps."""
-    rates = [clock.rate for node in nodes if isinstance(clock := node.clock, RateClock)]
-    return RateClock.from_rate(min(max(rates, default=Fraction(100)), Fraction(_MOST_HZ)))
+@dataclass(frozen=True, slots=True)
+class Present:
+    """What a block that hears the world is told when a trial begins.
+
+    Attributes
+    ----------
+    origin_ns: `time.monotonic_ns()` at t = 0 of the trial.
+    bell: the loop sleeps on it; set it, from any thread, when something has arrived.
+    """
+
+    origin_ns: int
+    bell: threading.Event
+
+
+def is_live(node: Node) -> bool:
+    """Whether a node has to do with the world as it is now, so that it needs a run that is paced."""
+    return hasattr(node.part, "attach") or waits_for_arrivals(node.clock)
+
+
+def paced_clocks(nodes: Iterable[Node]) -> tuple[Clock, ...]:
+    """Clocks whose ticks are waited for: of blocks of at most 200 Hz, and 200 Hz where others are faster."""
+    clocks: list[Clock] = []
+    for node in nodes:
+        clock = node.clock
+        if clock is None or waits_for_arrivals(clock):
+            continue
+        if clock.period_s < 1 / _MOST_HZ:
+            clock = RateClock.from_rate(_MOST_HZ)
+        if clock not in clocks:
+            clocks.append(clock)
+    return tuple(clocks) or (_IDLE,)
+
+
+def shortest_period_ns(nodes: Iterable[Node]) -> int:
+    """The time that an instant's work may take: the shortest period that is waited for, nominal or not."""
+    nodes = tuple(nodes)
+    clocks = [*paced_clocks(nodes), *(clock for node in nodes if waits_for_arrivals(clock := node.clock))]
+    return max(NS_PER_S // _MOST_HZ, min(round(clock.period_s * NS_PER_S) for clock in clocks))
+
+
+def instants(clocks: Iterable[Clock]) -> Iterator[int]:
+    """Every instant, ns, at which one of the clocks ticks, each once, ascending."""
+    before = -1
+    for instant in merge(*(_ticks(clock) for clock in clocks)):
+        if instant > before:
+            yield instant
+            before = instant
+
+
+def _ticks(clock: Clock) -> Iterator[int]:
+    for index in count():
+        instant = clock.tick(index)
+        if instant >= FOREVER:
+            return
+        yield instant

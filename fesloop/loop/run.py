@@ -9,13 +9,15 @@ looks, which gives the same values and costs nothing where nobody does.
 from __future__ import annotations
 
 import pickle
+from collections.abc import Collection
 from contextlib import suppress
-from heapq import heapify, heapreplace
 from typing import Any
 
 import numpy as np
 
 from fesloop.errors import RunError, SnapshotError
+from fesloop.loop.agenda import Agenda
+from fesloop.loop.clock import Clock, RateClock
 from fesloop.loop.latency import LatencyReport
 from fesloop.loop.order import Sampling, upstream_first
 from fesloop.loop.plant_ports import PlantInputs, PlantRecord
@@ -85,17 +87,10 @@ class Loop:
 
     def _schedule(self) -> None:
         """The events to come: block ticks, and samplings that must keep their place among them."""
-        self._heap: list[tuple[int, int, BlockStation | Sampler]] = []
         blocks, samplers = iter(self._blocks), iter(self._samplers)
-        for number, item in enumerate(self.wiring.order):
-            if isinstance(item, Node):
-                block = next(blocks)
-                self._heap.append((block.due, number, block))
-            else:
-                sampler = next(samplers)
-                if item.plant.name in self._ordered:
-                    self._heap.append((sampler.due, number, sampler))
-        heapify(self._heap)
+        stations = [next(blocks) if isinstance(item, Node) else next(samplers) for item in self.wiring.order]
+        self._agenda = Agenda((number, station) for number, station in enumerate(stations)
+                              if not isinstance(station, Sampler) or station.plant.name in self._ordered)
 
     def _grouped(self) -> dict[str, Publisher]:
         """A publisher for each plant that needs no events, shared by the plants that exchange with it.
@@ -162,13 +157,10 @@ class Loop:
         if self._ended:
             raise RunError(f"the loop {self._ended}")
         self._ended = "has failed: restore a snapshot of before"
-        heap = self._heap
         try:
             # Overflow needs no warning of numpy's: what is not finite is caught where it is put out.
             with np.errstate(over="ignore", invalid="ignore"):
-                while heap and heap[0][0] <= time_ns:
-                    now, number, station = heap[0]
-                    heapreplace(heap, (station.fire(now), number, station))
+                self._agenda.run_until(time_ns)
                 for publisher in self._publishers.values():
                     publisher.until(time_ns)
                 for plant in self._plants.values():
@@ -180,6 +172,36 @@ class Loop:
         self._ended = ""
         if self.recorder is None:
             self._events.clear()
+
+    def arrive(self, clock: RateClock, time_ns: int, skipping: Collection[str] = ()) -> None:
+        """A message of a live stream has come: every block on its clock of arrivals ticks at `time_ns`.
+
+        That lies ahead of `now`, and nothing happens before `run_until` gets there. Blocks named in
+        `skipping` let the tick pass, which is recorded. Raises ValueError for an instant that has been run.
+        """
+        if time_ns <= self.now:
+            raise ValueError(f"{time_ns} ns has been run, up to {self.now} ns")
+        for sampler in self._samplers:
+            if sampler.clock == clock:
+                sampler.due = time_ns
+        for publisher in self._publishers.values():
+            publisher.settle()
+        self._agenda.arrive(clock, time_ns, skipping)
+
+    def skip_until(self, time_ns: int, clocks: Collection[Clock]) -> set[int]:
+        """Skip late ticks of the blocks on these clocks; the instants (ns) of those that were.
+
+        A tick is late where the same block's next is due at or before `time_ns` too: a whole period of its.
+        Each is recorded as an event `skipped`. Plants and other blocks go through these instants as ever.
+        """
+        return self._agenda.skip_until(time_ns, clocks)
+
+    def fail(self, cause: str) -> RunError:
+        """The failure of a run that something outside the loop puts an end to, recorded; raise it."""
+        fault = RunError(cause)
+        self._ended = "has been stopped"
+        self._keep(fault)
+        return fault
 
     def _keep(self, fault: RunError) -> None:
         """Record what the plants had shown before they failed, and why the run ended."""

@@ -35,9 +35,9 @@ class BlockStation:
     treats as part of the way. A tick that falls due before then is skipped and recorded.
     """
 
-    __slots__ = ("_checks", "_clock", "_draws", "_executed", "_execution", "_incoming", "_next_tick",
+    __slots__ = ("_checks", "_draws", "_executed", "_execution", "_incoming", "_next_tick",
                  "_plain", "_publishers", "_random", "_recorded", "_sound", "_step", "block", "busy_until",
-                 "checked", "due", "events", "held", "index", "name", "plain_links", "rows",
+                 "checked", "clock", "due", "events", "held", "index", "name", "plain_links", "rows",
                  "sent", "state", "tick")
 
     def __init__(self, node: Node, state: Any, seed: int, trial: int, incoming: Outgoing,
@@ -46,7 +46,7 @@ class BlockStation:
         clock = node.clock
         assert clock is not None
         self.name, self.block, self.state = node.name, node.block, state
-        self._clock = clock
+        self.clock = clock
         self._next_tick = ticks_from(clock, 0)
         self.due = self._next_tick()
         self.rows, self.events = rows, events
@@ -110,6 +110,9 @@ class BlockStation:
             values = self._step(self.state, held, tick)
             left += self._duration_ns(index, perf_counter_ns() - started)
             self.busy_until = left
+        if tick.captured_ns >= 0:
+            oldest = newest = tick.captured_ns
+            tick.captured_ns = NEVER
         if not self.checked:
             check_shapes(self.name, self.block.outputs, values)
             self.checked = True
@@ -127,6 +130,12 @@ class BlockStation:
         if self.rows is not None:
             self.rows.append((index, time_ns, left, oldest, newest, values))
         return due
+
+    def skip(self, why: str) -> None:
+        """Let the tick that is due pass without a step, and record that."""
+        self.events.append((self.due, self.name, "skipped", f"tick {self.index}: {why}"))
+        self.index += 1
+        self.due = self._next_tick()
 
     def _duration_ns(self, index: int, wall_ns: int) -> int:
         """How long this step took on the loop's clock."""
@@ -165,5 +174,5 @@ class BlockStation:
         """Back to what `save` gave."""
         self.index, self.busy_until, self._executed, self.sent, self.state, held = saved
         self.held[:] = held
-        self._next_tick = ticks_from(self._clock, self.index)
+        self._next_tick = ticks_from(self.clock, self.index)
         self.due = self._next_tick()

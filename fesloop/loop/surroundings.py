@@ -68,7 +68,8 @@ def _of(wiring: Wiring, node: Node, duration_ns: int) -> Surroundings:
 
 def _is_source(node: Node) -> bool:
     """Whether a node is a block that can be stepped beforehand: no inputs, and no device behind it."""
-    return not node.is_plant and not node.part.inputs and not hasattr(node.part, "close")
+    outside = any(hasattr(node.part, member) for member in ("close", "attach"))
+    return not node.is_plant and not node.part.inputs and not outside
 
 
 def _put_out(wiring: Wiring, node: Node, port: int, duration_ns: int) -> NDArray[np.float64]:

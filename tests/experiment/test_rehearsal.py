@@ -1,9 +1,16 @@
 """When a run is rehearsed: once for loops of the same parts, and always where the wall clock counts."""
 
 import pytest
+from live_parts import StandIn, Stream
+from loop_parts import Sink
 
 import fesloop
+from fesloop.errors import InputError
 from fesloop.experiment import rehearsal, trial
+from fesloop.experiment.experiment import Experiment
+from fesloop.loop.clock import RateClock
+from fesloop.loop.wire import Wire
+from fesloop.loop.wiring import Node
 
 SHORT = ["experiment.duration_s=0.6"]
 
@@ -48,3 +55,36 @@ def test_a_rehearsal_changes_no_run(loops, tmp_path):
         with fesloop.Recording(trial.run(experiment, tmp_path).recording) as recording:
             digests.add(recording.digest())
     assert len(digests) == len(loops) == 1
+
+
+def live_experiment(duration_s=0.3):
+    stream = Stream(wall=None, arrivals_ns=())
+    nodes = (Node("glove", stream), Node("sink", Sink(), stream.clock))
+    return Experiment(name="live", nodes=nodes, wires=(Wire("glove.y", "sink.u"),), duration_s=duration_s)
+
+
+def test_a_live_stream_is_rehearsed_with_its_stand_in(loops):
+    experiment = live_experiment()
+    assert [str(node.clock) for node in rehearsal.with_stand_ins(experiment.wiring).nodes] == ["100 Hz"] * 2
+    rehearsal.rehearse(experiment, realtime=True)
+    (given,) = loops
+    assert [type(node.part) for node in given[0].nodes] == [StandIn, Sink]
+    plain = fesloop.load("finger_pid_latency", SHORT).wiring
+    assert rehearsal.with_stand_ins(plain) is plain
+
+
+def test_a_device_without_a_stand_in_is_not_rehearsed(loops):
+    class Device(StandIn):
+        def close(self, state):
+            """Let go."""
+
+    node = Node("device", Device(clock=RateClock.from_rate("100")))
+    rehearsal.rehearse(Experiment(name="device", nodes=(node,), duration_s=1.0), realtime=True)
+    assert not loops
+
+
+def test_a_live_stream_is_refused_where_nothing_keeps_in_step(loops, tmp_path):
+    with pytest.raises(InputError, match=r"^blocks\.glove: is live.*fesloop run --realtime$"):
+        live_experiment().run(tmp_path)
+    assert not loops
+    assert list(tmp_path.iterdir()) == []

@@ -1,59 +1,51 @@
-"""The pacer, on a wall clock that the test moves."""
+"""Which instants a run in step with the wall clock waits for."""
 
+import numpy as np
 import pytest
-from loop_parts import Source
+from hypothesis import given
+from hypothesis import strategies as st
+from live_parts import Stream, Wall
+from loop_parts import ImpulseProbe, Source
 
-from fesloop.loop.clock import RateClock
-from fesloop.loop.realtime import Pacer, pace_of
+from fesloop.errors import InputError
+from fesloop.loop.clock import RateClock, StampClock, waits_for_arrivals
+from fesloop.loop.realtime import Pacing, instants, is_live, paced_clocks, shortest_period_ns
 from fesloop.loop.wiring import Node
 
 
-class Wall:
-    """A wall clock that stands still but for sleeping (a little too long) and working."""
-
-    def __init__(self):
-        self.now = 1_000_000_000
-
-    def clock(self):
-        return self.now
-
-    def sleep(self, seconds):
-        self.now += round(seconds * 1e9) + 80_000
+def rates(*rates):
+    return tuple(Node(f"n{i}", Source(), rate) for i, rate in enumerate(rates))
 
 
-def paced(work_ns, stretches=100, rate="100"):
-    wall = Wall()
-    pacer = Pacer(RateClock.from_rate(rate), wall.clock, wall.sleep)
-    pacer.restart()
-    begun = []
-    for number in range(stretches):
-        pacer.wait_for(pacer.period.tick(number))
-        begun.append(wall.now - 1_000_000_000)
-        wall.now += work_ns(number)
-        pacer.check(pacer.period.tick(number + 1))
-    return pacer, begun
+@pytest.mark.parametrize(("nodes", "paced", "period_ns"), [
+    (rates("50", "60"), ["50", "60"], 16_666_667), (rates("60", "60"), ["60"], 16_666_667),
+    (rates("50", "1000"), ["50", "200"], 5_000_000), (rates("200"), ["200"], 5_000_000),
+    ((), ["100"], 10_000_000), ((Node("plant", ImpulseProbe()),), ["100"], 10_000_000)])
+def test_blocks_are_waited_for_up_to_what_a_kernel_keeps(nodes, paced, period_ns):
+    assert paced_clocks(nodes) == tuple(RateClock.from_rate(rate) for rate in paced)
+    assert shortest_period_ns(nodes) == period_ns
 
 
-def test_a_stretch_never_begins_early_and_sleep_never_adds_up():
-    pacer, begun = paced(lambda number: 1_000_000)
-    assert all(0 <= at - number * 10_000_000 <= 80_000 for number, at in enumerate(begun))
-    assert (pacer.deadlines, pacer.missed) == (100, 0)
+def test_stamps_are_waited_for_as_they_are_and_messages_are_not_but_count():
+    stamps = StampClock(np.array([3, 9_000_000, 21_000_000]))
+    stream = Node("glove", Stream(wall=Wall(), arrivals_ns=()))
+    follower = Node("follower", Source(), stream.clock)
+    assert waits_for_arrivals(follower.clock)
+    assert paced_clocks((stream, follower, Node("slow", Source(), "10"))) == (RateClock.from_rate("10"),)
+    assert shortest_period_ns((stream, Node("slow", Source(), "10"))) == 10_000_000
+    assert paced_clocks((Node("stamps", Source(), stamps), stream)) == (stamps,)
+    assert list(instants((stamps,))) == [3, 9_000_000, 21_000_000]
+    assert [is_live(node) for node in (stream, follower, *rates("10"))] == [True, True, False]
 
 
-def test_one_long_stretch_is_one_missed_deadline_and_is_made_up_for():
-    pacer, begun = paced(lambda number: 25_000_000 if number == 10 else 2_000_000)
-    assert pacer.missed == 2, "its own, and that of the one that began 15 ms late and took 2"
-    assert pacer.worst_late_ns == pytest.approx(15_000_000, abs=100_000)
-    assert begun[14] - 140_000_000 <= 80_000
+@given(st.lists(st.tuples(st.integers(1, 7), st.integers(0, 20)), min_size=1, max_size=4))
+def test_every_instant_of_any_clock_comes_once_and_in_order(periods):
+    clocks = [RateClock(period, 1, offset) for period, offset in periods]
+    expected = sorted({offset + k * period for period, offset in periods for k in range(200)})[:100]
+    found = instants(clocks)
+    assert [next(found) for _ in range(100)] == expected
 
 
-def test_what_is_always_too_slow_misses_every_deadline():
-    pacer, _ = paced(lambda number: 12_000_000, stretches=50)
-    assert pacer.missed == 50
-
-
-def test_the_pace_is_that_of_the_fastest_block_within_reason():
-    nodes = tuple(Node(f"n{i}", Source(), rate) for i, rate in enumerate(("50", "60")))
-    assert pace_of(nodes).rate == 60
-    assert pace_of((*nodes, Node("fast", Source(), "1000"))).rate == 200
-    assert pace_of(()).rate == 100
+def test_a_policy_that_is_none_is_refused():
+    with pytest.raises(InputError, match="catch-up, skip, stop"):
+        Pacing(late="hurry")
