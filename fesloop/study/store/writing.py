@@ -15,6 +15,7 @@ one. A result is there once or not at all: its row's key is the run's id.
 from __future__ import annotations
 
 import json
+import sqlite3
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing
@@ -24,7 +25,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from fesloop.errors import InputError
+from fesloop.errors import InputError, RunError
 from fesloop.study.design.plan import PlannedCell
 from fesloop.study.design.study import Study
 from fesloop.study.store.claim import claim, is_empty
@@ -96,6 +97,9 @@ class Store:
     def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None,
                  trace: TracebackType | None) -> None:
         self.close()
+        if isinstance(fault, sqlite3.Error):  # of a plain read: what is written names itself
+            raise RunError(f"{self.path}: cannot be read on: {fault}; mend the disk, or move the file away"
+                           ) from None
 
     def close(self) -> None:
         """Let the file go, for another coordinator to take."""

@@ -224,6 +224,16 @@ def test_a_database_of_something_else_is_refused_and_left_alone(tmp_path, tables
     assert (tmp_path / "study.sqlite").read_bytes() == before
 
 
+def test_a_store_that_is_damaged_under_way_is_named_as_such(folder):
+    def read_on():
+        with Store(folder, a_study()) as kept:
+            kept.path.write_bytes(os.urandom(kept.path.stat().st_size))
+            list(kept.pending())
+
+    with pytest.raises(RunError, match=r"study\.sqlite: cannot be read on: .*(malformed|not a database)"):
+        read_on()
+
+
 def test_a_folder_that_cannot_be_is_named(tmp_path):
     (tmp_path / "file").touch()
     for path, fault in ((tmp_path / "file" / "kept", "Not a directory"), (tmp_path / "file", "File exists"),
