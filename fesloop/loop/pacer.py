@@ -91,7 +91,7 @@ class Pacer:
         elif due >= stop_ns:
             self._loop.run_until(stop_ns - 1)
         else:
-            self._run(due, [clock for instant, clock in arrivals if instant == due])
+            self._run(due, [clock for instant, clock in arrivals if instant == due], stop_ns)
         return self._loop.now + 1
 
     def _arrivals(self) -> list[tuple[int, RateClock]]:
@@ -104,13 +104,13 @@ class Pacer:
                 found.append((max(arrived, self._loop.now + 1), clock))
         return found
 
-    def _run(self, due: int, heard: list[RateClock]) -> None:
+    def _run(self, due: int, heard: list[RateClock], stop_ns: int) -> None:
         """Run everything due at or before `due`, at which these clocks of arrivals tick; note how late."""
         began = self.now_ns()
         for clock in heard:
             self._let_arrive(clock, due, began)
         if self._pacing.late == "skip" and began - due >= self.period_ns:
-            self._skipped |= self._loop.skip_until(began, self._clocks)
+            self._skipped |= self._loop.skip_until(min(began, stop_ns - 1), self._clocks)
         self._loop.run_until(due)
         ended = self.now_ns()
         skipped = due in self._skipped

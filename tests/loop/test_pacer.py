@@ -100,7 +100,7 @@ def test_a_skipped_tick_is_an_event_and_its_readers_hold_what_they_had():
 WORKS = st.lists(st.integers(0, 45 * MS) | st.integers(0, 9 * MS), min_size=1, max_size=12)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(works=WORKS, others=WORKS, over=st.lists(st.integers(0, 12 * MS), min_size=1, max_size=5),
        rate=st.sampled_from(["100", "60", "285.714"]), late=st.sampled_from(["catch-up", "skip"]))
 def test_whatever_the_work_takes(works, others, over, rate, late):
