@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.opening import open_file
 from fesloop.experiment.rows import INSTANTS
+from fesloop.experiment.signal_table import SignalTable
 from fesloop.experiment.stored_rows import Column, StoredRows
 from fesloop.loop.clock import FOREVER
 
@@ -140,6 +142,14 @@ class Recording:
                 found += [f"{node}.{port}" for port in json.loads(dataset.attrs["units"])]
         return found
 
+    @property
+    def inputs(self) -> list[str]:
+        """Every plant input of which it is recorded what acted on it, unless an output has its name."""
+        outputs = set(self.signals)
+        names = [path.removeprefix("inputs/").replace("/", ".") for path in self._datasets
+                 if path.startswith("inputs/")]
+        return [name for name in names if name not in outputs]
+
     def signal(self, name: str, trial: int = 0) -> Signal:
         """An output signal, or what acted on a plant input, in one trial.
 
@@ -159,6 +169,17 @@ class Recording:
         times = rows.read("time_ns", first, stop)
         late, end = np.searchsorted(times, after_ns), np.searchsorted(times, until_ns, side="right")
         return times[late:end], Column(rows, field, first + int(late), first + int(end))
+
+    def tables(self, names: Sequence[str], trial: int = 0) -> list[SignalTable]:
+        """The named signals of a trial, those of one node side by side; a plant's input has its own table.
+
+        Raises InputError for a name that is not recorded.
+        """
+        fields: dict[StoredRows, dict[str, str]] = {}
+        for name in names:
+            rows, field = self._stream(name)
+            fields.setdefault(rows, {})[field] = name
+        return [SignalTable(rows, of_rows, trial) for rows, of_rows in fields.items()]
 
     def _stream(self, name: str) -> tuple[StoredRows, str]:
         """The rows and the field that hold a signal."""

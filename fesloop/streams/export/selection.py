@@ -1,0 +1,112 @@
+"""Which trials and signals of a recording are exported."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from fesloop.errors import InputError, did_you_mean
+from fesloop.experiment.reading import Event, Recording
+from fesloop.experiment.signal_table import SignalTable, TableSignal
+from fesloop.streams.export.channels import Channel, channels
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Selection:
+    """What of a recording is exported.
+
+    Attributes
+    ----------
+    recording: open for reading.
+    trials: counted from 0.
+    signals: names.
+    """
+
+    recording: Recording
+    trials: tuple[int, ...]
+    signals: tuple[str, ...]
+
+    def tables(self, trial: int) -> list[SignalTable]:
+        """The chosen signals of a trial, node by node."""
+        return self.recording.tables(self.signals, trial)
+
+    def block(self, signal: TableSignal) -> dict[str, Any]:
+        """Parameters of a signal's node."""
+        found: dict[str, Any] = self.recording.experiment.get("blocks", {}).get(signal.node, {})
+        return found
+
+    def channels(self, signal: TableSignal) -> tuple[Channel, ...]:
+        """Channels of a signal."""
+        return channels(signal, self.block(signal))
+
+    def told(self, table: SignalTable) -> str:
+        """What a table is called: the node, or the plant's input."""
+        first = table.signals[0]
+        return first.name if first.name in self.recording.inputs else first.node
+
+    def events(self, trial: int) -> list[Event]:
+        """What was out of the ordinary in a trial; a recording holds that in memory as well."""
+        return [event for event in self.recording.events if event.trial == trial]
+
+    def prefix(self, trial: int) -> str:
+        """What names of a trial's files begin with: nothing, where the run has but one trial."""
+        return "" if self.recording.trials == 1 else f"trial-{trial}_"
+
+
+def select(recording: Recording, trial: int | None, signals: Sequence[str] | None,
+           wanted: Callable[[TableSignal], bool], what: str) -> Selection:
+    """The selection that a user asks for, or all that a format is for.
+
+    Parameters
+    ----------
+    trial: None for all.
+    signals: names; None for all outputs and plant inputs that are `wanted`.
+    wanted: whether a format takes a signal where none is named.
+    what: the format takes, in a fault where there is none.
+
+    Raises InputError for trials and signals that the recording does not have, and for one without any.
+    """
+    where, count = str(recording.path), recording.trials
+    if count == 0:
+        raise InputError(where, "holds no row of any trial", "a run that got as far as its first tick")
+    if trial is not None and not 0 <= trial < count:
+        raise InputError("--trial", f"{trial}", "0" if count == 1 else f"0 to {count - 1}")
+    trials = tuple(range(count)) if trial is None else (trial,)
+    known = recording.signals + recording.inputs
+    if signals is not None:
+        _require_known(signals, known)
+        return Selection(recording, trials, tuple(dict.fromkeys(signals)))
+    chosen = tuple(signal.name for table in recording.tables(known, trials[0])
+                   for signal in table.signals if wanted(signal))
+    if not chosen:
+        raise InputError(where, f"records no {what}", "such a signal, or --signals",
+                         f"recorded are {', '.join(known) or 'none'}")
+    return Selection(recording, trials, chosen)
+
+
+def _require_known(signals: Sequence[str], known: Sequence[str]) -> None:
+    if not signals:
+        raise InputError("--signals", "no name", ", ".join(known))
+    for name in signals:
+        if name not in known:
+            raise InputError("--signals", f"{name!r} is not recorded", ", ".join(known),
+                             did_you_mean(name, known))
+
+
+def file_name(name: str) -> str:
+    """A name that any file system takes: what is no letter, digit, dot, dash or underscore is one."""
+    return re.sub(r"[^A-Za-z0-9._-]+", "_", name).lstrip(".") or "_"
+
+
+def unique(names: Sequence[str]) -> list[str]:
+    """The same names, those that stand there already with a number behind."""
+    found: list[str] = []
+    for name in names:
+        number, tried = 1, name
+        while tried.lower() in {other.lower() for other in found}:
+            number += 1
+            tried = f"{name}_{number}"
+        found.append(tried)
+    return found
