@@ -23,6 +23,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_run(commands)
     _add_study(commands)
     _add_picture(commands)
+    _add_import(commands)
     _add_export(commands)
     _add_reproduce(commands)
     _add_bench(commands)
@@ -30,6 +31,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_fmu(commands)
     _add_patient(commands)
     _add_identify(commands)
+    _add_stream(commands)
     return parser
 
 
@@ -76,6 +78,8 @@ def _add_run(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--realtime", action="store_true", help="keep in step with the wall clock")
     command.add_argument("--late", choices=("catch-up", "skip", "stop"), help="in real time, what becomes of "
                          "ticks that are late (default: catch-up)")
+    command.add_argument("--priority", type=int, metavar="N", help="in real time, ask for the scheduling "
+                         "class SCHED_FIFO with this priority, 1 to 99 (default: none)")
 
 
 def _add_study(commands: _Commands[argparse.ArgumentParser]) -> None:
@@ -102,6 +106,19 @@ def _add_picture(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--trial", type=int, metavar="N", default=0, help="counted from 0 (default: 0)")
     command.add_argument("--out", metavar="DIR", default="pictures",
                          help="folder of the pictures (default: pictures)")
+    command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+
+
+def _add_import(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("import", help="write a recording of inertial sensors as a motion file")
+    command.add_argument("source", metavar="SOURCE",
+                         help="XDF, Motion-BIDS (a folder, or a *_motion.tsv), MATLAB 5 or 7.3, .npz, a table")
+    command.add_argument("target", metavar="TARGET", help="the file to write, such as motion.h5")
+    command.add_argument("--layout", metavar="FILE",
+                         help="what stands where in SOURCE, for files that do not say it themselves")
+    command.add_argument("--sensor-set", metavar="NAME",
+                         help="which sensors, where SOURCE holds several sets: streams of XDF, or tracking "
+                         "systems of Motion-BIDS, with commas between")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 
@@ -164,4 +181,21 @@ def _add_identify(commands: _Commands[argparse.ArgumentParser]) -> None:
                          help="what is to be predicted (default: that of the block of kind synergies)")
     command.add_argument("--method", choices=("subspace", "fir"), default="subspace",
                          help="of the linear dynamics (default: subspace)")
+    command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+
+
+def _add_stream(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("stream", help="play a recording as a live stream (Lab Streaming Layer)")
+    command.add_argument("recording", metavar="RECORDING",
+                         help="a file of a known format, or hand: sensors of a hand that moves, computed")
+    command.add_argument("--name", default="imus", help="of the stream (default: imus)")
+    command.add_argument("--sensor-set", metavar="SET", help="which, where the file holds several")
+    command.add_argument("--rate", metavar="HZ", help="play at another rate (default: as recorded)")
+    command.add_argument("--loop", action="store_true", help="begin anew after the end")
+    command.add_argument("--duration", metavar="SECONDS", type=float, help="end after so long")
+    command.add_argument("--fault", metavar="KIND@START[+LENGTH][xVALUE]", action="append", default=[],
+                         help="go wrong for a while, such as freeze@5+0.5; kinds: stop, vanish, freeze, "
+                         "repeat, jump, clock, reorder, nan, rate")
+    command.add_argument("--network", choices=("loopback", "lab"), default="loopback",
+                         help="who may hear it: this machine (default), or other computers too")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")

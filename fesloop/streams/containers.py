@@ -1,7 +1,8 @@
-"""The two containers that recordings come in, MATLAB 5 and NumPy npz, as plain mappings.
+"""Containers that recordings come in, MATLAB 5, HDF5 (MATLAB 7.3) and NumPy npz, as plain mappings.
 
-Both decoders belong to other projects and raise nearly anything on a broken file; here that becomes one
-line. Neither runs code from the file: pickled objects are refused.
+Their decoders belong to other projects and raise nearly anything on a broken file; here that becomes one
+line. None runs code from the file: pickled objects are refused. What a file declares to be in it is held
+against its size before it is decoded.
 """
 
 from __future__ import annotations
@@ -14,39 +15,57 @@ from typing import Any
 import numpy as np
 
 from fesloop.errors import InputError
+from fesloop.streams.mat5_structure import require_sound_mat5
+from fesloop.streams.room import Room
 
-_ZIP, _HDF5, _MATLAB = b"PK\x03\x04", b"\x89HDF\r\n\x1a\n", b"MATLAB 5.0"
-FORMATS = "a MATLAB 5 .mat or a NumPy .npz recording"
+ZIP, HDF5, MATLAB, MATLAB_73 = b"PK\x03\x04", b"\x89HDF\r\n\x1a\n", b"MATLAB 5.0", b"MATLAB 7.3"
+FORMATS = "a MATLAB .mat or a NumPy .npz recording"
+_HEAD_BYTES = 1024
 
 
 def read_container(path: Path) -> Mapping[str, Any]:
     """Everything in the file, by key.
 
-    Raises InputError where there is no such file, it is neither of the two, or it cannot be decoded.
+    Raises InputError where there is no such file, it is none of these, or it cannot be decoded.
     """
+    head = head_of(path, FORMATS)
+    if is_hdf5(head):
+        return _decoded(path, _read_hdf5)
+    if head.startswith(ZIP):
+        return _decoded(path, _read_npz)
+    if head.startswith(MATLAB):
+        return _decoded(path, _read_mat)
+    raise InputError(str(path), "is empty" if not head else "is neither a .mat nor an .npz file", FORMATS)
+
+
+def is_hdf5(head: bytes) -> bool:
+    """Whether a file that starts so is HDF5; MATLAB puts 512 bytes of its own before."""
+    return head.startswith(HDF5) or (head.startswith(MATLAB_73) and head[512:].startswith(HDF5))
+
+
+def is_container(head: bytes) -> bool:
+    """Whether a file that starts so is one of the containers."""
+    return is_hdf5(head) or head.startswith((ZIP, MATLAB, MATLAB_73))
+
+
+def head_of(path: Path, allowed: str) -> bytes:
+    """How a file starts; InputError, with what is `allowed`, where it cannot be read."""
     where = str(path)
     try:
         with path.open("rb") as file:
-            head = file.read(128)
+            return file.read(_HEAD_BYTES)
     except FileNotFoundError:
-        raise InputError(where, "there is no such file", FORMATS) from None
+        raise InputError(where, "there is no such file", allowed) from None
     except (OSError, ValueError) as fault:
         reason = "is a folder" if path.is_dir() else f"cannot be read: {fault}"
-        raise InputError(where, reason, FORMATS) from None
-    if head.startswith(_HDF5) or b"MATLAB 7.3" in head:
-        raise InputError(where, "is a MATLAB 7.3 (HDF5) file", FORMATS, "save it with -v7")
-    if head.startswith(_ZIP):
-        return _decoded(path, _read_npz)
-    if head.startswith(_MATLAB):
-        return _decoded(path, _read_mat)
-    raise InputError(where, "is empty" if not head else "is neither a .mat nor an .npz file", FORMATS)
+        raise InputError(where, reason, allowed) from None
 
 
-def _decoded(path: Path, decode: Callable[[Path], dict[str, Any]]) -> Mapping[str, Any]:
+def _decoded(path: Path, decode: Callable[[Path, Room], dict[str, Any]]) -> Mapping[str, Any]:
     try:  # whatever the decoder raises on a broken file means the same to the user
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            content = decode(path)
+            content = decode(path, Room(path))
     except InputError:
         raise
     except Exception as fault:
@@ -57,8 +76,10 @@ def _decoded(path: Path, decode: Callable[[Path], dict[str, Any]]) -> Mapping[st
     return content
 
 
-def _read_npz(path: Path) -> dict[str, Any]:
+def _read_npz(path: Path, room: Room) -> dict[str, Any]:
     with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+        for entry in archive.zip.infolist():
+            room.take(entry.file_size, f"{path}: {entry.filename}")
         content: dict[str, Any] = {}
         for key in archive.files:
             try:
@@ -71,8 +92,15 @@ def _read_npz(path: Path) -> dict[str, Any]:
         return content
 
 
-def _read_mat(path: Path) -> dict[str, Any]:
+def _read_hdf5(path: Path, room: Room) -> dict[str, Any]:
+    from fesloop.streams.mat73 import read_hdf5
+
+    return read_hdf5(path, room, FORMATS)
+
+
+def _read_mat(path: Path, room: Room) -> dict[str, Any]:
     from scipy.io import loadmat
 
+    require_sound_mat5(path, room)
     content = loadmat(str(path), appendmat=False, simplify_cells=True)
     return {key: value for key, value in content.items() if not key.startswith("__")}

@@ -7,15 +7,21 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from fesloop.errors import InputError
-from fesloop.streams.containers import read_container
-from fesloop.streams.formats import body16, broad, chain5, wrist
+from fesloop.streams import motion_file
+from fesloop.streams.containers import head_of, is_container, is_hdf5, read_container
+from fesloop.streams.formats import body16, broad, chain5, motion_bids, wrist, xdf
+from fesloop.streams.hdf5 import form_of
 from fesloop.streams.recording import MotionRecording, Reference
 
 __all__ = ["FORMATS", "MotionRecording", "Reference", "open_recording"]
 
+ALLOWED = ("a motion file of fesloop, an XDF file, a *_motion.tsv of Motion-BIDS or its folder, a MATLAB "
+           ".mat or NumPy .npz of a known set, or any table with its layout")
+_RUN = "fesloop recording"
+
 
 class Reader(Protocol):
-    """A module that reads one format."""
+    """A module that reads one form of a container's content."""
 
     FORMAT: str
 
@@ -27,25 +33,54 @@ class Reader(Protocol):
 
 
 FORMATS: tuple[Reader, ...] = (broad, chain5, wrist, body16)
-"""A reader a format."""
+"""A reader a published set."""
 
 
-def open_recording(path: str | Path, sensor_set: str | None = None) -> MotionRecording:
-    """The recording in a file.
+def open_recording(path: str | Path, sensor_set: str | None = None,
+                   layout: str | Path | None = None) -> MotionRecording:
+    """The recording in a file, or in a folder of Motion-BIDS.
 
     Parameters
     ----------
-    path: a .mat or .npz file; its name does not matter.
-    sensor_set: which sensors, where the file holds several sets on the same segments ("rigid" or
-        "nonrigid" of chain5); None takes the first.
+    path: of a motion file of ours, an XDF file, a *_motion.tsv or a folder that holds it, a .mat (MATLAB 5
+        or 7.3) or .npz file; but for the .tsv its name does not matter.
+    sensor_set: which sensors, where the file holds several sets: "rigid" or "nonrigid" of chain5, the
+        streams of an XDF file by their names with commas between, the tracking system of Motion-BIDS. None
+        takes the first of chain5, and what there is in the others where that is one set.
+    layout: of a file that says too little of itself (see `fesloop.streams.formats.layout`).
 
     Raises InputError, naming file and key, for anything that is not a sound recording of a known format.
     """
     file = Path(path)
+    if layout is not None:
+        from fesloop.streams.formats.described import read_described
+
+        if sensor_set is not None:
+            raise InputError("sensor_set", f"{sensor_set!r} beside a layout", "one of the two")
+        return read_described(file, Path(layout))
+    if file.is_dir() or file.name.endswith(motion_bids.ENDING):
+        return motion_bids.read(file, sensor_set)
+    head = head_of(file, ALLOWED)
+    if head.startswith(xdf.SIGNATURE):
+        return xdf.read(file, sensor_set)
+    if is_hdf5(head):
+        form = form_of(file, ALLOWED)
+        if form == motion_file.FORMAT:
+            return motion_file.read_motion_file(file, sensor_set)
+        if form.startswith(_RUN):
+            raise InputError(str(file), "is the recording of a run", ALLOWED,
+                             "a block of kind playback plays its signals")
+    if not is_container(head):
+        raise InputError(str(file), "is empty" if not head else "is no recording of a known format", ALLOWED,
+                         "describe it with a layout")
+    return _of_a_known_set(file, sensor_set)
+
+
+def _of_a_known_set(file: Path, sensor_set: str | None) -> MotionRecording:
     content = read_container(file)
     for reader in FORMATS:
         if reader.holds(content):
             return reader.read(file, content, sensor_set)
     keys = ", ".join(list(content)[:8]) or "nothing"
     raise InputError(str(file), f"is no recording of a known format, it holds {keys}",
-                     ", ".join(reader.FORMAT for reader in FORMATS))
+                     ", ".join(reader.FORMAT for reader in FORMATS), "describe it with a layout")

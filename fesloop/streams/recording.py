@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
@@ -44,7 +45,7 @@ class MotionRecording:
     Attributes
     ----------
     path: the file.
-    source_format: "broad", "body16", "chain5" or "wrist".
+    source_format: of the file that the samples come from, such as "broad" or "xdf"; it outlives an import.
     sensor_set: name of the set of sensors, where the file holds more than one on the same segments.
     sensors: their names, n_sensors of them.
     rate: exact, Hz; None where the samples are not evenly spaced.
@@ -54,6 +55,9 @@ class MotionRecording:
     mag: (n_samples, n_sensors, 3), T, NaN where lost; or None.
     reference: what to hold a tracker against, or None.
     pairs: (parent, child) numbers of sensors on neighbouring segments.
+    source: name of the file that was imported; empty where this is the file itself.
+    source_units: units in which that file gives "gyr", "acc" and "mag", as it names them; empty where it
+        names none.
     """
 
     path: Path
@@ -67,6 +71,8 @@ class MotionRecording:
     mag: Array | None
     reference: Reference | None
     pairs: tuple[tuple[int, int], ...]
+    source: str = ""
+    source_units: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         shape = (self.stamps_ns.size, len(self.sensors), 3)

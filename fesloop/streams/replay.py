@@ -27,6 +27,7 @@ class Replay:
     ----------
     recording: path of the file (see `fesloop.streams.files.open_recording`).
     sensor_set: which set of sensors, where the file holds several; None takes the first.
+    layout: path of a layout file, for a recording that says too little of itself.
     start_s: what of the recording to leave out; the first sample at or after it plays at t = 0.
     duration_s: how much to play; None plays to the end.
     clock: instants of the samples (not a parameter).
@@ -36,6 +37,7 @@ class Replay:
 
     recording: str
     sensor_set: str | None = None
+    layout: str | None = None
     start_s: float = 0.0
     duration_s: float | None = None
     clock: StampClock = field(init=False, repr=False)
@@ -44,7 +46,7 @@ class Replay:
     _first: int = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        source = open_recording(self.recording, self.sensor_set)
+        source = open_recording(self.recording, self.sensor_set, self.layout)
         start = duration_ns(self.start_s, NS_PER_S, "start_s")
         first = int(np.searchsorted(source.stamps_ns, start))
         if first == source.samples:

@@ -1,0 +1,30 @@
+"""`fesloop import`."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from typing import Any
+
+from fesloop.cli.output import print_json, progress_bar
+from fesloop.loop.clock import NS_PER_S
+
+
+def execute(args: Namespace) -> int:
+    """Read a recording of any known format and write it as a motion file."""
+    from fesloop.streams.importing import import_recording
+
+    with progress_bar(f"import {args.source}"):
+        recording = import_recording(args.source, args.target, args.layout, args.sensor_set)
+    told: dict[str, Any] = {
+        "motion": args.target, "source": recording.source, "source_format": recording.source_format,
+        "sensors": list(recording.sensors), "samples": recording.samples,
+        "rate": None if recording.rate is None else str(recording.rate),
+        "duration_s": recording.duration_ns / NS_PER_S, "magnetometers": recording.mag is not None,
+        "reference": recording.reference is not None, "source_units": dict(recording.source_units)}
+    if args.json:
+        print_json(told)
+    else:
+        rate = "uneven instants" if recording.rate is None else f"{float(recording.rate):.9g} Hz"
+        print(f"{args.target}: {len(recording.sensors)} sensors, {recording.samples} samples, {rate}, from "
+              f"{recording.source} ({recording.source_format})")
+    return 0

@@ -1,0 +1,139 @@
+"""The files of a Motion-BIDS recording: a table of motion without header, its channels, its description.
+
+Brain Imaging Data Structure 1.9 or later, modality-specific files, motion (Jeung et al. 2024,
+doi 10.1038/s41597-024-03559-8).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fesloop.errors import InputError
+from fesloop.streams.checks import Array
+from fesloop.streams.text_table import TextForm, read_table, read_text
+from fesloop.streams.timebase import exact_rate
+from fesloop.streams.units import factor
+
+ENDING = "_motion.tsv"
+_MISSING = ("n/a",)
+_TABLE = TextForm(separator="\t", header=0, missing=_MISSING)
+_REQUIRED = ("name", "component", "type", "tracked_point", "units")
+_LEVELS = 4
+"""Folders above a file in which BIDS has what holds for several files: motion, session, subject, dataset."""
+
+
+@dataclass(frozen=True, slots=True)
+class BidsChannel:
+    """A row of *_channels.tsv; see BIDS for what the columns mean."""
+
+    name: str
+    component: str
+    type: str
+    tracked_point: str
+    units: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrackingSystem:
+    """What one tracking system recorded.
+
+    Attributes
+    ----------
+    name: of the tracking system, as the file's name has it.
+    channels: one a column.
+    times_s: (n,), from the start of the recording.
+    values: (n, channels), NaN where missing.
+    """
+
+    name: str
+    channels: tuple[BidsChannel, ...]
+    times_s: Array
+    values: Array
+
+
+def entities(path: Path) -> dict[str, str]:
+    """The parts of a BIDS file name: {"sub": "01", "task": "grasp", "tracksys": "imu"}."""
+    parts = (part.partition("-") for part in path.name.removesuffix(ENDING).split("_"))
+    return {key: value for key, dash, value in parts if dash}
+
+
+def read_system(path: Path) -> TrackingSystem:
+    """A tracking system's recording, from its *_motion.tsv and what stands beside it.
+
+    Raises InputError, naming file and key or line, for what is missing or does not fit.
+    """
+    channels = _read_channels(_beside(path, "channels.tsv"))
+    values = read_table(path, _TABLE).values
+    if values.shape[1] != len(channels):
+        raise InputError(str(path), f"has {values.shape[1]} columns, its channels are {len(channels)}",
+                         "a row of *_channels.tsv for each column")
+    return TrackingSystem(entities(path).get("tracksys", path.name), channels,
+                          _instants(path, channels, values), values)
+
+
+def _beside(path: Path, suffix: str) -> Path:
+    """The file that describes another: beside it, or above it under a name with fewer parts."""
+    own = set(path.name.removesuffix(ENDING).split("_"))
+    for folder in [path.parent, *path.absolute().parents[1:_LEVELS]]:
+        for candidate in sorted(folder.glob(f"*_{suffix}")):
+            if set(candidate.name.removesuffix(f"_{suffix}").split("_")) <= own:
+                return candidate
+    wanted = path.with_name(path.name.removesuffix(ENDING) + f"_{suffix}")
+    raise InputError(str(wanted), f"is missing, {path.name} needs it", "a complete Motion-BIDS recording")
+
+
+def _read_channels(path: Path) -> tuple[BidsChannel, ...]:
+    rows = [line.split("\t") for line in read_text(path, "a table of channels").splitlines() if line.strip()]
+    names = [name.strip() for name in rows[0]] if rows else []
+    for key in _REQUIRED:
+        if key not in names:
+            raise InputError(f"{path}: {key}", "is no column", ", ".join(_REQUIRED))
+    channels = []
+    for line, row in enumerate(rows[1:], start=2):
+        if len(row) != len(names):
+            raise InputError(f"{path}: line {line}", f"has {len(row)} columns, the first has {len(names)}",
+                             "rows of equal length")
+        channels.append(BidsChannel(*(row[names.index(key)].strip() for key in _REQUIRED)))
+    if not channels:
+        raise InputError(str(path), "names no channel", "one or more")
+    return tuple(channels)
+
+
+def _instants(path: Path, channels: tuple[BidsChannel, ...], values: Array) -> Array:
+    """Instants of the samples: of the channel LATENCY, else of the sampling frequency that is stated."""
+    latencies = [number for number, channel in enumerate(channels) if channel.type == "LATENCY"]
+    if len(latencies) > 1:
+        raise InputError(str(path), f"has {len(latencies)} channels LATENCY", "one or none")
+    if latencies:
+        unit = channels[latencies[0]].units
+        return values[:, latencies[0]] * factor("time", unit, f"{path}: units of LATENCY")
+    description = _beside(path, "motion.json")
+    told = _read_description(description)
+    key = "SamplingFrequencyEffective" if _is_number(told.get("SamplingFrequencyEffective")) else (
+        "SamplingFrequency")
+    if not _is_number(told.get(key)):
+        raise InputError(f"{description}: {key}", "is missing, or no number", "Hz")
+    rate = exact_rate(float(told[key]), f"{description}: {key}")
+    return np.arange(len(values)) / float(rate)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _read_description(path: Path) -> dict[str, Any]:
+    try:
+        told = json.loads(read_text(path, "a JSON file"))
+    except InputError:
+        raise
+    except (ValueError, RecursionError) as fault:
+        raise InputError(str(path), f"is no JSON: {fault}", "a JSON object") from None
+    if not isinstance(told, dict):
+        raise InputError(str(path), "is no JSON object", "a JSON object")
+    return told

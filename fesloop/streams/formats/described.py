@@ -1,0 +1,183 @@
+"""Files that a layout describes: tables in text, and variables of .mat, .npz and HDF5 files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from fesloop.errors import InputError, did_you_mean
+from fesloop.streams import checks
+from fesloop.streams.checks import Array
+from fesloop.streams.containers import head_of, is_container, read_container
+from fesloop.streams.formats.channels import recording_of
+from fesloop.streams.formats.layout import Columns, Layout, Place, ReferenceLayout, read_layout
+from fesloop.streams.recording import MotionRecording, Reference, Stamps
+from fesloop.streams.text_table import TextTable, read_table
+from fesloop.streams.timebase import exact_rate, stamps_of_rate, stamps_of_times
+from fesloop.streams.units import SI, factor
+
+_ALLOWED = "a text file with a table of numbers, a .mat, .npz or HDF5 file"
+
+
+class Source(Protocol):
+    """What numbers are taken from."""
+
+    def columns(self, place: Place, count: int, where: str) -> Array:
+        """The columns of a place, (n, count), a fresh array."""
+
+
+def read_described(path: Path, layout_path: Path) -> MotionRecording:
+    """The recording in a file that a layout describes.
+
+    Raises InputError, InputErrors: faults of the layout with its key, faults of the file with the key or the
+    line and column.
+    """
+    layout = read_layout(layout_path)
+    container = is_container(head_of(path, _ALLOWED))
+    source: Source = (_Variables(read_container(path), str(path)) if container
+                      else _Table(read_table(path, layout.text), str(path)))
+    source_format = "variables" if container else "table"
+    units = {"gyr": layout.units.gyr, "acc": layout.units.acc, "mag": layout.units.mag}
+    scales = {kind: factor(kind, unit, f"{layout_path}: units.{kind}") for kind, unit in units.items()}
+    sensors: dict[str, dict[str, Array]] = {}
+    for name, sensor in layout.sensors.items():
+        for kind, place in (("gyr", sensor.gyr), ("acc", sensor.acc), ("mag", sensor.mag)):
+            if place is not None:
+                samples = source.columns(place, 3, f"{layout_path}: sensors.{name}.{kind}")
+                sensors.setdefault(name, {})[kind] = samples * scales[kind]
+    length = len(next(iter(sensors.values()))["gyr"])
+    stamps, rate = _time_base(source, layout.rate, layout.time, length, layout, f"{layout_path}: ")
+    names = list(layout.sensors)
+    return recording_of(
+        path, source_format, sensors, stamps, rate, reference=_reference(source, layout, stamps, layout_path),
+        pairs=[(names.index(parent), names.index(child)) for parent, child in layout.pairs],
+        source_units={kind: units[kind] for kind in SI if kind in units and (
+            kind != "mag" or "mag" in next(iter(sensors.values())))})
+
+
+def _time_base(source: Source, rate: str | int | float | None, time: Place | None, length: int,
+               layout: Layout, where: str) -> tuple[Stamps, Fraction | None]:
+    """Stamps and exact rate from what the layout says of time."""
+    if time is not None:
+        unit_s = factor("time", layout.units.time, f"{where}units.time")
+        return stamps_of_times(source.columns(time, 1, f"{where}time")[:, 0], unit_s, f"{where}time")
+    try:
+        stated = Fraction(str(rate))
+    except (ValueError, ZeroDivisionError):
+        raise InputError(f"{where}rate", f"{rate!r}", '100, "2000/7", "285.714" Hz') from None
+    exact_rate(float(stated), f"{where}rate")
+    return stamps_of_rate(length, stated), stated
+
+
+def _reference(source: Source, layout: Layout, stamps: Stamps, layout_path: Path) -> Reference | None:
+    """Orientations of all sensors, w x y z, segment to reference; None where the layout names none."""
+    wanted: ReferenceLayout = layout.reference
+    places = {name: sensor.orientation for name, sensor in layout.sensors.items()
+              if sensor.orientation is not None}
+    if not places:
+        return None
+    each = []
+    for name, place in places.items():
+        where = f"{layout_path}: sensors.{name}.orientation"
+        quaternions = source.columns(place, 4, where)
+        if wanted.order == "xyzw":
+            quaternions = quaternions[:, [3, 0, 1, 2]]
+        if wanted.direction == "reference_to_segment":
+            quaternions[:, 1:] *= -1.0
+        each.append(checks.orientations(quaternions, where))
+    checks.equal_lengths({f"{name}.orientation": len(rows) for name, rows in zip(places, each, strict=True)},
+                         str(layout_path))
+    if wanted.rate is not None or wanted.time is not None:
+        stamps, _ = _time_base(source, wanted.rate, wanted.time, len(each[0]), layout,
+                               f"{layout_path}: reference.")
+    if len(each[0]) != stamps.size:
+        raise InputError(f"{layout_path}: reference", f"has {len(each[0])} orientations for {stamps.size} "
+                         "instants", "one each", "state reference.rate or reference.time")
+    scored = np.ones(stamps.size, dtype=bool)
+    if wanted.scored is not None:
+        where = f"{layout_path}: reference.scored"
+        marks = source.columns(wanted.scored, 1, where)[:, 0]
+        if marks.size != stamps.size or not np.isin(marks, (0.0, 1.0)).all():
+            raise InputError(where, "does not mark instants", f"{stamps.size} numbers, 0 or 1 each")
+        scored = marks > 0.0
+    return Reference(stamps_ns=stamps, orientation=np.stack(each, axis=1), scored=scored,
+                     sensor_frames=wanted.sensor_frames, north=wanted.north)
+
+
+class _Table:
+    """Columns of a text table, by name or by number from 1."""
+
+    def __init__(self, table: TextTable, where: str) -> None:
+        self._table, self._where = table, where
+
+    def columns(self, place: Place, count: int, where: str) -> Array:
+        """See `Source`."""
+        if isinstance(place, Columns):
+            raise InputError(where, "names a variable, but a text file is one table", "columns alone")
+        each = place if isinstance(place, tuple) else (place,)
+        if len(each) != count:
+            raise InputError(where, f"names {len(each)} columns", f"{count}")
+        return self._table.values[:, [self._number(column, where) for column in each]]
+
+    def _number(self, column: str | int, where: str) -> int:
+        names, most = self._table.names, self._table.values.shape[1]
+        if isinstance(column, int):
+            if not 1 <= column <= most:
+                raise InputError(where, f"column {column}", f"1 to {most} of {self._where}")
+            return column - 1
+        if names.count(column) != 1:
+            found = "stands twice" if column in names else "is no column"
+            raise InputError(where, f"{column!r} {found} of {self._where}",
+                             ", ".join(names[:12]) or "numbers", did_you_mean(column, names))
+        return names.index(column)
+
+
+class _Variables:
+    """Variables of a container, structures by dots."""
+
+    def __init__(self, content: Mapping[str, Any], where: str) -> None:
+        self._content, self._where = content, where
+
+    def columns(self, place: Place, count: int, where: str) -> Array:
+        """See `Source`; of a whole variable (n, count) or, where that is no doubt, (count, n)."""
+        if isinstance(place, Columns):
+            matrix = self._matrix(place.variable, where)
+            numbers = place.columns
+            if len(numbers) != count or not all(1 <= number <= matrix.shape[1] for number in numbers):
+                raise InputError(where, f"columns {numbers}", f"{count} of 1 to {matrix.shape[1]}")
+            return matrix[:, [number - 1 for number in numbers]]
+        each = place if isinstance(place, tuple) else (place,)
+        if not all(isinstance(name, str) for name in each):
+            raise InputError(where, "a number without its variable", "{variable = ..., columns = [...]}")
+        if len(each) == 1:
+            matrix = self._matrix(str(each[0]), where)
+            if matrix.shape[1] != count and matrix.shape[0] == count:
+                return np.ascontiguousarray(matrix.T)
+            if matrix.shape[1] != count:
+                raise InputError(where, f"{each[0]} has shape {matrix.shape}", f"(any, {count})")
+            return matrix
+        matrices = {str(name): self._matrix(str(name), where) for name in each}
+        checks.equal_lengths({name: len(matrix) for name, matrix in matrices.items()}, where)
+        if len(matrices) != count or any(matrix.shape[1] != 1 for matrix in matrices.values()):
+            raise InputError(where, f"names {len(each)} variables", f"{count} different ones of one column")
+        return np.concatenate(list(matrices.values()), axis=1)
+
+    def _matrix(self, name: str, where: str) -> Array:
+        """A variable as a matrix of samples, (n, columns)."""
+        here: Any = self._content
+        for part in name.split("."):
+            if not isinstance(here, Mapping) or part not in here:
+                known = list(here) if isinstance(here, Mapping) else []
+                raise InputError(where, f"{name!r} is not in {self._where}", ", ".join(known[:12]),
+                                 did_you_mean(part, known))
+            here = here[part]
+        values = np.asarray(here) if not isinstance(here, (Mapping, list, str)) else np.zeros(0, "U1")
+        if values.dtype.kind not in "fiub" or values.ndim > 2 or values.size < 2:
+            raise InputError(where, f"{name!r} of {self._where} is no table of samples",
+                             "numbers, (n, columns)")
+        matrix = np.array(values, dtype=np.float64)
+        return matrix[:, np.newaxis] if matrix.ndim == 1 else matrix

@@ -1,0 +1,70 @@
+"""Tables of the same instants, side by side: streams and tracking systems that are one set of sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from fesloop.errors import InputError
+from fesloop.streams.checks import Array
+from fesloop.streams.formats.channels import Channel, recording_of, sensors_of, units_of
+from fesloop.streams.recording import MotionRecording, Reference, Stamps
+from fesloop.streams.timebase import stamps_of_times
+
+_SAME_S = 1e-6
+"""Instants that differ by no more are the same (chosen: far below a sampling period, above what a line
+through clock offsets is uncertain)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """One stream or tracking system.
+
+    Attributes
+    ----------
+    name: for messages, "stream imu".
+    times_s: (n,), on a clock that all parts share.
+    values: (n, columns).
+    channels: of inertial sensors, by number of the column.
+    """
+
+    name: str
+    times_s: Array
+    values: Array
+    channels: dict[int, Channel]
+
+
+def time_base(parts: Sequence[Part], where: str) -> tuple[Stamps, Fraction | None]:
+    """Stamps from the first sample on, ns, and exact rate, which all parts share.
+
+    Raises InputError for parts of different instants: nothing is resampled.
+    """
+    first = parts[0]
+    for part in parts[1:]:
+        if part.times_s.size == first.times_s.size and np.abs(part.times_s - first.times_s).max() <= _SAME_S:
+            continue
+        told = ", ".join(f"{each.name} ({each.times_s.size} samples)" for each in parts)
+        raise InputError(f"{where}: {part.name}", f"has other instants than {first.name}; there are {told}",
+                         "the same instants: nothing is resampled", "choose with sensor_set")
+    return stamps_of_times(first.times_s - first.times_s[0], 1.0, f"{where}: {first.name}")
+
+
+def joined(path: Path, source_format: str, parts: Sequence[Part], sensor_set: str | None,
+           reference: Reference | None = None) -> MotionRecording:
+    """The recording of all sensors of all parts.
+
+    Raises InputError as `time_base`, and for sensors that lack a channel or a known unit.
+    """
+    channels: dict[int, Channel] = {}
+    first = 0
+    for part in parts:
+        channels |= {first + number: channel for number, channel in part.channels.items()}
+        first += part.values.shape[1]
+    stamps, rate = time_base(parts, str(path))
+    table = np.concatenate([part.values for part in parts], axis=1)
+    return recording_of(path, source_format, sensors_of(channels, table, str(path)), stamps, rate,
+                        sensor_set=sensor_set, reference=reference, source_units=units_of(channels))

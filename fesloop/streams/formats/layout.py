@@ -1,0 +1,176 @@
+"""The layout language: a TOML file that says where in a table or .mat file which samples stand.
+
+    rate = 100                      # Hz, exact: "2000/7"; or time = "t" with units.time
+    pairs = [["forearm", "hand"]]   # parent and child of neighbouring segments
+
+    [units]                         # of the file; converted to SI
+    gyr = "deg/s"
+    acc = "g"
+
+    [text]                          # text files only
+    separator = ";"
+
+    [sensors.hand]
+    gyr = ["wx", "wy", "wz"]        # columns by name, or by number from 1
+    acc = {variable = "imu.data", columns = [4, 5, 6]}    # of a matrix in a .mat or .npz file
+    mag = "imu.field"               # a whole variable, (n, 3) or (3, n)
+    orientation = ["q0", "q1", "q2", "q3"]
+
+    [reference]                     # what the orientations are, if there are any
+    order = "xyzw"
+    direction = "reference_to_segment"
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import TypeAdapter, ValidationError
+
+from fesloop.errors import InputError, InputErrors
+from fesloop.streams.text_table import TextForm, read_text
+
+_ALLOWED = "a layout file (TOML)"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Columns:
+    """Some columns, by number from 1, of a matrix in a file that holds several.
+
+    Attributes
+    ----------
+    variable: its name; a dot leads into a structure.
+    columns: numbers from 1.
+    """
+
+    variable: str
+    columns: tuple[int, ...]
+
+
+Place = str | int | tuple[str | int, ...] | Columns
+"""A variable or column by name, a column by number from 1, several columns, or columns of a variable."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensorLayout:
+    """Where the samples of one sensor stand.
+
+    Attributes
+    ----------
+    gyr, acc, mag: three columns each; `mag` may be left out.
+    orientation: four columns, a quaternion measured by other means; may be left out.
+    """
+
+    gyr: Place
+    acc: Place
+    mag: Place | None = None
+    orientation: Place | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnitsLayout:
+    """Units of the file, as `fesloop.streams.units` knows them."""
+
+    gyr: str = "rad/s"
+    acc: str = "m/s^2"
+    mag: str = "T"
+    time: str = "s"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReferenceLayout:
+    """What the orientations of the file are.
+
+    Attributes
+    ----------
+    order: of a quaternion's parts.
+    direction: whether a quaternion turns coordinates of the segment into those of the reference, or back.
+    sensor_frames: whether a segment's frame is its sensor's.
+    north: whether the reference frame is ENU.
+    rate, time: of the orientations; those of the samples where neither is given.
+    scored: 1 at instants to be scored, 0 elsewhere; all where it is left out.
+    """
+
+    order: Literal["wxyz", "xyzw"] = "wxyz"
+    direction: Literal["segment_to_reference", "reference_to_segment"] = "segment_to_reference"
+    sensor_frames: bool = True
+    north: bool = False
+    rate: str | int | float | None = None
+    time: Place | None = None
+    scored: Place | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Layout:
+    """Where everything stands in a file.
+
+    Attributes
+    ----------
+    sensors: by name, in the order in which they are wanted.
+    rate: of the samples, Hz; or `time`: their instants, in `units.time`, any first one.
+    units, text, reference: see there.
+    pairs: names of (parent, child) sensors on neighbouring segments.
+    """
+
+    sensors: dict[str, SensorLayout]
+    rate: str | int | float | None = None
+    time: Place | None = None
+    units: UnitsLayout = field(default_factory=UnitsLayout)
+    text: TextForm = field(default_factory=TextForm)
+    reference: ReferenceLayout = field(default_factory=ReferenceLayout)
+    pairs: tuple[tuple[str, str], ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.sensors:
+            raise InputError("sensors", "no sensor", "one or more, [sensors.NAME]")
+        if (self.rate is None) == (self.time is None):
+            raise InputError("rate", "neither rate nor time is given" if self.rate is None
+                             else "both rate and time are given", "one of the two")
+        if self.reference.rate is not None and self.reference.time is not None:
+            raise InputError("reference.rate", "both rate and time are given", "one of the two, or none")
+        for pair in self.pairs:
+            for name in pair:
+                if name not in self.sensors:
+                    raise InputError("pairs", f"{name!r} is no sensor", ", ".join(self.sensors))
+        given = [each.orientation is not None for each in self.sensors.values()]
+        if any(given) and not all(given):
+            name = list(self.sensors)[given.index(False)]
+            raise InputError(f"sensors.{name}.orientation", "is missing, others have it", "all or none")
+
+
+def read_layout(path: Path) -> Layout:
+    """The layout in a file.
+
+    Raises InputError, InputErrors: every fault of the file, one line each, with file and key.
+    """
+    from fesloop.experiment.faults import faults_of
+    from fesloop.experiment.layout import keys_at
+    from fesloop.experiment.schema import make, table
+
+    name = str(path)
+    try:
+        document = tomllib.loads(read_text(path, _ALLOWED))
+    except (tomllib.TOMLDecodeError, RecursionError) as fault:
+        raise InputError(name, f"is not TOML: {fault}", remedy="mend the line") from None
+    document = json.loads(json.dumps(document, default=str))  # dates of TOML: no key takes one
+    form = table(Layout, {})
+    try:
+        TypeAdapter(form).validate_json(json.dumps(document))
+    except ValidationError as fault:
+        raise InputErrors([_in_file(each, name) for each in faults_of(
+            fault.errors(include_url=False), document, lambda path: keys_at(form, path, document),
+            tagged=False)]) from None
+    try:
+        layout: Layout = make(Layout, document, {}, "")
+    except InputError as fault:
+        raise _in_file(fault, name) from None
+    return layout
+
+
+def _in_file(fault: Any, name: str) -> InputError:
+    where = fault.where.removeprefix(".").removeprefix(": ")
+    return InputError(f"{name}: {where}" if where else name, fault.found, fault.allowed, fault.remedy)
