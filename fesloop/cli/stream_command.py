@@ -1,0 +1,46 @@
+"""`fesloop stream`."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from argparse import Namespace
+from types import FrameType
+
+from fesloop.cli.output import print_json
+from fesloop.streams.files import open_recording
+from fesloop.streams.live.library import open_library
+from fesloop.streams.live.sender import StreamSender
+from fesloop.streams.live.sender_faults import SenderFault
+
+HAND = "hand"
+
+
+def execute(args: Namespace) -> int:
+    """Play until the recording ends, the time is over, or somebody stops it."""
+    faults = tuple(SenderFault.parse(text) for text in args.fault)
+    open_library(args.network)
+    if args.recording == HAND:
+        from fesloop.streams.live.moving_hand import moving_hand
+
+        recording = moving_hand()
+    else:
+        recording = open_recording(args.recording, args.sensor_set)
+    sender = StreamSender(recording=recording, stream=args.name, rate=args.rate, network=args.network,
+                          repeat=args.loop, faults=faults)
+    stopped: list[int] = []
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        """At the next sample."""
+        stopped.append(number)
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, stop)
+    kinds = "gyr, acc, mag" if recording.mag is not None else "gyr, acc"
+    print(f"stream {args.name!r}: {len(recording.sensors)} sensors ({kinds}) at {sender.rate_hz:g} Hz; "
+          "Ctrl-C ends it", file=sys.stderr, flush=True)
+    sent = sender.send(args.duration, lambda: not stopped)
+    if args.json:
+        print_json({"stream": args.name, "sensors": list(recording.sensors), "rate_hz": sender.rate_hz,
+                    "sent": sent})
+    return 0

@@ -1,0 +1,117 @@
+"""Holding liblsl to the loopback address.
+
+liblsl has settings for what it sends and for the address of one of its sockets, but binds its data and time
+servers, and every socket that waits for an answer, to all addresses of the machine (`bind_port_in_range` in
+its `socket_utils.cpp`). So its calls of `bind` and `sendto` are led elsewhere: the dynamic linker keeps, for
+each library, a table of the addresses of what it calls from others (System V ABI, "Procedure Linkage Table"),
+and two entries of liblsl's are replaced. No other library's calls are touched.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+from collections.abc import Iterator
+from ctypes import c_int64, c_size_t, c_uint8, c_uint16, c_uint32, c_uint64, c_void_p
+from typing import Any
+
+from fesloop.errors import InputError
+
+_STRINGS, _SYMBOLS, _RELOCATIONS, _RELOCATIONS_SIZE = 5, 6, 7, 8
+_CALLS_SIZE, _CALLS = 2, 23
+"""Tags of a dynamic section (ELF-64 object file format, "Dynamic table"): DT_STRTAB and so on."""
+_READ_WRITE = 0x3
+
+
+class _LinkMap(ctypes.Structure):
+    """The beginning of what a handle of glibc's `dlopen` points to (its link.h)."""
+
+    _fields_ = (("base", c_uint64), ("name", c_void_p), ("dynamic", c_uint64))
+
+
+class _Entry(ctypes.Structure):
+    """Elf64_Dyn."""
+
+    _fields_ = (("tag", c_int64), ("value", c_uint64))
+
+
+class _Relocation(ctypes.Structure):
+    """Elf64_Rela."""
+
+    _fields_ = (("offset", c_uint64), ("info", c_uint64), ("addend", c_int64))
+
+
+class _Symbol(ctypes.Structure):
+    """Elf64_Sym."""
+
+    _fields_ = (("name", c_uint32), ("info", c_uint8), ("other", c_uint8), ("section", c_uint16),
+                ("value", c_uint64), ("size", c_uint64))
+
+
+def confine(library: ctypes.CDLL) -> None:
+    """Lead what a library binds and sends to the loopback address, before it has opened a socket.
+
+    Raises InputError where that is not possible: on anything but 64-bit Linux with glibc, or where the
+    library does not call both functions.
+    """
+    where = 'network = "loopback"'
+    remedy = 'say network = "lab" if other computers may reach these streams'
+    if not sys.platform.startswith("linux") or ctypes.sizeof(c_void_p) != 8 or not _is_glibc():
+        raise InputError(where, "liblsl cannot be held to this machine on this platform",
+                         "64-bit Linux with glibc", remedy)
+    from fesloop.streams.live import confinement_kernels as kernels
+
+    compiled: dict[str, Any] = {"bind": kernels.bind_to_loopback, "sendto": kernels.send_from_loopback}
+    wanted = {name: int(function.address) for name, function in compiled.items()}
+    places = {name: place for name, place in _called(library) if name in wanted}
+    if places.keys() != wanted.keys():
+        raise InputError(where, "this liblsl calls other functions than are known", "liblsl 1.16 to 1.18",
+                         remedy)
+    for name, place in places.items():
+        _write(place, wanted[name])
+
+
+def _is_glibc() -> bool:
+    return hasattr(ctypes.CDLL(None), "gnu_get_libc_version")
+
+
+def _called(library: ctypes.CDLL) -> Iterator[tuple[str, int]]:
+    """(name, address of its entry in the table) of every function that a library calls from others."""
+    loaded = _LinkMap.from_address(library._handle)
+    tags = _dynamic(loaded.dynamic)
+
+    def address(tag: int) -> int:
+        """Of a table: glibc has added the base already, other linkers leave it to the reader."""
+        value = tags[tag]
+        return value if value >= loaded.base else value + loaded.base
+
+    strings, symbols = address(_STRINGS), address(_SYMBOLS)
+    for table, size in ((_CALLS, _CALLS_SIZE), (_RELOCATIONS, _RELOCATIONS_SIZE)):
+        if table not in tags:
+            continue
+        count = tags[size] // ctypes.sizeof(_Relocation)
+        for relocation in (_Relocation * count).from_address(address(table)):
+            number = relocation.info >> 32
+            if number:
+                symbol = _Symbol.from_address(symbols + number * ctypes.sizeof(_Symbol))
+                yield ctypes.string_at(strings + symbol.name).decode(), loaded.base + relocation.offset
+
+
+def _dynamic(address: int) -> dict[int, int]:
+    tags: dict[int, int] = {}
+    while (entry := _Entry.from_address(address)).tag:
+        tags[entry.tag] = entry.value
+        address += ctypes.sizeof(_Entry)
+    return tags
+
+
+def _write(place: int, value: int) -> None:
+    """An address into the table, whose page may be closed to writing."""
+    import mmap
+
+    libc: Any = ctypes.CDLL(None, use_errno=True)
+    libc.mprotect.argtypes = (c_void_p, c_size_t, ctypes.c_int)
+    page = place - place % mmap.PAGESIZE
+    if libc.mprotect(page, mmap.PAGESIZE, _READ_WRITE) != 0:
+        raise OSError(ctypes.get_errno(), "liblsl's table of calls cannot be written")
+    c_uint64.from_address(place).value = value

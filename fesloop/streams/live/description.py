@@ -1,0 +1,205 @@
+"""What a live stream says of its channels, and which of them are wanted."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.streams.live.units import factor
+
+Kind = Literal["gyr", "acc", "mag"]
+KINDS: tuple[Kind, ...] = ("gyr", "acc", "mag")
+_KIND_WORDS: tuple[tuple[Kind, str], ...] = (
+    ("gyr", r"gyr(?:o(?:scope)?)?|angular_?(?:velocity|rate)|omega"),
+    ("acc", r"acc(?:el(?:eration|erometer)?)?"),
+    ("mag", r"mag(?:n(?:et(?:ic(?:_?field)?|ometer)?)?)?"))
+_AXES = "xyz"
+
+
+class Channel(NamedTuple):
+    """One channel as its stream describes it; empty text for what it does not say."""
+
+    label: str
+    unit: str
+    type: str
+
+
+class Picked(NamedTuple):
+    """Channels of one output, and what their numbers are multiplied with to be SI: (..., ) equal shapes."""
+
+    channels: NDArray[np.int64]
+    factors: NDArray[np.float64]
+
+    def of(self, sample: NDArray[Any]) -> NDArray[np.float64]:
+        """The output in SI, from a sample of all channels."""
+        return np.asarray(sample[self.channels] * self.factors, dtype=np.float64)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Declared:
+    """The layout of a stream that does not describe its channels.
+
+    Attributes
+    ----------
+    kinds: triads of each sensor in their order, x, y, z each.
+    order: "by_sensor" (all triads of the first sensor, then of the next) or "by_kind".
+    gyr_unit, acc_unit, mag_unit, angle_unit: of the numbers; also of described channels that state no unit.
+        Empty: such channels are refused.
+    """
+
+    kinds: tuple[Kind, ...] = ()
+    order: Literal["by_sensor", "by_kind"] = "by_sensor"
+    gyr_unit: str = ""
+    acc_unit: str = ""
+    mag_unit: str = ""
+    angle_unit: str = ""
+
+    def unit(self, kind: str) -> str:
+        """What is declared for "gyr", "acc", "mag" or "angle"."""
+        return str(getattr(self, f"{kind}_unit"))
+
+
+def channels_of(info: Any) -> tuple[Channel, ...]:
+    """What a stream's description (pylsl's StreamInfo, complete) says of its channels, () for nothing."""
+    found = []
+    channel = info.desc().child("channels").child("channel")
+    while not channel.empty():
+        found.append(Channel(channel.child_value("label"), channel.child_value("unit"),
+                             channel.child_value("type")))
+        channel = channel.next_sibling("channel")
+    return tuple(found)
+
+
+def pick_inertial(channels: Sequence[Channel], count: int, wanted: Sequence[Kind], sensors: int,
+                  names: Sequence[str], declared: Declared, where: str) -> dict[Kind, Picked]:
+    """The channels of n sensors, (n, 3) a kind.
+
+    Parameters
+    ----------
+    channels: as described; () where the stream describes none.
+    count: how many channels the stream has.
+    wanted: kinds that are put out.
+    sensors: n.
+    names: of the sensors, in the order of the outputs; () takes those of the stream in their order.
+    declared: where there is no description.
+    where: the stream, for messages.
+
+    Raises InputError where the stream does not fit.
+    """
+    if not channels:
+        return _declared_triads(count, wanted, sensors, declared, where)
+    if len(channels) != count:
+        raise InputError(where, f"describes {len(channels)} channels and has {count}", "one each")
+    axes, found = _axes(channels), []
+    for sensor, _, _ in axes:
+        if sensor not in found:
+            found.append(sensor)
+    chosen = list(names) or found
+    absent = [name for name in chosen if name not in found]
+    if absent:
+        raise InputError(where, f"has no sensor {absent[0]!r}", ", ".join(found) or "labels such as "
+                         "F2p_gyr_x")
+    if len(chosen) != sensors:
+        raise InputError(where, f"has {len(chosen)} sensors ({', '.join(found)})", f"sensors = {sensors}",
+                         "name those that are wanted in sensor_names")
+    picked: dict[Kind, Picked] = {}
+    for kind in wanted:
+        missing = [f"{sensor} {kind} {axis}" for sensor in chosen for axis in _AXES
+                   if (sensor, kind, axis) not in axes]
+        if missing:
+            raise InputError(where, f"has no channel {missing[0]!r}", f"{kind} x, y, z of every sensor")
+        numbers = np.array([[axes[sensor, kind, axis] for axis in _AXES] for sensor in chosen])
+        picked[kind] = Picked(numbers, _factors(channels, numbers, kind, declared, where))
+    return picked
+
+
+def pick_angles(channels: Sequence[Channel], count: int, joints: Sequence[str], declared: Declared,
+                where: str) -> Picked:
+    """The channels of named joints, (k,); by their labels where there are some, else in their order.
+
+    Raises InputError where the stream does not fit.
+    """
+    if not channels:
+        if count != len(joints):
+            raise InputError(where, f"has {count} channels", f"{len(joints)}, one a joint")
+        numbers = np.arange(count)
+        unit = factor("angle", declared.angle_unit, f"{where}: layout.angle_unit")
+        return Picked(numbers, np.full(count, unit))
+    labels = [channel.label for channel in channels]
+    absent = [joint for joint in joints if joint not in labels]
+    if absent:
+        raise InputError(where, f"has no channel {absent[0]!r}", ", ".join(labels))
+    numbers = np.array([labels.index(joint) for joint in joints])
+    return Picked(numbers, _factors(channels, numbers, "angle", declared, where))
+
+
+def _axes(channels: Sequence[Channel]) -> dict[tuple[str, Kind, str], int]:
+    """Channel numbers by (sensor, kind, axis); what is neither of the three kinds is left out."""
+    axes: dict[tuple[str, Kind, str], int] = {}
+    for number, channel in enumerate(channels):
+        read = read_label(channel.label, channel.type)
+        if read is not None:
+            axes.setdefault(read, number)
+    return axes
+
+
+def read_label(label: str, channel_type: str = "") -> tuple[str, Kind, str] | None:
+    """(sensor, kind, axis) of a label such as "F2p_gyr_x", "acc.x.3" or "hand AccX"; None for another.
+
+    The kind is looked for in the label, then in the channel's type; what is left names the sensor.
+    """
+    for text, words_in_label in ((label, True), (channel_type, False)):
+        for kind, words in _KIND_WORDS:
+            boundary = r"(?:^|(?<=[^A-Za-z])|(?<=[a-z])(?=[A-Z]))"
+            match = re.search(rf"{boundary}(?i:{words})(?=[^a-z]|[xyz](?![a-z])|$)", text)
+            if match:
+                rest = label[:match.start()] + "\0" + label[match.end():] if words_in_label else label
+                return _axis_and_sensor(rest, kind)
+    return None
+
+
+def _axis_and_sensor(rest: str, kind: Kind) -> tuple[str, Kind, str] | None:
+    """The rest of a label: an axis after the kind's word, on its own, or at the end; the sensor's name."""
+    match = (re.search(r"\0[\s_.\-]*([xyzXYZ])(?![A-Za-z])", rest)
+             or re.search(r"(?:^|[\s_.\-])([xyzXYZ])(?=$|[\s_.\-\0])", rest)
+             or re.search(r"([xyzXYZ])$", rest))
+    if match is None:
+        return None
+    name = re.sub(r"[\s_.\-]+", "_", (rest[:match.start()] + " " + rest[match.end():]).replace("\0", " "))
+    return name.strip("_"), kind, match.group(1).lower()
+
+
+def _declared_triads(count: int, wanted: Sequence[Kind], sensors: int, declared: Declared,
+                     where: str) -> dict[Kind, Picked]:
+    kinds = declared.kinds
+    if not kinds:
+        raise InputError(where, f"does not describe its {count} channels", "labels such as F2p_gyr_x",
+                         "declare them: layout = { kinds = ..., gyr_unit = ..., ... }")
+    if count != 3 * len(kinds) * sensors:
+        raise InputError(where, f"has {count} channels", f"{3 * len(kinds) * sensors}: {sensors} sensors of "
+                         + ", ".join(kinds))
+    shape = (sensors, len(kinds), 3) if declared.order == "by_sensor" else (len(kinds), sensors, 3)
+    numbers = np.arange(count).reshape(shape)
+    picked: dict[Kind, Picked] = {}
+    for kind in wanted:
+        if kind not in kinds:
+            raise InputError("layout.kinds", f"{', '.join(kinds)} lack {kind}", ", ".join(wanted))
+        unit = factor(kind, declared.unit(kind), f"layout.{kind}_unit")
+        at = kinds.index(kind)
+        triads = numbers[:, at] if declared.order == "by_sensor" else numbers[at]
+        picked[kind] = Picked(triads, np.full(triads.shape, unit))
+    return picked
+
+
+def _factors(channels: Sequence[Channel], numbers: NDArray[np.int64], kind: str, declared: Declared,
+             where: str) -> NDArray[np.float64]:
+    """Factors to SI of channels, from the units that they state, else the one that is declared."""
+    units = [factor(kind, channels[number].unit or declared.unit(kind),
+                    f"{where}: channel {channels[number].label!r}") for number in numbers.ravel().tolist()]
+    return np.array(units).reshape(numbers.shape)

@@ -1,0 +1,215 @@
+"""A live stream as a block: what arrives is put out as it arrives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from fesloop.errors import InputError
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
+from fesloop.loop.realtime import Present
+from fesloop.loop.signals import NEVER, Port, Sample, Value
+from fesloop.loop.status import StatusLatch
+from fesloop.streams.live.description import (
+    Declared,
+    Kind,
+    Picked,
+    channels_of,
+    pick_angles,
+    pick_inertial,
+)
+from fesloop.streams.live.first_samples import check_first_samples
+from fesloop.streams.live.library import Network
+from fesloop.streams.live.reader import StreamReader
+from fesloop.streams.live.source import LslSource, Wanted, find
+from fesloop.streams.live.stand_in import InletStandIn
+
+_UNITS = {"gyr": "rad/s", "acc": "m/s^2", "mag": "T"}
+_UNDECLARED = Declared()
+
+
+@dataclass(slots=True, eq=False)
+class InletState:
+    """An open stream.
+
+    Attributes
+    ----------
+    reader: its thread and the samples that wait.
+    picked: channels of each output.
+    origin_ns: t = 0 of the trial by the monotonic clock; NEVER before the first.
+    heard_ns: loop time of the newest tick, and of t = 0.
+    captured_ns: loop time of the newest capture put out.
+    silent_since_ns: loop time of the last sample before the stream fell silent; NEVER while it is not.
+    """
+
+    reader: StreamReader
+    picked: tuple[Picked, ...]
+    origin_ns: int = NEVER
+    heard_ns: int = 0
+    captured_ns: int = 0
+    silent_since_ns: int = NEVER
+    latch: StatusLatch = field(default_factory=StatusLatch)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LslInlet:
+    """Hears a live stream of inertial sensors, or of joint angles, from Lab Streaming Layer.
+
+    It ticks when a sample arrives, and so does every block on its clock (`clock = "inlet"` where the inlet's
+    name is that). One sample a tick; its capture is the sender's stamp, brought to the loop's time by LSL's
+    measure of the offset between the clocks. Captures increase strictly and are never later than arrivals:
+    samples whose stamps cannot be so are left out, and told (`fesloop.streams.live.stamps`).
+
+    Outputs of inertial sensors: `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and, with magnetometers, `mag` (n, 3)
+    T. Of a posture: `angles` (k,) rad. NaN is what was lost: so says the sender, or it is infinite.
+
+    While nothing arrives it ticks every `silent_ms` all the same, so that whatever is on its clock, such as a
+    safety block, still acts: the outputs are then NaN, and the capture is that of the last sample, which
+    grows older.
+
+    Statuses: `stream_silent`, `stream_back`; `stream_lost` (its sender is gone), `stream_found`,
+    `stream_differs`; `stamp_behind`, `stamp_repeated`, `stamp_ahead`, `clock_reset`, `samples_missing`,
+    `rate_changed`, `rate_restored`, `overrun`, each with the time at which it arose; `infinite`.
+
+    Attributes
+    ----------
+    stream, stream_type, source_id: name, type and source_id of the stream; one at least.
+    holds: "imu" or "posture".
+    sensors: n.
+    sensor_names: those that are wanted, in the order of the outputs; empty takes all, in the stream's order.
+    magnetometers: whether `mag` is put out.
+    joints: names of the k angles, as the channels are labelled.
+    nominal_rate: of the stream, Hz.
+    layout: where the stream does not describe its channels.
+    stamps: "sender" for those of the samples, "arrival" for senders whose stamps mean something else.
+    silent_ms: see above (chosen: three samples of 100 Hz, and in time for a watchdog of 50 ms).
+    timeout_s: how long to look for the stream when the run begins.
+    network: "loopback" for streams of this machine; "lab" opens sockets on every address.
+    """
+
+    stream: str = ""
+    stream_type: str = ""
+    source_id: str = ""
+    holds: Literal["imu", "posture"] = "imu"
+    sensors: int = 0
+    sensor_names: tuple[str, ...] = ()
+    magnetometers: bool = False
+    joints: tuple[str, ...] = ()
+    nominal_rate: str = "100"
+    layout: Declared = _UNDECLARED
+    stamps: Literal["sender", "arrival"] = "sender"
+    silent_ms: float = 30.0
+    timeout_s: float = 5.0
+    network: Network = "loopback"
+    clock: RateClock = field(init=False, repr=False)
+    wanted: Wanted = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.holds == "imu" and self.sensors < 1:
+            raise InputError("sensors", f"{self.sensors}", "1 or more")
+        if self.holds == "imu" and self.sensor_names and len(self.sensor_names) != self.sensors:
+            raise InputError("sensor_names", f"{len(self.sensor_names)} names",
+                             f"{self.sensors}, one a sensor")
+        if self.holds == "posture" and not self.joints:
+            raise InputError("joints", "no joint is named", "one or more names")
+        if duration_ns(self.silent_ms, NS_PER_MS, "silent_ms") < NS_PER_MS:
+            raise InputError("silent_ms", f"{self.silent_ms}", "1 or more")
+        wanted = Wanted(name=self.stream, type=self.stream_type, source_id=self.source_id,
+                        timeout_s=self.timeout_s, network=self.network)
+        name = "lsl:" + (self.stream or self.source_id or self.stream_type)
+        clock = RateClock.from_rate(self.nominal_rate, where="nominal_rate", arrivals=name)
+        object.__setattr__(self, "wanted", wanted)
+        object.__setattr__(self, "clock", clock)
+
+    @property
+    def kinds(self) -> tuple[Kind, ...]:
+        """Kinds of inertial samples that are put out; none of a posture."""
+        if self.holds == "posture":
+            return ()
+        return ("gyr", "acc", "mag") if self.magnetometers else ("gyr", "acc")
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """None."""
+        return ()
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """gyr, acc, mag; or angles."""
+        if self.holds == "posture":
+            return (Port("angles", (len(self.joints),), "rad", gaps=True),)
+        return tuple(Port(kind, (self.sensors, 3), _UNITS[kind], gaps=True) for kind in self.kinds)
+
+    def stand_in(self) -> InletStandIn:
+        """Sensors at rest, at the nominal rate."""
+        return InletStandIn(outputs=self.outputs, rate=self.nominal_rate)
+
+    def init(self, context: Context) -> InletState:
+        """Find and open the stream; raises InputError where there is none, or it does not fit."""
+        source = LslSource(self.wanted, find(self.wanted))
+        try:
+            picked = self._pick(source.info)
+            check_first_samples(source, dict(zip(self.kinds, picked, strict=False)), str(self.wanted),
+                                by_sender=self.stamps == "sender")
+        except InputError:
+            source.close()
+            raise
+        reader = StreamReader(source, self.clock.shortest_ns, by_sender=self.stamps == "sender")
+        reader.start()
+        return InletState(reader, picked)
+
+    def _pick(self, info: Any) -> tuple[Picked, ...]:
+        channels, count, where = channels_of(info), info.channel_count(), str(self.wanted)
+        if self.holds == "posture":
+            return (pick_angles(channels, count, self.joints, self.layout, where),)
+        picked = pick_inertial(channels, count, self.kinds, self.sensors, self.sensor_names, self.layout,
+                               where)
+        return tuple(picked[kind] for kind in self.kinds)
+
+    def next_trial(self, state: InletState, context: Context) -> InletState:
+        """The same stream goes on."""
+        return InletState(state.reader, state.picked)
+
+    def attach(self, state: InletState, present: Present) -> None:
+        """Samples captured from now on are the trial's."""
+        state.origin_ns = present.origin_ns
+        state.reader.attach(present)
+
+    def waiting(self, state: InletState) -> int | None:
+        """When the oldest sample arrived, or when the stream has been silent for too long."""
+        sample = state.reader.oldest()
+        if sample is not None:
+            return sample.arrived_ns - state.origin_ns
+        silent = state.heard_ns + round(self.silent_ms * NS_PER_MS)
+        return silent if state.reader.now_ns() - state.origin_ns >= silent else None
+
+    def step(self, state: InletState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """One sample, or what stands for none."""
+        for note in state.reader.notes():
+            at_s = (note.time_ns - state.origin_ns) / NS_PER_S
+            tick.report(note.status, f"at {at_s:.3f} s: {note.detail}")
+        sample = state.reader.take()
+        before, state.heard_ns = state.heard_ns, tick.time_ns
+        if sample is None:
+            if state.silent_since_ns < 0:
+                state.silent_since_ns = before
+                tick.report("stream_silent", f"nothing since {before / NS_PER_S:.3f} s")
+            tick.captured_ns = state.captured_ns
+            return tuple(np.full(picked.channels.shape, np.nan) for picked in state.picked)
+        if state.silent_since_ns >= 0:
+            away_ms = (sample.arrived_ns - state.origin_ns - state.silent_since_ns) / NS_PER_MS
+            tick.report("stream_back", f"after {away_ms:.0f} ms")
+            state.silent_since_ns = NEVER
+        tick.captured_ns = state.captured_ns = min(sample.captured_ns - state.origin_ns, tick.time_ns)
+        infinite = np.isinf(sample.values)
+        state.latch.put(tick, "infinite", bool(infinite.any()), "infinite numbers count as lost")
+        values = np.where(infinite, np.nan, sample.values)
+        return tuple(picked.of(values) for picked in state.picked)
+
+    def close(self, state: InletState) -> None:
+        """Let the stream go."""
+        state.reader.close()
