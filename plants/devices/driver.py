@@ -73,7 +73,7 @@ class StimulatorDriver(Protocol):
         """Take hold of the device; it is ready and gives no current."""
 
     def give(self, pulses: Pulses) -> None:
-        """From now on these pulses, within `preset`, on all channels at once; returns when it has answered."""
+        """From now on these pulses, within `preset`, on all channels; returns when the device answered."""
 
     def attend(self) -> None:
         """Look for what the device says by itself, and keep the connection alive."""

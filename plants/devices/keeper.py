@@ -10,17 +10,16 @@ this process's life ("latched"), when
     terminated    the keeper itself is told to end (SIGTERM)
     ...           the device reports a fault, or the line to it does (`driver.FAULTS`)
 
-The cause goes to the loop, and as a line to standard error for whoever killed the loop. A loop that comes back
-finds the device latched. A hung keeper sends nothing, and the device's own watchdog ends stimulation: therefore
-nothing here, no thread, keeps the connection alive behind the back of the checks below.
+The cause goes to the loop, and as a line to standard error for whoever killed the loop. A loop that comes
+back finds the device latched. A hung keeper sends nothing, and the device's own watchdog ends stimulation:
+therefore nothing here, no thread, keeps the connection alive behind the back of the checks below.
 
-SIGINT and SIGHUP are the terminal's to send, and mean the loop, which ends the keeper in good order. Little is
-imported here, so that the process is there soon.
+SIGINT and SIGHUP are the terminal's to send, and mean the loop, which ends the keeper in good order. Little
+is imported here, so that the process is there soon.
 """
 
 from __future__ import annotations
 
-import math
 import os
 import select
 import signal
@@ -33,7 +32,8 @@ from importlib import import_module
 from types import FrameType
 from typing import Any
 
-from plants.devices.driver import DeviceFault, Pulses, StimulatorDriver
+from plants.devices.command_check import wrong_pulses
+from plants.devices.driver import DeviceFault, StimulatorDriver
 from plants.devices.messages import (
     MOST_BYTES,
     Answer,
@@ -46,14 +46,12 @@ from plants.devices.messages import (
     read_command,
     read_terms,
 )
-from plants.stimulator_devices import Preset
 
 _NS_PER_MS = 1_000_000
 _STOPS = 3
 """How often a stop that the device does not confirm is said (chosen: a disturbed byte is soon over)."""
 _LOOK_MS = 20.0
 """How often to look whether the keeper has been told to end, whatever else there is to do."""
-_ROUND_OFF = 1e-6
 
 
 class Keeper:
@@ -119,28 +117,27 @@ class Keeper:
             if is_note(message):
                 self._end()
                 return
-            if not self._latched:
-                newest = self._checked(message) or newest
+            try:
+                newest = self._checked(message)
+            except Malformed as fault:
+                self._latch("malformed", str(fault))
+        if newest is not None:
+            self._fresh_ns = newest.sent_ns
+            self._require_fresh()
         if newest is not None and not self._latched:
             self._give(newest)
 
-    def _checked(self, message: bytes) -> Command | None:
-        """The command in a message; latches where there is none that can be given."""
-        try:
-            command = read_command(message, self._terms.channels)
-        except Malformed as fault:
-            return self._latch("malformed", str(fault))
+    def _checked(self, message: bytes) -> Command:
+        """The command in a message; Malformed where there is none that can be given."""
+        command = read_command(message, self._terms.channels)
         age_ns = time.monotonic_ns() - command.sent_ns
-        wrong = _wrong(command.pulses, self._device.preset, self._terms.charge_max)
         if command.number <= self._number or age_ns < 0:
-            return self._latch("malformed", f"command {command.number} after {self._number}, sent "
-                               f"{age_ns / _NS_PER_MS:.3f} ms ago")
+            raise Malformed(f"command {command.number} after {self._number}, sent "
+                            f"{age_ns / _NS_PER_MS:.3f} ms ago")
+        wrong = wrong_pulses(command.pulses, self._device.preset, self._terms.charge_max)
         if wrong:
-            return self._latch("malformed", f"command {command.number}: {wrong}")
+            raise Malformed(f"command {command.number}: {wrong}")
         self._number = command.number
-        if age_ns > self._hold_ns:
-            return self._latch("silence", f"command {command.number} is {age_ns / _NS_PER_MS:.0f} ms old")
-        self._fresh_ns = command.sent_ns
         return command
 
     def _give(self, command: Command) -> None:
@@ -180,7 +177,8 @@ class Keeper:
         known = "" if stopped else (f"; the device has not confirmed it: by itself it stops "
                                     f"{self._device.alone_ms:g} ms after what it heard last")
         with suppress(OSError):
-            print(f"fesloop: the stimulator is stopped: {status}: {detail}{known}", file=sys.stderr, flush=True)
+            print(f"fesloop: the stimulator is stopped: {status}: {detail}{known}", file=sys.stderr,
+                  flush=True)
 
     def _stop(self) -> bool:
         """Zero current; whether the device has said so. Then it is let go, so that nothing can follow."""
@@ -216,19 +214,6 @@ def _packets(line: socket.socket) -> Iterator[bytes]:
             return
 
 
-def _wrong(pulses: Pulses, device: Preset, charge_max: float) -> str:
-    """What of the pulses must not be given; empty if all is well."""
-    more = 1.0 + _ROUND_OFF
-    for channel, (current, width) in enumerate(pulses):
-        if not (math.isfinite(current) and math.isfinite(width) and current >= 0.0 and width >= 0.0):
-            return f"channel {channel}: {current} A, {width} s"
-        if current > 1e-3 * device.current_max_ma * more or width > 1e-6 * device.width_max_us * more:
-            return f"channel {channel}: {1e3 * current:g} mA, {1e6 * width:g} us are beyond the device"
-        if current * width > charge_max * more:
-            return f"channel {channel}: {1e6 * current * width:g} uC are beyond {1e6 * charge_max:g}"
-    return ""
-
-
 @contextmanager
 def _faults() -> Iterator[None]:
     """Whatever a driver raises is a fault of the device's."""
@@ -236,7 +221,7 @@ def _faults() -> Iterator[None]:
         yield
     except DeviceFault:
         raise
-    except Exception as fault:  # noqa: BLE001 - anything else would end the keeper with the device running
+    except Exception as fault:  # anything else would end the keeper with the device running
         raise DeviceFault("device_failed", f"{type(fault).__name__}: {fault}") from fault
 
 

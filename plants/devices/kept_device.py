@@ -28,6 +28,8 @@ from plants.devices.messages import (
 
 _START_S = 20.0
 """For the keeper's process to be there (chosen: 100 times what it takes on a quiet machine)."""
+_BUSY_ANSWERS = 4.0
+"""Answers of the device that a keeper waits for at most: to a command under way, and to a stop said thrice."""
 _MS_PER_S = 1e3
 
 
@@ -69,11 +71,11 @@ class KeptDevice:
         """
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs:
-            environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path or os.curdir for path in sys.path)}
+            modules = os.pathsep.join(path or os.curdir for path in sys.path)
             keeper = subprocess.Popen(
                 [sys.executable, "-P", "-m", "plants.devices.keeper", str(theirs.fileno())],
                 pass_fds=(theirs.fileno(),), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                env=environment, start_new_session=True)
+                env={**os.environ, "PYTHONPATH": modules}, start_new_session=True)
         this = cls(name, ours, keeper, answer_ms, terms.hold_ms)
         try:
             ours.send(terms_bytes(terms))
@@ -134,9 +136,14 @@ class KeptDevice:
         if self.sent:
             oldest, newest = min(self.sent.values()), max(self.sent.values())
             waited_ms = (newest - oldest) / NS_PER_MS
-            if waited_ms > self.hold_ms + self.answer_ms + SLACK_MS:
+            if waited_ms > self.hold_ms + self._busy_ms:
                 raise self._failure(f"the keeper of the device has not answered for {waited_ms:.0f} ms; "
                                     "the device's own watchdog ends stimulation")
+
+    @property
+    def _busy_ms(self) -> float:
+        """The longest that a keeper in good health says nothing."""
+        return _BUSY_ANSWERS * self.answer_ms + SLACK_MS
 
     def _failure(self, what: str) -> RunError:
         """What ends the run."""
@@ -182,14 +189,14 @@ class KeptDevice:
         if self.told:
             return
         if not told.get("stopped"):
-            raise RunError(f"{self.name}: the device has not confirmed zero current; it stops by itself when it "
-                           f"hears nothing more")
+            raise RunError(f"{self.name}: the device has not confirmed zero current; it stops by itself when "
+                           "it hears nothing more")
         if told.get("status", "silence") != "silence":
             raise RunError(f"{self.name}: the device failed at the end: {_cause(told)}")
 
     def _last_words(self) -> dict[str, Any]:
         """The keeper's note of how the device was left; empty where none comes."""
-        until = time.monotonic() + (4.0 * self.answer_ms + 4.0 * SLACK_MS) / _MS_PER_S
+        until = time.monotonic() + (self._busy_ms + 4.0 * SLACK_MS) / _MS_PER_S
         poll = select.poll()
         poll.register(self.line, select.POLLIN)
         while (left_s := until - time.monotonic()) > 0.0 and poll.poll(left_s * _MS_PER_S):
@@ -208,7 +215,7 @@ class KeptDevice:
         """End the line, and with it the keeper; one that does not end is ended."""
         self.line.close()
         try:
-            self.keeper.wait((4.0 * self.answer_ms + 10.0 * SLACK_MS) / _MS_PER_S)
+            self.keeper.wait((self._busy_ms + 10.0 * SLACK_MS) / _MS_PER_S)
         except subprocess.TimeoutExpired:
             self.keeper.kill()
             self.keeper.wait()

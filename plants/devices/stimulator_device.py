@@ -84,7 +84,8 @@ class StimulatorDevice:
         require_positive("stimulator_device", self, "charge_max_uc")
         duration_ns(self.hold_ms, NS_PER_MS, "hold_ms")
         if not _HOLD_RANGE_MS[0] <= self.hold_ms <= _HOLD_RANGE_MS[1]:
-            raise InputError("hold_ms", f"{self.hold_ms:g}", f"{_HOLD_RANGE_MS[0]:g} to {_HOLD_RANGE_MS[1]:g}")
+            raise InputError("hold_ms", f"{self.hold_ms:g}",
+                             f"{_HOLD_RANGE_MS[0]:g} to {_HOLD_RANGE_MS[1]:g}")
         if not 0 <= self.channels <= device.channels:
             raise InputError("channels", f"{self.channels}",
                              f"1 to {device.channels}, the device's, or 0 for what is wired in")
@@ -127,8 +128,8 @@ class StimulatorDevice:
         """Where current goes, and when it ends if something fails."""
         kept_ms, alone_ms = stated_ms(find_driver(self.driver), self.hold_ms)
         where = f" at {self.port}" if self.port else ""
-        return [("device", f"commands go to `{self.driver}`{where}; zero current at most {kept_ms:g} ms after the "
-                 f"last fresh command, {alone_ms:g} ms where the keeper is killed or the line is cut")]
+        return [("device", f"commands go to `{self.driver}`{where}; zero current at most {kept_ms:g} ms "
+                 f"after the last fresh command, {alone_ms:g} ms where keeper or line are cut off")]
 
     def stand_in(self) -> DeviceStandIn:
         """The same ports, and nothing behind them."""
@@ -160,15 +161,17 @@ class StimulatorDevice:
         """Hear what became of earlier commands, send the newest; RunError where the device is stopped."""
         state.device.hear()
         limits, wanted = self.limits, cast(Array, inputs[0].value)
-        sent = np.zeros((self.channels, 2))
+        pulses = []
         for channel, (current, width) in enumerate(wanted.tolist()):
-            *sent[channel], cut = given_pulse(limits, current, width)
+            given, given_width, cut = given_pulse(limits, current, width)
+            pulses.append((given, given_width))
             before, state.cut[channel] = state.cut[channel], cut
             for bit, status, detail in LIMITED:
                 if cut & ~before & bit:
-                    tick.report(status, f"channel {channel}: {detail} ({1e3 * current:g} mA, {1e6 * width:g} us)")
-        state.device.send(sent.tolist())
-        return sent, state.device.answer_s
+                    tick.report(status, f"channel {channel}: {detail} ({1e3 * current:g} mA, "
+                                f"{1e6 * width:g} us)")
+        state.device.send(pulses)
+        return np.array(pulses), state.device.answer_s
 
     def close(self, state: DeviceInUse) -> None:
         """Zero current, and the keeper's end; RunError where the device does not confirm it."""

@@ -1,0 +1,149 @@
+"""The serial line to a ScienceMode 2 device: what is said, and answered within a stated time."""
+
+from __future__ import annotations
+
+import select
+import termios
+import time
+from collections.abc import Collection, Sequence
+
+import serial
+from pysciencemode.acks import rehastim_error, stimulation_error
+from pysciencemode.enums import Rehastim2Commands
+from pysciencemode.utils import packet_construction
+
+from plants.devices.driver import DeviceFault
+from plants.devices.science_mode_frames import Frame, FrameReader
+
+_BAUD = 460_800
+_VERSION = 1
+_MOST_BYTES = 4096
+_ALIVE_S = 0.4
+"""A sign of life after so long without a command: three fit into the device's 1.2 s."""
+_MISBUILT = frozenset({10, 15, 85, 129, 240})
+"""Packet numbers that pysciencemode 1.1.5 changes without the mark that says so: passed over."""
+_ELECTRODE = -2
+
+
+class ScienceModeLine:
+    """An open port. Everything raises DeviceFault, `unplugged` where the line is gone.
+
+    Parameters
+    ----------
+    port: name of the serial port. answer_s: the longest to wait for an answer.
+    """
+
+    def __init__(self, port: str, answer_s: float) -> None:
+        self._answer_s = answer_s
+        self._number = 0
+        self._said_s = 0.0
+        self._frames = FrameReader()
+        try:
+            self._port = serial.Serial(port, _BAUD, bytesize=serial.EIGHTBITS, parity=serial.PARITY_EVEN,
+                                       stopbits=serial.STOPBITS_ONE, timeout=0.0, write_timeout=answer_s,
+                                       exclusive=True)
+        except (OSError, ValueError, termios.error) as fault:
+            raise DeviceFault("unplugged", f"{port} does not open: {fault}") from None
+
+    def connect(self, patience_s: float) -> None:
+        """Wait for the device's Init, and answer it.
+
+        A device that another program has just left takes 1.2 s to notice, and says Init every 500 ms.
+        """
+        until = time.monotonic() + patience_s
+        while True:
+            try:
+                frame = self._await(until)
+            except DeviceFault as fault:
+                if fault.status != "wrong_checksum":
+                    raise
+                continue  # the first bytes may be the end of a frame whose beginning nobody read
+            if frame is None:
+                raise DeviceFault("no_answer", f"no Init within {patience_s:g} s: is the device on, and in "
+                                  "ScienceMode?")
+            if frame.command == Rehastim2Commands.Init.value and frame.number not in _MISBUILT:
+                break
+        if frame.content[:1] != bytes([_VERSION]):
+            raise DeviceFault("refused", f"the device speaks version {frame.content.hex()} of the protocol, "
+                              f"not {_VERSION}")
+        self._write(packet_construction(frame.number, "InitAck", [0]))
+
+    def ask(
+        self, command: str, content: Sequence[int], *, fine: Collection[int] = (0,), heed_errors: bool = True
+    ) -> None:
+        """Send a command and wait for its answer, which must be one of those that are fine."""
+        self._write(packet_construction(self._next_number(), command, list(content)))
+        wanted = Rehastim2Commands[f"{command}Ack"].value
+        until = time.monotonic() + self._answer_s
+        while (frame := self._await(until)) is not None:
+            if frame.command == wanted:
+                result = _signed(frame)
+                if result not in fine:
+                    raise DeviceFault("refused", f"{command}: {_words(stimulation_error(result), result)}")
+                return
+            if heed_errors:
+                _heed(frame)
+        raise DeviceFault("no_answer", f"{command}: no answer within {1e3 * self._answer_s:g} ms")
+
+    def listen(self) -> None:
+        """Heed what the device has said by itself, and give a sign of life where it is due."""
+        now = time.monotonic()
+        while (frame := self._await(now)) is not None:
+            _heed(frame)
+        if now - self._said_s > _ALIVE_S:
+            self._write(packet_construction(self._next_number(), "Watchdog"))
+
+    def forget(self) -> None:
+        """Let go of half a frame that has come: its end may be lost, and hide what comes next."""
+        self._frames = FrameReader()
+
+    def close(self) -> None:
+        """Give the port back."""
+        self._port.close()
+
+    def _next_number(self) -> int:
+        self._number = (self._number + 1) % 256
+        while self._number in _MISBUILT:
+            self._number += 1
+        return self._number
+
+    def _write(self, frame: bytes) -> None:
+        try:
+            self._port.write(frame)
+        except (OSError, serial.SerialException) as fault:
+            raise DeviceFault("unplugged", f"the line is gone: {fault}") from None
+        self._said_s = time.monotonic()
+
+    def _await(self, until_s: float) -> Frame | None:
+        """The next frame; None where none has come by then."""
+        while (frame := self._frames.next()) is None:
+            left_s = max(0.0, until_s - time.monotonic())
+            try:
+                ready, _, _ = select.select([self._port], [], [], left_s)
+                if not ready:
+                    return None
+                self._frames.feed(self._port.read(_MOST_BYTES))
+            except (OSError, serial.SerialException) as fault:
+                raise DeviceFault("unplugged", f"the line is gone: {fault}") from None
+        return frame
+
+
+def _heed(frame: Frame) -> None:
+    """Raise DeviceFault for what the device says of itself and nobody asked for."""
+    if frame.command == Rehastim2Commands.StimulationError.value:
+        code = _signed(frame)
+        raise DeviceFault("electrode_error" if code == _ELECTRODE else "device_failed",
+                          _words(rehastim_error(code), code))
+    if frame.command == Rehastim2Commands.UnknownCommand.value:
+        raise DeviceFault("refused", "the device does not know the command")
+    if frame.command == Rehastim2Commands.Init.value:
+        raise DeviceFault("device_failed", "the device has disconnected and begins anew")
+
+
+def _signed(frame: Frame) -> int:
+    return int.from_bytes(frame.content[:1], "big", signed=True)
+
+
+def _words(known: str | None, code: int) -> str:
+    """The meaning of a code, where the library knows it."""
+    return f"{(known or 'unknown error').strip().lower()} ({code})"
