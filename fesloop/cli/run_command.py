@@ -26,7 +26,10 @@ def execute(args: Namespace) -> int:
     pacing = _pacing(args)
     with progress_bar(args.experiment) as bar:
         experiment = load(args.experiment, args.settings, args.seed)
-        result = run(experiment, Path(args.out), realtime=pacing, progress=bar)
+        if not pacing:
+            result = run(experiment, Path(args.out), progress=bar)
+    if pacing:  # nothing is drawn beside it, which takes tens of ms
+        result = run(experiment, Path(args.out), realtime=pacing)
     if result.cause:
         print(f"fesloop: {result.cause}", file=sys.stderr)
     _summarise(result)
@@ -39,7 +42,7 @@ def execute(args: Namespace) -> int:
 
 def _pacing(args: Namespace) -> Pacing | bool:
     """How to keep in step with the wall clock, if at all."""
-    given = {"late": args.late}
+    given = {"late": args.late, "priority": args.priority}
     asked = {name: value for name, value in given.items() if value is not None}
     if asked and not args.realtime:
         raise InputError(f"--{next(iter(asked))}", "is of runs in real time", "beside --realtime")
@@ -58,8 +61,7 @@ def _summarise(result: Result) -> None:
         else:
             rows.append([name, _text(value)])
     rows += [["wall time", f"{result.wall_s:.2f} s"], ["real-time factor", f"{result.realtime_factor:.1f}"]]
-    if result.deadlines:
-        rows.append(["missed deadlines", f"{result.missed_deadlines} of {result.deadlines}"])
+    rows += _kept_time(result.realtime)
     events = _events(result)
     rows += [["events", f"{count} x {status} ({where})"] for (where, status, _), count in events[:_SHOWN]]
     if len(events) > _SHOWN:
@@ -73,6 +75,23 @@ def _summarise(result: Result) -> None:
         cells = [[key, *(_text(_last(row.get(column))) for column in columns)] for key, row in value.items()]
         print(file=sys.stderr)
         print_table(f"{name}{_which(value)}", ("", *columns), cells, sys.stderr)
+
+
+def _kept_time(realtime: dict[str, Any]) -> list[list[str]]:
+    """How a run kept in step with the wall clock; no rows of one that need not."""
+    if not realtime:
+        return []
+    rows = [["missed deadlines", f"{realtime['missed']} of {realtime['deadlines']}, "
+             f"later than {realtime['period_ms']:g} ms ({realtime['policy']})"]]
+    rows += [[words, "  ".join(f"{name} {value:.3f}" for name, value in realtime[key].items())]
+             for key, words in (("late_ms", "begun late, ms"), ("took_ms", "work took, ms"))]
+    starts, counts = realtime["histogram"].values()
+    rows += [[f"late by {start:g} ms or more", str(count)]
+             for start, count in zip(starts, counts, strict=True) if count]
+    rows += [["instants " + action, str(count)] for action, count in realtime["done"].items()]
+    rows.append(["garbage collections", f"{realtime['collections']:g}, the longest "
+                 f"{realtime['worst_collection_ms']:.3f} ms"])
+    return [*rows, ["memory", realtime["memory"]], ["scheduling", realtime["scheduling"]]]
 
 
 def _last(value: Any) -> Any:

@@ -67,15 +67,16 @@ class RecordingWriter:
     ----------
     folder: where it goes; made if it is not there.
     experiment: what is recorded. The file is named after it and numbered, and none is overwritten.
-    paced: whether it runs in step with the wall clock.
+    realtime: of a run in step with the wall clock, how that is done.
 
     Raises InputError if no file can be made there.
     """
 
-    def __init__(self, folder: Path, experiment: Experiment, paced: bool = False) -> None:
+    def __init__(self, folder: Path, experiment: Experiment,
+                 realtime: Mapping[str, str | float] | None = None) -> None:
         draft, self._file = draft_file(folder, experiment.name)
         try:
-            self._make_datasets(experiment, paced)
+            self._make_datasets(experiment, realtime)
             self._file.swmr_mode = True
             self.path = publish(draft, folder, experiment.name)
         except BaseException:
@@ -83,9 +84,10 @@ class RecordingWriter:
             draft.unlink()
             raise
 
-    def _make_datasets(self, experiment: Experiment, paced: bool) -> None:
+    def _make_datasets(self, experiment: Experiment, realtime: Mapping[str, str | float] | None) -> None:
         """Everything that the file will hold, empty."""
         self._describe(experiment)
+        self._describe_wall(experiment, realtime)
         wiring = experiment.wiring
         plants = [node for node in wiring.nodes if node.is_plant]
         self._kept = {node.name: [number for number, port in enumerate(node.part.outputs)
@@ -100,7 +102,6 @@ class RecordingWriter:
                         if f"{node.name}.{port.name}" not in experiment.record.leave_out}
         self._events = self._dataset("events", EVENT)
         self._messages = self._dataset("messages", MESSAGES)
-        self._instants = self._dataset("wall/instants", INSTANTS) if paced else None
         self._full = False
 
     def _describe(self, experiment: Experiment) -> None:
@@ -114,13 +115,18 @@ class RecordingWriter:
         file.attrs["wires"] = json.dumps([wire.name for wire in experiment.wires])
         file.create_dataset("experiment", data=experiment.as_json())
         file.create_dataset("status", data=np.array(b"running", STATUS_TYPE))
-        wall = file.create_group("wall")
+
+    def _describe_wall(self, experiment: Experiment, realtime: Mapping[str, str | float] | None) -> None:
+        """What depends on the machine and the hour."""
+        wall = self._file.create_group("wall")
         wall.attrs["started"] = datetime.now(UTC).isoformat(timespec="seconds")
         wall.attrs["machine"] = platform.platform()
-        for name in ("seconds", "worst_late_s"):
+        wall.attrs.update(realtime or {})
+        for name in ("seconds", "worst_late_s", "worst_collection_ms"):
             wall.create_dataset(name, data=0.0)
-        for name in ("deadlines", "missed_deadlines"):
+        for name in ("deadlines", "missed_deadlines", "collections"):
             wall.create_dataset(name, data=0)
+        self._instants = self._dataset("wall/instants", INSTANTS) if realtime is not None else None
         self._step_times = {name: self._dataset(f"wall/step_ns/{name}", np.dtype("<i8"))
                             for name in experiment.record.timed}
 
@@ -202,14 +208,10 @@ class RecordingWriter:
                 for number, each in enumerate(counts)]
         self._append([(self._messages, np.array(rows, MESSAGES))])
 
-    def close(self, status: str, seconds: float, deadlines: tuple[int, int, float] = (0, 0, 0.0)) -> None:
-        """Write how the run ended and close the file.
-
-        `deadlines` are those kept and missed together, those missed, and the worst lateness in s.
-        """
-        wall = self._file["wall"]
-        wall["seconds"][()] = seconds
-        wall["deadlines"][()], wall["missed_deadlines"][()], wall["worst_late_s"][()] = deadlines
+    def close(self, status: str, seconds: float, realtime: Mapping[str, int | float] | None = None) -> None:
+        """Write how the run ended, and of one in step with the wall clock how that went; close the file."""
+        for name, value in {"seconds": seconds, **(realtime or {})}.items():
+            self._file["wall"][name][()] = value
         self._file["status"][()] = np.array(status.encode(), STATUS_TYPE)
         self._file.close()
 

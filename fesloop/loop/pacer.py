@@ -7,7 +7,7 @@ nothing adds up, and run when it has come: everything due at or before it, nothi
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from threading import Event
 from typing import Any
 
@@ -54,14 +54,17 @@ class Pacer:
         self._sleep = sleep or (self._bell.wait if self._live else time.sleep)
         self.deadlines = self.missed = self.worst_late_ns = 0
         self.rows: list[WallRow] = []
-        self.begin_trial()
+        self._states: dict[str, Any] = {}
+        self._instants: Iterator[int] = iter(())
+        self._next = self._origin_ns = 0
+        self._skipped: set[int] = set()
 
     def begin_trial(self) -> None:
         """Let t = 0 of the trial that the loop stands before be now."""
         self._states = self._loop.states()
         self._instants = instants(self._clocks)
         self._next = next(self._instants, FOREVER)
-        self._skipped: set[int] = set()
+        self._skipped.clear()
         self._origin_ns = self._clock()
         present = Present(self._origin_ns, self._bell)
         for node in self._live:

@@ -19,6 +19,8 @@ from fesloop.loop.wiring import Node
 _MOST_HZ = 200
 _IDLE = RateClock.from_rate("100")
 """Where no block has a pace of its own (chosen): plants and the recording go on while a stream is silent."""
+_HIGHEST_PRIORITY = 99
+"""Of SCHED_FIFO on Linux (`sched(7)`)."""
 POLICIES = ("catch-up", "skip", "stop")
 
 
@@ -31,13 +33,20 @@ class Pacing:
     late: what becomes of ticks that are late. "catch-up" runs every one as soon as it can; "skip" lets those
         pass that lie a whole period of their block or more in the past; "stop" ends the run as failed at the
         first missed deadline.
+    lock_memory: whether to ask that no memory of the process is swapped out.
+    priority: of the scheduling class SCHED_FIFO, 1 to 99; 0 asks for none. Above everything else on its
+        core, a run that is always late leaves little of it to others.
     """
 
     late: str = "catch-up"
+    lock_memory: bool = True
+    priority: int = 0
 
     def __post_init__(self) -> None:
         if self.late not in POLICIES:
             raise InputError("--late", f"{self.late!r}", ", ".join(POLICIES))
+        if not 0 <= self.priority <= _HIGHEST_PRIORITY:
+            raise InputError("--priority", f"{self.priority}", f"1 to {_HIGHEST_PRIORITY}, or 0 for none")
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,6 +28,7 @@ def wired(stream, *more, wires=()):
 def run(wiring, wall, late="catch-up", end=60 * MS):
     loop = Loop(wiring, recorder=Recorder())
     pacer = Pacer(loop, Pacing(late=late), wall.clock, wall.sleep)
+    pacer.begin_trial()
     while pacer.advance(end) < end:
         pass
     return loop, pacer
@@ -111,6 +112,7 @@ def test_a_bell_from_another_thread_wakes_the_loop_at_once():
     stream = Stream(wall=Now(), arrivals_ns=(50 * MS, 130 * MS))
     loop = Loop(Wiring([Node("glove", stream), Node("slow", Sink(), "2")], [Wire("glove.y", "slow.u")]))
     pacer = Pacer(loop, Pacing())
+    pacer.begin_trial()
     state = loop.states()["glove"]
     assert abs(state.present.origin_ns - began) < 50 * MS
     began = state.present.origin_ns

@@ -22,6 +22,7 @@ def paced(nodes, wall, late="catch-up", end=END, wires=()):
     """(loop, pacer) after a trial."""
     loop = Loop(Wiring(nodes, wires), recorder=Recorder())
     pacer = Pacer(loop, Pacing(late=late), wall.clock, wall.sleep)
+    pacer.begin_trial()
     assert pacer.now_ns() == 0
     run(pacer, end)
     return loop, pacer
@@ -76,6 +77,7 @@ def test_stop_ends_the_run_with_its_cause():
     wall = Wall()
     loop = Loop(Wiring([worker(wall, *[2] * 7, 25)], ()), recorder=Recorder())
     pacer = Pacer(loop, Pacing(late="stop"), wall.clock, wall.sleep)
+    pacer.begin_trial()
     with pytest.raises(RunError, match=r"due at 70\.000 ms began 0\.080 ms late and took 25\.000 ms"):
         run(pacer, END)
     assert [row[3] for row in pacer.rows] == [KEPT] * 7 + [STOPPED]

@@ -1,0 +1,62 @@
+"""Python's collector of reference cycles, which stops everything for some ms, kept out of deadlines' way."""
+
+from __future__ import annotations
+
+import gc
+import time
+from types import TracebackType
+from typing import Self
+
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+
+_OFTEN_NS = NS_PER_S
+_AT_LAST_NS = 30 * NS_PER_S
+"""How often to collect where there is leisure, and where there is none (chosen): what waits meanwhile is
+the cycles alone, as all else is freed at once, and the loop makes none."""
+_AT_FIRST_NS = 2 * NS_PER_MS
+"""What a collection is expected to take before one has been timed."""
+
+
+class Garbage:
+    """The collector during a run in real time: a context.
+
+    What exists when the run begins is collected once, then frozen: no later collection looks at it. The
+    collector is off from then on, and asked to work where nothing is due for twice as long as it has ever
+    taken, or else every half minute. All of it is undone at the end.
+
+    Attributes
+    ----------
+    collections, worst_ns: how many there were during the run, and how long the longest took.
+    """
+
+    def __init__(self) -> None:
+        self.collections = self.worst_ns = 0
+        self._last_ns = 0
+        self._enabled = self._frozen = False
+
+    def __enter__(self) -> Self:
+        self._enabled, self._frozen = gc.isenabled(), gc.get_freeze_count() == 0
+        gc.collect()
+        if self._frozen:
+            gc.freeze()
+        gc.disable()
+        self._last_ns = time.monotonic_ns()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        if self._frozen:
+            gc.unfreeze()
+        if self._enabled:
+            gc.enable()
+
+    def collect_in(self, leisure_ns: int) -> None:
+        """Collect if it is time, and nothing is due for so long."""
+        began = time.monotonic_ns()
+        since = began - self._last_ns
+        if since < _OFTEN_NS or (leisure_ns < 2 * max(self.worst_ns, _AT_FIRST_NS) and since < _AT_LAST_NS):
+            return
+        gc.collect()
+        self._last_ns = time.monotonic_ns()
+        self.collections += 1
+        self.worst_ns = max(self.worst_ns, self._last_ns - began)

@@ -1,0 +1,51 @@
+"""How well a run kept in step with the wall clock, from its recording."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.experiment.reading import Recording
+from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.pacer import KEPT
+
+EDGES_MS = (0.0, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
+"""Of the histogram; the last class has no end."""
+_WORDS, _NUMBERS = ("policy", "memory", "scheduling"), ("period_ms", "collections", "worst_collection_ms")
+"""What a recording of a run in real time says beside its rows."""
+
+
+def realtime_summary(recording: Recording) -> dict[str, Any]:
+    """What `fesloop run --realtime --json` prints under "realtime"; empty for a run that was not.
+
+    `late_ms` is how late work began, `took_ms` how long it took, both over all instants: `p50`, `p99`,
+    `worst`; `histogram` counts the instants by `late_ms`, in classes that begin at `from_ms`; `done` counts
+    them by what was done: kept, run late, skipped, stopped.
+    """
+    rows = recording.instants
+    if not rows.size:
+        return {}
+    late, took = rows["late_ns"] / NS_PER_MS, rows["took_ns"] / NS_PER_MS
+    actions, counts = np.unique(rows["action"], return_counts=True)
+    wall = recording.wall
+    return {
+        "deadlines": len(rows), "missed": int((rows["action"] != KEPT.encode()).sum()),
+        "late_ms": quantiles(late), "took_ms": quantiles(took),
+        "histogram": {"from_ms": list(EDGES_MS), "instants": histogram(late).tolist()},
+        "done": {action.decode(): int(count) for action, count in zip(actions, counts, strict=True)},
+        **{name: str(wall[name]) for name in _WORDS}, **{name: float(wall[name]) for name in _NUMBERS},
+    }
+
+
+def quantiles(values: NDArray[np.float64]) -> dict[str, float]:
+    """Median, 99th percentile and greatest."""
+    p50, p99 = np.percentile(values, (50, 99))
+    return {"p50": float(p50), "p99": float(p99), "worst": float(values.max())}
+
+
+def histogram(late_ms: NDArray[np.float64], edges_ms: Sequence[float] = EDGES_MS) -> NDArray[np.int64]:
+    """How many values lie in each class, from its edge to the next."""
+    return np.histogram(late_ms, [*edges_ms, np.inf])[0].astype(np.int64)
