@@ -1,0 +1,157 @@
+"""XDF: samples and instants are pyxdf's, units come out in SI, and what is damaged is refused at its byte."""
+
+import logging
+import struct
+
+import numpy as np
+import pytest
+import pyxdf
+import xdf_files as xdf
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from fesloop.errors import InputError
+from fesloop.streams.files import open_recording
+from fesloop.streams.formats.xdf_chunks import read_streams
+from fesloop.streams.formats.xdf_clock import instants_s
+
+LABELS, UNITS = xdf.MOTION_LABELS, xdf.MOTION_UNITS
+
+
+def written(tmp_path, content):
+    path = tmp_path / "lab.xdf"
+    path.write_bytes(content)
+    return path
+
+
+def refused(path, *words, sensor_set=None):
+    with pytest.raises(InputError) as caught:
+        open_recording(path, sensor_set)
+    text = str(caught.value)
+    assert "\n" not in text
+    for word in words:
+        assert word in text, text
+    return text
+
+
+def test_samples_and_instants_are_those_of_pyxdf(tmp_path):
+    path = written(tmp_path, xdf.motion_file())
+    (theirs,), _ = pyxdf.load_xdf(path)
+    (ours,) = read_streams(path)
+    np.testing.assert_array_equal(ours.values, theirs["time_series"])
+    np.testing.assert_allclose(instants_s(ours, ""), theirs["time_stamps"], rtol=0, atol=1e-9)
+    (raw,), _ = pyxdf.load_xdf(path, synchronize_clocks=False, dejitter_timestamps=False)
+    np.testing.assert_array_equal(ours.times_s, raw["time_stamps"])
+    recording = open_recording(path)
+    scale = np.repeat([np.pi / 180.0, 9.80665, 1e-6], 3)
+    expected = theirs["time_series"].astype(float) * scale
+    assert recording.sensors == ("imu",)
+    for samples, columns in ((recording.gyr, slice(0, 3)), (recording.acc, slice(3, 6)),
+                             (recording.mag, slice(6, 9))):
+        np.testing.assert_array_equal(samples[:, 0], expected[:, columns])
+    np.testing.assert_allclose(recording.stamps_ns * 1e-9, theirs["time_stamps"] - theirs["time_stamps"][0],
+                               atol=1e-6)
+    assert recording.source_units == {"gyr": "deg/s", "acc": "g", "mag": "uT"}
+    assert float(recording.rate) == pytest.approx(theirs["info"]["effective_srate"], rel=1e-6)
+
+
+@given(offsets=st.lists(st.tuples(st.floats(0.5, 8.0), st.floats(-2e-3, 2e-3)), min_size=1, max_size=12),
+       gap=st.sampled_from([0.0, 0.3, 7.0]), rate=st.sampled_from([0.0, 100.0]), drops=st.booleans(),
+       seed=st.integers(0, 5))
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_clocks_breaks_and_irregular_streams_are_as_in_pyxdf(tmp_path, offsets, gap, rate, drops, seed):
+    times, values = xdf.motion(150, seed)
+    times[80:] += gap
+    extra = "<synchronization><can_drop_samples>true</can_drop_samples></synchronization>" if drops else ""
+    clock = np.cumsum([step for step, _ in offsets]) + 990.0
+    path = written(tmp_path, xdf.file_of(
+        xdf.header(1, labels=LABELS, units=UNITS, rate=rate, extra=extra),
+        *(xdf.clock_offset(1, time, 3.0 + offset) for time, (_, offset) in zip(clock, offsets, strict=True)),
+        xdf.samples(1, times, values)))
+    logging.disable()
+    (theirs,), _ = pyxdf.load_xdf(path)
+    logging.disable(logging.NOTSET)
+    (ours,) = read_streams(path)
+    np.testing.assert_allclose(instants_s(ours, ""), theirs["time_stamps"], rtol=0, atol=1e-7)
+
+
+def test_a_clock_that_was_set_anew_is_refused(tmp_path):
+    times, values = xdf.motion(100)
+    steps = [(1000.0 + 5.0 * k, 1.0) for k in range(6)] + [(1100.0 + 5.0 * k, 60.0) for k in range(6)]
+    path = written(tmp_path, xdf.file_of(xdf.header(1, labels=LABELS, units=UNITS),
+                                         *(xdf.clock_offset(1, *step) for step in steps),
+                                         xdf.samples(1, times, values)))
+    refused(path, "stream imu", "set anew")
+
+
+@pytest.mark.parametrize(("form", "dtype"), [("float32", "<f4"), ("double64", "<f8"), ("int16", "<i2"),
+                                             ("int32", "<i4"), ("int64", "<i8"), ("int8", "i1")])
+def test_every_number_format(tmp_path, form, dtype):
+    values = np.arange(90).reshape(10, 9).astype(dtype)
+    path = written(tmp_path, xdf.file_of(xdf.header(1, labels=LABELS, form=form),
+                                         xdf.samples(1, 5.0 + 0.01 * np.arange(10), values)))
+    (theirs,), _ = pyxdf.load_xdf(path)
+    np.testing.assert_array_equal(read_streams(path)[0].values, theirs["time_series"])
+
+
+def test_streams_of_the_same_instants_are_one_set_and_others_are_to_be_chosen(tmp_path):
+    times, values = xdf.motion(100)
+    three = [("F2p.x", "F2p.y", "F2p.z")]
+    content = [
+        xdf.header(1, "gyr", labels=three[0], units=["rad/s"] * 3,
+                   types=[f"AngularVelocity{axis}" for axis in "XYZ"]),
+        xdf.header(2, "acc", labels=three[0], units=["m/s^2"] * 3,
+                   types=[f"Acceleration{axis}" for axis in "XYZ"]),
+        xdf.header(3, "wrist", labels=LABELS, units=UNITS, rate=50.0),
+        xdf.header(4, "markers", kind="Markers", rate=0.0, form="string", labels=["text"]),
+        xdf.header(5, "emg", kind="EMG", labels=["EMG_x"], units=["V"]),
+        xdf.samples(1, times, values[:, :3]), xdf.samples(2, times, values[:, 3:6] * np.float32(9.81)),
+        xdf.samples(3, times[:50], values[:50]),
+        xdf.chunk(3, struct.pack("<I", 4) + b"\x01\x01\x08" + struct.pack("<d", 1.0) + b"\x01\x02hi"),
+        xdf.samples(5, times, values[:, :1])]
+    path = written(tmp_path, xdf.file_of(*content))
+    text = refused(path, "wrist", "nothing is resampled", "sensor_set")
+    assert "100 samples" in text
+    assert "50 samples" in text
+    hand = open_recording(path, "gyr, acc")
+    assert hand.sensors == ("F2p",)
+    np.testing.assert_array_equal(hand.gyr[:, 0], values[:, :3].astype(float))
+    assert open_recording(path, "wrist").samples == 50
+    refused(path, "no stream 'wrst'", "did you mean 'wrist'", sensor_set="wrst")
+    refused(path, "'emg' has no channel of an inertial sensor", sensor_set="emg")
+
+
+FAULTS = [
+    ({"units": ["deg/s"] * 3 + [""] * 3 + ["uT"] * 3}, ("imu: acc", "states no unit")),
+    ({"units": ["V"] * 3 + ["g"] * 3 + ["uT"] * 3}, ("imu: gyr", "'V' is no unit of gyr", "deg/s")),
+    ({"labels": ["gyr_x", "gyr_y", "gyr_y", *LABELS[3:]]}, ("two channels of gyr y",)),
+    ({"labels": ["gyr_x", "gyr_y", "temperature", *LABELS[3:]]}, ("imu: gyr", "has no axis z")),
+    ({"labels": [f"c{k}" for k in range(9)]}, ("no stream whose channels", "imu (IMU)")),
+    ({"labels": [*LABELS[:3], *(f"a{k}" for k in range(6))]}, ("imu: acc", "is missing")),
+    ({"rate": "nan"}, ("chunk at byte", "has the rate nan")),
+    ({"form": "float16"}, ("channel format 'float16'",)),
+]
+
+
+@pytest.mark.parametrize(("changes", "words"), FAULTS)
+def test_headers_that_say_too_little_are_named(tmp_path, changes, words):
+    refused(written(tmp_path, xdf.motion_file(**changes)), "lab.xdf", *words)
+
+
+def test_what_is_damaged_is_refused_at_its_byte(tmp_path):
+    whole = xdf.motion_file()
+    head = xdf.header(1, labels=LABELS, units=UNITS)
+    huge = struct.pack("<I", 1) + b"\x08" + (2**50).to_bytes(8, "little")
+    entities = b"<!DOCTYPE x [<!ENTITY a 'aaaa'>]><info>&a;</info>"
+    for content, words in [
+            (whole[:-20], ("chunk at byte", "are left")),
+            (b"XDF:\x03", ("chunk at byte 4", "length of 3 bytes")),
+            (xdf.file_of(head, head), ("a second time",)),
+            (xdf.file_of(xdf.clock_offset(3, 1.0, 1.0)), ("no header before",)),
+            (xdf.file_of(xdf.chunk(9, b"")), ("unknown kind 9",)),
+            (xdf.file_of(head, xdf.chunk(3, huge)), ("holds 1125899906842624 samples",)),
+            (xdf.file_of(xdf.chunk(2, struct.pack("<I", 1) + entities)), ("declarations",)),
+            (xdf.file_of(xdf.chunk(2, struct.pack("<I", 1) + b"<info>")), ("no XML",)),
+            (xdf.file_of(head), ("stream imu", "holds no sample")),
+            (xdf.file_of(), ("no stream",))]:
+        refused(written(tmp_path, content), *words)
