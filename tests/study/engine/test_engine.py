@@ -24,7 +24,7 @@ from fesloop.study.engine import bases, cluster, coordinator, running, task
 from fesloop.study.engine.cluster import connected
 from fesloop.study.engine.coordinator import run_study
 from fesloop.study.engine.preparing import prepare_one
-from fesloop.study.engine.pump import Task, pumped
+from fesloop.study.engine.pump import Done, Task, pumped
 from fesloop.study.engine.running import DIED
 
 LATENCIES = "[axes.latency_ms]\nvalues = [0, 20, 40]\n"
@@ -172,6 +172,23 @@ def test_the_first_run_tries_the_base_and_is_kept(address, tmp_path, monkeypatch
     assert table["status"].tolist() == ["failed", "done"] * 3
     first, *others = table["id"].tolist()
     assert asked == [(bases, first), (bases, "base-0"), *((running, other) for other in others)]
+
+
+def test_a_first_run_whose_worker_ended_may_be_innocent_and_is_run_again(address, tmp_path, monkeypatch):
+    class KilledWorker(Exception):
+        pass
+
+    whole = bases.pumped
+
+    def pumped(client, tasks, *given):
+        tasks = list(tasks)
+        pilots = [Done(each.id, None, KilledWorker()) for each in tasks if not each.id.startswith("base")]
+        yield from [pilots] if pilots else whole(client, iter(tasks), *given)
+
+    monkeypatch.setattr(bases, "pumped", pumped)
+    summary = run_study(read_study(write_study(tmp_path, LATENCIES)), tmp_path, scheduler=address)
+    assert summary.failed == {}
+    assert summary.done == summary.runs
 
 
 def test_a_worker_whose_disk_is_full_ends_the_study_and_costs_no_result(address, tmp_path):
