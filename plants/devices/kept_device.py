@@ -29,7 +29,7 @@ from plants.devices.messages import (
 _START_S = 20.0
 """For the keeper's process to be there (chosen: 100 times what it takes on a quiet machine)."""
 _BUSY_ANSWERS = 4.0
-"""Answers of the device that a keeper waits for at most: to a command under way, and to a stop said thrice."""
+"""Answers of the device that a keeper waits for at most: to a command under way, and to three stops."""
 _MS_PER_S = 1e3
 
 
@@ -110,13 +110,7 @@ class KeptDevice:
 
     def hear(self) -> None:
         """Take the answers that have come. RunError, with the cause, where the device is stopped."""
-        while True:
-            try:
-                message = self.line.recv(MOST_BYTES)
-            except BlockingIOError:
-                break
-            except OSError:
-                message = b""
+        while (message := self._packet()) is not None:
             if not message:
                 raise self._failure(self._keepers_end())
             told = self._read(message)
@@ -124,6 +118,20 @@ class KeptDevice:
                 raise self._failure(f"the device is stopped: {_cause(told)}{self._when(told)}")
             self._answered(told)
         self._require_answers()
+
+    def _packet(self) -> bytes | None:
+        """The next message from the keeper; empty at the end of the line, None while there is none.
+
+        Where the keeper ends with a command unread, the line tells that first, and what it said after.
+        """
+        for _ in range(2):
+            try:
+                return self.line.recv(MOST_BYTES)
+            except BlockingIOError:
+                return None
+            except OSError:
+                continue
+        return b""
 
     def _answered(self, answer: Answer) -> None:
         """Older commands that the keeper passed over are answered with it."""
@@ -200,10 +208,7 @@ class KeptDevice:
         poll = select.poll()
         poll.register(self.line, select.POLLIN)
         while (left_s := until - time.monotonic()) > 0.0 and poll.poll(left_s * _MS_PER_S):
-            try:
-                message = self.line.recv(MOST_BYTES)
-            except OSError:
-                return {}
+            message = self._packet()
             if not message:
                 return {}
             told = self._read(message)
