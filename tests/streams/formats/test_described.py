@@ -1,0 +1,220 @@
+"""Files that a layout describes: text tables and .mat files, units, time, references, and every fault."""
+
+import csv
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from mat73_files import write_mat73
+from recording_files import CONTENTS, SAMPLES, still
+from scipy.io import savemat
+from scipy.spatial.transform import Rotation
+
+from fesloop.errors import InputError, InputErrors
+from fesloop.streams.files import open_recording
+from fesloop.streams.text_table import TextForm, read_table
+
+LAYOUT = """
+rate = "2000/7"
+pairs = [["forearm", "hand"]]
+
+[units]
+gyr = "deg/s"
+acc = "g"
+
+[sensors.forearm]
+gyr = ["g0", "g1", "g2"]
+acc = [5, 6, 7]
+
+[sensors.hand]
+gyr = ["h0", "h1", "h2"]
+acc = ["b0", "b1", "b2"]
+"""
+NAMES = ["t", "g0", "g1", "g2", "a0", "a1", "a2", "h0", "h1", "h2", "b0", "b1", "b2"]
+
+
+def table():
+    """(SAMPLES, 13): time in ms, forearm deg/s and g, hand deg/s and g."""
+    (gyr, acc, _), (other_gyr, other_acc, _) = still(seed=0), still(seed=1)
+    times = 10.0 * np.arange(SAMPLES)[:, np.newaxis]
+    return np.hstack([times, np.rad2deg(gyr), acc / 9.80665, np.rad2deg(other_gyr), other_acc / 9.80665])
+
+
+def written(folder, layout=LAYOUT, values=None, separator=",", decimal=".", names=NAMES):
+    values = table() if values is None else values
+    with (folder / "lab.csv").open("w", newline="") as file:
+        writer = csv.writer(file, delimiter=separator)
+        writer.writerow(names)
+        writer.writerows([[repr(float(cell)).replace(".", decimal) for cell in row] for row in values])
+    (folder / "layout.toml").write_text(layout)
+    return folder / "lab.csv", folder / "layout.toml"
+
+
+def opened(paths):
+    return open_recording(paths[0], layout=paths[1])
+
+
+def refused(paths, *words):
+    with pytest.raises(InputError) as caught:
+        opened(paths)
+    for line in str(caught.value).splitlines():
+        assert str(paths[1].parent) in line
+    for word in words:
+        assert word in str(caught.value), str(caught.value)
+
+
+def test_columns_by_name_and_number_in_si(tmp_path):
+    recording = opened(written(tmp_path))
+    values = table()
+    assert recording.sensors == ("forearm", "hand")
+    assert recording.pairs == ((0, 1),)
+    assert str(recording.rate) == "2000/7"
+    np.testing.assert_array_equal(recording.gyr[:, 1], values[:, 7:10] * (np.pi / 180.0))
+    np.testing.assert_array_equal(recording.acc[:, 0], values[:, 4:7] * 9.80665)
+    assert recording.mag is None
+    assert recording.source_units == {"gyr": "deg/s", "acc": "g"}
+
+
+def test_a_european_table_with_time_and_missing_values(tmp_path):
+    layout = LAYOUT.replace('rate = "2000/7"', 'time = "t"').replace(
+        "[units]", '[text]\nseparator = ";"\ndecimal = ","\nmissing = ["", "lost"]\n[units]\ntime = "ms"')
+    paths = written(tmp_path, layout, separator=";", decimal=",")
+    lines = paths[0].read_text().splitlines()
+    cells = lines[4].split(";")
+    lines[4] = ";".join([*cells[:7], "lost", *cells[8:12], ""])
+    paths[0].write_text("\ufeff" + "\r\n".join(lines), encoding="utf-8")
+    recording = opened(paths)
+    assert recording.rate == 100
+    assert recording.stamps_ns[3] == 30_000_000
+    np.testing.assert_array_equal(np.argwhere(np.isnan(recording.gyr)), [[3, 1, 0]])
+    np.testing.assert_array_equal(np.argwhere(np.isnan(recording.acc)), [[3, 1, 2]])
+    np.testing.assert_array_equal(recording.gyr[4:, 0], table()[4:, 1:4] * (np.pi / 180.0))
+
+
+@given(values=st.lists(st.lists(st.floats(allow_nan=False), min_size=3, max_size=3), min_size=1, max_size=6),
+       separator=st.sampled_from([",", ";", "\t", " ", "|"]), decimal=st.sampled_from([".", ","]))
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_every_double_is_read_to_the_last_bit(tmp_path, values, separator, decimal):
+    if separator == decimal:
+        return
+    path = tmp_path / "numbers.txt"
+    path.write_text("\n".join(separator.join(repr(cell).replace(".", decimal) for cell in row)
+                              for row in values))
+    read = read_table(path, TextForm(separator=separator, decimal=decimal, header=0)).values
+    assert read.tobytes() == np.array(values).tobytes()
+
+
+def variables():
+    (gyr, acc, mag), quat = still(), Rotation.random(SAMPLES, rng=np.random.default_rng(3)).as_quat()
+    return {"imu": {"gyr": gyr, "accT": np.ascontiguousarray(acc.T), "name": "hand"},
+            "all": np.hstack([mag, quat]), "fs": 100.0, "label": ["one", np.arange(3.0)],
+            "scored": (np.arange(SAMPLES) > 4).astype("u1")}
+
+
+MATLAB = """
+rate = 100
+[units]
+mag = "uT"
+[sensors.hand]
+gyr = "imu.gyr"
+acc = "imu.accT"
+mag = {variable = "all", columns = [1, 2, 3]}
+orientation = {variable = "all", columns = [4, 5, 6, 7]}
+[reference]
+order = "xyzw"
+direction = "reference_to_segment"
+scored = "scored"
+north = true
+"""
+
+
+@pytest.mark.parametrize("version", ["5", "5 compressed", "7.3"])
+def test_variables_of_matlab_files(tmp_path, version):
+    path, layout = tmp_path / "lab.mat", tmp_path / "layout.toml"
+    content = variables()
+    if version == "7.3":
+        write_mat73(path, content)
+    else:
+        savemat(path, {**content, "label": np.array(content["label"], dtype=object)},
+                do_compression="compressed" in version)
+    layout.write_text(MATLAB)
+    recording = opened((path, layout))
+    np.testing.assert_array_equal(recording.gyr[:, 0], content["imu"]["gyr"])
+    np.testing.assert_array_equal(recording.acc[:, 0], content["imu"]["accT"].T)
+    np.testing.assert_array_equal(recording.mag[:, 0], content["all"][:, :3] * 1e-6)
+    vector = np.array([0.3, -0.4, 0.5])
+    told = Rotation.from_quat(recording.reference.orientation[:, 0], scalar_first=True)
+    np.testing.assert_allclose(told.apply(vector), Rotation.from_quat(
+        content["all"][:, 3:]).inv().apply(vector), atol=1e-12)
+    assert recording.reference.scored.tolist() == [k > 4 for k in range(SAMPLES)]
+    assert recording.reference.north
+
+
+def test_sets_that_are_known_are_read_from_matlab_73_too(tmp_path):
+    content = CONTENTS["broad"]()
+    content["movement"] = content["movement"].astype("u1")
+    path = write_mat73(tmp_path / "broad.mat", content)
+    recording = open_recording(path)
+    assert recording.source_format == "broad"
+    np.testing.assert_array_equal(recording.gyr[:, 0], content["imu_gyr"])
+
+
+LAYOUT_FAULTS = [
+    ('rate = "2000/7"', "", ("rate", "neither rate nor time")),
+    ('rate = "2000/7"', 'rate = "fast"', ("rate", "'fast'")),
+    ('rate = "2000/7"', "rate = 2e9", ("rate", "sampling rate")),
+    ('gyr = "deg/s"', 'gyr = "rpm"', ("units.gyr", "'rpm'", "deg/s")),
+    ('gyr = "deg/s"', 'gyro = "deg/s"', ("units.gyro", "unknown key", "did you mean 'gyr'")),
+    ('"h2"]', '"h3"]', ("sensors.hand.gyr", "'h3' is no column", "h0, h1, h2")),
+    ('"h2"]', '"h1"]\nmag = [1, 2, 99]', ("sensors.hand.mag", "column 99", "1 to 13")),
+    ("[5, 6, 7]", "[5, 6]", ("sensors.forearm.acc", "names 2 columns", "3")),
+    ("[5, 6, 7]", '"a0"', ("sensors.forearm.acc", "names 1 columns")),
+    ("acc = [5, 6, 7]", "", ("sensors.forearm.acc", "is missing")),
+    ("[5, 6, 7]", '{variable = "x", columns = [1]}', ("a text file is one table",)),
+    ('"hand"]]', '"leg"]]', ("pairs", "'leg' is no sensor")),
+    ("[units]", '[text]\nseparator = ",,"\n[units]', ("text.separator", "',,'")),
+    ("[units]", "[text]\nheader = 0\n[units]", ("line 1: column", "'t' is no number")),
+    ("[units]", "[units", ("is not TOML",)),
+    ('gyr = "deg/s"', 'gyr = "rad/s"', ("forearm: gyr", )),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "words"), LAYOUT_FAULTS)
+def test_faults_of_layouts_are_named_with_their_key(tmp_path, old, new, words):
+    assert old in LAYOUT
+    values = table()
+    values[:, 1:4] *= 200.0
+    layout = LAYOUT.replace(old, new, 1)
+    refused(written(tmp_path, layout, values if "rad/s" in new else None), *words)
+
+
+def test_faults_of_tables_are_named_with_line_and_column(tmp_path):
+    paths = written(tmp_path)
+    text = paths[0].read_text().splitlines()
+    for line, change, words in [
+            (7, lambda row: row + ",1", ("line 8", "14 columns")),
+            (7, lambda row: "abc" + row, ("line 8: column 't'", "is no number")),
+            (0, lambda row: row + ",more", ("line 1", "names 14 columns")),
+            (0, lambda row: row.replace("g1", "g0"), ("sensors.forearm.gyr", "'g0' stands twice"))]:
+        spoilt = list(text)
+        spoilt[line] = change(spoilt[line])
+        paths[0].write_text("\n".join(spoilt))
+        refused(paths, *words)
+    paths[0].write_text(text[0])
+    refused(paths, "holds no row")
+    paths[0].write_bytes(b"\xff\xfe")
+    refused(paths, "not UTF-8")
+
+
+def test_several_faults_of_a_layout_are_named_at_once(tmp_path):
+    layout = LAYOUT.replace("[5, 6, 7]", "true").replace('gyr = "deg/s"', "gyr = 1")
+    with pytest.raises(InputErrors) as caught:
+        opened(written(tmp_path, layout))
+    assert len(str(caught.value).splitlines()) == 2
+
+
+def test_a_sensor_set_beside_a_layout_is_refused(tmp_path):
+    paths = written(tmp_path)
+    with pytest.raises(InputError, match="beside a layout"):
+        open_recording(paths[0], "imu", paths[1])

@@ -1,0 +1,114 @@
+"""Motion-BIDS: a dataset that the official validator passes, read to the last bit, and faults by name."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import bids_files
+import numpy as np
+import pytest
+from recording_files import SAMPLES
+
+from fesloop.errors import InputError
+from fesloop.streams.files import open_recording
+
+VALIDATOR = Path(sys.executable).with_name("bids-validator-deno")
+
+
+def refused(path, *words, sensor_set=None):
+    with pytest.raises(InputError) as caught:
+        open_recording(path, sensor_set)
+    text = str(caught.value)
+    assert "\n" not in text
+    for word in words:
+        assert word in text, text
+
+
+@pytest.mark.skipif(not VALIDATOR.exists(), reason="bids-validator-deno is not installed")
+def test_what_is_read_here_is_motion_bids(tmp_path):
+    bids_files.write_dataset(tmp_path / "set", latency=True)
+    done = subprocess.run([VALIDATOR, tmp_path / "set", "--format", "json", "--ignoreWarnings"],
+                          capture_output=True, text=True, check=False, timeout=120)
+    issues = json.loads(done.stdout)["issues"]["issues"]
+    assert [issue for issue in issues if issue["severity"] == "error"] == []
+
+
+@pytest.mark.parametrize("latency", [False, True])
+def test_samples_come_out_in_si_to_the_last_bit(tmp_path, latency):
+    path = bids_files.write_dataset(tmp_path, latency)
+    recording = open_recording(path)
+    assert recording.sensors == bids_files.POINTS
+    assert recording.rate == 100
+    assert recording.stamps_ns.tolist() == [k * 10_000_000 for k in range(SAMPLES)]
+    assert recording.reference is None
+    assert recording.source_units == {"gyr": "deg/s", "acc": "m/s^2", "mag": "uT"}
+    for number, (gyr, acc, mag) in enumerate(bids_files.samples().values()):
+        np.testing.assert_array_equal(recording.gyr[:, number], gyr * (np.pi / 180.0))
+        np.testing.assert_array_equal(recording.acc[:, number], acc)
+        np.testing.assert_array_equal(recording.mag[:, number], mag * 1e-6)
+    assert np.isnan(recording.gyr[4, 1]).all()
+
+
+def test_a_folder_and_a_table_are_the_same_recording(tmp_path):
+    path = bids_files.write_dataset(tmp_path)
+    np.testing.assert_array_equal(open_recording(tmp_path, "imu").gyr, open_recording(path).gyr)
+    refused(tmp_path, "'imus'", "imu, optical", sensor_set="imus")
+    refused(tmp_path, "no channel of an inertial sensor", sensor_set="optical")
+
+
+def test_orientations_of_another_system_are_the_reference_when_asked_for(tmp_path):
+    bids_files.write_dataset(tmp_path, latency=True)
+    reference = open_recording(tmp_path, "imu/optical").reference
+    wanted = bids_files.quaternions()
+    kept = slice(8, None)  # the first sample of the sensors is at 0.25 s, the optical system's at 0.1 s
+    assert reference.stamps_ns[:2].tolist() == [10_000_000, 30_000_000]
+    for number, point in enumerate(bids_files.POINTS):
+        np.testing.assert_allclose(reference.orientation[:, number], wanted[point][kept], atol=1e-15)
+    refused(tmp_path, "ORNT", sensor_set="imu/imu")
+
+
+def test_descriptions_above_hold_for_files_below(tmp_path):
+    path = bids_files.write_dataset(tmp_path)
+    for suffix in ("channels.tsv", "motion.json"):
+        below = path.with_name(path.name.replace("motion.tsv", suffix))
+        below.rename(tmp_path / f"task-grasp_tracksys-imu_{suffix}")
+    assert open_recording(path).rate == 100
+
+
+def change(path, suffix, old, new):
+    beside = path.with_name(path.name.replace("motion.tsv", suffix))
+    text = beside.read_text()
+    assert old in text
+    beside.write_text(text.replace(old, new, 1))
+
+
+FAULTS = [
+    ("channels.tsv", "deg/s", "V", ("forearm: gyr", "'V'")),
+    ("channels.tsv", "units", "unit", ("channels.tsv: units: is no column",)),
+    ("channels.tsv", "forearm_gyr_x\tx\tGYRO", "forearm_gyr_x\ty\tGYRO", ("two channels of gyr y",)),
+    ("channels.tsv", "forearm_gyr_x\tx\t", "forearm_gyr_x\tquat_x\t", ("component 'quat_x' of GYRO",)),
+    ("channels.tsv", "hand_mag_z\tz\tMAGN\thand\tuT\n", "", ("18 columns, its channels are 17",)),
+    ("motion.json", '"SamplingFrequencyEffective": 100', '"SamplingFrequencyEffective": 0', ("sampling rate",)),
+    ("motion.json", "{", "[", ("motion.json: is no JSON",)),
+    ("motion.tsv", "n/a", "lost", ("line 5: column", "'lost' is no number")),
+    ("motion.tsv", "\t", "\t\t", ("line 1: column 2", "'' is no number")),
+]
+
+
+@pytest.mark.parametrize(("suffix", "old", "new", "words"), FAULTS)
+def test_faults_are_named_with_file_and_place(tmp_path, suffix, old, new, words):
+    path = bids_files.write_dataset(tmp_path)
+    change(path, suffix, old, new)
+    refused(path, "sub-01", *words)
+
+
+def test_recordings_of_a_folder_are_told_apart(tmp_path):
+    path = bids_files.write_dataset(tmp_path)
+    for file in list(path.parent.iterdir()):
+        (path.parent / file.name.replace("task-grasp", "task-point")).write_bytes(file.read_bytes())
+    refused(tmp_path, "holds 2 recordings", "path of one")
+    assert open_recording(path).samples == SAMPLES
+    refused(tmp_path / "none", "no such file")
+    (tmp_path / "empty").mkdir()
+    refused(tmp_path / "empty", "without a Motion-BIDS recording")
