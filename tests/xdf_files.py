@@ -50,14 +50,16 @@ def footer(stream, count):
 
 def file_of(*chunks):
     """A whole file."""
-    return b"XDF:" + chunk(1, b"<?xml version='1.0'?><info><version>1.0</version></info>", 1) + b"".join(chunks)
+    first = chunk(1, b"<?xml version='1.0'?><info><version>1.0</version></info>", 1)
+    return b"XDF:" + first + b"".join(chunks)
 
 
 def motion(count=400, seed=0):
     """(times, values float32) of a sensor at rest: deg/s, g, uT; stamps with jitter."""
     rng = np.random.default_rng(seed)
-    values = np.hstack([rng.normal(0.0, 1.0, (count, 3)), [0.0, 0.0, 1.0] + rng.normal(0, 0.01, (count, 3)),
-                        [0.0, 20.0, -40.0] + rng.normal(0.0, 0.1, (count, 3))]).astype("<f4")
+    values = np.hstack([rng.normal(0.0, 1.0, (count, 3)),
+                        np.array([0.0, 0.0, 1.0]) + rng.normal(0.0, 0.01, (count, 3)),
+                        np.array([0.0, 20.0, -40.0]) + rng.normal(0.0, 0.1, (count, 3))]).astype("<f4")
     return 1000.0 + 0.01 * np.arange(count) + rng.normal(0.0, 1e-4, count), values
 
 
@@ -72,5 +74,6 @@ def motion_file(chunk_samples=50, **changes):
         if stamped is not None:
             stamped[0] = True
         parts += [clock_offset(7, times[start] + 0.5, -20.0 + 1e-5 * number + rng.normal(0.0, 1e-5)),
-                  samples(7, times[rows], values[rows], stamped, (1, 4, 8)[number % 3]), chunk(5, BOUNDARY, 1)]
+                  samples(7, times[rows], values[rows], stamped, (1, 4, 8)[number % 3]),
+                  chunk(5, BOUNDARY, 1)]
     return file_of(*parts, footer(7, len(times)))
