@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import json
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from functools import cache
 from importlib import metadata
@@ -159,21 +159,28 @@ class RecordingWriter:
 
         Raises RunError where the disk has no room left; what comes after that is not written.
         """
+        self._append(list(self._tables(recorder, trial)))
+
+    def write_in_pieces(self, recorder: Recorder, trial: int) -> Iterator[None]:
+        """What `write` does, a stream each time that the iterator is advanced; some tenths of a ms each."""
+        for table in self._tables(recorder, trial):
+            self._append([table])
+            yield
+
+    def _tables(self, recorder: Recorder, trial: int) -> Iterator[tuple[h5py.Dataset, Rows]]:
+        """What the recorder holds now, stream by stream."""
         blocks, plants, inputs, events = recorder.drain()
-        tables: list[tuple[h5py.Dataset, Rows]] = []
         for name, rows in blocks.items():
             dataset = self._blocks[name]
-            tables.append((dataset, block_rows(dataset.dtype, rows, trial, self._kept[name])))
+            yield dataset, block_rows(dataset.dtype, rows, trial, self._kept[name])
         for name, stacks in plants.items():
             dataset = self._plants[name]
-            tables.append((dataset, plant_rows(dataset.dtype, stacks, trial, self._kept[name])))
+            yield dataset, plant_rows(dataset.dtype, stacks, trial, self._kept[name])
         for name, changes in inputs.items():
             for number in {row[1] for row in changes if (name, row[1]) in self._inputs}:
                 dataset = self._inputs[name, number]
-                of_port = [row for row in changes if row[1] == number]
-                tables.append((dataset, input_rows(dataset.dtype, of_port, trial)))
-        tables.append((self._events, event_rows(events, trial)))
-        self._append(tables)
+                yield dataset, input_rows(dataset.dtype, [row for row in changes if row[1] == number], trial)
+        yield self._events, event_rows(events, trial)
 
     def _append(self, tables: Sequence[tuple[h5py.Dataset, Rows]]) -> None:
         """Append rows, where there is room: HDF5 does not survive a write that fails."""

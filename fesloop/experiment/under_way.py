@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.interrupts import Interrupt
@@ -18,9 +18,11 @@ _LONGEST_STRETCH_NS = 100 * NS_PER_S
 _STRETCH_WALL_S = 0.05
 _FLUSH_WALL_S = 0.4
 """Stretch and flush together stay below the second that a killed run may lose."""
-_LEISURE_NS = 5 * NS_PER_MS
-"""A flush takes some ms."""
+_LEISURE_NS = 3 * NS_PER_MS
+"""In step with the wall clock, a piece of a flush is written where nothing is due for so long (chosen: one
+takes up to a ms on a slow machine)."""
 
+_OVER = object()
 Progress = Callable[[float], None]
 
 
@@ -35,6 +37,7 @@ class UnderWay:
         self.simulated_ns = 0
         self.trial = 0
         self._flushed = time.perf_counter()
+        self._pieces: Iterator[None] | None = None
         self._stretch_ns = _FIRST_STRETCH_NS
 
     def trials(self, interrupt: Interrupt) -> None:
@@ -58,10 +61,8 @@ class UnderWay:
             stop = self._stretch(done, duration) if self.in_step is None else self.in_step.advance(duration)
             self.simulated_ns += stop - done
             done = stop
-            if self._flush_is_due():
-                self.flush()
-                if self.progress is not None:
-                    self.progress((self.trial + done / duration) / self.experiment.trials)
+            if self._written() and self.progress is not None:
+                self.progress((self.trial + done / duration) / self.experiment.trials)
 
     def _stretch(self, done: int, duration: int) -> int:
         """Run a stretch of some tens of ms of wall time; where it ends."""
@@ -72,16 +73,37 @@ class UnderWay:
         self._stretch_ns = min(_LONGEST_STRETCH_NS, max(1, int(self._stretch_ns * factor)))
         return stop
 
-    def _flush_is_due(self) -> bool:
-        """Whether to write now; in step with the wall clock that waits a little for a moment of leisure."""
+    def _written(self) -> bool:
+        """Write if it is time, in step with the wall clock where there is leisure; whether all has been."""
         since = time.perf_counter() - self._flushed
-        if self.in_step is None or since < _FLUSH_WALL_S:
-            return since >= _FLUSH_WALL_S
-        return since >= 2 * _FLUSH_WALL_S or self.in_step.pacer.slack_ns() > _LEISURE_NS
+        if since < _FLUSH_WALL_S:
+            return False
+        if self.in_step is None or since >= 2 * _FLUSH_WALL_S:
+            self.flush()
+            return True
+        if self.in_step.pacer.slack_ns() > _LEISURE_NS:
+            self._pieces = self._pieces or self._in_pieces()
+            if next(self._pieces, _OVER) is _OVER:
+                self._pieces = None
+                return True
+        return False
+
+    def _in_pieces(self) -> Iterator[None]:
+        """Write what is held now, one stream after the other."""
+        assert self.loop.recorder is not None
+        began = time.perf_counter()
+        yield from self.writer.write_in_pieces(self.loop.recorder, self.trial)
+        self.writer.write_step_times(self.timed)
+        if self.in_step is not None:
+            self.writer.write_instants(self.in_step.pacer.rows, self.trial)
+        self._flushed = began
 
     def flush(self) -> None:
-        """Write what the recorder holds."""
+        """Write all that is held, and what of it was begun to be written."""
         assert self.loop.recorder is not None
+        for _ in self._pieces or ():
+            pass
+        self._pieces = None
         self.writer.write(self.loop.recorder, self.trial)
         self.writer.write_step_times(self.timed)
         if self.in_step is not None:

@@ -1,0 +1,77 @@
+"""What the system is asked for: granted or refused, in words, and taken back; in other processes."""
+
+import subprocess
+import sys
+
+import pytest
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="of Linux")
+SHOW = """
+import os, resource, sys
+from pathlib import Path
+from fesloop.realtime.machine import asked_of_machine
+
+def locked_kb():
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return int(next(line.split()[1] for line in lines if line.startswith("VmLck:")))
+
+def state():
+    policy = os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK
+    return policy, os.sched_getparam(0).sched_priority, locked_kb() > 0
+"""
+
+
+def shown(code):
+    """Lines that code prints in another process."""
+    command = [sys.executable, "-c", SHOW + code]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
+
+
+def test_what_is_granted_is_in_force_and_taken_back():
+    told, during, child, after = shown("""
+before = state()
+with asked_of_machine(True, 7) as granted:
+    print(granted.memory, "/", granted.scheduling, flush=True)
+    print(state(), flush=True)
+    pid = os.fork()
+    if pid == 0:
+        print(state()[:2], flush=True)
+        os._exit(0)
+    os.waitpid(pid, 0)
+print(state() == before)
+""")
+    memory, _, scheduling = told.partition(" / ")
+    assert memory.startswith(("locked", "refused: "))
+    assert scheduling == "SCHED_FIFO, priority 7" or scheduling.startswith("refused: ")
+    in_force = ((1, 7) if scheduling.startswith("SCHED_FIFO") else (0, 0))
+    assert during == str((*in_force, memory.startswith("locked")))
+    assert child == "(0, 0)", "children are as any other program"
+    assert after == "True"
+
+
+def test_what_is_not_asked_for_is_left_alone():
+    told, unchanged = shown("""
+before = state()
+with asked_of_machine(False, 0) as granted:
+    print(granted.memory, "/", granted.scheduling)
+    print(state() == before)
+""")
+    assert told == "not locked: not asked for / as any other program"
+    assert unchanged == "True"
+
+
+def test_what_is_refused_says_why_and_the_run_goes_on():
+    memory, scheduling, unchanged = shown("""
+resource.setrlimit(resource.RLIMIT_MEMLOCK, (65536, 65536))
+if os.geteuid() == 0:
+    os.setuid(65534)
+before = state()
+with asked_of_machine(True, 7) as granted:
+    print(granted.memory)
+    print(granted.scheduling)
+    print(state() == before)
+""")
+    assert memory.startswith("refused: ")
+    assert memory.endswith("the limit is 0.1 MB (ulimit -l)")
+    assert scheduling.startswith("refused: needs CAP_SYS_NICE")
+    assert unchanged == "True"
