@@ -95,5 +95,5 @@ def _libc() -> ctypes.CDLL:
 
 def _told_of_self(key: str) -> str:
     """A line of what the kernel tells of this process (`proc(5)`, status)."""
-    lines = Path("/proc/self/status").read_text(encoding="ascii", errors="replace").splitlines()
+    lines = Path("/proc/self/status").read_text(encoding="utf-8", errors="replace").splitlines()
     return next(line.partition(":")[2].strip() for line in lines if line.startswith(f"{key}:"))
