@@ -10,11 +10,15 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
+import numpy as np
+
 from fesloop.experiment.signal_table import Piece, SignalTable, TableSignal
 from fesloop.experiment.toml_text import toml_text
 from fesloop.streams.export.channels import quantity
+from fesloop.streams.export.rates import rate_of_stamps
 from fesloop.streams.export.selection import Selection, file_name, unique
 from fesloop.streams.export.text import instant, lines, numbers, seconds, side_by_side
+from fesloop.streams.timebase import stamps_of_rate
 
 MISSING = "nan"
 TIME = "time [s]"
@@ -45,7 +49,8 @@ def _write_table(selection: Selection, table: SignalTable, stem: Path) -> None:
         file.write(",".join(every) + "\n")
         for piece in table.pieces():
             file.write(lines(_stamps(piece), numbers(side_by_side(piece), MISSING), ","))
-    if layout := _layout(selection, names):
+    if sensors := _sensors(selection, names):
+        layout = {**_clock(table), **sensors}
         stem.with_name(f"{stem.name}.layout.toml").write_text(toml_text(layout), encoding="utf-8")
 
 
@@ -66,7 +71,16 @@ def _stamps(piece: Piece) -> list[list[str]]:
     return [list(map(str, piece.indices.tolist())), *(seconds(times, MISSING) for times in instants)]
 
 
-def _layout(selection: Selection, names: dict[TableSignal, list[str]]) -> dict[str, object]:
+def _clock(table: SignalTable) -> dict[str, str]:
+    """The samples' rate, where it gives their instants to the ns; else the column of their times."""
+    times = table.times_ns()
+    rate = rate_of_stamps(times)
+    if rate.even and np.array_equal(times - times[0], stamps_of_rate(len(times), rate.exact)):
+        return {"rate": str(rate.exact)}
+    return {"time": TIME}
+
+
+def _sensors(selection: Selection, names: dict[TableSignal, list[str]]) -> dict[str, object]:
     """Where the sensors' samples stand (`fesloop.streams.formats.layout`); empty where there are none."""
     sensors: dict[str, dict[str, list[str]]] = {}
     units = {"time": "s"}
@@ -78,7 +92,7 @@ def _layout(selection: Selection, names: dict[TableSignal, list[str]]) -> dict[s
         for number, channel in enumerate(selection.channels(signal)[::3]):
             sensors.setdefault(channel.point, {}).setdefault(kind, columns[3 * number:3 * number + 3])
     whole = {name: places for name, places in sensors.items() if {"gyr", "acc"} <= set(places)}
-    return {"time": TIME, "units": units, "sensors": whole} if whole else {}
+    return {"units": units, "sensors": whole} if whole else {}
 
 
 def _write_events(selection: Selection, trial: int, path: Path) -> None:

@@ -84,7 +84,7 @@ def write(file: BinaryIO, element: Element, name: str) -> dict[int, int]:
 
 def fill(file: BinaryIO, place: int, count: int, first: int, rows: NDArray[Any]) -> None:
     """Write rows (n, ...), the first of which has number `first`, of an open array of `count` rows."""
-    columns = rows.T.reshape(-1, len(rows))
+    columns = rows.T.reshape(math.prod(rows.shape[1:]), len(rows))
     for number, column in enumerate(np.ascontiguousarray(columns)):
         file.seek(place + 8 * (number * count + first))
         file.write(column.astype(column.dtype.newbyteorder("<")).tobytes())

@@ -19,6 +19,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.experiment.signal_table import TableSignal
@@ -43,7 +44,13 @@ def write(selection: Selection, folder: Path) -> list[str]:
         columns = opensim.labels([channel.point for channel in selection.channels(signal)])
         header = (signal.name, "version=1", f"nRows={table.count}", f"nColumns={len(columns) + 1}",
                   "inDegrees=yes", "")
-        rows = ((piece, numbers(np.rad2deg(piece.values[0]), opensim.NO_NUMBER)) for piece in table.pieces())
+        rows = ((piece, numbers(_degrees(piece.values[0]), opensim.NO_NUMBER)) for piece in table.pieces())
         opensim.write_file(folder / f"{name}.mot", header, columns, table, rows)
         notes += opensim.uneven(table, signal.name)
     return notes
+
+
+def _degrees(angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Degrees; of angles beyond 3e306 rad, infinite ones."""
+    with np.errstate(over="ignore"):
+        return np.rad2deg(angles)

@@ -93,8 +93,7 @@ def _onset(selection: Selection, trial: int) -> str:
 
 def _systems(selection: Selection, tables: list[SignalTable]) -> list[str]:
     """A label a table: letters and digits."""
-    return [label.replace("_", "") for label in
-            unique([_alphanumeric(selection.told(table)) for table in tables])]
+    return unique([_alphanumeric(selection.told(table)) for table in tables], "")
 
 
 def _alphanumeric(name: str) -> str:

@@ -24,10 +24,11 @@ def labels(points: Sequence[str]) -> list[str]:
 
 def each_signal(selection: Selection) -> Iterator[tuple[SignalTable, TableSignal, str]]:
     """Every chosen signal of every trial, alone in a table, and what its file is called."""
+    files = unique([file_name(name) for name in selection.signals])
     for trial in selection.trials:
-        for name in selection.signals:
+        for name, file in zip(selection.signals, files, strict=True):
             (table,) = selection.recording.tables([name], trial)
-            yield table, table.signals[0], f"{selection.prefix(trial)}{file_name(name)}"
+            yield table, table.signals[0], f"{selection.prefix(trial)}{file}"
 
 
 def write_file(path: Path, header: Sequence[str], columns: Sequence[str], table: SignalTable,

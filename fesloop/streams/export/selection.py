@@ -100,13 +100,13 @@ def file_name(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9._-]+", "_", name).lstrip(".") or "_"
 
 
-def unique(names: Sequence[str]) -> list[str]:
-    """The same names, those that stand there already with a number behind."""
+def unique(names: Sequence[str], between: str = "_") -> list[str]:
+    """The same names, those that stand there already, in small or capital letters, with a number behind."""
     found: list[str] = []
     for name in names:
         number, tried = 1, name
         while tried.lower() in {other.lower() for other in found}:
             number += 1
-            tried = f"{name}_{number}"
+            tried = f"{name}{between}{number}"
         found.append(tried)
     return found
