@@ -11,6 +11,7 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
+from fesloop.loop.guard import is_finite
 from fesloop.loop.realtime import Present
 from fesloop.loop.signals import NEVER, Port, Sample, Value
 from fesloop.loop.status import StatusLatch
@@ -69,11 +70,12 @@ class LslInlet:
 
     While nothing arrives it ticks every `silent_ms` all the same, so that whatever is on its clock, such as a
     safety block, still acts: the outputs are then NaN, and the capture is that of the last sample, which
-    grows older.
+    grows older. So it is with samples that are nothing but NaN.
 
     Statuses: `stream_silent`, `stream_back`; `stream_lost` (its sender is gone), `stream_found`,
     `stream_differs`; `stamp_behind`, `stamp_repeated`, `stamp_ahead`, `clock_reset`, `samples_missing`,
-    `rate_changed`, `rate_restored`, `overrun`, each with the time at which it arose; `infinite`.
+    `rate_changed`, `rate_restored`, `overrun`, each with the time at which it arose; `infinite`,
+    `empty_sample`.
 
     Attributes
     ----------
@@ -204,10 +206,16 @@ class LslInlet:
             away_ms = (sample.arrived_ns - state.origin_ns - state.silent_since_ns) / NS_PER_MS
             tick.report("stream_back", f"after {away_ms:.0f} ms")
             state.silent_since_ns = NEVER
-        tick.captured_ns = state.captured_ns = min(sample.captured_ns - state.origin_ns, tick.time_ns)
-        infinite = np.isinf(sample.values)
-        state.latch.put(tick, "infinite", bool(infinite.any()), "infinite numbers count as lost")
-        values = np.where(infinite, np.nan, sample.values)
+        values, empty = sample.values, False
+        if not is_finite(values) or state.latch.holding:
+            infinite = np.isinf(values)
+            state.latch.put(tick, "infinite", bool(infinite.any()), "infinite numbers count as lost")
+            values = np.where(infinite, np.nan, values)
+            empty = all(np.isnan(values[picked.channels]).all() for picked in state.picked)
+            state.latch.put(tick, "empty_sample", empty, "no number at all: nothing was captured")
+        if not empty:
+            state.captured_ns = min(sample.captured_ns - state.origin_ns, tick.time_ns)
+        tick.captured_ns = state.captured_ns
         return tuple(picked.of(values) for picked in state.picked)
 
     def close(self, state: InletState) -> None:

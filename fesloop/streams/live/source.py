@@ -20,6 +20,8 @@ _CLOCK_EVERY_NS = 2 * NS_PER_S
 _CLOCK_WAIT_S = 5.0
 _SEARCH_S = 1.0
 _BRACKETS = 5
+_LONGEST_S = 4e9
+"""Beyond, ns do not fit into 64 bits; seconds since 1970 do."""
 
 
 class StreamLost(Exception):
@@ -178,7 +180,7 @@ class LslSource:
     def _ours_ns(self, stamp_s: float) -> int:
         """A sender's stamp by our monotonic clock; what is no time at all lies before everything."""
         seconds = stamp_s + self._correction_s
-        return round(seconds * NS_PER_S) + self._offset_ns if abs(seconds) < 1e9 else -1
+        return round(seconds * NS_PER_S) + self._offset_ns if abs(seconds) < _LONGEST_S else -1
 
     def reopen(self) -> None:
         """Look for the stream again; see Source."""

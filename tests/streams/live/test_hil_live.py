@@ -1,0 +1,97 @@
+"""The shipped experiment `hil_live`, with its sensors in a second process as a user has them (some 25 s)."""
+
+import subprocess
+import sys
+import time
+from importlib.resources import files
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pylsl", reason="pylsl is not installed")
+
+import fesloop
+from fesloop import Recording
+from fesloop.errors import InputError
+from fesloop.experiment.parse import load
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.skeleton import hand_tree
+from fesloop.streams.live.moving_hand import moving_hand
+
+
+@pytest.fixture
+def sender():
+    """Starts `fesloop stream hand` with options, and ends it."""
+    started = []
+
+    def start(name, *options):
+        command = [sys.executable, "-m", "fesloop", "stream", "hand", "--loop", "--name", name, *options]
+        started.append(subprocess.Popen(command, stderr=subprocess.DEVNULL))
+
+    yield start
+    for process in started:
+        process.terminate()
+        process.wait(timeout=10.0)
+
+
+def live(name, tmp_path, seconds):
+    settings = [f"stream={name}", f"blocks.outlet.stream=commands of {name}",
+                f"experiment.duration_s={seconds}", "blocks.sensors.timeout_s=60"]
+    return load("hil_live", settings).run(tmp_path, realtime=True)
+
+
+def test_sensors_of_another_process_drive_tracker_and_controller(sender, tmp_path):
+    name = f"imus {time.monotonic_ns()}"
+    sender(name)
+    result = live(name, tmp_path, 12.0)
+    assert result.status == "done"
+    with Recording(result.recording) as run:
+        stimulation, angles = run.signal("safety.stimulation"), run.signal("tracker.angles")
+        flexion = np.degrees(np.asarray(angles.values)[:, [7, 9, 10]])
+        pulses = np.asarray(stimulation.values)
+        ages_ms = (stimulation.times_ns - stimulation.oldest_ns) / 1e6
+    assert len(pulses) > 1000
+    assert pulses.max() > 0.0
+    assert np.median(ages_ms) < 20.0
+    # The hand closes by 45, 55 and 30 deg (moving_hand.toml); which of it the 12 s see depends on the start.
+    assert (np.ptp(flexion[300:], axis=0) > np.array([20.0, 30.0, 12.0])).all()
+
+
+def test_a_tracker_whose_sensors_stop_stimulates_no_longer_than_stated(sender, tmp_path):
+    """0.1 s until the posture is too old, 0.2 s of ramp, some ms of waking up."""
+    name = f"imus {time.monotonic_ns()}"
+    sender(name, *(f"--fault=stop@{start}+3" for start in range(6, 60, 9)))
+    result = live(name, tmp_path, 10.0)
+    with Recording(result.recording) as run:
+        silent = [event.time_ns for event in run.events if event.status == "stream_silent"]
+        stimulation = run.signal("safety.stimulation")
+        times, charges = stimulation.times_ns, np.prod(np.asarray(stimulation.values), axis=2).sum(axis=1)
+        back = [event.time_ns for event in run.events if event.status == "stream_back"]
+    assert silent
+    end = min([instant for instant in back if instant > silent[0]], default=times[-1])
+    stopped = (times > silent[0] + 350_000_000) & (times < end)
+    assert stopped.any()
+    assert charges[stopped].max() == 0.0
+
+
+def test_the_file_is_of_the_fingers_it_says():
+    freedoms = [freedom if isinstance(freedom, str) else freedom.name
+                for freedom in hand_tree(HandSize()).freedoms]
+    document = load("hil_live").document()
+    for block in ("finger", "finger_sd"):
+        indices = document["blocks"][block]["indices"]
+        assert [freedoms[k] for k in indices] == document["blocks"]["reference"]["rows"]
+
+
+def test_without_real_time_it_is_refused(tmp_path):
+    with pytest.raises(InputError, match="--realtime"):
+        fesloop.load("hil_live").run(tmp_path)
+
+
+def test_the_computed_hand_is_what_sensors_give():
+    hand = moving_hand()
+    assert (len(hand.sensors), hand.rate, hand.samples) == (16, 100, 3000)
+    assert np.linalg.norm(hand.acc[:350], axis=2).mean() == pytest.approx(9.81, abs=0.1)
+    assert np.abs(hand.gyr[:350]).max() < 0.05 < np.abs(hand.gyr[450:2700]).max()
+    np.testing.assert_allclose(hand.acc[-1], hand.acc[0], atol=0.3)
+    assert files("fesloop.streams.live").joinpath("moving_hand.toml").is_file()
