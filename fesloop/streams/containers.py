@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from fesloop.errors import InputError
-from fesloop.streams.mat5_structure import require_sound_mat5
+from fesloop.streams.mat5_structure import sound_variables
 from fesloop.streams.room import Room
 
 ZIP, HDF5, MATLAB, MATLAB_73 = b"PK\x03\x04", b"\x89HDF\r\n\x1a\n", b"MATLAB 5.0", b"MATLAB 7.3"
@@ -101,6 +101,6 @@ def _read_hdf5(path: Path, room: Room) -> dict[str, Any]:
 def _read_mat(path: Path, room: Room) -> dict[str, Any]:
     from scipy.io import loadmat
 
-    require_sound_mat5(path, room)
-    content = loadmat(str(path), appendmat=False, simplify_cells=True)
-    return {key: value for key, value in content.items() if not key.startswith("__")}
+    names = sound_variables(path, room)
+    content = loadmat(str(path), appendmat=False, simplify_cells=True, variable_names=names)
+    return {key: content[key] for key in names if key in content}
