@@ -112,6 +112,11 @@ class StimulatorDevice:
                       device.compliance_v / IEC_LOAD_OHM, device.width_min_us / 1e6,
                       device.width_max_us / 1e6, device.width_step_us / 1e6, self.charge_max_uc / 1e6)
 
+    @property
+    def stated_ms(self) -> tuple[float, float]:
+        """The longest from the last fresh command to zero current, ms: by the keeper, by the device alone."""
+        return stated_ms(find_driver(self.driver), self.hold_ms)
+
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> StimulatorDevice:
         """For the number of channels that is wired in; raises InputError where the device has fewer."""
         return replace(self, channels=shapes["stimulation"][0])
@@ -126,7 +131,7 @@ class StimulatorDevice:
 
     def cautions(self, context: Context) -> list[tuple[str, str]]:
         """Where current goes, and when it ends if something fails."""
-        kept_ms, alone_ms = stated_ms(find_driver(self.driver), self.hold_ms)
+        kept_ms, alone_ms = self.stated_ms
         where = f" at {self.port}" if self.port else ""
         return [("device", f"commands go to `{self.driver}`{where}; zero current at most {kept_ms:g} ms "
                  f"after the last fresh command, {alone_ms:g} ms where keeper or line are cut off")]
