@@ -5,8 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -17,51 +16,19 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.opening import open_file
-from fesloop.experiment.rows import INSTANTS
+from fesloop.experiment.recording_form import ALLOWED, undamaged
+from fesloop.experiment.recorded import Event, Signal, signal_of
+from fesloop.experiment.rows import INSTANTS, ORIGINS
 from fesloop.experiment.signal_table import SignalTable
 from fesloop.experiment.stored_rows import Column, StoredRows
 from fesloop.loop.clock import FOREVER
 
+__all__ = ["Event", "Recording", "Signal"]
 _ROWS_A_READ = 65536
 _KEPT_BYTES = 2**21
 """Of a recording that are read whole and kept: to ask HDF5 for a field of some rows costs .2 ms each time."""
 _STREAMS = ("blocks", "plants", "inputs")
 _TABLES = ("events", "messages")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Signal:
-    """One signal of one trial.
-
-    Attributes
-    ----------
-    name, unit: as the experiment names it ("finger.angles"), and SI.
-    indices: (n,), number of the tick; of the row for a plant.
-    times_ns: (n,), when each value was put out or recorded.
-    values: (n, *shape of the port).
-    oldest_ns, newest_ns: (n,), oldest and newest capture that each value derives from.
-    left_ns: (n,), when a block's value left it; `times_ns` for a plant.
-    """
-
-    name: str
-    unit: str
-    indices: NDArray[np.int64]
-    times_ns: NDArray[np.int64]
-    values: NDArray[np.float64]
-    oldest_ns: NDArray[np.int64]
-    newest_ns: NDArray[np.int64]
-    left_ns: NDArray[np.int64]
-
-
-@dataclass(frozen=True, slots=True)
-class Event:
-    """Something that happened to a node or a wire in a run."""
-
-    trial: int
-    time_ns: int
-    where: str
-    status: str
-    detail: str
 
 
 class Recording:
@@ -80,11 +47,30 @@ class Recording:
         self.path = Path(path)
         self._file = open_file(self.path)
         self._rows: dict[str, StoredRows] = {}
-        self.experiment: dict[str, Any] = json.loads(self._file["experiment"][()])
+        self.experiment: dict[str, Any] = self._read_experiment()
         self.name = str(self._file.attrs["name"])
         self.seed = int(self._file.attrs["seed"])
         self.fingerprint = str(self._file.attrs["fingerprint"])
         self.versions: dict[str, str] = json.loads(self._file.attrs["versions"])
+
+    def _read_experiment(self) -> dict[str, Any]:
+        """Tables of the experiment; the file is closed where they are damaged."""
+        try:
+            told = json.loads(self._values("experiment"))
+            if isinstance(told, dict):
+                return told
+        except InputError:
+            self.close()
+            raise
+        except (ValueError, TypeError, RecursionError):
+            pass
+        self.close()
+        raise InputError(f"{self.path}: experiment", "is damaged", ALLOWED)
+
+    def _values(self, path: str) -> Any:
+        """All values of a dataset; InputError where the file has lost them."""
+        with undamaged(self.path):
+            return self._file[path][()]
 
     def __enter__(self) -> Self:
         return self
@@ -100,11 +86,15 @@ class Recording:
     @property
     def status(self) -> str:
         """done, failed, interrupted; running also stands in the file of a killed run."""
-        return bytes(self._file["status"][()]).decode()
+        return bytes(self._values("status")).decode(errors="replace")
 
     @property
     def wall(self) -> dict[str, Any]:
         """Wall-clock facts: seconds, deadlines, missed_deadlines, worst_late_s, started, machine."""
+        with undamaged(self.path):
+            return self._read_wall()
+
+    def _read_wall(self) -> dict[str, Any]:
         wall = self._file["wall"]
         numbers = {name: item[()].item() for name, item in wall.items()
                    if isinstance(item, h5py.Dataset) and item.shape == ()}
@@ -113,7 +103,8 @@ class Recording:
     @property
     def step_times_ns(self) -> dict[str, NDArray[np.int64]]:
         """How long each step of a timed block took, by block."""
-        return {name: dataset[:] for name, dataset in self._file.get("wall/step_ns", {}).items()}
+        with undamaged(self.path):
+            return {name: dataset[:] for name, dataset in self._file.get("wall/step_ns", {}).items()}
 
     @property
     def instants(self) -> NDArray[np.void]:
@@ -123,15 +114,28 @@ class Recording:
         kept, run late, skipped or stopped.
         """
         paced = "wall/instants" in self._file
-        rows: NDArray[np.void] = self._file["wall/instants"][:] if paced else np.empty(0, INSTANTS)
+        rows: NDArray[np.void] = self._values("wall/instants") if paced else np.empty(0, INSTANTS)
+        return rows
+
+    @property
+    def origins(self) -> NDArray[np.void]:
+        """Of a run in real time, when t = 0 of each trial was; none of another run.
+
+        Fields: trial; monotonic_ns, by the machine's monotonic clock; utc_ns, since 1970.
+        """
+        paced = "wall/origins" in self._file
+        rows: NDArray[np.void] = self._values("wall/origins") if paced else np.empty(0, ORIGINS)
         return rows
 
     @property
     def trials(self) -> int:
         """How many trials have been begun."""
         every = [self._rows_of(path) for path in self._datasets]
-        last = [rows.read("trial", rows.count - 1, rows.count)[0] for rows in every if rows.count]
-        return int(max(last)) + 1 if last else 0
+        told = [(int(rows.read("trial", rows.count - 1, rows.count)[0]), rows.count)
+                for rows in every if rows.count]
+        if any(not 0 <= last < count for last, count in told):  # a trial has a row of everything, at t = 0
+            raise InputError(str(self.path), "is damaged: rows of more trials than there are rows", ALLOWED)
+        return max(last for last, _ in told) + 1 if told else 0
 
     @property
     def signals(self) -> list[str]:
@@ -156,7 +160,7 @@ class Recording:
         Raises InputError for a name that is not recorded.
         """
         rows, field = self._stream(name)
-        return _signal(name, field, rows, *rows.span(trial))
+        return signal_of(name, field, rows, *rows.span(trial))
 
     def column(self, name: str, trial: int = 0, after_ns: int = 0,
                until_ns: int = FOREVER) -> tuple[NDArray[np.int64], Column]:
@@ -204,15 +208,19 @@ class Recording:
     @property
     def events(self) -> list[Event]:
         """Everything out of the ordinary, in the order in which it happened."""
-        return [Event(int(row["trial"]), int(row["time_ns"]), row["where"].decode(), row["status"].decode(),
-                      row["detail"].decode(errors="replace")) for row in self._file["events"][:]]
+        return [Event(int(row["trial"]), int(row["time_ns"]), *(
+            row[name].decode(errors="replace") for name in ("where", "status", "detail")))
+            for row in self._values("events")]
 
     @property
     def messages(self) -> list[dict[str, dict[str, int]]]:
         """Messages sent, lost and late, by wire, for each trial that is over."""
-        wires = json.loads(self._file.attrs["wires"])
+        wires, begun = json.loads(self._file.attrs["wires"]), self.trials
         trials: list[dict[str, dict[str, int]]] = []
-        for row in self._file["messages"][:]:
+        for row in self._values("messages"):
+            if not (0 <= row["trial"] < begun and 0 <= row["wire"] < len(wires)):
+                raise InputError(f"{self.path}: messages", "is damaged: of a trial or wire that is not there",
+                                 ALLOWED)
             while len(trials) <= row["trial"]:
                 trials.append({})
             counts = {name: int(row[name]) for name in ("sent", "lost", "late")}
@@ -221,12 +229,13 @@ class Recording:
 
     def digest(self) -> str:
         """SHA-256 of signals, stamps, statuses and experiment: all but what the wall clock left."""
-        total = hashlib.sha256(self._file["experiment"][()])
+        total = hashlib.sha256(self._values("experiment"))
         total.update(self.status.encode())
         for path, dataset in [*self._datasets.items(), *((name, self._file[name]) for name in _TABLES)]:
             total.update(f"{path} {dataset.dtype.descr} {dataset.shape}".encode())
             for start in range(0, dataset.shape[0], _ROWS_A_READ):
-                total.update(dataset[start:start + _ROWS_A_READ].tobytes())
+                with undamaged(self.path):
+                    total.update(dataset[start:start + _ROWS_A_READ].tobytes())
         return total.hexdigest()
 
     @cached_property
@@ -240,17 +249,3 @@ class Recording:
                 else:
                     found |= {f"{kind}/{name}/{port}": dataset for port, dataset in sorted(item.items())}
         return found
-
-
-def _signal(name: str, field: str, rows: StoredRows, first: int, stop: int) -> Signal:
-    """One field of a stream's rows `first` to `stop`, with their stamps."""
-    read = partial(rows.read, first=first, stop=stop)
-    names = rows.dtype.names or ()
-    times, values = read("time_ns"), read(field)
-    left = read("left_ns") if "left_ns" in names else times
-    if "captured_ns" in names:
-        oldest = newest = read("captured_ns")
-    else:
-        oldest, newest = read("oldest_ns"), read("newest_ns")
-    indices = read("index") if "index" in names else np.arange(len(times))
-    return Signal(name, rows.units[field], indices, times, values, oldest, newest, left)

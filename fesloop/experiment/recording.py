@@ -12,6 +12,7 @@ start, with its trial as a column:
     experiment          the experiment with every parameter resolved, as JSON; `fingerprint` is its SHA-256
     wall/step_ns/NODE   how long each step of a timed block took
     wall/instants       of a run in real time, a row an instant: trial, time_ns, late_ns, took_ns, action
+    wall/origins        and of each trial when t = 0 was: trial, monotonic_ns, utc_ns
     status              running, done, failed or interrupted
     wall                what depends on the machine and the hour, and is no part of the digest
 """
@@ -39,6 +40,7 @@ from fesloop.experiment.rows import (
     INPUT_STAMPS,
     INSTANTS,
     MESSAGES,
+    ORIGINS,
     PLANT_STAMPS,
     Rows,
     block_rows,
@@ -48,7 +50,7 @@ from fesloop.experiment.rows import (
     plant_rows,
 )
 from fesloop.experiment.timing import TimedBlock
-from fesloop.loop.pacer import WallRow
+from fesloop.loop.pacer import Pacer
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
@@ -126,7 +128,8 @@ class RecordingWriter:
             wall.create_dataset(name, data=0.0)
         for name in ("deadlines", "missed_deadlines", "collections"):
             wall.create_dataset(name, data=0)
-        self._instants = self._dataset("wall/instants", INSTANTS) if realtime is not None else None
+        self._paced = None if realtime is None else (
+            self._dataset("wall/instants", INSTANTS), self._dataset("wall/origins", ORIGINS))
         self._step_times = {name: self._dataset(f"wall/step_ns/{name}", np.dtype("<i8"))
                             for name in experiment.record.timed}
 
@@ -202,11 +205,14 @@ class RecordingWriter:
         for block in blocks.values():
             block.durations_ns.clear()
 
-    def write_instants(self, rows: list[WallRow], trial: int) -> None:
-        """Take out and append how the instants of a run in step with the wall clock went."""
-        if self._instants is not None:
-            self._append([(self._instants, instant_rows(rows, trial))])
-        rows.clear()
+    def write_wall(self, pacer: Pacer, trial: int) -> None:
+        """Take out and append how a trial in step with the wall clock went."""
+        if self._paced is not None:
+            instants, origins = self._paced
+            begun = np.array([(trial, *origin) for origin in pacer.origins], ORIGINS)
+            self._append([(instants, instant_rows(pacer.rows, trial)), (origins, begun)])
+        pacer.rows.clear()
+        pacer.origins.clear()
 
     def write_messages(self, loop: Loop) -> None:
         """Append the message counts of a trial that is over."""

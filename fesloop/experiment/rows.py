@@ -20,6 +20,7 @@ PLANT_STAMPS = [*_STAMP, ("time_ns", "<i8"), ("captured_ns", "<i8")]
 INPUT_STAMPS = [*_STAMP, ("time_ns", "<i8"), ("oldest_ns", "<i8"), ("newest_ns", "<i8")]
 EVENT = np.dtype([*_STAMP, ("time_ns", "<i8"), ("where", "S64"), ("status", "S32"), ("detail", "S224")])
 INSTANTS = np.dtype([*_STAMP, ("time_ns", "<i8"), ("late_ns", "<i8"), ("took_ns", "<i8"), ("action", "S8")])
+ORIGINS = np.dtype([*_STAMP, ("monotonic_ns", "<i8"), ("utc_ns", "<i8")])
 MESSAGES = np.dtype([*_STAMP, ("wire", "<i4"), ("sent", "<i8"), ("lost", "<i8"), ("late", "<i8")])
 
 

@@ -95,7 +95,7 @@ class UnderWay:
         yield from self.writer.write_in_pieces(self.loop.recorder, self.trial)
         self.writer.write_step_times(self.timed)
         if self.in_step is not None:
-            self.writer.write_instants(self.in_step.pacer.rows, self.trial)
+            self.writer.write_wall(self.in_step.pacer, self.trial)
         self._flushed = began
 
     def flush(self) -> None:
@@ -107,5 +107,5 @@ class UnderWay:
         self.writer.write(self.loop.recorder, self.trial)
         self.writer.write_step_times(self.timed)
         if self.in_step is not None:
-            self.writer.write_instants(self.in_step.pacer.rows, self.trial)
+            self.writer.write_wall(self.in_step.pacer, self.trial)
         self._flushed = time.perf_counter()

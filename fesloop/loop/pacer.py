@@ -38,7 +38,8 @@ class Pacer:
     ----------
     deadlines, missed: how many there were, and how many were missed.
     worst_late_ns: by how much the latest instant began late.
-    rows: a row an instant; taken out by whoever writes them down.
+    rows, origins: a row an instant; of each trial's t = 0, where the wall clock stood and what time it was
+        (ns since 1970, UTC). Taken out by whoever writes them down.
     """
 
     def __init__(self, loop: Loop, pacing: Pacing, clock: Callable[[], int] = time.monotonic_ns,
@@ -50,10 +51,13 @@ class Pacer:
         self._live = tuple(node for node in nodes if is_live(node))
         self._hearing = tuple((node, ticks) for node in nodes
                               if waits_for_arrivals(ticks := node.clock) and hasattr(node.part, "waiting"))
+        self._heeding = tuple(node for node in nodes if hasattr(node.part, "heed"))
+        self._expected: dict[RateClock, int] = {}
         self._bell = Event()
         self._sleep = sleep or (self._bell.wait if self._live else time.sleep)
         self.deadlines = self.missed = self.worst_late_ns = 0
         self.rows: list[WallRow] = []
+        self.origins: list[tuple[int, int]] = []
         self._states: dict[str, Any] = {}
         self._instants: Iterator[int] = iter(())
         self._next = self._origin_ns = 0
@@ -65,7 +69,9 @@ class Pacer:
         self._instants = instants(self._clocks)
         self._next = next(self._instants, FOREVER)
         self._skipped.clear()
+        self._expected.clear()
         self._origin_ns = self._clock()
+        self.origins.append((self._origin_ns, time.time_ns()))
         present = Present(self._origin_ns, self._bell)
         for node in self._live:
             if hasattr(node.part, "attach"):
@@ -76,8 +82,9 @@ class Pacer:
         return self._clock() - self._origin_ns
 
     def slack_ns(self) -> int:
-        """How long nothing is due yet, messages of live streams aside."""
-        return self._next - self.now_ns()
+        """How long nothing is due yet; a message of a live stream is, one period after the one before."""
+        now = self.now_ns()
+        return min([self._next, *(instant for instant in self._expected.values() if instant > now)]) - now
 
     def advance(self, stop_ns: int) -> int:
         """Run the instant that has come, or sleep towards the next for a moment.
@@ -110,17 +117,29 @@ class Pacer:
     def _run(self, due: int, heard: list[RateClock], stop_ns: int) -> None:
         """Run everything due at or before `due`, at which these clocks of arrivals tick; note how late."""
         began = self.now_ns()
+        told = len(self._loop.recorder.events) if self._loop.recorder is not None else 0
         for clock in heard:
             self._let_arrive(clock, due, began)
         if self._pacing.late == "skip" and began - due >= self.period_ns:
             self._skipped |= self._loop.skip_until(min(began, stop_ns - 1), self._clocks)
-        self._loop.run_until(due)
+        try:
+            self._loop.run_until(due)
+        finally:
+            self._tell_from(told)
         ended = self.now_ns()
         skipped = due in self._skipped
         self._skipped.discard(due)
         if due >= self._next:
             self._next = next(self._instants, FOREVER)
         self._note(due, began - due, ended - began, skipped)
+
+    def _tell_from(self, number: int) -> None:
+        """Let the blocks that heed know what has been reported, from event `number` on."""
+        recorder = self._loop.recorder
+        if self._heeding and recorder is not None and len(recorder.events) > number:
+            for node in self._heeding:
+                part: Any = node.part
+                part.heed(self._states[node.name], recorder.events[number:])
 
     def _let_arrive(self, clock: RateClock, due: int, now: int) -> None:
         """Let a clock of arrivals tick; to skip a late message means that its own block alone takes it."""
@@ -129,6 +148,7 @@ class Pacer:
             skipping = [node.name for node in self._loop.wiring.nodes
                         if node.clock == clock and not hasattr(node.part, "waiting")]
         self._loop.arrive(clock, due, skipping)
+        self._expected[clock] = due + round(clock.period_s * NS_PER_S)
         if skipping:
             self._skipped.add(due)
 

@@ -1,0 +1,195 @@
+"""`fesloop bench realtime`: sixteen streams at 100 Hz in step with the wall clock, on a machine that is busy.
+
+The recording `body16` (in the folder FESLOOP_RECORDINGS) plays through a tracker and a controller as the
+experiment `replay` has them, ten minutes in trials of its length, recorded as every run is. A process keeps
+one core busy. Beside the loop another process only sleeps, the way the loop does, until the same deadlines,
+100 a second: what it misses nobody could keep who sleeps on this system.
+
+`us_*` of the first row are by how much the work of an instant began late, beside the sleeper's lateness
+(`reference_us_*`); of the second how long that work took. `missed` counts deadlines: the loop's, where the
+work of an instant ended more than a period of 10 ms after it; the sleeper's, where it woke later than that;
+and `alone`, those of the loop while the sleeper missed none from a period before the instant to a period
+after the end of its work. (One stall of the system shows at the loop's and the sleeper's deadlines within it,
+and the latter are a period apart, so a narrower window could fall between two of them.) `alone_ms` lists the
+worst of these, with the instant and the sleeper's worst lateness in the window.
+
+`memory_mb` is the resident memory of the loop's process from a tenth of the run on: at the start, in the
+end, and the slope of the line through all samples in between, one a second.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+from multiprocessing.context import SpawnProcess
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.bench._beside import Origin, beside, slept
+from fesloop.errors import InputError, RunError
+from fesloop.experiment.parse import load
+from fesloop.experiment.reading import Recording
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+from fesloop.loop.realtime import Pacing, Present
+from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.wiring import Node
+
+Array = NDArray[np.float64]
+Stamps = NDArray[np.int64]
+_FULL_S, _SHORT_S, _TRIAL_S = 600.0, 20.0, 99.0
+_PERIOD_NS = 10 * NS_PER_MS
+_SHOWN = 10
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Teller:
+    """Tells the processes beside the loop when t = 0 is."""
+
+    path: str
+    inputs: tuple[Port, ...] = ()
+    outputs: tuple[Port, ...] = ()
+
+    def init(self, context: Context) -> None:
+        """It remembers nothing."""
+
+    def attach(self, state: Any, present: Present) -> None:
+        """Tell."""
+        Origin(Path(self.path)).tell(present.origin_ns)
+
+    def step(self, state: Any, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """Nothing."""
+        return ()
+
+
+def run(seconds: float = _FULL_S, short: bool = False, priority: int = 0,
+        progress: Callable[[float], None] | None = None) -> dict[str, Any]:
+    """The bench of so many seconds, or its short form; loop and sleeper ask for the priority (0: for none).
+
+    Raises InputError where there is no recording `body16`, and RunError if the run fails.
+    """
+    source, seconds = _recording(), _SHORT_S if short else seconds
+    with TemporaryDirectory() as made:
+        folder = Path(made)
+        with beside(folder, _PERIOD_NS, priority) as origin:
+            loop = get_context("spawn").Process(
+                target=_paced, args=(str(source), str(folder), seconds, priority), daemon=True)
+            memory = _watched(loop, seconds, origin, progress)
+        with Recording(next(folder.glob("*.h5"))) as recording:
+            late, took, instants = _instants(recording)
+            wall = recording.wall
+        sleeper = slept(folder)
+    ends = late + took
+    missed, excused = ends > _PERIOD_NS, _slept_through(instants, ends, sleeper)
+    alone = missed & ~excused
+    rows = [_row(f"body16: 16 streams at 100 Hz, {seconds:g} s: begun late", late, sleeper[:, 1]),
+            _row("the work of an instant", took, None)]
+    return {"bench": "realtime", "rows": rows,
+            "missed": {"deadlines": len(ends), "loop": int(missed.sum()),
+                       "sleeper": int((sleeper[:, 1] > _PERIOD_NS).sum()), "alone": int(alone.sum())},
+            "alone_ms": _worst(instants, ends, alone, sleeper), "memory_mb": _memory(memory),
+            "asked_for": {name: str(wall[name]) for name in ("policy", "memory", "scheduling")}}
+
+
+def _recording() -> Path:
+    folder = Path(os.environ.get("FESLOOP_RECORDINGS", ""), "body16")
+    found = sorted(folder.glob("*.mat"))
+    if not found:
+        raise InputError("FESLOOP_RECORDINGS", f"there is no recording in {folder}",
+                         "a folder with body16/qmt_full_body_example_data.mat, of the qmt toolbox")
+    return found[0].absolute()
+
+
+def _watched(process: SpawnProcess, seconds: float, origin: Origin,
+             progress: Callable[[float], None] | None) -> list[tuple[float, float]]:
+    """Run the loop in its process; the resident memory of that as (s of the run, MB), one a second."""
+    process.start()
+    began, samples = 0.0, []
+    try:
+        while process.is_alive():
+            process.join(1.0)
+            began = began or (time.monotonic() if origin.ns else 0.0)
+            elapsed = time.monotonic() - began if began else 0.0
+            if 0.0 < elapsed < seconds - 1.0:
+                samples.append((elapsed, _resident_mb(process.pid or 0)))
+            if progress:
+                progress(min(1.0, elapsed / seconds))
+    finally:
+        process.kill()
+        process.join()
+    if process.exitcode:
+        raise RunError("bench realtime: the run failed; what it said is above")
+    return samples
+
+
+def _paced(source: str, folder: str, seconds: float, priority: int) -> None:
+    """The run: of trials as long as the recording, or one that is as long as asked for."""
+    trials = math.ceil(seconds / _TRIAL_S)
+    experiment = load("replay", [f"recording={source}", f"experiment.trials={trials}",
+                                 f"experiment.duration_s={seconds / trials}"])
+    teller = Node("teller", _Teller(path=str(Path(folder, "origin"))), "1")
+    replace(experiment, nodes=(*experiment.nodes, teller)).run(folder, realtime=Pacing(priority=priority))
+
+
+def _resident_mb(process: int) -> float:
+    pages = int(Path(f"/proc/{process}/statm").read_text(encoding="utf-8").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def _instants(recording: Recording) -> tuple[Stamps, Stamps, Stamps]:
+    """By how much each instant's work began late, how long it took, and when it was, monotonic clock."""
+    rows, origins = recording.instants, recording.origins
+    return rows["late_ns"], rows["took_ns"], origins["monotonic_ns"][rows["trial"]] + rows["time_ns"]
+
+
+def _slept_through(instants: Stamps, ends: Stamps, sleeper: Stamps) -> NDArray[np.bool_]:
+    """Whether the sleeper missed one from a period before each instant to a period after its work."""
+    deadlines = sleeper[sleeper[:, 1] > _PERIOD_NS, 0]
+    first = np.searchsorted(deadlines, instants - _PERIOD_NS)
+    last = np.searchsorted(deadlines, instants + ends + _PERIOD_NS, side="right")
+    return np.asarray(last > first)
+
+
+def _worst(instants: Stamps, ends: Stamps, alone: NDArray[np.bool_],
+           sleeper: Stamps) -> list[dict[str, float]]:
+    """The worst of the deadlines that the loop missed alone."""
+    found = np.flatnonzero(alone)
+    found = found[np.argsort(-ends[found])][:_SHOWN]
+    told = []
+    for i in found:
+        near = np.abs(sleeper[:, 0] - instants[i]) <= ends[i] + _PERIOD_NS
+        told.append({"at_s": float(instants[i] - instants[0]) / NS_PER_S, "ended_after": ends[i] / NS_PER_MS,
+                     "sleeper": float(sleeper[near, 1].max(initial=0)) / NS_PER_MS})
+    return told
+
+
+def _memory(samples: Sequence[tuple[float, float]]) -> dict[str, float]:
+    """At the start, in the end, and the slope, MB a minute, without the first tenth."""
+    times, sizes = np.array(samples[len(samples) // 10:]).T
+    slope = float(np.polyfit(times, sizes, 1)[0]) * 60.0 if len(times) > 1 else 0.0
+    return {"start": float(sizes[0]), "end": float(sizes[-1]), "slope_per_minute": slope}
+
+
+def _row(case: str, times_ns: Stamps, reference_ns: Stamps | None) -> dict[str, Any]:
+    ours = _quantiles(times_ns)
+    row: dict[str, Any] = {"case": case, **{f"us_{name}": value for name, value in ours.items()}}
+    if reference_ns is None:
+        return row | {"reference": None, "reference_us_median": None, "ratio": None}
+    bare = _quantiles(reference_ns)
+    return row | {"reference": "a bare sleeper with the same deadlines",
+                  "reference_us_median": bare["median"], "ratio": ours["median"] / bare["median"],
+                  "reference_us_p99": bare["p99"], "reference_us_worst": bare["worst"]}
+
+
+def _quantiles(times_ns: Stamps) -> dict[str, float]:
+    times: Array = times_ns / 1e3
+    return {"median": float(np.median(times)), "p99": float(np.percentile(times, 99)),
+            "worst": float(times.max())}
