@@ -85,6 +85,8 @@ class Block(Protocol):
     All blocks on its clock of arrivals then tick at that instant, or the next that has not been run, and its
     `step` takes one sample. A block that looks at a fixed rate what has come has a plain rate, and no
     `waiting`.
+    `heed(state, events)`: called once an instant has been run with what was reported at it, (instant, block,
+    status, detail) each.
     `stand_in()`: a block with the same ports and a plain clock that touches nothing outside, for rehearsals.
     """
 

@@ -20,6 +20,7 @@ from fesloop.experiment.trial import run
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_S, RateClock
 from fesloop.loop.signals import Sample
+from fesloop.streams.live.events import LslEvents
 from fesloop.streams.live.inlet import LslInlet
 from fesloop.streams.live.library import open_library
 from fesloop.streams.live.outlet import LslOutlet
@@ -165,3 +166,94 @@ def test_commands_leave_with_the_capture_they_answer(name):
 def test_a_live_run_asks_for_real_time(name, tmp_path):
     with pytest.raises(InputError, match="--realtime"):
         run(live_experiment(name, 1.0), tmp_path)
+
+
+@contextmanager
+def pushing(block, rows):
+    """An outlet block that sends row after row, 100 a second, for as long as is wanted."""
+    state = block.init(Context("outlet", clock=RateClock.from_rate(RATE)))
+    origin, ending = time.monotonic_ns(), threading.Event()
+    block.attach(state, present(origin))
+
+    def push():
+        for k in range(10**6):
+            if ending.wait(0.01):
+                return
+            now = time.monotonic_ns() - origin
+            block.step(state, (Sample(rows[k % len(rows)], now, now, now),), tick_at(now, k))
+
+    thread = threading.Thread(target=push)
+    thread.start()
+    try:
+        yield
+    finally:
+        ending.set()
+        thread.join()
+        block.close(state)
+
+
+def test_a_posture_goes_out_and_comes_in_by_name_over_two_trials(name, tmp_path):
+    rows = np.column_stack([np.linspace(0.0, 1.0, 500), np.linspace(2.0, 3.0, 500)])
+    document = live_experiment(name, 1.0).document()
+    document["experiment"]["trials"] = 2
+    document["blocks"]["sensors"] = {"kind": "lsl_inlet", "stream": name, "holds": "posture",
+                                     "joints": ["pip", "mcp"]}
+    with pushing(LslOutlet(stream=name, unit="rad", rows=2, labels=("mcp", "pip")), rows):
+        result = run(from_document(document, "heard"), tmp_path, realtime=True)
+    with Recording(result.recording) as heard:
+        for trial in (0, 1):
+            signal = heard.signal("sensors.angles", trial)
+            angles = np.asarray(signal.values)
+            assert len(angles) > 60
+            np.testing.assert_allclose(angles[:, 0] - angles[:, 1], 2.0)
+            assert (np.diff(signal.oldest_ns) > 0).all()
+            assert signal.oldest_ns[0] < 100_000_000
+
+
+def test_statuses_and_marks_leave_as_markers(name):
+    pylsl = open_library()
+    block = LslEvents(stream=name, blocks=("safety",), mark_name="phase")
+    state = block.init(Context("events"))
+    inlet = pylsl.StreamInlet(pylsl.resolve_byprop("name", name, timeout=5.0)[0], recover=False)
+    inlet.open_stream(timeout=5.0)
+    origin = time.monotonic_ns()
+    block.attach(state, present(origin))
+    block.heed(state, [(5_000_000, "safety", "stopped", "emergency stop"),
+                       (6_000_000, "mpc", "saturated", "")])
+    for k, phase in enumerate((1.0, 1.0, 2.0), start=7):
+        block.step(state, (Sample(phase, k, k, k),), tick_at(k * 1_000_000))
+    received = [inlet.pull_sample(timeout=5.0) for _ in range(3)]
+    assert inlet.pull_sample(timeout=0.2) == (None, None)
+    block.close(state)
+    assert [text for (text,), _ in received] == ["safety stopped: emergency stop", "phase 1", "phase 2"]
+    stamps = np.array([stamp for _, stamp in received]) * NS_PER_S
+    np.testing.assert_allclose(stamps - origin, [5e6, 7e6, 9e6], atol=200_000)
+
+
+def test_what_a_loop_reports_is_sent_as_it_happens(name, tmp_path):
+    document = live_experiment(name, 2.5).document()
+    document["blocks"]["events"] = {"kind": "lsl_events", "stream": f"events of {name}", "rate": "50"}
+    heard = []
+
+    def listen():
+        pylsl = open_library()
+        found = pylsl.resolve_byprop("name", f"events of {name}", timeout=20.0)
+        inlet = pylsl.StreamInlet(found[0], recover=False)
+        while True:
+            try:
+                text, _ = inlet.pull_sample(timeout=5.0)
+            except RuntimeError:
+                return
+            if text:
+                heard.append(text[0])
+
+    listener = threading.Thread(target=listen)
+    listener.start()
+    faults = tuple(SenderFault("nan", start, 0.2) for start in np.arange(0.5, 60.0, 0.5))
+    with streaming(recording(), name, faults=faults):
+        result = run(from_document(document, "heard"), tmp_path, realtime=True)
+    listener.join()
+    with Recording(result.recording) as recorded:
+        told = [f"{e.where} {e.status}: {e.detail}" for e in recorded.events]
+    assert sum("empty_sample" in text for text in heard) >= 2
+    assert set(heard) <= set(told)
