@@ -18,7 +18,7 @@ from fesloop.loop.clock import NS_PER_MS, RateClock
 from fesloop.loop.signals import Sample
 
 CURVES = {"threshold_ma": (12.0, 10.0, 10.0, 8.0), "spread": (0.35,) * 4}
-NOT_WITHOUT_FILES = {"recorded", "replay", "lsl_inlet", "lsl_outlet", "stimulator_device",
+NOT_WITHOUT_FILES = {"recorded", "replay", "lsl_inlet", "lsl_outlet", "lsl_events", "stimulator_device",
                      *([] if shutil.which("gcc") or shutil.which("cc") else ["fmu"]),
                      *([] if find_spec("myo_sim") else ["myohand"])}
 """Kinds whose specimens need a file, a device, or a compiler or package that is missing; they have their own
