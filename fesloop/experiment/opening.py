@@ -8,21 +8,28 @@ from typing import Any
 import h5py
 
 from fesloop.errors import InputError
+from fesloop.experiment.recording_form import ALLOWED, require_form, undamaged
+from fesloop.streams.hdf5 import require_sound_heaps
 
 
 def open_file(path: Path) -> h5py.File:
     """The file, for reading; InputError for one that is missing, damaged or no recording."""
     if not path.is_file():
-        raise InputError(str(path), "there is no such recording", "a file that fesloop run wrote")
+        raise InputError(str(path), "there is no such recording", ALLOWED)
     try:
+        require_sound_heaps(path)
         file = _open_anyhow(path)
     except (OSError, RuntimeError) as fault:
-        raise InputError(str(path), f"is no HDF5 file, or a damaged one: {fault}",
-                         "a file that fesloop run wrote") from None
-    if not str(file.attrs.get("format", "")).startswith("fesloop recording"):
+        raise InputError(str(path), f"is no HDF5 file, or a damaged one: {fault}", ALLOWED) from None
+    try:
+        with undamaged(path):
+            form = str(file.attrs.get("format", ""))
+        if not form.startswith("fesloop recording"):
+            raise InputError(str(path), "is an HDF5 file, but no recording of fesloop", ALLOWED)
+        require_form(file, path)
+    except InputError:
         file.close()
-        raise InputError(str(path), "is an HDF5 file, but no recording of fesloop",
-                         "a file that fesloop run wrote")
+        raise
     return file
 
 

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.opening import open_file
-from fesloop.experiment.recording_form import ALLOWED, undamaged
 from fesloop.experiment.recorded import Event, Signal, signal_of
+from fesloop.experiment.recording_form import ALLOWED, undamaged
 from fesloop.experiment.rows import INSTANTS, ORIGINS
 from fesloop.experiment.signal_table import SignalTable
 from fesloop.experiment.stored_rows import Column, StoredRows
@@ -56,16 +56,12 @@ class Recording:
     def _read_experiment(self) -> dict[str, Any]:
         """Tables of the experiment; the file is closed where they are damaged."""
         try:
-            told = json.loads(self._values("experiment"))
-            if isinstance(told, dict):
-                return told
+            with undamaged(f"{self.path}: experiment"):
+                told: dict[str, Any] = dict(json.loads(self._file["experiment"][()]))
         except InputError:
             self.close()
             raise
-        except (ValueError, TypeError, RecursionError):
-            pass
-        self.close()
-        raise InputError(f"{self.path}: experiment", "is damaged", ALLOWED)
+        return told
 
     def _values(self, path: str) -> Any:
         """All values of a dataset; InputError where the file has lost them."""
@@ -131,11 +127,11 @@ class Recording:
     def trials(self) -> int:
         """How many trials have been begun."""
         every = [self._rows_of(path) for path in self._datasets]
-        told = [(int(rows.read("trial", rows.count - 1, rows.count)[0]), rows.count)
-                for rows in every if rows.count]
-        if any(not 0 <= last < count for last, count in told):  # a trial has a row of everything, at t = 0
-            raise InputError(str(self.path), "is damaged: rows of more trials than there are rows", ALLOWED)
-        return max(last for last, _ in told) + 1 if told else 0
+        last = [int(rows.read("trial", rows.count - 1, rows.count)[0]) for rows in every if rows.count]
+        begun = max(last, default=-1) + 1
+        if begun > sum(rows.count for rows in every):
+            raise InputError(str(self.path), f"is damaged: {begun} trials in fewer rows", ALLOWED)
+        return begun
 
     @property
     def signals(self) -> list[str]:
@@ -208,9 +204,9 @@ class Recording:
     @property
     def events(self) -> list[Event]:
         """Everything out of the ordinary, in the order in which it happened."""
-        return [Event(int(row["trial"]), int(row["time_ns"]), *(
-            row[name].decode(errors="replace") for name in ("where", "status", "detail")))
-            for row in self._values("events")]
+        texts = ("where", "status", "detail")
+        return [Event(int(row["trial"]), int(row["time_ns"]),
+                      *(row[name].decode(errors="replace") for name in texts)) for row in self._values("events")]
 
     @property
     def messages(self) -> list[dict[str, dict[str, int]]]:
@@ -219,8 +215,7 @@ class Recording:
         trials: list[dict[str, dict[str, int]]] = []
         for row in self._values("messages"):
             if not (0 <= row["trial"] < begun and 0 <= row["wire"] < len(wires)):
-                raise InputError(f"{self.path}: messages", "is damaged: of a trial or wire that is not there",
-                                 ALLOWED)
+                raise InputError(f"{self.path}: messages", "is damaged", ALLOWED)
             while len(trials) <= row["trial"]:
                 trials.append({})
             counts = {name: int(row[name]) for name in ("sent", "lost", "late")}

@@ -10,6 +10,8 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.experiment.recording_form import undamaged
+
 _ROWS_A_READ = 65536
 
 
@@ -20,6 +22,8 @@ class StoredRows:
     ----------
     dataset: opened for reading; rows may still be added to it.
     room: bytes that its rows may take to be kept.
+
+    Raises InputError for rows that the file lost, here and where they are read.
     """
 
     def __init__(self, dataset: h5py.Dataset, room: int) -> None:
@@ -27,7 +31,8 @@ class StoredRows:
         self.count = int(dataset.shape[0])
         self.dtype: np.dtype[Any] = dataset.dtype
         short = self.count * self.dtype.itemsize <= room
-        self._kept: NDArray[Any] | None = dataset[:] if short else None
+        with undamaged(dataset.file.filename):
+            self._kept: NDArray[Any] | None = dataset[:] if short else None
 
     @property
     def kept_bytes(self) -> int:
@@ -51,7 +56,8 @@ class StoredRows:
         values = np.empty((stop - first, *dtype.shape), dtype.base)
         for start in range(first, stop, _ROWS_A_READ):
             until = min(start + _ROWS_A_READ, stop)
-            values[start - first:until - first] = source[start:until]
+            with undamaged(self._dataset.file.filename):
+                values[start - first:until - first] = source[start:until]
         return values
 
     def span(self, trial: int) -> tuple[int, int]:
