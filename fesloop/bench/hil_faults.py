@@ -6,7 +6,7 @@ those from the fault to zero current, measured at the device's end of the line; 
 of how many; `lost_s`: the most that a recording misses before its fault; `stated_held`: of how many tries
 current was zero in time. A fault that cannot be tried on this machine is told as `not_tried`.
 
-`run(moments=50)` is the whole of it, some 25 minutes.
+Each is tried fifty times, which takes some 25 minutes; in the short form three times.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from fesloop.experiment.parse import load
 from fesloop.experiment.reading import Recording
 from fesloop.loop.clock import NS_PER_S
 
+_FEW, _MANY = 3, 50
 _EARLIEST_S, _LATEST_S = 0.2, 4.5
 """After the first current; the session's movement lies within."""
 
@@ -47,9 +48,10 @@ class Outcome(NamedTuple):
     named: bool
 
 
-def run(moments: int = 3, seed: int | None = None, progress: Callable[[float], None] | None = None,
-        faults: Sequence[Fault] = FAULTS) -> dict[str, Any]:
-    """One row a fault; `seed` of the moments, None for new ones each time."""
+def run(short: bool = False, seed: int | None = None, progress: Callable[[float], None] | None = None,
+        faults: Sequence[Fault] = FAULTS, moments: int | None = None) -> dict[str, Any]:
+    """One row a fault; `seed` of the moments, None for new ones each time; `moments` of another count."""
+    moments = (_FEW if short else _MANY) if moments is None else moments
     chance = random.Random(seed)
     rows, not_tried = [], []
     for number, fault in enumerate(faults):

@@ -43,6 +43,7 @@ from plants.devices.messages import (
     answer_bytes,
     is_note,
     note_bytes,
+    packets,
     read_command,
     read_terms,
 )
@@ -109,7 +110,7 @@ class Keeper:
     def _hear(self) -> None:
         """Take what is on the line; of several commands the device gets the newest."""
         newest = None
-        for message in _packets(self._line):
+        for message in packets(self._line):
             if not message:
                 self._latch("loop_ended", "the loop has let go of the line")
                 self._over = True
@@ -166,6 +167,7 @@ class Keeper:
         if not self._latched:
             self._latched = True
             self._tell(note_bytes(ended=True, stopped=self._stop()))
+            self._device.close()
 
     def _latch(self, status: str, detail: str) -> None:
         """Zero current, for good, and tell why; the first cause counts."""
@@ -179,39 +181,23 @@ class Keeper:
         with suppress(OSError):
             print(f"fesloop: the stimulator is stopped: {status}: {detail}{known}", file=sys.stderr,
                   flush=True)
+        self._device.close()
 
     def _stop(self) -> bool:
-        """Zero current; whether the device has said so. Then it is let go, so that nothing can follow."""
-        stopped = False
+        """Zero current; whether the device has said so."""
         for _ in range(_STOPS):
             try:
                 with _faults():
                     self._device.stop()
-                stopped = True
-                break
             except DeviceFault:
                 continue
-        self._device.close()
-        return stopped
+            return True
+        return False
 
     def _tell(self, message: bytes) -> None:
         """To the loop, if it still listens."""
         with suppress(OSError):
             self._line.send(message, socket.MSG_DONTWAIT)
-
-
-def _packets(line: socket.socket) -> Iterator[bytes]:
-    """All that has come; an empty one stands for the end of the line."""
-    while True:
-        try:
-            message = line.recv(MOST_BYTES, socket.MSG_DONTWAIT)
-        except BlockingIOError:
-            return
-        except OSError:
-            message = b""
-        yield message
-        if not message:
-            return
 
 
 @contextmanager

@@ -10,14 +10,18 @@ machine share), the pulses and a checksum. What is not exactly that is malformed
 from __future__ import annotations
 
 import json
+import socket
 import struct
 import zlib
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
 from plants.devices.driver import Pulses
 
 MOST_BYTES = 4096
+_MOST_PACKETS = 256
+"""Taken at once: a loop gone wild must not keep the keeper from looking at the clock."""
 _COMMAND, _ANSWER, _NOTE = b"C", b"A", b"N"
 _HEAD = struct.Struct("<cQq")
 _CHECK = struct.Struct("<I")
@@ -119,6 +123,20 @@ def read_answer(message: bytes) -> Answer | dict[str, Any]:
         _, number, taken_ns = _HEAD.unpack(message)
         return Answer(number, taken_ns)
     return _note(message)
+
+
+def packets(line: socket.socket) -> Iterator[bytes]:
+    """What has come on the keeper's end of the line; an empty one stands for its end."""
+    for _ in range(_MOST_PACKETS):
+        try:
+            message = line.recv(MOST_BYTES, socket.MSG_DONTWAIT)
+        except BlockingIOError:
+            return
+        except OSError:
+            message = b""
+        yield message
+        if not message:
+            return
 
 
 def _note(message: bytes) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import select
 import termios
 import time
 from collections.abc import Collection, Sequence
+from contextlib import suppress
 
 import serial
 from pysciencemode.acks import rehastim_error, stimulation_error
@@ -98,7 +99,9 @@ class ScienceModeLine:
         self._frames = FrameReader()
 
     def close(self) -> None:
-        """Give the port back."""
+        """Give the port back; what a dead line has not taken is dropped, for the system would wait for it."""
+        with suppress(OSError, serial.SerialException, termios.error):
+            self._port.reset_output_buffer()
         self._port.close()
 
     def _next_number(self) -> int:
