@@ -88,6 +88,9 @@ class Block(Protocol):
     `heed(state, events)`: called once an instant has been run with what was reported at it, (instant, block,
     status, detail) each.
     `stand_in()`: a block with the same ports and a plain clock that touches nothing outside, for rehearsals.
+
+    A device that touches a person has `guarded` (names of inputs), and a block that may stand directly before
+    it `guards = True`; see `guarding`.
     """
 
     @property

@@ -13,6 +13,7 @@ pytest.importorskip("serial")
 from pysciencemode.utils import packet_construction
 
 from fesloop.errors import InputError, RunError
+from plants.devices import science_mode_line
 from plants.devices.driver import DeviceFault
 from plants.devices.science_mode import ScienceMode
 from plants.devices.science_mode_frames import FrameReader
@@ -63,6 +64,15 @@ def test_the_driver_notices_any_damaged_byte(at):
 def test_the_peer_reads_what_the_library_sends():
     sent = packet_construction(7, "StartChannelListMode", [0, 1, 15, 10, 0, 0, 240, 129, 0, 0, 85, 86])
     assert split(sent) == ([(7, 32, bytes((0, 1, 15, 10, 0, 0, 240, 129, 0, 0, 85, 86)))], b"")
+
+
+def test_packet_numbers_that_the_library_garbles_are_passed_over():
+    sound = {number for number in range(256)
+             if split(packet_construction(number, "Watchdog"))[0] == [(number, 4, b"")]}
+    assert set(range(256)) - sound == science_mode_line._MISBUILT
+    line = object.__new__(science_mode_line.ScienceModeLine)
+    line._number = 0
+    assert {line._next_number() for _ in range(600)} == sound
 
 
 def test_the_librarys_own_client_gets_on_with_the_peer(tmp_path):
