@@ -18,30 +18,17 @@ import numpy as np
 from fesloop.errors import RunError, SnapshotError
 from fesloop.loop.agenda import Agenda
 from fesloop.loop.clock import Clock, RateClock
+from fesloop.loop.exchange import publishers, sampled_in_order
 from fesloop.loop.latency import LatencyReport
-from fesloop.loop.order import Sampling, upstream_first
+from fesloop.loop.order import Sampling
 from fesloop.loop.plant_ports import PlantInputs, PlantRecord
 from fesloop.loop.plants import ExactStation, GridStation, PlantStation
-from fesloop.loop.publish import Publisher, Sampler
+from fesloop.loop.publish import Sampler
 from fesloop.loop.record import Recorder
+from fesloop.loop.snapshot import Snapshot
 from fesloop.loop.stations import BlockStation
 from fesloop.loop.wire import Link
 from fesloop.loop.wiring import Node, Wiring
-
-
-class Snapshot:
-    """A loop at rest at one instant, as bytes.
-
-    Attributes
-    ----------
-    time_ns, trial: where it stands.
-    wiring: what it is of, as text: seed, nodes, wires.
-    """
-
-    __slots__ = ("content", "time_ns", "trial", "wiring")
-
-    def __init__(self, content: bytes, time_ns: int, trial: int, wiring: str) -> None:
-        self.content, self.time_ns, self.trial, self.wiring = content, time_ns, trial, wiring
 
 
 class Loop:
@@ -81,7 +68,7 @@ class Loop:
         self._links = [Link(c.wire, wiring.seed, self.trial) for c in wiring.connections]
         self._plants = {n.name: self._plant_station(n, states[n.name]) for n in wiring.nodes if n.is_plant}
         self._samplers = [self._sampler(s) for s in wiring.order if isinstance(s, Sampling)]
-        self._publishers = self._grouped()
+        self._publishers = publishers(wiring, self._samplers)
         self._blocks = [self._block_station(n, states[n.name]) for n in wiring.order if isinstance(n, Node)]
         self._schedule()
 
@@ -89,31 +76,9 @@ class Loop:
         """The events to come: block ticks, and samplings that must keep their place among them."""
         blocks, samplers = iter(self._blocks), iter(self._samplers)
         stations = [next(blocks) if isinstance(item, Node) else next(samplers) for item in self.wiring.order]
+        ordered = sampled_in_order(self.wiring)
         self._agenda = Agenda((number, station) for number, station in enumerate(stations)
-                              if not isinstance(station, Sampler) or station.plant.name in self._ordered)
-
-    def _grouped(self) -> dict[str, Publisher]:
-        """A publisher for each plant that needs no events, shared by the plants that exchange with it.
-
-        The outputs of a plant with feedthrough depend on what blocks send at the same instant: it, and
-        any plant that exchanges with it, is sampled by events in the wiring's order instead.
-        """
-        group = {name: {name} for name in self._plants}
-        for c in self.wiring.connections:
-            if c.source.is_plant and c.target.is_plant and c.heard:
-                joined = group[c.source.name] | group[c.target.name]
-                for name in joined:
-                    group[name] = joined
-        direct = {n.name for n in self.wiring.nodes if n.is_plant and n.plant.feedthrough}
-        self._ordered = {name for name, members in group.items() if members & direct}
-        made: dict[int, Publisher] = {}
-        publishers = {}
-        for name, members in group.items():
-            if name not in self._ordered:
-                own = [[s for s in self._samplers if s.plant.name in together]
-                       for together in upstream_first(members, self.wiring.connections)]
-                publishers[name] = made.setdefault(id(members), Publisher(own))
-        return publishers
+                              if not isinstance(station, Sampler) or station.plant.name in ordered)
 
     def _incoming(self, node: Node) -> tuple[tuple[int, Link], ...]:
         pairs = zip(self.wiring.connections, self._links, strict=True)
@@ -143,10 +108,10 @@ class Loop:
         pairs = list(zip(self.wiring.connections, self._links, strict=True))
         outgoing = tuple((c.source_port, link) for c, link in pairs if c.source is node)
         read = {c.source.name for c, _ in pairs if c.target is node}
-        publishers = {id(p): p for name, p in self._publishers.items() if name in read}
+        sampled = {id(p): p for name, p in self._publishers.items() if name in read}
         rows = None if self.recorder is None else self.recorder.blocks.setdefault(node.name, [])
         return BlockStation(node, state, self.wiring.seed, self.trial, self._incoming(node), outgoing,
-                            tuple(publishers.values()), rows, self._events)
+                            tuple(sampled.values()), rows, self._events)
 
     def run_until(self, time_ns: int) -> None:
         """Do everything due at or before `time_ns` that has not been done.
