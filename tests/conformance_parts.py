@@ -18,7 +18,8 @@ from fesloop.loop.clock import NS_PER_MS, RateClock
 from fesloop.loop.signals import Sample
 
 CURVES = {"threshold_ma": (12.0, 10.0, 10.0, 8.0), "spread": (0.35,) * 4}
-NOT_WITHOUT_FILES = {"recorded", "replay", "lsl_inlet", "lsl_outlet", "lsl_events", "stimulator_device",
+NOT_WITHOUT_FILES = {"playback", "recorded", "replay",
+                     "lsl_inlet", "lsl_outlet", "lsl_events", "stimulator_device",
                      *([] if shutil.which("gcc") or shutil.which("cc") else ["fmu"]),
                      *([] if find_spec("myo_sim") else ["myohand"])}
 """Kinds whose specimens need a file, a device, or a compiler or package that is missing; they have their own
@@ -44,7 +45,7 @@ def specimens():
         "kortier": {"sensed": ("hand", "F2p", "F2m", "F2d")},
         **{kind: {"sensed": ("hand", "F2p", "F2m", "F2d"), **any_initial_pose(kind)}
            for kind in ("salchow_b", "salchow_m1", "salchow_m2")},
-        "ideal": {"noise_deg": 0.3, "walk_deg": 0.1},
+        "ideal": {"noise_deg": 0.3, "walk_deg": 0.1}, "error_replay": {"process": an_error_process()},
         "segment_calibration": {"method": "poses", "flat_s": (0.0, 0.1), "flexion_s": (0.1, 0.2),
                                 "assumed": (0,), "limits": any_pose()},
         "minimum_jerk": {"times_s": (0.1, 0.4), "angles_deg": ((20.0, 25.0, 15.0), (40.0, 50.0, 25.0)),
@@ -121,6 +122,19 @@ def any_initial_pose(kind):
     limits = InitialPoseLimits(rate_deg_s=1e4, rate_sd_deg_s=1e4, bias_deg_s=1e4, turned_deg=180.0,
                                gravity=1e3, tilt_deg=180.0)
     return {} if kind == "salchow_b" else {"initial_pose_s": 0.1, "pose_limits": limits}
+
+
+def an_error_process():
+    from fesloop.loop.duration import Duration
+    from fesloop.models.error_process import ErrorProcess, ErrorSeries
+
+    every = {"bias_deg": 1.0, "slope": 0.05, "lead_s": -0.01, "fast_deg": 0.5, "fast_s": 0.2,
+             "quick_deg": 0.1}
+    return ErrorProcess(
+        series=(ErrorSeries(name="a", slow_deg=1.0, slow_s=5.0, speed_s=0.5, **every),
+                ErrorSeries(name="b", slow_deg=1.0, slow_s=0.5, smooth=True, quick_s=0.02, **every)),
+        correlation=((1.0, 0.4), (0.4, 1.0)), age_ms=5.0, loss=0.2, burst_messages=2.0,
+        jitter=Duration(kind="exponential", mean_ms=5.0, high_ms=20.0))
 
 
 def any_pose():

@@ -23,7 +23,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for name in _BLAS_THREADS:
         os.environ.setdefault(name, "1")
     try:
-        return int(import_module(f"fesloop.cli.{args.command}_command").execute(args))
+        return int(import_module(f"fesloop.cli.{args.command.replace('-', '_')}_command").execute(args))
     except InputError as fault:
         return _refused(fault, getattr(args, "json", False))
     except RunError as fault:

@@ -31,6 +31,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_fmu(commands)
     _add_patient(commands)
     _add_identify(commands)
+    _add_fit_error(commands)
     _add_stream(commands)
     return parser
 
@@ -199,4 +200,21 @@ def _add_stream(commands: _Commands[argparse.ArgumentParser]) -> None:
                          "repeat, jump, clock, reorder, nan, rate")
     command.add_argument("--network", choices=("loopback", "lab"), default="loopback",
                          help="who may hear it: this machine (default), or other computers too")
+    command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+
+
+def _add_fit_error(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("fit-error", help="a tracker's error as a process, from a recording with a "
+                                  "reference")
+    command.add_argument("recording", metavar="RUN-OR-RECORDING", help="a run (.h5) whose tracker is scored "
+                         "against a reference or the truth, or a recording with a reference, to be played "
+                         "through hil_replay")
+    command.add_argument("target", metavar="TARGET.toml", help="the file of the process")
+    command.add_argument("--tracker", metavar="KIND", default="",
+                         help="of a recording: what tracks it (default: that of hil_replay)")
+    command.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], dest="settings",
+                         help="of a recording: change a key of hil_replay")
+    command.add_argument("--reference-late", type=float, metavar="MS", default=0.0,
+                         help="by how much the stamps of the recording's reference are late")
+    command.add_argument("--seed", type=int, metavar="N", help="of the runs by which it is judged")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")

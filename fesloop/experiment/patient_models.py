@@ -1,5 +1,7 @@
 """`model = { file = "..." }` under a controller: the patient's model that identification left, in its place.
 
+So too `process = { file = "..." }` under a tracker: the error process that fesloop fit-error left.
+
 It is put in when the experiment is read, so that a recording holds the model itself and needs no file. What
 the file was made for is held against the experiment: patient, electrodes, currents, outputs.
 """
@@ -13,6 +15,7 @@ from typing import Any, TypeGuard, get_args
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment.patients import describe
 from fesloop.experiment.schema import Kinds, hints_of, plain
+from fesloop.models.error_process import ErrorProcess, error_process_table
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.patient_model import PatientModel, electrodes_in_words, load_patient_model, require_same
 
@@ -48,10 +51,22 @@ def _with_model(where: str, table: Any, document: dict[str, Any], kinds: Kinds) 
         value = table.get(key)
         if hint is LinearModel and _is_file(value):
             made[key] = _model(f"{where}.{key}", value, made, document)
+        elif hint is ErrorProcess and isinstance(value, dict) and set(value) == {"file"}:
+            made[key] = _process(f"{where}.{key}", value["file"])
         elif LinearModel in get_args(hint) and isinstance(value, list):
             made[key] = [_model(f"{where}.{key}[{i}]", item, made, document) if _is_file(item) else item
                          for i, item in enumerate(value)]
     return made
+
+
+def _process(where: str, file: Any) -> dict[str, Any]:
+    """The plain table of a file's error process."""
+    if not isinstance(file, str):
+        raise InputError(f"{where}.file", f"{file!r}", "the path of a file")
+    try:
+        return error_process_table(Path(file))
+    except InputError as fault:
+        raise InputError(f"{where}: {fault.where}", fault.found, fault.allowed, fault.remedy) from None
 
 
 def _is_file(value: Any) -> TypeGuard[dict[str, Any]]:

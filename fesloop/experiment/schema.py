@@ -33,6 +33,7 @@ from pydantic import Field as Described
 from typing_extensions import TypedDict
 
 from fesloop.errors import InputError
+from fesloop.models.error_process import ErrorProcess
 from fesloop.models.linear_model import LinearModel
 
 STRICT = ConfigDict(strict=True, extra="forbid")
@@ -93,6 +94,8 @@ def checked(annotation: Any, kinds: Kinds) -> Any:
     """The annotation of the plain value that stands in a file for one of `annotation`."""
     if annotation is LinearModel:
         return _linear_model(kinds)
+    if annotation is ErrorProcess:
+        return _error_process(kinds)
     if is_dataclass(annotation) and isinstance(annotation, type):
         return table(annotation, kinds)
     origin, args = get_origin(annotation), get_args(annotation)
@@ -116,6 +119,13 @@ def _linear_model(kinds: Kinds) -> Any:
     members.append(Annotated[matrices, Tag(_LITERAL)])
     file = closed("ModelFile", {"file": Required[str], "any_patient": NotRequired[bool]})
     members.append(Annotated[file, Tag(_FILE)])
+    return Annotated[Union[tuple(members)], Discriminator(_model_tag)]  # noqa: UP007
+
+
+def _error_process(kinds: Kinds) -> Any:
+    """An error process's parameters, or a file's ({file = "..."}), which stands for them like a model's."""
+    file = closed("ErrorProcessFile", {"file": Required[str]})
+    members = [Annotated[table(ErrorProcess, kinds), Tag(_LITERAL)], Annotated[file, Tag(_FILE)]]
     return Annotated[Union[tuple(members)], Discriminator(_model_tag)]  # noqa: UP007
 
 

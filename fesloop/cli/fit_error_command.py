@@ -1,0 +1,56 @@
+"""`fesloop fit-error`."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from pathlib import Path
+from typing import Any
+
+from fesloop.cli.output import print_json, print_table, progress_bar
+
+_AHEAD_MS = 1.0
+"""Worth telling (chosen)."""
+
+
+def execute(args: Namespace) -> int:
+    """Fit a tracker's error process to the first half of a recording; show how it stands up to the second."""
+    from fesloop.tracker_error.fitting import fit_error
+
+    settings = tuple(args.settings) + ((f"tracker={args.tracker}",) if args.tracker else ())
+    with progress_bar(f"fit-error {args.recording}") as bar:
+        found = fit_error(args.recording, settings=settings, reference_late_ms=args.reference_late,
+                          seed=args.seed or 0, progress=bar)
+    path = Path(args.target)
+    found.process.save(path)
+    report = {"process": str(path), **found.report()}
+    if args.json:
+        print_json(report)
+    else:
+        _print(report)
+        print(path)
+    return 0
+
+
+def _print(report: dict[str, Any]) -> None:
+    rows = [[angle["angle"], "yes" if angle["moved"] else "", f"{angle['rmse_fitted_deg']:.2f}",
+             f"{angle['rmse_measured_deg']:.2f}", f"{angle['rmse_process_deg']:.2f}",
+             _yes(angle["rmse_within_15_percent"]), _yes(angle["autocorrelation_in_band"]),
+             f"{100.0 * angle['lags_in_band_share']:.0f}"] for angle in report["angles"]]
+    print_table(
+        f"{report['source']}: RMS error, deg; fitted to {report['fitted_s']:.3g} s, held against the "
+        f"{report['judged_s']:.3g} s after", [
+            "angle", "moved", "first half", "second half", "process there", "within 15 %",
+            "autocorrelation in band", "lags %"], rows, sys.stderr)
+    print(f"age {report['age_ms']:g} ms at least, {100.0 * report['loss']:.3g} % lost", file=sys.stderr)
+    if report["ahead_ms"] > _AHEAD_MS:
+        print(f"the estimates are {report['ahead_ms']:.3g} ms ahead of the reference: no tracker is, so its "
+              "stamps are late; --reference-late takes that off", file=sys.stderr)
+    for key, text in (("as_slow_as_the_recording", "as slow as the recording is long, or slower"),
+                      ("left_out", "too little known to fit")):
+        if report[key]:
+            print(f"{text}: {', '.join(report[key])}", file=sys.stderr)
+
+
+def _yes(holds: bool) -> str:
+    return "yes" if holds else "NO"

@@ -1,0 +1,213 @@
+"""What a tracker's error is like: a stochastic process in few numbers, fitted to a recording, kept in a file.
+
+A file is TOML: of which recording and tracker it is (source), one table for each angle whose error was
+fitted, how what drives these is correlated, and how old and how often lost the tracker's messages were. It
+holds parameters only, no sample of the recording. Units are SI but where a name says otherwise.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError, did_you_mean
+from fesloop.experiment.toml_text import toml_text
+from fesloop.loop.duration import ZERO, Duration
+from fesloop.loop.losses import least_burst
+
+Array = NDArray[np.float64]
+FORMAT = "fesloop error process 1"
+_MADE_BY = "a file that fesloop fit-error wrote"
+_NOT_NEGATIVE = ("slow_deg", "slow_s", "fast_deg", "fast_s", "quick_deg", "quick_s", "speed_s",
+                 "rate_deg_s")
+_NO_NUMBERS = ("name", "moved", "smooth")
+_ROUNDING = 1e-3
+"""Of a correlation in a file; eigenvalues are off by at most that times its size."""
+_COMPONENTS = (("slow_deg", "slow_s"), ("fast_deg", "fast_s"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ErrorSeries:
+    """The error of one angle: what follows from the motion, and what is random.
+
+        error = bias + slope a + curve a^2 + lead a' + slow(t) + fast(t) + quick(t)
+
+    `a` is the true angle from the centre of its motion, held within `angle_deg`; a' its rate, held within
+    +-`rate_deg_s`: nothing is known beyond what the recording held. `fast` is an Ornstein-Uhlenbeck process
+    (doi 10.1103/PhysRev.36.823): what drives it grows with the rate, its variance by 1 + (speed_s a')^2, as
+    of soft tissue that is shaken. `slow` is another, or, where `smooth`, one with a derivative of its own, of
+    autocorrelation (1 + t / slow_s) exp(-t / slow_s) (Matern 3/2, doi 10.1109/MLSP.2010.5589113). `quick` is
+    one more Ornstein-Uhlenbeck process, or, with a time constant of 0, independent from tick to tick.
+
+    Attributes
+    ----------
+    name: of the angle, such as "seg2-seg3.x": about x, in the child's frame.
+    moved: whether the joint moves about this axis; else this is what constraints leave of a turn that the
+        joint forbids, and `a` that angle of the joint which moves most.
+    bias_deg: constant part.
+    slope: of the angle, "1". curve_deg: at one radian from the centre. lead_s: by how much the estimate is
+        ahead of the truth; negative where it lags.
+    slow_deg, fast_deg, quick_deg: sd. slow_s, fast_s, quick_s: time constants; of the first two 0, with an
+        sd of 0, where there is no such part.
+    smooth: whether the slow part has a derivative.
+    speed_s: above; 0 where the rate makes no difference.
+    angle_deg: least and greatest angle from the centre.
+    rate_deg_s: greatest rate.
+    """
+
+    name: str
+    moved: bool = True
+    bias_deg: float = 0.0
+    slope: float = 0.0
+    curve_deg: float = 0.0
+    lead_s: float = 0.0
+    slow_deg: float = 0.0
+    slow_s: float = 0.0
+    smooth: bool = False
+    fast_deg: float = 0.0
+    fast_s: float = 0.0
+    quick_deg: float = 0.0
+    quick_s: float = 0.0
+    speed_s: float = 0.0
+    angle_deg: tuple[float, float] = (-180.0, 180.0)
+    rate_deg_s: float = 2000.0
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            value = getattr(self, each.name)
+            numbers = value if isinstance(value, tuple) else (value,)
+            if each.name not in _NO_NUMBERS and not all(math.isfinite(number) for number in numbers):
+                raise InputError(each.name, f"{value}", "finite numbers")
+        for name in _NOT_NEGATIVE:
+            if getattr(self, name) < 0.0:
+                raise InputError(name, f"{getattr(self, name)}", "zero or more")
+        for sd, time in _COMPONENTS:
+            if getattr(self, sd) > 0.0 and not getattr(self, time) > 0.0:
+                raise InputError(time, f"{getattr(self, time)} with a {sd} of {getattr(self, sd)}", "above 0")
+        if not self.angle_deg[0] <= 0.0 <= self.angle_deg[1]:
+            raise InputError("angle_deg", f"{self.angle_deg}", "a least angle up to 0, a greatest from 0 on")
+
+    def row(self) -> Array:
+        """As a row of numbers, rad and s, where `fesloop.tracker_error.error_steps` looks for them."""
+        bias, curve, slow, fast, quick, low, high, rate = np.radians([
+            self.bias_deg, self.curve_deg, self.slow_deg, self.fast_deg, self.quick_deg, *self.angle_deg,
+            self.rate_deg_s])
+        return np.array([bias, self.slope, curve, self.lead_s, slow, self.slow_s, fast, self.fast_s, quick,
+                         self.quick_s, self.speed_s, low, high, rate, float(self.smooth)])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ErrorProcess:
+    """Errors of the angles that a tracker tells, and the age and loss of its messages.
+
+    Attributes
+    ----------
+    series: one an angle.
+    correlation: (series, series), of what drives them; empty: independent.
+    age_ms: from capture to estimate, at least. jitter: what comes on top of it.
+    loss: share of the estimates that never come. burst_messages: mean number lost in a row; 0: each by
+        itself.
+    source: of which recording and tracker.
+    """
+
+    series: tuple[ErrorSeries, ...]
+    correlation: tuple[tuple[float, ...], ...] = ()
+    age_ms: float = 0.0
+    jitter: Duration = field(default=ZERO)
+    loss: float = 0.0
+    burst_messages: float = 0.0
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        names = [each.name for each in self.series]
+        if not names or len(set(names)) < len(names):
+            raise InputError("series", f"{', '.join(names) or 'none'}", "one or more, each name once")
+        matrix = np.array(self.correlation or np.eye(len(names)))
+        if matrix.shape != (len(names),) * 2 or not _is_correlation(matrix):
+            raise InputError("correlation", f"is no correlation of {len(names)} series",
+                             "symmetric, ones on the diagonal, no negative eigenvalue")
+        if not (math.isfinite(self.age_ms) and self.age_ms >= 0.0):
+            raise InputError("age_ms", f"{self.age_ms}", "0 or more ms")
+        if not 0.0 <= self.loss < 1.0:
+            raise InputError("loss", f"{self.loss}", "a share in [0, 1)")
+        if not (self.burst_messages == 0.0 or self.burst_messages >= least_burst(self.loss)):
+            raise InputError("burst_messages", f"{self.burst_messages}",
+                             f"{least_burst(self.loss):g} or more with this loss, or 0")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the series."""
+        return tuple(each.name for each in self.series)
+
+    def number(self, name: str) -> int:
+        """Of a series. Raises InputError for a name that is not among them."""
+        if name not in self.names:
+            raise InputError("like", f"there is no series {name!r}", ", ".join(self.names),
+                             did_you_mean(name, self.names))
+        return self.names.index(name)
+
+    def usual(self) -> tuple[str, ...]:
+        """Names of the series to lay onto joints where nobody says which.
+
+        Those of hinges, pairs of segments that move about one axis alone; else of all axes that are moved
+        about; else all.
+        """
+        moved = [each.name for each in self.series if each.moved]
+        pairs = [name.rpartition(".")[0] for name in moved]
+        hinges = [name for name, pair in zip(moved, pairs, strict=True) if pair and pairs.count(pair) == 1]
+        return tuple(hinges or moved or self.names)
+
+    def matrix(self) -> Array:
+        """The correlation, (series, series)."""
+        return np.array(self.correlation or np.eye(len(self.series)), dtype=np.float64)
+
+    def save(self, path: Path) -> None:
+        """Write the file. Raises InputError where it cannot be written."""
+        from fesloop.experiment.schema import plain
+
+        table: dict[str, Any] = _rounded(plain(self))
+        table["correlation"] = np.round(table["correlation"], 3).tolist()
+        series = {each.pop("name"): each for each in table.pop("series")}
+        try:
+            path.write_text(toml_text({"format": FORMAT, **table, "series": series}), encoding="utf-8")
+        except OSError as fault:
+            raise InputError(str(path), f"cannot be written: {fault.strerror}", "a file") from None
+
+
+def error_process_table(path: Path) -> dict[str, Any]:
+    """The tables of a file as those of an ErrorProcess.
+
+    Raises InputError for what is no such file; what stands in the tables is checked where they are used.
+    """
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as fault:
+        raise InputError(str(path), f"cannot be read: {fault.strerror}", _MADE_BY) from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as fault:
+        raise InputError(str(path), f"is not TOML: {fault}", _MADE_BY) from None
+    if table.pop("format", None) != FORMAT or not isinstance(table.get("series"), dict):
+        raise InputError(f"{path}: format", "is not that of an error process", repr(FORMAT),
+                         "run fesloop fit-error")
+    table["series"] = [{"name": name, **each} if isinstance(each, dict) else each
+                       for name, each in table["series"].items()]
+    return table
+
+
+def _rounded(value: Any) -> Any:
+    """Numbers to six digits, more than any recording tells."""
+    if isinstance(value, dict):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_rounded(item) for item in value]
+    return float(f"{value:.6g}") if isinstance(value, float) else value
+
+
+def _is_correlation(matrix: Array) -> bool:
+    symmetric = np.allclose(matrix, matrix.T, atol=1e-9) and np.allclose(np.diag(matrix), 1.0, atol=1e-9)
+    return bool(symmetric and np.linalg.eigvalsh(matrix).min() > -_ROUNDING * len(matrix))
