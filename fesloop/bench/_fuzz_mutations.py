@@ -100,11 +100,10 @@ def spoil_text(content: bytes, chance: random.Random) -> bytes:
         elif action == 3:
             lines[at] = lines[at][:chance.randrange(len(lines[at]) + 1)]
         else:
-            words = list(_TOKEN.finditer(text)) or [re.match("", text)]
-            word = chance.choice(words)
-            assert word is not None
-            new = chance.choice(_WORDS) if action == 4 else chance.choice(words).group()  # type: ignore[union-attr]
-            text = text[:word.start()] + new + text[word.end():]
+            words = [match.span() for match in _TOKEN.finditer(text)] or [(0, 0)]
+            start, stop = chance.choice(words)
+            new = chance.choice(_WORDS) if action == 4 else text[slice(*chance.choice(words))]
+            text = text[:start] + new + text[stop:]
             continue
         text = "\n".join(lines)
     return text.encode("utf-8", "surrogatepass")

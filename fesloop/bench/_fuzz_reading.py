@@ -88,7 +88,7 @@ def _load() -> None:
 def _in_a_child(reader: str, folder: Path, name: str) -> dict[str, Any]:
     began = time.monotonic()
     tell, told = os.pipe()
-    base = _memory("VmRSS")
+    base = _memory("RssAnon")
     child = os.fork()
     if child == 0:
         os.close(tell)
@@ -158,7 +158,7 @@ def _watched(allowed: tuple[Path, ...]) -> Iterator[list[str]]:
         if not watching[0] or event not in _WRITING or not isinstance(args[0], (str, bytes, os.PathLike)):
             return
         reads = event == "open" and not args[2] & (os.O_WRONLY | os.O_RDWR | os.O_CREAT)
-        in_open_folder = event != "open" and args[-1] != -1 and not os.path.isabs(args[0])
+        in_open_folder = event != "open" and args[-1] != -1 and not os.fsdecode(args[0]).startswith("/")
         if reads or in_open_folder:  # rmtree goes from folder to folder by descriptors
             return
         path = os.path.realpath(os.fsdecode(args[0]))

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import io
 import json
+import random
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from fesloop.bench import _fuzz_mutations as spoil
 from fesloop.experiment.parse import load
@@ -19,7 +22,8 @@ from fesloop.streams.export import xdf_chunks
 from fesloop.streams.files import open_recording
 from fesloop.streams.motion_file import write_motion_file
 
-Spoiler = Callable[[bytes, spoil.random.Random], bytes]
+Array = NDArray[np.float64]
+Spoiler = Callable[[bytes, random.Random], bytes]
 _SAMPLES, _RATE = 60, 100
 _LABELS = [f"hand_{kind}_{axis}" for kind in ("gyr", "acc", "mag") for axis in "xyz"]
 _UNITS = ["rad/s"] * 3 + ["m/s^2"] * 3 + ["T"] * 3
@@ -81,31 +85,32 @@ def make_seeds(folder: Path) -> dict[str, Seed]:
     return made | ({"fmu": Seed({"plant.fmu": fmu}, "fmu", {"": archive})} if fmu else {})
 
 
-def _wave(low: float, high: float) -> np.ndarray:
-    return np.linspace(low, high, 3 * _SAMPLES).reshape(_SAMPLES, 3)
+def _wave(middle: tuple[float, float, float], height: float) -> Array:
+    return np.asarray(middle + np.linspace(-height, height, 3 * _SAMPLES).reshape(_SAMPLES, 3))
 
 
-def _gyr() -> np.ndarray:
-    return _wave(-1.0, 1.0)
+def _gyr() -> Array:
+    return _wave((0.0, 0.0, 0.0), 1.0)
 
 
-def _acc() -> np.ndarray:
-    return np.array([0.0, 0.0, 9.81]) + _wave(-0.1, 0.1)
+def _acc() -> Array:
+    return _wave((0.0, 0.0, 9.81), 0.1)
 
 
-def _mag() -> np.ndarray:
-    return 1e-6 * (np.array([0.0, 20.0, -40.0]) + _wave(-1.0, 1.0))
+def _mag() -> Array:
+    return 1e-6 * _wave((0.0, 20.0, -40.0), 1.0)
 
 
-def _table() -> np.ndarray:
+def _table() -> Array:
     return np.hstack([_gyr(), _acc(), _mag()])
 
 
 def _xdf() -> bytes:
-    channels = [("channel", [("label", label), ("unit", unit)])
-                for label, unit in zip(_LABELS, _UNITS, strict=True)]
-    header = [("name", "imu"), ("type", "IMU"), ("channel_count", "9"), ("nominal_srate", str(_RATE)),
-              ("channel_format", "double64"), ("desc", [("channels", channels)])]
+    channels: xdf_chunks.Xml = [("channel", [("label", label), ("unit", unit)])
+                                for label, unit in zip(_LABELS, _UNITS, strict=True)]
+    header: xdf_chunks.Xml = [
+        ("name", "imu"), ("type", "IMU"), ("channel_count", "9"), ("nominal_srate", str(_RATE)),
+        ("channel_format", "double64"), ("desc", [("channels", channels)])]
     times = 10.0 + np.arange(_SAMPLES) / _RATE
     parts = [xdf_chunks.MAGIC, xdf_chunks.file_header([("version", "1.0")]),
              xdf_chunks.stream_header(1, header)]
@@ -137,9 +142,9 @@ def _bids() -> dict[str, bytes]:
 def _mat5(content: dict[str, object], compressed: bool) -> bytes:
     from scipy.io import savemat
 
-    made = io.BytesIO()
+    made: Any = io.BytesIO()
     savemat(made, content, do_compression=compressed)
-    return made.getvalue()
+    return bytes(made.getvalue())
 
 
 def _mat73(folder: Path, content: dict[str, object]) -> bytes:

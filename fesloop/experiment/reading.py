@@ -206,7 +206,8 @@ class Recording:
         """Everything out of the ordinary, in the order in which it happened."""
         texts = ("where", "status", "detail")
         return [Event(int(row["trial"]), int(row["time_ns"]),
-                      *(row[name].decode(errors="replace") for name in texts)) for row in self._values("events")]
+                      *(row[name].decode(errors="replace") for name in texts))
+                for row in self._values("events")]
 
     @property
     def messages(self) -> list[dict[str, dict[str, int]]]:
