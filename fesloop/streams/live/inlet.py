@@ -31,6 +31,9 @@ from fesloop.streams.live.stand_in import InletStandIn
 
 _UNITS = {"gyr": "rad/s", "acc": "m/s^2", "mag": "T"}
 _UNDECLARED = Declared()
+_RATE_AGREES = 0.01
+"""By how much the stated rate may differ from the nominal one, relatively (chosen: clocks of sensors are
+better, and a tracker that counts samples does not notice)."""
 
 
 @dataclass(slots=True, eq=False)
@@ -70,7 +73,7 @@ class LslInlet:
 
     While nothing arrives it ticks every `silent_ms` all the same, so that whatever is on its clock, such as a
     safety block, still acts: the outputs are then NaN, and the capture is that of the last sample, which
-    grows older. So it is with samples that are nothing but NaN.
+    grows older. So it is with samples that are nothing but NaN, and while they come at a wrong rate.
 
     Statuses: `stream_silent`, `stream_back`; `stream_lost` (its sender is gone), `stream_found`,
     `stream_differs`; `stamp_behind`, `stamp_repeated`, `stamp_ahead`, `clock_reset`, `samples_missing`,
@@ -154,6 +157,7 @@ class LslInlet:
         """Find and open the stream; raises InputError where there is none, or it does not fit."""
         source = LslSource(self.wanted, find(self.wanted))
         try:
+            self._require_rate(source.info.nominal_srate())
             picked = self._pick(source.info)
             check_first_samples(source, dict(zip(self.kinds, picked, strict=False)), str(self.wanted),
                                 by_sender=self.stamps == "sender")
@@ -163,6 +167,12 @@ class LslInlet:
         reader = StreamReader(source, self.clock.shortest_ns, by_sender=self.stamps == "sender")
         reader.start()
         return InletState(reader, picked)
+
+    def _require_rate(self, stated_hz: float) -> None:
+        """Raise InputError where the stream states another rate; 0 states none."""
+        if stated_hz > 0.0 and abs(stated_hz * self.clock.period_s - 1.0) > _RATE_AGREES:
+            raise InputError(str(self.wanted), f"states a rate of {stated_hz:g} Hz",
+                             f"nominal_rate = {self.nominal_rate!r}", f'say nominal_rate = "{stated_hz:g}"')
 
     def _pick(self, info: Any) -> tuple[Picked, ...]:
         channels, count, where = channels_of(info), info.channel_count(), str(self.wanted)

@@ -56,7 +56,7 @@ class StreamReader:
     def __init__(self, source: Source, period_ns: int, *, by_sender: bool = True,
                  clock: Callable[[], int] = time.monotonic_ns) -> None:
         self._source, self._by_sender, self._clock = source, by_sender, clock
-        self._stamps, self._rate = CaptureStamps(period_ns), RateWatch(period_ns)
+        self._stamps, self._rate = CaptureStamps(period_ns), RateWatch(period_ns, by_sender=by_sender)
         self._samples: deque[Heard] = deque()
         self._notes: deque[Note] = deque()
         self._told: dict[str, tuple[int, int]] = {}
@@ -76,6 +76,8 @@ class StreamReader:
         self._notes.clear()
         self._told.clear()
         self._bell = present.bell
+        if self._rate.changed:
+            self._notes.append(Note(present.origin_ns, "rate_changed", "samples come at a wrong rate"))
 
     def now_ns(self) -> int:
         """By the wall clock."""
@@ -100,7 +102,10 @@ class StreamReader:
         return taken
 
     def hear(self, values: NDArray[np.float64], stamp_ns: int, arrived_ns: int) -> None:
-        """Take in a sample with its sender's stamp by our clock; the thread calls this."""
+        """Take in a sample with its sender's stamp by our clock; the thread calls this.
+
+        While samples come at a wrong rate none is handed on: filters behind would count time wrongly.
+        """
         verdict = self._stamps.judge(stamp_ns if self._by_sender else arrived_ns, arrived_ns)
         if verdict.status:
             self._tell(arrived_ns, verdict.status, verdict.detail)
@@ -109,6 +114,8 @@ class StreamReader:
         rate = self._rate.note(verdict.captured_ns)
         if rate[0]:
             self._tell(arrived_ns, *rate)
+        if self._rate.changed:
+            return
         if len(self._samples) >= _BACKLOG:
             self._samples.popleft()
             self._tell(arrived_ns, "overrun", f"the loop is {_BACKLOG} samples behind: old ones are left out")

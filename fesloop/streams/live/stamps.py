@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections import deque
-from statistics import median
+from collections.abc import Callable
+from statistics import fmean, median
 from typing import NamedTuple
 
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
@@ -16,7 +16,9 @@ PATIENCE_NS = NS_PER_S
 """For how long stamps that cannot be believed must go on evenly before they count as a clock set anew
 (chosen: longer than a stall of a sender)."""
 _MISSING_PERIODS = 2.5
-_RATE_SAMPLES, _RATE_TOLERANCE = 25, 0.2
+_RATE_SAMPLES, _ARRIVALS, _RATE_TOLERANCE = 10, 100, 0.2
+"""Samples that a rate is judged by, with senders' stamps and without, and what may be wrong with it: filters
+count time in samples (chosen)."""
 
 
 class Verdict(NamedTuple):
@@ -103,26 +105,36 @@ class CaptureStamps:
 class RateWatch:
     """Tells when samples come at another rate than they should.
 
+    Stamps of a sender are judged by the median of ten distances, as it does not mind a lost sample. Arrivals
+    may come in bursts: of them the mean of a hundred counts.
+
     Parameters
     ----------
     period_ns: nominal distance of samples.
+    by_sender: whether stamps are the sender's.
+
+    Attributes
+    ----------
+    changed: whether the rate is wrong now.
     """
 
-    __slots__ = ("_before_ns", "_steps", "changed", "period_ns")
+    __slots__ = ("_average", "_before_ns", "_count", "_steps", "changed", "period_ns")
 
-    def __init__(self, period_ns: int) -> None:
+    def __init__(self, period_ns: int, *, by_sender: bool = True) -> None:
         self.period_ns, self.changed = period_ns, False
+        self._average: Callable[[list[int]], float] = median if by_sender else fmean
+        self._count = _RATE_SAMPLES if by_sender else _ARRIVALS
         self._before_ns = NEVER
-        self._steps: deque[int] = deque(maxlen=_RATE_SAMPLES)
+        self._steps: list[int] = []
 
     def note(self, captured_ns: int) -> tuple[str, str]:
         """(status, detail) where the rate has begun to be wrong or to be right again; usually empty."""
         if self._before_ns >= 0:
             self._steps.append(captured_ns - self._before_ns)
         self._before_ns = captured_ns
-        if len(self._steps) < _RATE_SAMPLES:
+        if len(self._steps) < self._count:
             return "", ""
-        usual = median(self._steps)
+        usual = self._average(self._steps)
         self._steps.clear()
         changed = abs(usual / self.period_ns - 1.0) > _RATE_TOLERANCE
         if changed == self.changed:

@@ -115,6 +115,9 @@ def test_a_stream_that_does_not_fit_is_refused_by_name(name):
         other = LslInlet(stream="elsewhere", sensors=2, timeout_s=0.6)
         with pytest.raises(InputError) as absent:
             other.init(Context("sensors", clock=other.clock))
+        slow = LslInlet(stream=name, sensors=2, nominal_rate="60")
+        with pytest.raises(InputError, match=r'states a rate of 100 Hz.*say nominal_rate = "100"'):
+            slow.init(Context("sensors", clock=slow.clock))
     assert name in str(absent.value)
     assert "18 channels, 100 Hz" in str(absent.value)
 

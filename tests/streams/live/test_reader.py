@@ -133,6 +133,24 @@ def test_a_sample_of_nothing_is_no_capture():
     assert statuses == [set(), {"empty_sample"}, {"infinite"}, set()]
 
 
+def test_samples_at_a_wrong_rate_are_not_handed_on():
+    now = Now()
+    reader = sound_reader(now)
+    reader.attach(present(ORIGIN))
+    steps = [PERIOD] * 50 + [2 * PERIOD] * 50 + [PERIOD] * 50
+    for k, step in enumerate(steps):
+        now.now_ns += step
+        reader.hear(np.full(6, float(k)), now.now_ns, now.now_ns)
+    taken = []
+    while (sample := reader.take()) is not None:
+        taken.append(int(sample.values[0]))
+    missing = sorted(set(range(150)) - set(taken))
+    assert missing == list(range(missing[0], missing[-1] + 1))
+    assert 50 < missing[0] <= 70
+    assert 100 < missing[-1] <= 120
+    assert [note.status for note in reader.notes()] == ["rate_changed", "rate_restored"]
+
+
 def test_the_thread_finds_a_lost_stream_again():
     now = ORIGIN
     plan = [pulled(now + 1, 0.0), StreamLost(), pulled(now + PERIOD, 1.0)]

@@ -110,3 +110,17 @@ def test_a_wrong_rate_is_named():
     watch = RateWatch(PERIOD)
     told = [watch.note(int(stamp)) for stamp in START + 2 * PERIOD * np.arange(60)]
     assert "50 Hz, 100 Hz were said" in next(detail for status, detail in told if status)
+
+
+@given(st.integers(1, 20))
+def test_arrivals_in_bursts_are_no_change_of_rate(burst):
+    watch = RateWatch(PERIOD, by_sender=False)
+    arrivals = [START + (k // burst) * burst * PERIOD + (k % burst) * 50_000 for k in range(400)]
+    assert not any(watch.note(arrived)[0] for arrived in arrivals)
+
+
+@given(st.lists(st.integers(0, 199), max_size=60, unique=True))
+def test_single_losses_are_no_change_of_rate(lost):
+    watch = RateWatch(PERIOD)
+    kept = [k for k in range(200) if k not in lost or k - 1 in lost or k - 2 in lost]
+    assert not any(watch.note(START + k * PERIOD)[0] for k in kept)
