@@ -15,6 +15,8 @@ _STAMPS = {BLOCK: ("index", "time_ns", "left_ns", "oldest_ns", "newest_ns"),
 EVENT = np.dtype([("trial", "<i4"), ("time_ns", "<i8"), ("where", "S64"), ("status", "S32"),
                   ("detail", "S224")])
 
+MESSAGES = np.dtype([("trial", "<i4"), ("wire", "<i4"), ("sent", "<i8"), ("lost", "<i8"), ("late", "<i8")])
+
 
 @dataclass
 class Node:
@@ -46,11 +48,13 @@ def write_run(path, nodes, events=(), parameters=None, name="made_up", killed=Fa
     file.create_dataset("status", data=np.array(b"running" if killed else b"done", "S16"))
     wall = file.create_group("wall")
     wall.attrs["started"] = "2026-11-21T10:00:00+00:00"
+    for kind in _STAMPS:
+        file.create_group(kind)
     for node in nodes:
         _write_node(file, node)
     rows = np.array(list(events), EVENT) if events else np.empty(0, EVENT)
     file.create_dataset("events", data=rows, maxshape=(None,))
-    file.create_dataset("messages", shape=(0,), maxshape=(None,), dtype=np.dtype("<i8"))
+    file.create_dataset("messages", shape=(0,), maxshape=(None,), dtype=MESSAGES)
     if killed:
         file.swmr_mode = True
         file.flush()
@@ -114,9 +118,8 @@ def runs(draw, kinds=(BLOCK, PLANT, INPUT), shapes=SHAPES, units=UNITS, ports=PO
         most = 1 if kind == INPUT else 3
         chosen = draw(st.lists(ports, min_size=1, max_size=most, unique=True))
         node = Node(name, kind, {port: (draw(units), draw(shapes)) for port in chosen})
-        for trial in range(trials):
-            last = trial == trials - 1 and name == names[0]  # a trial is begun once something is recorded
-            rows = draw(st.integers(1 if last else 0, 40))
+        for _ in range(trials):
+            rows = draw(st.integers(1 if name == names[0] else 0, 40))  # every trial has some row
             instants = np.cumsum(rng.integers(1, 10**rng.integers(1, 12), rows))
             stamps = {key: instants - rng.integers(0, 10**6, rows) for key in _STAMPS[kind][-2:]
                       if key != "time_ns"}

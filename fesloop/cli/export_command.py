@@ -14,8 +14,8 @@ def execute(args: Namespace) -> int:
     signals = None
     if args.signals is not None:
         signals = [name.strip() for name in args.signals.split(",") if name.strip()]
-    with progress_bar(f"export {args.recording}"):
-        exported = export(args.recording, args.format, args.out, args.trial, signals)
+    with progress_bar(f"export {args.recording}") as bar:
+        exported = export(args.recording, args.format, args.out, args.trial, signals, bar)
     for note in exported.notes:
         print(f"fesloop: {note}", file=sys.stderr)
     if args.json:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -36,7 +36,8 @@ class Exported:
 
 
 def export(run: str | Path, format: str, out: str | Path | None = None, trial: int | None = None,
-           signals: Sequence[str] | None = None) -> Exported:
+           signals: Sequence[str] | None = None,
+           progress: Callable[[float], object] = lambda fraction: None) -> Exported:
     """Write a recording's signals in another format.
 
     Parameters
@@ -47,6 +48,7 @@ def export(run: str | Path, format: str, out: str | Path | None = None, trial: i
         is exports/RUN-FORMAT.
     trial: counted from 0; None for all, a file each (a run each in Motion-BIDS).
     signals: names such as "tracker.angles"; None for all that the format is for.
+    progress: is told the fraction that is written.
 
     Raises InputError for a recording, trial, signal or target that cannot be used, and RunError where the
     disk is full; then nothing is left of the export.
@@ -55,7 +57,7 @@ def export(run: str | Path, format: str, out: str | Path | None = None, trial: i
         raise InputError("--format", f"{format!r}", ", ".join(FORMATS), did_you_mean(format, FORMATS))
     writer = FORMATS[format]
     with Recording(run) as recording:
-        selection = select(recording, trial, signals, writer.wanted, _TAKES.get(format, "signal"))
+        selection = select(recording, trial, signals, writer.wanted, _TAKES.get(format, "signal"), progress)
         target = Path(out) if out else Path("exports") / f"{file_name(recording.path.stem)}-{format}"
         single = format not in _FOLDERS and target.suffix.lower() == f".{format}"
         count = len(selection.trials) * (len(selection.signals) if format in ("mot", "sto") else 1)

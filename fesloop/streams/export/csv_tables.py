@@ -47,7 +47,7 @@ def _write_table(selection: Selection, table: SignalTable, stem: Path) -> None:
     every = [*STAMPS, *(name for of_signal in names.values() for name in of_signal)]
     with stem.with_name(f"{stem.name}.csv").open("w", encoding="utf-8", newline="\n") as file:
         file.write(",".join(every) + "\n")
-        for piece in table.pieces():
+        for piece in selection.pieces(table):
             file.write(lines(_stamps(piece), numbers(side_by_side(piece), MISSING), ","))
     if sensors := _sensors(selection, names):
         layout = {**_clock(table), **sensors}

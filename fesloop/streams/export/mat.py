@@ -44,7 +44,7 @@ def write(selection: Selection, folder: Path) -> list[str]:
             mat.write(file, _run(selection, trial), "run")
             _write_events(file, selection, trial)
             for table, structures in tables:
-                _write_table(file, table, structures)
+                _write_table(file, selection, table, structures)
     return []
 
 
@@ -88,13 +88,14 @@ def _structure(selection: Selection, table: SignalTable, signal: TableSignal) ->
     return mat.Struct(fields)
 
 
-def _write_table(file: BinaryIO, table: SignalTable, structures: _Structures) -> None:
+def _write_table(file: BinaryIO, selection: Selection, table: SignalTable,
+                 structures: _Structures) -> None:
     """The variables of a table: their frames, then their values, piece by piece."""
     places: dict[int, int] = {}
     for name, structure in structures.items():
         places |= mat.write(file, structure, name)
     end, first = file.tell(), 0
-    for piece in table.pieces():
+    for piece in selection.pieces(table):
         stamps = (piece.indices, piece.times_ns, piece.left_ns, piece.oldest_ns, piece.newest_ns)
         for structure, values in zip(structures.values(), piece.values, strict=True):
             columns = {"values": values, "time": piece.times_ns / NS_PER_S,

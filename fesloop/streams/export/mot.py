@@ -44,7 +44,8 @@ def write(selection: Selection, folder: Path) -> list[str]:
         columns = opensim.labels([channel.point for channel in selection.channels(signal)])
         header = (signal.name, "version=1", f"nRows={table.count}", f"nColumns={len(columns) + 1}",
                   "inDegrees=yes", "")
-        rows = ((piece, numbers(_degrees(piece.values[0]), opensim.NO_NUMBER)) for piece in table.pieces())
+        rows = ((piece, numbers(_degrees(piece.values[0]), opensim.NO_NUMBER))
+                for piece in selection.pieces(table))
         opensim.write_file(folder / f"{name}.mot", header, columns, table, rows)
         notes += opensim.uneven(table, signal.name)
     return notes

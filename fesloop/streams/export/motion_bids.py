@@ -65,7 +65,7 @@ def _write_system(selection: Selection, table: SignalTable, task: str, system: s
     _write_json(stem.with_name(f"{stem.name}_motion.json"),
                 sidecars.motion(selection, table, task, system, described))
     with stem.with_name(f"{stem.name}_motion.tsv").open("w", encoding="utf-8", newline="\n") as file:
-        for piece in table.pieces():
+        for piece in selection.pieces(table):
             file.write(lines(_stamps(piece), numbers(side_by_side(piece), NO_VALUE), "\t"))
 
 

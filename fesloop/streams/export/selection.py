@@ -3,14 +3,34 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.reading import Event, Recording
-from fesloop.experiment.signal_table import SignalTable, TableSignal
+from fesloop.experiment.signal_table import Piece, SignalTable, TableSignal
 from fesloop.streams.export.channels import Channel, channels
+
+
+@dataclass(slots=True)
+class Progress:
+    """How far an export has come; `tell` is told the fraction.
+
+    Attributes
+    ----------
+    rows: how many there are, those of each signal of a trial counted.
+    done: how many of them are written.
+    """
+
+    tell: Callable[[float], object]
+    rows: int
+    done: int = 0
+
+    def note(self, rows: int) -> None:
+        """So many rows have been written."""
+        self.done += rows
+        self.tell(self.done / self.rows)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,15 +42,23 @@ class Selection:
     recording: open for reading.
     trials: counted from 0.
     signals: names.
+    progress: is kept up to date by `pieces`.
     """
 
     recording: Recording
     trials: tuple[int, ...]
     signals: tuple[str, ...]
+    progress: Progress
 
     def tables(self, trial: int) -> list[SignalTable]:
         """The chosen signals of a trial, node by node."""
         return self.recording.tables(self.signals, trial)
+
+    def pieces(self, table: SignalTable) -> Iterator[Piece]:
+        """Rows of a table, piece by piece."""
+        for piece in table.pieces():
+            yield piece
+            self.progress.note(len(piece.times_ns) * len(table.signals))
 
     def block(self, signal: TableSignal) -> dict[str, Any]:
         """Parameters of a signal's node."""
@@ -56,7 +84,7 @@ class Selection:
 
 
 def select(recording: Recording, trial: int | None, signals: Sequence[str] | None,
-           wanted: Callable[[TableSignal], bool], what: str) -> Selection:
+           wanted: Callable[[TableSignal], bool], what: str, tell: Callable[[float], object]) -> Selection:
     """The selection that a user asks for, or all that a format is for.
 
     Parameters
@@ -65,6 +93,7 @@ def select(recording: Recording, trial: int | None, signals: Sequence[str] | Non
     signals: names; None for all outputs and plant inputs that are `wanted`.
     wanted: whether a format takes a signal where none is named.
     what: the format takes, in a fault where there is none.
+    tell: is told the fraction that is written.
 
     Raises InputError for trials and signals that the recording does not have, and for one without any.
     """
@@ -77,13 +106,20 @@ def select(recording: Recording, trial: int | None, signals: Sequence[str] | Non
     known = recording.signals + recording.inputs
     if signals is not None:
         _require_known(signals, known)
-        return Selection(recording, trials, tuple(dict.fromkeys(signals)))
+        return _selection(recording, trials, tuple(dict.fromkeys(signals)), tell)
     chosen = tuple(signal.name for table in recording.tables(known, trials[0])
                    for signal in table.signals if wanted(signal))
     if not chosen:
         raise InputError(where, f"records no {what}", "such a signal, or --signals",
                          f"recorded are {', '.join(known) or 'none'}")
-    return Selection(recording, trials, chosen)
+    return _selection(recording, trials, chosen, tell)
+
+
+def _selection(recording: Recording, trials: tuple[int, ...], signals: tuple[str, ...],
+               tell: Callable[[float], object]) -> Selection:
+    rows = sum(table.count * len(table.signals) for trial in trials
+               for table in recording.tables(signals, trial))
+    return Selection(recording, trials, signals, Progress(tell, rows))
 
 
 def _require_known(signals: Sequence[str], known: Sequence[str]) -> None:

@@ -46,13 +46,13 @@ def write(selection: Selection, folder: Path) -> list[str]:
         columns = [f"{label}_imu" for label in opensim.labels([point or signal.port for point in points])]
         header = (f"DataRate={rate_of_stamps(table.times_ns()).hertz:.6f}", "DataType=Quaternion",
                   "version=3", f"OpenSimVersion={_VERSION}")
-        opensim.write_file(folder / f"{name}.sto", header, columns, table, _rows(table))
+        opensim.write_file(folder / f"{name}.sto", header, columns, table, _rows(selection, table))
         notes += opensim.uneven(table, signal.name)
     return notes
 
 
-def _rows(table: SignalTable) -> Iterator[tuple[Piece, Iterator[list[str]]]]:
+def _rows(selection: Selection, table: SignalTable) -> Iterator[tuple[Piece, Iterator[list[str]]]]:
     """Pieces and their rows, a quaternion a cell."""
-    for piece in table.pieces():
+    for piece in selection.pieces(table):
         yield piece, ([",".join(row[first:first + 4]) for first in range(0, len(row), 4)]
                       for row in numbers(piece.values[0], opensim.NO_NUMBER))

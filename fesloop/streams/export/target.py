@@ -18,7 +18,7 @@ def published(target: Path, single: bool) -> Iterator[Path]:
     """A folder to write into, which then is the target; with `single` its one file is. Else nothing is left.
 
     Raises InputError where the target exists or cannot be made, RunError where it cannot be written to the
-    end, as on a full disk, or the recording not be read.
+    end, as on a full disk.
     """
     draft = _draft(target)
     try:
@@ -67,11 +67,8 @@ def _publish(draft: Path, target: Path, single: bool) -> None:
 
 
 def _told(target: Path, fault: OSError) -> RunError:
-    """What went wrong; faults of HDF5 have no number and are those of reading."""
-    if fault.errno is None:
-        reason = str(fault).strip().splitlines() or ["no reason given"]
-        return RunError(f"the recording cannot be read to its end: {reason[0]}; nothing was exported")
+    """What went wrong; a recording that cannot be read says so itself."""
     if fault.errno in (errno.ENOSPC, errno.EDQUOT):
         return RunError(f"--out {target}: the disk is full; make room, or give another folder; "
                         "nothing was exported")
-    return RunError(f"--out {target}: cannot be written: {fault.strerror}; nothing was exported")
+    return RunError(f"--out {target}: cannot be written: {fault.strerror or fault}; nothing was exported")

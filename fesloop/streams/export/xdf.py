@@ -118,7 +118,7 @@ def _write_trial(writer: _Writer) -> None:
     tables = selection.tables(trial)
     streams = {id(table): _streams(writer, table) for table in tables}
     events = writer.add("events", "Markers", 0.0, "string", [[("label", "where: status: detail")]])
-    ordered = heapq.merge(*(_dated(table) for table in tables), key=lambda dated: dated[0])
+    ordered = heapq.merge(*(_dated(selection, table) for table in tables), key=lambda dated: dated[0])
     for _, table, piece in ordered:
         times = piece.times_ns / NS_PER_S
         *of_signals, of_stamps = streams[id(table)]
@@ -131,9 +131,9 @@ def _write_trial(writer: _Writer) -> None:
     writer.finish()
 
 
-def _dated(table: SignalTable) -> Iterator[tuple[int, SignalTable, Piece]]:
+def _dated(selection: Selection, table: SignalTable) -> Iterator[tuple[int, SignalTable, Piece]]:
     """Pieces behind the instants at which they begin, by which those of all tables are interleaved."""
-    return ((int(piece.times_ns[0]), table, piece) for piece in table.pieces())
+    return ((int(piece.times_ns[0]), table, piece) for piece in selection.pieces(table))
 
 
 def _streams(writer: _Writer, table: SignalTable) -> list[_Stream]:

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import tracemalloc
 from pathlib import Path
 
 import h5py
@@ -15,6 +16,7 @@ import fesloop
 from fesloop import InputError, Recording
 from fesloop.cli import main
 from fesloop.errors import RunError
+from fesloop.experiment import reading, signal_table
 from fesloop.streams.export import FORMATS, export
 
 SMALL = Path(__file__).parents[2] / "experiment" / "small.toml"
@@ -161,6 +163,7 @@ def test_a_recording_whose_rows_are_damaged_says_so(tmp_path):
 
 ON_A_SMALL_DISK = """
 import sys
+import tracemalloc
 from pathlib import Path
 from fesloop.errors import FesloopError
 from fesloop.streams.export import FORMATS, export
@@ -215,3 +218,24 @@ def test_the_command_prints_what_it_wrote(run, tmp_path, capsys):
     assert main(["export", str(run), "--format", "mot", "--signals", "finger.drive",
                  "--out", str(tmp_path / "b")]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_a_longer_run_takes_no_more_memory_and_progress_is_told(kind, tmp_path, monkeypatch):
+    monkeypatch.setattr(signal_table, "_PIECE_BYTES", 2**16)
+    monkeypatch.setattr(reading, "_KEPT_BYTES", 0)
+    peaks = []
+    for number, rows in enumerate((10, 500, 1500)):
+        node = Node("n", BLOCK, {"angles": ("rad", (60,)), "orientation": ("1", (15, 4))})
+        rng = np.random.default_rng(9)
+        node.add(times(rows), {"angles": rng.normal(size=(rows, 60)),
+                               "orientation": rng.normal(size=(rows, 15, 4))})
+        recorded = write_run(tmp_path / f"{number}.h5", [node])
+        fractions = []
+        tracemalloc.start()
+        export(recorded, kind, tmp_path / f"{number}", progress=fractions.append)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        assert fractions == sorted(fractions)
+        assert fractions[-1] == 1.0
+    assert peaks[2] < 1.2 * peaks[1]
