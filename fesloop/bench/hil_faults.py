@@ -107,7 +107,7 @@ def _row(fault: Fault, outcomes: Sequence[Outcome]) -> dict[str, Any]:
             "count": count,
             "stated_held": f"{int((micros <= stated).sum())} of {count}",
             "recording_readable": f"{sum(np.isfinite(outcome.lost_s) for outcome in outcomes)} of {count}",
-            "lost_s": max(outcome.lost_s for outcome in outcomes), "cause": fault.cause,
+            "lost_s": float(max(outcome.lost_s for outcome in outcomes)), "cause": fault.cause,
             "cause_named": f"{sum(outcome.named for outcome in outcomes)} of {count}"}
 
 

@@ -6,7 +6,8 @@ process (`plants.devices.keeper`), which alone holds the device, and is called t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import ClassVar, Protocol
 
 from plants.stimulator_devices import Preset
@@ -83,6 +84,17 @@ class StimulatorDriver(Protocol):
 
     def close(self) -> None:
         """Let the device go, whatever state it is in; raises nothing."""
+
+
+@contextmanager
+def driver_faults() -> Iterator[None]:
+    """Whatever a driver raises is a fault of the device's."""
+    try:
+        yield
+    except DeviceFault:
+        raise
+    except Exception as fault:  # anything else would end the keeper with the device running
+        raise DeviceFault("device_failed", f"{type(fault).__name__}: {fault}") from fault
 
 
 def stated_ms(driver: type[StimulatorDriver], hold_ms: float) -> tuple[float, float]:

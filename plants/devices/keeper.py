@@ -26,14 +26,13 @@ import signal
 import socket
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from importlib import import_module
 from types import FrameType
 from typing import Any
 
 from plants.devices.command_check import wrong_pulses
-from plants.devices.driver import DeviceFault, StimulatorDriver
+from plants.devices.driver import DeviceFault, StimulatorDriver, driver_faults
 from plants.devices.messages import (
     MOST_BYTES,
     Answer,
@@ -143,7 +142,7 @@ class Keeper:
 
     def _give(self, command: Command) -> None:
         try:
-            with _faults():
+            with driver_faults():
                 self._device.give(command.pulses)
         except DeviceFault as fault:
             self._latch(fault.status, fault.detail)
@@ -156,7 +155,7 @@ class Keeper:
             return
         self._attended_ns = now
         try:
-            with _faults():
+            with driver_faults():
                 self._device.attend()
         except DeviceFault as fault:
             self._latch(fault.status, fault.detail)
@@ -170,24 +169,27 @@ class Keeper:
             self._device.close()
 
     def _latch(self, status: str, detail: str) -> None:
-        """Zero current, for good, and tell why; the first cause counts."""
+        """Zero current, for good, and tell why; the first cause counts.
+
+        A big process takes so long to end that it may fall silent first: then its end is told as well.
+        """
         if self._latched:
+            if status == "loop_ended":
+                _say(f"{status}: {detail}")
             return
         self._latched = True
         stopped = self._stop()
         self._tell(note_bytes(status=status, detail=detail, stopped=stopped, at_ns=time.monotonic_ns()))
         known = "" if stopped else (f"; the device has not confirmed it: by itself it stops "
                                     f"{self._device.alone_ms:g} ms after what it heard last")
-        with suppress(OSError):
-            print(f"fesloop: the stimulator is stopped: {status}: {detail}{known}", file=sys.stderr,
-                  flush=True)
+        _say(f"{status}: {detail}{known}")
         self._device.close()
 
     def _stop(self) -> bool:
         """Zero current; whether the device has said so."""
         for _ in range(_STOPS):
             try:
-                with _faults():
+                with driver_faults():
                     self._device.stop()
             except DeviceFault:
                 continue
@@ -200,15 +202,10 @@ class Keeper:
             self._line.send(message, socket.MSG_DONTWAIT)
 
 
-@contextmanager
-def _faults() -> Iterator[None]:
-    """Whatever a driver raises is a fault of the device's."""
-    try:
-        yield
-    except DeviceFault:
-        raise
-    except Exception as fault:  # anything else would end the keeper with the device running
-        raise DeviceFault("device_failed", f"{type(fault).__name__}: {fault}") from fault
+def _say(cause: str) -> None:
+    """To whoever sits in front of the loop, if the loop cannot."""
+    with suppress(OSError):
+        print(f"fesloop: the stimulator is stopped: {cause}", file=sys.stderr, flush=True)
 
 
 def _driver(terms: Terms) -> StimulatorDriver:
@@ -232,7 +229,7 @@ def main(line_file: int) -> None:
     except ProcessLookupError:
         return
     try:
-        with _faults():
+        with driver_faults():
             device = _driver(terms)
             device.open()
     except DeviceFault as fault:

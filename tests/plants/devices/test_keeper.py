@@ -152,6 +152,17 @@ def test_a_loop_that_falls_silent_finds_the_device_latched(tmp_path):
     assert log.rows()[-1][1] == "stop"
 
 
+def test_a_loop_that_falls_silent_and_is_killed_then_has_both_told(tmp_path):
+    log = parts.Log(tmp_path / "dry.log")
+    with parts.loop_process("dry", log.path) as loop:
+        log.wait_for("give")
+        loop.send_signal(signal.SIGSTOP)
+        log.wait_for("stop")
+        loop.kill()
+        _, said = loop.communicate(timeout=10)
+    assert [line.split(": ")[2] for line in said.splitlines()] == ["silence", "loop_ended"]
+
+
 def test_the_keeper_ends_with_its_loop_though_another_process_holds_the_line(tmp_path):
     log = parts.Log(tmp_path / "dry.log")
     script = f"""
