@@ -13,6 +13,9 @@ from fesloop.errors import InputError
 
 ROOM_BYTES = 2**24
 """What stays free on the disk (chosen): chunks are written whole, and the end of a run has to be noted."""
+_CHUNK_CACHE_BYTES = 2**17
+"""Of each dataset: the chunk that rows are added to, and some more. HDF5 keeps up to 8 MB of each by itself,
+which are never looked at again, so that a run would grow for minutes."""
 
 
 def draft_file(folder: Path, name: str) -> tuple[Path, h5py.File]:
@@ -24,7 +27,7 @@ def draft_file(folder: Path, name: str) -> tuple[Path, h5py.File]:
             raise InputError(f"--out {folder}", f"the disk is full, {free / 1e6:.0f} MB are left",
                              f"{ROOM_BYTES / 1e6:.0f} MB or more", "make room, or give another folder")
         folder.mkdir(parents=True, exist_ok=True)
-        return draft, h5py.File(draft, "w", libver="latest")
+        return draft, h5py.File(draft, "w", libver="latest", rdcc_nbytes=_CHUNK_CACHE_BYTES)
     except OSError as fault:
         raise InputError(f"--out {folder}", f"no recording can be made there: {fault.strerror or fault}",
                          "a folder that can be written to") from None
