@@ -76,6 +76,7 @@ def run(seconds: float = _FULL_S, short: bool = False, priority: int = 0,
 
     Raises InputError where there is no recording `body16`, and RunError if the run fails.
     """
+    Pacing(priority=priority)  # refuses one that is none
     source, seconds = _recording(), _SHORT_S if short else seconds
     with TemporaryDirectory() as made:
         folder = Path(made)

@@ -28,32 +28,33 @@ def execute(args: Namespace) -> int:
         raise InputError(f"bench {args.name}", "there is no such bench", ", ".join(names()),
                          did_you_mean(args.name, names()))
     if args.name is not None:
-        results = [_one(args.name, args.short)]
+        results = [_one(args.name, args)]
     else:
-        results = [_one_of_all(name, args.short) for name in names()]
+        results = [_one_of_all(name, args) for name in names()]
     if args.json:
         print_json(results[0] if args.name else {"benches": results})
     return 0
 
 
-def _one_of_all(name: str, short: bool) -> dict[str, Any]:
+def _one_of_all(name: str, args: Namespace) -> dict[str, Any]:
     """A bench, or why it cannot be run here: the others can."""
     try:
-        return _one(name, short)
+        return _one(name, args)
     except InputError as fault:
         print(f"bench {name}: left out: {fault}", file=sys.stderr)
         return {"bench": name, "rows": [], "left_out": str(fault)}
 
 
-def _one(name: str, short: bool) -> dict[str, Any]:
-    """Run a bench, short if it has such a form, and print its rows."""
+def _one(name: str, args: Namespace) -> dict[str, Any]:
+    """Run a bench, with the options that it knows of, and print its rows."""
     with progress_bar(f"bench {name}") as bar:
         bench = import_module(f"fesloop.bench.{name}").run
-        form = {"short": short} if "short" in signature(bench).parameters else {}
-        result: dict[str, Any] = bench(progress=bar, **form)
+        known = signature(bench).parameters
+        options = {option: getattr(args, option) for option in ("short", "priority") if option in known}
+        result: dict[str, Any] = bench(progress=bar, **options)
     rows = [[str(row["case"]), *(_cell(row.get(key)) for key in _COLUMNS)] for row in result["rows"]]
     print_table(f"bench {name}", ("case", *_COLUMNS), rows, sys.stderr)
-    for key in ("max_abs_error", "realtime_factor", "missed", "memory_mb"):
+    for key in ("max_abs_error", "realtime_factor", "missed", "memory_mb", "files", "bad_files"):
         if result.get(key) is not None:
             print(f"{key}: {_cell(result[key])}", file=sys.stderr)
     return result

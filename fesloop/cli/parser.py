@@ -152,6 +152,8 @@ def _add_bench(commands: _Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("bench", help="measure every speed claim, here and now")
     command.add_argument("name", metavar="NAME", nargs="?", help="one bench (default: all)")
     command.add_argument("--short", action="store_true", help="the short form of benches that have one")
+    command.add_argument("--priority", type=int, metavar="N", default=0, help="of benches in real time: "
+                         "as of fesloop run (default: none)")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 
