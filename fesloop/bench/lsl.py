@@ -27,7 +27,7 @@ from fesloop.experiment.trial import run as run_experiment
 from fesloop.streams.live.library import open_library
 
 Array = NDArray[np.float64]
-SECONDS, WARM_UP_S = 12.0, 2.0
+SECONDS, SHORT_S, WARM_UP_S = 60.0, 10.0, 2.0
 """How long the loop runs, and what of it is not counted: caches, and a tracker that finds the posture."""
 _STARTING_S = 120.0
 _MATCH_S = 1e-3
@@ -35,7 +35,8 @@ _MATCH_S = 1e-3
 and then, a sample comes every 10 ms."""
 
 
-def run(seconds: float = SECONDS, progress: Callable[[float], None] | None = None) -> dict[str, Any]:
+def run(short: bool = False, seconds: float | None = None,
+        progress: Callable[[float], None] | None = None) -> dict[str, Any]:
     """Rows for the bare loopback and end to end, us; no rows, with the reason, where liblsl is missing.
 
     `excess_p99_us` is by how much the 99th percentile end to end lies above that of the bare loopback.
@@ -45,6 +46,7 @@ def run(seconds: float = SECONDS, progress: Callable[[float], None] | None = Non
     except InputError as absent:
         print(f"bench lsl: {absent}", file=sys.stderr)
         return {"bench": "lsl", "rows": []}
+    seconds = seconds or (SHORT_S if short else SECONDS)
     bare, commands = measure(seconds, progress or (lambda share: None))
     ends = _answered(commands, bare[:, 0])
     counted = ends[ends[:, 0] > ends[0, 0] + WARM_UP_S]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
@@ -29,11 +30,13 @@ from fesloop.streams.live.reader import StreamReader
 from fesloop.streams.live.source import LslSource, Wanted, find
 from fesloop.streams.live.stand_in import InletStandIn
 
+Array = NDArray[np.float64]
 _UNITS = {"gyr": "rad/s", "acc": "m/s^2", "mag": "T"}
 _UNDECLARED = Declared()
+_FROZEN = 5
+"""Repetitions of a whole sample that are no chance any more (chosen: noise stirs a last bit somewhere)."""
 _RATE_AGREES = 0.01
-"""By how much the stated rate may differ from the nominal one, relatively (chosen: clocks of sensors are
-better, and a tracker that counts samples does not notice)."""
+"""By how much the stated rate may differ from the nominal one (chosen: sensors' clocks are better)."""
 
 
 @dataclass(slots=True, eq=False)
@@ -48,6 +51,7 @@ class InletState:
     heard_ns: loop time of the newest tick, and of t = 0.
     captured_ns: loop time of the newest capture put out.
     silent_since_ns: loop time of the last sample before the stream fell silent; NEVER while it is not.
+    before, same: numbers of the newest sample, and how many samples on end have had them before it.
     """
 
     reader: StreamReader
@@ -56,6 +60,8 @@ class InletState:
     heard_ns: int = 0
     captured_ns: int = 0
     silent_since_ns: int = NEVER
+    before: Array = field(default_factory=lambda: np.empty(0))
+    same: int = 0
     latch: StatusLatch = field(default_factory=StatusLatch)
 
 
@@ -73,12 +79,13 @@ class LslInlet:
 
     While nothing arrives it ticks every `silent_ms` all the same, so that whatever is on its clock, such as a
     safety block, still acts: the outputs are then NaN, and the capture is that of the last sample, which
-    grows older. So it is with samples that are nothing but NaN, and while they come at a wrong rate.
+    grows older. So it is with samples that are nothing but NaN, with those of inertial sensors that are the
+    same to the last bit six times on end, and while samples come at a wrong rate.
 
     Statuses: `stream_silent`, `stream_back`; `stream_lost` (its sender is gone), `stream_found`,
     `stream_differs`; `stamp_behind`, `stamp_repeated`, `stamp_ahead`, `clock_reset`, `samples_missing`,
     `rate_changed`, `rate_restored`, `overrun`, each with the time at which it arose; `infinite`,
-    `empty_sample`.
+    `empty_sample`, `stream_frozen`.
 
     Attributes
     ----------
@@ -216,17 +223,27 @@ class LslInlet:
             away_ms = (sample.arrived_ns - state.origin_ns - state.silent_since_ns) / NS_PER_MS
             tick.report("stream_back", f"after {away_ms:.0f} ms")
             state.silent_since_ns = NEVER
-        values, empty = sample.values, False
-        if not is_finite(values) or state.latch.holding:
-            infinite = np.isinf(values)
-            state.latch.put(tick, "infinite", bool(infinite.any()), "infinite numbers count as lost")
-            values = np.where(infinite, np.nan, values)
-            empty = all(np.isnan(values[picked.channels]).all() for picked in state.picked)
-            state.latch.put(tick, "empty_sample", empty, "no number at all: nothing was captured")
-        if not empty:
+        values, nothing = self._believed(state, sample.values, tick)
+        if not nothing:
             state.captured_ns = min(sample.captured_ns - state.origin_ns, tick.time_ns)
         tick.captured_ns = state.captured_ns
         return tuple(picked.of(values) for picked in state.picked)
+
+    def _believed(self, state: InletState, values: Array, tick: Tick) -> tuple[Array, bool]:
+        """The numbers with NaN for those that are none, and whether nothing at all was captured."""
+        same = self.holds == "imu" and np.array_equal(values, state.before)
+        state.same = state.same + 1 if same else 0
+        state.before = values
+        frozen = state.same >= _FROZEN
+        if not (frozen or state.latch.holding) and is_finite(values):
+            return values, False
+        infinite = np.isinf(values)
+        values = np.where(infinite | frozen, np.nan, values)
+        empty = all(np.isnan(values[picked.channels]).all() for picked in state.picked)
+        state.latch.put(tick, "infinite", bool(infinite.any()), "infinite numbers count as lost")
+        state.latch.put(tick, "stream_frozen", frozen, "the same numbers over and over: nothing is captured")
+        state.latch.put(tick, "empty_sample", empty and not frozen, "no number at all: nothing is captured")
+        return values, empty
 
     def close(self, state: InletState) -> None:
         """Let the stream go."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.loop.clock import parse_rate
+from fesloop.loop.clock import NS_PER_S, parse_rate
 from fesloop.streams.live.library import Network, open_library
 from fesloop.streams.live.sender_faults import FaultySender, SenderFault
 from fesloop.streams.recording import MotionRecording
@@ -77,12 +77,17 @@ class StreamSender:
                     channel.append_child_value("type", kind.upper())
         return pylsl.StreamOutlet(info, chunk_size=1)
 
-    def send(self, seconds: float | None = None, going_on: Callable[[], bool] = lambda: True) -> int:
-        """Send until the recording ends, `seconds` have passed, or `going_on` says no; number of samples."""
+    def send(self, seconds: float | None = None, going_on: Callable[[], bool] = lambda: True,
+             begins: Callable[[int], None] = lambda time_ns: None) -> int:
+        """Send until the recording ends, `seconds` have passed, or `going_on` says no; number of samples.
+
+        `begins` is told the instant that faults count from, ns by the monotonic clock.
+        """
         local_clock, rows = open_library(self.network).local_clock, self.rows()
         sender, outlet = FaultySender(self.faults, self.rate_hz), self._open()
         nothing, sent, row = np.full(rows.shape[1], np.nan).tolist(), 0, 0
         start = due = time.monotonic()
+        begins(round(start * NS_PER_S))
         while going_on() and (self.repeat or row < len(rows)) and (seconds is None or due - start < seconds):
             while (ahead := due - time.monotonic()) > 0.0 and going_on():
                 time.sleep(min(ahead, _NAP_S))

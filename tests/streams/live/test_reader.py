@@ -59,7 +59,7 @@ def test_no_fault_makes_time_go_back_or_raises(history, eagerness):
     captured, index, before = -1, 0, -1
     for number, (wait_ms, lie, value) in enumerate(history):
         now.now_ns += wait_ms * NS_PER_MS
-        reader.hear(np.full(6, value), now.now_ns - 300_000 + lie, now.now_ns)
+        reader.hear(np.append(np.full(5, value), number), now.now_ns - 300_000 + lie, now.now_ns)
         if number % eagerness:
             continue
         while (due := block.waiting(state)) is not None:
@@ -131,6 +131,23 @@ def test_a_sample_of_nothing_is_no_capture():
         statuses.append({status for status, _ in tick.reports})
     assert captures == [PERIOD, PERIOD, PERIOD, 4 * PERIOD]
     assert statuses == [set(), {"empty_sample"}, {"infinite"}, set()]
+
+
+def test_numbers_that_never_change_are_no_capture():
+    now = Now()
+    reader = sound_reader(now)
+    block, state = inlet_over(reader)
+    captures, told, lost = [], [], []
+    for k in range(1, 21):
+        value = 1.0 if 4 <= k <= 15 else float(k)
+        reader.hear(np.full(6, value), ORIGIN + k * PERIOD, ORIGIN + k * PERIOD)
+        tick = tick_at(k * PERIOD, k)
+        lost.append(np.isnan(block.step(state, (), tick)).all())
+        captures.append(tick.captured_ns // PERIOD)
+        told += [(k, status) for status, _ in tick.reports]
+    assert captures == [*range(1, 9), *[8] * 7, *range(16, 21)]
+    assert lost == [8 < k < 16 for k in range(1, 21)]
+    assert told == [(9, "stream_frozen")]
 
 
 def test_samples_at_a_wrong_rate_are_not_handed_on():
