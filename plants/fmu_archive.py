@@ -15,8 +15,9 @@ from typing import IO
 
 from fesloop.errors import InputError, SnapshotError
 
-MAX_BYTES = 8 * 1024**3
-"""Refuse to unpack more than this (chosen; a zip of a few kB can declare more)."""
+ROOM_BYTES, EXPANSION = 2**28, 50
+"""An archive is unpacked to 256 MB, or 50 times its size if that is more (chosen: shared libraries shrink to
+a third, tables of numbers to a tenth; zeros to a thousandth, so that a zip of 1 MB could fill a disk)."""
 SHIPPED = "shipped:finger"
 """Path that stands for the default finger as an FMU, built when it is asked for."""
 _CORRUPT = (zipfile.BadZipFile, OSError, EOFError, NotImplementedError, RuntimeError)
@@ -87,9 +88,10 @@ def _extract(file: IO[bytes], path: Path) -> Path:
         for entry in archive.infolist():
             _check_entry(entry, path)
         declared = sum(entry.file_size for entry in archive.infolist())
-        if declared > MAX_BYTES:
-            raise InputError("path", f"{path} would unpack to {declared / 1e9:.1f} GB",
-                             f"{MAX_BYTES / 1e9:.1f} GB")
+        most = max(ROOM_BYTES, EXPANSION * file.seek(0, os.SEEK_END))
+        if declared > most:
+            raise InputError("path", f"{path} would unpack to {declared / 1e6:.0f} MB",
+                             f"{most / 1e6:.0f} MB", "zip it again without compression if that is meant")
         if "modelDescription.xml" not in archive.namelist():
             raise InputError("path", f"{path} holds no modelDescription.xml", "an FMU")
         folder = Path(tempfile.mkdtemp(prefix="fesloop-fmu-"))

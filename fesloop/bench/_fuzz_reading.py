@@ -52,9 +52,7 @@ class Reading:
         return self
 
     def __exit__(self, *_: object) -> None:
-        assert self._server.stdin is not None
-        self._server.stdin.close()
-        self._server.wait()
+        self._server.communicate()
 
     def read(self, reader: str, folder: Path, name: str) -> dict[str, Any]:
         """What became of `folder/source/name`: outcome ("read", "refused", or what is wrong), detail, seconds

@@ -190,3 +190,15 @@ def test_the_archive_that_was_checked_is_the_one_that_is_resumed(tmp_path, small
     with pytest.raises(SnapshotError, match="has changed"):
         pickle.loads(saved)
     plant.close(state)
+
+
+def test_an_archive_that_would_fill_the_disk_is_refused_before_anything_is_written(tmp_path, small2):
+    path = tmp_path / "bomb.fmu"
+    path.write_bytes(small2().read_bytes())
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive, archive.open("zeros", "w") as member:
+        for _ in range(300):
+            member.write(bytes(10**6))
+    assert path.stat().st_size < 10**6
+    text = refusal(path=str(path))
+    assert "would unpack to 300 MB" in text
+    assert "allowed: 268 MB" in text
