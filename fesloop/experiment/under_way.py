@@ -74,14 +74,17 @@ class UnderWay:
         return stop
 
     def _written(self) -> bool:
-        """Write if it is time, in step with the wall clock where there is leisure; whether all has been."""
+        """Write if it is time; whether all has been.
+
+        In step with the wall clock a piece is written where there is leisure, or else after every instant.
+        """
         since = time.perf_counter() - self._flushed
         if since < _FLUSH_WALL_S:
             return False
         if self.in_step is None or since >= 2 * _FLUSH_WALL_S:
             self.flush()
             return True
-        if self.in_step.pacer.slack_ns() > _LEISURE_NS:
+        if since >= 1.5 * _FLUSH_WALL_S or self.in_step.pacer.slack_ns() > _LEISURE_NS:
             self._pieces = self._pieces or self._in_pieces()
             if next(self._pieces, _OVER) is _OVER:
                 self._pieces = None
