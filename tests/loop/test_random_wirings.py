@@ -10,10 +10,13 @@ import numpy as np
 from eager_loop import Adder, EagerLoop, Mixer
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from live_parts import Wall
 
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_MS, RateClock, StampClock
 from fesloop.loop.duration import ZERO, Duration
+from fesloop.loop.pacer import Pacer
+from fesloop.loop.realtime import Pacing
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
@@ -131,6 +134,23 @@ def test_stretches_and_snapshots_change_nothing(seed, rate):
     assert by_instant(again) == {name: [row for row in rows if row[0] > saved.time_ns]
                                  for name, rows in by_instant(whole).items()}
     assert other.message_counts() == loop.message_counts()
+
+
+@given(seeds, rates, st.lists(st.integers(0, 30 * NS_PER_MS), min_size=1, max_size=5))
+@settings(max_examples=60, deadline=None)
+def test_keeping_step_with_the_wall_clock_changes_nothing(seed, rate, oversleeps_ns):
+    """However late a sleeper wakes, where every late tick is caught up with."""
+    wiring, wall = random_wiring(seed), Wall(oversleeps_ns)
+    whole, paced = Recorder(rate), Recorder(rate)
+    Loop(wiring, recorder=whole).run_until(UNTIL_NS)
+    pacer = Pacer(Loop(wiring, recorder=paced), Pacing(), wall.clock, wall.sleep)
+    pacer.begin_trial()
+    while pacer.advance(UNTIL_NS + 1) <= UNTIL_NS:
+        pass
+    assert paced.blocks == whole.blocks
+    assert paced.inputs == whole.inputs
+    assert paced.events == whole.events
+    assert by_instant(paced) == by_instant(whole)
 
 
 @given(seeds)
