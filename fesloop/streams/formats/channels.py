@@ -78,7 +78,7 @@ def sensors_of(channels: Mapping[int, Channel], table: Array, where: str) -> dic
         axes = columns.setdefault((channel.sensor, channel.quantity), {})
         if channel.axis in axes:
             raise InputError(f"{where}: {channel.sensor}", f"has two channels of {channel.quantity} "
-                             f"{'xyz'[channel.axis]}", "one an axis", "describe the file in a layout")
+                             f"{'xyz'[channel.axis]}", "one an axis", "choose with sensor_set")
         axes[channel.axis] = number
     sensors: dict[str, dict[str, Array]] = {}
     for (sensor, quantity), axes in columns.items():
