@@ -1,4 +1,4 @@
-"""`fesloop bench`: options go to the benches that know of them, and one that cannot run here stops no other."""
+"""`fesloop bench`: options go to benches that know of them, and one that cannot run here stops no other."""
 
 import json
 from types import SimpleNamespace
