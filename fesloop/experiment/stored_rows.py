@@ -62,8 +62,16 @@ class StoredRows:
 
     def span(self, trial: int) -> tuple[int, int]:
         """First row of a trial, and the row after its last."""
-        first, stop = np.searchsorted(self.read("trial", 0, self.count), [trial, trial + 1])
-        return int(first), int(stop)
+        begun, edges = self._begun
+        first, after = np.searchsorted(begun, [trial, trial + 1])
+        return int(edges[first]), int(edges[after])
+
+    @cached_property
+    def _begun(self) -> tuple[NDArray[Any], NDArray[np.int64]]:
+        """Trials that have rows, and where their rows begin, the end of all behind them."""
+        trials = self.read("trial", 0, self.count)
+        first = np.flatnonzero(np.diff(trials, prepend=-1)) if self.count else np.empty(0, np.int64)
+        return trials[first], np.append(first, self.count)
 
 
 class Column:
