@@ -22,7 +22,8 @@ class Garbage:
 
     What exists when the run begins is collected once, then frozen: no later collection looks at it. The
     collector is off from then on, and asked to work where nothing is due for twice as long as it has ever
-    taken, or else every half minute. All of it is undone at the end.
+    worked (not counting what else the machine did meanwhile), or else every half minute. All of it is undone
+    at the end.
 
     Attributes
     ----------
@@ -32,6 +33,7 @@ class Garbage:
     def __init__(self) -> None:
         self.collections = self.worst_ns = 0
         self._last_ns = 0
+        self._expected_ns = _AT_FIRST_NS
         self._enabled = self._frozen = False
 
     def __enter__(self) -> Self:
@@ -54,9 +56,11 @@ class Garbage:
         """Collect if it is time, and nothing is due for so long."""
         began = time.monotonic_ns()
         since = began - self._last_ns
-        if since < _OFTEN_NS or (leisure_ns < 2 * max(self.worst_ns, _AT_FIRST_NS) and since < _AT_LAST_NS):
+        if since < _OFTEN_NS or (leisure_ns < 2 * self._expected_ns and since < _AT_LAST_NS):
             return
+        worked_ns = time.thread_time_ns()
         gc.collect()
+        self._expected_ns = max(self._expected_ns, time.thread_time_ns() - worked_ns)
         self._last_ns = time.monotonic_ns()
         self.collections += 1
         self.worst_ns = max(self.worst_ns, self._last_ns - began)
