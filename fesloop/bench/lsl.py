@@ -87,9 +87,10 @@ def measure(seconds: float, progress: Callable[[float], None]) -> tuple[Array, A
 def _send(stream: str, ending: Event) -> None:
     """Play a hand that moves, again and again."""
     from fesloop.streams.live.moving_hand import moving_hand
+    from fesloop.streams.live.played import inertial
     from fesloop.streams.live.sender import StreamSender
 
-    sender = StreamSender(recording=moving_hand(), stream=stream, repeat=True)
+    sender = StreamSender(played=inertial(moving_hand()), stream=stream, repeat=True)
     sender.send(going_on=lambda: not ending.is_set())
 
 

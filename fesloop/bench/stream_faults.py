@@ -1,10 +1,12 @@
 """`fesloop bench stream_faults`: what becomes of current when the sensors' stream goes wrong.
 
 A session of `hil_live` with a `dry` stimulator directly behind its safety block, and a sender in another
-process that goes wrong at random moments, now in one way, now in another, and right again in between. A row a
-fault: the time from its first sample to zero current that lasts, as the device's own log has it. `reference`
-is the stated time, so that `ratio`, of the worst, must be below 1; `stated_held` and `cause_named`: of how
-many. Only faults that begin while the patient is stimulated count; `not_stimulated` says how many did not.
+process that goes wrong at random moments, now in one way, now in another, and right again in between. A jump
+is tried on a stream of joint angles in place of sensors and tracker: one of inertial samples, each of which
+could be true, is no fault that anybody can tell. A row a fault: the time from its first sample to zero
+current that lasts, as the device's own log has it. `reference` is the stated time, so that `ratio`, of the
+worst, must be below 1; `stated_held` and `cause_named`: of how many. Only faults that begin while the patient
+is stimulated count; `not_stimulated` says how many did not.
 """
 
 from __future__ import annotations
@@ -29,24 +31,33 @@ from fesloop.experiment.reading import Recording
 from fesloop.experiment.trial import run as run_experiment
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.streams.live.library import open_library
+from fesloop.streams.live.played import Played, posture
 from fesloop.streams.live.sender_faults import SenderFault
 
 FAULTS = {"stop": (350.0, "stream_silent"), "vanish": (350.0, "stream_lost"),
           "freeze": (400.0, "stream_frozen"), "repeat": (350.0, "stamp_repeated"),
           "clock": (350.0, "stamp_behind"), "nan": (350.0, "empty_sample"),
-          "reorder": (650.0, "rate_changed"), "rate": (650.0, "rate_changed")}
-"""Stated time, ms, and the status that names the cause. 300 are the posture's greatest age and the ramp of
-`hil_live`; 30 pass until a silent stream is ticked on, 20 are left for waking up. Frozen numbers are
-known after 50, another rate after ten samples that are all of it, 300 at half the rate."""
+          "reorder": (650.0, "rate_changed"), "rate": (650.0, "rate_changed"),
+          "jump": (250.0, "posture_jumped")}
+"""Stated time, ms, and the status that names the cause. 200 are the ramp of `hil_live`; but for a jump, which
+is seen at once, 100 are the posture's greatest age, 30 pass until a silent stream is ticked on, and 20 are
+left for waking up. Frozen numbers are known after 50, another rate after ten samples that are all of it, 300
+at half the rate."""
+_OF_POSTURE = "jump"
+_HELD_S, _GOES_S = 10.0, 1.0
+_VALUES = {"jump": _HELD_S + _GOES_S, "clock": -1.0, "rate": 0.5}
+"""The posture is held straight and bent in turn, so that a jump by that much always leads to the other."""
 _MANY, _FEW = 50, 3
-_LENGTH_S, _REST_S = 1.2, (3.0, 4.0)
-"""Of a fault, and between two: the stimulation begins anew a second after the stream is sound."""
+_LENGTH_S, _REST_S = 0.9, (3.0, 4.0)
+"""Of a fault, and between two: the stimulation begins anew a second after the posture is sound."""
 _BEGIN_S = 6.0
 _A_SESSION = 40
 """Faults in one session: some three minutes (chosen)."""
 _HOLD_MS = 1000.0
 """The keeper of the device is not what is tried here: it waits for longer than the safety block takes."""
 _STARTING_S = 120.0
+_RATE_HZ = 100.0
+_JOINTS = ("F2_mcp_flexion", "F2_pip_flexion", "F2_dip_flexion")
 
 
 class Outcome(NamedTuple):
@@ -68,21 +79,30 @@ def run(short: bool = False, seed: int | None = None, progress: Callable[[float]
         print(f"bench stream_faults: {absent}", file=sys.stderr)
         return {"bench": "stream_faults", "rows": []}
     chance = random.Random(seed)
-    order = [kind for kind in kinds for _ in range(moments or (_FEW if short else _MANY))]
-    chance.shuffle(order)
+    sessions = _sessions(kinds, moments or (_FEW if short else _MANY), chance)
     outcomes: dict[str, list[Outcome]] = {kind: [] for kind in kinds}
     idle = 0
-    for begin in range(0, len(order), _A_SESSION):
-        faults = _planned(order[begin:begin + _A_SESSION], chance)
+    for number, faults in enumerate(sessions):
         for fault, outcome in zip(faults, _session(faults), strict=True):
             if outcome is None:
                 idle += 1
             else:
                 outcomes[fault.kind].append(outcome)
         if progress:
-            progress(min(1.0, (begin + _A_SESSION) / len(order)))
+            progress((number + 1) / len(sessions))
     rows = [_row(kind, outcomes[kind]) for kind in kinds if outcomes[kind]]
     return {"bench": "stream_faults", "rows": rows, "not_stimulated": idle}
+
+
+def _sessions(kinds: Sequence[str], moments: int, chance: random.Random) -> list[list[SenderFault]]:
+    """Each kind so often, in random order, by sessions; what is tried on a posture is so in its own."""
+    planned = []
+    for of_posture in (False, True):
+        order = [kind for kind in kinds for _ in range(moments) if (kind == _OF_POSTURE) == of_posture]
+        chance.shuffle(order)
+        planned += [_planned(order[begin:begin + _A_SESSION], chance)
+                    for begin in range(0, len(order), _A_SESSION)]
+    return planned
 
 
 def _planned(kinds: Sequence[str], chance: random.Random) -> list[SenderFault]:
@@ -90,7 +110,7 @@ def _planned(kinds: Sequence[str], chance: random.Random) -> list[SenderFault]:
     faults, begin = [], _BEGIN_S
     for kind in kinds:
         begin += chance.uniform(*_REST_S)
-        faults.append(SenderFault.parse(f"{kind}@{begin:.4f}+{_LENGTH_S}"))
+        faults.append(SenderFault(kind, begin, _LENGTH_S, _VALUES.get(kind, 0.0)))
         begin += _LENGTH_S
     return faults
 
@@ -100,35 +120,59 @@ def _session(faults: Sequence[SenderFault]) -> list[Outcome | None]:
     context = multiprocessing.get_context("spawn")
     begun: SimpleQueue[int] = context.SimpleQueue()
     stream = f"samples of bench {os.getpid()}"
-    sender = context.Process(target=_send, args=(stream, list(faults), begun), daemon=True)
+    of_posture = faults[0].kind == _OF_POSTURE
+    sender = context.Process(target=_send, args=(stream, list(faults), begun, of_posture), daemon=True)
     sender.start()
     try:
         with tempfile.TemporaryDirectory(prefix="fesloop-bench-") as folder:
             log = Path(folder) / "device.log"
             seconds = faults[-1].start_s + _LENGTH_S
-            result = run_experiment(_experiment(stream, log, seconds), Path(folder), realtime=True)
+            experiment = _experiment(stream, log, seconds, of_posture)
+            result = run_experiment(experiment, Path(folder), realtime=True)
             return _judged(faults, begun.get(), given(log), result.recording)
     finally:
         sender.terminate()
         sender.join()
 
 
-def _send(stream: str, faults: list[SenderFault], begun: SimpleQueue[int]) -> None:
-    """Play a hand that moves, with its faults."""
+def _send(stream: str, faults: list[SenderFault], begun: SimpleQueue[int], of_posture: bool) -> None:
+    """Play sensors of a hand that moves, or a posture, with faults."""
     from fesloop.streams.live.moving_hand import moving_hand
+    from fesloop.streams.live.played import inertial
     from fesloop.streams.live.sender import StreamSender
 
-    StreamSender(recording=moving_hand(), stream=stream, repeat=True, faults=faults).send(begins=begun.put)
+    played = _posture() if of_posture else inertial(moving_hand())
+    StreamSender(played=played, stream=stream, repeat=True, faults=faults).send(begins=begun.put)
 
 
-def _experiment(stream: str, log: Path, seconds: float) -> Experiment:
-    """`hil_live` with a device."""
+def _posture() -> Played:
+    """The index finger's flexions, straight and bent in turn, with a tracker's noise of .1 deg."""
+    held, goes = np.zeros(round(_HELD_S * _RATE_HZ)), np.linspace(0.0, 1.0, round(_GOES_S * _RATE_HZ))
+    share = np.concatenate([held, goes, held + 1.0, 1.0 - goes])[:, np.newaxis]
+    noise = np.random.default_rng(1).normal(0.0, 0.1, (len(share), len(_JOINTS)))
+    return posture(np.radians(5.0 + share * [26.0, 36.0, 15.0] + noise), _JOINTS, _RATE_HZ)
+
+
+def _experiment(stream: str, log: Path, seconds: float, of_posture: bool) -> Experiment:
+    """`hil_live` with a device, and with a posture in place of sensors and tracker."""
     document = load("hil_live", [f"stream={stream}", f"blocks.outlet.stream=commands to {stream}",
                                  f"blocks.sensors.timeout_s={_STARTING_S}",
                                  f"experiment.duration_s={seconds}"]).document()
-    document["blocks"]["device"] = {"kind": "stimulator_device", "clock": "sensors", "driver": "dry",
-                                    "port": str(log), "frequency_hz": "40", "hold_ms": _HOLD_MS}
+    blocks = document["blocks"]
+    blocks["device"] = {"kind": "stimulator_device", "clock": "sensors", "driver": "dry",
+                        "port": str(log), "frequency_hz": "40", "hold_ms": _HOLD_MS}
     document["wires"].append({"from": "safety.stimulation", "to": "device.stimulation"})
+    if of_posture:
+        blocks["reference"]["angles_deg"] = [[34, 45, 22]] * len(blocks["reference"]["times_s"])
+        blocks["sensors"] = {"kind": "lsl_inlet", "stream": stream, "holds": "posture",
+                             "joints": list(_JOINTS), "timeout_s": _STARTING_S}
+        for name in ("tracker", "finger", "finger_sd"):
+            del blocks[name]
+        document["wires"] = [
+            *(wire for wire in document["wires"] if wire["from"].partition(".")[0] in blocks
+              and wire["to"].partition(".")[0] in blocks),
+            {"from": "sensors.angles", "to": "controller.measured"},
+            {"from": "sensors.angles", "to": "safety.posture"}]
     return from_document(document, "hil_live")
 
 
@@ -164,7 +208,8 @@ def _row(kind: str, outcomes: Sequence[Outcome]) -> dict[str, Any]:
     stated_ms, cause = FAULTS[kind]
     micros = 1e3 * np.array([outcome.zero_ms for outcome in outcomes])
     count = len(outcomes)
-    return {"case": kind, "us_median": float(np.median(micros)), "us_p99": float(np.percentile(micros, 99)),
+    return {"case": kind, "us_median": float(np.percentile(micros, 50, method="higher")),
+            "us_p99": float(np.percentile(micros, 99, method="higher")),
             "us_worst": float(micros.max()), "reference": "stated time",
             "reference_us_median": 1e3 * stated_ms, "ratio": float(micros.max()) / (1e3 * stated_ms),
             "count": count, "stated_held": f"{int((micros <= 1e3 * stated_ms).sum())} of {count}",

@@ -10,6 +10,7 @@ from types import FrameType
 from fesloop.cli.output import print_json
 from fesloop.streams.files import open_recording
 from fesloop.streams.live.library import open_library
+from fesloop.streams.live.played import inertial
 from fesloop.streams.live.sender import StreamSender
 from fesloop.streams.live.sender_faults import SenderFault
 
@@ -26,8 +27,9 @@ def execute(args: Namespace) -> int:
         recording = moving_hand()
     else:
         recording = open_recording(args.recording, args.sensor_set)
-    sender = StreamSender(recording=recording, stream=args.name, rate=args.rate, network=args.network,
-                          repeat=args.loop, faults=faults)
+    played = inertial(recording, args.rate)
+    sender = StreamSender(played=played, stream=args.name, network=args.network, repeat=args.loop,
+                          faults=faults)
     stopped: list[int] = []
 
     def stop(number: int, frame: FrameType | None) -> None:
@@ -37,10 +39,10 @@ def execute(args: Namespace) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop)
     kinds = "gyr, acc, mag" if recording.mag is not None else "gyr, acc"
-    print(f"stream {args.name!r}: {len(recording.sensors)} sensors ({kinds}) at {sender.rate_hz:g} Hz; "
+    print(f"stream {args.name!r}: {len(recording.sensors)} sensors ({kinds}) at {played.rate_hz:g} Hz; "
           "Ctrl-C ends it", file=sys.stderr, flush=True)
     sent = sender.send(args.duration, lambda: not stopped)
     if args.json:
-        print_json({"stream": args.name, "sensors": list(recording.sensors), "rate_hz": sender.rate_hz,
+        print_json({"stream": args.name, "sensors": list(recording.sensors), "rate_hz": played.rate_hz,
                     "sent": sent})
     return 0

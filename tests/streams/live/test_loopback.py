@@ -24,6 +24,7 @@ from fesloop.streams.live.events import LslEvents
 from fesloop.streams.live.inlet import LslInlet
 from fesloop.streams.live.library import open_library
 from fesloop.streams.live.outlet import LslOutlet
+from fesloop.streams.live.played import inertial
 from fesloop.streams.live.sender import StreamSender
 from fesloop.streams.live.sender_faults import SenderFault
 from fesloop.streams.recording import MotionRecording
@@ -54,7 +55,7 @@ def recording(samples=3000, sensors=("hand", "F2p")):
 def streaming(played, name, **parameters):
     """A sender at work in a thread."""
     ending = threading.Event()
-    sender = StreamSender(recording=played, stream=name, **parameters)
+    sender = StreamSender(played=inertial(played), stream=name, **parameters)
     thread = threading.Thread(target=sender.send, kwargs={"going_on": lambda: not ending.is_set()})
     thread.start()
     try:
