@@ -46,7 +46,7 @@ def _print(report: dict[str, Any]) -> None:
     if report["ahead_ms"] > _AHEAD_MS:
         print(f"the estimates are {report['ahead_ms']:.3g} ms ahead of the reference: no tracker is, so its "
               "stamps are late; --reference-late takes that off", file=sys.stderr)
-    for key, text in (("as_slow_as_the_recording", "as slow as the recording is long, or slower"),
+    for key, text in (("too_slow_to_tell", "slower than half a recording of this length can tell"),
                       ("left_out", "too little known to fit")):
         if report[key]:
             print(f"{text}: {', '.join(report[key])}", file=sys.stderr)

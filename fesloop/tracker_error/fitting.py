@@ -35,7 +35,7 @@ class FittedError:
     ----------
     process: fitted on the first half of the recording.
     judgements: on the second half, one an angle.
-    bounded: angles whose slow part lasts as long as the half it was fitted to, and maybe longer.
+    too_slow: angles that err so slowly that the half which was fitted is too short to tell how much.
     left_out: angles of which too little is known in either half.
     ahead_ms: median of the `lead_s` of the angles that are moved. No tracker is ahead of what it tracks:
         where this is above 0, it is rather the reference that is late (`reference_late_ms` takes that off).
@@ -44,7 +44,7 @@ class FittedError:
 
     process: ErrorProcess
     judgements: tuple[Judgement, ...]
-    bounded: tuple[str, ...]
+    too_slow: tuple[str, ...]
     left_out: tuple[str, ...]
     ahead_ms: float
     fitted_s: float
@@ -55,7 +55,7 @@ class FittedError:
         return {"source": self.process.source, "fitted_s": self.fitted_s, "judged_s": self.judged_s,
                 "ahead_ms": self.ahead_ms, "age_ms": self.process.age_ms, "loss": self.process.loss,
                 "angles": [judgement.as_table() for judgement in self.judgements],
-                "as_slow_as_the_recording": list(self.bounded), "left_out": list(self.left_out)}
+                "too_slow_to_tell": list(self.too_slow), "left_out": list(self.left_out)}
 
 
 def fit_error(path: str, *, settings: tuple[str, ...] = (), reference_late_ms: float = 0.0, seed: int = 0,
@@ -114,7 +114,7 @@ def fit_measured(measured: MeasuredErrors, seed: int = 0, progress: Progress | N
     return FittedError(
         process=process, judgements=judgements, ahead_ms=1e3 * float(np.median(leads)) if leads else 0.0,
         fitted_s=_length(enough, 0), judged_s=_length(enough, 1),
-        bounded=tuple(fit.series.name for fit in fits if fit.bounded),
+        too_slow=tuple(fit.series.name for fit in fits if fit.too_slow),
         left_out=tuple(record.name for record in measured.records if record.name not in kept))
 
 

@@ -3,8 +3,8 @@
 What follows from the motion is settled first (`motion_columns`). Of what is left, time constants and shares
 of the random parts are those of greatest likelihood; which parts there are is chosen by the Bayesian
 information criterion (doi 10.1214/aos/1176344136). At last all random parts are scaled by one factor, so that
-the process has the mean square that was measured. A time constant as long as the record is one that the
-record is too short to tell: `bounded` says so.
+the process has the mean square that was measured. A time constant of more than a fifth of the record is one
+that the record is too short to tell: `too_slow` says so.
 """
 
 from __future__ import annotations
@@ -30,6 +30,8 @@ FEWEST = 100
 _LONGEST_FAST = 20.0
 """Time constants: the fast one from a sample to a 20th of the record, the slow one from two samples to all of
 it; where there is no slow one, the fast one to all of it as well."""
+_TOLD = 5.0
+"""By how much the record must be longer than a time constant (chosen: two or three independent values)."""
 _PERIOD_S = 0.1
 """Errors are compared with those of so long before, and not from sample to sample: a process in few numbers
 cannot be right at every scale, and stimulated muscles do not follow what is faster (chosen: a twitch rises in
@@ -75,14 +77,14 @@ class SeriesFit:
     criterion: of the model that was chosen.
     weight_spread: (4, 4), covariance of bias, slope, curve and lead, in rad and s: how well a record of this
         length tells them.
-    bounded: whether the longest time constant is at its bound, the length of the record.
+    too_slow: whether the longest time constant is one that the record is too short to tell.
     """
 
     series: ErrorSeries
     innovations: Array
     criterion: float
     weight_spread: Array
-    bounded: bool
+    too_slow: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,6 +129,7 @@ class _Problem:
         agility = max(float(np.std(record.rate[known])), 1e-2)
         start = (0.0, math.log(length / 8.0), math.log(4.0 * usual), math.log(0.1), -math.log(agility))
         self.start = np.clip(start, *self.bounds.T)
+        self.speeds = np.abs(record.rate)
         self.motion = MotionColumns(record)
         self.columns = self.motion.best()
         self.weights, self.left = self.motion.least_squares(self.columns, np.flatnonzero(known))
@@ -156,19 +159,11 @@ class _Problem:
         return _Candidate(noise, point, self._likelihood(noise, point), criterion)
 
     def _likelihood(self, noise: Noise, point: Array) -> Likelihood:
-        """Mean of those of every sample so many apart, whichever is the first."""
-        slow, slow_s, fast_s, white, speed_s = np.exp(point)
-        speeds, innovations = np.abs(self.record.rate), np.empty_like(self.left)
-        log = scale = 0.0
-        for first in range(self.thinning):
-            rows = slice(first, None, self.thinning)
-            found = likelihood(
-                self.left[rows], np.diff(self.record.times_s[rows], append=np.inf), speeds[rows],
-                slow=slow if noise.slow else 0.0, slow_s=slow_s, smooth=noise.smooth, fast_s=fast_s,
-                white=white, speed_s=speed_s if noise.shaken else 0.0)
-            log, scale = log + found.log / self.thinning, scale + found.scale / self.thinning
-            innovations[rows] = found.innovations
-        return Likelihood(log, scale, innovations)
+        slow, slow_s, fast_s, white, speed_s = np.exp(point).tolist()
+        return likelihood(
+            self.left, self.record.times_s, self.speeds, self.thinning, slow=slow if noise.slow else 0.0,
+            slow_s=slow_s, smooth=noise.smooth, fast_s=fast_s, white=white,
+            speed_s=speed_s if noise.shaken else 0.0)
 
     def told(self, best: _Candidate) -> SeriesFit:
         """The process, its random parts scaled to the mean square that is left."""
@@ -189,10 +184,10 @@ class _Problem:
         factor = math.sqrt(float(np.mean(self.left[known] ** 2) / np.mean(foreseen)))
         series = replace(series, **{name: factor * getattr(series, name)
                                     for name in ("slow_deg", "fast_deg", "quick_deg")})
-        bounded = (slow_s if noise.slow else fast_s) > 0.99 * math.exp(self.bounds[1, 1])
+        too_slow = (slow_s if noise.slow else fast_s) > math.exp(self.bounds[1, 1]) / _TOLD
         return SeriesFit(
             series=replace(series, quick_s=quick_time_s(series, self.left, record.rate, self.steps_s)),
-            innovations=best.found.innovations, criterion=best.criterion, bounded=bounded,
+            innovations=best.found.innovations, criterion=best.criterion, too_slow=too_slow,
             weight_spread=self._spread_of_weights(series))
 
     def _spread_of_weights(self, series: ErrorSeries) -> Array:

@@ -35,23 +35,26 @@ class Likelihood(NamedTuple):
 
 
 def likelihood(
-    error: Array, steps_s: Array, speeds: Array, *, slow: float, slow_s: float, smooth: bool, fast_s: float,
-    white: float, speed_s: float
+    error: Array, times_s: Array, speeds: Array, every: int = 1, *, slow: float, slow_s: float, smooth: bool,
+    fast_s: float, white: float, speed_s: float
 ) -> Likelihood:
     """Of an error (n,), NaN where it is unknown, under a process that is given but for its scale.
 
     Parameters
     ----------
-    steps_s: (n,), to the next instant. speeds: (n,), rad/s.
+    times_s: (n,). speeds: (n,), rad/s.
+    every: samples are compared with those of so many before: the mean over all that can be the first.
     slow, white: variance of the slow and the white part over that of the fast part at rest.
     slow_s, fast_s: time constants. smooth, speed_s: as of `ErrorSeries`.
     """
-    known = np.isfinite(error)
     innovations = np.empty_like(error)
-    spread = whiten(error, known, steps_s, speeds, slow, slow_s, smooth, fast_s, white, speed_s, innovations)
-    count = int(known.sum())
-    scale = max(float(np.nansum(np.square(innovations))) / count, np.finfo(float).tiny)
-    log = -0.5 * (count * (math.log(2.0 * math.pi * scale) + 1.0) + spread)
+    phases = [slice(first, None, every) for first in range(every)]
+    spread = sum(whiten(error[rows], times_s[rows], speeds[rows], slow, slow_s, smooth, fast_s, white, speed_s,
+                        innovations[rows]) for rows in phases)
+    squares = np.square(innovations)
+    count = int(np.isfinite(squares).sum())
+    scale = max(float(np.nansum(squares)) / count, np.finfo(float).tiny)
+    log = -0.5 * (count * (math.log(2.0 * math.pi * scale) + 1.0) + spread) / every
     return Likelihood(log, scale, innovations / math.sqrt(scale))
 
 
@@ -76,12 +79,12 @@ def slow_steps(slow: float, slow_s: float, smooth: bool, elapsed_s: float) -> An
 
 @numba.njit(cache=True)
 def whiten(
-    errors: Any, known: Any, steps_s: Any, speeds: Any, slow: float, slow_s: float, smooth: bool,
+    errors: Any, times_s: Any, speeds: Any, slow: float, slow_s: float, smooth: bool,
     fast_s: float, white: float, speed_s: float, innovations: Any
-) -> float:
+) -> Any:
     """Fill `innovations` (n,), in units of their sd at scale 1; the sum of the logarithms of their variances.
 
-    `known` (n,): instants at which `errors` (n,) are; the rest as of `likelihood`.
+    Parameters are those of `likelihood`.
     """
     # The state is (slow part, its derivative, fast part); p02 is the covariance of the first and the third.
     s0, s1, s2 = 0.0, 0.0, 0.0
@@ -92,8 +95,9 @@ def whiten(
     for k in range(errors.size):
         if k:
             # Even spacing but for the last bits needs no new exponentials.
-            if abs(steps_s[k - 1] - elapsed) > 1e-6 * elapsed:
-                elapsed = steps_s[k - 1]
+            step = times_s[k] - times_s[k - 1]
+            if abs(step - elapsed) > 1e-6 * elapsed:
+                elapsed = step
                 a, q = slow_steps(slow, slow_s, smooth, elapsed)
                 b = math.exp(-elapsed / fast_s)
             p00, p01, p11 = (
@@ -104,7 +108,7 @@ def whiten(
             p02, p12 = b * (a[0, 0] * p02 + a[0, 1] * p12), b * (a[1, 0] * p02 + a[1, 1] * p12)
             p22 = b * b * p22 + (1.0 - b * b) * (1.0 + (speed_s * speeds[k]) ** 2)
             s0, s1, s2 = a[0, 0] * s0 + a[0, 1] * s1, a[1, 0] * s0 + a[1, 1] * s1, b * s2
-        if not known[k]:
+        if not math.isfinite(errors[k]):
             innovations[k] = np.nan
             continue
         r0, r1, r2 = p00 + p02, p01 + p12, p02 + p22

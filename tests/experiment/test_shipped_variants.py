@@ -14,6 +14,7 @@ from fesloop.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.parse import read, shipped
 from fesloop.experiment.variants import listed
+from fesloop.models.error_process import ErrorProcess, ErrorSeries
 
 WHOLE_HAND = Path(__file__).parent / "whole_hand.toml"
 OPTIONS = [(name, variant, option) for name in shipped() for variant, table in listed(read(name)[1]).items()
@@ -34,13 +35,29 @@ def moved(tmp_path_factory):
     return experiment.run(tmp_path_factory.mktemp("moved")).recording
 
 
+@pytest.fixture(scope="module")
+def given(moved, tmp_path_factory):
+    """Settings that name the files which an option of an experiment cannot do without."""
+    folder = tmp_path_factory.mktemp("given")
+    finger = fesloop.load("finger_control", ["experiment.duration_s=1"]).run(folder).recording
+    ErrorProcess(series=(ErrorSeries(name="a", fast_deg=1.0, fast_s=0.1),)).save(folder / "error.toml")
+
+    def files(name, option):
+        if name == "hil_error_replay":
+            return [f"error={folder / 'error.toml'}"] if option != "ideal" else []
+        if name == "hil_twin":
+            return [f"recording={moved if option == 'hand' else finger}"]
+        return [f"reference_file={moved}"] if option == "recorded" else []
+
+    return files
+
+
 @pytest.mark.parametrize(("name", "variant", "option"), OPTIONS)
-def test_every_option_makes_an_experiment_and_says_what_it_is(name, variant, option, moved):
+def test_every_option_makes_an_experiment_and_says_what_it_is(name, variant, option, given):
     need(option)
     if name == "array_search_gp":
         pytest.importorskip("sklearn", reason="the extra `search`")
-    files = [f"reference_file={moved}"] if option == "recorded" else []
-    experiment = fesloop.load(name, [f"{variant}={option}", *files])
+    experiment = fesloop.load(name, [f"{variant}={option}", *given(name, option)])
     table = listed(read(name)[1])[variant]
     told = table["options"][option]
     assert told

@@ -1,0 +1,93 @@
+"""Errors as they are read from runs: against a made-up reference, and against a plant's truth."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import fesloop
+from fesloop.errors import InputError
+from fesloop.experiment.reading import Recording
+from fesloop.hand import quaternion
+from fesloop.tracker_error.fitting import fit_error
+from fesloop.tracker_error.measured_errors import (
+    _of_orientations,
+    filled,
+    mean_orientation,
+    measured_errors,
+    rotation_vector,
+)
+
+
+def test_rotation_vectors_are_scipys():
+    rotations = Rotation.random(50, random_state=0)
+    q = rotations.as_quat(scalar_first=True)
+    np.testing.assert_allclose(rotation_vector(q), rotations.as_rotvec(), atol=1e-12)
+    np.testing.assert_allclose(rotation_vector(-q), rotations.as_rotvec(), atol=1e-12)
+    np.testing.assert_allclose(rotation_vector(np.array([1.0, 1e-14, 0.0, 0.0])), [2e-14, 0.0, 0.0])
+
+
+def test_the_mean_of_orientations_is_scipys_whatever_their_signs():
+    rotations = Rotation.from_rotvec(np.random.default_rng(1).normal(0.0, 0.4, (40, 3)))
+    q = rotations.as_quat(scalar_first=True) * np.random.default_rng(2).choice([-1.0, 1.0], (40, 1))
+    found = mean_orientation(q)
+    wanted = rotations.mean().as_quat(scalar_first=True)
+    assert abs(found @ wanted) == pytest.approx(1.0)
+
+
+def test_the_error_about_a_hinges_axis_is_that_of_its_angle():
+    times = np.arange(400) / 40.0
+    angle = 0.8 * np.sin(times)
+    axis = np.array([0.0, 1.0, 0.0])
+    true = quaternion.from_axis_angle(axis, angle)
+    off = 0.05 * np.cos(3.0 * times)
+    estimate = quaternion.from_axis_angle(axis, angle + off)
+    true[50:60] = np.nan
+    scored = times > 1.0
+    records = _of_orientations("a-b", times, estimate, true, scored, 5.0)
+    assert [(record.name, record.moved) for record in records] == [("a-b.x", False), ("a-b.y", True),
+                                                                   ("a-b.z", False)]
+    about = records[1]
+    np.testing.assert_allclose(about.error[about.known], off[about.known], atol=1e-12)
+    assert not about.known[:41].any()
+    assert not about.known[50:60].any()
+    early = (times < 5.0) & scored & about.known
+    np.testing.assert_allclose(np.ptp(about.angle - angle), 0.0, atol=0.02)
+    assert abs(np.mean(about.angle[early])) < 0.1
+    np.testing.assert_allclose(records[0].angle, about.angle)
+
+
+def test_gaps_of_the_motion_are_bridged():
+    gaps = np.array([0.0, np.nan, 2.0, np.nan, 4.0])
+    np.testing.assert_allclose(filled(np.arange(5.0), gaps), np.arange(5.0))
+
+
+def test_the_errors_of_a_simulated_tracker_are_those_it_was_given(tmp_path):
+    settings = ["noise_deg=0.4", "bias_deg=2.0", "experiment.duration_s=12"]
+    run = fesloop.load("finger_control", settings).run(tmp_path)
+    with Recording(run.recording) as recording:
+        found = measured_errors(recording)
+    assert [record.name for record in found.records] == ["MCP", "PIP", "DIP"]
+    for record in found.records:
+        assert np.degrees(record.error.mean()) == pytest.approx(2.0, abs=0.05)
+        assert np.degrees(record.error.std()) == pytest.approx(0.4, rel=0.1)
+    fitted = fit_error(str(run.recording))
+    assert all(judged.rmse_holds for judged in fitted.judgements)
+    assert sum(judged.autocorrelation_holds for judged in fitted.judgements) >= 2
+    series = fitted.process.series[0]
+    assert series.bias_deg == pytest.approx(2.0, abs=0.05)
+    assert np.hypot(series.fast_deg, series.quick_deg) == pytest.approx(0.4, rel=0.15)
+    assert fitted.process.age_ms == 0.0
+    assert fitted.process.loss == 0.0
+
+
+def test_a_run_that_compares_nothing_is_refused(tmp_path):
+    run = fesloop.load("recruitment_sweep", ["experiment.duration_s=1"]).run(tmp_path)
+    with pytest.raises(InputError, match="compares no tracker"):
+        fit_error(str(run.recording))
+
+
+def test_settings_are_for_what_is_yet_to_be_played(tmp_path):
+    with pytest.raises(InputError, match="has been run"):
+        fit_error(str(tmp_path / "run.h5"), settings=("tracker=vqf",))
+    with pytest.raises(InputError, match="reference-late"):
+        fit_error("a.npz", reference_late_ms=float("nan"))
