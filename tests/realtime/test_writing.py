@@ -1,0 +1,43 @@
+"""How a run in step with the wall clock is written down; about 6 s."""
+
+import fesloop
+from fesloop.experiment import trial
+from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording import RecordingWriter
+
+NAME = "finger_pid_latency"
+SHORT = ["experiment.duration_s=1.2"]
+
+
+def test_it_is_written_stream_by_stream_and_is_the_same(tmp_path, monkeypatch):
+    together, append = [], RecordingWriter._append
+
+    def noted(self, tables):
+        together.append(len(tables))
+        append(self, tables)
+
+    experiment = fesloop.load(NAME, SHORT)
+    plain = experiment.run(tmp_path)
+    monkeypatch.setattr(RecordingWriter, "_append", noted)
+    paced = experiment.run(tmp_path, realtime=True)
+    with Recording(paced.recording) as one, Recording(plain.recording) as other:
+        assert one.digest() == other.digest()
+        assert one.instants["time_ns"].tolist() == [k * 10_000_000 for k in range(120)]
+    assert together.count(1) >= len(experiment.nodes)
+
+
+def test_a_disk_that_fills_up_between_two_pieces_ends_the_run(tmp_path, monkeypatch):
+    appended, append = [], RecordingWriter._append
+
+    def counted(self, tables):
+        appended.append(len(tables))
+        append(self, tables)
+
+    monkeypatch.setattr(RecordingWriter, "_append", counted)
+    monkeypatch.setattr("fesloop.experiment.recording.free_bytes",
+                        lambda path: 10**12 if len(appended) < 4 else 10**6)
+    result = trial.run(fesloop.load(NAME, SHORT), tmp_path, realtime=True)
+    assert result.status == "failed"
+    assert "the disk is full" in result.cause
+    with Recording(result.recording) as recording:
+        assert recording.status == "failed"
