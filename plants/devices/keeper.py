@@ -31,6 +31,7 @@ from importlib import import_module
 from types import FrameType
 from typing import Any
 
+from fesloop.realtime.machine import asked_of_machine
 from plants.devices.command_check import wrong_pulses
 from plants.devices.driver import DeviceFault, StimulatorDriver, driver_faults
 from plants.devices.messages import (
@@ -50,6 +51,8 @@ from plants.devices.messages import (
 _NS_PER_MS = 1_000_000
 _STOPS = 3
 """How often a stop that the device does not confirm is said (chosen: a disturbed byte is soon over)."""
+_PRIORITY = 80
+"""Of SCHED_FIFO, asked for (chosen: above interrupts' 50): no loop gone wild keeps its keeper waiting."""
 _LOOK_MS = 20.0
 """How often to look whether the keeper has been told to end, whatever else there is to do."""
 
@@ -169,12 +172,9 @@ class Keeper:
             self._device.close()
 
     def _latch(self, status: str, detail: str) -> None:
-        """Zero current, for good, and tell why; the first cause counts.
-
-        A big process takes so long to end that it may fall silent first: then its end is told as well.
-        """
+        """Zero current, for good, and tell why; the first cause counts."""
         if self._latched:
-            if status == "loop_ended":
+            if status == "loop_ended":  # a big process takes long to end, and falls silent first
                 _say(f"{status}: {detail}")
             return
         self._latched = True
@@ -238,9 +238,10 @@ def main(line_file: int) -> None:
         return
     keeper = Keeper(terms, device, line, loop)
     signal.signal(signal.SIGTERM, keeper.end_when_asked)
-    with suppress(OSError):
-        line.send(note_bytes(ready=True))
-    keeper.keep()
+    with asked_of_machine(True, _PRIORITY) as granted:
+        with suppress(OSError):
+            line.send(note_bytes(ready=True, memory=granted.memory, scheduling=granted.scheduling))
+        keeper.keep()
 
 
 if __name__ == "__main__":

@@ -49,6 +49,7 @@ class KeptDevice:
     answer_s: from sending to the device's answer, of the newest command answered.
     origin_ns: monotonic clock at t = 0; 0 before it is known.
     told: whether the loop knows that the device is stopped, or its keeper gone.
+    granted: what the operating system grants the keeper, in words.
     """
 
     name: str
@@ -61,6 +62,7 @@ class KeptDevice:
     answer_s: float = 0.0
     origin_ns: int = 0
     told: bool = False
+    granted: str = ""
 
     @classmethod
     def started(cls, name: str, terms: Terms, answer_ms: float, open_s: float) -> KeptDevice:
@@ -91,9 +93,10 @@ class KeptDevice:
         poll.register(self.line, select.POLLIN)
         if not poll.poll(patience_s * _MS_PER_S):
             raise RunError(f"{self.name}: the keeper of the device was not ready within {patience_s:g} s")
-        told = self._read(self.line.recv(MOST_BYTES))
+        told = self._read(self._packet() or b"")
         if isinstance(told, Answer) or not told.get("ready"):
             raise RunError(f"{self.name}: the device does not open: {_cause(told)}")
+        self.granted = f"memory: {told.get('memory')}; scheduling: {told.get('scheduling')}"
 
     def send(self, pulses: Pulses) -> None:
         """A command, now; never waits. RunError where the keeper is gone, or too busy to be one."""

@@ -14,6 +14,7 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, duration_ns, parse_rate
 from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.status import StatusLatch
 from fesloop.loop.surroundings import Surroundings
 from plants.checks import require_positive
 from plants.devices.driver import StimulatorDriver, stated_ms
@@ -41,6 +42,7 @@ class DeviceInUse:
 
     device: KeptDevice
     cut: list[int] = field(default_factory=list)
+    latch: StatusLatch = field(default_factory=StatusLatch)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +55,8 @@ class StimulatorDevice:
     the loop's process ends, and when device or line fail; the run then fails at its next tick, with the
     cause. What the loop's process or the keeper suffer, current at the device is zero within the time that
     `fesloop check` states. It runs in real time only (`fesloop run --realtime`), and `stimulation` must come
-    straight from a `safety` block whose `frequency_hz` is the same, for it counts the pulses given.
+    straight from a `safety` block whose `frequency_hz` is the same, for it counts the pulses given. Status
+    `keeper_ready` says what the operating system grants the keeper.
 
     Inputs: `stimulation` (channels, 2), current, A, and pulse width, s. Outputs: `sent` (channels, 2), what
     went to the device; `answer`, s, from sending to the device's answer, of the newest command answered.
@@ -165,6 +168,7 @@ class StimulatorDevice:
     def step(self, state: DeviceInUse, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Hear what became of earlier commands, send the newest; RunError where the device is stopped."""
         state.device.hear()
+        state.latch.put(tick, "keeper_ready", True, state.device.granted)
         limits, wanted = self.limits, cast(Array, inputs[0].value)
         pulses = []
         for channel, (current, width) in enumerate(wanted.tolist()):

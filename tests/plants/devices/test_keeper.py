@@ -17,7 +17,7 @@ import pytest
 from fesloop.errors import RunError
 from plants.devices.driver import stated_ms
 from plants.devices.dry import Dry
-from plants.devices.messages import command_bytes, note_bytes, terms_bytes
+from plants.devices.messages import command_bytes, read_answer, terms_bytes
 from plants.devices.science_mode import ScienceMode
 
 CLASSES = {"dry": Dry, "science_mode": ScienceMode}
@@ -112,6 +112,15 @@ def test_a_stopped_keeper_is_noticed_and_the_device_stops_by_itself(tmp_path):
         assert kept.keeper.poll() is None
         time.sleep(0.2)
         assert device.log.rows()[-1][1] == "stop"  # what was queued meanwhile is too old to be given
+
+
+def test_the_keeper_says_what_it_was_granted(tmp_path):
+    with parts.kept("dry", tmp_path / "dry.log") as kept:
+        granted = "SCHED_FIFO, priority 80" in kept.granted
+        assert (os.sched_getscheduler(kept.keeper.pid) & ~os.SCHED_RESET_ON_FORK == os.SCHED_FIFO) == granted
+        locked = int(next(line.split()[1] for line in Path(f"/proc/{kept.keeper.pid}/status").read_text()
+                          .splitlines() if line.startswith("VmLck")))
+        assert (locked > 0) == ("memory: locked" in kept.granted)
 
 
 def test_ctrl_c_reaches_the_loop_alone_which_ends_in_good_order(tmp_path):
@@ -229,7 +238,7 @@ def bare_keeper(tmp_path):
                           pass_fds=(theirs.fileno(),), stderr=subprocess.DEVNULL) as keeper:
         theirs.close()
         ours.send(terms_bytes(parts.terms("dry", tmp_path / "dry.log", hold_ms=1000.0)))
-        assert ours.recv(4096) == note_bytes(ready=True)
+        assert read_answer(ours.recv(4096))["ready"]
         with ours:
             yield keeper, ours, parts.Log(tmp_path / "dry.log")
 

@@ -73,8 +73,10 @@ def test_pulses_go_out_in_the_devices_steps_and_what_is_cut_is_told(tmp_path):
         assert 0.0 < rows[-1][-1][1] < 0.02  # the answer to one before
     assert [row[1:] for row in log.rows()] == [
         ("open", ""), *[("give", "22/300 30/266 0/0")] * 5, ("stop", "")]
-    told = {(status, detail[:9]) for _, where, status, detail in recorder.events if where == "device"}
-    assert told == {("charge_limited", "channel 1"), ("width_too_short", "channel 2")}
+    told = {(status, detail.split(":")[0])
+            for _, where, status, detail in recorder.events if where == "device"}
+    assert told == {("charge_limited", "channel 1"), ("width_too_short", "channel 2"),
+                    ("keeper_ready", "memory")}
 
 
 def test_a_fault_of_the_device_ends_the_run_and_is_recorded(tmp_path):
