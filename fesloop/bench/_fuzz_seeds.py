@@ -41,6 +41,11 @@ gyr = "imu.gyr"
 acc = "imu.acc"
 mag = "mag"
 """
+_XDF_LAYOUT = """time = "imu"
+[sensors.hand]
+gyr = ["hand_gyr_x", "hand_gyr_y", "hand_gyr_z"]
+acc = {variable = "imu", columns = [4, 5, 6]}
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +73,8 @@ def make_seeds(folder: Path) -> dict[str, Seed]:
              "opt_quat": np.tile([1.0, 0.0, 0.0, 0.0], (_SAMPLES, 1)), "movement": np.ones(_SAMPLES, "u1")}
     made = {
         "xdf": Seed({"lab.xdf": _xdf()}, "recording", {"": (spoil.spoil_bytes, spoil.spoil_xdf)}),
+        "xdf_layout": Seed({"lab.xdf": _xdf(), "layout.toml": _XDF_LAYOUT.encode()}, "layout",
+                           {".xdf": (spoil.spoil_bytes, spoil.spoil_xdf), ".toml": text}),
         "bids": Seed(_bids(), "recording", {"": text}),
         "mat5": Seed({"lab.mat": _mat5(broad, False)}, "recording", {"": binary}),
         "mat5_compressed": Seed({"lab.mat": _mat5(broad, True)}, "recording",

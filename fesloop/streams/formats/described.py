@@ -1,4 +1,4 @@
-"""Files that a layout describes: tables in text, and variables of .mat, .npz and HDF5 files."""
+"""Files that a layout describes: text tables, variables of .mat, .npz and HDF5 files, streams of XDF."""
 
 from __future__ import annotations
 
@@ -13,14 +13,16 @@ from fesloop.errors import InputError, did_you_mean
 from fesloop.streams import checks
 from fesloop.streams.checks import Array
 from fesloop.streams.containers import head_of, is_container, read_container
+from fesloop.streams.formats import xdf_chunks
 from fesloop.streams.formats.channels import recording_of
 from fesloop.streams.formats.layout import Columns, Layout, Place, ReferenceLayout, read_layout
+from fesloop.streams.formats.xdf_source import XdfSource
 from fesloop.streams.recording import MotionRecording, Reference, Stamps
 from fesloop.streams.text_table import TextTable, read_table
 from fesloop.streams.timebase import exact_rate, stamps_of_rate, stamps_of_times
 from fesloop.streams.units import SI, factor
 
-_ALLOWED = "a text file with a table of numbers, a .mat, .npz or HDF5 file"
+_ALLOWED = "a text file with a table of numbers, a .mat, .npz, HDF5 or XDF file"
 
 
 class Source(Protocol):
@@ -37,10 +39,7 @@ def read_described(path: Path, layout_path: Path) -> MotionRecording:
     line and column.
     """
     layout = read_layout(layout_path)
-    container = is_container(head_of(path, _ALLOWED))
-    source: Source = (_Variables(read_container(path), str(path)) if container
-                      else _Table(read_table(path, layout.text), str(path)))
-    source_format = "variables" if container else "table"
+    source_format, source = _source(path, layout, layout_path)
     units = {"gyr": layout.units.gyr, "acc": layout.units.acc, "mag": layout.units.mag}
     scales = {kind: factor(kind, unit, f"{layout_path}: units.{kind}") for kind, unit in units.items()}
     sensors: dict[str, dict[str, Array]] = {}
@@ -57,6 +56,16 @@ def read_described(path: Path, layout_path: Path) -> MotionRecording:
         pairs=[(names.index(parent), names.index(child)) for parent, child in layout.pairs],
         source_units={kind: units[kind] for kind in SI if kind in units and (
             kind != "mag" or "mag" in next(iter(sensors.values())))})
+
+
+def _source(path: Path, layout: Layout, layout_path: Path) -> tuple[str, Source]:
+    """What kind of file it is, and where its numbers are taken from."""
+    head = head_of(path, _ALLOWED)
+    if head.startswith(xdf_chunks.SIGNATURE):
+        return "xdf", XdfSource(path, layout.time, str(layout_path))
+    if is_container(head):
+        return "variables", _Variables(read_container(path), str(path))
+    return "table", _Table(read_table(path, layout.text), str(path))
 
 
 def _time_base(source: Source, rate: str | int | float | None, time: Place | None, length: int,
@@ -146,10 +155,11 @@ class _Variables:
         """See `Source`; of a whole variable (n, count) or, where that is no doubt, (count, n)."""
         if isinstance(place, Columns):
             matrix = self._matrix(place.variable, where)
-            numbers = place.columns
-            if len(numbers) != count or not all(1 <= number <= matrix.shape[1] for number in numbers):
-                raise InputError(where, f"columns {numbers}", f"{count} of 1 to {matrix.shape[1]}")
-            return matrix[:, [number - 1 for number in numbers]]
+            most = matrix.shape[1]
+            numbers = [each - 1 for each in place.columns if isinstance(each, int) and 1 <= each <= most]
+            if not len(numbers) == len(place.columns) == count:
+                raise InputError(where, f"columns {place.columns}", f"{count} of 1 to {most}")
+            return matrix[:, numbers]
         each = place if isinstance(place, tuple) else (place,)
         if not all(isinstance(name, str) for name in each):
             raise InputError(where, "a number without its variable", "{variable = ..., columns = [...]}")

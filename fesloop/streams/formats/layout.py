@@ -39,16 +39,16 @@ _ALLOWED = "a layout file (TOML)"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Columns:
-    """Some columns, by number from 1, of a matrix in a file that holds several.
+    """Some columns of a matrix in a file that holds several.
 
     Attributes
     ----------
-    variable: its name; a dot leads into a structure.
-    columns: numbers from 1.
+    variable: its name; a dot leads into a structure; of an XDF file, the name of a stream.
+    columns: numbers from 1; of a stream also labels.
     """
 
     variable: str
-    columns: tuple[int, ...]
+    columns: tuple[int | str, ...]
 
 
 Place = str | int | tuple[str | int, ...] | Columns

@@ -28,6 +28,8 @@ _FORMATS = {"int8": "i1", "int16": "<i2", "int32": "<i4", "int64": "<i8", "float
 _TEXT = "string"
 _MOST_CHANNELS = 10_000
 _HEADER_BYTES = 2**22
+_STRAY = 10.0
+"""A clock offset is far off where it, or the time since the one before, is by so many times (pyxdf 1.17)."""
 _ALLOWED = "an undamaged XDF file"
 
 
@@ -89,6 +91,7 @@ def read_streams(path: Path) -> list[XdfStream]:
             times, values = zip(*stream.pieces, strict=True)
             stream.times_s, stream.values = np.concatenate(times), np.concatenate(values)
             stream.pieces.clear()
+        drop_stray_end(stream)
     return list(streams.values())
 
 
@@ -207,3 +210,21 @@ def _uneven_samples(rest: memoryview, count: int, size: int, stream: XdfStream,
         raise InputError(where, f"holds {len(rest)} bytes, its samples take {at}", _ALLOWED)
     bytes_of = np.frombuffer(rest, np.uint8)[places[:, np.newaxis] + np.arange(size)]
     return times, bytes_of.view(stream.dtype).reshape(count, stream.channels).copy()
+
+
+def drop_stray_end(stream: XdfStream) -> None:
+    """Leave out what liblsl adds by mistake when an outlet is destroyed (github.com/labstreaminglayer/pylsl,
+    issue 67), as pyxdf does: samples beyond those that the footer counts, where the last clock offset is far
+    off the others too, and that offset.
+    """
+    clock, offset = np.array(stream.clock_s), np.array(stream.offset_s)
+    if not 0 <= stream.counted < stream.times_s.size or clock.size < 3:
+        return
+    steps = np.diff(clock)
+    usual = np.median(steps[:-1])
+    late = abs(steps[-1]) > _STRAY * usual if usual > 0.0 else steps[-1] != 0.0
+    middle = np.median(offset[:-1])
+    deviation = 1.4826 * np.median(np.abs(offset[:-1] - middle))  # that of a normal distribution
+    if late or (deviation > np.finfo(float).eps and abs(offset[-1] - middle) > _STRAY * deviation):
+        stream.times_s, stream.values = stream.times_s[:stream.counted], stream.values[:stream.counted]
+        del stream.clock_s[-1], stream.offset_s[-1]

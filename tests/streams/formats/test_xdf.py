@@ -84,6 +84,61 @@ def test_a_clock_that_was_set_anew_is_refused(tmp_path):
     refused(path, "stream imu", "set anew")
 
 
+@pytest.mark.parametrize("last", [(1000.0 + 300.0, 3.0), (1000.0 + 25.0, 900.0), (1000.0 + 25.0, 3.0)])
+@pytest.mark.parametrize("counted", [99, 100, 0])
+def test_samples_that_liblsl_adds_at_the_end_are_left_out_as_by_pyxdf(tmp_path, last, counted):
+    times, values = xdf.motion(100)
+    steps = [(1000.0 + 5.0 * k, 3.0 + 1e-4 * (k % 3)) for k in range(5)] + [last]
+    path = written(tmp_path, xdf.file_of(
+        xdf.header(1, labels=LABELS, units=UNITS), *(xdf.clock_offset(1, *step) for step in steps),
+        xdf.samples(1, times, values), xdf.footer(1, counted)))
+    logging.disable()
+    (theirs,), _ = pyxdf.load_xdf(path, handle_clock_resets=False)
+    logging.disable(logging.NOTSET)
+    (ours,) = read_streams(path)
+    np.testing.assert_array_equal(ours.values, theirs["time_series"])
+    assert ours.clock_s == theirs["clock_times"]
+
+
+LAYOUT = """
+time = "imu"
+[units]
+gyr = "deg/s"
+acc = "g"
+[sensors.hand]
+gyr = ["wx", "wy", "wz"]
+acc = {variable = "other", columns = ["a", 2, 3]}
+"""
+
+
+def test_streams_that_say_too_little_are_described_by_a_layout(tmp_path):
+    times, values = xdf.motion(100)
+    layout = tmp_path / "layout.toml"
+    layout.write_text(LAYOUT)
+
+    def opened(shift=0.0, text=LAYOUT):
+        layout.write_text(text)
+        content = xdf.file_of(
+            xdf.header(1, labels=["wx", "wy", "wz"]), xdf.header(2, "other", labels=["a", "", ""]),
+            xdf.samples(1, times, values[:, :3]), xdf.samples(2, times + shift, values[:, 3:6]))
+        return open_recording(written(tmp_path, content), layout=layout)
+
+    recording = opened()
+    np.testing.assert_array_equal(recording.gyr[:, 0], values[:, :3].astype(float) * (np.pi / 180.0))
+    np.testing.assert_array_equal(recording.acc[:, 0], values[:, 3:6].astype(float) * 9.80665)
+    assert float(recording.rate) == pytest.approx(100.0, rel=1e-3)
+    with pytest.raises(InputError, match="stream other: has other instants than stream imu"):
+        opened(0.001)
+    for old, new, words in [
+            ('"wz"', '"wq"', "0 channels of stream imu are labelled 'wq'"),
+            ("2, 3", "2, 4", "channel 4; allowed: 1 to 3"),
+            ('"other"', '"othr"', "did you mean 'other'"),
+            ('time = "imu"', "rate = 100", "time: names no stream")]:
+        with pytest.raises(InputError, match=words) as caught:
+            opened(text=LAYOUT.replace(old, new))
+        assert "layout.toml" in str(caught.value)
+
+
 @pytest.mark.parametrize(("form", "dtype"), [("float32", "<f4"), ("double64", "<f8"), ("int16", "<i2"),
                                              ("int32", "<i4"), ("int64", "<i8"), ("int8", "i1")])
 def test_every_number_format(tmp_path, form, dtype):

@@ -1,0 +1,92 @@
+"""Columns of an XDF file's streams, for a layout: where they do not label channels or state no units.
+
+    time = "imu"                    # the instants of this stream
+    [units]
+    gyr = "deg/s"
+    acc = "g"
+    [sensors.hand]
+    gyr = ["wx", "wy", "wz"]        # channels of that stream by label, or by number from 1
+    acc = {variable = "acc", columns = [1, 2, 3]}       # of another one of the same instants
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fesloop.errors import InputError, did_you_mean
+from fesloop.streams.checks import Array
+from fesloop.streams.formats.joined import Part, time_base
+from fesloop.streams.formats.layout import Columns, Place
+from fesloop.streams.formats.xdf_chunks import XdfStream, read_streams
+from fesloop.streams.formats.xdf_clock import instants_s
+
+
+class XdfSource:
+    """The numeric streams of a file, by name.
+
+    Parameters
+    ----------
+    path: of the file.
+    timed: the layout's `time`: the stream whose instants are the recording's, and whose channels are meant
+        where none is named.
+
+    Raises InputError for a damaged file.
+    """
+
+    def __init__(self, path: Path, timed: Place | None, where: str) -> None:
+        self._where = str(path)
+        self._streams = [stream for stream in read_streams(path) if stream.dtype is not None]
+        if not isinstance(timed, str):
+            raise InputError(f"{where}: time", "names no stream of the XDF file", ", ".join(
+                stream.name for stream in self._streams), "the instants of a stream are in the file")
+        self._timed = self._stream(timed, f"{where}: time")
+        self._used = {timed: self._timed}
+
+    def columns(self, place: Place, count: int, where: str) -> Array:
+        """Channels, (n, count); of a stream's name alone its instants, (n, 1), s.
+
+        Raises InputError for a stream or channel that is not there, and, where instants are asked for, if
+        streams that were used before have others.
+        """
+        if isinstance(place, str) and count == 1:
+            return self._instants()[:, np.newaxis]
+        stream, wanted = self._timed, place if isinstance(place, tuple) else ()
+        if isinstance(place, Columns):
+            stream, wanted = self._stream(place.variable, where), place.columns
+            self._used[stream.name] = stream
+        if len(wanted) != count:
+            raise InputError(where, f"names {len(wanted)} channels", f"{count}")
+        numbers = [_number(each, stream, where) for each in wanted]
+        return np.asarray(stream.values, dtype=np.float64)[:, numbers]
+
+    def _instants(self) -> Array:
+        parts = []
+        for name, stream in self._used.items():
+            times = instants_s(stream, f"{self._where}: stream {name}")
+            parts.append(Part(f"stream {name}", times, stream.values, {}))
+        time_base(parts, self._where)
+        return np.asarray(parts[0].times_s - parts[0].times_s[0])
+
+    def _stream(self, name: str, where: str) -> XdfStream:
+        found = [stream for stream in self._streams if stream.name == name]
+        names = [stream.name for stream in self._streams]
+        if len(found) != 1:
+            raise InputError(where, f"{len(found)} streams of {self._where} are named {name!r}",
+                             ", ".join(names) or "none", did_you_mean(name, names))
+        if not found[0].times_s.size:
+            raise InputError(where, f"stream {name!r} of {self._where} holds no sample", "samples")
+        return found[0]
+
+
+def _number(channel: str | int, stream: XdfStream, where: str) -> int:
+    """Number of a channel, from 0."""
+    if isinstance(channel, int):
+        if not 1 <= channel <= stream.channels:
+            raise InputError(where, f"channel {channel}", f"1 to {stream.channels} of stream {stream.name}")
+        return channel - 1
+    if stream.labels.count(channel) != 1:
+        found = f"{stream.labels.count(channel)} channels of stream {stream.name} are labelled {channel!r}"
+        raise InputError(where, found, ", ".join(stream.labels[:12]), did_you_mean(channel, stream.labels))
+    return stream.labels.index(channel)
