@@ -24,7 +24,7 @@ from fesloop.streams.live.description import (
     pick_angles,
     pick_inertial,
 )
-from fesloop.streams.live.first_samples import check_first_samples
+from fesloop.streams.live.first_samples import check_first_samples, check_rate
 from fesloop.streams.live.library import Network
 from fesloop.streams.live.reader import StreamReader
 from fesloop.streams.live.source import LslSource, Wanted, find
@@ -35,8 +35,6 @@ _UNITS = {"gyr": "rad/s", "acc": "m/s^2", "mag": "T"}
 _UNDECLARED = Declared()
 _FROZEN = 5
 """Repetitions of a whole sample that are no chance any more (chosen: noise stirs a last bit somewhere)."""
-_RATE_AGREES = 0.01
-"""By how much the stated rate may differ from the nominal one (chosen: sensors' clocks are better)."""
 
 
 @dataclass(slots=True, eq=False)
@@ -51,7 +49,8 @@ class InletState:
     heard_ns: loop time of the newest tick, and of t = 0.
     captured_ns: loop time of the newest capture put out.
     silent_since_ns: loop time of the last sample before the stream fell silent; NEVER while it is not.
-    before, same: numbers of the newest sample, and how many samples on end have had them before it.
+    before, same: used numbers of the newest sample, and how many on end have had them before it.
+    used: channels that are put out.
     """
 
     reader: StreamReader
@@ -63,6 +62,10 @@ class InletState:
     before: Array = field(default_factory=lambda: np.empty(0))
     same: int = 0
     latch: StatusLatch = field(default_factory=StatusLatch)
+    used: NDArray[np.int64] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.used = np.concatenate([picked.channels.ravel() for picked in self.picked])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -132,8 +135,9 @@ class LslInlet:
             raise InputError("silent_ms", f"{self.silent_ms}", "1 or more")
         wanted = Wanted(name=self.stream, type=self.stream_type, source_id=self.source_id,
                         timeout_s=self.timeout_s, network=self.network)
-        name = "lsl:" + (self.stream or self.source_id or self.stream_type)
-        clock = RateClock.from_rate(self.nominal_rate, where="nominal_rate", arrivals=name)
+        arrivals = " ".join(["lsl:" + (self.stream or self.source_id or self.stream_type),
+                             *self.sensor_names, *self.joints])
+        clock = RateClock.from_rate(self.nominal_rate, where="nominal_rate", arrivals=arrivals)
         object.__setattr__(self, "wanted", wanted)
         object.__setattr__(self, "clock", clock)
 
@@ -164,7 +168,7 @@ class LslInlet:
         """Find and open the stream; raises InputError where there is none, or it does not fit."""
         source = LslSource(self.wanted, find(self.wanted))
         try:
-            self._require_rate(source.info.nominal_srate())
+            check_rate(source.info.nominal_srate(), self.clock, str(self.wanted))
             picked = self._pick(source.info)
             check_first_samples(source, dict(zip(self.kinds, picked, strict=False)), str(self.wanted),
                                 by_sender=self.stamps == "sender")
@@ -174,12 +178,6 @@ class LslInlet:
         reader = StreamReader(source, self.clock.shortest_ns, by_sender=self.stamps == "sender")
         reader.start()
         return InletState(reader, picked)
-
-    def _require_rate(self, stated_hz: float) -> None:
-        """Raise InputError where the stream states another rate; 0 states none."""
-        if stated_hz > 0.0 and abs(stated_hz * self.clock.period_s - 1.0) > _RATE_AGREES:
-            raise InputError(str(self.wanted), f"states a rate of {stated_hz:g} Hz",
-                             f"nominal_rate = {self.nominal_rate!r}", f'say nominal_rate = "{stated_hz:g}"')
 
     def _pick(self, info: Any) -> tuple[Picked, ...]:
         channels, count, where = channels_of(info), info.channel_count(), str(self.wanted)
@@ -231,15 +229,15 @@ class LslInlet:
 
     def _believed(self, state: InletState, values: Array, tick: Tick) -> tuple[Array, bool]:
         """The numbers with NaN for those that are none, and whether nothing at all was captured."""
-        same = self.holds == "imu" and np.array_equal(values, state.before)
-        state.same = state.same + 1 if same else 0
-        state.before = values
+        numbers = values[state.used]
+        same = self.holds == "imu" and np.array_equal(numbers, state.before)
+        state.same, state.before = state.same + 1 if same else 0, numbers
         frozen = state.same >= _FROZEN
-        if not (frozen or state.latch.holding) and is_finite(values):
+        if not (frozen or state.latch.holding) and is_finite(numbers):
             return values, False
         infinite = np.isinf(values)
         values = np.where(infinite | frozen, np.nan, values)
-        empty = all(np.isnan(values[picked.channels]).all() for picked in state.picked)
+        empty = bool(np.isnan(values[state.used]).all())
         state.latch.put(tick, "infinite", bool(infinite.any()), "infinite numbers count as lost")
         state.latch.put(tick, "stream_frozen", frozen, "the same numbers over and over: nothing is captured")
         state.latch.put(tick, "empty_sample", empty and not frozen, "no number at all: nothing is captured")
