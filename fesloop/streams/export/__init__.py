@@ -10,7 +10,8 @@ from types import ModuleType
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.reading import Recording
 from fesloop.streams.export import csv_tables, mat, mot, motion_bids, sto, xdf
-from fesloop.streams.export.selection import file_name, select
+from fesloop.streams.export.names import file_name
+from fesloop.streams.export.selection import select
 from fesloop.streams.export.target import published
 
 __all__ = ["FORMATS", "Exported", "export"]

@@ -9,8 +9,9 @@ from typing import Any
 from fesloop.experiment.signal_table import SignalTable, TableSignal
 from fesloop.loop.clock import NS_PER_S
 from fesloop.streams.export.channels import Quantity, quantity
+from fesloop.streams.export.names import unique
 from fesloop.streams.export.rates import rate_of_stamps
-from fesloop.streams.export.selection import Selection, unique
+from fesloop.streams.export.selection import Selection
 
 BIDS_VERSION = "1.10.0"
 _TYPES: dict[Quantity, str] = {"acceleration": "ACCEL", "rate": "GYRO", "field": "MAGN",

@@ -15,8 +15,9 @@ import numpy as np
 from fesloop.experiment.signal_table import Piece, SignalTable, TableSignal
 from fesloop.experiment.toml_text import toml_text
 from fesloop.streams.export.channels import quantity
+from fesloop.streams.export.names import file_name, unique
 from fesloop.streams.export.rates import rate_of_stamps
-from fesloop.streams.export.selection import Selection, file_name, unique
+from fesloop.streams.export.selection import Selection
 from fesloop.streams.export.text import instant, lines, numbers, seconds, side_by_side
 from fesloop.streams.timebase import stamps_of_rate
 

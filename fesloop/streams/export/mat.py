@@ -18,7 +18,8 @@ from fesloop.errors import InputError
 from fesloop.experiment.signal_table import SignalTable, TableSignal
 from fesloop.loop.clock import NS_PER_S
 from fesloop.streams.export import mat_elements as mat
-from fesloop.streams.export.selection import Selection, file_name, unique
+from fesloop.streams.export.names import file_name, unique
+from fesloop.streams.export.selection import Selection
 
 MOST_BYTES = 2**31 - 1
 """Of a variable in a MATLAB 5 file (MathWorks, "MAT-File Versions")."""

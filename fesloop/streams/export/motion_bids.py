@@ -14,7 +14,8 @@ from pathlib import Path
 from fesloop.experiment.signal_table import Piece, SignalTable, TableSignal
 from fesloop.streams.export import bids_sidecars as sidecars
 from fesloop.streams.export.channels import quantity
-from fesloop.streams.export.selection import Selection, unique
+from fesloop.streams.export.names import unique
+from fesloop.streams.export.selection import Selection
 from fesloop.streams.export.text import instant, lines, numbers, seconds, side_by_side
 
 NO_VALUE = "n/a"
@@ -34,7 +35,7 @@ def write(selection: Selection, folder: Path) -> list[str]:
     _write_dataset(selection, folder)
     notes, scans = [], [["filename", "acq_time", "trial"]]
     for trial in selection.trials:
-        run = "" if selection.recording.trials == 1 else f"_run-{trial + 1}"
+        run = "" if selection.among == 1 else f"_run-{trial + 1}"
         tables = selection.tables(trial)
         for table, system in zip(tables, _systems(selection, tables), strict=True):
             if not table.count:
@@ -42,7 +43,7 @@ def write(selection: Selection, folder: Path) -> list[str]:
                 continue
             stem = f"{_SUBJECT}_task-{task}_tracksys-{system}{run}"
             _write_system(selection, table, task, system, motion / stem)
-            scans.append([f"motion/{stem}_motion.tsv", _onset(selection, trial), str(trial)])
+            scans.append([f"motion/{stem}_motion.tsv", selection.onset(trial), str(trial)])
         _write_events(selection, trial, motion / f"{_SUBJECT}_task-{task}{run}")
     _write_table(folder / _SUBJECT / f"{_SUBJECT}_scans.tsv", scans)
     _write_json(folder / _SUBJECT / f"{_SUBJECT}_scans.json", sidecars.SCANS)
@@ -83,12 +84,6 @@ def _write_events(selection: Selection, trial: int, stem: Path) -> None:
     if rows:
         _write_table(stem.with_name(f"{stem.name}_events.tsv"), [sidecars.EVENT_COLUMNS, *rows])
         _write_json(stem.with_name(f"{stem.name}_events.json"), sidecars.EVENTS)
-
-
-def _onset(selection: Selection, trial: int) -> str:
-    """When t = 0 of a trial was; of later ones than the first a recording does not say."""
-    started = str(selection.recording.wall.get("started", ""))
-    return started[:19] if trial == 0 and started else NO_VALUE
 
 
 def _systems(selection: Selection, tables: list[SignalTable]) -> list[str]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from typing import Any
 
 from fesloop.errors import InputError, did_you_mean
@@ -41,12 +41,14 @@ class Selection:
     ----------
     recording: open for reading.
     trials: counted from 0.
+    among: how many trials the recording had at the start.
     signals: names.
     progress: is kept up to date by `pieces`.
     """
 
     recording: Recording
     trials: tuple[int, ...]
+    among: int
     signals: tuple[str, ...]
     progress: Progress
 
@@ -80,7 +82,19 @@ class Selection:
 
     def prefix(self, trial: int) -> str:
         """What names of a trial's files begin with: nothing, where the run has but one trial."""
-        return "" if self.recording.trials == 1 else f"trial-{trial}_"
+        return "" if self.among == 1 else f"trial-{trial}_"
+
+    def onset(self, trial: int) -> str:
+        """When t = 0 of a trial was, UTC: of a run in real time to the us; else of the first alone, to the s.
+
+        Empty where the recording does not say.
+        """
+        for origin in self.recording.origins:
+            if origin["trial"] == trial:
+                moment = datetime.fromtimestamp(int(origin["utc_ns"]) // 1000 / 1e6, UTC)
+                return f"{moment.replace(tzinfo=None).isoformat(timespec='microseconds')}Z"
+        started = str(self.recording.wall.get("started", ""))
+        return f"{started[:19]}Z" if trial == 0 and started else ""
 
 
 def select(recording: Recording, trial: int | None, signals: Sequence[str] | None,
@@ -97,29 +111,32 @@ def select(recording: Recording, trial: int | None, signals: Sequence[str] | Non
 
     Raises InputError for trials and signals that the recording does not have, and for one without any.
     """
-    where, count = str(recording.path), recording.trials
+    count = recording.trials
     if count == 0:
-        raise InputError(where, "holds no row of any trial", "a run that got as far as its first tick")
+        raise InputError(str(recording.path), "holds no row of any trial",
+                         "a run that got as far as its first tick")
     if trial is not None and not 0 <= trial < count:
         raise InputError("--trial", f"{trial}", "0" if count == 1 else f"0 to {count - 1}")
     trials = tuple(range(count)) if trial is None else (trial,)
     known = recording.signals + recording.inputs
     if signals is not None:
         _require_known(signals, known)
-        return _selection(recording, trials, tuple(dict.fromkeys(signals)), tell)
-    chosen = tuple(signal.name for table in recording.tables(known, trials[0])
+        chosen = tuple(dict.fromkeys(signals))
+    else:
+        chosen = _all_wanted(recording, known, trials[0], wanted, what)
+    rows = sum(table.count * len(table.signals) for number in trials
+               for table in recording.tables(chosen, number))
+    return Selection(recording, trials, count, chosen, Progress(tell, rows))
+
+
+def _all_wanted(recording: Recording, known: Sequence[str], trial: int,
+                wanted: Callable[[TableSignal], bool], what: str) -> tuple[str, ...]:
+    chosen = tuple(signal.name for table in recording.tables(known, trial)
                    for signal in table.signals if wanted(signal))
     if not chosen:
-        raise InputError(where, f"records no {what}", "such a signal, or --signals",
+        raise InputError(str(recording.path), f"records no {what}", "such a signal, or --signals",
                          f"recorded are {', '.join(known) or 'none'}")
-    return _selection(recording, trials, chosen, tell)
-
-
-def _selection(recording: Recording, trials: tuple[int, ...], signals: tuple[str, ...],
-               tell: Callable[[float], object]) -> Selection:
-    rows = sum(table.count * len(table.signals) for trial in trials
-               for table in recording.tables(signals, trial))
-    return Selection(recording, trials, signals, Progress(tell, rows))
+    return chosen
 
 
 def _require_known(signals: Sequence[str], known: Sequence[str]) -> None:
@@ -129,20 +146,3 @@ def _require_known(signals: Sequence[str], known: Sequence[str]) -> None:
         if name not in known:
             raise InputError("--signals", f"{name!r} is not recorded", ", ".join(known),
                              did_you_mean(name, known))
-
-
-def file_name(name: str) -> str:
-    """A name that any file system takes: what is no letter, digit, dot, dash or underscore is one."""
-    return re.sub(r"[^A-Za-z0-9._-]+", "_", name).lstrip(".") or "_"
-
-
-def unique(names: Sequence[str], between: str = "_") -> list[str]:
-    """The same names, those that stand there already, in small or capital letters, with a number behind."""
-    found: list[str] = []
-    for name in names:
-        number, tried = 1, name
-        while tried.lower() in {other.lower() for other in found}:
-            number += 1
-            tried = f"{name}{between}{number}"
-        found.append(tried)
-    return found

@@ -20,8 +20,9 @@ from fesloop.experiment.signal_table import Piece, SignalTable, TableSignal
 from fesloop.loop.clock import NS_PER_S
 from fesloop.streams.export import xdf_chunks as chunks
 from fesloop.streams.export.channels import Channel, Quantity, quantity
+from fesloop.streams.export.names import file_name
 from fesloop.streams.export.rates import rate_of_stamps
-from fesloop.streams.export.selection import Selection, file_name
+from fesloop.streams.export.selection import Selection
 
 STAMPS = ("index", "time_ns", "left_ns", "oldest_ns", "newest_ns")
 _TYPES: dict[Quantity, str] = {"acceleration": "IMU", "rate": "IMU", "field": "IMU", "orientation": "MoCap",
@@ -113,8 +114,8 @@ def write(selection: Selection, folder: Path) -> list[str]:
 
 def _write_trial(writer: _Writer) -> None:
     selection, trial = writer.selection, writer.trial
-    started = str(selection.recording.wall.get("started", ""))
-    writer.file.write(chunks.MAGIC + chunks.file_header([("version", "1.0"), ("datetime", started)]))
+    about = [("version", "1.0"), ("datetime", selection.onset(trial))]
+    writer.file.write(chunks.MAGIC + chunks.file_header(about))
     tables = selection.tables(trial)
     streams = {id(table): _streams(writer, table) for table in tables}
     events = writer.add("events", "Markers", 0.0, "string", [[("label", "where: status: detail")]])

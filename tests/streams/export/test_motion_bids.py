@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from export_parts import BLOCK, INPUT, PLANT, Node, runs, same, times, write_run
@@ -160,3 +161,18 @@ def test_a_run_without_motion_is_refused(tmp_path):
     node.add(times(2), {"stimulation": np.zeros((2, 1, 2))})
     with pytest.raises(InputError, match=r"records no motion.*recorded are pid\.stimulation"):
         export(write_run(tmp_path / "run.h5", [node]), "motion-bids", tmp_path / "d")
+
+
+def test_runs_in_real_time_say_when_their_trials_began(tmp_path):
+    run = write_run(tmp_path / "run.h5", worn(trials=2))
+    with h5py.File(run, "r+") as file:
+        rows = np.array([(0, 5, 1_763_719_200_123_456_789), (1, 6, 1_763_719_260_000_000_999)],
+                        [("trial", "<i4"), ("monotonic_ns", "<i8"), ("utc_ns", "<i8")])
+        file["wall"].create_dataset("origins", data=rows)
+    dataset = export(run, "motion-bids", tmp_path / "dataset").path
+    onsets = {(row[2], row[1]) for row in rows_of(dataset / "sub-01/sub-01_scans.tsv")[1:]}
+    assert onsets == {("0", "2025-11-21T10:00:00.123456Z"), ("1", "2025-11-21T10:01:00.000000Z")}
+    assert faults(dataset) == []
+    plain = export(write_run(tmp_path / "plain.h5", worn(trials=2)), "motion-bids", tmp_path / "plain").path
+    onsets = {(row[2], row[1]) for row in rows_of(plain / "sub-01/sub-01_scans.tsv")[1:]}
+    assert onsets == {("0", "2026-11-21T10:00:00Z"), ("1", "n/a")}
