@@ -140,7 +140,7 @@ def _add_reproduce(commands: _Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("reproduce", help="a paper's experiments on virtual subjects")
     command.add_argument("paper", metavar="PAPER",
                          help="kortier2014, salchow2019; our own claims: hour, array_search, grasp_ilc, "
-                         "grasp_trackers, grasp_mpc, linear_theory")
+                         "grasp_trackers, grasp_mpc, linear_theory, error_replay")
     command.add_argument("--subjects", type=int, metavar="N", help="how many (default: the full cohort)")
     command.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
     command.add_argument("--out", metavar="DIR", default="reproduced",

@@ -15,7 +15,7 @@ from fesloop.reproduce.comparison import Band, Row, share_that_holds
 from fesloop.reproduce.result import Reproduction
 
 PAPERS = ("kortier2014", "salchow2019", "hour", "array_search", "grasp_ilc", "grasp_trackers", "grasp_mpc",
-          "linear_theory")
+          "linear_theory", "error_replay")
 
 
 def execute(args: Namespace) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -15,6 +16,8 @@ from fesloop.experiment.parse import load
 from fesloop.experiment.reading import Recording
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.models.error_process import ErrorProcess
+from fesloop.streams.hdf5 import form_of
+from fesloop.streams.motion_file import FORMAT as MOTION
 from fesloop.tracker_error.correlation import correlation_of
 from fesloop.tracker_error.error_record import ErrorRecord
 from fesloop.tracker_error.judging import Judgement, judge
@@ -75,7 +78,7 @@ def fit_error(path: str, *, settings: tuple[str, ...] = (), reference_late_ms: f
     if not math.isfinite(reference_late_ms):
         raise InputError("--reference-late", f"{reference_late_ms}", "a finite number of ms")
     late_ns = round(reference_late_ms * NS_PER_MS)
-    if path.endswith(".h5"):
+    if _is_run(path):
         if settings:
             raise InputError("--set", f"given for {path}, which has been run",
                              "settings for a recording that is yet to be played")
@@ -85,6 +88,16 @@ def fit_error(path: str, *, settings: tuple[str, ...] = (), reference_late_ms: f
         experiment = load(PLAYER, (f"recording={path}", *settings))
         with Recording(experiment.run(folder).recording) as recording:
             return fit_measured(measured_errors(recording, late_ns), seed, progress)
+
+
+def _is_run(path: str) -> bool:
+    """Whether a file is a run's, and not a recording that is yet to be played; both may be HDF5."""
+    if not path.endswith(".h5"):
+        return False
+    try:
+        return not form_of(Path(path), "a run").startswith(MOTION)
+    except InputError:  # of a run that is under way, or was killed, or is none: opening it as a run tells
+        return True
 
 
 def fit_measured(measured: MeasuredErrors, seed: int = 0, progress: Progress | None = None) -> FittedError:

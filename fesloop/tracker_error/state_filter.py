@@ -49,8 +49,8 @@ def likelihood(
     """
     innovations = np.empty_like(error)
     phases = [slice(first, None, every) for first in range(every)]
-    spread = sum(whiten(error[rows], times_s[rows], speeds[rows], slow, slow_s, smooth, fast_s, white, speed_s,
-                        innovations[rows]) for rows in phases)
+    spread = sum(whiten(error[rows], times_s[rows], speeds[rows], slow, slow_s, smooth, fast_s, white,
+                        speed_s, innovations[rows]) for rows in phases)
     squares = np.square(innovations)
     count = int(np.isfinite(squares).sum())
     scale = max(float(np.nansum(squares)) / count, np.finfo(float).tiny)

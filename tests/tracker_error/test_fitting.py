@@ -104,3 +104,9 @@ def test_hil_replay_takes_one_joint_of_a_whole_body_and_records_its_commands(rec
         assert run.signal("tracker.angles").values.shape == (601, 1)
         assert run.signal("safety.stimulation").values.max() > 0.0
     assert set(result.metrics) == {"step_us"}
+
+
+def test_an_imported_recording_is_played_like_its_source(recordings, tmp_path):
+    target = tmp_path / "motion.h5"
+    assert main(["import", str(recordings / "wrist" / "circle-250.npz"), str(target)]) == 0
+    assert fit_error(str(target)).judgements[0].rmse_holds
