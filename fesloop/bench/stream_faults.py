@@ -34,15 +34,15 @@ from fesloop.streams.live.library import open_library
 from fesloop.streams.live.played import Played, posture
 from fesloop.streams.live.sender_faults import SenderFault
 
-FAULTS = {"stop": (350.0, "stream_silent"), "vanish": (350.0, "stream_lost"),
-          "freeze": (400.0, "stream_frozen"), "repeat": (350.0, "stamp_repeated"),
-          "clock": (350.0, "stamp_behind"), "nan": (350.0, "empty_sample"),
-          "reorder": (650.0, "rate_changed"), "rate": (650.0, "rate_changed"),
-          "jump": (250.0, "posture_jumped")}
-"""Stated time, ms, and the status that names the cause. 200 are the ramp of `hil_live`; but for a jump, which
-is seen at once, 100 are the posture's greatest age, 30 pass until a silent stream is ticked on, and 20 are
-left for waking up. Frozen numbers are known after 50, another rate after ten samples that are all of it, 300
-at half the rate."""
+FAULTS = {"stop": (380.0, "stream_silent"), "vanish": (380.0, "stream_lost"),
+          "freeze": (430.0, "stream_frozen"), "repeat": (380.0, "stamp_repeated"),
+          "clock": (380.0, "stamp_behind"), "nan": (380.0, "empty_sample"),
+          "reorder": (680.0, "rate_changed"), "rate": (680.0, "rate_changed"),
+          "jump": (280.0, "posture_jumped")}
+"""Stated time, ms, and the status that names the cause. 200 are the ramp of `hil_live`, and 60 are left for
+stalls of a machine that does other things too. But for a jump, which is seen at once, 100 are the greatest
+age of a posture, and 20 pass until the next ticks of a silent stream. Frozen numbers are known after 50,
+another rate after ten samples that are all of it, 300 at half the rate."""
 _OF_POSTURE = "jump"
 _HELD_S, _GOES_S = 10.0, 1.0
 _VALUES = {"jump": _HELD_S + _GOES_S, "clock": -1.0, "rate": 0.5}

@@ -80,10 +80,10 @@ class LslInlet:
     Outputs of inertial sensors: `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and, with magnetometers, `mag` (n, 3)
     T. Of a posture: `angles` (k,) rad. NaN is what was lost: so says the sender, or it is infinite.
 
-    While nothing arrives it ticks every `silent_ms` all the same, so that whatever is on its clock, such as a
-    safety block, still acts: the outputs are then NaN, and the capture is that of the last sample, which
-    grows older. So it is with samples that are nothing but NaN, with those of inertial sensors that are the
-    same to the last bit six times on end, and while samples come at a wrong rate.
+    When nothing has come for `silent_ms` it ticks at its nominal rate all the same, so that whatever is on
+    its clock, such as a safety block, still acts: the outputs are then NaN, and the capture is that of the
+    last sample, which grows older. So it is with samples that are nothing but NaN, with those of inertial
+    sensors that are the same to the last bit six times on end, and while samples come at a wrong rate.
 
     Statuses: `stream_silent`, `stream_back`; `stream_lost` (its sender is gone), `stream_found`,
     `stream_differs`; `stamp_behind`, `stamp_repeated`, `stamp_ahead`, `clock_reset`, `samples_missing`,
@@ -201,7 +201,8 @@ class LslInlet:
         sample = state.reader.oldest()
         if sample is not None:
             return sample.arrived_ns - state.origin_ns
-        silent = state.heard_ns + round(self.silent_ms * NS_PER_MS)
+        silent = state.heard_ns + (round(self.silent_ms * NS_PER_MS) if state.silent_since_ns < 0
+                                   else self.clock.shortest_ns)
         return silent if state.reader.now_ns() - state.origin_ns >= silent else None
 
     def step(self, state: InletState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
