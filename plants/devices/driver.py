@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import ClassVar, Protocol
+from importlib import import_module
+from typing import Any, ClassVar, Protocol
 
 from plants.stimulator_devices import Preset
 
@@ -84,6 +85,12 @@ class StimulatorDriver(Protocol):
 
     def close(self) -> None:
         """Let the device go, whatever state it is in; raises nothing."""
+
+
+def driver_at(place: str) -> Any:
+    """The class of a driver, by "module:Class"; what its module raises when imported."""
+    module, _, name = place.partition(":")
+    return getattr(import_module(module), name)
 
 
 @contextmanager

@@ -27,13 +27,11 @@ import socket
 import sys
 import time
 from contextlib import suppress
-from importlib import import_module
 from types import FrameType
-from typing import Any
 
 from fesloop.realtime.machine import asked_of_machine
 from plants.devices.command_check import wrong_pulses
-from plants.devices.driver import DeviceFault, StimulatorDriver, driver_faults
+from plants.devices.driver import DeviceFault, StimulatorDriver, driver_at, driver_faults
 from plants.devices.messages import (
     MOST_BYTES,
     Answer,
@@ -83,18 +81,24 @@ class Keeper:
         self._over = True
 
     def keep(self) -> None:
-        """Until the loop is done with the device, or gone."""
-        while not self._over:
-            ready = {file for file, _ in self._poll.poll(self._patience_ms())}
-            self._require_fresh()
-            if self._line.fileno() in ready:
-                self._hear()
-            elif self._loop in ready:
-                self._latch("loop_ended", "the loop's process has ended")
-                return
-            if not self._latched:
-                self._attend()
-        self._latch("terminated", "the keeper was told to end")
+        """Until the loop is done with the device, or gone; however it ends, the device is stopped."""
+        try:
+            while not self._over:
+                self._look()
+        finally:
+            self._latch("terminated", "the keeper was told to end" if self._over else "the keeper broke")
+
+    def _look(self) -> None:
+        """Wait for what happens next, and see to it."""
+        ready = {file for file, _ in self._poll.poll(self._patience_ms())}
+        self._require_fresh()
+        if self._line.fileno() in ready:
+            self._hear()
+        elif self._loop in ready:
+            self._latch("loop_ended", "the loop's process has ended")
+            self._over = True
+        if not self._latched:
+            self._attend()
 
     def _patience_ms(self) -> float:
         """How long may be slept: until the device wants attention, or the newest command is too old."""
@@ -208,13 +212,6 @@ def _say(cause: str) -> None:
         print(f"fesloop: the stimulator is stopped: {cause}", file=sys.stderr, flush=True)
 
 
-def _driver(terms: Terms) -> StimulatorDriver:
-    module, _, name = terms.driver.partition(":")
-    made: Any = getattr(import_module(module), name)
-    driver: StimulatorDriver = made(terms.port, terms.channels, terms.hertz)
-    return driver
-
-
 def main(line_file: int) -> None:
     """Keep the device that the first message on the line names."""
     for number in (signal.SIGINT, signal.SIGHUP):
@@ -230,7 +227,7 @@ def main(line_file: int) -> None:
         return
     try:
         with driver_faults():
-            device = _driver(terms)
+            device = driver_at(terms.driver)(terms.port, terms.channels, terms.hertz)
             device.open()
     except DeviceFault as fault:
         with suppress(OSError):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.errors import InputError
+from fesloop.errors import InputError, RunError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, duration_ns, parse_rate
 from fesloop.loop.signals import Port, Sample, Value
@@ -162,11 +162,16 @@ class StimulatorDevice:
         return DeviceInUse(device, [0] * self.channels)
 
     def attach(self, state: DeviceInUse, present: Present) -> None:
-        """Know when t = 0 was, to tell when the device stopped."""
+        """Know when t = 0 is, without which nothing is sent."""
         state.device.origin_ns = present.origin_ns
 
     def step(self, state: DeviceInUse, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """Hear what became of earlier commands, send the newest; RunError where the device is stopped."""
+        """Hear what became of earlier commands, send the newest.
+
+        RunError where the device is stopped, and in a loop that is not in step with the wall clock.
+        """
+        if not state.device.origin_ns:
+            raise RunError(f"{state.device.name}: commands go to a device in real time only")
         state.device.hear()
         state.latch.put(tick, "keeper_ready", True, state.device.granted)
         limits, wanted = self.limits, cast(Array, inputs[0].value)

@@ -56,6 +56,7 @@ def loop_of(device, *pulses, recorder=None):
 def paced(loop, ticks, from_tick=0):
     """In step with the wall clock, until the last command has been taken."""
     origin = time.monotonic_ns() - from_tick * PERIOD_NS
+    loop.wiring.node("device").part.attach(loop.states()["device"], Present(origin, threading.Event()))
     for number in range(from_tick, from_tick + ticks):
         time.sleep(max(0.0, (origin + number * PERIOD_NS - time.monotonic_ns()) / 1e9))
         loop.run_until(number * PERIOD_NS)
@@ -112,6 +113,14 @@ def test_each_trial_has_the_device_anew(tmp_path):
         loop.next_trial()
         paced(loop, 3)
     assert [event for _, event, _ in log.rows()] == ["open", *["give"] * 3, "stop"]
+
+
+def test_a_loop_that_runs_as_fast_as_it_can_sends_nothing(tmp_path):
+    log = parts.Log(tmp_path / "dry.log")
+    with closing(loop_of(StimulatorDevice(port=str(log.path)), *parts.PULSES)) as loop, \
+            pytest.raises(RunError, match="in real time only"):
+        loop.run_until(PERIOD_NS)
+    assert [event for _, event, _ in log.rows()] == ["open", "stop"]
 
 
 def test_a_device_in_use_cannot_be_saved(tmp_path):
