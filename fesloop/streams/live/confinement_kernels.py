@@ -12,6 +12,7 @@ from typing import Any
 import numba
 import numpy as np
 from numba import carray, types  # type: ignore[attr-defined]
+from numba.extending import register_jitable
 
 _INET, _INET6 = int(socket.AF_INET), int(socket.AF_INET6)
 _INET_SIZE, _INET6_SIZE = 16, 28
@@ -22,10 +23,10 @@ _sendto: Any = types.ExternalFunction(
     "sendto", types.intp(_number, _place, types.uintp, types.int32, _place, _size))
 
 
-@numba.njit
+@register_jitable
 def make_loopback(address: Any) -> None:
     """Write the loopback address into a socket address (uint8); what is no internet address stays."""
-    family = address[0] + 256 * address[1]
+    family = int(address[0]) + 256 * int(address[1])
     if family == _INET:
         address[4], address[5], address[6], address[7] = 127, 0, 0, 1
     elif family == _INET6:

@@ -184,7 +184,10 @@ class LslSource:
 
     def reopen(self) -> None:
         """Look for the stream again; see Source."""
-        found = self._wanted.search(self._pylsl, _SEARCH_S)
+        try:
+            found = self._wanted.search(self._pylsl, _SEARCH_S)
+        except RuntimeError as fault:
+            raise StreamLost(f"nothing, for the search failed: {fault}") from None
         if len(found) != 1:
             raise StreamLost(", ".join(map(describe, found)))
         before = self.info.channel_count(), channels_of(self.info)

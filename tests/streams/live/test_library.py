@@ -1,13 +1,18 @@
 """What is opened: nothing before it is needed, and nothing that other computers could reach."""
 
 import os
+import socket
+import struct
 import subprocess
 import sys
 import textwrap
 from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from fesloop.streams.live.confinement_kernels import make_loopback
 
 needs_pylsl = pytest.mark.skipif(find_spec("pylsl") is None, reason="pylsl is not installed")
 needs_linux = pytest.mark.skipif(not Path("/proc/self/net/tcp").exists(),
@@ -77,6 +82,21 @@ def test_a_wheel_without_its_library_is_told_apart(tmp_path):
     assert told.count("\n") == 1
     assert "not liblsl for this platform" in told
     assert "PYLSL_LIB" in told
+
+
+@pytest.mark.parametrize("address", ["0.0.0.0", "192.168.7.9", "127.0.0.1", "::", "fe80::1", "::1"])
+def test_whatever_address_is_asked_for_becomes_loopback(address):
+    if ":" in address:
+        asked = struct.pack("=HHI16sI", socket.AF_INET6, socket.htons(16572), 0,
+                            socket.inet_pton(socket.AF_INET6, address), 0)
+        loopback, place = socket.inet_pton(socket.AF_INET6, "::1"), slice(8, 24)
+    else:
+        asked = struct.pack("=HH4s8x", socket.AF_INET, socket.htons(16572), socket.inet_aton(address))
+        loopback, place = socket.inet_aton("127.0.0.1"), slice(4, 8)
+    taken = np.frombuffer(asked, dtype=np.uint8).copy()
+    make_loopback(taken)
+    assert taken[place].tobytes() == loopback
+    assert taken[:4].tobytes() == asked[:4]
 
 
 @needs_pylsl
