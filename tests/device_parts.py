@@ -15,11 +15,15 @@ from plants.devices.messages import Terms
 PULSES = [(0.02, 300e-6), (0.01, 250e-6)]
 """Two channels: 20 mA and 10 mA."""
 PERIOD_S = 0.02
+HOLD_MS = 300.0
+"""Longer than usual: a machine that runs tests keeps a loop waiting now and then."""
+BUSY_MS = 100.0
+"""What such a machine may add to a stated time; `fesloop bench hil_faults` holds the time itself."""
 PATIENCE_S = 20.0
 DRIVERS = {"dry": "plants.devices.dry:Dry", "science_mode": "plants.devices.science_mode:ScienceMode"}
 
 
-def terms(driver, port, *, hold_ms=100.0, loop=None, channels=2):
+def terms(driver, port, *, hold_ms=HOLD_MS, loop=None, channels=2):
     return Terms(driver=DRIVERS.get(driver, driver), port=str(port), channels=channels, hertz=40.0,
                  charge_max=20e-6, hold_ms=hold_ms, loop=os.getpid() if loop is None else loop)
 
@@ -108,9 +112,9 @@ def device(folder):
 
 
 @contextmanager
-def loop_process(driver, port, hold_ms=100.0, prefix=()):
+def loop_process(driver, port, hold_ms=HOLD_MS):
     """A process that commands a device for ever; what it says of its end goes to its standard error."""
-    process = subprocess.Popen([*prefix, sys.executable, __file__, driver, str(port), str(hold_ms)],
+    process = subprocess.Popen([sys.executable, __file__, driver, str(port), str(hold_ms)],
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         assert process.stdout.readline().startswith("keeper "), process.stderr.read()

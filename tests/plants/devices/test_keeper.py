@@ -13,6 +13,7 @@ from pathlib import Path
 
 import device_parts as parts
 import pytest
+from device_parts import BUSY_MS, HOLD_MS
 
 from fesloop.errors import RunError
 from plants.devices.driver import stated_ms
@@ -55,7 +56,7 @@ def test_a_killed_loop_leaves_no_current(session, moment):
         some_time()
         loop.kill()
         since = time.monotonic_ns()
-        assert zero_ms(log, since) < stated_ms(CLASSES[driver], 100.0)[0]
+        assert zero_ms(log, since) < stated_ms(CLASSES[driver], HOLD_MS)[0] + BUSY_MS
         loop.wait()
         assert "loop_ended" in loop.stderr.read()
 
@@ -68,11 +69,11 @@ def test_a_stopped_loop_leaves_no_current_and_comes_back_to_be_told(session, mom
         some_time()
         loop.send_signal(signal.SIGSTOP)
         since = time.monotonic_ns()
-        assert zero_ms(log, since) < stated_ms(CLASSES[driver], 100.0)[0]
+        assert zero_ms(log, since) < stated_ms(CLASSES[driver], HOLD_MS)[0] + BUSY_MS
         loop.send_signal(signal.SIGCONT)
         _, said = loop.communicate(timeout=10)
     assert loop.returncode == 1
-    assert "device: the device is stopped: silence: no fresh command for 100 ms" in said
+    assert "device: the device is stopped: silence: no fresh command for 300 ms" in said
     assert log.rows()[-1][1] == "stop"
 
 
@@ -85,7 +86,7 @@ def test_a_killed_keeper_leaves_no_current_at_the_device(tmp_path, moment):
         since = time.monotonic_ns()
         with pytest.raises(RunError, match=r"keeper of the device has ended by itself \(signal 9\)"):
             parts.command(kept, 1.0)
-        assert zero_ms(device.log, since) < stated_ms(ScienceMode, 100.0)[1]
+        assert zero_ms(device.log, since) < stated_ms(ScienceMode, HOLD_MS)[1] + BUSY_MS
 
 
 @pytest.mark.parametrize("moment", MOMENTS)
@@ -96,7 +97,7 @@ def test_an_unplugged_device_stops_by_itself_and_is_named(tmp_path, moment):
         since = device.go_wrong("unplug")
         with pytest.raises(RunError, match="unplugged: the line is gone"):
             parts.command(kept, 1.0)
-        assert zero_ms(device.log, since) < stated_ms(ScienceMode, 100.0)[1]
+        assert zero_ms(device.log, since) < stated_ms(ScienceMode, HOLD_MS)[1] + BUSY_MS
 
 
 def test_a_stopped_keeper_is_noticed_and_the_device_stops_by_itself(tmp_path):
@@ -107,7 +108,7 @@ def test_a_stopped_keeper_is_noticed_and_the_device_stops_by_itself(tmp_path):
         since = time.monotonic_ns()
         with pytest.raises(RunError, match="keeper of the device has not answered"):
             parts.command(kept, 3.0)
-        assert zero_ms(device.log, since) < stated_ms(ScienceMode, 100.0)[1]
+        assert zero_ms(device.log, since) < stated_ms(ScienceMode, HOLD_MS)[1] + BUSY_MS
         kept.keeper.send_signal(signal.SIGCONT)
         assert kept.keeper.poll() is None
         time.sleep(0.2)
@@ -126,7 +127,7 @@ def test_the_keeper_says_what_it_was_granted(tmp_path):
 def test_ctrl_c_reaches_the_loop_alone_which_ends_in_good_order(tmp_path):
     log = parts.Log(tmp_path / "dry.log")
     script = f"import os, sys; os.setsid(); os.execv(sys.executable, [sys.executable, {parts.__file__!r}, " \
-             f"'dry', {str(log.path)!r}, '100'])"
+             f"'dry', {str(log.path)!r}, '1000'])"
     with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                           text=True) as loop:
         log.wait_for("give")
@@ -153,7 +154,7 @@ def test_a_loop_that_falls_silent_finds_the_device_latched(tmp_path):
         kept.origin_ns = time.monotonic_ns()
         parts.command(kept, 0.1)
         since = max(stamp for stamp, event, _ in log.rows() if event == "give")
-        assert 60.0 <= zero_ms(log, since) < stated_ms(Dry, 60.0)[0]
+        assert 60.0 <= zero_ms(log, since) < stated_ms(Dry, 60.0)[0] + BUSY_MS
         kept.send(parts.PULSES)
         with pytest.raises(RunError, match=r"silence: no fresh command for 60 ms \(at 0\.\d+ s\)"):
             parts.command(kept, 0.2)

@@ -14,7 +14,7 @@ from pysciencemode.utils import packet_construction
 
 from fesloop.errors import InputError, RunError
 from plants.devices import science_mode_line
-from plants.devices.driver import DeviceFault
+from plants.devices.driver import DeviceFault, stated_ms
 from plants.devices.science_mode import ScienceMode
 from plants.devices.science_mode_frames import FrameReader
 from plants.devices.science_mode_peer_frames import checksum, framed, split
@@ -128,8 +128,8 @@ def test_every_fault_is_named_and_ends_current(tmp_path, how, status):
         with pytest.raises(RunError, match=f"the device is stopped: {status}: "):
             parts.command(kept, 2.0)
         parts.wait_until(lambda: device.log.zero_after_ms(since) is not None)
-        alone = how == "unplug"
-        assert device.log.zero_after_ms(since) < (ScienceMode.alone_ms if alone else 250.0) + 50.0
+        stated = stated_ms(ScienceMode, parts.HOLD_MS)[how == "unplug"]
+        assert device.log.zero_after_ms(since) < stated + parts.BUSY_MS
 
 
 def test_a_slow_device_is_waited_for(tmp_path):
