@@ -213,7 +213,8 @@ def _add_fit_error(commands: _Commands[argparse.ArgumentParser]) -> None:
                          "through hil_replay")
     command.add_argument("target", metavar="TARGET.toml", help="the file of the process")
     command.add_argument("--tracker", metavar="KIND", default="",
-                         help="of a recording: what tracks it (default: that of hil_replay)")
+                         help="of a recording: what tracks it (default: that of hil_replay, or constrained for "
+                         "the sensors of chain5)")
     command.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], dest="settings",
                          help="of a recording: change a key of hil_replay")
     command.add_argument("--reference-late", type=float, metavar="MS", default=0.0,

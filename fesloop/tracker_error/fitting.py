@@ -16,6 +16,8 @@ from fesloop.experiment.parse import load
 from fesloop.experiment.reading import Recording
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.models.error_process import ErrorProcess
+from fesloop.streams.files import open_recording
+from fesloop.streams.formats.chain5 import FORMAT as CHAIN5
 from fesloop.streams.hdf5 import form_of
 from fesloop.streams.motion_file import FORMAT as MOTION
 from fesloop.tracker_error.correlation import correlation_of
@@ -69,7 +71,8 @@ def fit_error(path: str, *, settings: tuple[str, ...] = (), reference_late_ms: f
     ----------
     path: of a run (.h5) that scores a tracker against a reference or a truth; or of a recording of inertial
         sensors with a reference, through which `hil_replay` is then run.
-    settings: of that run, "KEY=VALUE" each, such as "tracker=constrained".
+    settings: of that run, "KEY=VALUE" each, such as "tracker=vqf". Where none says what tracks, it is that of
+        `hil_replay`, or `constrained` for the sensors of chain5, whose joints that knows.
     reference_late_ms: by how much the stamps of the recording's reference are late: see `FittedError`.
     seed: of the runs of the process by which it is judged.
 
@@ -85,9 +88,16 @@ def fit_error(path: str, *, settings: tuple[str, ...] = (), reference_late_ms: f
         with Recording(path) as recording:
             return fit_measured(measured_errors(recording, late_ns), seed, progress)
     with TemporaryDirectory() as folder:
-        experiment = load(PLAYER, (f"recording={path}", *settings))
+        experiment = load(PLAYER, (f"recording={path}", *_tracker(path, settings), *settings))
         with Recording(experiment.run(folder).recording) as recording:
             return fit_measured(measured_errors(recording, late_ns), seed, progress)
+
+
+def _tracker(path: str, settings: tuple[str, ...]) -> tuple[str, ...]:
+    """The tracker where no setting says which: for a chain whose joints one knows, that one."""
+    if any(setting.startswith(("tracker=", "blocks.tracker.")) for setting in settings):
+        return ()
+    return ("tracker=constrained",) if open_recording(path).source_format == CHAIN5 else ()
 
 
 def _is_run(path: str) -> bool:
