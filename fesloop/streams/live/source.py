@@ -108,12 +108,13 @@ def find(wanted: Wanted) -> Any:
         raise InputError(str(wanted), f"{len(found)} streams fit: {', '.join(map(describe, found))}", "one",
                          "name its source_id")
     there = pylsl.resolve_streams(_SEARCH_S)
-    names = [info.name() for info in there]
-    remedy = did_you_mean(wanted.name, names) if wanted.name else ""
-    if not there and wanted.network == "loopback":
-        remedy = 'start its sender on this machine, or say network = "lab" for streams of other computers'
-    raise InputError(str(wanted), f"does not answer within {wanted.timeout_s:g} s",
-                     ", ".join(map(describe, there)) or "none: no stream is there at all", remedy)
+    silent = f"does not answer within {wanted.timeout_s:g} s"
+    if there:
+        remedy = did_you_mean(wanted.name, [info.name() for info in there]) if wanted.name else ""
+        raise InputError(str(wanted), silent, ", ".join(map(describe, there)), remedy)
+    remedy = ('start its sender on this machine, or say network = "lab" for streams of other computers'
+              if wanted.network == "loopback" else "start its sender")
+    raise InputError(str(wanted), f"{silent}, nor does any other", remedy=remedy)
 
 
 class LslSource:
