@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from fesloop.errors import InputError
 from fesloop.experiment.parse import load
 from fesloop.experiment.trial import run as run_experiment
+from fesloop.loop.realtime import Pacing
 from fesloop.streams.live.library import open_library
 
 Array = NDArray[np.float64]
@@ -35,11 +36,12 @@ _MATCH_S = 1e-3
 and then, a sample comes every 10 ms."""
 
 
-def run(short: bool = False, seconds: float | None = None,
+def run(short: bool = False, seconds: float | None = None, priority: int = 0,
         progress: Callable[[float], None] | None = None) -> dict[str, Any]:
     """Rows for the bare loopback and end to end, us; no rows, with the reason, where liblsl is missing.
 
-    `excess_p99_us` is by how much the 99th percentile end to end lies above that of the bare loopback.
+    `priority` is that of the loop, as of `fesloop run`; 0 for none. `excess_p99_us` is by how much the 99th
+    percentile end to end lies above that of the bare loopback.
     """
     try:
         open_library()
@@ -47,7 +49,7 @@ def run(short: bool = False, seconds: float | None = None,
         print(f"bench lsl: {absent}", file=sys.stderr)
         return {"bench": "lsl", "rows": []}
     seconds = seconds or (SHORT_S if short else SECONDS)
-    bare, commands = measure(seconds, progress or (lambda share: None))
+    bare, commands = measure(seconds, Pacing(priority=priority), progress or (lambda share: None))
     ends = _answered(commands, bare[:, 0])
     counted = ends[ends[:, 0] > ends[0, 0] + WARM_UP_S]
     direct = bare[np.isin(bare[:, 0], counted[:, 0])]
@@ -58,7 +60,7 @@ def run(short: bool = False, seconds: float | None = None,
     return {"bench": "lsl", "rows": rows, "samples": len(counted)}
 
 
-def measure(seconds: float, progress: Callable[[float], None]) -> tuple[Array, Array]:
+def measure(seconds: float, pacing: Pacing, progress: Callable[[float], None]) -> tuple[Array, Array]:
     """(stamp, instant received), s by LSL's clock, of samples and of commands, (n, 2) each."""
     context = multiprocessing.get_context("spawn")
     ending, found = context.Event(), context.SimpleQueue()
@@ -74,7 +76,7 @@ def measure(seconds: float, progress: Callable[[float], None]) -> tuple[Array, A
                 f"experiment.duration_s={seconds}"]
     try:
         with tempfile.TemporaryDirectory(prefix="fesloop-bench-") as folder:
-            run_experiment(load("hil_live", settings), Path(folder), realtime=True, progress=progress)
+            run_experiment(load("hil_live", settings), Path(folder), realtime=pacing, progress=progress)
         ending.set()
         pairs = dict(found.get() for _ in (samples, commands))
     finally:
