@@ -97,9 +97,14 @@ def text(values: Mapping[str, Any], key: str, where: str) -> str:
     value = values.get(key)
     if isinstance(value, bytes):
         value = value.decode("utf-8", "replace")
-    if not isinstance(value, str):
+    if not isinstance(value, str) or _undecoded(value):
         raise InputError(f"{where}: {key}", "is missing" if key not in values else "is no text", "text")
     return value
+
+
+def _undecoded(value: str) -> bool:
+    """Whether text holds what stands for bytes that were no UTF-8."""
+    return any("\ud800" <= letter <= "\udfff" for letter in value)
 
 
 def members(group: h5py.Group, where: str) -> dict[str, h5py.Group | h5py.Dataset]:

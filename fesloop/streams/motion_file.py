@@ -61,7 +61,8 @@ def write_motion_file(recording: MotionRecording, target: Path) -> None:
 
 def _fill(file: h5py.File, recording: MotionRecording) -> None:
     file.attrs["format"] = FORMAT
-    file.attrs["source"] = recording.source or recording.path.name
+    source = recording.source or recording.path.name
+    file.attrs["source"] = source.encode("utf-8", "replace").decode()  # names of files can be any bytes
     file.attrs["source_format"] = recording.source_format
     file.attrs["source_units"] = json.dumps(dict(recording.source_units))
     file.attrs["rate"] = "" if recording.rate is None else str(recording.rate)

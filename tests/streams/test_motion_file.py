@@ -78,7 +78,14 @@ def test_nothing_is_written_over_and_no_draft_is_left(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["there", "trial.dat"]
 
 
+def test_a_source_may_have_any_bytes_for_a_name(tmp_path):
+    source = write(tmp_path, "broad", name="caf\udce9")
+    write_motion_file(open_recording(source), tmp_path / "m.h5")
+    assert open_recording(tmp_path / "m.h5").source == "caf?.dat"
+
+
 FAULTS = [
+    (lambda f: f.attrs.create("source", b"a\x80b", dtype=h5py.string_dtype()), "source: is no text"),
     (lambda f: f.attrs.__setitem__("rate", "1/0"), "rate: '1/0'"),
     (lambda f: f.attrs.__setitem__("sensors", "[1]"), "sensors: does not hold names"),
     (lambda f: f.attrs.__setitem__("sensors", "{"), "sensors: is no JSON"),
