@@ -1,6 +1,7 @@
 """A device's end of the line, and a loop that commands it, each a process that can be killed."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -126,6 +127,7 @@ def loop_process(driver, port, hold_ms=HOLD_MS):
 
 def main():
     """Command a device until it ends."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # tests in the background ignore it
     driver, port, hold_ms = sys.argv[1:]
     this = KeptDevice.started("device", terms(driver, port, hold_ms=float(hold_ms)), 100.0, 6.0)
     print("keeper", this.keeper.pid, flush=True)
