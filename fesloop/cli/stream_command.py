@@ -5,6 +5,8 @@ from __future__ import annotations
 import signal
 import sys
 from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
 
 from fesloop.cli.output import print_json
@@ -30,19 +32,28 @@ def execute(args: Namespace) -> int:
     played = inertial(recording, args.rate)
     sender = StreamSender(played=played, stream=args.name, network=args.network, repeat=args.loop,
                           faults=faults)
-    stopped: list[int] = []
-
-    def stop(number: int, frame: FrameType | None) -> None:
-        """At the next sample."""
-        stopped.append(number)
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, stop)
     kinds = "gyr, acc, mag" if recording.mag is not None else "gyr, acc"
     print(f"stream {args.name!r}: {len(recording.sensors)} sensors ({kinds}) at {played.rate_hz:g} Hz; "
           "Ctrl-C ends it", file=sys.stderr, flush=True)
-    sent = sender.send(args.duration, lambda: not stopped)
+    with _stoppable() as stopped:
+        sent = sender.send(args.duration, lambda: not stopped)
     if args.json:
         print_json({"stream": args.name, "sensors": list(recording.sensors), "rate_hz": played.rate_hz,
                     "sent": sent})
     return 0
+
+
+@contextmanager
+def _stoppable() -> Iterator[list[int]]:
+    """Signals that asked to stop, heard between two samples."""
+    heard: list[int] = []
+
+    def hear(number: int, frame: FrameType | None) -> None:
+        heard.append(number)
+
+    before = {number: signal.signal(number, hear) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield heard
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,5 +1,6 @@
 """The shipped experiment `hil_live`, with its sensors in a second process as a user has them (some 25 s)."""
 
+import json
 import subprocess
 import sys
 import time
@@ -99,3 +100,15 @@ def test_the_computed_hand_is_what_sensors_give():
     assert np.abs(hand.gyr[:350]).max() < 0.05 < np.abs(hand.gyr[450:2700]).max()
     np.testing.assert_allclose(hand.acc[-1], hand.acc[0], atol=0.3)
     assert files("fesloop.streams.live").joinpath("moving_hand.toml").is_file()
+
+
+def test_a_stream_ends_when_its_time_is_over_and_says_what_was_sent():
+    command = [sys.executable, "-m", "fesloop", "stream", "hand", "--name", f"brief {time.monotonic_ns()}"]
+    done = subprocess.run([*command, "--duration", "0.5", "--json"], capture_output=True, text=True,
+                          timeout=60)
+    told = json.loads(done.stdout)
+    assert (done.returncode, told["rate_hz"], len(told["sensors"])) == (0, 100.0, 16)
+    assert told["sent"] == 50
+    refused = subprocess.run([*command, "--fault", "halt@3"], capture_output=True, text=True, timeout=60)
+    assert refused.returncode == 2
+    assert "KIND is one of stop, vanish" in refused.stderr
