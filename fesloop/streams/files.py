@@ -18,6 +18,7 @@ __all__ = ["FORMATS", "MotionRecording", "Reference", "open_recording"]
 ALLOWED = ("a motion file of fesloop, an XDF file, a *_motion.tsv of Motion-BIDS or its folder, a MATLAB "
            ".mat or NumPy .npz of a known set, or any table with its layout")
 _RUN = "fesloop recording"
+_GZIP = b"\x1f\x8b"
 
 
 class Reader(Protocol):
@@ -61,6 +62,8 @@ def open_recording(path: str | Path, sensor_set: str | None = None,
     if file.is_dir() or file.name.endswith(motion_bids.ENDING):
         return motion_bids.read(file, sensor_set)
     head = head_of(file, ALLOWED)
+    if head.startswith(_GZIP):
+        raise InputError(str(file), "is compressed with gzip", ALLOWED, "unpack it with gunzip")
     if head.startswith(xdf.SIGNATURE):
         return xdf.read(file, sensor_set)
     if is_hdf5(head):

@@ -91,7 +91,8 @@ def test_what_is_no_file_or_no_recording_is_refused(tmp_path):
     refused(tmp_path, "is a folder")
     for name, content, word in (("empty", b"", "empty"), ("text", b"time,gyr\n0,1\n", "with a layout"),
                                 ("hdf5", b"\x89HDF\r\n\x1a\n" + bytes(200), "damaged"),
-                                ("zip", b"PK\x03\x04" + bytes(200), "corrupt")):
+                                ("zip", b"PK\x03\x04" + bytes(200), "corrupt"),
+                                ("xdfz", b"\x1f\x8b\x08" + bytes(20), "gunzip")):
         path = tmp_path / name
         path.write_bytes(content)
         refused(path, name, word)

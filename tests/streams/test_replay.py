@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xdf_files
 from recording_files import CONTENTS, write
 
 from fesloop.errors import InputError
@@ -32,6 +33,21 @@ def test_every_sample_leaves_once_at_its_stamp(tmp_path, kind):
     assert [port.name for port in replay.outputs] == ["gyr", "acc"] + ["mag"] * (source.mag is not None)
     if source.mag is not None:
         np.testing.assert_array_equal(ports[2], source.mag)
+
+
+def test_files_of_the_field_are_played_directly(tmp_path):
+    (tmp_path / "lab.xdf").write_bytes(xdf_files.motion_file())
+    labelled = Replay(recording=str(tmp_path / "lab.xdf"))
+    times, ports = played(labelled, 10**12)
+    np.testing.assert_array_equal(times, labelled.source.stamps_ns)
+    np.testing.assert_array_equal(ports[0], labelled.source.gyr)
+    (tmp_path / "bare.xdf").write_bytes(xdf_files.motion_file(units=[""] * 9))
+    layout = tmp_path / "layout.toml"
+    layout.write_text('time = "imu"\n[units]\ngyr = "deg/s"\nacc = "g"\nmag = "uT"\n[sensors.imu]\n'
+                      "gyr = [1, 2, 3]\nacc = [4, 5, 6]\nmag = [7, 8, 9]\n")
+    described = Replay(recording=str(tmp_path / "bare.xdf"), layout=str(layout))
+    np.testing.assert_array_equal(described.source.gyr, labelled.source.gyr)
+    np.testing.assert_array_equal(described.source.mag, labelled.source.mag)
 
 
 def test_uneven_stamps_are_played_unevenly(tmp_path):
