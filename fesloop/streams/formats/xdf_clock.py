@@ -16,6 +16,8 @@ from fesloop.streams.formats.xdf_chunks import XdfStream
 _WINSOR_S = 1e-4
 """Offsets further from the line than this count less (pyxdf 1.17: winsor_threshold)."""
 _ITERATIONS = 1000
+_MOST_OFFSETS = 20_000
+"""Chosen: LabRecorder measures one each 5 s, so these are of more than a day; the line takes a second."""
 _BREAK_S, _BREAK_SAMPLES = 1.0, 500
 """A gap is a break where it is longer than both (pyxdf 1.17)."""
 _RESET_S, _RESET_DEVIATIONS = (5.0, 1.0), (5.0, 10.0)
@@ -44,6 +46,8 @@ def instants_s(stream: XdfStream, where: str) -> Array:
 def _offsets(stream: XdfStream, times: Array, where: str) -> Array:
     """By how much instants on the sender's clock are behind, (n,), s."""
     clock, offset = np.array(stream.clock_s), np.array(stream.offset_s)
+    if clock.size > _MOST_OFFSETS:
+        raise InputError(where, f"has {clock.size} clock offsets", f"at most {_MOST_OFFSETS}")
     if clock.size == 1:
         return np.full(times.size, offset[0])
     if _was_reset(clock, offset):
