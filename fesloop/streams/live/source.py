@@ -143,6 +143,7 @@ class LslSource:
         except StreamLost:
             raise InputError(str(wanted), f"{describe(info)} is there and does not open",
                              remedy="start its sender again") from None
+        self._channels = self.info.channel_count(), channels_of(self.info)
 
     def _open(self, info: Any) -> None:
         """Subscribe, and find how its clock stands to ours; samples that come meanwhile are left out."""
@@ -191,9 +192,8 @@ class LslSource:
             raise StreamLost(f"nothing, for the search failed: {fault}") from None
         if len(found) != 1:
             raise StreamLost(", ".join(map(describe, found)))
-        before = self.info.channel_count(), channels_of(self.info)
         self._open(found[0])
-        if (self.info.channel_count(), channels_of(self.info)) != before:
+        if (self.info.channel_count(), channels_of(self.info)) != self._channels:
             self._inlet = None
             raise StreamLost(f"{describe(found[0])}, whose channels are not those of before")
 
