@@ -51,14 +51,15 @@ def is_container(head: bytes) -> bool:
 def head_of(path: Path, allowed: str) -> bytes:
     """How a file starts; InputError, with what is `allowed`, where it cannot be read."""
     where = str(path)
+    if path.exists() and not path.is_file():  # reading a pipe would wait for its writer
+        raise InputError(where, "is a folder" if path.is_dir() else "is no file", allowed)
     try:
         with path.open("rb") as file:
             return file.read(_HEAD_BYTES)
     except FileNotFoundError:
         raise InputError(where, "there is no such file", allowed) from None
     except (OSError, ValueError) as fault:
-        reason = "is a folder" if path.is_dir() else f"cannot be read: {fault}"
-        raise InputError(where, reason, allowed) from None
+        raise InputError(where, f"cannot be read: {fault}", allowed) from None
 
 
 def _decoded(path: Path, decode: Callable[[Path, Room], dict[str, Any]]) -> Mapping[str, Any]:

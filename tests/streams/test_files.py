@@ -1,5 +1,6 @@
 """Readers: what a sound file gives, and that every fault of a file is one line that names it."""
 
+import os
 from fractions import Fraction
 
 import numpy as np
@@ -89,6 +90,8 @@ def test_an_unknown_sensor_set_is_refused(tmp_path, kind):
 def test_what_is_no_file_or_no_recording_is_refused(tmp_path):
     refused(tmp_path / "absent.mat", "absent.mat", "no such file")
     refused(tmp_path, "is a folder")
+    os.mkfifo(tmp_path / "pipe")
+    refused(tmp_path / "pipe", "is no file")
     for name, content, word in (("empty", b"", "empty"), ("text", b"time,gyr\n0,1\n", "with a layout"),
                                 ("hdf5", b"\x89HDF\r\n\x1a\n" + bytes(200), "damaged"),
                                 ("zip", b"PK\x03\x04" + bytes(200), "corrupt"),
