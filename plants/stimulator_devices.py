@@ -86,28 +86,32 @@ class Limits(NamedTuple):
     charge_max: float
 
 
-def given_pulse(limits: Limits, current: float, width: float) -> tuple[float, float, int]:
+def given_pulse(
+    limits: Limits, current: float, width: float, *, never_more: bool = False
+) -> tuple[float, float, int]:
     """The pulse that a device gives for a wish: current, A, width, s, and bits of what it did not give.
 
-    Numbers are rounded to the nearest step, but down to one where a limit cuts them. Charge per phase and
-    energy are met by shortening the pulse; for the energy, 2 R I^2 w, both phases count.
+    Numbers are rounded to the nearest step, but down to one where a limit cuts them, or where the wish itself
+    is the most that may be given (`never_more`). Charge per phase and energy are met by shortening the pulse;
+    for the energy, 2 R I^2 w, both phases count.
     """
     if not (math.isfinite(current) and math.isfinite(width) and current >= 0.0 and width >= 0.0):
         return 0.0, 0.0, BAD
     if current == 0.0 or width == 0.0:
         return 0.0, 0.0, 0
+    rounded = _down if never_more else _nearest
     cut = CURRENT if current > limits.current_max * (1.0 + _ROUND_OFF) else 0
     if current > limits.current_driven * (1.0 + _ROUND_OFF):
         cut |= VOLTAGE
     most = min(limits.current_max, limits.current_driven)
-    current = min(_nearest(current, limits.current_step), _down(most, limits.current_step))
+    current = min(rounded(current, limits.current_step), _down(most, limits.current_step))
     if current == 0.0:
         return 0.0, 0.0, cut | SMALL
     if width > limits.width_max * (1.0 + _ROUND_OFF):
         cut |= WIDTH
     elif width < limits.width_min * (1.0 - _ROUND_OFF):
         return 0.0, 0.0, cut | SHORT
-    width = min(_nearest(width, limits.width_step), _down(limits.width_max, limits.width_step))
+    width = min(rounded(width, limits.width_step), _down(limits.width_max, limits.width_step))
     energetic = IEC_ENERGY_J / (2.0 * IEC_LOAD_OHM * current)
     for charge, bit in ((limits.charge_max, CHARGE), (energetic, ENERGY)):
         if current * width > charge * (1.0 + _ROUND_OFF):

@@ -90,7 +90,8 @@ class Block(Protocol):
     `stand_in()`: a block with the same ports and a plain clock that touches nothing outside, for rehearsals.
 
     A device that touches a person has `guarded` (names of inputs), and a block that may stand directly before
-    it `guards = True`; see `guarding`.
+    it `guards = True`. `faults_behind(guard)`: InputErrors, what a device finds wrong with that one; see
+    `guarding`.
     """
 
     @property

@@ -3,7 +3,7 @@
 A device that touches a person names its inputs in a member `guarded`. Each must come straight from a block
 that says of itself `guards = True` (the safety limits), and both must step at the same instants: what lies
 between them, or a guard that is asked less often than the device is commanded, would let through what the
-guard has never seen.
+guard has never seen. A device may say of its guard what else is wrong (`faults_behind(guard)`).
 """
 
 from __future__ import annotations
@@ -43,4 +43,8 @@ def _faults_of(connection: Connection) -> list[InputError]:
         faults.append(InputError(where, f"{source.name!r} ticks {source.clock}, {target.name!r} "
                                  f"{target.clock}", "a device that ticks with its safety block",
                                  f"give {target.name!r} the rate of {source.name!r}"))
+    tell = getattr(target.part, "faults_behind", None)
+    if tell is not None:
+        faults += [InputError(f"{target.name}.{fault.where}", fault.found, fault.allowed, fault.remedy)
+                   for fault in tell(source.part)]
     return faults

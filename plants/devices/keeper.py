@@ -4,7 +4,8 @@ It trusts nobody. Every command is checked again: its form, its checksum, its nu
 against the device's range and the user's limit of charge. The device is stopped, and stays so for the rest of
 this process's life ("latched"), when
 
-    silence       no fresh command has come for `hold_ms` (the loop hangs, is stopped, or too slow)
+    silence       no fresh command has come for `hold_ms`: none at all (the loop hangs or is stopped), or one
+                  of an instant that long ago (the loop is too slow, and acts on what was)
     loop_ended    the line is at its end, or the loop's process is
     malformed     a message is none, is out of order, or asks for what the device must not give
     terminated    the keeper itself is told to end (SIGTERM)
@@ -109,9 +110,9 @@ class Keeper:
             until = min(until, self._fresh_ns + self._hold_ns)
         return min(_LOOK_MS, max(0.0, (until - time.monotonic_ns()) / _NS_PER_MS) + 0.1)
 
-    def _require_fresh(self) -> None:
+    def _require_fresh(self, why: str = "") -> None:
         if not self._latched and 0 <= self._fresh_ns < time.monotonic_ns() - self._hold_ns:
-            self._latch("silence", f"no fresh command for {self._terms.hold_ms:g} ms")
+            self._latch("silence", f"no fresh command for {self._terms.hold_ms:g} ms{why}")
 
     def _hear(self) -> None:
         """Take what is on the line; of several commands the device gets the newest."""
@@ -129,17 +130,18 @@ class Keeper:
             except Malformed as fault:
                 self._latch("malformed", str(fault))
         if newest is not None:
-            self._fresh_ns = newest.sent_ns
-            self._require_fresh()
+            self._fresh_ns = newest.of_ns
+            behind_ms = (time.monotonic_ns() - newest.of_ns) / _NS_PER_MS
+            self._require_fresh(f": the loop is too slow, {behind_ms:.0f} ms behind the wall clock")
         if newest is not None and not self._latched:
             self._give(newest)
 
     def _checked(self, message: bytes) -> Command:
         """The command in a message; Malformed where there is none that can be given."""
         command = read_command(message, self._terms.channels)
-        age_ns = time.monotonic_ns() - command.sent_ns
+        age_ns = time.monotonic_ns() - command.of_ns
         if command.number <= self._number or age_ns < 0:
-            raise Malformed(f"command {command.number} after {self._number}, sent "
+            raise Malformed(f"command {command.number} after {self._number}, of "
                             f"{age_ns / _NS_PER_MS:.3f} ms ago")
         wrong = wrong_pulses(command.pulses, self._device.preset, self._terms.charge_max)
         if wrong:

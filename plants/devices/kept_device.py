@@ -98,13 +98,16 @@ class KeptDevice:
             raise RunError(f"{self.name}: the device does not open: {_cause(told)}")
         self.granted = f"memory: {told.get('memory')}; scheduling: {told.get('scheduling')}"
 
-    def send(self, pulses: Pulses) -> None:
-        """A command, now; never waits. RunError where the keeper is gone, or too busy to be one."""
+    def send(self, pulses: Pulses, of_ns: int | None = None) -> None:
+        """A command, now; never waits. RunError where the keeper is gone, or too busy to be one.
+
+        `of_ns`: instant of the loop that it belongs to (monotonic clock); None: this one.
+        """
         self.number += 1
         now = time.monotonic_ns()
         self.sent[self.number] = now
         try:
-            self.line.send(command_bytes(self.number, now, pulses))
+            self.line.send(command_bytes(self.number, now if of_ns is None else of_ns, pulses))
         except BlockingIOError:
             raise self._failure("the keeper of the device takes no more commands") from None
         except OSError:

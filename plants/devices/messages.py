@@ -3,8 +3,8 @@
     loop to keeper    terms, commands, "end"
     keeper to loop    "ready"; an answer for each command that the device has taken; "stopped", with the cause
 
-A command carries its number, the instant at which it was sent (monotonic clock, which all processes of a
-machine share), the pulses and a checksum. What is not exactly that is malformed.
+A command carries its number, the instant of the loop that it belongs to (by the monotonic clock, which all
+processes of a machine share), the pulses and a checksum. What is not exactly that is malformed.
 """
 
 from __future__ import annotations
@@ -54,10 +54,10 @@ class Terms:
 
 
 class Command(NamedTuple):
-    """Pulses for all channels, with their number and the instant at which they were sent, ns."""
+    """Pulses for all channels, with their number and the instant of the loop that they belong to, ns."""
 
     number: int
-    sent_ns: int
+    of_ns: int
     pulses: Pulses
 
 
@@ -68,10 +68,10 @@ class Answer(NamedTuple):
     taken_ns: int
 
 
-def command_bytes(number: int, sent_ns: int, pulses: Pulses) -> bytes:
+def command_bytes(number: int, of_ns: int, pulses: Pulses) -> bytes:
     """A command as it goes over the line."""
     flat = [value for pulse in pulses for value in pulse]
-    body = _HEAD.pack(_COMMAND, number, sent_ns) + struct.pack(f"<{len(flat)}d", *flat)
+    body = _HEAD.pack(_COMMAND, number, of_ns) + struct.pack(f"<{len(flat)}d", *flat)
     return body + _CHECK.pack(zlib.crc32(body))
 
 
@@ -82,11 +82,11 @@ def read_command(message: bytes, channels: int) -> Command:
     body = message[:-_CHECK.size]
     if _CHECK.unpack(message[-_CHECK.size:]) != (zlib.crc32(body),):
         raise Malformed("a command fails its checksum")
-    kind, number, sent_ns = _HEAD.unpack_from(body)
+    kind, number, of_ns = _HEAD.unpack_from(body)
     if kind != _COMMAND:
         raise Malformed(f"{kind!r} is no command")
     flat = struct.unpack_from(f"<{2 * channels}d", body, _HEAD.size)
-    return Command(number, sent_ns, tuple(zip(flat[::2], flat[1::2], strict=True)))
+    return Command(number, of_ns, tuple(zip(flat[::2], flat[1::2], strict=True)))
 
 
 def answer_bytes(answer: Answer) -> bytes:

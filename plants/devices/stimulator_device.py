@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, ClassVar, cast
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError, RunError
-from fesloop.loop.block import Context, Tick
+from fesloop.loop.block import Block, Context, Tick
 from fesloop.loop.clock import NS_PER_MS, duration_ns, parse_rate
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.status import StatusLatch
@@ -51,10 +52,13 @@ class StimulatorDevice:
 
     At every tick the newest command goes to the keeper, a process of its own that alone holds the device
     (`plants.devices.keeper`), without waiting for anything. What the device cannot give is cut and told as
-    `stimulator` tells it. The keeper stops the device, for good, without a fresh command for `hold_ms`, when
-    the loop's process ends, and when device or line fail; the run then fails at its next tick, with the
-    cause. What the loop's process or the keeper suffer, current at the device is zero within the time that
-    `fesloop check` states. It runs in real time only (`fesloop run --realtime`), and `stimulation` must come
+    `stimulator` tells it; numbers are rounded down to the device's steps, so that nobody gets more than the
+    safety block let through. The keeper stops the device, for good, without a fresh command for `hold_ms`,
+    when the loop's process ends, and when device or line fail; the run then fails at its next tick, with the
+    cause. A command belongs to the instant of its tick: that of a loop which lags so far behind the wall
+    clock is not fresh any more, and where a loop begins so nothing is given until it has caught up (status
+    `behind`). What the loop's process or the keeper suffer, current at the device is zero within the time
+    that `fesloop check` states. It runs in real time only (`fesloop run --realtime`), and `stimulation` must come
     straight from a `safety` block whose `frequency_hz` is the same, for it counts the pulses given. Status
     `keeper_ready` says what the operating system grants the keeper.
 
@@ -132,6 +136,14 @@ class StimulatorDevice:
         return [InputError("hold_ms", f"{self.hold_ms:g}, with a command every {period_ms:g} ms",
                            f"at least two periods, {2.0 * period_ms:g}")]
 
+    def faults_behind(self, guard: Block) -> list[InputError]:
+        """A guard that counts other pulses than are given: its budgets of charge would not hold."""
+        counted: float | None = getattr(guard, "frequency_hz", None)
+        if counted is None or counted == float(parse_rate(self.frequency_hz)):
+            return []
+        return [InputError("frequency_hz", f"{self.frequency_hz}, and the safety block counts {counted:g} "
+                           "pulses a second", "the same for both")]
+
     def cautions(self, context: Context) -> list[tuple[str, str]]:
         """Where current goes, and when it ends if something fails."""
         kept_ms, alone_ms = self.stated_ms
@@ -173,18 +185,23 @@ class StimulatorDevice:
         if not state.device.origin_ns:
             raise RunError(f"{state.device.name}: commands go to a device in real time only")
         state.device.hear()
+        of_ns = state.device.origin_ns + tick.time_ns
+        behind = state.device.number < 0 and time.monotonic_ns() - of_ns > self.hold_ms * NS_PER_MS
+        state.latch.put(tick, "behind", behind, "the loop begins late: nothing is given until it keeps up")
+        if behind:
+            return np.zeros((self.channels, 2)), 0.0
         state.latch.put(tick, "keeper_ready", True, state.device.granted)
         limits, wanted = self.limits, cast(Array, inputs[0].value)
         pulses = []
         for channel, (current, width) in enumerate(wanted.tolist()):
-            given, given_width, cut = given_pulse(limits, current, width)
+            given, given_width, cut = given_pulse(limits, current, width, never_more=True)
             pulses.append((given, given_width))
             before, state.cut[channel] = state.cut[channel], cut
             for bit, status, detail in LIMITED:
                 if cut & ~before & bit:
                     tick.report(status, f"channel {channel}: {detail} ({1e3 * current:g} mA, "
                                 f"{1e6 * width:g} us)")
-        state.device.send(pulses)
+        state.device.send(pulses, of_ns)
         return np.array(pulses), state.device.answer_s
 
     def close(self, state: DeviceInUse) -> None:

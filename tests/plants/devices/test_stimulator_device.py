@@ -27,6 +27,13 @@ NAME = "hil_dry_stimulator"
 PERIOD_NS = 20_000_000
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _loaded():
+    """The kernels of the safety block, as a run loads them before it begins."""
+    nodes = [Node("source", Currents(*parts.PULSES), "50"), Node("safety", Safety(), "50")]
+    Loop(Wiring(nodes, [Wire("source.stimulation", "safety.stimulation")])).run_until(0)
+
+
 class Currents:
     """Puts out the same pulses for ever."""
 
@@ -63,6 +70,13 @@ def paced(loop, ticks, from_tick=0):
     time.sleep(PERIOD_NS / 1e9)
 
 
+def lagging(loop, ticks):
+    """Each tick takes half as long again as it should."""
+    for number in ticks:
+        loop.run_until(number * PERIOD_NS)
+        time.sleep(1.5 * PERIOD_NS / 1e9)
+
+
 def test_pulses_go_out_in_the_devices_steps_and_what_is_cut_is_told(tmp_path):
     log, recorder = parts.Log(tmp_path / "dry.log"), Recorder()
     device = StimulatorDevice(port=str(log.path), charge_max_uc=8.0)
@@ -70,10 +84,10 @@ def test_pulses_go_out_in_the_devices_steps_and_what_is_cut_is_told(tmp_path):
     with closing(loop_of(device, *pulses, recorder=recorder)) as loop:
         paced(loop, 5)
         rows = recorder.blocks["device"]
-        np.testing.assert_allclose(rows[-1][-1][0], [[0.022, 300e-6], [0.03, 266e-6], [0.0, 0.0]], atol=1e-12)
+        np.testing.assert_allclose(rows[-1][-1][0], [[0.020, 300e-6], [0.03, 266e-6], [0.0, 0.0]], atol=1e-12)
         assert 0.0 < rows[-1][-1][1] < 0.02  # the answer to one before
     assert [row[1:] for row in log.rows()] == [
-        ("open", ""), *[("give", "22/300 30/266 0/0")] * 5, ("stop", "")]
+        ("open", ""), *[("give", "20/300 30/266 0/0")] * 5, ("stop", "")]
     told = {(status, detail.split(":")[0])
             for _, where, status, detail in recorder.events if where == "device"}
     assert told == {("charge_limited", "channel 1"), ("width_too_short", "channel 2"),
@@ -215,3 +229,44 @@ def test_the_shipped_rehearsal_sends_what_safety_lets_through(tmp_path):
     assert on.any()
     assert np.abs(sent - allowed)[on].max(axis=0)[0] <= 1e-3 * step.current_step_ma / 2.0 + 1e-12
     assert np.abs(sent - allowed)[on].max(axis=0)[1] <= 1e-6 * step.width_step_us
+
+
+def test_nobody_gets_more_than_the_safety_block_let_through(tmp_path):
+    pulses = (0.0219, 300.9e-6), (0.0019, 300e-6)
+    recorder = Recorder()
+    with closing(loop_of(StimulatorDevice(port=str(tmp_path / "dry.log")), *pulses,
+                         recorder=recorder)) as loop:
+        paced(loop, 2)
+        let_through, sent = (np.array([row[-1][0] for row in recorder.blocks[name]])
+                             for name in ("safety", "device"))
+    assert (sent <= let_through).all()
+    np.testing.assert_allclose(sent[-1], [[0.020, 300e-6], [0.0, 0.0]], atol=1e-12)
+
+
+def test_commands_of_a_loop_that_lags_behind_the_wall_clock_are_not_given(tmp_path):
+    log = parts.Log(tmp_path / "dry.log")
+    with closing(loop_of(StimulatorDevice(port=str(log.path)), *parts.PULSES)) as loop:
+        paced(loop, 3)
+        with pytest.raises(RunError, match="the device is stopped: silence: no fresh command for 100 ms"):
+            lagging(loop, range(3, 60))
+    assert log.rows()[-1][1] == "stop"
+    assert [event for _, event, _ in log.rows()].count("give") < 20
+
+
+def test_a_loop_that_begins_late_gives_nothing_until_it_has_caught_up(tmp_path):
+    log, recorder = parts.Log(tmp_path / "dry.log"), Recorder()
+    with closing(loop_of(StimulatorDevice(port=str(log.path)), *parts.PULSES, recorder=recorder)) as loop:
+        began = Present(time.monotonic_ns() - 20 * PERIOD_NS, threading.Event())
+        loop.wiring.node("device").part.attach(loop.states()["device"], began)
+        loop.run_until(20 * PERIOD_NS)
+        time.sleep(0.05)
+    sent = np.array([row[-1][0] for row in recorder.blocks["device"]])
+    assert not sent[:15].any()
+    assert sent[-1].all()
+    assert ("device", "behind") in {event[1:3] for event in recorder.events}
+    assert {event for _, event, _ in log.rows()} == {"open", "give", "stop"}
+
+
+def test_a_safety_block_that_counts_other_pulses_than_the_device_gives_is_refused():
+    with pytest.raises(InputError, match=r"device\.frequency_hz: 25, and the safety block counts 40 pulses"):
+        fesloop.load(NAME, ["blocks.device.frequency_hz=25"])
