@@ -210,7 +210,7 @@ def sound(number=0, sent_ns=None, pulses=parts.PULSES):
 
 
 def damaged():
-    message = bytearray(sound())
+    message = bytearray(sound(1))
     message[20] ^= 1
     return bytes(message)
 
