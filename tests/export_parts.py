@@ -124,6 +124,8 @@ def runs(draw, kinds=(BLOCK, PLANT, INPUT), shapes=SHAPES, units=UNITS, ports=PO
             stamps = {key: instants - rng.integers(0, 10**6, rows) for key in _STAMPS[kind][-2:]
                       if key != "time_ns"}
             stamps = {key: np.maximum(value, -1) for key, value in stamps.items()}
+            if kind == BLOCK:
+                stamps["left_ns"] = instants + rng.integers(0, 10**6, rows)
             node.add(instants, {port: any_floats(rng, (rows, *shape), finite)
                                 for port, (_, shape) in node.ports.items()}, **stamps)
         nodes.append(node)

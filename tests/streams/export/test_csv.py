@@ -73,6 +73,18 @@ def test_the_header_names_columns_and_their_units(tmp_path):
     assert sorted(path.name for path in out.iterdir()) == ["events.csv", "pid.csv", "tracker.csv"]
 
 
+def test_what_was_never_captured_has_no_instant(tmp_path):
+    node = Node("pid", BLOCK, {"angles": ("rad", (1,))})
+    node.add(times(2), {"angles": np.zeros((2, 1))}, oldest_ns=np.array([-1, 5]),
+             newest_ns=np.array([-1, 10**7]))
+    run = write_run(tmp_path / "run.h5", [node])
+    table = (export(run, "csv", tmp_path / "csv").path / "pid.csv").read_text().splitlines()
+    assert table[1:] == ["0,0.000000000,0.000000000,nan,nan,0.0",
+                         "1,0.010000000,0.010000000,0.000000005,0.010000000,0.0"]
+    (table,) = (export(run, "motion-bids", tmp_path / "bids").path / "sub-01/motion").glob("*_motion.tsv")
+    assert table.read_text().splitlines()[0].split("\t")[3:5] == ["n/a", "n/a"]
+
+
 def worn(tmp_path, rows=50):
     """Two sensors at rest, as a plant or replay puts them out; a sample is lost."""
     rng = np.random.default_rng(6)
