@@ -43,8 +43,8 @@ def given(moved, tmp_path_factory):
     ErrorProcess(series=(ErrorSeries(name="a", fast_deg=1.0, fast_s=0.1),)).save(folder / "error.toml")
 
     def files(name, option):
-        if name == "hil_error_replay":
-            return [f"error={folder / 'error.toml'}"] if option != "ideal" else []
+        if option == "error_replay" or (name == "hil_error_replay" and option != "ideal"):
+            return [f"error={folder / 'error.toml'}"]
         if name == "hil_twin":
             return [f"recording={moved if option == 'hand' else finger}"]
         return [f"reference_file={moved}"] if option == "recorded" else []
