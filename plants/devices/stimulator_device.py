@@ -58,9 +58,9 @@ class StimulatorDevice:
     cause. A command belongs to the instant of its tick: that of a loop which lags so far behind the wall
     clock is not fresh any more, and where a loop begins so nothing is given until it has caught up (status
     `behind`). What the loop's process or the keeper suffer, current at the device is zero within the time
-    that `fesloop check` states. It runs in real time only (`fesloop run --realtime`), and `stimulation` must come
-    straight from a `safety` block whose `frequency_hz` is the same, for it counts the pulses given. Status
-    `keeper_ready` says what the operating system grants the keeper.
+    that `fesloop check` states. It runs in real time only (`fesloop run --realtime`), and `stimulation` must
+    come straight from a `safety` block whose `frequency_hz` is the same, for it counts the pulses given.
+    Status `keeper_ready` says what the operating system grants the keeper.
 
     Inputs: `stimulation` (channels, 2), current, A, and pulse width, s. Outputs: `sent` (channels, 2), what
     went to the device; `answer`, s, from sending to the device's answer, of the newest command answered.
