@@ -20,15 +20,15 @@ _ROUNDING_S = 1e-6
 """Stamps that differ by no more from evenly spaced ones are evenly spaced, and rounded."""
 
 
-def exact_rate(hertz: float, where: str) -> Fraction:
-    """The simplest ratio (denominator up to 1000) within 1e-9 of `hertz`, else its decimal text.
+def exact_rate(hertz: float, where: str, uncertainty: float = 1e-9) -> Fraction:
+    """The simplest ratio (denominator up to 1000) that `hertz` may be, else its decimal text.
 
-    285.7142857142857 is 2000/7. Raises InputError outside 1 Hz to 100 kHz.
+    285.7142857142857 is 2000/7; `uncertainty` is relative. Raises InputError outside 1 Hz to 100 kHz.
     """
     if not np.isfinite(hertz) or not SLOWEST_HZ <= hertz <= FASTEST_HZ:
         raise InputError(where, f"{hertz!r} is not a sampling rate", f"{SLOWEST_HZ:g} to {FASTEST_HZ:g} Hz")
     simple = Fraction(hertz).limit_denominator(_SIMPLE)
-    return simple if abs(float(simple) - hertz) <= 1e-9 * hertz else Fraction(repr(hertz))
+    return simple if abs(float(simple) - hertz) <= uncertainty * hertz else Fraction(repr(hertz))
 
 
 def rate_of(content: Mapping[str, Any], key: str, where: str) -> Fraction:
@@ -61,7 +61,8 @@ def stamps_of_times(times: Array, unit_s: float, place: str) -> tuple[NDArray[np
         raise InputError(place, f"sample {at} does not come after the one before it", "increasing times")
     stamps = np.rint((times - times[0]) * (unit_s * NS_PER_S)).astype(np.int64)
     mean_s = float(times[-1] - times[0]) / steps.size * unit_s
-    rate = exact_rate(float(f"{1.0 / mean_s:.9g}"), place)
+    rounding = 2.0 / NS_PER_S / (mean_s * steps.size)  # first and last instant may each be a ns off
+    rate = exact_rate(float(f"{1.0 / mean_s:.9g}"), place, 1e-9 + rounding)
     simplest = simplest_rate(stamps)
     if np.array_equal(stamps_of_rate(times.size, simplest), stamps):
         return stamps, simplest

@@ -177,7 +177,7 @@ class _Variables:
         return np.concatenate(list(matrices.values()), axis=1)
 
     def _matrix(self, name: str, where: str) -> Array:
-        """A variable as a matrix of samples, (n, columns)."""
+        """A variable as a matrix of samples, (n, columns); of three axes the last runs fastest."""
         here: Any = self._content
         for part in name.split("."):
             if not isinstance(here, Mapping) or part not in here:
@@ -186,8 +186,8 @@ class _Variables:
                                  did_you_mean(part, known))
             here = here[part]
         values = np.asarray(here) if not isinstance(here, (Mapping, list, str)) else np.zeros(0, "U1")
-        if values.dtype.kind not in "fiub" or values.ndim > 2 or values.size < 2:
+        if values.dtype.kind not in "fiub" or values.ndim > 3 or values.size < 2:
             raise InputError(where, f"{name!r} of {self._where} is no table of samples",
                              "numbers, (n, columns)")
         matrix = np.array(values, dtype=np.float64)
-        return matrix[:, np.newaxis] if matrix.ndim == 1 else matrix
+        return matrix if matrix.ndim == 2 else matrix.reshape(len(matrix), -1)

@@ -43,7 +43,8 @@ class Columns:
 
     Attributes
     ----------
-    variable: its name; a dot leads into a structure; of an XDF file, the name of a stream.
+    variable: its name; a dot leads into a structure; of an XDF file, the name of a stream. An array (n, a, b)
+        has the columns of its first row of b, then those of the next.
     columns: numbers from 1; of a stream also labels.
     """
 
