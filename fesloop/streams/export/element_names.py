@@ -33,8 +33,9 @@ def row_names(signal: TableSignal, block: Mapping[str, Any]) -> tuple[str, ...]:
 
 def _vector(signal: TableSignal, block: Mapping[str, Any]) -> tuple[str, ...]:
     """Of a signal of shape (n,): freedoms, sums of them, muscles or fingers."""
-    if signal.port in ("synergies", "sd") and block.get("rows"):
-        return tuple(block["rows"])
+    rows = block.get("rows") or ()
+    if signal.unit in _ANGULAR and len(rows) == signal.shape[0]:
+        return tuple(str(row) for row in rows)
     if signal.port in _MUSCLE_PORTS and signal.shape == (len(MUSCLES),):
         return MUSCLES
     if signal.port == "contact_force":
