@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Collection
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from typing import Any
 
 import numpy as np
@@ -130,7 +130,7 @@ class Loop:
                     publisher.until(time_ns)
                 for plant in self._plants.values():
                     plant.settle(time_ns)
-        except RunError as fault:
+        except Exception as fault:
             self._keep(fault)
             raise
         self.now = max(self.now, time_ns)
@@ -168,13 +168,14 @@ class Loop:
         self._keep(fault)
         return fault
 
-    def _keep(self, fault: RunError) -> None:
+    def _keep(self, fault: Exception) -> None:
         """Record what the plants had shown before they failed, and why the run ended."""
         for plant in self._plants.values():
-            with suppress(RunError):  # one failure is told, the first
+            with suppress(Exception):  # one failure is told, the first
                 plant.hand_over()
         now = max((plant.now for plant in self._plants.values()), default=max(self.now, 0))
-        self._events.append((now, "loop", "failed", str(fault)))
+        cause = str(fault) if isinstance(fault, RunError) else f"{type(fault).__name__}: {fault}"
+        self._events.append((now, "loop", "failed", cause))
 
     def next_trial(self) -> None:
         """Back to t = 0 for the next trial, with what each part carries over (`next_trial`)."""
@@ -189,8 +190,10 @@ class Loop:
             if carry is not None:
                 fresh[node.name] = carry(states[node.name], context)
             else:
+                del self._open[node.name]
                 _close(node, states[node.name])
                 fresh[node.name] = node.part.init(context)
+            self._open[node.name] = fresh[node.name]
         self._start(fresh)
 
     def states(self) -> dict[str, Any]:
@@ -253,17 +256,12 @@ class Loop:
         return LatencyReport(self.wiring, self.trial, horizon_ns)
 
     def close(self) -> None:
-        """Let every device go."""
-        faults = []
-        for node in self.wiring.nodes:
-            if node.name in self._open:
-                try:
-                    _close(node, self._open[node.name])
-                except RunError as fault:
-                    faults.append(fault)
-        self._open, self._ended = {}, "is closed"
-        if faults:
-            raise faults[0]
+        """Let every device go, the last first, whatever goes wrong with one: that is raised in the end."""
+        with ExitStack() as letting_go:
+            for node in self.wiring.nodes:
+                if node.name in self._open:
+                    letting_go.callback(_close, node, self._open[node.name])
+            self._open, self._ended = {}, "is closed"
 
 
 def _close(node: Node, state: Any) -> None:

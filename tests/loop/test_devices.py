@@ -7,6 +7,7 @@ from loop_parts import Sink
 
 from fesloop.errors import RunError, SnapshotError
 from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
@@ -40,7 +41,8 @@ class Device:
     number: int
     saves: bool = True
     refuses: bool = False
-    fails_to_close: bool = False
+    fails_to_close: type[BaseException] | None = None
+    refuses_trial: int = -1
     handles: list = field(default_factory=list)
     inputs = ()
     outputs = (Port("y"),)
@@ -49,7 +51,7 @@ class Device:
         DEVICES[self.number] = self
 
     def init(self, context):
-        if self.refuses:
+        if self.refuses or context.trial == self.refuses_trial:
             raise RunError("dev: not there")
         return Handle(self)
 
@@ -60,8 +62,8 @@ class Device:
 
     def close(self, state):
         state.open = False
-        if self.fails_to_close:
-            raise RunError(f"dev{self.number}: would not close")
+        if self.fails_to_close is not None:
+            raise self.fails_to_close(f"dev{self.number}: would not close")
 
     def open(self):
         return [handle.open for handle in self.handles]
@@ -110,8 +112,34 @@ def test_one_that_will_not_open_or_close_does_not_keep_the_others_open():
     with pytest.raises(RunError, match="not there"):
         loop_of(first, last)
     assert first.open() == [False]
-    stuck, other = Device(number=0, fails_to_close=True), Device(number=1)
+
+
+@pytest.mark.parametrize("fault", [RunError, ValueError, KeyboardInterrupt])
+def test_one_that_fails_to_close_does_not_keep_the_others_open(fault):
+    stuck, other = Device(number=0, fails_to_close=fault), Device(number=1)
     loop = loop_of(stuck, other)
-    with pytest.raises(RunError, match="dev0: would not close"):
+    with pytest.raises(fault, match="dev0: would not close"):
         loop.close()
     assert other.open() == [False]
+
+
+def test_what_was_opened_for_a_trial_that_cannot_begin_is_let_go():
+    first, second, last = Device(number=0), Device(number=1, refuses_trial=1), Device(number=2)
+    loop = loop_of(first, second, last)
+    loop.run_until(50 * NS_PER_MS)
+    with pytest.raises(RunError, match="not there"):
+        loop.next_trial()
+    loop.close()
+    assert [device.open() for device in (first, second, last)] == [[False, False], [False], [False]]
+
+
+def test_a_block_that_breaks_is_recorded_as_why_the_run_ended():
+    recorder = Recorder()
+    device = Device(number=0)
+    loop = Loop(Wiring([Node("dev", device, rate="100")], []), recorder=recorder)
+    loop.states()["dev"].ticks = "no number"
+    with pytest.raises(TypeError):
+        loop.run_until(0)
+    (event,) = recorder.events
+    assert event[1:3] == ("loop", "failed")
+    assert event[3].startswith("TypeError: ")
