@@ -5,26 +5,35 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType
+from typing import Protocol
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.reading import Recording
+from fesloop.experiment.signal_table import TableSignal
 from fesloop.streams.export import csv_tables, mat, mot, motion_bids, sto, xdf
 from fesloop.streams.export.names import file_name
-from fesloop.streams.export.selection import select
+from fesloop.streams.export.selection import Selection, select
 from fesloop.streams.export.target import published
 
 __all__ = ["FORMATS", "Exported", "export"]
 
-FORMATS: dict[str, ModuleType] = {
-    "motion-bids": motion_bids, "xdf": xdf, "mat": mat, "mot": mot, "sto": sto,
-    "csv": csv_tables}
-"""A writer a format: `wanted(signal)`, the signals that it takes where none is named, and `write(selection,
-folder)`, which returns notes."""
+
+class Writer(Protocol):
+    """A module that writes one format."""
+
+    def wanted(self, signal: TableSignal) -> bool:
+        """Whether a signal is written where none is named."""
+
+    def write(self, selection: Selection, folder: Path) -> list[str]:
+        """Write into an empty folder; what a user should know of it. Raises InputError for any fault."""
+
+
+FORMATS: dict[str, Writer] = {
+    "motion-bids": motion_bids, "xdf": xdf, "mat": mat, "mot": mot, "sto": sto, "csv": csv_tables}
+"""A writer a format."""
 _TAKES = {"mot": "joint angles (a port `angles`, rad)", "sto": "orientations (quaternions)",
           "motion-bids": "motion"}
-_FOLDERS = ("motion-bids", "csv")
-"""Formats that are more than one file in any case."""
+_A_SIGNAL_A_FILE = ("mot", "sto")
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,12 +69,22 @@ def export(run: str | Path, format: str, out: str | Path | None = None, trial: i
     with Recording(run) as recording:
         selection = select(recording, trial, signals, writer.wanted, _TAKES.get(format, "signal"), progress)
         target = Path(out) if out else Path("exports") / f"{file_name(recording.path.stem)}-{format}"
-        single = format not in _FOLDERS and target.suffix.lower() == f".{format}"
-        count = len(selection.trials) * (len(selection.signals) if format in ("mot", "sto") else 1)
-        if single and count > 1:
-            raise InputError(f"--out {target}", f"is one file, and {count} are to be written", "a folder",
-                             "name one of the trials with --trial, one of the signals with --signals")
+        single = target.suffix.lower() == f".{format}"
+        if single:
+            _require_one_file(target, format, selection)
         with published(target, single) as folder:
             notes = writer.write(selection, folder)
     files = (target,) if single else tuple(sorted(path for path in target.rglob("*") if path.is_file()))
     return Exported(target, files, tuple(notes))
+
+
+def _require_one_file(target: Path, format: str, selection: Selection) -> None:
+    """Raise InputError where more than one file is to be written; of CSV there are a table and events."""
+    trials, signals = len(selection.trials), len(selection.signals)
+    count = trials * (signals if format in _A_SIGNAL_A_FILE else 1)
+    if format == "csv":
+        raise InputError(f"--out {target}", "is one file, and tables and events are to be written",
+                         "a folder")
+    if count > 1:
+        raise InputError(f"--out {target}", f"is one file, and {count} are to be written", "a folder",
+                         "name one of the trials with --trial, one of the signals with --signals")

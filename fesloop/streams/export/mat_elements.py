@@ -7,6 +7,7 @@ MATLAB lies column by column in its files, so an array that comes row by row is 
 from __future__ import annotations
 
 import math
+import re
 import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-_INT8, _INT32, _UINT32, _DOUBLE, _INT64, _MATRIX, _UTF8 = 1, 5, 6, 9, 12, 14, 16
+_INT8, _INT32, _UINT32, _DOUBLE, _INT64, _MATRIX, _UTF8, _UTF16 = 1, 5, 6, 9, 12, 14, 16, 17
 _CELL, _STRUCT, _CHAR, _OF_DOUBLES, _OF_INTEGERS = 1, 2, 4, 6, 14
 LONGEST_NAME = 63
 """Characters of a MATLAB name; of a field's name, with the zero behind it, 64."""
@@ -104,7 +105,7 @@ def _parts(element: Element, name: str) -> Iterator[bytes | _Hole]:
 def _content(element: Element) -> tuple[int, tuple[int, ...], Sequence[bytes | _Hole]]:
     """Class, dimensions and content of an element."""
     if isinstance(element, str):
-        return _CHAR, (1 if element else 0, len(element)), [_tagged(_UTF8, element.encode())]
+        return _CHAR, (1 if element else 0, len(element)), [_text(element)]
     if isinstance(element, float):
         return _OF_DOUBLES, (1, 1), [_tagged(_DOUBLE, struct.pack("<d", element))]
     if isinstance(element, OpenArray):
@@ -121,6 +122,13 @@ def _content(element: Element) -> tuple[int, tuple[int, ...], Sequence[bytes | _
     start = [struct.pack("<HHi", _INT32, 4, width), _tagged(_INT8, names)]
     inner = (part for value in element.fields.values() for part in _parts(value, ""))
     return _STRUCT, (1, 1), [*start, *inner]
+
+
+def _text(text: str) -> bytes:
+    """Characters; MATLAB and Octave count units of UTF-16, SciPy characters: what would be two is U+FFFD."""
+    if text.isascii():
+        return _tagged(_UTF8, text.encode())
+    return _tagged(_UTF16, re.sub("[\U00010000-\U0010ffff]", "\ufffd", text).encode("utf-16-le"))
 
 
 def _tagged(kind: int, content: bytes) -> bytes:

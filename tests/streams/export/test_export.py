@@ -84,6 +84,7 @@ REFUSED = {
     "trial beyond": ({"trial": 3}, "--trial: 3; allowed: 0 to 2"),
     "trial below": ({"trial": -1}, "--trial: -1; allowed: 0 to 2"),
     "one file for several": ({"format": "mat", "out": "o.mat"}, "is one file, and 3 are to be written"),
+    "one file for tables": ({"out": "o.csv"}, "o.csv: is one file, and tables and events are to be written"),
     "no recording": ({"run": "absent.h5"}, "absent.h5: there is no such recording"),
 }
 

@@ -1,5 +1,7 @@
 """MATLAB files, as scipy reads them, hold every number and stamp of a run."""
 
+import re
+
 import numpy as np
 import pytest
 from export_parts import BLOCK, Node, runs, same, times, write_run
@@ -9,6 +11,8 @@ from scipy.io import loadmat, whosmat
 from fesloop import InputError, Recording
 from fesloop.streams.export import export, mat
 from fesloop.streams.export.mat import variable_names
+from fesloop.streams.mat5_structure import sound_variables
+from fesloop.streams.room import Room
 
 
 def read(path):
@@ -33,10 +37,11 @@ def test_every_run_reads_back_exactly(made, tmp_path_factory):
         variables = dict(zip(names, variable_names(names), strict=True))
         for trial, path in enumerate(exported.files):
             content = read(path)
+            assert set(sound_variables(path, Room(path))) == set(content)
             assert set(content) == {*variables.values(), "run", "events"}
             for name, variable in variables.items():
                 signal, structure = recording.signal(name, trial), content[variable]
-                assert field(structure, "name").item() == name
+                assert field(structure, "name").item() == re.sub("[^\0-\uffff]", "\ufffd", name)
                 assert field(structure, "unit").item() == signal.unit
                 values, rows = signal.values, len(signal.times_ns)
                 same(field(structure, "values"), values.reshape(rows, 1) if values.ndim == 1 else values)
@@ -50,7 +55,8 @@ def test_every_run_reads_back_exactly(made, tmp_path_factory):
                     np.prod(values.shape[1:])))
             mine = [event for event in recording.events if event.trial == trial]
             details = field(content["events"], "detail").ravel()
-            assert [str(cell[0]) if cell.size else "" for cell in details] == [event.detail for event in mine]
+            assert [str(cell[0]) if cell.size else "" for cell in details] == [
+                re.sub("[^\0-\uffff]", "\ufffd", event.detail) for event in mine]
 
 
 def test_a_structure_says_what_its_columns_are(tmp_path):
