@@ -15,7 +15,6 @@ from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.guard import is_finite
 from fesloop.loop.realtime import Present
 from fesloop.loop.signals import NEVER, Port, Sample, Value
-from fesloop.loop.status import StatusLatch
 from fesloop.streams.live.description import (
     Declared,
     Kind,
@@ -25,6 +24,7 @@ from fesloop.streams.live.description import (
     pick_inertial,
 )
 from fesloop.streams.live.first_samples import check_first_samples, check_rate
+from fesloop.streams.live.inlet_state import InletState
 from fesloop.streams.live.library import Network
 from fesloop.streams.live.reader import StreamReader
 from fesloop.streams.live.source import LslSource, Wanted, find
@@ -35,37 +35,6 @@ _UNITS = {"gyr": "rad/s", "acc": "m/s^2", "mag": "T"}
 _UNDECLARED = Declared()
 _FROZEN = 5
 """Repetitions of a whole sample that are no chance any more (chosen: noise stirs a last bit somewhere)."""
-
-
-@dataclass(slots=True, eq=False)
-class InletState:
-    """An open stream.
-
-    Attributes
-    ----------
-    reader: its thread and the samples that wait.
-    picked: channels of each output.
-    origin_ns: t = 0 of the trial by the monotonic clock; NEVER before the first.
-    heard_ns: loop time of the newest tick, and of t = 0.
-    captured_ns: loop time of the newest capture put out.
-    silent_since_ns: loop time of the last sample before the stream fell silent; NEVER while it is not.
-    before, same: used numbers of the newest sample, and how many on end have had them before it.
-    used: channels that are put out.
-    """
-
-    reader: StreamReader
-    picked: tuple[Picked, ...]
-    origin_ns: int = NEVER
-    heard_ns: int = 0
-    captured_ns: int = 0
-    silent_since_ns: int = NEVER
-    before: Array = field(default_factory=lambda: np.empty(0))
-    same: int = 0
-    latch: StatusLatch = field(default_factory=StatusLatch)
-    used: NDArray[np.int64] = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.used = np.concatenate([picked.channels.ravel() for picked in self.picked])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -217,32 +186,31 @@ class LslInlet:
                 state.silent_since_ns = before
                 tick.report("stream_silent", f"nothing since {before / NS_PER_S:.3f} s")
             tick.captured_ns = state.captured_ns
-            return tuple(np.full(picked.channels.shape, np.nan) for picked in state.picked)
+            return state.outputs(np.full(state.channels.size, np.nan))
         if state.silent_since_ns >= 0:
             away_ms = (sample.arrived_ns - state.origin_ns - state.silent_since_ns) / NS_PER_MS
             tick.report("stream_back", f"after {away_ms:.0f} ms")
             state.silent_since_ns = NEVER
-        values, nothing = self._believed(state, sample.values, tick)
+        numbers, nothing = self._believed(state, sample.values[state.channels] * state.factors, tick)
         if not nothing:
             state.captured_ns = min(sample.captured_ns - state.origin_ns, tick.time_ns)
         tick.captured_ns = state.captured_ns
-        return tuple(picked.of(values) for picked in state.picked)
+        return state.outputs(numbers)
 
-    def _believed(self, state: InletState, values: Array, tick: Tick) -> tuple[Array, bool]:
+    def _believed(self, state: InletState, numbers: Array, tick: Tick) -> tuple[Array, bool]:
         """The numbers with NaN for those that are none, and whether nothing at all was captured."""
-        numbers = values[state.used]
         same = self.holds == "imu" and np.array_equal(numbers, state.before)
         state.same, state.before = state.same + 1 if same else 0, numbers
         frozen = state.same >= _FROZEN
         if not (frozen or state.latch.holding) and is_finite(numbers):
-            return values, False
-        infinite = np.isinf(values)
-        values = np.where(infinite | frozen, np.nan, values)
-        empty = bool(np.isnan(values[state.used]).all())
+            return numbers, False
+        infinite = np.isinf(numbers)
+        numbers = np.where(infinite | frozen, np.nan, numbers)
+        empty = bool(np.isnan(numbers).all())
         state.latch.put(tick, "infinite", bool(infinite.any()), "infinite numbers count as lost")
         state.latch.put(tick, "stream_frozen", frozen, "the same numbers over and over: nothing is captured")
         state.latch.put(tick, "empty_sample", empty and not frozen, "no number at all: nothing is captured")
-        return values, empty
+        return numbers, empty
 
     def close(self, state: InletState) -> None:
         """Let the stream go."""
