@@ -26,6 +26,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from fesloop.realtime.machine import asked_of_machine
 from plants.devices.science_mode_peer_frames import framed, split
 
 _INIT, _INIT_ACK, _UNKNOWN, _WATCHDOG = 1, 2, 3, 4
@@ -34,6 +35,8 @@ _PARAMETER_ERROR, _WRONG_MODE = -2, -3
 _CHANNELS, _CURRENT_MAX, _WIDTH_MIN, _WIDTH_MAX = 8, 126, 20, 500
 _SILENCE_S, _INIT_EVERY_S, _LATENCY_S = 1.2, 0.5, 0.01
 _READY, _INITIALISED, _RUNNING = 0, 1, 2
+_PRIORITY = 85
+"""Of SCHED_FIFO, where it is granted (chosen: above the keeper's): a device waits for nobody's processor."""
 Pulses = tuple[tuple[int, int], ...]
 
 
@@ -223,7 +226,8 @@ def main(link: Path, log: Path) -> None:
     os.set_blocking(line, False)
     file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND, 0o644)
     os.write(file, f"{time.monotonic_ns()}\topen\t\n".encode())
-    Peer(line, far_end, file).live()
+    with asked_of_machine(False, _PRIORITY):
+        Peer(line, far_end, file).live()
 
 
 if __name__ == "__main__":

@@ -137,6 +137,16 @@ def test_ctrl_c_reaches_the_loop_alone_which_ends_in_good_order(tmp_path):
     assert log.rows()[-1][1] == "stop"
 
 
+def test_nothing_that_a_terminal_sends_ends_the_keeper(tmp_path):
+    log = parts.Log(tmp_path / "dry.log")
+    with parts.kept("dry", log.path) as kept:
+        assert os.getsid(kept.keeper.pid) == kept.keeper.pid
+        for number in (signal.SIGINT, signal.SIGHUP):
+            kept.keeper.send_signal(number)
+        parts.command(kept, 0.2)
+        assert log.rows()[-1][1] == "give"
+
+
 def test_a_keeper_told_to_end_stops_the_device_first(session):
     driver, port, log = session
     with parts.kept(driver, port) as kept:
@@ -279,7 +289,27 @@ def test_a_keeper_without_a_loop_ends(tmp_path):
         assert keeper.wait(5.0) == 0
 
 
-def test_a_driver_that_breaks_is_a_fault_of_the_device(tmp_path):
+def test_a_stop_that_is_not_confirmed_is_said_again(tmp_path, monkeypatch):
+    (tmp_path / "stubborn.py").write_text("""
+from plants.devices.driver import DeviceFault
+from plants.devices.dry import Dry
+class Stubborn(Dry):
+    asked = 0
+    def stop(self):
+        self.asked += 1
+        if self.asked < 3:
+            raise DeviceFault("no_answer", "not yet")
+        super().stop()
+""")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    log = parts.Log(tmp_path / "dry.log")
+    kept = parts.KeptDevice.started("device", parts.terms("stubborn:Stubborn", log.path), 0.0, 1.0)
+    parts.command(kept, 0.1)
+    kept.close()  # raises where zero current is not confirmed
+    assert log.rows()[-1][1] == "stop"
+
+
+def test_a_driver_that_breaks_is_a_fault_of_the_device(tmp_path, monkeypatch):
     (tmp_path / "breaking.py").write_text("""
 from plants.devices.dry import Dry
 class Breaking(Dry):
@@ -288,11 +318,8 @@ class Breaking(Dry):
         raise ZeroDivisionError("oh")
 """)
     log = parts.Log(tmp_path / "dry.log")
-    sys.path.insert(0, str(tmp_path))
-    try:
-        with parts.kept("breaking:Breaking", log.path) as kept, \
-                pytest.raises(RunError, match="device_failed: ZeroDivisionError: oh"):
-            parts.command(kept, 1.0)
-    finally:
-        sys.path.remove(str(tmp_path))
+    monkeypatch.syspath_prepend(str(tmp_path))
+    with parts.kept("breaking:Breaking", log.path) as kept, \
+            pytest.raises(RunError, match="device_failed: ZeroDivisionError: oh"):
+        parts.command(kept, 1.0)
     assert log.rows()[-1][1] == "stop"

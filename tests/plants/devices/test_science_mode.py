@@ -132,6 +132,19 @@ def test_every_fault_is_named_and_ends_current(tmp_path, how, status):
         assert device.log.zero_after_ms(since) < stated + parts.BUSY_MS
 
 
+def test_half_a_frame_does_not_hide_the_answer_to_a_stop(tmp_path):
+    with parts.device(tmp_path) as device:
+        driver = ScienceMode(str(device.port), 2, 40.0)
+        driver.open()
+        try:
+            driver.give(parts.PULSES)
+            driver._opened()._frames.feed(framed(1, 33, [0] * 60)[:-40])
+            driver.stop()
+        finally:
+            driver.close()
+        assert device.log.rows()[-1][1] == "stop"
+
+
 def test_a_slow_device_is_waited_for(tmp_path):
     with parts.device(tmp_path) as device, parts.kept("science_mode", device.port) as kept:
         device.go_wrong("slow 20")

@@ -79,7 +79,7 @@ def lagging(loop, ticks):
 
 def test_pulses_go_out_in_the_devices_steps_and_what_is_cut_is_told(tmp_path):
     log, recorder = parts.Log(tmp_path / "dry.log"), Recorder()
-    device = StimulatorDevice(port=str(log.path), charge_max_uc=8.0)
+    device = StimulatorDevice(hold_ms=400.0, port=str(log.path), charge_max_uc=8.0)
     pulses = (0.0213, 300.4e-6), (0.03, 400e-6), (0.01, 5e-6)
     with closing(loop_of(device, *pulses, recorder=recorder)) as loop:
         paced(loop, 5)
@@ -98,7 +98,7 @@ def test_a_fault_of_the_device_ends_the_run_and_is_recorded(tmp_path):
     pytest.importorskip("pysciencemode")
     recorder = Recorder()
     with parts.device(tmp_path) as device:
-        block = StimulatorDevice(driver="science_mode", port=str(device.port))
+        block = StimulatorDevice(hold_ms=400.0, driver="science_mode", port=str(device.port))
         with closing(loop_of(block, *parts.PULSES, recorder=recorder)) as loop:
             paced(loop, 10)
             device.go_wrong("electrode_error")
@@ -111,7 +111,8 @@ def test_a_fault_of_the_device_ends_the_run_and_is_recorded(tmp_path):
 def test_a_run_whose_device_fails_at_the_end_does_not_end_in_silence(tmp_path):
     pytest.importorskip("pysciencemode")
     with parts.device(tmp_path) as device:
-        loop = loop_of(StimulatorDevice(driver="science_mode", port=str(device.port)), *parts.PULSES)
+        block = StimulatorDevice(hold_ms=400.0, driver="science_mode", port=str(device.port))
+        loop = loop_of(block, *parts.PULSES)
         paced(loop, 5)
         device.go_wrong("electrode_error")
         time.sleep(0.05)
@@ -121,9 +122,9 @@ def test_a_run_whose_device_fails_at_the_end_does_not_end_in_silence(tmp_path):
 
 def test_each_trial_has_the_device_anew(tmp_path):
     log = parts.Log(tmp_path / "dry.log")
-    with closing(loop_of(StimulatorDevice(port=str(log.path)), *parts.PULSES)) as loop:
+    with closing(loop_of(StimulatorDevice(hold_ms=400.0, port=str(log.path)), *parts.PULSES)) as loop:
         paced(loop, 3)
-        time.sleep(0.2)  # what lies between trials may take longer than `hold_ms`
+        time.sleep(0.5)  # what lies between trials may take longer than `hold_ms`
         loop.next_trial()
         paced(loop, 3)
     assert [event for _, event, _ in log.rows()] == ["open", *["give"] * 3, "stop"]
@@ -131,14 +132,14 @@ def test_each_trial_has_the_device_anew(tmp_path):
 
 def test_a_loop_that_runs_as_fast_as_it_can_sends_nothing(tmp_path):
     log = parts.Log(tmp_path / "dry.log")
-    with closing(loop_of(StimulatorDevice(port=str(log.path)), *parts.PULSES)) as loop, \
+    with closing(loop_of(StimulatorDevice(hold_ms=400.0, port=str(log.path)), *parts.PULSES)) as loop, \
             pytest.raises(RunError, match="in real time only"):
         loop.run_until(PERIOD_NS)
     assert [event for _, event, _ in log.rows()] == ["open", "stop"]
 
 
 def test_a_device_in_use_cannot_be_saved(tmp_path):
-    with closing(loop_of(StimulatorDevice(), *parts.PULSES)) as loop:
+    with closing(loop_of(StimulatorDevice(hold_ms=400.0), *parts.PULSES)) as loop:
         paced(loop, 2)
         with pytest.raises(SnapshotError):
             loop.snapshot()
@@ -214,7 +215,8 @@ def test_a_device_that_does_not_open_leaves_no_recording(tmp_path):
 
 def test_the_shipped_rehearsal_sends_what_safety_lets_through(tmp_path):
     log = parts.Log(tmp_path / "given.log")
-    result = fesloop.load(NAME, [f"log={log.path}", "experiment.duration_s=1.5"]).run(tmp_path, realtime=True)
+    settings = [f"log={log.path}", "hold_ms=400", "experiment.duration_s=1.5"]
+    result = fesloop.load(NAME, settings).run(tmp_path, realtime=True)
     assert result.status == "done"
     with fesloop.Recording(result.recording) as recording:
         allowed = recording.signal("safety.stimulation").values
