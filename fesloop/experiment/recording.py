@@ -33,7 +33,15 @@ import numpy as np
 
 from fesloop.errors import InputError, RunError
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.recording_file import ROOM_BYTES, draft_file, free_bytes, publish
+from fesloop.experiment.recording_file import (
+    ROOM_BYTES,
+    append,
+    draft_file,
+    free_bytes,
+    lengthen,
+    publish,
+    writing,
+)
 from fesloop.experiment.rows import (
     BLOCK_STAMPS,
     EVENT,
@@ -194,9 +202,12 @@ class RecordingWriter:
             self._full = True
             raise RunError(f"{self.path}: the disk is full, {free / 1e6:.0f} MB are left; make room, or "
                            "record into another folder")
-        for dataset, rows in tables:
-            _append(dataset, rows)
-        self._file.flush()
+        try:
+            with writing(self.path):
+                append(self._file, tables)
+        except RunError:
+            self._full = True
+            raise
 
     def write_step_times(self, blocks: Mapping[str, TimedBlock]) -> None:
         """Append how long the steps of timed blocks took."""
@@ -222,18 +233,16 @@ class RecordingWriter:
         self._append([(self._messages, np.array(rows, MESSAGES))])
 
     def close(self, status: str, seconds: float, realtime: Mapping[str, int | float] | None = None) -> None:
-        """Write how the run ended, and of one in step with the wall clock how that went; close the file."""
-        for name, value in {"seconds": seconds, **(realtime or {})}.items():
-            self._file["wall"][name][()] = value
-        self._file["status"][()] = np.array(status.encode(), STATUS_TYPE)
-        self._file.close()
-
-
-def _append(dataset: h5py.Dataset, rows: Rows) -> None:
-    if len(rows):
-        before = dataset.shape[0]
-        dataset.resize(before + len(rows), axis=0)
-        dataset[before:] = rows
+        """Write how the run ended, and in real time how that went; close the file. RunError if that fails."""
+        try:
+            with writing(self.path):
+                for name, value in {"seconds": seconds, **(realtime or {})}.items():
+                    self._file["wall"][name][()] = value
+                self._file["status"][()] = np.array(status.encode(), STATUS_TYPE)
+                self._file.close()
+        except RunError:
+            lengthen(self.path)
+            raise
 
 
 @cache

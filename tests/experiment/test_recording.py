@@ -251,6 +251,37 @@ def test_a_disk_that_fills_up_ends_the_run_and_leaves_a_whole_recording(tmp_path
         assert 0 < recording.signal("finger.angles").times_ns.size < 1000
 
 
+WRITES_TOO_MUCH = """
+import resource, sys
+import fesloop
+from fesloop.experiment import recording, under_way
+from fesloop.errors import RunError
+under_way._FLUSH_WALL_S = 0.0
+lengthen = recording.lengthen
+
+def with_room(path):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+    lengthen(path)
+
+recording.lengthen = with_room
+experiment = fesloop.load(sys.argv[1])
+resource.setrlimit(resource.RLIMIT_FSIZE, (150_000, resource.RLIM_INFINITY))
+try:
+    experiment.run(sys.argv[2])
+except RunError as fault:
+    print(fault)
+"""
+
+
+def test_a_write_that_is_refused_is_told_in_one_line_and_what_was_written_can_be_read(tmp_path):
+    """As by a quota, which no look at the disk foretells: a hole at the end of a file takes no room."""
+    told = subprocess.run([sys.executable, "-c", WRITES_TOO_MUCH, str(SMALL), str(tmp_path)],
+                          capture_output=True, text=True, check=False).stdout
+    assert told == f"{tmp_path / 'small-1.h5'}: cannot be written: File too large\n"
+    with Recording(tmp_path / "small-1.h5") as recording:
+        assert recording.signal("finger.angles").times_ns.size
+
+
 def test_a_full_disk_is_found_before_the_run(tmp_path, monkeypatch):
     monkeypatch.setattr("fesloop.experiment.recording_file.free_bytes", lambda path: 10**6)
     with pytest.raises(InputError, match=r"--out .*the disk is full, 1 MB"):
