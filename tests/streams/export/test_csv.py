@@ -3,12 +3,12 @@
 import csv
 
 import numpy as np
-import pytest
 from export_parts import BLOCK, Node, runs, same, times, write_run
 from hypothesis import HealthCheck, given, settings
 
 from fesloop import Recording
 from fesloop.streams.export import export
+from fesloop.streams.formats.layout import read_layout
 
 STAMPS = ["index", "time [s]", "left [s]", "oldest capture [s]", "newest capture [s]"]
 
@@ -106,12 +106,25 @@ def test_numpy_reads_gaps(tmp_path):
 
 
 def test_the_layout_beside_a_table_says_where_sensors_stand(tmp_path):
-    layout = pytest.importorskip("fesloop.streams.formats.layout")
     run, _, _ = worn(tmp_path)
     out = export(run, "csv", tmp_path / "out").path
-    read_back = layout.read_layout(out / "imus.layout.toml")
+    read_back = read_layout(out / "imus.layout.toml")
     names, _ = read(out / "imus.csv")
     assert list(read_back.sensors) == ["hand", "F2p"]
+    assert read_back.rate == "2000/7"
     for sensor in read_back.sensors.values():
         for place in (sensor.gyr, sensor.acc, sensor.mag):
             assert set(place) <= set(names)
+
+
+def test_the_layout_gives_a_rate_only_where_it_gives_every_instant(tmp_path):
+    """Ticks 1, 2, 3 at 300 Hz are 3333333, 6666666, 10000000 ns: from the first on, those of no clock."""
+    ports = {"gyr": ("rad/s", (1, 3)), "acc": ("m/s^2", (1, 3))}
+    values = {port: np.ones((30, 1, 3)) for port in ports}
+    stated = []
+    for first in (0, 1):
+        instants = np.array([tick * 10**9 // 300 for tick in range(first, first + 30)])
+        run = write_run(tmp_path / f"{first}.h5", [Node("imus", BLOCK, ports).add(instants, values)])
+        layout = read_layout(export(run, "csv", tmp_path / f"{first}").path / "imus.layout.toml")
+        stated.append((layout.rate, layout.time))
+    assert stated == [("300", None), (None, "time [s]")]

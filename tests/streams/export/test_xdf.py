@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
-from export_parts import BLOCK, Node, runs, same, times, write_run
+from export_parts import BLOCK, PLANT, Node, runs, same, times, write_run
 from hypothesis import HealthCheck, given, settings
 
 from fesloop import Recording
@@ -78,14 +78,16 @@ def test_channels_are_described_as_the_wiki_asks(tmp_path):
 def test_a_file_of_many_pieces_has_its_streams_interleaved(tmp_path):
     rows = 60_000
     values = np.random.default_rng(1).normal(size=(rows, 5))
-    nodes = [Node(name, BLOCK, {"y": ("1", (5,))}).add(times(rows), {"y": values + number})
-             for number, name in enumerate(("one", "two"))]
+    nodes = [Node(name, kind, {"y": ("1", (5,))}).add(times(rows), {"y": values + number})
+             for number, (name, kind) in enumerate((("one", BLOCK), ("two", PLANT)))]
     path = export(write_run(tmp_path / "run.h5", nodes), "xdf", tmp_path / "run.xdf").path
     content = path.read_bytes()
     assert content.count(bytes.fromhex("43a546dccbf5410fb30ed5467383cbe4")) > 8
     streams, _ = read(path)
     same(streams["one.y"]["time_series"], values)
     same(streams["two.y"]["time_series"], values + 1)
+    for name in ("one.stamps", "two.stamps"):
+        np.testing.assert_array_equal(streams[name]["time_series"][:, 0], np.arange(rows))
     ends = []
     for stream in streams.values():
         if stream["info"]["name"][0] in ("one.y", "two.y"):
