@@ -19,6 +19,8 @@ _MISSING_PERIODS = 2.5
 _RATE_SAMPLES, _ARRIVALS, _RATE_TOLERANCE = 10, 100, 0.2
 """Samples that a rate is judged by, with senders' stamps and without, and what may be wrong with it: filters
 count time in samples (chosen)."""
+_STALL, _LEAD = 50.0, 20.0
+"""Samples that a sender may make up for after a stall, and beyond which they are too many (chosen)."""
 
 
 class Verdict(NamedTuple):
@@ -105,8 +107,9 @@ class CaptureStamps:
 class RateWatch:
     """Tells when samples come at another rate than they should.
 
-    Stamps of a sender are judged by the median of ten distances, as it does not mind a lost sample. Arrivals
-    may come in bursts: of them the mean of a hundred counts.
+    Stamps of a sender are judged by the median of ten distances, as it does not mind a lost sample; that they
+    are too close counts where there have been too many on the whole, for after a stall a sender may make up
+    for it. Arrivals may come in bursts: of them the mean of a hundred counts.
 
     Parameters
     ----------
@@ -118,25 +121,31 @@ class RateWatch:
     changed: whether the rate is wrong now.
     """
 
-    __slots__ = ("_average", "_before_ns", "_count", "_steps", "changed", "period_ns")
+    __slots__ = ("_average", "_before_ns", "_by_sender", "_count", "_lead", "_steps", "changed", "period_ns")
 
     def __init__(self, period_ns: int, *, by_sender: bool = True) -> None:
         self.period_ns, self.changed = period_ns, False
+        self._by_sender = by_sender
         self._average: Callable[[list[int]], float] = median if by_sender else fmean
         self._count = _RATE_SAMPLES if by_sender else _ARRIVALS
         self._before_ns = NEVER
+        self._lead = 0.0
         self._steps: list[int] = []
 
     def note(self, captured_ns: int) -> tuple[str, str]:
         """(status, detail) where the rate has begun to be wrong or to be right again; usually empty."""
         if self._before_ns >= 0:
-            self._steps.append(captured_ns - self._before_ns)
+            step = captured_ns - self._before_ns
+            self._steps.append(step)
+            self._lead = max(-_STALL, self._lead + 1.0 - (1.0 + _RATE_TOLERANCE) * step / self.period_ns)
         self._before_ns = captured_ns
         if len(self._steps) < self._count:
             return "", ""
         usual = self._average(self._steps)
         self._steps.clear()
-        changed = abs(usual / self.period_ns - 1.0) > _RATE_TOLERANCE
+        too_many = self.changed or not self._by_sender or self._lead > _LEAD
+        off = usual / self.period_ns - 1.0
+        changed = off > _RATE_TOLERANCE or (off < -_RATE_TOLERANCE and too_many)
         if changed == self.changed:
             return "", ""
         self.changed = changed
