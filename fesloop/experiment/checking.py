@@ -62,9 +62,11 @@ def _form(kinds: tuple[tuple[str, type[Any]], ...]) -> tuple[Any, TypeAdapter[An
 def _with_alias(fault: InputError, document: dict[str, Any]) -> InputError:
     """The fault of a missing key, with the alias by which the command line can give it."""
     aliases = document.get("aliases")
-    if fault.found == "is missing" and isinstance(aliases, dict) and fault.where in aliases.values():
-        alias = next(name for name, path in aliases.items() if path == fault.where)
-        return InputError(fault.where, fault.found, fault.allowed, f"give it with --set {alias}=...")
+    if fault.found == "is missing" and isinstance(aliases, dict):
+        for alias, paths in aliases.items():
+            if any(path == fault.where or str(path).startswith(f"{fault.where}.")
+                   for path in (paths if isinstance(paths, list) else [paths])):
+                return InputError(fault.where, fault.found, fault.allowed, f"give it with --set {alias}=...")
     return fault
 
 

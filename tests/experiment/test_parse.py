@@ -227,3 +227,10 @@ def test_shipped_experiments_describe_themselves():
         about = read(name)[1]["experiment"]
         assert about["name"] == name
         assert about["description"]
+
+
+@pytest.mark.parametrize(("name", "alias"), [
+    ("hil_replay", "recording"), ("hil_twin", "recording"), ("hil_error_replay", "error")])
+def test_what_must_be_given_is_told_by_its_short_name(name, alias):
+    with pytest.raises(InputError, match=f"is missing; give it with --set {alias}="):
+        fesloop.load(name)
