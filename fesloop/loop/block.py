@@ -48,7 +48,7 @@ class Tick:
     time_ns: its instant.
     captured_ns: for a block to set whose values were captured elsewhere, such as a live stream's: the
         instant (from 0 to `time_ns`) that its outputs of this tick carry as their oldest and newest
-        capture. NEVER otherwise.
+        capture; one that lies beyond is told (`impossible_capture`) and moved there. NEVER otherwise.
     """
 
     __slots__ = ("captured_ns", "index", "reports", "time_ns")

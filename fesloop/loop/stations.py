@@ -110,9 +110,8 @@ class BlockStation:
             values = self._step(self.state, held, tick)
             left += self._duration_ns(index, perf_counter_ns() - started)
             self.busy_until = left
-        if tick.captured_ns >= 0:
-            oldest = newest = tick.captured_ns
-            tick.captured_ns = NEVER
+        if tick.captured_ns != NEVER:
+            oldest = newest = self._captured_ns(time_ns)
         if not self.checked:
             check_shapes(self.name, self.block.outputs, values)
             self.checked = True
@@ -136,6 +135,15 @@ class BlockStation:
         self.events.append((self.due, self.name, "skipped", f"tick {self.index}: {why}"))
         self.index += 1
         self.due = self._next_tick()
+
+    def _captured_ns(self, time_ns: int) -> int:
+        """When the block says that its values were captured, within the trial and no later than now."""
+        said_ns, self.tick.captured_ns = self.tick.captured_ns, NEVER
+        possible_ns = min(max(said_ns, 0), time_ns)
+        if possible_ns != said_ns:
+            self.tick.report("impossible_capture", f"at {said_ns / NS_PER_MS:g} ms, which is "
+                             + ("yet to come" if said_ns > time_ns else "before the trial"))
+        return possible_ns
 
     def _duration_ns(self, index: int, wall_ns: int) -> int:
         """How long this step took on the loop's clock."""

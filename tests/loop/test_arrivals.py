@@ -2,6 +2,7 @@
 
 import threading
 import time
+from dataclasses import dataclass
 
 import pytest
 from live_parts import Stream, Wall, Worker
@@ -12,6 +13,7 @@ from fesloop.loop.pacer import KEPT, SKIPPED, Pacer
 from fesloop.loop.realtime import Pacing
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
+from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
 
@@ -129,3 +131,31 @@ def test_a_bell_from_another_thread_wakes_the_loop_at_once():
     ringer.join()
     assert [at for _, at, _ in state.steps] == [50 * MS, 130 * MS]
     assert sorted(wall_ns - at for _, at, wall_ns in state.steps)[0] < 20 * MS
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Says:
+    """Says that what it puts out was captured at a certain instant."""
+
+    captured_ns: int
+    inputs = ()
+    outputs = (Port("y"),)
+
+    def init(self, context):
+        return None
+
+    def step(self, state, inputs, tick):
+        tick.captured_ns = self.captured_ns
+        return (0.0,)
+
+
+@pytest.mark.parametrize(("said_ns", "stamp_ns", "why"), [
+    (-5 * MS, 0, "at -5 ms, which is before the trial"),
+    (40 * MS, 20 * MS, "at 40 ms, which is yet to come"), (7 * MS, 7 * MS, None)])
+def test_a_capture_lies_within_the_trial_and_not_ahead(said_ns, stamp_ns, why):
+    recorder = Recorder()
+    loop = Loop(Wiring([Node("says", Says(captured_ns=said_ns), "50")], []), recorder=recorder)
+    loop.run_until(20 * MS)
+    assert recorder.blocks["says"][-1][3:5] == (stamp_ns, stamp_ns)
+    told = [event[2:] for event in recorder.events if event[0] == 20 * MS]
+    assert told == ([("impossible_capture", why)] if why else [])
