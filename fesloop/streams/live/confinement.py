@@ -10,6 +10,7 @@ and two entries of liblsl's are replaced. No other library's calls are touched.
 from __future__ import annotations
 
 import ctypes
+import mmap
 import sys
 from collections.abc import Iterator
 from ctypes import c_int64, c_size_t, c_uint8, c_uint16, c_uint32, c_uint64, c_void_p
@@ -107,8 +108,6 @@ def _dynamic(address: int) -> dict[int, int]:
 
 def _write(place: int, value: int) -> None:
     """An address into the table, whose page may be closed to writing."""
-    import mmap
-
     libc: Any = ctypes.CDLL(None, use_errno=True)
     libc.mprotect.argtypes = (c_void_p, c_size_t, ctypes.c_int)
     page = place - place % mmap.PAGESIZE

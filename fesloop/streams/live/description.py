@@ -31,7 +31,7 @@ class Channel(NamedTuple):
 
 
 class Picked(NamedTuple):
-    """Channels of one output, and what their numbers are multiplied with to be SI: (..., ) equal shapes."""
+    """Channels of one output, in its shape, and what their numbers are multiplied with to be SI."""
 
     channels: NDArray[np.int64]
     factors: NDArray[np.float64]
