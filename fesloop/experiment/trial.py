@@ -122,7 +122,20 @@ def _collecting_rarely() -> Iterator[None]:
 
 
 def _outcome(this: UnderWay) -> tuple[str, str]:
-    """Run, and say how it ended: status and cause."""
+    """Run, let every device go before anything else is done, and say how it ended: status and cause."""
+    status, cause = "failed", ""
+    try:
+        status, cause = _ran(this)
+    finally:
+        try:
+            this.loop.close()
+        except RunError as fault:
+            status, cause = "failed", cause or " ".join(str(fault).split())
+    return status, cause
+
+
+def _ran(this: UnderWay) -> tuple[str, str]:
+    """Run every trial: status and cause."""
     collecting = _collecting_rarely() if this.in_step is None else this.in_step.garbage
     try:
         with interruptible() as interrupt, collecting:

@@ -46,7 +46,7 @@ class Loop:
     """
 
     def __init__(self, wiring: Wiring, trial: int = 0, recorder: Recorder | None = None) -> None:
-        self.wiring, self.trial = wiring, trial
+        self.wiring, self.trial, self.now = wiring, trial, -1
         self.recorder = recorder
         self._ended = ""
         self._events = recorder.events if recorder is not None else []
@@ -257,11 +257,15 @@ class Loop:
 
     def close(self) -> None:
         """Let every device go, the last first, whatever goes wrong with one: that is raised in the end."""
-        with ExitStack() as letting_go:
-            for node in self.wiring.nodes:
-                if node.name in self._open:
-                    letting_go.callback(_close, node, self._open[node.name])
-            self._open, self._ended = {}, "is closed"
+        try:
+            with ExitStack() as letting_go:
+                for node in self.wiring.nodes:
+                    if node.name in self._open:
+                        letting_go.callback(_close, node, self._open[node.name])
+                self._open, self._ended = {}, "is closed"
+        except RunError as fault:
+            self._events.append((max(self.now, 0), "loop", "failed", str(fault)))
+            raise
 
 
 def _close(node: Node, state: Any) -> None:
