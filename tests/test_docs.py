@@ -19,21 +19,20 @@ def blocks(page, language):
 
 
 def arguments(line):
-    """Of a command of fesloop, without variables before and remarks behind it; None for another command."""
-    words = shlex.split(line, comments=True)
-    while words and re.fullmatch(r"[A-Z_]+=.*", words[0]):
-        del words[0]
-    if words[:1] != ["fesloop"]:
-        return None
-    return words[1:words.index(">")] if ">" in words else words[1:]
+    """Of each command of fesloop in a line, without variables before and redirections behind it."""
+    for command in line.split(" & "):
+        words = shlex.split(command, comments=True)
+        while words and re.fullmatch(r"[A-Z_]+=.*", words[0]):
+            del words[0]
+        if words[:1] == ["fesloop"]:
+            yield words[1:words.index(">")] if ">" in words else words[1:]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_every_command_is_one_of_the_program(page):
     for block in blocks(page, "sh"):
         for line in block.splitlines():
-            given = arguments(line)
-            if given is not None:
+            for given in arguments(line):
                 make_parser().parse_args(given)
 
 
