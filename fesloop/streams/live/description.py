@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.streams.live.units import factor
+from fesloop.streams.units import factor
 
 Kind = Literal["gyr", "acc", "mag"]
 KINDS: tuple[Kind, ...] = ("gyr", "acc", "mag")

@@ -15,7 +15,7 @@ from fesloop.streams.live.description import (
     pick_inertial,
     read_label,
 )
-from fesloop.streams.live.units import factor
+from fesloop.streams.units import factor
 
 UNITS = {"gyr": "deg/s", "acc": "g", "mag": "uT"}
 SI = {"gyr": math.pi / 180.0, "acc": 9.80665, "mag": 1e-6}
@@ -84,7 +84,7 @@ def test_angles_are_found_by_name_and_become_radians():
     ({"count": 20}, ("describes 12 channels and has 20",)),
     ({"channels": ()}, ("does not describe its 12 channels", "layout")),
     ({"channels": (), "declared": Declared(kinds=("acc",))}, ("12 channels", "6: 2 sensors of acc")),
-    ({"channels": (), "declared": Declared(kinds=("acc", "gyr"))}, ("layout.gyr_unit", "no unit is stated")),
+    ({"channels": (), "declared": Declared(kinds=("acc", "gyr"))}, ("layout.gyr_unit", "states no unit")),
 ])
 def test_what_does_not_fit_is_refused_with_what_would(change, parts):
     given_ = {"channels": described(["hand", "F2p"], ("acc", "gyr")), "count": 12, "wanted": ("gyr", "acc"),
@@ -100,5 +100,5 @@ def test_units_belong_to_quantities():
     assert factor("acc", "mg", "") == pytest.approx(9.80665e-3)
     assert factor("mag", "mG", "") == pytest.approx(1e-7)
     assert factor("mag", " µT ", "") == pytest.approx(1e-6)
-    with pytest.raises(InputError, match="its unit is 'kg'"):
+    with pytest.raises(InputError, match="'kg' is no unit of acc"):
         factor("acc", "kg", "stream: channel 'x'")
