@@ -113,7 +113,7 @@ def _add_picture(commands: _Commands[argparse.ArgumentParser]) -> None:
 def _add_import(commands: _Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("import", help="write a recording of inertial sensors as a motion file")
     command.add_argument("source", metavar="SOURCE",
-                         help="XDF, Motion-BIDS (a folder, or a *_motion.tsv), MATLAB 5 or 7.3, .npz, a table")
+                         help="XDF, Motion-BIDS (folder or *_motion.tsv), MATLAB 5 or 7.3, .npz, a table")
     command.add_argument("target", metavar="TARGET", help="the file to write, such as motion.h5")
     command.add_argument("--layout", metavar="FILE",
                          help="what stands where in SOURCE, for files that do not say it themselves")
@@ -213,7 +213,7 @@ def _add_fit_error(commands: _Commands[argparse.ArgumentParser]) -> None:
                          "through hil_replay")
     command.add_argument("target", metavar="TARGET.toml", help="the file of the process")
     command.add_argument("--tracker", metavar="KIND", default="",
-                         help="of a recording: what tracks it (default: that of hil_replay, or constrained for "
+                         help="of a recording: what tracks it (default: that of hil_replay; constrained for "
                          "the sensors of chain5)")
     command.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], dest="settings",
                          help="of a recording: change a key of hil_replay")
