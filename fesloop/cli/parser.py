@@ -80,7 +80,7 @@ def _add_run(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--late", choices=("catch-up", "skip", "stop"), help="in real time, what becomes of "
                          "ticks that are late (default: catch-up)")
     command.add_argument("--priority", type=int, metavar="N", help="in real time, ask for the scheduling "
-                         "class SCHED_FIFO with this priority, 1 to 99 (default: none)")
+                         "class SCHED_FIFO with this priority, 1 to 98 (default: none)")
 
 
 def _add_study(commands: _Commands[argparse.ArgumentParser]) -> None:

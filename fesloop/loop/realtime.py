@@ -19,8 +19,8 @@ from fesloop.loop.wiring import Node
 _MOST_HZ = 200
 _IDLE = RateClock.from_rate("100")
 """Where no block has a pace of its own (chosen): plants and the recording go on while a stream is silent."""
-_HIGHEST_PRIORITY = 99
-"""Of SCHED_FIFO on Linux (`sched(7)`)."""
+_HIGHEST_PRIORITY = 98
+"""Of SCHED_FIFO on Linux (`sched(7)`), one below the greatest, which is for what keeps watch over a run."""
 POLICIES = ("catch-up", "skip", "stop")
 
 
@@ -34,8 +34,9 @@ class Pacing:
         pass that lie a whole period of their block or more in the past; "stop" ends the run as failed at the
         first missed deadline.
     lock_memory: whether to ask that no memory of the process is swapped out.
-    priority: of the scheduling class SCHED_FIFO, 1 to 99; 0 asks for none. Above everything else on its
-        core, a run that is always late leaves little of it to others.
+    priority: of the scheduling class SCHED_FIFO, 1 to 98; 0 asks for none. Above everything else on its
+        core, a run that is always late leaves little of it to others. With a device, below what the user may
+        have at most (`ulimit -r`): the device's keeper takes that.
     """
 
     late: str = "catch-up"

@@ -54,6 +54,16 @@ def asked_of_machine(lock_memory: bool, priority: int) -> Iterator[Granted]:
             os.sched_setscheduler(0, scheduler, parameters)
 
 
+def attainable(priority: int) -> int:
+    """This priority, or that which an ordinary user may ask for (RLIMIT_RTPRIO) where that is lower."""
+    if sys.platform != "linux":
+        return priority
+    import resource
+
+    limit = resource.getrlimit(resource.RLIMIT_RTPRIO)[0]
+    return limit if 0 < limit < priority else priority
+
+
 def _scheduling_now() -> tuple[int, os.sched_param | None]:
     if sys.platform != "linux":
         return 0, None

@@ -30,7 +30,7 @@ import time
 from contextlib import suppress
 from types import FrameType
 
-from fesloop.realtime.machine import asked_of_machine
+from fesloop.realtime.machine import asked_of_machine, attainable
 from plants.devices.command_check import wrong_pulses
 from plants.devices.driver import DeviceFault, StimulatorDriver, driver_at, driver_faults
 from plants.devices.messages import (
@@ -50,8 +50,8 @@ from plants.devices.messages import (
 _NS_PER_MS = 1_000_000
 _STOPS = 3
 """How often a stop that the device does not confirm is said (chosen: a disturbed byte is soon over)."""
-_PRIORITY = 80
-"""Of SCHED_FIFO, asked for (chosen: above interrupts' 50): no loop gone wild keeps its keeper waiting."""
+_PRIORITY = 99
+"""Of SCHED_FIFO, or what is attainable (chosen: above any loop, which gone wild would keep it waiting)."""
 _LOOK_MS = 20.0
 """How often to look whether the keeper has been told to end, whatever else there is to do."""
 
@@ -237,7 +237,7 @@ def main(line_file: int) -> None:
         return
     keeper = Keeper(terms, device, line, loop)
     signal.signal(signal.SIGTERM, keeper.end_when_asked)
-    with asked_of_machine(True, _PRIORITY) as granted:
+    with asked_of_machine(True, attainable(_PRIORITY)) as granted:
         with suppress(OSError):
             line.send(note_bytes(ready=True, memory=granted.memory, scheduling=granted.scheduling))
         keeper.keep()

@@ -5,6 +5,9 @@ import sys
 
 import pytest
 
+from fesloop.realtime.machine import attainable
+
+resource = pytest.importorskip("resource")
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="of Linux")
 SHOW = """
 import os, resource, sys
@@ -75,3 +78,10 @@ with asked_of_machine(True, 7) as granted:
     assert memory.endswith("the limit is 0.1 MB (ulimit -l)")
     assert scheduling.startswith("refused: needs CAP_SYS_NICE")
     assert unchanged == "True"
+
+
+@pytest.mark.parametrize(("limit", "wanted", "attained"), [
+    (50, 99, 50), (50, 7, 7), (0, 99, 99), (-1, 99, 99)])  # 0: asking is left to be refused; -1: no limit
+def test_an_ordinary_user_has_as_high_a_priority_as_the_limit_lets_them(monkeypatch, limit, wanted, attained):
+    monkeypatch.setattr("resource.getrlimit", lambda which: {resource.RLIMIT_RTPRIO: (limit, limit)}[which])
+    assert attainable(wanted) == attained

@@ -117,7 +117,7 @@ def test_a_stopped_keeper_is_noticed_and_the_device_stops_by_itself(tmp_path):
 
 def test_the_keeper_says_what_it_was_granted(tmp_path):
     with parts.kept("dry", tmp_path / "dry.log") as kept:
-        granted = "SCHED_FIFO, priority 80" in kept.granted
+        granted = "SCHED_FIFO, priority 99" in kept.granted
         assert (os.sched_getscheduler(kept.keeper.pid) & ~os.SCHED_RESET_ON_FORK == os.SCHED_FIFO) == granted
         locked = int(next(line.split()[1] for line in Path(f"/proc/{kept.keeper.pid}/status").read_text()
                           .splitlines() if line.startswith("VmLck")))
