@@ -25,14 +25,6 @@ Array = NDArray[np.float64]
 PerChannel = float | tuple[float, ...]
 ENERGY_MAX_J = 0.3
 """Greatest energy of a pulse into 500 ohm of IEC 60601-2-10 (transcutaneous stimulators)."""
-_LIMITED = ((kernel.SIGN, "negative", "a negative current or width: no pulse"),
-            (kernel.CURRENT, "current_limited", "current above its limit"),
-            (kernel.WIDTH, "width_limited", "pulse width above its limit"),
-            (kernel.CHARGE, "charge_limited", "charge per phase above its limit"),
-            (kernel.ENERGY, "energy_limited", "energy per pulse above its limit"),
-            (kernel.SLEW, "slew_limited", "charge rises faster than its limit"),
-            (kernel.RATE, "charge_rate_limited", "the charge of one second is used up"),
-            (kernel.TOTAL, "budget_spent", "the charge of the whole run is used up"))
 _LIMITS = ("current_max_ma", "width_max_us", "charge_max_uc", "energy_max_mj", "charge_rise_uc")
 _BUDGETS = ("charge_per_s_max_uc", "charge_total_max_mc")
 _USUAL = Watchdog()
@@ -52,7 +44,7 @@ class SafetyState:
     total: (channels,), C since the run began.
     ramp_from_ns: when the ramp to zero began; NEVER while the input is good.
     stopped: whether the emergency stop was ever on.
-    index, hit: of the tick before, and bits of what was limited then.
+    index, time_ns, hit: of the tick before, its instant, and bits of what was limited then.
     """
 
     limits: Array
@@ -64,6 +56,7 @@ class SafetyState:
     total: Array
     watch: WatchState
     index: int = -1
+    time_ns: int = 0
     ramp_from_ns: int = NEVER
     stopped: bool = False
     hit: int = 0
@@ -81,7 +74,8 @@ class Safety:
     2. q <= `charge_max_uc`, and 2 x 500 ohm x i^2 w <= `energy_max_mj`;
     3. q exceeds that of the tick before, 0 before the first, by `charge_rise_uc` at most;
     4. the sum of q `frequency_hz` / tick rate over any n ticks of a trial on end is `charge_per_s_max_uc` at
-       most, and over all ticks of all trials of a run `charge_total_max_mc`;
+       most, and over all ticks of all trials of a run `charge_total_max_mc`; where a tick comes late (a live
+       stream's, or one after others that were skipped) the device has repeated q until then, which counts;
     5. from the first tick that reads `stop` above 0.5, or not finite, i = w = 0, in all later trials too;
     6. `ramp_ms` after stimulation ceases to be sound, i = w = 0 for as long as it is not, and no q rises
        meanwhile. It is sound while `stimulation` is finite and not older than `max_age_ms`, counted from the
@@ -192,6 +186,7 @@ class Safety:
             pulses = np.zeros((self.channels, 2))
             state.charges = np.zeros(self.channels)
             return (pulses,)
+        self._book_repeated(state, tick.time_ns)
         trouble = self._trouble(state, stimulation, posture, sd, tick.time_ns)
         if trouble != SOUND:
             state.latch.put(tick, trouble[0], True, trouble[1])
@@ -233,6 +228,14 @@ class Safety:
         kernel.fall(pulses, state.charges)
         return pulses
 
+    def _book_repeated(self, state: SafetyState, now_ns: int) -> None:
+        """Add what the device gave after the period of the tick before, where this one comes later."""
+        pulses = self.frequency_hz * (now_ns - state.time_ns) / NS_PER_S - state.phases
+        if state.index >= 0 and pulses > kernel.ROUND_OFF * state.phases:
+            state.given[state.index % len(state.given)] += pulses * state.charges
+            state.total += pulses * state.charges
+        state.time_ns = now_ns
+
     def _limit_dose(self, state: SafetyState, pulses: Array, index: int) -> int:
         """Shorten what the budgets do not hold, and book the rest; bits of what was limited."""
         ticks = len(state.given)
@@ -246,7 +249,7 @@ class Safety:
 
     def _report(self, state: SafetyState, hit: int, tick: Tick) -> None:
         """Tell the limitations that begin with this tick."""
-        for bit, status, detail in _LIMITED:
+        for bit, status, detail in kernel.LIMITED:
             if hit & ~state.hit & bit:
                 tick.report(status, detail)
         state.hit = hit

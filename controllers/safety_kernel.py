@@ -13,6 +13,17 @@ PHASES = 2.0
 """Both phases of a biphasic pulse deliver energy."""
 SIGN, CURRENT, WIDTH, CHARGE, ENERGY, SLEW, RATE, TOTAL = 1, 2, 4, 8, 16, 32, 64, 128
 """Bits of what was limited."""
+LIMITED = ((SIGN, "negative", "a negative current or width: no pulse"),
+           (CURRENT, "current_limited", "current above its limit"),
+           (WIDTH, "width_limited", "pulse width above its limit"),
+           (CHARGE, "charge_limited", "charge per phase above its limit"),
+           (ENERGY, "energy_limited", "energy per pulse above its limit"),
+           (SLEW, "slew_limited", "charge rises faster than its limit"),
+           (RATE, "charge_rate_limited", "the charge of one second is used up"),
+           (TOTAL, "budget_spent", "the charge of the whole run is used up"))
+"""Status and detail of each."""
+ROUND_OFF = 1e-3
+"""Of a period: ticks lie on whole ns."""
 _SHAVE = 1.0 - 2.0**-51
 """Takes a rounded quotient below the limit that it was made for."""
 _SHAVE_SUM = 1.0 - 2.0**-40

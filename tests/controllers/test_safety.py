@@ -227,3 +227,15 @@ def _unsound(stimulation, posture, now):
     """What surely is: absent, old or not finite."""
     return any(not sample.present or now - sample.oldest_ns > 100 * MS or not np.isfinite(sample.value).all()
                for sample in (stimulation, posture))
+
+
+@pytest.mark.parametrize("late_ms", [75, 33, 26])
+def test_pulses_that_the_device_repeats_until_a_late_tick_count(late_ms):
+    """Of a live stream's clock, nominally of 25 ms: of 7.6 uC, 40 Hz give 304 uC in a second."""
+    safety = Safety(**GENTLE, charge_per_s_max_uc=100.0)
+    pulses, _ = run(safety, [[[20e-3, 380e-6]]] * 200, period_ms=late_ms)
+    given = 1e6 * pulses[:, 0, 0] * pulses[:, 0, 1] * 40.0 * late_ms / 1e3
+    a_second = math.ceil(1000 / late_ms)
+    sums = np.convolve(given, np.ones(a_second), "valid")
+    assert sums.max() < 100.0 + 7.6 * late_ms / 25  # one tick is known to be late when it is over
+    assert sums.max() > 50.0
