@@ -1,4 +1,4 @@
-"""Processes that run beside a measured one: one that loads a core, and one that only sleeps and wakes."""
+"""Processes that run beside a measured one: one loads a core, and on each core one only sleeps and wakes."""
 
 from __future__ import annotations
 
@@ -48,36 +48,39 @@ class Origin:
 
 @contextmanager
 def beside(folder: Path, period_ns: int, priority: int = 0) -> Iterator[Origin]:
-    """One core kept busy, and a bare sleeper on the deadlines origin + k x period, until the context is left.
+    """One core kept busy, and on each a bare sleeper, until the context is left.
 
-    What is yielded tells the sleeper its origin, again for each trial. It asks for the priority, as a run
-    does. Both processes end with this one, however that ends. What the sleeper did is then in the folder: see
-    `slept`.
+    Sleepers wake at the deadlines origin + k x period. What is yielded tells them the origin, again for each
+    trial. They ask for the priority, as a run does. All processes end with this one, however that ends. What
+    sleepers did is then in the folder: see `slept`.
     """
     context = get_context("spawn")
     origin = Origin(folder / "origin")
-    busy = max(os.sched_getaffinity(0))
-    others = [context.Process(target=_burn, args=(busy, os.getpid()), daemon=True),
-              context.Process(target=_sleep_and_wake, args=(folder, period_ns, priority, os.getpid()),
-                              daemon=True)]
-    for other in others:
+    cores = sorted(os.sched_getaffinity(0))
+    burner = context.Process(target=_burn, args=(cores[-1], os.getpid()), daemon=True)
+    sleepers = [context.Process(target=_sleep_and_wake, args=(folder, core, period_ns, priority, os.getpid()),
+                                daemon=True) for core in cores]
+    for other in (burner, *sleepers):
         other.start()
-    burner, sleeper = others
     try:
         yield origin
     finally:
         origin.end()
         burner.kill()
-        sleeper.join(5.0)
-        for other in others:
+        for sleeper in sleepers:
+            sleeper.join(5.0)
+        for other in (burner, *sleepers):
             other.kill()
             other.join()
 
 
 def slept(folder: Path) -> Wakings:
-    """Deadlines of the sleeper (`time.monotonic_ns()`) and by how much it woke late, (n, 2) ns."""
-    rows: Wakings = np.load(folder / "slept.npy")
-    return rows
+    """Each sleeper's core, its deadlines (`time.monotonic_ns()`) and by how much it woke late, ns: (n, 3).
+
+    In the order of deadlines.
+    """
+    rows = np.concatenate([np.load(each) for each in sorted(folder.glob("slept-*.npy"))])
+    return rows[np.argsort(rows[:, 1], kind="stable")]
 
 
 def _burn(core: int, parent: int) -> None:
@@ -87,13 +90,14 @@ def _burn(core: int, parent: int) -> None:
         sum(range(100_000))
 
 
-def _sleep_and_wake(folder: Path, period_ns: int, priority: int, parent: int) -> None:
+def _sleep_and_wake(folder: Path, core: int, period_ns: int, priority: int, parent: int) -> None:
     """Sleep until each deadline and note how late that was, as the loop sleeps, with nothing else to do."""
-    rows = np.zeros((_MOST_TICKS, 2), np.int64)
+    rows = np.full((_MOST_TICKS, 3), core, np.int64)
     gc.disable()
+    os.sched_setaffinity(0, {core})
     with asked_of_machine(True, priority):
         count = _note_wakings(rows, Origin(folder / "origin"), period_ns, parent)
-    np.save(folder / "slept.npy", rows[:count])
+    np.save(folder / f"slept-{core}.npy", rows[:count])
 
 
 def _note_wakings(rows: Wakings, told: Origin, period_ns: int, parent: int) -> int:
@@ -108,6 +112,6 @@ def _note_wakings(rows: Wakings, told: Origin, period_ns: int, parent: int) -> i
         deadline = origin_ns + tick * period_ns
         while (ahead := deadline - time.monotonic_ns()) > 0:
             time.sleep(ahead / NS_PER_S)
-        rows[count] = deadline, -ahead
+        rows[count, 1:] = deadline, -ahead
         tick, count = tick + 1, count + 1
     return count

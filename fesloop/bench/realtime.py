@@ -2,16 +2,17 @@
 
 The recording `body16` (in the folder FESLOOP_RECORDINGS) plays through a tracker and a controller as the
 experiment `replay` has them, ten minutes in trials of its length, recorded as every run is. A process keeps
-one core busy. Beside the loop another process only sleeps, the way the loop does, until the same deadlines,
-100 a second: what it misses nobody could keep who sleeps on this system.
+one core busy. Beside the loop, on each core, another process only sleeps, the way the loop does, until the
+same deadlines, 100 a second: what it misses nobody could keep who sleeps on that core of this system.
 
-`us_*` of the first row are by how much the work of an instant began late, beside the sleeper's lateness
+`us_*` of the first row are by how much the work of an instant began late, beside the sleepers' lateness
 (`reference_us_*`); of the second how long that work took. `missed` counts deadlines: the loop's, where the
-work of an instant ended more than a period of 10 ms after it; the sleeper's, where it woke later than that;
-and `alone`, those of the loop while the sleeper missed none from a period before the instant to a period
-after the end of its work. (One stall of the system shows at the loop's and the sleeper's deadlines within it,
-and the latter are a period apart, so a narrower window could fall between two of them.) `alone_ms` lists the
-worst of these, with the instant and the sleeper's worst lateness in the window.
+work of an instant ended more than a period of 10 ms after it; the sleepers', where one woke later than that;
+and `alone`, those of the loop while the sleeper on its core (where the loop was about then) missed none from
+a period before the instant to a period after the end of its work. (One stall of a core shows at the loop's
+and the sleeper's deadlines within it, and the latter are a period apart, so a narrower window could fall
+between two of them.) `alone_ms` lists the worst of these, with the instant and that sleeper's worst lateness
+in the window.
 
 `memory_mb` is the resident memory of the loop's process from a tenth of the run on: at the start, in the
 end, and the slope of the line through all samples in between, one a second.
@@ -19,6 +20,7 @@ end, and the slope of the line through all samples in between, one a second.
 
 from __future__ import annotations
 
+import ctypes
 import math
 import os
 import time
@@ -52,11 +54,15 @@ _SHOWN = 10
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Teller:
-    """Tells the processes beside the loop when t = 0 is."""
+    """Tells the processes beside the loop when t = 0 is, and the recording on which core the loop is.
+
+    It ends a run whose bench is gone.
+    """
 
     path: str
+    bench: int
     inputs: tuple[Port, ...] = ()
-    outputs: tuple[Port, ...] = ()
+    outputs: tuple[Port, ...] = (Port("core", (), "1"),)
 
     def init(self, context: Context) -> None:
         """It remembers nothing."""
@@ -66,8 +72,10 @@ class _Teller:
         Origin(Path(self.path)).tell(present.origin_ns)
 
     def step(self, state: Any, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """Nothing."""
-        return ()
+        """The number of the core."""
+        if os.getppid() != self.bench:
+            raise RunError("the bench that this run is of has ended")
+        return (float(ctypes.CDLL(None).sched_getcpu()),)
 
 
 def run(seconds: float = _FULL_S, short: bool = False, priority: int = 0,
@@ -85,18 +93,18 @@ def run(seconds: float = _FULL_S, short: bool = False, priority: int = 0,
                 target=_paced, args=(str(source), str(folder), seconds, priority), daemon=True)
             memory = _watched(loop, seconds, origin, progress)
         with Recording(next(folder.glob("*.h5"))) as recording:
-            late, took, instants = _instants(recording)
+            late, took, instants, cores = _instants(recording)
             wall = recording.wall
-        sleeper = slept(folder)
+        sleepers = slept(folder)
     ends = late + took
-    missed, excused = ends > _PERIOD_NS, _slept_through(instants, ends, sleeper)
+    missed, excused = ends > _PERIOD_NS, _slept_through(instants, ends, cores, sleepers)
     alone = missed & ~excused
-    rows = [_row(f"body16: 16 streams at 100 Hz, {seconds:g} s: begun late", late, sleeper[:, 1]),
+    rows = [_row(f"body16: 16 streams at 100 Hz, {seconds:g} s: begun late", late, sleepers[:, 2]),
             _row("the work of an instant", took, None)]
     return {"bench": "realtime", "rows": rows,
             "missed": {"deadlines": len(ends), "loop": int(missed.sum()),
-                       "sleeper": int((sleeper[:, 1] > _PERIOD_NS).sum()), "alone": int(alone.sum())},
-            "alone_ms": _worst(instants, ends, alone, sleeper), "memory_mb": _memory(memory),
+                       "sleeper": _missed_by_core(sleepers), "alone": int(alone.sum())},
+            "alone_ms": _worst(instants, ends, cores, alone, sleepers), "memory_mb": _memory(memory),
             "asked_for": {name: str(wall[name]) for name in ("policy", "memory", "scheduling")}}
 
 
@@ -136,7 +144,7 @@ def _paced(source: str, folder: str, seconds: float, priority: int) -> None:
     trials = math.ceil(seconds / _TRIAL_S)
     experiment = load("replay", [f"recording={source}", f"experiment.trials={trials}",
                                  f"experiment.duration_s={seconds / trials}"])
-    teller = Node("teller", _Teller(path=str(Path(folder, "origin"))), "1")
+    teller = Node("teller", _Teller(path=str(Path(folder, "origin")), bench=os.getppid()), "100")
     replace(experiment, nodes=(*experiment.nodes, teller)).run(folder, realtime=Pacing(priority=priority))
 
 
@@ -145,30 +153,46 @@ def _resident_mb(process: int) -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-def _instants(recording: Recording) -> tuple[Stamps, Stamps, Stamps]:
-    """By how much each instant's work began late, how long it took, and when it was, monotonic clock."""
+def _instants(recording: Recording) -> tuple[Stamps, Stamps, Stamps, Stamps]:
+    """Of each instant: how late its work began, how long it took, when (monotonic clock) and on which core."""
     rows, origins = recording.instants, recording.origins
-    return rows["late_ns"], rows["took_ns"], origins["monotonic_ns"][rows["trial"]] + rows["time_ns"]
+    cores = np.zeros(len(rows), np.int64)
+    for trial in range(recording.trials):
+        told, of_trial = recording.signal("teller.core", trial), rows["trial"] == trial
+        last = np.searchsorted(told.times_ns, rows["time_ns"][of_trial], side="right") - 1
+        cores[of_trial] = told.values[last]
+    return rows["late_ns"], rows["took_ns"], origins["monotonic_ns"][rows["trial"]] + rows["time_ns"], cores
 
 
-def _slept_through(instants: Stamps, ends: Stamps, sleeper: Stamps) -> NDArray[np.bool_]:
-    """Whether the sleeper missed one from a period before each instant to a period after its work."""
-    deadlines = sleeper[sleeper[:, 1] > _PERIOD_NS, 0]
-    first = np.searchsorted(deadlines, instants - _PERIOD_NS)
-    last = np.searchsorted(deadlines, instants + ends + _PERIOD_NS, side="right")
-    return np.asarray(last > first)
+def _missed_by_core(sleepers: Stamps) -> dict[str, int]:
+    """How many deadlines the sleeper of each core missed."""
+    cores, late = sleepers[:, 0], sleepers[:, 2]
+    return {str(core): int((late[cores == core] > _PERIOD_NS).sum()) for core in np.unique(cores)}
 
 
-def _worst(instants: Stamps, ends: Stamps, alone: NDArray[np.bool_],
-           sleeper: Stamps) -> list[dict[str, float]]:
+def _slept_through(instants: Stamps, ends: Stamps, cores: Stamps, sleepers: Stamps) -> NDArray[np.bool_]:
+    """Whether a core's sleeper missed one from a period before each instant to a period after its work."""
+    excused = np.zeros(len(instants), dtype=bool)
+    for core in np.unique(cores):
+        late = (sleepers[:, 0] == core) & (sleepers[:, 2] > _PERIOD_NS)
+        deadlines, there = sleepers[late, 1], cores == core
+        first = np.searchsorted(deadlines, instants[there] - _PERIOD_NS)
+        last = np.searchsorted(deadlines, (instants + ends)[there] + _PERIOD_NS, side="right")
+        excused[there] = last > first
+    return excused
+
+
+def _worst(instants: Stamps, ends: Stamps, cores: Stamps, alone: NDArray[np.bool_],
+           sleepers: Stamps) -> list[dict[str, float]]:
     """The worst of the deadlines that the loop missed alone."""
     found = np.flatnonzero(alone)
     found = found[np.argsort(-ends[found])][:_SHOWN]
     told = []
     for i in found:
-        near = np.abs(sleeper[:, 0] - instants[i]) <= ends[i] + _PERIOD_NS
+        near = np.abs(sleepers[:, 1] - instants[i]) <= ends[i] + _PERIOD_NS
+        own = sleepers[near & (sleepers[:, 0] == cores[i]), 2]
         told.append({"at_s": float(instants[i] - instants[0]) / NS_PER_S, "ended_after": ends[i] / NS_PER_MS,
-                     "sleeper": float(sleeper[near, 1].max(initial=0)) / NS_PER_MS})
+                     "sleeper": float(own.max(initial=0)) / NS_PER_MS})
     return told
 
 
@@ -185,7 +209,7 @@ def _row(case: str, times_ns: Stamps, reference_ns: Stamps | None) -> dict[str, 
     if reference_ns is None:
         return row | {"reference": None, "reference_us_median": None, "ratio": None}
     bare = _quantiles(reference_ns)
-    return row | {"reference": "a bare sleeper with the same deadlines",
+    return row | {"reference": "bare sleepers with the same deadlines, one a core",
                   "reference_us_median": bare["median"], "ratio": ours["median"] / bare["median"],
                   "reference_us_p99": bare["p99"], "reference_us_worst": bare["worst"]}
 
