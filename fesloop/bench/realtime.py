@@ -154,7 +154,7 @@ def _resident_mb(process: int) -> float:
 
 
 def _instants(recording: Recording) -> tuple[Stamps, Stamps, Stamps, Stamps]:
-    """Of each instant: how late its work began, how long it took, when (monotonic clock) and on which core."""
+    """Of each instant: how late it began, how long it took, when (monotonic clock) and on which core."""
     rows, origins = recording.instants, recording.origins
     cores = np.zeros(len(rows), np.int64)
     for trial in range(recording.trials):
