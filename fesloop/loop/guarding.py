@@ -3,7 +3,8 @@
 A device that touches a person names its inputs in a member `guarded`. Each must come straight from a block
 that says of itself `guards = True` (the safety limits), and both must step at the same instants: what lies
 between them, or a guard that is asked less often than the device is commanded, would let through what the
-guard has never seen. A device may say of its guard what else is wrong (`faults_behind(guard)`).
+guard has never seen. A guard stands before one device only. A device may say of its guard what else is wrong
+(`faults_behind(guard)`).
 """
 
 from __future__ import annotations
@@ -19,14 +20,28 @@ if TYPE_CHECKING:
 
 def guard_faults(connections: Sequence[Connection]) -> list[InputError]:
     """What is wrong with the ways into guarded inputs, one line each."""
-    return [fault for connection in connections for fault in _faults_of(connection)]
+    guarded = [connection for connection in connections if _is_guarded(connection)]
+    return [fault for connection in guarded for fault in _faults_of(connection)] + _shared(guarded)
+
+
+def _is_guarded(connection: Connection) -> bool:
+    port = connection.wire.target.partition(".")[2]
+    return port in getattr(connection.target.part, "guarded", ())
+
+
+def _shared(guarded: Sequence[Connection]) -> list[InputError]:
+    """Guards before more than one device: they count what they let through once, and it is given twice."""
+    first: dict[str, str] = {}
+    return [InputError(f"wire {each.wire.name}", f"{each.source.name!r} stands before {before!r} already",
+                       "a safety block for each device: its limits count what one device gives",
+                       f"give {each.target.name!r} a safety block of its own")
+            for each in guarded if (before := first.setdefault(each.source.name, each.target.name))
+            != each.target.name]
 
 
 def _faults_of(connection: Connection) -> list[InputError]:
+    """What is wrong with the way into one guarded input."""
     wire, source, target = connection.wire, connection.source, connection.target
-    port = wire.target.partition(".")[2]
-    if port not in getattr(target.part, "guarded", ()):
-        return []
     where = f"wire {wire.name}"
     if not getattr(source.part, "guards", False):
         return [InputError(where, f"{target.name!r} is a device, and {source.name!r} limits nothing",

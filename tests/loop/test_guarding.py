@@ -39,6 +39,14 @@ def test_a_guard_directly_before_the_device_is_accepted():
     assert wired().node("device").part.guarded == ("u",)
 
 
+def test_a_guard_stands_before_one_device_only():
+    nodes = [Node("source", Source(), "50"), Node("guard", Guard(), "50"), Node("device", Device(), "50"),
+             Node("second", Device(), "50")]
+    wires = [Wire("source.y", "guard.u"), Wire("guard.y", "device.u"), Wire("guard.y", "second.u")]
+    with pytest.raises(InputError, match=r"wire guard\.y->second\.u: 'guard' stands before 'device' already"):
+        Wiring(nodes, wires)
+
+
 @pytest.mark.parametrize("through", ["source.y", "between.y"])
 def test_a_device_without_its_guard_is_refused(through):
     with pytest.raises(InputError, match="safety block directly before a device"):

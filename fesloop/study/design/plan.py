@@ -14,6 +14,7 @@ from fesloop.experiment.parse import from_document, read
 from fesloop.experiment.settings import apply_settings
 from fesloop.experiment.variants import pick
 from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.realtime import is_live
 from fesloop.study.design.cells import Cell, cells_of
 from fesloop.study.design.study import Study
 
@@ -94,6 +95,7 @@ def plan(study: Study, prepared: Settings, progress: Callable[[float], None] | N
         try:
             experiment = resolver.experiment(cell.experiment, (*cell.settings, *prepared(cell)),
                                              study.about.seed)
+            _refuse_live(experiment)
         except InputError as fault:
             for each in getattr(fault, "faults", [fault]):
                 faults.setdefault(str(each), in_cell(each, study, cell))
@@ -110,6 +112,15 @@ def plan(study: Study, prepared: Settings, progress: Callable[[float], None] | N
         if len(faults) > _MOST_FAULTS:
             shown.append(InputError(study.name, f"{len(faults) - _MOST_FAULTS} more faults like these"))
         raise InputErrors(shown)
+
+
+def _refuse_live(experiment: Experiment) -> None:
+    """Many runs at once, none in step with the wall clock: no place for the world as it is now."""
+    for node in experiment.wiring.nodes:
+        if is_live(node):
+            raise InputError(f"blocks.{node.name}", "is live, and a study runs nothing in real time",
+                             "simulated and recorded blocks",
+                             "take an experiment without streams and devices")
 
 
 def in_cell(fault: InputError, study: Study, cell: Cell) -> InputError:

@@ -91,6 +91,12 @@ def test_a_setting_of_every_cell_is_not_laid_to_an_axis(tmp_path):
     assert "study.settings: --set kq: is no key" in fault
 
 
+def test_what_runs_in_real_time_only_is_refused_with_the_first_of_its_live_blocks(tmp_path):
+    axes = "[axes.hold_ms]\nvalues = [100, 200]"
+    (fault,) = faults_of(tmp_path, axes, experiment="hil_dry_stimulator")
+    assert "tiny: blocks.device: is live, and a study runs nothing in real time (hold_ms 100)" in fault
+
+
 def test_of_many_faults_ten_are_shown_and_the_rest_counted(tmp_path):
     found = faults_of(tmp_path, f"[axes.latency_ms]\nvalues = {[-i for i in range(1, 15)]}")
     assert len(found) == 11
