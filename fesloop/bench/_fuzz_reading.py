@@ -33,8 +33,9 @@ _FMU_TRIAL_S = 3.0
 _WRITING = {"open", "os.mkdir", "os.rename", "os.link", "os.symlink", "os.truncate", "os.remove", "os.rmdir",
             "os.chmod", "shutil.move"}
 _HARMLESS = ("/dev/", "/proc/")
-_LOADED = ("scipy.io", "fesloop.experiment.reading", "fesloop.streams.importing", "fesloop.streams.mat73",
-           "fesloop.streams.formats.described", "fesloop.experiment.faults", "fesloop.experiment.layout")
+_LOADED = ("scipy.io", "fesloop.experiment.reading", "fesloop.streams.importing",
+           "fesloop.streams.containers.mat73", "fesloop.streams.formats.described",
+           "fesloop.experiment.faults", "fesloop.experiment.layout")
 
 
 class Reading:

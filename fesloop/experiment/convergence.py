@@ -20,8 +20,8 @@ from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
+from fesloop.streams.blocks.replay import Replay
 from fesloop.streams.recording import MotionRecording, Reference
-from fesloop.streams.replay import Replay
 
 Array = NDArray[np.float64]
 QUANTILES = (0.5, 0.9, 1.0)

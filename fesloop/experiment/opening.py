@@ -9,7 +9,7 @@ import h5py
 
 from fesloop.errors import InputError
 from fesloop.experiment.recording_form import ALLOWED, require_form, undamaged
-from fesloop.streams.hdf5 import require_sound_heaps
+from fesloop.streams.containers.hdf5 import require_sound_heaps
 
 
 def open_file(path: Path) -> h5py.File:

@@ -13,7 +13,7 @@ import numpy as np
 
 from fesloop.errors import InputError
 from fesloop.experiment.rows import BLOCK_STAMPS, EVENT, INPUT_STAMPS, MESSAGES, PLANT_STAMPS
-from fesloop.streams import hdf5
+from fesloop.streams.containers import hdf5
 
 ALLOWED = "a file that fesloop run wrote"
 _TABLES = {"events": EVENT, "messages": MESSAGES}

@@ -189,7 +189,7 @@ def _fingertip_metrics(recording: Recording, score: Score, truth: str) -> dict[s
 def _orientation_metrics(recording: Recording, score: Score) -> dict[str, Any]:
     """The tracker's orientations against the reference of the recording that was played."""
     from fesloop.experiment.orientation_metrics import score_recording
-    from fesloop.streams.replay import Replay
+    from fesloop.streams.blocks.replay import Replay
 
     assert score.orientation is not None
     assert score.recording is not None

@@ -8,9 +8,9 @@ from typing import Any, Protocol
 
 from fesloop.errors import InputError
 from fesloop.streams import motion_file
-from fesloop.streams.containers import head_of, is_container, is_hdf5, read_container
+from fesloop.streams.containers.hdf5 import form_of
+from fesloop.streams.containers.reading import head_of, is_container, is_hdf5, read_container
 from fesloop.streams.formats import body16, broad, chain5, motion_bids, wrist, xdf
-from fesloop.streams.hdf5 import form_of
 from fesloop.streams.recording import MotionRecording, Reference
 
 __all__ = ["FORMATS", "MotionRecording", "Reference", "open_recording"]

@@ -27,7 +27,7 @@ import h5py
 import numpy as np
 
 from fesloop.errors import InputError
-from fesloop.streams import hdf5
+from fesloop.streams.containers import hdf5
 from fesloop.streams.recording import MotionRecording, Reference
 from fesloop.streams.room import Room
 

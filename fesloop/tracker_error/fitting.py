@@ -16,9 +16,9 @@ from fesloop.experiment.parse import load
 from fesloop.experiment.reading import Recording
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.models.error_process import ErrorProcess
+from fesloop.streams.containers.hdf5 import form_of
 from fesloop.streams.files import open_recording
 from fesloop.streams.formats.chain5 import FORMAT as CHAIN5
-from fesloop.streams.hdf5 import form_of
 from fesloop.streams.motion_file import FORMAT as MOTION
 from fesloop.tracker_error.correlation import correlation_of
 from fesloop.tracker_error.error_record import ErrorRecord

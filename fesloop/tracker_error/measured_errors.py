@@ -23,8 +23,8 @@ from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import NS_PER_S
+from fesloop.streams.blocks.replay import Replay
 from fesloop.streams.recording import MotionRecording
-from fesloop.streams.replay import Replay
 from fesloop.tracker_error.error_record import ErrorRecord
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ from fesloop.hand.kinematics import points, segment_poses
 from fesloop.hand.rest import RESTING_DEG
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context, Tick
-from fesloop.streams.synergies import Synergies
+from fesloop.streams.blocks.synergies import Synergies
 
 TREE = hand_tree(HandSize())
 REST = np.radians(list(RESTING_DEG.values()))

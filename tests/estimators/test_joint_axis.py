@@ -11,7 +11,7 @@ from estimators.joint_axis import HingeFit, hinge_axes, hinge_residuals, hinge_s
 from estimators.joint_constraints import Joint
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
-from fesloop.streams.replay import Replay
+from fesloop.streams.blocks.replay import Replay
 
 TIMES = np.arange(1500) / 50.0
 

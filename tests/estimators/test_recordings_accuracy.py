@@ -14,7 +14,7 @@ from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
-from fesloop.streams.replay import Replay
+from fesloop.streams.blocks.replay import Replay
 
 BROAD = ["02_undisturbed_slow_rotation_B", "21_undisturbed_fast_combined", "24_disturbed_tapping_A",
          "30_disturbed_stationary_magnet_C"]

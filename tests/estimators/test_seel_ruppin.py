@@ -12,7 +12,7 @@ from estimators.seel_ruppin import SeelRuppinBank
 from fesloop.errors import InputError
 from fesloop.experiment.orientation_metrics import score_recording
 from fesloop.hand import quaternion
-from fesloop.streams.replay import Replay
+from fesloop.streams.blocks.replay import Replay
 
 BROAD = {"02_undisturbed_slow_rotation_B": (1.841, 1.678, 0.758),
          "21_undisturbed_fast_combined": (48.327, 47.087, 12.010),

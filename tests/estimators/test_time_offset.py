@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from estimators.time_offset import time_offset
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
-from fesloop.streams.replay import Replay
+from fesloop.streams.blocks.replay import Replay
 
 BROAD = ["02_undisturbed_slow_rotation_B", "21_undisturbed_fast_combined", "24_disturbed_tapping_A",
          "30_disturbed_stationary_magnet_C"]

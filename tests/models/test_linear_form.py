@@ -11,8 +11,8 @@ from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import Sample
 from fesloop.models.linear_form import LinearBlock, LinearPlant, numbers_of
 from fesloop.models.recruitment import Recruitment
-from fesloop.streams.select import Select
-from fesloop.streams.synergies import Synergies
+from fesloop.streams.blocks.select import Select
+from fesloop.streams.blocks.synergies import Synergies
 from plants.finger import Finger
 from plants.state_space import StateSpace
 

@@ -18,7 +18,7 @@ from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
-from fesloop.streams.join import Join
+from fesloop.streams.blocks.join import Join
 from plants.imus import Imus
 from plants.magnetic_field import MagneticField
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from fesloop.errors import InputError
 from fesloop.streams.checks import Array
-from fesloop.streams.text_table import TextForm, read_table, read_text
+from fesloop.streams.containers.text_table import TextForm, read_table, read_text
 from fesloop.streams.timebase import exact_rate
 from fesloop.streams.units import factor
 

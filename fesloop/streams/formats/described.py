@@ -12,13 +12,13 @@ import numpy as np
 from fesloop.errors import InputError, did_you_mean
 from fesloop.streams import checks
 from fesloop.streams.checks import Array
-from fesloop.streams.containers import head_of, is_container, read_container
+from fesloop.streams.containers.reading import head_of, is_container, read_container
+from fesloop.streams.containers.text_table import TextTable, read_table
 from fesloop.streams.formats import xdf_chunks
 from fesloop.streams.formats.channels import recording_of
 from fesloop.streams.formats.layout import Columns, Layout, Place, ReferenceLayout, read_layout
 from fesloop.streams.formats.xdf_source import XdfSource
 from fesloop.streams.recording import MotionRecording, Reference, Stamps
-from fesloop.streams.text_table import TextTable, read_table
 from fesloop.streams.timebase import exact_rate, stamps_of_rate, stamps_of_times
 from fesloop.streams.units import SI, factor
 

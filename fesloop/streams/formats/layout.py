@@ -32,7 +32,7 @@ from typing import Any, Literal
 from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors
-from fesloop.streams.text_table import TextForm, read_text
+from fesloop.streams.containers.text_table import TextForm, read_text
 
 _ALLOWED = "a layout file (TOML)"
 

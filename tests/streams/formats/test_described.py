@@ -12,8 +12,8 @@ from scipy.io import savemat
 from scipy.spatial.transform import Rotation
 
 from fesloop.errors import InputError, InputErrors
+from fesloop.streams.containers.text_table import TextForm, read_table
 from fesloop.streams.files import open_recording
-from fesloop.streams.text_table import TextForm, read_table
 
 LAYOUT = """
 rate = "2000/7"

@@ -8,7 +8,7 @@ from fesloop.errors import InputError
 from fesloop.experiment.reading import Recording
 from fesloop.loop.block import Tick
 from fesloop.loop.signals import NEVER
-from fesloop.streams.playback import Playback
+from fesloop.streams.blocks.playback import Playback
 
 
 @pytest.fixture(scope="module")

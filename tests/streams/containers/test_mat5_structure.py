@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from scipy.io import savemat, whosmat
 
 from fesloop.errors import InputError
-from fesloop.streams.containers import read_container
-from fesloop.streams.mat5_structure import Mat5Error, sound_variables
+from fesloop.streams.containers.mat5_structure import Mat5Error, sound_variables
+from fesloop.streams.containers.reading import read_container
 from fesloop.streams.room import Room
 
 LEAVES = st.one_of(

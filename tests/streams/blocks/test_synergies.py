@@ -8,7 +8,7 @@ from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.signals import Sample
-from fesloop.streams.synergies import Synergies
+from fesloop.streams.blocks.synergies import Synergies
 
 FREEDOMS = hand_tree(HandSize()).freedoms
 

@@ -12,7 +12,7 @@ from fesloop.loop.run import Loop
 from fesloop.loop.signals import NEVER, Port, Sample
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
-from fesloop.streams.join import Join
+from fesloop.streams.blocks.join import Join
 
 
 def sample(rows, arrived=0):

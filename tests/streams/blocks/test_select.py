@@ -6,7 +6,7 @@ import pytest
 from fesloop.errors import InputError
 from fesloop.loop.block import Tick
 from fesloop.loop.signals import Sample
-from fesloop.streams.select import Select
+from fesloop.streams.blocks.select import Select
 
 
 def test_elements_come_in_the_order_of_the_indices():

@@ -11,7 +11,7 @@ from fesloop.loop.clock import FOREVER
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wiring import Node, Wiring
-from fesloop.streams.replay import Replay
+from fesloop.streams.blocks.replay import Replay
 
 
 def played(replay, until_ns):

@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 
 from fesloop.errors import InputError
-from fesloop.streams import hdf5
+from fesloop.streams.containers import hdf5
 from fesloop.streams.room import Room
 
 _DEEPEST, _MOST = 16, 100_000

@@ -11,9 +11,9 @@ from mat73_files import write_mat73
 
 from fesloop.errors import InputError
 from fesloop.experiment.reading import Recording
-from fesloop.streams.containers import read_container
+from fesloop.streams.containers.hdf5 import require_sound_heaps
+from fesloop.streams.containers.reading import read_container
 from fesloop.streams.files import open_recording
-from fesloop.streams.hdf5 import require_sound_heaps
 
 
 def with_text(path, **attributes):
