@@ -26,7 +26,7 @@ from fesloop.hand.rest import RESTING_DEG
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.signals import Port, Sample, Value
-from fesloop.streams.synergies import Synergies
+from fesloop.streams.blocks.synergies import Synergies
 
 Array = NDArray[np.float64]
 _SAMPLE_S = 0.005

@@ -11,7 +11,7 @@ import numpy as np
 from fesloop.errors import InputError, did_you_mean
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
-from fesloop.streams.synergies import READY, Synergies
+from fesloop.streams.blocks.synergies import READY, Synergies
 
 Ranges = Mapping[str, Sequence[float]]
 """Least and greatest value of some rows, deg."""

@@ -22,7 +22,7 @@ from fesloop.errors import InputError, did_you_mean
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Sample, Value
-from fesloop.streams.synergies import READY, Synergies
+from fesloop.streams.blocks.synergies import READY, Synergies
 
 Array = NDArray[np.float64]
 
