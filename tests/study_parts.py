@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from importlib import resources
@@ -50,7 +51,12 @@ def started(study, out, *arguments, env=None, **popen):
     return subprocess.Popen(
         [sys.executable, "-m", "fesloop", "study", str(study), "--out", str(out), "--json", *arguments],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env, cwd=Path(out).parent,
-        **popen)
+        preexec_fn=_hear_interrupts, **popen)
+
+
+def _hear_interrupts():
+    """Tests that a shell runs in the background ignore Ctrl-C, and what they start would as well."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def told(study, out, *arguments, env=None):

@@ -57,7 +57,7 @@ def _require_tables(file: h5py.File, path: Path) -> None:
     """What was recorded."""
     where = str(path)
     items = hdf5.members(file, where)
-    for name in ("experiment", "status", "wall", *_TABLES, "blocks"):
+    for name in ("experiment", "status", "wall", *_TABLES):
         if name not in items:
             raise InputError(f"{where}: {name}", "is missing", ALLOWED)
     room = path.stat().st_size + _UNUSED_BYTES
