@@ -7,7 +7,7 @@ from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
-from fesloop.cli.output import print_json, print_table, progress_bar
+from fesloop.cli.output import print_made, print_table, progress_bar
 
 _AHEAD_MS = 1.0
 """Worth telling (chosen)."""
@@ -23,12 +23,7 @@ def execute(args: Namespace) -> int:
                           seed=args.seed or 0, progress=bar)
     path = Path(args.target)
     found.process.save(path)
-    report = {"process": str(path), **found.report()}
-    if args.json:
-        print_json(report)
-    else:
-        _print(report)
-        print(path)
+    print_made("process", path, found.report(), _print, as_json=args.json)
     return 0
 
 

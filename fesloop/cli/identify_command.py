@@ -7,7 +7,7 @@ from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
-from fesloop.cli.output import print_json, print_table, progress_bar
+from fesloop.cli.output import print_made, print_table, progress_bar
 from fesloop.experiment.identifying import identifier
 
 
@@ -17,12 +17,7 @@ def execute(args: Namespace) -> int:
         found = identifier()(args.recording, measured=args.measured, method=args.method)
     path = Path(args.out)
     found.model.save(path)
-    report = {"model": str(path), **found.report()}
-    if args.json:
-        print_json(report)
-    else:
-        _print(report)
-        print(path)
+    print_made("model", path, found.report(), _print, as_json=args.json)
     return 0
 
 

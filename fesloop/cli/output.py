@@ -6,8 +6,9 @@ import json
 import math
 import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
@@ -20,6 +21,16 @@ _REFRESH_HZ = 2.0
 def print_json(table: Any) -> None:
     """One JSON object; numbers that JSON cannot say are null."""
     print(as_json(table))
+
+
+def print_made(kind: str, path: Path, report: dict[str, Any], show: Callable[[dict[str, Any]], None], *,
+               as_json: bool) -> None:
+    """The file of some kind that a command made, and its report: as one object, or as `show` has it."""
+    if as_json:
+        print_json({kind: str(path), **report})
+    else:
+        show(report)
+        print(path)
 
 
 def as_json(table: Any) -> str:

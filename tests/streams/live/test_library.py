@@ -55,30 +55,28 @@ def test_nothing_of_lsl_is_imported_before_a_stream_is_opened():
         """).strip() == "False"
 
 
-def test_a_missing_library_is_one_line_that_says_what_to_do(tmp_path):
-    (tmp_path / "pylsl.py").write_text("raise ImportError")
-    told = python("""
+def refused_with(folder):
+    """What a process says that opens the library with the pylsl of a folder."""
+    return python("""
         from fesloop.errors import InputError
         from fesloop.streams.live.library import open_library
         try:
             open_library()
         except InputError as fault:
             print(fault)
-        """, PYTHONPATH=str(tmp_path))
+        """, PYTHONPATH=str(folder))
+
+
+def test_a_missing_library_is_one_line_that_says_what_to_do(tmp_path):
+    (tmp_path / "pylsl.py").write_text("raise ImportError")
+    told = refused_with(tmp_path)
     assert told.count("\n") == 1
     assert "pip install 'fesloop[lsl]'" in told
 
 
 def test_a_wheel_without_its_library_is_told_apart(tmp_path):
     (tmp_path / "pylsl.py").write_text("raise RuntimeError('LSL binary library file was not found.\\nlong')")
-    told = python("""
-        from fesloop.errors import InputError
-        from fesloop.streams.live.library import open_library
-        try:
-            open_library()
-        except InputError as fault:
-            print(fault)
-        """, PYTHONPATH=str(tmp_path))
+    told = refused_with(tmp_path)
     assert told.count("\n") == 1
     assert "not liblsl for this platform" in told
     assert "PYLSL_LIB" in told
