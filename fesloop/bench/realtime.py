@@ -2,17 +2,18 @@
 
 The recording `body16` (in the folder FESLOOP_RECORDINGS) plays through a tracker and a controller as the
 experiment `replay` has them, ten minutes in trials of its length, recorded as every run is. A process keeps
-one core busy. Beside the loop, on each core, another process only sleeps, the way the loop does, until the
-same deadlines, 100 a second: what it misses nobody could keep who sleeps on that core of this system.
+the last core busy; the loop stays on the first. Beside it, on each core, another process only sleeps, the way
+the loop does, until the same deadlines, 100 a second: what it misses nobody could keep who sleeps on that
+core of this system. (A loop that the system may move cannot be judged so: its timer is that of the core where
+it fell asleep, and it can wake on the other.)
 
 `us_*` of the first row are by how much the work of an instant began late, beside the sleepers' lateness
 (`reference_us_*`); of the second how long that work took. `missed` counts deadlines: the loop's, where the
 work of an instant ended more than a period of 10 ms after it; the sleepers', where one woke later than that;
-and `alone`, those of the loop while the sleeper on its core (where the loop was about then) missed none from
-a period before the instant to a period after the end of its work. (One stall of a core shows at the loop's
-and the sleeper's deadlines within it, and the latter are a period apart, so a narrower window could fall
-between two of them.) `alone_ms` lists the worst of these, with the instant and that sleeper's worst lateness
-in the window.
+and `alone`, those of the loop while the sleeper on its core missed none from a period before the instant to a
+period after the end of its work. (One stall of a core shows at the loop's and the sleeper's deadlines within
+it, and the latter are a period apart, so a narrower window could fall between two of them.) `alone_ms` lists
+the worst of these, with the instant and that sleeper's worst lateness in the window.
 
 `memory_mb` is the resident memory of the loop's process from a tenth of the run on: at the start, in the
 end, and the slope of the line through all samples in between, one a second.
@@ -20,7 +21,6 @@ end, and the slope of the line through all samples in between, one a second.
 
 from __future__ import annotations
 
-import ctypes
 import math
 import os
 import time
@@ -54,15 +54,12 @@ _SHOWN = 10
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Teller:
-    """Tells the processes beside the loop when t = 0 is, and the recording on which core the loop is.
-
-    It ends a run whose bench is gone.
-    """
+    """Tells the processes beside the loop when t = 0 is, and ends a run whose bench is gone."""
 
     path: str
     bench: int
     inputs: tuple[Port, ...] = ()
-    outputs: tuple[Port, ...] = (Port("core", (), "1"),)
+    outputs: tuple[Port, ...] = ()
 
     def init(self, context: Context) -> None:
         """It remembers nothing."""
@@ -72,10 +69,10 @@ class _Teller:
         Origin(Path(self.path)).tell(present.origin_ns)
 
     def step(self, state: Any, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The number of the core."""
+        """Look whether the bench is there."""
         if os.getppid() != self.bench:
             raise RunError("the bench that this run is of has ended")
-        return (float(ctypes.CDLL(None).sched_getcpu()),)
+        return ()
 
 
 def run(seconds: float = _FULL_S, short: bool = False, priority: int = 0,
@@ -85,26 +82,26 @@ def run(seconds: float = _FULL_S, short: bool = False, priority: int = 0,
     Raises InputError where there is no recording `body16`, and RunError if the run fails.
     """
     Pacing(priority=priority)  # refuses one that is none
-    source, seconds = _recording(), _SHORT_S if short else seconds
+    source, seconds, core = _recording(), _SHORT_S if short else seconds, min(os.sched_getaffinity(0))
     with TemporaryDirectory() as made:
         folder = Path(made)
         with beside(folder, _PERIOD_NS, priority) as origin:
             loop = get_context("spawn").Process(
-                target=_paced, args=(str(source), str(folder), seconds, priority), daemon=True)
+                target=_paced, args=(str(source), str(folder), seconds, priority, core), daemon=True)
             memory = _watched(loop, seconds, origin, progress)
         with Recording(next(folder.glob("*.h5"))) as recording:
-            late, took, instants, cores = _instants(recording)
+            late, took, instants = _instants(recording)
             wall = recording.wall
         sleepers = slept(folder)
     ends = late + took
-    missed, excused = ends > _PERIOD_NS, _slept_through(instants, ends, cores, sleepers)
-    alone = missed & ~excused
+    missed, own = ends > _PERIOD_NS, sleepers[sleepers[:, 0] == core]
+    alone = missed & ~_slept_through(instants, ends, own)
     rows = [_row(f"body16: 16 streams at 100 Hz, {seconds:g} s: begun late", late, sleepers[:, 2]),
             _row("the work of an instant", took, None)]
     return {"bench": "realtime", "rows": rows,
             "missed": {"deadlines": len(ends), "loop": int(missed.sum()),
                        "sleeper": _missed_by_core(sleepers), "alone": int(alone.sum())},
-            "alone_ms": _worst(instants, ends, cores, alone, sleepers), "memory_mb": _memory(memory),
+            "alone_ms": _worst(instants, ends, alone, own), "memory_mb": _memory(memory),
             "asked_for": {name: str(wall[name]) for name in ("policy", "memory", "scheduling")}}
 
 
@@ -139,8 +136,9 @@ def _watched(process: SpawnProcess, seconds: float, origin: Origin,
     return samples
 
 
-def _paced(source: str, folder: str, seconds: float, priority: int) -> None:
-    """The run: of trials as long as the recording, or one that is as long as asked for."""
+def _paced(source: str, folder: str, seconds: float, priority: int, core: int) -> None:
+    """The run on its core: of trials as long as the recording, or one that is as long as asked for."""
+    os.sched_setaffinity(0, {core})
     trials = math.ceil(seconds / _TRIAL_S)
     experiment = load("replay", [f"recording={source}", f"experiment.trials={trials}",
                                  f"experiment.duration_s={seconds / trials}"])
@@ -153,15 +151,10 @@ def _resident_mb(process: int) -> float:
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-def _instants(recording: Recording) -> tuple[Stamps, Stamps, Stamps, Stamps]:
-    """Of each instant: how late it began, how long it took, when (monotonic clock) and on which core."""
+def _instants(recording: Recording) -> tuple[Stamps, Stamps, Stamps]:
+    """Of each instant: how late it began, how long it took, and when it was (monotonic clock), ns."""
     rows, origins = recording.instants, recording.origins
-    cores = np.zeros(len(rows), np.int64)
-    for trial in range(recording.trials):
-        told, of_trial = recording.signal("teller.core", trial), rows["trial"] == trial
-        last = np.searchsorted(told.times_ns, rows["time_ns"][of_trial], side="right") - 1
-        cores[of_trial] = told.values[last]
-    return rows["late_ns"], rows["took_ns"], origins["monotonic_ns"][rows["trial"]] + rows["time_ns"], cores
+    return rows["late_ns"], rows["took_ns"], origins["monotonic_ns"][rows["trial"]] + rows["time_ns"]
 
 
 def _missed_by_core(sleepers: Stamps) -> dict[str, int]:
@@ -170,29 +163,25 @@ def _missed_by_core(sleepers: Stamps) -> dict[str, int]:
     return {str(core): int((late[cores == core] > _PERIOD_NS).sum()) for core in np.unique(cores)}
 
 
-def _slept_through(instants: Stamps, ends: Stamps, cores: Stamps, sleepers: Stamps) -> NDArray[np.bool_]:
-    """Whether a core's sleeper missed one from a period before each instant to a period after its work."""
-    excused = np.zeros(len(instants), dtype=bool)
-    for core in np.unique(cores):
-        late = (sleepers[:, 0] == core) & (sleepers[:, 2] > _PERIOD_NS)
-        deadlines, there = sleepers[late, 1], cores == core
-        first = np.searchsorted(deadlines, instants[there] - _PERIOD_NS)
-        last = np.searchsorted(deadlines, (instants + ends)[there] + _PERIOD_NS, side="right")
-        excused[there] = last > first
+def _slept_through(instants: Stamps, ends: Stamps, sleeper: Stamps) -> NDArray[np.bool_]:
+    """Whether a sleeper missed a deadline from a period before each instant to a period after its work."""
+    missed = sleeper[sleeper[:, 2] > _PERIOD_NS, 1]
+    first = np.searchsorted(missed, instants - _PERIOD_NS)
+    last = np.searchsorted(missed, instants + ends + _PERIOD_NS, side="right")
+    excused: NDArray[np.bool_] = last > first
     return excused
 
 
-def _worst(instants: Stamps, ends: Stamps, cores: Stamps, alone: NDArray[np.bool_],
-           sleepers: Stamps) -> list[dict[str, float]]:
+def _worst(instants: Stamps, ends: Stamps, alone: NDArray[np.bool_],
+           sleeper: Stamps) -> list[dict[str, float]]:
     """The worst of the deadlines that the loop missed alone."""
     found = np.flatnonzero(alone)
     found = found[np.argsort(-ends[found])][:_SHOWN]
     told = []
     for i in found:
-        near = np.abs(sleepers[:, 1] - instants[i]) <= ends[i] + _PERIOD_NS
-        own = sleepers[near & (sleepers[:, 0] == cores[i]), 2]
+        near = np.abs(sleeper[:, 1] - instants[i]) <= ends[i] + _PERIOD_NS
         told.append({"at_s": float(instants[i] - instants[0]) / NS_PER_S, "ended_after": ends[i] / NS_PER_MS,
-                     "sleeper": float(own.max(initial=0)) / NS_PER_MS})
+                     "sleeper": float(sleeper[near, 2].max(initial=0)) / NS_PER_MS})
     return told
 
 

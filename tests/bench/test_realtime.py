@@ -15,11 +15,11 @@ from fesloop.loop.clock import NS_PER_S
 MS = 1_000_000
 
 
-def sleeper(late_ms, core=0):
-    """Of a core, deadlines at every 10 ms, and how late the sleeper woke."""
+def sleeper(late_ms):
+    """Deadlines at every 10 ms, and how late the sleeper woke."""
     deadlines = 10 * MS * np.arange(100)
     late = [round(late_ms.get(k, 0.1) * MS) for k in range(100)]
-    return np.stack([np.full(100, core), deadlines, late], axis=1)
+    return np.stack([np.zeros(100, np.int64), deadlines, late], axis=1)
 
 
 @pytest.mark.parametrize(("late_ms", "excused"), [
@@ -27,15 +27,14 @@ def sleeper(late_ms, core=0):
     ({52: 12}, True), ({48: 90}, False), ({54: 12}, False)])
 def test_a_miss_is_the_systems_where_the_sleeper_missed_about_then(late_ms, excused):
     """An instant at 500 ms whose work ended 15 ms later: the sleeper's from 490 to 525 ms count."""
-    both = np.concatenate([sleeper(late_ms, core=1), sleeper({50: 90.0}, core=0)])
     at, ends = np.array([500 * MS]), np.array([15 * MS])
-    assert realtime._slept_through(at, ends, np.array([1]), both).tolist() == [excused]
+    assert realtime._slept_through(at, ends, sleeper(late_ms)).tolist() == [excused]
 
 
 def test_the_worst_are_told_with_what_the_sleeper_did():
     instants, ends = np.array([200, 500, 700]) * MS, np.array([12, 30, 20]) * MS
-    cores, alone = np.array([0, 0, 0]), np.array([True, True, False])
-    told = realtime._worst(instants, ends, cores, alone, sleeper({51: 7.0, 90: 60.0}))
+    alone = np.array([True, True, False])
+    told = realtime._worst(instants, ends, alone, sleeper({51: 7.0, 90: 60.0}))
     assert told == [{"at_s": 0.3, "ended_after": 30.0, "sleeper": 7.0},
                     {"at_s": 0.0, "ended_after": 12.0, "sleeper": 0.1}]
 
