@@ -16,25 +16,31 @@ MS = 1_000_000
 
 
 def sleeper(late_ms):
-    """Deadlines at every 10 ms, and how late the sleeper woke."""
-    deadlines = 10 * MS * np.arange(100)
-    late = [round(late_ms.get(k, 0.1) * MS) for k in range(100)]
-    return np.stack([np.zeros(100, np.int64), deadlines, late], axis=1)
+    """Deadlines at every ms, and how late the sleeper woke."""
+    deadlines = MS * np.arange(1000)
+    late = [round(late_ms.get(k, 0.1) * MS) for k in range(1000)]
+    return np.stack([np.zeros(1000, np.int64), deadlines, late], axis=1)
 
 
 @pytest.mark.parametrize(("late_ms", "excused"), [
-    ({}, False), ({50: 10.1}, True), ({50: 9.9}, False), ({49: 30}, True), ({51: 12}, True),
-    ({52: 12}, True), ({48: 90}, False), ({54: 12}, False)])
-def test_a_miss_is_the_systems_where_the_sleeper_missed_about_then(late_ms, excused):
-    """An instant at 500 ms whose work ended 15 ms later: the sleeper's from 490 to 525 ms count."""
+    ({}, False), ({500: 9.6}, True), ({500: 9.4}, False), ({490: 30}, True), ({511: 12}, True),
+    ({515: 12}, True), ({489: 90}, False), ({516: 12}, False)])
+def test_a_miss_is_the_systems_where_the_sleeper_would_have_missed_it_too(late_ms, excused):
+    """An instant at 500 ms whose work of .5 ms ended 15 ms later: the sleeper's from 490 to 515 ms count."""
     at, ends = np.array([500 * MS]), np.array([15 * MS])
-    assert realtime._slept_through(at, ends, sleeper(late_ms)).tolist() == [excused]
+    told = realtime._slept_through(at, ends, sleeper(late_ms), round(9.5 * MS))
+    assert told.tolist() == [excused]
+
+
+def test_sleepers_miss_deadlines_that_are_a_period_apart():
+    stall = {k: 25.0 - (k - 503) for k in range(503, 528)}
+    assert realtime._missed_by_core(sleeper(stall)) == {"0": 1}, "the one at 510 ms, 18 ms late"
 
 
 def test_the_worst_are_told_with_what_the_sleeper_did():
     instants, ends = np.array([200, 500, 700]) * MS, np.array([12, 30, 20]) * MS
     alone = np.array([True, True, False])
-    told = realtime._worst(instants, ends, alone, sleeper({51: 7.0, 90: 60.0}))
+    told = realtime._worst(instants, ends, alone, sleeper({510: 7.0, 900: 60.0}))
     assert told == [{"at_s": 0.3, "ended_after": 30.0, "sleeper": 7.0},
                     {"at_s": 0.0, "ended_after": 12.0, "sleeper": 0.1}]
 
