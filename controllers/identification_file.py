@@ -13,8 +13,8 @@ from controllers.allocation import Allocation
 from controllers.identification import IdentificationRecord, Identified, identify
 from controllers.identification_dynamics import Method
 from fesloop.errors import InputError
-from fesloop.experiment.patients import describe
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.files.patients import describe
+from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S, RateClock
 from fesloop.models.patient_model import PatientModel, electrodes_in_words
 

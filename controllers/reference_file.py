@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording.reading import Recording
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import NS_PER_S

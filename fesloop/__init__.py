@@ -17,9 +17,9 @@ from fesloop._siblings import check_siblings
 if TYPE_CHECKING:
     from fesloop.errors import FesloopError, InputError, RunError
     from fesloop.experiment.experiment import Experiment
-    from fesloop.experiment.parse import load
-    from fesloop.experiment.reading import Recording
-    from fesloop.experiment.trial import Result
+    from fesloop.experiment.files.parse import load
+    from fesloop.experiment.recording.reading import Recording
+    from fesloop.experiment.running.trial import Result
     from fesloop.experiment.wanted import Record, Score
     from fesloop.loop.duration import Duration
     from fesloop.loop.realtime import Pacing
@@ -36,13 +36,13 @@ _HOMES = {
     "Node": "fesloop.loop.wiring",
     "Pacing": "fesloop.loop.realtime",
     "Record": "fesloop.experiment.wanted",
-    "Recording": "fesloop.experiment.reading",
-    "Result": "fesloop.experiment.trial",
+    "Recording": "fesloop.experiment.recording.reading",
+    "Result": "fesloop.experiment.running.trial",
     "RunError": "fesloop.errors",
     "Score": "fesloop.experiment.wanted",
     "Wire": "fesloop.loop.wire",
     "Wiring": "fesloop.loop.wiring",
-    "load": "fesloop.experiment.parse",
+    "load": "fesloop.experiment.files.parse",
 }
 
 __all__ = [

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 from fesloop.errors import InputError, InputErrors
-from fesloop.experiment.schema import plain
+from fesloop.experiment.files.schema import plain
 from fesloop.hand.anthropometry import HandSize
 from plants import patient_blocks
 from plants.patient_pathology import Passive, Spasticity, Tremor, Voluntary

@@ -13,9 +13,9 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
-from fesloop.experiment.faults import faults_of
-from fesloop.experiment.layout import keys_at
-from fesloop.experiment.schema import build, hints_of, table
+from fesloop.experiment.files.faults import faults_of
+from fesloop.experiment.files.layout import keys_at
+from fesloop.experiment.files.schema import build, hints_of, table
 from plants.patient import Patient
 
 

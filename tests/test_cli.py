@@ -9,7 +9,7 @@ import jsonschema
 import pytest
 
 from fesloop.cli import main
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording.reading import Recording
 
 ROOT = Path(__file__).resolve().parent.parent
 SMALL = str(ROOT / "tests" / "experiment" / "small.toml")
@@ -161,7 +161,7 @@ def test_list_names_every_shipped_experiment_and_kind(capsys):
 
 
 def test_the_schema_accepts_shipped_files_and_refuses_a_typing_error(capsys):
-    from fesloop.experiment.parse import read
+    from fesloop.experiment.files.parse import read
 
     _, out, _ = run(capsys, "schema")
     schema = json.loads(out)

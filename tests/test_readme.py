@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from fesloop.cli.parser import make_parser
-from fesloop.experiment.parse import from_document, load
+from fesloop.experiment.files.parse import from_document, load
 
 ROOT = Path(__file__).resolve().parent.parent
 TEXT = (ROOT / "README.md").read_text()

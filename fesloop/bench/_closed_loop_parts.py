@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.recording import RecordingWriter
+from fesloop.experiment.recording.writing import RecordingWriter
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.record import Recorder

@@ -33,9 +33,9 @@ _FMU_TRIAL_S = 3.0
 _WRITING = {"open", "os.mkdir", "os.rename", "os.link", "os.symlink", "os.truncate", "os.remove", "os.rmdir",
             "os.chmod", "shutil.move"}
 _HARMLESS = ("/dev/", "/proc/")
-_LOADED = ("scipy.io", "fesloop.experiment.reading", "fesloop.streams.importing",
+_LOADED = ("scipy.io", "fesloop.experiment.recording.reading", "fesloop.streams.importing",
            "fesloop.streams.containers.mat73", "fesloop.streams.formats.described",
-           "fesloop.experiment.faults", "fesloop.experiment.layout")
+           "fesloop.experiment.files.faults", "fesloop.experiment.files.layout")
 
 
 class Reading:
@@ -208,7 +208,7 @@ def _layout(folder: Path, name: str) -> None:
 
 def _run(folder: Path, name: str) -> None:
     """Read everything that a run's recording holds."""
-    from fesloop.experiment.reading import Recording
+    from fesloop.experiment.recording.reading import Recording
 
     with Recording(folder / "source" / name) as recording:
         _ = (recording.status, recording.wall, recording.events, recording.messages, recording.digest(),

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.bench import _fuzz_mutations as spoil
-from fesloop.experiment.parse import load
-from fesloop.experiment.trial import run
+from fesloop.experiment.files.parse import load
+from fesloop.experiment.running.trial import run
 from fesloop.streams.export import xdf_chunks
 from fesloop.streams.files import open_recording
 from fesloop.streams.motion_file import write_motion_file

@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fesloop.errors import RunError
-from fesloop.experiment.parse import from_document
-from fesloop.experiment.parse import load as load_experiment
-from fesloop.experiment.trial import run
+from fesloop.experiment.files.parse import from_document
+from fesloop.experiment.files.parse import load as load_experiment
+from fesloop.experiment.running.trial import run
 from fesloop.study.design.cells import cells_of
 from fesloop.study.design.plan import Resolver, plan
 from fesloop.study.design.study_file import study_of

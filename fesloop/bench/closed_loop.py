@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from fesloop.bench._closed_loop_parts import BareHand, file_s, parts_s, recorded_loop
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.parse import from_document, read
+from fesloop.experiment.files.parse import from_document, read
 
 Array = NDArray[np.float64]
 CASES = {"free": ("constrained", False), "grasp": ("constrained", True),

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.parse import load
+from fesloop.experiment.files.parse import load
 
 
 def experiments() -> dict[str, Experiment]:

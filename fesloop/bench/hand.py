@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.experiment import registry
-from fesloop.experiment.schema import make
+from fesloop.experiment.files.schema import make
 from fesloop.hand.muscles import MUSCLES
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, RateClock

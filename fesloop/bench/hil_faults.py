@@ -26,8 +26,8 @@ from fesloop.bench._device_log import given, zero_after_ms
 from fesloop.bench._paced_session import EXPERIMENT, session
 from fesloop.bench._session_faults import FAULTS, Fault, zero_or_late
 from fesloop.errors import FesloopError, RunError
-from fesloop.experiment.parse import load
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.files.parse import load
+from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S
 
 _FEW, _MANY = 3, 50

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.experiment.parse import load
-from fesloop.experiment.trial import run as run_experiment
+from fesloop.experiment.files.parse import load
+from fesloop.experiment.running.trial import run as run_experiment
 from fesloop.loop.realtime import Pacing
 from fesloop.streams.live.library import open_library
 

@@ -10,7 +10,7 @@ core where it fell asleep, and it can wake on the other.)
 `us_*` of the first row are by how much the work of an instant began late, beside the sleepers' lateness
 (`reference_us_*`); of the second how long that work took. `missed` counts deadlines: the loop's, where the
 work of an instant ended more than a period of 10 ms after it; the sleepers', where one woke later than that
-from one of 100 a second; and `alone`, those of the loop which the sleeper on its core would have kept with the
+from one of 100 a second; and `alone`, those of the loop that the sleeper on its core would have kept with the
 loop's work to do: it woke less than a period minus the work's median late, at all its deadlines from a period
 before the instant to the end of the loop's work. (That is why it has one every ms: a stall of 15 ms that
 begins as the loop works is 15 ms to the loop, and 5 to a sleeper whose next deadline is 10 ms away.)
@@ -38,8 +38,8 @@ from numpy.typing import NDArray
 
 from fesloop.bench._beside import Origin, beside, slept
 from fesloop.errors import InputError, RunError
-from fesloop.experiment.parse import load
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.files.parse import load
+from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.realtime import Pacing, Present

@@ -26,9 +26,9 @@ import numpy as np
 from fesloop.bench._device_log import Given, given
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.parse import from_document, load
-from fesloop.experiment.reading import Recording
-from fesloop.experiment.trial import run as run_experiment
+from fesloop.experiment.files.parse import from_document, load
+from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.running.trial import run as run_experiment
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.streams.live.library import open_library
 from fesloop.streams.live.played import Played, posture

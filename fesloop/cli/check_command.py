@@ -12,8 +12,8 @@ from fesloop.cli.output import print_json, print_table, progress_bar
 from fesloop.errors import FesloopError
 from fesloop.experiment import registry
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.parse import load_picked
-from fesloop.experiment.patients import describe
+from fesloop.experiment.files.parse import load_picked
+from fesloop.experiment.files.patients import describe
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.latency import LatencyReport, PathLatency

@@ -9,9 +9,9 @@ from typing import Any
 from fesloop.cli.output import print_json, print_table
 from fesloop.errors import InputError
 from fesloop.experiment import registry
-from fesloop.experiment.parse import read, shipped
-from fesloop.experiment.patients import presets
-from fesloop.experiment.variants import listed
+from fesloop.experiment.files.parse import read, shipped
+from fesloop.experiment.files.patients import presets
+from fesloop.experiment.files.variants import listed
 from fesloop.study.design.study_file import described_studies
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from argparse import Namespace
 
 from fesloop.cli.output import print_json
-from fesloop.experiment.patients import drawn_patient
-from fesloop.experiment.toml_text import toml_text
+from fesloop.experiment.files.patients import drawn_patient
+from fesloop.experiment.files.toml_text import toml_text
 
 
 def execute(args: Namespace) -> int:

@@ -7,7 +7,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from fesloop.cli.output import print_json, progress_bar
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording.reading import Recording
 
 
 def execute(args: Namespace) -> int:

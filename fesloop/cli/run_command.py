@@ -10,9 +10,9 @@ from typing import Any
 
 from fesloop.cli.output import print_json, print_table, progress_bar
 from fesloop.errors import InputError
-from fesloop.experiment.parse import load
-from fesloop.experiment.reading import Recording
-from fesloop.experiment.trial import Result, run
+from fesloop.experiment.files.parse import load
+from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.running.trial import Result, run
 from fesloop.loop.realtime import Pacing
 
 _SHOWN = 10

@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import Namespace
 
 from fesloop.cli.output import print_json
-from fesloop.experiment.layout import json_schema
+from fesloop.experiment.files.layout import json_schema
 
 
 def execute(args: Namespace) -> int:

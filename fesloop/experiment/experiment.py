@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment import registry
+from fesloop.experiment.files.schema import plain
 from fesloop.experiment.reference_rows import row_faults
-from fesloop.experiment.schema import plain
 from fesloop.experiment.wanted import Record, Score
 from fesloop.loop.clock import FOREVER, NS_PER_S, duration_ns
 from fesloop.loop.surroundings import faults_in_place
@@ -22,7 +22,7 @@ from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
 
 if TYPE_CHECKING:
-    from fesloop.experiment.trial import Result
+    from fesloop.experiment.running.trial import Result
     from fesloop.loop.realtime import Pacing
 
 _WIRE_NAMES = {"source": "from", "target": "to"}
@@ -179,7 +179,7 @@ class Experiment:
         until then is kept.
         """
         from fesloop.errors import RunError
-        from fesloop.experiment.trial import run
+        from fesloop.experiment.running.trial import run
 
         result = run(self, Path(out), realtime=realtime, progress=progress)
         if result.status == "failed":

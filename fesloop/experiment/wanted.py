@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from fesloop.errors import InputError
-from fesloop.experiment.cycle_metrics import CycleScore
-from fesloop.experiment.grasp_score import GraspScore
-from fesloop.experiment.search_metrics import SearchScore
+from fesloop.experiment.metrics.cycles import CycleScore
+from fesloop.experiment.metrics.grasp_score import GraspScore
+from fesloop.experiment.metrics.search import SearchScore
 from fesloop.loop.clock import parse_rate
 from fesloop.loop.signals import Port
 from fesloop.loop.wiring import Node

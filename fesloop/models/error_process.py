@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
-from fesloop.experiment.toml_text import toml_text
+from fesloop.experiment.files.toml_text import toml_text
 from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.losses import least_burst
 
@@ -169,7 +169,7 @@ class ErrorProcess:
 
     def save(self, path: Path) -> None:
         """Write the file. Raises InputError where it cannot be written."""
-        from fesloop.experiment.schema import plain
+        from fesloop.experiment.files.schema import plain
 
         table: dict[str, Any] = _rounded(plain(self))
         table["correlation"] = np.round(table["correlation"], 3).tolist()

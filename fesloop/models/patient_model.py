@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, did_you_mean
-from fesloop.experiment.schema import closed, plain
-from fesloop.experiment.toml_text import toml_text
+from fesloop.experiment.files.schema import closed, plain
+from fesloop.experiment.files.toml_text import toml_text
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.recruitment import Recruitment
@@ -52,7 +52,7 @@ class PatientModel:
 
     Attributes
     ----------
-    patient: in words, as `fesloop.experiment.patients.describe` has them; empty for a plant without one.
+    patient: in words (`fesloop.experiment.files.patients.describe`); empty for a plant without one.
     source: of which recording.
     outputs: names of the m outputs.
     electrodes: of each channel, in words; empty where there is no stimulator.

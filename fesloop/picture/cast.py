@@ -8,8 +8,8 @@ from typing import Any, get_args, get_type_hints
 
 from fesloop.errors import InputError
 from fesloop.experiment import registry
-from fesloop.experiment.reading import Recording
-from fesloop.experiment.schema import make
+from fesloop.experiment.files.schema import make
+from fesloop.experiment.recording.reading import Recording
 from fesloop.hand.anthropometry import HandSize
 
 _PLACE = ("kind", "rate", "clock", "offset_ms", "execution")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording.reading import Recording
 from fesloop.hand.anthropometry import FINGERS
 from fesloop.hand.muscles import MUSCLES
 from fesloop.hand.skeleton import hand_tree

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.experiment.patients import describe
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.files.patients import describe
+from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S
 from fesloop.picture.arrays import arrays_figure
 from fesloop.picture.cast import Cast, cast_of

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording.reading import Recording
 from fesloop.picture.cast import Player
 from fesloop.picture.distance_kernels import BALL, BOX, CYLINDER
 from fesloop.picture.held import values_at

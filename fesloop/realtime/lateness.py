@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.pacer import KEPT
 

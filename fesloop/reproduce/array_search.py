@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.parse import load
-from fesloop.experiment.reading import Recording
-from fesloop.experiment.search_metrics import SearchScore, asked_of, search_metrics
+from fesloop.experiment.files.parse import load
+from fesloop.experiment.metrics.search import SearchScore, asked_of, search_metrics
+from fesloop.experiment.recording.reading import Recording
 from fesloop.hand.movements import MovementName, movement_of
 from fesloop.reproduce.cohort import Job, Progress, run_jobs
 from fesloop.reproduce.comparison import Band, Row, band, compared

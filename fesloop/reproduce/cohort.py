@@ -16,9 +16,9 @@ from threading import Thread
 from typing import Any, Protocol
 
 from fesloop.errors import InputError, RunError
-from fesloop.experiment.parse import load
-from fesloop.experiment.reading import Recording
-from fesloop.experiment.trial import run
+from fesloop.experiment.files.parse import load
+from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.running.trial import run
 from fesloop.reproduce.worker import Worker
 
 Key = tuple[str | int, ...]

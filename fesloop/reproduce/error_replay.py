@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from fesloop.errors import InputError
-from fesloop.experiment.parse import load
+from fesloop.experiment.files.parse import load
 from fesloop.reproduce.cohort import Kept, Key, Progress, run_jobs
 from fesloop.reproduce.comparison import Row
 from fesloop.reproduce.result import Reproduction, Sweep

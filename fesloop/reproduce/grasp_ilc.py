@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.grasp_posture import aperture
-from fesloop.experiment.reading import Recording
-from fesloop.experiment.scoring import metrics_of
+from fesloop.experiment.metrics.grasp_posture import aperture
+from fesloop.experiment.metrics.scoring import metrics_of
+from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.models.patient_model import PatientModel, load_patient_model

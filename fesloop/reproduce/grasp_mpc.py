@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError, RunError
-from fesloop.experiment.reading import Recording
-from fesloop.experiment.scoring import metrics_of
+from fesloop.experiment.metrics.scoring import metrics_of
+from fesloop.experiment.recording.reading import Recording
 from fesloop.reproduce.cohort import Progress, run_jobs
 from fesloop.reproduce.comparison import Row
 from fesloop.reproduce.patient_session import Kept, Session

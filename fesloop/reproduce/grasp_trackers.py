@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fesloop.experiment.reading import Recording
-from fesloop.experiment.scoring import metrics_of
+from fesloop.experiment.metrics.scoring import metrics_of
+from fesloop.experiment.recording.reading import Recording
 from fesloop.reproduce.cohort import Progress, run_jobs
 from fesloop.reproduce.comparison import Row, band
 from fesloop.reproduce.patient_session import Kept, Session, sessions

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.experiment import registry
-from fesloop.experiment.metrics import held
-from fesloop.experiment.reading import Recording
-from fesloop.experiment.schema import make
+from fesloop.experiment.files.schema import make
+from fesloop.experiment.metrics.joints import held
+from fesloop.experiment.recording.reading import Recording
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import FINGERS, HandSize
 from fesloop.hand.kinematics import Poses, placed, segment_poses

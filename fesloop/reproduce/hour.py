@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.fingertip_metrics import TWO_SIDED_95
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.metrics.fingertips import TWO_SIDED_95
+from fesloop.experiment.recording.reading import Recording
 from fesloop.reproduce.cohort import Job, Progress, run_jobs
 from fesloop.reproduce.comparison import Row
 from fesloop.reproduce.hand_recording import HAND, seen, spans

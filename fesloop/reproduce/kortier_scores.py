@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording.reading import Recording
 from fesloop.hand.kinematics import segment_poses
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import NS_PER_S

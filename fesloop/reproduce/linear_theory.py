@@ -23,9 +23,9 @@ from scipy.stats import t as student
 
 from fesloop.errors import RunError
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.parse import load
-from fesloop.experiment.schema import plain
-from fesloop.experiment.toml_text import toml_value
+from fesloop.experiment.files.parse import load
+from fesloop.experiment.files.schema import plain
+from fesloop.experiment.files.toml_text import toml_value
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.record import Recorder

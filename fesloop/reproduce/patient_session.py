@@ -14,9 +14,9 @@ from typing import Any
 
 from fesloop.errors import InputError, RunError
 from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.files.parse import load
 from fesloop.experiment.identifying import identifier
-from fesloop.experiment.parse import load
-from fesloop.experiment.trial import run
+from fesloop.experiment.running.trial import run
 
 Kept = dict[str, Any]
 Key = tuple[str | int, ...]

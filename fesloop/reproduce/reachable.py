@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wiring import Wiring

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording.reading import Recording
 from fesloop.hand.anthropometry import FINGERS
 from fesloop.hand.kinematics import Poses
 from fesloop.reproduce.cohort import Scoring

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from fesloop.errors import InputError
-from fesloop.experiment.parse import load
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.files.parse import load
+from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.models.error_process import ErrorProcess
 from fesloop.streams.containers.hdf5 import form_of

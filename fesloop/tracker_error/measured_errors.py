@@ -3,7 +3,7 @@
 Where the run played a recording of inertial sensors that has a reference, the error of each pair of
 neighbouring segments is that of their relative orientation, as a rotation vector in the child's frame: its
 part about a joint's axis is the error of the joint's angle, its length the total error of the relative
-orientation (`fesloop.experiment.orientation_metrics`). Where the reference's frames are not the sensors', it
+orientation (`fesloop.experiment.metrics.orientation`). Where the reference's frames are not the sensors', it
 is the error of the angle between the two segments. Where truth and estimate are joint angles, it is their
 difference at the instant of capture.
 """
@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.experiment.metrics import held
-from fesloop.experiment.reading import Recording, Signal
+from fesloop.experiment.metrics.joints import held
+from fesloop.experiment.recording.reading import Recording, Signal
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree

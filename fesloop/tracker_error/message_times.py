@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.reading import Signal
+from fesloop.experiment.recording.reading import Signal
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.losses import least_burst

@@ -13,7 +13,7 @@ from controllers.identification_dynamics import Dynamics, delayed, identify_dyna
 from controllers.identification_recruitment import fit_recruitment, lagged
 from fesloop.cli import main
 from fesloop.errors import InputError
-from fesloop.experiment.parse import from_document
+from fesloop.experiment.files.parse import from_document
 from fesloop.models.linear_model import LinearModel
 from plants.finger import Finger
 

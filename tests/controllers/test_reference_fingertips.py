@@ -6,7 +6,7 @@ from scipy.interpolate import BPoly
 
 from controllers.reference_fingertips import FingertipPath, FingertipPoint
 from fesloop.errors import InputError
-from fesloop.experiment.parse import from_document
+from fesloop.experiment.files.parse import from_document
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import points, segment_poses
 from fesloop.hand.rest import RESTING_DEG

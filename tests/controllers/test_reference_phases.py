@@ -6,7 +6,7 @@ from scipy.interpolate import BPoly
 
 from controllers.reference_phases import GraspPhase, GraspPhases
 from fesloop.errors import InputError
-from fesloop.experiment.parse import from_document
+from fesloop.experiment.files.parse import from_document
 from fesloop.loop.block import Context, Tick
 
 ROWS = ("wrist_extension", "finger_flexion")

@@ -6,8 +6,8 @@ from scipy.io import savemat
 
 from controllers.reference_recorded import Recorded
 from fesloop.errors import InputError
-from fesloop.experiment.parse import from_document, load
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.files.parse import from_document, load
+from fesloop.experiment.recording.reading import Recording
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context, Tick

@@ -17,7 +17,7 @@ from estimators.constrained_posture import joint_angles, posture
 from estimators.constrained_ranges import truncated
 from estimators.joint_constraints import Joint, joint_table, joints_of
 from fesloop.errors import InputError
-from fesloop.experiment.orientation_metrics import score_recording
+from fesloop.experiment.metrics.orientation import score_recording
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import segment_poses

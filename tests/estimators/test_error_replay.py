@@ -6,7 +6,7 @@ import pytest
 import fesloop
 from estimators.error_replay import ErrorReplay
 from fesloop.errors import InputError
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.duration import Duration
 from fesloop.loop.signals import NEVER, Sample

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from estimators import seel_ruppin
 from estimators.seel_ruppin import SeelRuppinBank
 from fesloop.errors import InputError
-from fesloop.experiment.orientation_metrics import score_recording
+from fesloop.experiment.metrics.orientation import score_recording
 from fesloop.hand import quaternion
 from fesloop.streams.blocks.replay import Replay
 

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 from threadpoolctl import threadpool_info
 
-from fesloop.experiment.blas import one_blas_thread
+from fesloop.experiment.running.blas import one_blas_thread
 
 RUN = """
 import sys, tempfile

@@ -8,7 +8,7 @@ import pytest
 
 from estimators.constrained import ConstrainedTracker
 from fesloop.errors import InputError
-from fesloop.experiment.convergence import convergence
+from fesloop.experiment.metrics.convergence import convergence
 from fesloop.hand import quaternion
 from fesloop.loop.signals import Port
 from fesloop.streams.files import open_recording

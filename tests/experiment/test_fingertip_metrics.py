@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from fesloop.errors import InputErrors
-from fesloop.experiment.fingertip_metrics import coverage, fingertip_error, fingertip_rmse_mm
-from fesloop.experiment.parse import from_document
+from fesloop.experiment.files.parse import from_document
+from fesloop.experiment.metrics.fingertips import coverage, fingertip_error, fingertip_rmse_mm
 
 
 def test_rmse_is_that_of_the_distance_and_late_estimates_are_judged_at_their_capture():

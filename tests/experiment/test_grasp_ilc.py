@@ -5,7 +5,7 @@ import pytest
 
 from fesloop import Recording
 from fesloop.errors import InputErrors
-from fesloop.experiment.parse import load
+from fesloop.experiment.files.parse import load
 
 
 @pytest.fixture(scope="module")

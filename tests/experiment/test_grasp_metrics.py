@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from fesloop.errors import InputError, InputErrors
-from fesloop.experiment.cycle_metrics import CycleScore, cycle_metrics, cycle_peaks
-from fesloop.experiment.grasp_metrics import grasp_metrics
-from fesloop.experiment.grasp_score import GraspScore
-from fesloop.experiment.metrics import range_deg
-from fesloop.experiment.parse import from_document
+from fesloop.experiment.files.parse import from_document
+from fesloop.experiment.metrics.cycles import CycleScore, cycle_metrics, cycle_peaks
+from fesloop.experiment.metrics.grasp import grasp_metrics
+from fesloop.experiment.metrics.grasp_score import GraspScore
+from fesloop.experiment.metrics.joints import range_deg
 from fesloop.hand.muscles import MUSCLES
 
 TIMES_NS = np.arange(0, 1000) * 10_000_000

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fesloop.errors import InputError, InputErrors
-from fesloop.experiment.parse import from_document
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.files.parse import from_document
+from fesloop.experiment.recording.reading import Recording
 
 DOCUMENT = {
     "experiment": {"name": "some", "duration_s": 0.2},

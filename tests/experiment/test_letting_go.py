@@ -6,9 +6,9 @@ import pytest
 
 from fesloop.errors import RunError
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.reading import Recording
-from fesloop.experiment.recording import RecordingWriter
-from fesloop.experiment.trial import run
+from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.recording.writing import RecordingWriter
+from fesloop.experiment.running.trial import run
 from fesloop.loop.signals import Port
 from fesloop.loop.wiring import Node
 

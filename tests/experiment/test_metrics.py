@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fesloop.experiment import metrics
+from fesloop.experiment.metrics import joints as metrics
 
 MS = 1_000_000
 

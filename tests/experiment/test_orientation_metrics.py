@@ -8,7 +8,7 @@ from recording_files import CONTENTS, write
 from scipy.spatial.transform import Rotation
 
 from fesloop.errors import InputError
-from fesloop.experiment import orientation_metrics as metrics
+from fesloop.experiment.metrics import orientation as metrics
 from fesloop.hand import quaternion
 from fesloop.streams.files import open_recording
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fesloop.errors import InputError
-from fesloop.experiment.parse import from_document
+from fesloop.experiment.files.parse import from_document
 from fesloop.experiment.registry import find
 from fesloop.models.patient_model import PatientModel, load_patient_model
 

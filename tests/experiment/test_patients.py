@@ -12,10 +12,10 @@ import pytest
 import fesloop
 from fesloop import InputError
 from fesloop.cli import main
-from fesloop.experiment import patients
-from fesloop.experiment.layout import json_schema
-from fesloop.experiment.parse import from_document, read
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.files import patients
+from fesloop.experiment.files.layout import json_schema
+from fesloop.experiment.files.parse import from_document, read
+from fesloop.experiment.recording.reading import Recording
 from plants.patient_files import from_table
 from plants.patient_files import load as load_patient
 

@@ -16,8 +16,8 @@ import pytest
 
 import fesloop
 from fesloop import Experiment, InputError, Recording
-from fesloop.experiment.parse import from_document
-from fesloop.experiment.trial import run
+from fesloop.experiment.files.parse import from_document
+from fesloop.experiment.running.trial import run
 from fesloop.loop.signals import Port
 
 SMALL = Path(__file__).parent / "small.toml"
@@ -241,8 +241,8 @@ def test_ctrl_c_keeps_a_readable_recording(tmp_path):
 def test_a_disk_that_fills_up_ends_the_run_and_leaves_a_whole_recording(tmp_path, monkeypatch):
     """HDF5 crashes on a write that fails, so none may."""
     free = iter([10**12] * 6)
-    monkeypatch.setattr("fesloop.experiment.under_way._FLUSH_WALL_S", 0.0)
-    monkeypatch.setattr("fesloop.experiment.recording.free_bytes", lambda path: next(free, 10**6))
+    monkeypatch.setattr("fesloop.experiment.running.under_way._FLUSH_WALL_S", 0.0)
+    monkeypatch.setattr("fesloop.experiment.recording.writing.free_bytes", lambda path: next(free, 10**6))
     result = run(fesloop.load(SMALL), tmp_path)
     assert result.status == "failed"
     assert "the disk is full, 1 MB are left" in result.cause
@@ -254,7 +254,8 @@ def test_a_disk_that_fills_up_ends_the_run_and_leaves_a_whole_recording(tmp_path
 WRITES_TOO_MUCH = """
 import resource, sys
 import fesloop
-from fesloop.experiment import recording, under_way
+from fesloop.experiment.recording import writing as recording
+from fesloop.experiment.running import under_way
 from fesloop.errors import RunError
 under_way._FLUSH_WALL_S = 0.0
 lengthen = recording.lengthen
@@ -283,7 +284,7 @@ def test_a_write_that_is_refused_is_told_in_one_line_and_what_was_written_can_be
 
 
 def test_a_full_disk_is_found_before_the_run(tmp_path, monkeypatch):
-    monkeypatch.setattr("fesloop.experiment.recording_file.free_bytes", lambda path: 10**6)
+    monkeypatch.setattr("fesloop.experiment.recording.file.free_bytes", lambda path: 10**6)
     with pytest.raises(InputError, match=r"--out .*the disk is full, 1 MB"):
         fesloop.load(SMALL).run(tmp_path / "runs")
     assert list(tmp_path.iterdir()) == []

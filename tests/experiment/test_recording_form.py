@@ -9,10 +9,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError
-from fesloop.experiment.parse import load
-from fesloop.experiment.reading import Recording
-from fesloop.experiment.recording_form import undamaged
-from fesloop.experiment.trial import run
+from fesloop.experiment.files.parse import load
+from fesloop.experiment.recording.form import undamaged
+from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.running.trial import run
 
 
 @pytest.fixture(scope="module")

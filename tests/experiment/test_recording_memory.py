@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from loop_parts import Source
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.recording import RecordingWriter
+from fesloop.experiment.recording.writing import RecordingWriter
 from fesloop.loop.record import Recorder
 from fesloop.loop.wiring import Node
 

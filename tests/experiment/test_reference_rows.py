@@ -4,7 +4,7 @@ import pytest
 
 from fesloop.cli import main
 from fesloop.errors import InputError
-from fesloop.experiment.parse import from_document, load
+from fesloop.experiment.files.parse import from_document, load
 
 ROWS = ["wrist_extension", "finger_flexion"]
 PHASES = [{"name": "rest", "duration_s": 0.5, "deg": {"wrist_extension": -20, "finger_flexion": 30}},

@@ -6,8 +6,8 @@ from loop_parts import Sink
 
 import fesloop
 from fesloop.errors import InputError
-from fesloop.experiment import rehearsal, trial
 from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.running import rehearsal, trial
 from fesloop.loop.clock import RateClock
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node

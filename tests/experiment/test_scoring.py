@@ -8,9 +8,10 @@ import pytest
 
 import fesloop
 from fesloop import Recording
-from fesloop.experiment import metrics, reading
-from fesloop.experiment.metrics import held
-from fesloop.experiment.scoring import _arrived, metrics_of
+from fesloop.experiment.metrics import joints as metrics
+from fesloop.experiment.metrics.joints import held
+from fesloop.experiment.metrics.scoring import _arrived, metrics_of
+from fesloop.experiment.recording import reading
 
 LATENCY = "finger_pid_latency"
 WIRE = 'wires."tracker.angles->controller.measured"'
@@ -103,7 +104,7 @@ def test_metrics_come_from_the_recording_alone(tmp_path):
 def test_an_experiment_without_a_score_has_no_metrics(tmp_path):
     document = fesloop.load(Path(__file__).parent / "small.toml").document()
     del document["score"]
-    from fesloop.experiment.parse import from_document
+    from fesloop.experiment.files.parse import from_document
 
     assert from_document(document).run(tmp_path).metrics == {}
 

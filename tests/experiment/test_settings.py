@@ -3,7 +3,7 @@
 import pytest
 
 from fesloop.errors import InputError
-from fesloop.experiment.settings import apply_settings
+from fesloop.experiment.files.settings import apply_settings
 
 DOCUMENT = {
     "experiment": {"name": "x", "seed": 1},

@@ -8,7 +8,7 @@ from vqf import VQF
 import fesloop
 from fesloop import Recording
 from fesloop.errors import InputError
-from fesloop.experiment.orientation_metrics import score_recording
+from fesloop.experiment.metrics.orientation import score_recording
 from fesloop.streams.files import open_recording
 
 
@@ -46,7 +46,7 @@ def test_finger_fmu_moves_as_the_finger_does(tmp_path):
     as_fmu = fesloop.load("finger_fmu").run(tmp_path)
     native = fesloop.load("finger_fmu").document()
     native["blocks"]["finger"] = {"kind": "finger"}
-    from fesloop.experiment.parse import from_document
+    from fesloop.experiment.files.parse import from_document
 
     as_finger = from_document(native).run(tmp_path)
     with Recording(as_fmu.recording) as one, Recording(as_finger.recording) as other:

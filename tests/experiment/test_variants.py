@@ -14,9 +14,9 @@ import fesloop
 from fesloop import Recording
 from fesloop.cli import main
 from fesloop.errors import InputError
-from fesloop.experiment.layout import json_schema
-from fesloop.experiment.parse import from_document
-from fesloop.experiment.variants import pick
+from fesloop.experiment.files.layout import json_schema
+from fesloop.experiment.files.parse import from_document
+from fesloop.experiment.files.variants import pick
 
 SMALL = (Path(__file__).parent / "small.toml").read_text().partition("[aliases]")[0]
 TABLES = ["experiment", "patient", "record", "blocks", "wires", "score", "aliases"]

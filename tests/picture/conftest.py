@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from fesloop.experiment.parse import load
-from fesloop.experiment.trial import run
+from fesloop.experiment.files.parse import load
+from fesloop.experiment.running.trial import run
 
 GRASP = str(Path(__file__).parent / "grasp.toml")
 

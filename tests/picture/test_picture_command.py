@@ -11,8 +11,8 @@ import pytest
 from matplotlib.image import imread
 
 from fesloop.cli import main
-from fesloop.experiment.parse import load
-from fesloop.experiment.trial import run as run_experiment
+from fesloop.experiment.files.parse import load
+from fesloop.experiment.running.trial import run as run_experiment
 
 SMALL = str(Path(__file__).resolve().parent.parent / "experiment" / "small.toml")
 

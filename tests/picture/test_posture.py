@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fesloop import Experiment
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.wanted import Record
 from fesloop.hand import quaternion
 from fesloop.hand.skeleton import dorsal_points

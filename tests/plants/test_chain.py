@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fesloop.experiment.parse import from_document, read
+from fesloop.experiment.files.parse import from_document, read
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fesloop.cli import main
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording.reading import Recording
 
 CHAIN = str(Path(__file__).with_name("chain.toml"))
 NAN_POSE = "[nan, 0.0, 0.0, 0.0]"

@@ -8,7 +8,7 @@ import pytest
 from loop_parts import Pass, Sink, Source
 
 from fesloop.errors import RunError, SnapshotError
-from fesloop.experiment.parse import load
+from fesloop.experiment.files.parse import load
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop

@@ -9,7 +9,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from fesloop.errors import InputError
-from fesloop.experiment import schema
+from fesloop.experiment.files import schema
 from plants.imu_presets import PRESETS
 from plants.imus import HAND_SITES, Imus
 from plants.imus_errors import NUMBERS, TriadErrors

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fesloop.errors import InputError
-from fesloop.experiment.parse import load
+from fesloop.experiment.files.parse import load
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import NS_PER_MS

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError
-from fesloop.experiment.parse import from_document, read
+from fesloop.experiment.files.parse import from_document, read
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, RateClock
 from fesloop.loop.record import Recorder

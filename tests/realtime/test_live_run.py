@@ -11,7 +11,7 @@ from loop_parts import Sink
 
 import fesloop
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire

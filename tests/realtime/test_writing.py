@@ -1,9 +1,9 @@
 """How a run in step with the wall clock is written down; about 6 s."""
 
 import fesloop
-from fesloop.experiment import trial
-from fesloop.experiment.reading import Recording
-from fesloop.experiment.recording import RecordingWriter
+from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.recording.writing import RecordingWriter
+from fesloop.experiment.running import trial
 
 NAME = "finger_pid_latency"
 SHORT = ["experiment.duration_s=1.2"]
@@ -34,7 +34,7 @@ def test_a_disk_that_fills_up_between_two_pieces_ends_the_run(tmp_path, monkeypa
         append(self, tables)
 
     monkeypatch.setattr(RecordingWriter, "_append", counted)
-    monkeypatch.setattr("fesloop.experiment.recording.free_bytes",
+    monkeypatch.setattr("fesloop.experiment.recording.writing.free_bytes",
                         lambda path: 10**12 if len(appended) < 4 else 10**6)
     result = trial.run(fesloop.load(NAME, SHORT), tmp_path, realtime=True)
     assert result.status == "failed"

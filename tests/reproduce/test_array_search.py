@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fesloop import Recording
-from fesloop.experiment.parse import load
-from fesloop.experiment.search_metrics import SearchScore, asked_of, element_quality, search_metrics
+from fesloop.experiment.files.parse import load
+from fesloop.experiment.metrics.search import SearchScore, asked_of, element_quality, search_metrics
 from fesloop.hand.movements import movement_of
 from fesloop.reproduce import array_search
 from fesloop.reproduce.figures import draw

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fesloop.errors import RunError
-from fesloop.experiment.parse import load
+from fesloop.experiment.files.parse import load
 from fesloop.models.patient_model import load_patient_model, shipped_models
 from fesloop.reproduce import grasp_ilc, grasp_trackers
 from fesloop.reproduce.patient_session import Session

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fesloop.experiment.parse import load
+from fesloop.experiment.files.parse import load
 from fesloop.reproduce import grasp_mpc
 from fesloop.reproduce.figures import draw
 

@@ -3,7 +3,7 @@ import pytest
 from told_recording import ToldRecording
 
 import fesloop
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording.reading import Recording
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import contact_points, hand_tree
 from fesloop.reproduce.hand_recording import (

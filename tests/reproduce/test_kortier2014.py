@@ -1,7 +1,7 @@
 import pytest
 from made_up_scores import kortier, run_jobs, spread
 
-from fesloop.experiment.parse import load
+from fesloop.experiment.files.parse import load
 from fesloop.reproduce import kortier2014
 from fesloop.reproduce.comparison import share_that_holds
 from fesloop.reproduce.kortier2014 import jobs, rows

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from fesloop.errors import RunError
-from fesloop.experiment.parse import load
+from fesloop.experiment.files.parse import load
 from fesloop.reproduce import linear_theory
 from fesloop.reproduce.figures import draw
 from fesloop.reproduce.linear_theory import EXPERIMENT, GAINS, POINTS, Cost, Crossing, interval, mean_square

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from made_up_scores import run_jobs, salchow, spread
 
-from fesloop.experiment.parse import load
+from fesloop.experiment.files.parse import load
 from fesloop.reproduce import comparison, salchow2019
 from fesloop.reproduce.comparison import share_that_holds
 from fesloop.reproduce.salchow2019 import (

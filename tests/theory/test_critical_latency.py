@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from linear_parts import PERIOD_S, scalar_loop
 
 from fesloop.errors import InputError
-from fesloop.experiment.parse import load
+from fesloop.experiment.files.parse import load
 from fesloop.loop.duration import Duration
 from fesloop.reproduce.linear_theory import SENSED, STIMULATED, Crossing, growth
 from fesloop.theory import critical_latency_ms, linear_loop

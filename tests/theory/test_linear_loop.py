@@ -7,7 +7,7 @@ from linear_parts import scalar_loop, sensed_loop, uniform
 from controllers.programme import Programme
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.parse import load
+from fesloop.experiment.files.parse import load
 from fesloop.experiment.wanted import Score
 from fesloop.loop.duration import Duration
 from fesloop.loop.wire import Wire

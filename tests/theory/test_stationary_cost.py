@@ -10,7 +10,7 @@ from linear_parts import PERIOD_S, scalar_loop, sensed_loop, uniform
 from scipy.linalg import solve_discrete_lyapunov
 from scipy.stats import t as student
 
-from fesloop.experiment.parse import load
+from fesloop.experiment.files.parse import load
 from fesloop.reproduce.linear_theory import mean_square
 from fesloop.theory import stationary_cost
 

@@ -49,7 +49,7 @@ def test_the_wrist_errs_as_the_process_says(recordings):
 
 def test_the_second_half_tells_the_process_nothing(recordings):
     """With what comes after the middle replaced by the reference's own mirror, the process stays as it is."""
-    from fesloop.experiment.reading import Recording
+    from fesloop.experiment.recording.reading import Recording
     from fesloop.tracker_error.fitting import PLAYER, fit_measured
     from fesloop.tracker_error.measured_errors import measured_errors
 
@@ -97,7 +97,7 @@ def test_of_a_replay_no_tracking_error_is_claimed(recordings, tmp_path):
 
 
 def test_hil_replay_takes_one_joint_of_a_whole_body_and_records_its_commands(recordings, tmp_path):
-    from fesloop.experiment.reading import Recording
+    from fesloop.experiment.recording.reading import Recording
 
     path = recordings / "body16" / "qmt_full_body_example_data.mat"
     settings = [f"recording={path}", "pairs=[[14, 13]]", "blocks.recording.duration_s=6"]

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 import fesloop
 from fesloop.errors import InputError
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording.reading import Recording
 from fesloop.hand import quaternion
 from fesloop.tracker_error.fitting import fit_error
 from fesloop.tracker_error.measured_errors import (

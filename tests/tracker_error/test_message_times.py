@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fesloop.experiment.reading import Signal
+from fesloop.experiment.recording.reading import Signal
 from fesloop.tracker_error.message_times import message_times
 
 MS = 1_000_000

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.experiment.reading import Recording, Signal
+from fesloop.experiment.recording.reading import Recording, Signal
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import StampClock
 from fesloop.loop.signals import Port, Value

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Protocol
 
 from fesloop.errors import InputError, did_you_mean
-from fesloop.experiment.reading import Recording
-from fesloop.experiment.signal_table import TableSignal
+from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.recording.signal_table import TableSignal
 from fesloop.streams.export import csv_tables, mat, mot, motion_bids, sto, xdf
 from fesloop.streams.export.names import file_name
 from fesloop.streams.export.selection import Selection, select

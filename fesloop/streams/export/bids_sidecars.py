@@ -6,7 +6,7 @@ from collections import Counter
 from importlib.metadata import version
 from typing import Any
 
-from fesloop.experiment.signal_table import SignalTable, TableSignal
+from fesloop.experiment.recording.signal_table import SignalTable, TableSignal
 from fesloop.loop.clock import NS_PER_S
 from fesloop.streams.export.channels import Quantity, quantity
 from fesloop.streams.export.names import unique

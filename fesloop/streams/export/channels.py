@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any, Literal
 
-from fesloop.experiment.signal_table import TableSignal
+from fesloop.experiment.recording.signal_table import TableSignal
 from fesloop.streams.export.element_names import row_names
 
 Quantity = Literal["acceleration", "rate", "field", "orientation", "joint_angle", "position", "velocity",

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fesloop.experiment.signal_table import Piece, SignalTable, TableSignal
-from fesloop.experiment.toml_text import toml_text
+from fesloop.experiment.files.toml_text import toml_text
+from fesloop.experiment.recording.signal_table import Piece, SignalTable, TableSignal
 from fesloop.streams.export.channels import quantity
 from fesloop.streams.export.names import file_name, unique
 from fesloop.streams.export.rates import rate_of_stamps

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from fesloop.experiment.signal_table import TableSignal
+from fesloop.experiment.recording.signal_table import TableSignal
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.muscles import MUSCLES
 from fesloop.hand.segments import Segment, SegmentTree

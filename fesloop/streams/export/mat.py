@@ -15,7 +15,7 @@ from typing import BinaryIO
 import numpy as np
 
 from fesloop.errors import InputError
-from fesloop.experiment.signal_table import SignalTable, TableSignal
+from fesloop.experiment.recording.signal_table import SignalTable, TableSignal
 from fesloop.loop.clock import NS_PER_S
 from fesloop.streams.export import mat_elements as mat
 from fesloop.streams.export.names import file_name, unique

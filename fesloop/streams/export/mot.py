@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.experiment.signal_table import TableSignal
+from fesloop.experiment.recording.signal_table import TableSignal
 from fesloop.streams.export import opensim
 from fesloop.streams.export.channels import quantity
 from fesloop.streams.export.selection import Selection

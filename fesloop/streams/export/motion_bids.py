@@ -11,7 +11,7 @@ import json
 import re
 from pathlib import Path
 
-from fesloop.experiment.signal_table import Piece, SignalTable, TableSignal
+from fesloop.experiment.recording.signal_table import Piece, SignalTable, TableSignal
 from fesloop.streams.export import bids_sidecars as sidecars
 from fesloop.streams.export.channels import quantity
 from fesloop.streams.export.names import unique

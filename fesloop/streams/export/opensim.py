@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from fesloop.experiment.signal_table import Piece, SignalTable, TableSignal
+from fesloop.experiment.recording.signal_table import Piece, SignalTable, TableSignal
 from fesloop.streams.export.names import file_name, unique
 from fesloop.streams.export.rates import rate_of_stamps
 from fesloop.streams.export.selection import Selection

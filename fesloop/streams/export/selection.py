@@ -8,8 +8,8 @@ from datetime import UTC, datetime
 from typing import Any
 
 from fesloop.errors import InputError, did_you_mean
-from fesloop.experiment.reading import Event, Recording
-from fesloop.experiment.signal_table import Piece, SignalTable, TableSignal
+from fesloop.experiment.recording.reading import Event, Recording
+from fesloop.experiment.recording.signal_table import Piece, SignalTable, TableSignal
 from fesloop.streams.export.channels import Channel, channels
 
 

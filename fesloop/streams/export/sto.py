@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from fesloop.errors import InputError
-from fesloop.experiment.signal_table import Piece, SignalTable, TableSignal
+from fesloop.experiment.recording.signal_table import Piece, SignalTable, TableSignal
 from fesloop.streams.export import opensim
 from fesloop.streams.export.channels import quantity
 from fesloop.streams.export.rates import rate_of_stamps

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.signal_table import Piece
+from fesloop.experiment.recording.signal_table import Piece
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.signals import NEVER
 

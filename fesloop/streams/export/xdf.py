@@ -16,7 +16,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.signal_table import Piece, SignalTable, TableSignal
+from fesloop.experiment.recording.signal_table import Piece, SignalTable, TableSignal
 from fesloop.loop.clock import NS_PER_S
 from fesloop.streams.export import xdf_chunks as chunks
 from fesloop.streams.export.channels import Channel, Quantity, quantity

@@ -148,9 +148,9 @@ def read_layout(path: Path) -> Layout:
 
     Raises InputError, InputErrors: every fault of the file, one line each, with file and key.
     """
-    from fesloop.experiment.faults import faults_of
-    from fesloop.experiment.layout import keys_at
-    from fesloop.experiment.schema import make, table
+    from fesloop.experiment.files.faults import faults_of
+    from fesloop.experiment.files.layout import keys_at
+    from fesloop.experiment.files.schema import make, table
 
     name = str(path)
     try:

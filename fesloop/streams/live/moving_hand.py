@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fesloop.experiment.parse import load
+from fesloop.experiment.files.parse import load
 from fesloop.loop.clock import RateClock
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from fesloop.errors import InputError
-from fesloop.experiment.settings import key_parts
-from fesloop.experiment.toml_text import toml_value
+from fesloop.experiment.files.settings import key_parts
+from fesloop.experiment.files.toml_text import toml_value
 
 LevelValue = float | int | str | bool
 _DIGITS = 12

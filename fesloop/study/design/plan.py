@@ -10,9 +10,9 @@ from typing import Any
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.parse import from_document, read
-from fesloop.experiment.settings import apply_settings
-from fesloop.experiment.variants import pick
+from fesloop.experiment.files.parse import from_document, read
+from fesloop.experiment.files.settings import apply_settings
+from fesloop.experiment.files.variants import pick
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.realtime import is_live
 from fesloop.study.design.cells import Cell, cells_of

@@ -12,10 +12,10 @@ from typing import Any, NotRequired, Required
 from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
-from fesloop.experiment.faults import faults_of
-from fesloop.experiment.layout import keys_at
-from fesloop.experiment.patches import merged
-from fesloop.experiment.schema import closed, make, table
+from fesloop.experiment.files.faults import faults_of
+from fesloop.experiment.files.layout import keys_at
+from fesloop.experiment.files.patches import merged
+from fesloop.experiment.files.schema import closed, make, table
 from fesloop.study.design.axes import Axis
 from fesloop.study.design.figure_specs import Figure
 from fesloop.study.design.study import About, Preparation, Study, is_name

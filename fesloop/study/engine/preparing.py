@@ -14,11 +14,11 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from fesloop.errors import FesloopError, InputError, InputErrors, RunError
-from fesloop.experiment.blas import one_blas_thread
 from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.files.toml_text import toml_value
 from fesloop.experiment.identifying import identifier
-from fesloop.experiment.toml_text import toml_value
-from fesloop.experiment.trial import run
+from fesloop.experiment.running.blas import one_blas_thread
+from fesloop.experiment.running.trial import run
 from fesloop.study.design.cells import Cell, cells_of
 from fesloop.study.design.plan import NotPrepared, Resolver
 from fesloop.study.design.study import Preparation, Study

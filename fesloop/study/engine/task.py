@@ -21,10 +21,10 @@ from typing import NamedTuple
 from uuid import uuid4
 
 from fesloop.errors import FesloopError
-from fesloop.experiment.blas import one_blas_thread
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.parse import from_document
-from fesloop.experiment.trial import run
+from fesloop.experiment.files.parse import from_document
+from fesloop.experiment.running.blas import one_blas_thread
+from fesloop.experiment.running.trial import run
 from fesloop.study.design.kept_metrics import KeptMetric
 from fesloop.study.store.versions import version_text
 

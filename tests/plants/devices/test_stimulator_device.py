@@ -11,7 +11,7 @@ import pytest
 import fesloop
 from controllers.safety import Safety
 from fesloop.errors import InputError, RunError, SnapshotError
-from fesloop.experiment.parse import from_document
+from fesloop.experiment.files.parse import from_document
 from fesloop.loop.block import Context
 from fesloop.loop.clock import RateClock
 from fesloop.loop.realtime import Present

@@ -5,7 +5,7 @@ import pytest
 
 import fesloop
 from fesloop.errors import InputError
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.block import Tick
 from fesloop.loop.signals import NEVER
 from fesloop.streams.blocks.playback import Playback

@@ -10,7 +10,7 @@ import pytest
 from mat73_files import write_mat73
 
 from fesloop.errors import InputError
-from fesloop.experiment.reading import Recording
+from fesloop.experiment.recording.reading import Recording
 from fesloop.streams.containers.hdf5 import require_sound_heaps
 from fesloop.streams.containers.reading import read_container
 from fesloop.streams.files import open_recording

@@ -2,7 +2,7 @@
 
 import pytest
 
-from fesloop.experiment.signal_table import TableSignal
+from fesloop.experiment.recording.signal_table import TableSignal
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.muscles import MUSCLES
 from fesloop.hand.skeleton import hand_tree

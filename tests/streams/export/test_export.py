@@ -16,7 +16,7 @@ import fesloop
 from fesloop import InputError, Recording
 from fesloop.cli import main
 from fesloop.errors import RunError
-from fesloop.experiment import reading, signal_table
+from fesloop.experiment.recording import reading, signal_table
 from fesloop.streams.export import FORMATS, export
 
 SMALL = Path(__file__).parents[2] / "experiment" / "small.toml"

@@ -14,7 +14,7 @@ pytest.importorskip("pylsl", reason="pylsl is not installed")
 import fesloop
 from fesloop import Recording
 from fesloop.errors import InputError
-from fesloop.experiment.parse import load
+from fesloop.experiment.files.parse import load
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S

@@ -14,9 +14,9 @@ pytest.importorskip("pylsl", reason="pylsl is not installed")
 from streams_live_parts import present, tick_at
 
 from fesloop.errors import InputError
-from fesloop.experiment.parse import from_document
-from fesloop.experiment.reading import Recording
-from fesloop.experiment.trial import run
+from fesloop.experiment.files.parse import from_document
+from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.running.trial import run
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_S, RateClock
 from fesloop.loop.signals import Sample

@@ -2,7 +2,7 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError
-from fesloop.experiment.schema import make, table
+from fesloop.experiment.files.schema import make, table
 from fesloop.study.design.figure_specs import Figure
 
 MAP = {"name": "error", "kind": "heat_map", "metric": "error_deg", "x": "latency_ms", "y": "jitter_ms",

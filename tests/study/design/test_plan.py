@@ -6,8 +6,8 @@ from study_parts import write_study
 
 from fesloop import load
 from fesloop.errors import InputErrors
-from fesloop.experiment.reading import Recording
-from fesloop.experiment.trial import run
+from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.running.trial import run
 from fesloop.study.design.plan import NotPrepared, plan
 from fesloop.study.design.study_file import read_study
 from fesloop.study.engine.bases import meanwhile

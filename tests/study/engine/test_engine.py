@@ -14,10 +14,10 @@ from fesloop import load as load_experiment
 from fesloop.bench._started_cluster import started_cluster
 from fesloop.errors import InputError, InputErrors, RunError
 from fesloop.experiment import registry
-from fesloop.experiment.blas import one_blas_thread
 from fesloop.experiment.identifying import identifier
-from fesloop.experiment.reading import Recording
-from fesloop.experiment.trial import run
+from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.running.blas import one_blas_thread
+from fesloop.experiment.running.trial import run
 from fesloop.study import load
 from fesloop.study.design.study_file import read_study
 from fesloop.study.engine import bases, cluster, coordinator, running, task

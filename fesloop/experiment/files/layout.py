@@ -1,0 +1,114 @@
+"""The form of an experiment file: which tables it has and which keys they take."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal, NotRequired, Required, Union, get_args, get_origin
+
+from pydantic import Discriminator, TypeAdapter
+from typing_extensions import is_typeddict
+
+from fesloop.experiment import registry
+from fesloop.experiment.files.patients import CHOICE
+from fesloop.experiment.files.schema import Kinds, checked, closed, table
+from fesloop.experiment.wanted import Record, Score
+from fesloop.loop.duration import Duration
+from fesloop.loop.wire import Wire
+
+Rate = str | int | float
+Aliases = dict[str, str | list[str]]
+
+
+def experiment_table(kinds: Kinds) -> Any:
+    """Typed dict of a whole file whose blocks are of these kinds."""
+    about = closed("About", {"name": Required[str], "description": NotRequired[str],
+                             "duration_s": NotRequired[float], "trials": NotRequired[int],
+                             "seed": NotRequired[int]})
+    block: Any = _block(kinds)
+    wire: Any = _wire(kinds)
+    option: Any = option_table()
+    return closed("Experiment", {
+        "experiment": Required[about],
+        "patient": NotRequired[CHOICE],
+        "record": NotRequired[table(Record, kinds)],
+        "blocks": Required[dict[str, block]],
+        "wires": NotRequired[list[wire]],
+        "score": NotRequired[table(Score, kinds)],
+        "aliases": NotRequired[Aliases],
+        "variants": NotRequired[dict[str, dict[str, str | option]]],
+    })
+
+
+def option_table() -> Any:
+    """Typed dict of an option of a variant: a patch over the file (`fesloop.experiment.files.patches`)."""
+    tables = dict.fromkeys(("experiment", "patient", "score"), NotRequired[dict[str, Any]])
+    return closed("Option", {
+        "description": NotRequired[str],
+        "like": NotRequired[str],
+        "remove": NotRequired[list[str]],
+        **tables,
+        "record": NotRequired[table(Record, {})],
+        "blocks": NotRequired[dict[str, dict[str, Any]]],
+        "wires": NotRequired[list[_wire({})]],  # type: ignore[misc]
+        "aliases": NotRequired[Aliases],
+    })
+
+
+def _wire(kinds: Kinds) -> Any:
+    return table(Wire, kinds, {"optional": NotRequired[bool]}, {"source": "from", "target": "to"})
+
+
+def _block(kinds: Kinds) -> Any:
+    """A block's table: its kind, its place in time, and the parameters of its kind."""
+    if not kinds:
+        return dict[str, Any]
+    execution = checked(Duration, kinds)
+    members = []
+    for kind, cls in kinds.items():
+        place: dict[str, Any] = {"kind": Required[Literal[kind]]}
+        if not hasattr(cls, "advance"):
+            place |= {"rate": NotRequired[Rate], "clock": NotRequired[str], "offset_ms": NotRequired[float],
+                      "execution": NotRequired[execution]}
+        members.append(table(cls, kinds, extra=place))
+    if len(members) == 1:
+        return members[0]
+    return Annotated[Union[tuple(members)], Discriminator("kind")]  # noqa: UP007
+
+
+def json_schema() -> dict[str, Any]:
+    """JSON Schema of experiment files, for every registered kind."""
+    kinds = {kind: registry.find(kind) for kind in registry.kinds()}
+    return TypeAdapter(experiment_table(kinds)).json_schema()
+
+
+def keys_at(annotation: Any, path: Sequence[Any], document: Any) -> list[str]:
+    """The keys that are valid at a path of a document of the given form."""
+    for key in path:
+        annotation = _below(_bare(annotation, document), key)
+        document = document[key]
+    bare = _bare(annotation, document)
+    return list(bare.__annotations__) if is_typeddict(bare) else []
+
+
+def _bare(annotation: Any, document: Any) -> Any:
+    """The annotation without wrappers, and of a union the member of the document's kind."""
+    while get_origin(annotation) in (Annotated, Required, NotRequired):
+        annotation = get_args(annotation)[0]
+    if get_origin(annotation) not in (Union, types.UnionType):
+        return annotation
+    members = [_bare(arg, document) for arg in get_args(annotation)]
+    members = [m for m in members if is_typeddict(m) or get_origin(m) in (dict, list, tuple)]
+    kind = document.get("kind") if isinstance(document, Mapping) else None
+    for member in members:
+        if is_typeddict(member) and kind in get_args(_bare(member.__annotations__.get("kind"), None)):
+            return member
+    return members[-1] if members else annotation
+
+
+def _below(annotation: Any, key: Any) -> Any:
+    """The annotation of what stands under a key."""
+    if is_typeddict(annotation):
+        return annotation.__annotations__.get(key)
+    args = get_args(annotation)
+    return args[-1] if get_origin(annotation) is dict else args[0] if args else None

@@ -1,0 +1,186 @@
+"""From an experiment file to an experiment, every fault of it named at once."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from fesloop.errors import InputError, InputErrors, did_you_mean
+from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.files.checking import check, kinds_in, raise_all
+from fesloop.experiment.files.patient_models import with_models
+from fesloop.experiment.files.patients import with_patient
+from fesloop.experiment.files.repeat import document_of
+from fesloop.experiment.files.schema import Kinds, make
+from fesloop.experiment.files.settings import apply_settings
+from fesloop.experiment.files.variants import Picked, pick
+from fesloop.experiment.running.blas import one_blas_thread
+from fesloop.experiment.wanted import Record, Score
+from fesloop.loop.clock import Clock
+from fesloop.loop.duration import Duration
+from fesloop.loop.wire import Wire
+from fesloop.loop.wiring import Node
+
+_PLACE = ("kind", "rate", "clock", "offset_ms", "execution")
+
+
+def shipped() -> list[str]:
+    """Names of the experiments that come with fesloop."""
+    folder = resources.files("fesloop.experiment") / "shipped"
+    return sorted(file.name.removesuffix(".toml") for file in folder.iterdir() if file.name.endswith(".toml"))
+
+
+def load(experiment: str | Path, settings: Sequence[str] = (), seed: int | None = None) -> Experiment:
+    """The experiment of a file, a shipped one by its name, or that of a recording, to repeat it.
+
+    Parameters
+    ----------
+    experiment: name of a shipped experiment, path of a TOML file, or path of a recording (.h5).
+    settings: "KEY=VALUE" each, changing what the file says: a variant of the file and which of its options it
+        is to be, an alias of the file, or a dotted key path.
+    seed: takes the place of the file's.
+
+    Raises
+    ------
+    InputError, InputErrors: every fault of the file, one line each, with file, key, found and allowed.
+    """
+    return load_picked(experiment, settings, seed)[0]
+
+
+def load_picked(experiment: str | Path, settings: Sequence[str] = (),
+                seed: int | None = None) -> tuple[Experiment, Picked]:
+    """As `load`, and the file with its variants settled."""
+    name, document = read(experiment)
+    picked = pick(document, settings, name)
+    every = [*picked.settings, *([f"experiment.seed={seed}"] if seed is not None else [])]
+    changed = apply_settings(picked.document, every, picked.name, tuple(picked.options))
+    return from_document(changed, picked.name), picked
+
+
+def read(experiment: str | Path) -> tuple[str, dict[str, Any]]:
+    """Name for messages, and the raw tables of an experiment."""
+    text = str(experiment)
+    if text.endswith(".h5"):
+        return text, document_of(Path(text))
+    if isinstance(experiment, str) and not text.endswith(".toml") and "/" not in text:
+        if text not in shipped():
+            raise InputError(text, "there is no shipped experiment of this name", ", ".join(shipped()),
+                             did_you_mean(text, shipped()) or "or give the path of a .toml file")
+        content = (resources.files("fesloop.experiment") / "shipped" / f"{text}.toml").read_bytes()
+    else:
+        try:
+            content = Path(experiment).read_bytes()
+        except OSError as fault:
+            raise InputError(text, f"cannot be read: {fault.strerror}", "an experiment file") from None
+    try:
+        return text, tomllib.loads(content.decode("utf-8-sig"))
+    except UnicodeDecodeError as fault:
+        raise InputError(text, f"is not UTF-8 text (byte {fault.start})", "a TOML file") from None
+    except tomllib.TOMLDecodeError as fault:
+        raise InputError(text, f"is not TOML: {fault}", remedy="mend the line") from None
+
+
+@one_blas_thread()
+def from_document(document: Mapping[str, Any], name: str = "experiment") -> Experiment:
+    """The experiment that plain tables describe, such as those of a file or of a recording.
+
+    Variants are at their defaults.
+    """
+    tables = pick(document, (), name).document
+    try:
+        kinds = kinds_in(tables)
+        tables, faults = with_patient(tables, kinds)
+        tables = with_models(tables, kinds)
+        check(tables, kinds, faults)
+        return _experiment(tables, kinds)
+    except InputErrors as several:
+        raise InputErrors([_in_file(fault, name) for fault in several.faults]) from None
+    except InputError as fault:
+        raise _in_file(fault, name) from None
+
+
+def _in_file(fault: InputError, name: str) -> InputError:
+    return InputError(f"{name}: {fault.where}", fault.found, fault.allowed, fault.remedy)
+
+
+def _experiment(document: dict[str, Any], kinds: Kinds) -> Experiment:
+    """Make every object, gathering what each of them refuses."""
+    faults: list[InputError] = []
+
+    def made(create: Any, *given: Any) -> Any:
+        try:
+            return create(*given)
+        except InputErrors as several:
+            faults.extend(several.faults)
+        except InputError as fault:
+            faults.append(fault)
+        return None
+
+    nodes: dict[str, Any] = dict.fromkeys(document["blocks"])
+    for name, table in sorted(document["blocks"].items(), key=lambda item: "clock" in item[1]):
+        owner = table.get("clock")
+        owner_refused = owner in nodes and nodes[owner] is None and "clock" not in document["blocks"][owner]
+        if not owner_refused:
+            nodes[name] = made(_node, name, table, kinds, nodes)
+    wires = [made(_wire, i, table, kinds) for i, table in enumerate(document.get("wires", []))
+             if not table.get("optional") or _can_be_wired(table, nodes)]
+    record = made(make, Record, document.get("record", {}), kinds, "record")
+    score = made(make, Score, document.get("score", {}), kinds, "score")
+    raise_all(faults)
+    about = dict(document["experiment"])
+    if "duration_s" in about:
+        about["duration_s"] = float(about["duration_s"])
+    return Experiment(nodes=tuple(nodes.values()), wires=tuple(wires), record=record, score=score,
+                      patient=document.get("patient"), **about)
+
+
+def _node(name: str, table: dict[str, Any], kinds: Kinds, nodes: Mapping[str, Node | None]) -> Node:
+    """A block or plant in its place; `nodes` are those whose clock it may follow."""
+    where = f"blocks.{name}"
+    parameters = {key: value for key, value in table.items() if key not in _PLACE}
+    part = make(kinds[table["kind"]], parameters, kinds, where)
+    place: dict[str, Any] = {key: table[key] for key in ("rate", "offset_ms") if key in table}
+    if "clock" in table:
+        place["rate"] = _followed_clock(f"{where}.clock", table, nodes)
+    if "execution" in table:
+        place["execution"] = make(Duration, table["execution"], kinds, f"{where}.execution")
+    try:
+        return Node(name, part, **place)
+    except InputError as fault:
+        raise InputError(f"blocks.{fault.where}", fault.found, fault.allowed, fault.remedy) from None
+
+
+def _followed_clock(where: str, table: dict[str, Any], nodes: Mapping[str, Node | None]) -> Clock | None:
+    """The clock of the node that a block says it ticks with."""
+    if "rate" in table:
+        raise InputError(where, "stands beside a rate", "one of clock and rate", "remove one of the two")
+    sampled = [name for name, node in nodes.items() if node is not None and not node.is_plant]
+    node = nodes.get(table["clock"])
+    if node is None or node.is_plant:
+        raise InputError(where, f"there is no block {table['clock']!r} with a clock", ", ".join(sampled),
+                         did_you_mean(table["clock"], sampled))
+    return node.clock
+
+
+def _can_be_wired(table: dict[str, Any], nodes: Mapping[str, Node | None]) -> bool:
+    """Whether an optional wire stays: its ports are there, or the input cannot do without it."""
+    ports = []
+    for end, side in ((table["from"], "outputs"), (table["to"], "inputs")):
+        name, _, wanted = end.partition(".")
+        node = nodes.get(name)
+        if node is None:
+            return False
+        ports.append([port for port in getattr(node.part, side) if port.name == wanted])
+    sources, targets = ports
+    return bool(targets) and (bool(sources) or not targets[0].optional)
+
+
+def _wire(number: int, table: dict[str, Any], kinds: Kinds) -> Wire:
+    """A wire, in a fault named by its number in the file and by its ends."""
+    names = {"from": "source", "to": "target"}
+    where = f"wires[{number}]"
+    values = {names.get(key, key): value for key, value in table.items() if key != "optional"}
+    return make(Wire, values, kinds, where)  # type: ignore[no-any-return]

@@ -1,0 +1,170 @@
+"""`[patient]`: whose hand, forearm and muscles the blocks of an experiment are.
+
+A package of anybody's reads patients by an entry point of the group "fesloop.patients" whose value names a
+module with the functions of `PatientReader`.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, NotRequired, Protocol, Required, cast
+
+from pydantic import TypeAdapter, ValidationError
+
+from fesloop.errors import InputError, InputErrors
+from fesloop.experiment.files.schema import Kinds, closed, hints_of, plain
+from fesloop.hand.anthropometry import HandSize
+
+GROUP = "fesloop.patients"
+CHOICE = closed("PatientChoice", {
+    "file": Required[str], "cohort": NotRequired[int], "member": NotRequired[int], "day": NotRequired[int],
+    "drawn": NotRequired[dict[str, Any]]})
+"""The table [patient]: a preset's name or a file's path; which member of which cohort (0) and which day; and
+the patient that came of it, as a recording keeps it, in place of the file."""
+
+
+class Patient(Protocol):
+    """A patient as experiments need it."""
+
+    @property
+    def hand_size(self) -> HandSize:
+        """What every block is told that has a parameter `hand: HandSize`."""
+
+    def member(self, *, cohort: int, number: int) -> Patient:
+        """One of the patients of this kind."""
+
+    def on_day(self, number: int) -> Patient:
+        """The patient on one day."""
+
+    def table(self) -> dict[str, Any]:
+        """The patient as plain tables, from which `from_table` makes the same one."""
+
+    def parameters(self, kind: str, own: Mapping[str, Any]) -> dict[str, Any]:
+        """Plain parameters of a block of a kind, of which the experiment itself says `own`."""
+
+
+class PatientReader(Protocol):
+    """What the module behind an entry point offers; all raise InputError for what cannot be."""
+
+    def names(self) -> list[str]:
+        """Presets."""
+
+    def load(self, file: str) -> Patient:
+        """A preset, or the patient of a file."""
+
+    def from_table(self, tables: Mapping[str, Any], name: str) -> Patient:
+        """The patient of plain tables; `name` leads every fault."""
+
+
+@cache
+def _entry() -> EntryPoint | None:
+    return next(iter(sorted(entry_points(group=GROUP), key=lambda entry: entry.name)), None)
+
+
+def reader() -> PatientReader:
+    """What reads patients: the first entry of the group, by name. Raises InputError if there is none."""
+    entry = _entry()
+    if entry is None:
+        raise InputError("patient", "no installed package reads patients",
+                         remedy=f"install one with an entry point in {GROUP!r}")
+    try:
+        return cast("PatientReader", entry.load())
+    except (ImportError, AttributeError) as fault:
+        raise InputError("patient", f"the reader of patients {entry.name!r} ({entry.value}) does not import: "
+                         f"{fault}", remedy="reinstall the package that provides it") from fault
+
+
+def drawn_patient(choice: Mapping[str, Any]) -> Patient:
+    """The patient of a table [patient]. Raises InputError, InputErrors."""
+    if "drawn" in choice:
+        return reader().from_table(choice["drawn"], "patient.drawn")
+    if "cohort" in choice and "member" not in choice:
+        raise InputError("patient.member", "is missing beside cohort", "an integer", "add it")
+    patient = reader().load(choice["file"])
+    if "member" in choice:
+        patient = patient.member(cohort=choice.get("cohort", 0), number=choice["member"])
+    return patient.on_day(choice["day"]) if "day" in choice else patient
+
+
+def with_patient(document: dict[str, Any], kinds: Kinds) -> tuple[dict[str, Any], list[InputError]]:
+    """The document with its patient's parameters under its blocks, and what is wrong with the patient.
+
+    What the document says of a block itself wins. A table of the wrong form is left for the document's check.
+    """
+    choice, blocks = document.get("patient"), document.get("blocks")
+    if choice is None or not _is_choice(choice) or not isinstance(blocks, dict):
+        return document, []
+    try:
+        patient = drawn_patient(choice)
+    except InputErrors as several:
+        return document, [_of_patient(fault) for fault in several.faults]
+    except InputError as fault:
+        return document, [_of_patient(fault)]
+    told = {name: _with_parameters(table, patient, kinds) for name, table in blocks.items()}
+    return {**document, "blocks": told, "patient": {**choice, "drawn": patient.table()}}, []
+
+
+def _is_choice(choice: Any) -> bool:
+    try:
+        _choice_form().validate_python(choice)
+    except ValidationError:
+        return False
+    return True
+
+
+@cache
+def _choice_form() -> TypeAdapter[Any]:
+    return TypeAdapter(CHOICE)
+
+
+def _of_patient(fault: InputError) -> InputError:
+    where = fault.where if fault.where.startswith("patient") else f"patient: {fault.where}"
+    return InputError(where, fault.found, fault.allowed, fault.remedy)
+
+
+def _with_parameters(table: Any, patient: Patient, kinds: Kinds) -> Any:
+    """A block's table with what the patient adds to it."""
+    if not isinstance(table, dict) or table.get("kind") not in kinds:
+        return table
+    kind = table["kind"]
+    added = dict(patient.parameters(kind, table))
+    if hints_of(kinds[kind]).get("hand") is HandSize:
+        added["hand"] = plain(patient.hand_size)
+    return _merged(added, table)
+
+
+def _merged(added: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
+    """Both tables in one, those below them likewise; what is their `own` wins."""
+    merged = copy.deepcopy(own)
+    for key, value in added.items():
+        if key not in own:
+            merged[key] = copy.deepcopy(value)
+        elif isinstance(value, dict) and isinstance(own[key], dict):
+            merged[key] = _merged(value, own[key])
+    return merged
+
+
+def describe(choice: Mapping[str, Any]) -> str:
+    """A table [patient] in words: sci_c6, member 3 of cohort 1, day 2."""
+    text = str(choice["file"])
+    if "member" in choice:
+        text += f", member {choice['member']} of cohort {choice.get('cohort', 0)}"
+    return f"{text}, day {choice['day']}" if "day" in choice else text
+
+
+def presets() -> dict[str, str]:
+    """Patients that come with what is installed, with a line each; none where nothing reads any."""
+    if _entry() is None:
+        return {}
+    return {name: str(reader().load(name).table().get("description", "")) for name in reader().names()}
+
+
+def require_no_other(document: Mapping[str, Any], key: str, name: str) -> None:
+    """Raise InputError for a setting of a patient who is drawn already, as in a recording."""
+    choice = document.get("patient")
+    if isinstance(choice, dict) and "drawn" in choice:
+        raise InputError(f"--set {key}", f"{name} holds a patient who is drawn already",
+                         remedy="set it on the experiment file, and run that")

@@ -1,0 +1,237 @@
+"""From the annotations of a parameter dataclass to a strict check of plain tables, and back.
+
+A table is checked by pydantic (strict, no extra keys) against a typed dict made from the dataclass, so the
+dataclass stays the one place where a parameter is declared. `build` makes the object from a checked
+table, `plain` the table from an object.
+"""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import MISSING, Field, fields, is_dataclass
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import (
+    Annotated,
+    Any,
+    Literal,
+    NotRequired,
+    Required,
+    Union,
+    cast,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
+
+import numpy as np
+from pydantic import ConfigDict, Discriminator, Tag
+from pydantic import Field as Described
+from typing_extensions import TypedDict
+
+from fesloop.errors import InputError
+from fesloop.models.error_process import ErrorProcess
+from fesloop.models.linear_model import LinearModel
+
+STRICT = ConfigDict(strict=True, extra="forbid")
+Kinds = Mapping[str, type[Any]]
+NestedNumbers = list[float] | list[list[float]]
+_LITERAL, _FILE = "matrices", "file"
+
+
+def hints_of(cls: type[Any], extras: bool = True) -> Mapping[str, Any]:
+    """Annotations of a class's attributes, by name, resolved; with or without the `extras` of `Annotated`."""
+    return _hints_of(cast(Hashable, cls), extras)
+
+
+@cache
+def _hints_of(cls: Hashable, extras: bool) -> Mapping[str, Any]:
+    return MappingProxyType(get_type_hints(cls, include_extras=extras))
+
+
+def table(cls: type[Any], kinds: Kinds, extra: Mapping[str, Any] | None = None,
+          rename: Mapping[str, str] | None = None) -> Any:
+    """Typed dict of a dataclass's parameters.
+
+    `kinds` are those that may stand for a LinearModel; `extra` adds keys (name to annotation) and
+    `rename` gives a field another name in files.
+    """
+    hints = hints_of(cls)
+    keys: dict[str, Any] = dict(extra or {})
+    for field in fields(cls):
+        name = (rename or {}).get(field.name, field.name)
+        if field.init:
+            if name in keys:
+                raise InputError(f"{cls.__module__}:{cls.__qualname__}.{name}",
+                                 "is a key that fesloop itself uses beside a block's parameters",
+                                 "another parameter name")
+            keys[name] = _key(field, checked(hints[field.name], kinds))
+    return closed(cls.__name__, keys)
+
+
+def closed(name: str, keys: dict[str, Any]) -> Any:
+    """Typed dict that takes these keys and no other."""
+    make_typed_dict: Any = TypedDict
+    made = make_typed_dict(name, keys)
+    made.__pydantic_config__ = STRICT
+    return made
+
+
+def _key(field: Field[Any], annotation: Any) -> Any:
+    if field.default is not MISSING:
+        default = field.default
+    elif field.default_factory is not MISSING:
+        default = field.default_factory()
+    else:
+        return Required[annotation]
+    return NotRequired[Annotated[annotation, Described(json_schema_extra={"default": plain(default)})]]
+
+
+def checked(annotation: Any, kinds: Kinds) -> Any:
+    """The annotation of the plain value that stands in a file for one of `annotation`."""
+    if annotation is LinearModel:
+        return _linear_model(kinds)
+    if annotation is ErrorProcess:
+        return _error_process(kinds)
+    if is_dataclass(annotation) and isinstance(annotation, type):
+        return table(annotation, kinds)
+    origin, args = get_origin(annotation), get_args(annotation)
+    if origin is np.ndarray:
+        return NestedNumbers
+    if origin in (Union, types.UnionType):
+        return Union[tuple(checked(arg, kinds) for arg in args)]  # noqa: UP007
+    if origin is Annotated:
+        return Annotated[(checked(args[0], kinds), *args[1:])]
+    if origin in (None, Literal) or not args:
+        return annotation
+    return origin[tuple(arg if arg is ... else checked(arg, kinds) for arg in args)]
+
+
+def _linear_model(kinds: Kinds) -> Any:
+    """A plant's own model ({kind = "finger", ...}), the model's matrices, or a file's ({file = "..."}), which
+    stands for its matrices before any object is made (`fesloop.experiment.files.patient_models`)."""
+    members = [Annotated[table(cls, {}, {"kind": Required[Literal[kind]]}), Tag(kind)]
+               for kind, cls in kinds.items() if hasattr(cls, "linear_model")]
+    matrices = closed("LinearModel", {f.name: _key(f, checked(hint, {})) for f, hint in _hinted(LinearModel)})
+    members.append(Annotated[matrices, Tag(_LITERAL)])
+    file = closed("ModelFile", {"file": Required[str], "any_patient": NotRequired[bool]})
+    members.append(Annotated[file, Tag(_FILE)])
+    return Annotated[Union[tuple(members)], Discriminator(_model_tag)]  # noqa: UP007
+
+
+def _error_process(kinds: Kinds) -> Any:
+    """An error process's parameters, or a file's ({file = "..."}), which stands for them like a model's."""
+    file = closed("ErrorProcessFile", {"file": Required[str]})
+    members = [Annotated[table(ErrorProcess, kinds), Tag(_LITERAL)], Annotated[file, Tag(_FILE)]]
+    return Annotated[Union[tuple(members)], Discriminator(_model_tag)]  # noqa: UP007
+
+
+def _model_tag(value: Any) -> Any:
+    if isinstance(value, dict):
+        return value.get("kind", _FILE if "file" in value else _LITERAL)
+    return _LITERAL
+
+
+def _hinted(cls: type[Any]) -> list[tuple[Field[Any], Any]]:
+    hints = hints_of(cls)
+    return [(field, hints[field.name]) for field in fields(cls)]
+
+
+def build(annotation: Any, value: Any, kinds: Kinds, where: str) -> Any:
+    """The object that a checked plain value stands for.
+
+    Raises InputError, its place led by `where`, for what the object itself refuses.
+    """
+    if annotation is LinearModel and isinstance(value, dict) and "kind" in value:
+        rest = {key: item for key, item in value.items() if key != "kind"}
+        return make(kinds[value["kind"]], rest, kinds, where).linear_model()
+    if is_dataclass(annotation) and isinstance(annotation, type):
+        return make(annotation, value, kinds, where) if isinstance(value, dict) else value
+    origin, args = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return build(args[0], value, kinds, where)
+    if origin in (Union, types.UnionType):
+        return build(_member(args, value), value, kinds, where)
+    if origin is np.ndarray:
+        return np.array(value, dtype=np.float64)
+    if origin is tuple and isinstance(value, (list, tuple)):
+        every = args if args[-1] is not ... else (args[0],) * len(value)
+        return tuple(build(arg, item, kinds, f"{where}[{i}]")
+                     for i, (arg, item) in enumerate(zip(every, value, strict=True)))
+    if origin is dict and isinstance(value, dict):
+        return {key: build(args[1], item, kinds, f"{where}.{key}") for key, item in value.items()}
+    if annotation is Path:
+        return Path(value)
+    return float(value) if annotation is float and isinstance(value, int) else value
+
+
+def _member(args: tuple[Any, ...], value: Any) -> Any:
+    """The member of a union that a plain value belongs to."""
+    for arg in args:
+        origin = get_origin(arg) or arg
+        holds = {dict: is_dataclass(arg) or origin is dict, list: origin in (tuple, list, np.ndarray),
+                 str: origin in (str, Path, Literal), bool: origin is bool, int: origin is int,
+                 float: origin is float, type(None): arg is type(None)}
+        if holds.get(type(value), False):
+            return arg
+    return float if isinstance(value, int) and float in args else Any
+
+
+def make(cls: type[Any], values: Mapping[str, Any], kinds: Kinds, where: str) -> Any:
+    """The object of a dataclass from its checked table."""
+    hints = hints_of(cls)
+    given = {key: build(hints[key], value, kinds, f"{where}.{key}") for key, value in values.items()}
+    try:
+        return cls(**given)
+    except InputError as fault:
+        place = _place(fault.where, where, hints, cls.__name__.lower())
+        raise InputError(place, fault.found, fault.allowed, fault.remedy) from fault
+
+
+def _place(inner: str, where: str, names: Mapping[str, Any], own: str) -> str:
+    """A parameter that an object names, led by where the object stands; its own name for itself goes.
+
+    A parameter may have the object's `own` name, as that of a hand's measures has.
+    """
+    def is_key(path: str) -> bool:
+        return path.partition(".")[0].partition("[")[0] in names
+
+    first, _, rest = inner.partition(".")
+    if is_key(rest) and (first == own or not is_key(inner)):
+        inner = rest
+    return f"{where}.{inner}" if is_key(inner) else f"{where}: {inner}"
+
+
+def plain(value: Any, declared: Any = Any) -> Any:
+    """What stands in a file for a parameter object: tables, lists, numbers, text. None is left out.
+
+    An int where a float is `declared` is that float, so that both spellings are one experiment.
+    """
+    if is_dataclass(value) and not isinstance(value, type):
+        hints = hints_of(type(value), extras=False)
+        items = ((field.name, getattr(value, field.name)) for field in fields(value) if field.init)
+        return {name: plain(item, hints[name]) for name, item in items if item is not None}
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, (tuple, list)):
+        return [plain(item, hint) for item, hint in zip(value, _items(declared, len(value)), strict=False)]
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    if type(value) is int:
+        members = {declared, *get_args(declared)}
+        return float(value) if float in members and int not in members else value
+    return str(value) if isinstance(value, (Fraction, Path)) else value
+
+
+def _items(declared: Any, size: int) -> Sequence[Any]:
+    """The annotations of a list's items."""
+    for member in (declared, *get_args(declared)):
+        args = get_args(member)
+        if get_origin(member) in (tuple, list) and args:
+            return args if get_origin(member) is tuple and args[-1] is not ... else (args[0],) * size
+    return (Any,) * size

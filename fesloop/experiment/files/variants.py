@@ -1,0 +1,168 @@
+"""`[variants.NAME.OPTION]`: what else an experiment can be, of which `--set NAME=OPTION` picks one.
+
+    [variants.plant]
+    default = "hand"
+
+    [variants.plant.hand]
+    description = "the whole hand"
+
+    [variants.plant.finger]
+    description = "a finger in its place"
+    remove = ["patient", "blocks.hand"]
+    wires = [{ from = "safety.stimulation", to = "finger.stimulation" }]
+    blocks.finger = { kind = "finger" }
+
+    [variants.plant.fmu]
+    like = "finger"
+    blocks.finger = { kind = "fmu", path = "shipped:finger" }
+
+An option is a patch over the file (`fesloop.experiment.files.patches`), made after that of the option that
+it is `like`. Options of several variants are made together, in whatever order they are picked, or refuse each
+other where they would change the same key in two ways. Other settings come after them. Descriptions of the
+options that are not the default are added to the experiment's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from itertools import combinations
+from typing import Any
+
+from fesloop.errors import InputError, InputErrors, did_you_mean
+from fesloop.experiment.files.patches import combined, cut_off, is_patchable, keyed, patched, plain_lists
+from fesloop.experiment.files.settings import key_text, text_value
+from fesloop.experiment.files.variant_form import checked_variants, faults_of_aliases, options_of
+
+Tables = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Picked:
+    """An experiment file with its variants settled.
+
+    Attributes
+    ----------
+    document: its tables, without variants.
+    settings: what of the settings picks no option.
+    variants: of the file, as `listed`.
+    options: the option of each variant.
+    name: for messages; it tells options that are not the file's defaults.
+    """
+
+    document: Tables
+    settings: tuple[str, ...]
+    variants: Mapping[str, Any]
+    options: Mapping[str, str]
+    name: str
+
+
+def pick(document: Mapping[str, Any], settings: Sequence[str], name: str) -> Picked:
+    """Settle the variants of a file by settings "NAME=OPTION", the last of a name, or by their defaults.
+
+    Every option is made to the file, also those that are not picked. A file of the wrong form is left for its
+    check. Raises InputError, InputErrors: what is wrong with the variants, with an option asked for, or
+    with two options together.
+    """
+    base = {key: value for key, value in document.items() if key != "variants"}
+    declared = document.get("variants", {})
+    others = tuple(each for each in settings if not isinstance(declared, dict) or _key(each) not in declared)
+    if "variants" not in document or not is_patchable(base):
+        return Picked(document=base, settings=others, variants={}, options={}, name=name)
+    try:
+        variants = checked_variants(declared, base)
+        made = _made(variants, keyed(base))
+    except InputErrors as several:
+        raise InputErrors([_in_file(fault, name) for fault in several.faults]) from None
+    asked = _asked(variants, settings, name)
+    options = {variant: asked.get(variant, table["default"]) for variant, table in variants.items()}
+    told = [f"{variant}={option}" for variant, option in options.items() if variant in asked]
+    full_name = f"{name} with {', '.join(told)}" if told else name
+    chosen = {key_text(("variants", *pair)): made[pair] for pair in options.items()}
+    tables = plain_lists(_together(keyed(base), chosen, name))
+    return Picked(document=_described(tables, variants, options), options=options, name=full_name,
+                  variants=listed(document), settings=others)
+
+
+def listed(document: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """The variants of a sound document: default, and each option with its description."""
+    return {variant: {"default": table["default"], "options": {
+        option: patch.get("description", "") for option, patch in table.items() if option != "default"}}
+        for variant, table in document.get("variants", {}).items()}
+
+
+def _in_file(fault: InputError, name: str) -> InputError:
+    return InputError(f"{name}: {fault.where}", fault.found, fault.allowed, fault.remedy)
+
+
+def _key(setting: str) -> str:
+    return setting.partition("=")[0].strip()
+
+
+def _asked(variants: Tables, settings: Sequence[str], name: str) -> dict[str, str]:
+    """Options that settings pick, by variant; raises InputError for one that is not there."""
+    asked = {}
+    for setting in settings:
+        variant = _key(setting)
+        if variant in variants:
+            option, known = text_value(setting.partition("=")[2].strip()), options_of(variants[variant])
+            if option not in known:
+                raise InputError(f"--set {setting}", f"{name} has no {variant} of this name",
+                                 ", ".join(known), did_you_mean(option, known))
+            asked[variant] = option
+    return asked
+
+
+def _made(variants: Tables, base: Tables) -> dict[tuple[str, str], Tables]:
+    """The keyed document that each option makes of the file; raises InputErrors for those that cannot be."""
+    made, faults = {}, []
+    for variant, table in variants.items():
+        for option in options_of(table):
+            faults += faults_of_aliases(key_text(("variants", variant, option, "aliases")),
+                                        table[option].get("aliases", {}), variants)
+            try:
+                made[variant, option] = _with_option(base, variant, table, option)
+            except InputError as fault:
+                faults.append(fault)
+    if faults:
+        raise InputErrors(list({str(fault): fault for fault in faults}.values()))
+    return made
+
+
+def _with_option(base: Tables, variant: str, table: Tables, option: str) -> Tables:
+    """The document with the patches of an option and of those that it is like, first of them first."""
+    line = [option]
+    while "like" in table[line[-1]]:
+        line.append(table[line[-1]]["like"])
+        if line[-1] in line[:-1]:
+            raise InputError(key_text(("variants", variant, option, "like")), "leads round in a circle",
+                             "an option that is not like this one")
+    return reduce(lambda document, each: patched(
+        document, table[each], key_text(("variants", variant, each))), reversed(line), base)
+
+
+def _together(base: Tables, chosen: Mapping[str, Tables], name: str) -> Tables:
+    """The changes of all options; raises InputError for two that refuse each other."""
+    for (one, first), (other, second) in combinations(chosen.items(), 2):
+        cut = cut_off(base, first, second) or cut_off(base, second, first)
+        try:
+            combined(base, first, second)
+            key = key_text(("wires", cut)) if cut else ""
+        except InputError as fault:
+            key = fault.where
+        if key:
+            raise InputError(f"{name}: {one}", f"does not go with {other}: both change {key}",
+                             "options that change different keys", "pick another one of the two")
+    return reduce(lambda document, each: combined(base, document, each), chosen.values(), base)
+
+
+def _described(tables: Tables, variants: Tables, options: Mapping[str, str]) -> Tables:
+    """The document, its description followed by those of the options that are not the default."""
+    told = [f"{variant} {option}: {variants[variant][option]['description']}"
+            for variant, option in options.items()
+            if option != variants[variant]["default"] and "description" in variants[variant][option]]
+    about = tables.get("experiment", {})
+    if told and isinstance(about.get("description", ""), str):
+        about = {**about, "description": "; ".join(filter(None, [about.get("description", ""), *told]))}
+    return {**tables, "experiment": about} if "experiment" in tables else tables

@@ -1,0 +1,204 @@
+"""Metrics of a run, from its recording: which signals go into which metric."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections.abc import Sequence
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.experiment.files.schema import make
+from fesloop.experiment.metrics.cycles import cycle_metrics
+from fesloop.experiment.metrics.fingertips import by_tip, coverage, fingertip_error, fingertip_rmse_mm
+from fesloop.experiment.metrics.grasp import grasp_metrics
+from fesloop.experiment.metrics.joints import (
+    Trace,
+    joint_rmse_deg,
+    range_deg,
+    rmse_deg,
+    split_error,
+    tracker_rmse_deg,
+)
+from fesloop.experiment.metrics.search import search_metrics
+from fesloop.experiment.recording.reading import Recording, Signal
+from fesloop.experiment.wanted import Score
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.skeleton import hand_tree
+from fesloop.loop.clock import FOREVER, NS_PER_S
+from fesloop.loop.signals import NEVER, Sample
+from fesloop.loop.wire import Link, Wire
+
+_SPLIT = ("total", "tracker", "controller")
+
+
+def metrics_of(recording: Recording) -> dict[str, Any]:
+    """What the experiment's [score] asks for.
+
+    joint_rmse_deg: one a trial, truth against reference. tracker_rmse_deg: one a trial, estimate against
+    the truth of the instant of its capture. split_rmse_deg: the error that the patient sees (total), what
+    of it the controller could not see (tracker, latency included), and what it saw and did not put right
+    (controller), one a trial. Under joints the same by joint; range_deg, how far each joint went, where
+    truth stands alone. `grasp_metrics`, `cycle_metrics` and `search_metrics` say theirs.
+    orientation_rmse_deg and relative_angle_rmse_deg: against the reference of the recording that was
+    played. fingertip_rmse_mm: by
+    tracker and fingertip, one a trial; fingertip_coverage likewise, where the tracker gives its sd. step_us:
+    median and 99th percentile of the timed blocks' steps.
+    """
+    score = make(Score, recording.experiment["score"], {}, "score")
+    metrics = _joint_metrics(recording, score)
+    if score.orientation is not None:
+        metrics |= _orientation_metrics(recording, score)
+    if score.fingertips is not None:
+        metrics |= _fingertip_metrics(recording, score, score.fingertips)
+    if score.grasp is not None:
+        metrics |= grasp_metrics(recording, score.grasp)
+    if score.cycles is not None:
+        metrics |= cycle_metrics(recording, score.cycles)
+    if score.search is not None:
+        metrics |= search_metrics(recording, score.search)
+    for name, times in recording.step_times_ns.items():
+        if times.size:
+            median, p99 = np.percentile(times, [50, 99]) / 1e3
+            metrics.setdefault("step_us", {})[name] = {"median": float(median), "p99": float(p99)}
+    return metrics
+
+
+def _joint_metrics(recording: Recording, score: Score) -> dict[str, Any]:
+    """Metrics of joint angles, those that the score's signals allow."""
+    trials = range(recording.trials)
+    truth = [_trace(recording, score.truth, trial, score.after_s, score.until_s) for trial in trials]
+    wanted = [_trace(recording, score.reference, trial, 0.0) for trial in trials]
+    metrics: dict[str, Any] = {}
+    joints: dict[str, Any] = {name: {} for name in _joint_names(score, truth)}
+    if score.truth and not (score.reference or score.estimate):
+        _add_by_joint(joints, "range_deg", [range_deg(trace) for trace in truth])
+    if score.truth and score.reference:
+        pairs = list(zip(truth, wanted, strict=True))
+        metrics["joint_rmse_deg"] = joint_rmse_deg(pairs)
+        _add_by_joint(joints, "joint_rmse_deg", [rmse_deg(*pair) for pair in pairs])
+    if score.truth and score.estimate:
+        pairs = [_seen(recording, score, trial) for trial in trials]
+        metrics["tracker_rmse_deg"] = tracker_rmse_deg(pairs)
+        _add_by_joint(joints, "tracker_rmse_deg", [rmse_deg(*pair) for pair in pairs])
+        del pairs
+    if score.truth and score.estimate and score.reference:
+        splits = [split_error(true, _arrived(recording, score.estimate, trial), reference)
+                  for trial, (true, reference) in enumerate(zip(truth, wanted, strict=True))]
+        metrics["split_rmse_deg"] = {part: [float(np.sqrt(np.mean(getattr(split, part) ** 2)))
+                                            for split in splits] for part in _SPLIT}
+        for part in _SPLIT:
+            _add_by_joint(joints, f"split_{part}_deg", [getattr(split, part) for split in splits])
+    return metrics | ({"joints": joints} if joints else {})
+
+
+def _joint_names(score: Score, truth: Sequence[Trace]) -> tuple[str, ...]:
+    """Those that the score gives; else those of the hand's freedoms, where the truth is as many angles."""
+    if score.joints or not truth:
+        return score.joints
+    freedoms = hand_tree(HandSize()).freedoms
+    return freedoms if truth[0][1].shape[1:] == (len(freedoms),) else ()
+
+
+def _add_by_joint(joints: dict[str, Any], metric: str, trials: list[NDArray[np.float64]]) -> None:
+    for number, values in enumerate(joints.values()):
+        values[metric] = [float(trial[number]) for trial in trials]
+
+
+def _trace(recording: Recording, name: str | None, trial: int, after_s: float,
+           until_s: float | None = None) -> Trace:
+    """A signal from an instant on, to another; nothing where none is named."""
+    if name is None:
+        return np.empty(0, np.int64), np.empty((0, 0))
+    until_ns = FOREVER if until_s is None else math.floor(until_s * NS_PER_S)
+    return recording.column(name, trial, math.ceil(after_s * NS_PER_S), until_ns)
+
+
+def _seen(recording: Recording, score: Score, trial: int) -> tuple[Trace, Trace]:
+    """The estimate, stamped with the newest capture behind each value, and the whole truth."""
+    assert score.estimate is not None
+    signal = recording.signal(score.estimate, trial)
+    told = (signal.newest_ns >= 0) & (signal.times_ns >= score.after_s * NS_PER_S)
+    if score.until_s is not None:
+        told &= signal.times_ns <= score.until_s * NS_PER_S
+    captured = signal.newest_ns[told]
+    return (captured, signal.values[told]), _trace(recording, score.truth, trial, 0.0)
+
+
+def _arrived(recording: Recording, name: str, trial: int) -> Trace:
+    """A signal as it stands at the end of its first wire: what the block there could see."""
+    signal = recording.signal(name, trial)
+    table = next((wire for wire in recording.experiment["wires"] if wire["from"] == name), None)
+    if table is None:
+        return signal.left_ns, signal.values
+    ends = {"from": "source", "to": "target"}
+    wire: Wire = make(Wire, {ends.get(key, key): value for key, value in table.items()}, {}, name)
+    return _through(wire, signal, recording.seed, trial)
+
+
+def _through(wire: Wire, signal: Signal, seed: int, trial: int) -> Trace:
+    """Arrivals over a wire, with the jitter and the losses that the run had."""
+    link = Link(wire, seed, trial)
+    if link.plain:
+        return signal.left_ns + link.latency_ns, signal.values
+    rows, arrivals = array("q"), array("q")
+    held = Sample(0.0, NEVER, NEVER, NEVER)
+    for row, (index, left) in enumerate(zip(signal.indices, signal.left_ns, strict=True)):
+        # What stands for the value is the number of its row. Nothing sent from now on arrives before now.
+        held = _deliver(link, int(left), held, rows, arrivals)
+        link.send(int(index), float(row), NEVER, NEVER, int(left))
+    _deliver(link, FOREVER, held, rows, arrivals)
+    return np.array(arrivals, np.int64), signal.values[np.array(rows, np.int64)]
+
+
+def _deliver(link: Link, before_ns: int, held: Sample, rows: array[int], arrivals: array[int]) -> Sample:
+    """Note what reaches the end of a wire before an instant; what stands there then."""
+    while link.queue and link.queue[0][3] < before_ns:
+        taken = link.take(held)
+        if taken is not held:
+            held = taken
+            rows.append(int(cast(float, held.value)))
+            arrivals.append(held.arrived_ns)
+    return held
+
+
+def _fingertip_metrics(recording: Recording, score: Score, truth: str) -> dict[str, Any]:
+    """How far each tracker's fingertips are off, and how often its 95 % intervals hold the truth."""
+    rmse: dict[str, Any] = {}
+    covered: dict[str, Any] = {}
+    for tracker in score.trackers:
+        errors, shares = [], []
+        for trial in range(recording.trials):
+            true = recording.column(truth, trial)
+            signal = recording.signal(f"{tracker}.fingertips", trial)
+            told = (signal.newest_ns >= 0) & (signal.times_ns >= score.after_s * NS_PER_S)
+            error = fingertip_error((signal.newest_ns[told], signal.values[told]), true)
+            errors.append(fingertip_rmse_mm(error))
+            if f"{tracker}.fingertip_sd" in recording.signals:
+                sd = recording.signal(f"{tracker}.fingertip_sd", trial).values[told]
+                shares.append(coverage(error, sd[len(sd) - len(error):]))
+        names = score.tips or tuple(f"F{i + 1}" for i in range(len(errors[0])))
+        rmse[tracker] = by_tip(errors, names)
+        if shares:
+            covered[tracker] = by_tip(shares, names)
+    return {"fingertip_rmse_mm": rmse} | ({"fingertip_coverage": covered} if covered else {})
+
+
+def _orientation_metrics(recording: Recording, score: Score) -> dict[str, Any]:
+    """The tracker's orientations against the reference of the recording that was played."""
+    from fesloop.experiment.metrics.orientation import score_recording
+    from fesloop.streams.blocks.replay import Replay
+
+    assert score.orientation is not None
+    assert score.recording is not None
+    table = recording.experiment["blocks"][score.recording]
+    played = Replay(**{key: value for key, value in table.items()
+                       if key in ("recording", "sensor_set", "start_s", "duration_s")})
+    signal = recording.signal(score.orientation)
+    told = (signal.newest_ns >= 0) & (signal.times_ns >= score.after_s * NS_PER_S)
+    tracker = score.orientation.partition(".")[0]
+    magnetic = any(wire["to"] == f"{tracker}.mag" for wire in recording.experiment["wires"])
+    return score_recording(played.source, signal.newest_ns[told] + played.start_ns, signal.values[told],
+                           "absolute" if magnetic else "relative")

@@ -1,0 +1,161 @@
+"""What a point search asked, what it found, and how many minutes of the patient's time that took."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.experiment.recording.reading import Recording
+from fesloop.hand.movements import FREEDOMS, MovementName, Verdict, movement_of
+from fesloop.loop.clock import NS_PER_S
+
+Array = NDArray[np.float64]
+Stamps = NDArray[np.int64]
+BASELINE, MEASURE, ENDED = 2, 5, 6
+"""Phases that a search's output `phase` tells: the hand is looked at, at rest and stimulated; it is over."""
+_SIGNALS = ("query", "phase", "quality", "stimulation", "multiplexing", "best_stimulation",
+            "best_multiplexing")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchScore:
+    """A search for elements that bring about a movement, judged by what the hand truly did.
+
+    Attributes
+    ----------
+    search: node that searches (`point_search`).
+    truth: angles of the hand, (23,), rad.
+    movement: that it searched for.
+    optimum: quality of the best that there is, by an exhaustive search without noise; None: not known.
+    """
+
+    search: str
+    truth: str
+    movement: MovementName
+    optimum: float | None = None
+
+    def __post_init__(self) -> None:
+        movement_of(self.movement)
+        if self.optimum is not None and not (math.isfinite(self.optimum) and self.optimum > 0.0):
+            raise InputError("optimum", f"{self.optimum}", "a finite quality above 0")
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """All that are read."""
+        return (*(f"{self.search}.{name}" for name in _SIGNALS), self.truth)
+
+    def faults(self, shapes: Mapping[str, tuple[int | None, ...]]) -> Iterator[InputError]:
+        """Signals that do not exist or do not fit; `shapes` are those of all outputs."""
+        if any(name not in shapes for name in self.signals[:-1]):
+            yield InputError("score.search.search", f"{self.search!r} is no point search",
+                             "a node of that kind")
+        if shapes.get(self.truth) != (len(FREEDOMS),):
+            yield InputError("score.search.truth", f"{self.truth!r}", "angles of the hand, (23,)")
+
+
+class Asked(NamedTuple):
+    """A query, and what the hand truly did.
+
+    Attributes
+    ----------
+    elements, current_ma: what was asked.
+    movement: (23,), rad, from rest. verdict: on it.
+    quality: what the search thought of it.
+    best: elements and current that it recommended afterwards.
+    told_s: when it had the response.
+    """
+
+    elements: tuple[int, ...]
+    current_ma: float
+    movement: Array
+    verdict: Verdict
+    quality: float
+    best: tuple[tuple[int, ...], float]
+    told_s: float
+
+
+def asked_of(recording: Recording, score: SearchScore, trial: int = 0) -> list[Asked]:
+    """Every query that was answered, in order."""
+    kept = {name: recording.signal(f"{score.search}.{name}", trial) for name in _SIGNALS}
+    times, values = kept["query"].times_ns, {name: signal.values for name, signal in kept.items()}
+    truth = recording.signal(score.truth, trial)
+    movement = movement_of(score.movement)
+    states = np.column_stack((values["query"], values["phase"]))
+    starts = np.flatnonzero(np.append(True, (states[1:] != states[:-1]).any(axis=1)))
+    asked: list[Asked] = []
+    rest: Array | None = None
+    for first, after in zip(starts, [*starts[1:], None], strict=True):
+        phase = int(values["phase"][first])
+        if after is None or phase not in (BASELINE, MEASURE):
+            continue
+        posture = _mean(truth.times_ns, truth.values, times[first], times[after])
+        if phase == BASELINE:
+            rest = posture
+        elif rest is not None:
+            moved = posture - rest
+            best = values["best_multiplexing"][after], values["best_stimulation"][after, 0]
+            asked.append(Asked(
+                _elements(values["multiplexing"][first, 0]), 1e3 * float(values["stimulation"][first, 0, 0]),
+                moved, movement.judge(moved), float(values["quality"][after]),
+                (_elements(best[0]), 1e3 * float(best[1])), float(times[after]) / NS_PER_S))
+    return asked
+
+
+def _mean(times: Stamps, values: Any, start_ns: int, stop_ns: int) -> Array:
+    """Mean posture after one instant until another; the last before where none was recorded in between."""
+    first, after = np.searchsorted(times, [start_ns, stop_ns], side="right")
+    return np.asarray(values[min(first, after - 1):after].mean(axis=0))
+
+
+def _elements(shares: Array) -> tuple[int, ...]:
+    return tuple(np.flatnonzero(shares).tolist())
+
+
+def search_metrics(recording: Recording, score: SearchScore) -> dict[str, Any]:
+    """What was asked and found, in lists of one a trial.
+
+    `queries`; `minutes` until the search had ended, nan where it had not; of what it recommends
+    `found_elements`, `found_ma`, `found_quality` and `found_selectivity`, by what the hand truly did when it
+    was asked; with an optimum, `of_optimum`, the share of it; and `element_quality`, for each element the
+    best true quality of all queries that it had part in, None where it had none: a map over the arrays.
+    """
+    metrics: dict[str, list[Any]] = {}
+    for trial in range(recording.trials):
+        for name, value in _of_trial(recording, score, trial).items():
+            metrics.setdefault(name, []).append(value)
+    return metrics
+
+
+def _of_trial(recording: Recording, score: SearchScore, trial: int) -> dict[str, Any]:
+    asked = asked_of(recording, score, trial)
+    phase = recording.signal(f"{score.search}.phase", trial)
+    over = np.flatnonzero(phase.values == ENDED)
+    minutes = phase.times_ns[over[0]] / (60.0 * NS_PER_S) if over.size else math.nan
+    count = recording.signal(f"{score.search}.best_multiplexing", trial).values.shape[1]
+    found: dict[str, Any] = {"queries": len(asked), "minutes": float(minutes)}
+    if asked:
+        elements, current_ma = asked[-1].best
+        verdict = next((one.verdict for one in reversed(asked)
+                        if one.elements == elements and math.isclose(one.current_ma, current_ma)), None)
+        quality = verdict.quality if verdict else math.nan
+        found |= {"found_elements": list(elements), "found_ma": current_ma, "found_quality": quality,
+                  "found_selectivity": verdict.selectivity if verdict else math.nan}
+        if score.optimum is not None:
+            found["of_optimum"] = quality / score.optimum
+    return found | {"element_quality": element_quality(asked, count)}
+
+
+def element_quality(asked: list[Asked], count: int) -> list[float | None]:
+    """For each of `count` elements the best true quality of all queries that it had part in."""
+    best: list[float | None] = [None] * count
+    for one in asked:
+        for element in one.elements:
+            known = best[element]
+            best[element] = one.verdict.quality if known is None else max(known, one.verdict.quality)
+    return best

@@ -1,0 +1,250 @@
+"""Reading a recording: signals with their stamps, events, and the digest of its content."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError, did_you_mean
+from fesloop.experiment.recording.form import ALLOWED, undamaged
+from fesloop.experiment.recording.opening import open_file
+from fesloop.experiment.recording.recorded import Event, Signal, signal_of
+from fesloop.experiment.recording.rows import INSTANTS, ORIGINS
+from fesloop.experiment.recording.signal_table import SignalTable
+from fesloop.experiment.recording.stored_rows import Column, StoredRows
+from fesloop.loop.clock import FOREVER
+
+__all__ = ["Event", "Recording", "Signal"]
+_ROWS_A_READ = 65536
+_KEPT_BYTES = 2**21
+"""Of a recording that are read whole and kept: to ask HDF5 for a field of some rows costs .2 ms each time."""
+_STREAMS = ("blocks", "plants", "inputs")
+_TABLES = ("events", "messages")
+
+
+class Recording:
+    """A run's file, opened for reading; also one that is being written, or whose writer was killed.
+
+    Raises InputError for a file that is missing, damaged or no recording of fesloop.
+
+    Attributes
+    ----------
+    path: of the file.
+    experiment: tables of the experiment, every parameter resolved.
+    name, seed, fingerprint, versions: of the run.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self._file = open_file(self.path)
+        self._rows: dict[str, StoredRows] = {}
+        self.experiment: dict[str, Any] = self._read_experiment()
+        self.name = str(self._file.attrs["name"])
+        self.seed = int(self._file.attrs["seed"])
+        self.fingerprint = str(self._file.attrs["fingerprint"])
+        self.versions: dict[str, str] = json.loads(self._file.attrs["versions"])
+
+    def _read_experiment(self) -> dict[str, Any]:
+        """Tables of the experiment; the file is closed where they are damaged."""
+        try:
+            with undamaged(f"{self.path}: experiment"):
+                told: dict[str, Any] = dict(json.loads(self._file["experiment"][()]))
+        except InputError:
+            self.close()
+            raise
+        return told
+
+    def _values(self, path: str) -> Any:
+        """All values of a dataset; InputError where the file has lost them."""
+        with undamaged(self.path):
+            return self._file[path][()]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let the file go."""
+        self._file.close()
+
+    @property
+    def status(self) -> str:
+        """done, failed, interrupted; running also stands in the file of a killed run."""
+        return bytes(self._values("status")).decode(errors="replace")
+
+    @property
+    def wall(self) -> dict[str, Any]:
+        """Wall-clock facts: seconds, deadlines, missed_deadlines, worst_late_s, started, machine.
+
+        Of a run in real time also policy, period_ms, memory, scheduling, collections, worst_collection_ms.
+        """
+        with undamaged(self.path):
+            return self._read_wall()
+
+    def _read_wall(self) -> dict[str, Any]:
+        wall = self._file["wall"]
+        numbers = {name: item[()].item() for name, item in wall.items()
+                   if isinstance(item, h5py.Dataset) and item.shape == ()}
+        return {**numbers, **dict(wall.attrs)}
+
+    @property
+    def step_times_ns(self) -> dict[str, NDArray[np.int64]]:
+        """How long each step of a timed block took, by block."""
+        with undamaged(self.path):
+            return {name: dataset[:] for name, dataset in self._file.get("wall/step_ns", {}).items()}
+
+    @property
+    def instants(self) -> NDArray[np.void]:
+        """Of a run in real time, a row an instant that was waited for, all trials; none of another run.
+
+        Fields: trial; time_ns; late_ns, by how much its work began late; took_ns, how long that took; action:
+        kept, run late, skipped or stopped.
+        """
+        paced = "wall/instants" in self._file
+        rows: NDArray[np.void] = self._values("wall/instants") if paced else np.empty(0, INSTANTS)
+        return rows
+
+    @property
+    def origins(self) -> NDArray[np.void]:
+        """Of a run in real time, when t = 0 of each trial was; none of another run.
+
+        Fields: trial; monotonic_ns, by the machine's monotonic clock; utc_ns, since 1970.
+        """
+        paced = "wall/origins" in self._file
+        rows: NDArray[np.void] = self._values("wall/origins") if paced else np.empty(0, ORIGINS)
+        return rows
+
+    @property
+    def trials(self) -> int:
+        """How many trials have been begun."""
+        every = [self._rows_of(path) for path in self._datasets]
+        last = [int(rows.read("trial", rows.count - 1, rows.count)[0]) for rows in every if rows.count]
+        begun = max(last, default=-1) + 1
+        if begun > sum(rows.count for rows in every):
+            raise InputError(str(self.path), f"is damaged: {begun} trials in fewer rows", ALLOWED)
+        return begun
+
+    @property
+    def signals(self) -> list[str]:
+        """Every output signal, as "node.port"."""
+        found = []
+        for kind in ("blocks", "plants"):
+            for node, dataset in sorted(self._file.get(kind, {}).items()):
+                found += [f"{node}.{port}" for port in json.loads(dataset.attrs["units"])]
+        return found
+
+    @property
+    def inputs(self) -> list[str]:
+        """Every plant input of which it is recorded what acted on it, unless an output has its name."""
+        outputs = set(self.signals)
+        names = [path.removeprefix("inputs/").replace("/", ".") for path in self._datasets
+                 if path.startswith("inputs/")]
+        return [name for name in names if name not in outputs]
+
+    def signal(self, name: str, trial: int = 0) -> Signal:
+        """An output signal, or what acted on a plant input, in one trial.
+
+        Raises InputError for a name that is not recorded.
+        """
+        rows, field = self._stream(name)
+        return signal_of(name, field, rows, *rows.span(trial))
+
+    def column(self, name: str, trial: int = 0, after_ns: int = 0,
+               until_ns: int = FOREVER) -> tuple[NDArray[np.int64], Column]:
+        """Instants (n,) of a signal from `after_ns` to `until_ns`; its values, left in the file until sliced.
+
+        For signals of any length. Raises InputError for a name that is not recorded.
+        """
+        rows, field = self._stream(name)
+        first, stop = rows.span(trial)
+        times = rows.read("time_ns", first, stop)
+        late, end = np.searchsorted(times, after_ns), np.searchsorted(times, until_ns, side="right")
+        return times[late:end], Column(rows, field, first + int(late), first + int(end))
+
+    def tables(self, names: Sequence[str], trial: int = 0) -> list[SignalTable]:
+        """The named signals of a trial, those of one node side by side; a plant's input has its own table.
+
+        Raises InputError for a name that is not recorded.
+        """
+        fields: dict[StoredRows, dict[str, str]] = {}
+        for name in names:
+            rows, field = self._stream(name)
+            fields.setdefault(rows, {})[field] = name
+        return [SignalTable(rows, of_rows, trial) for rows, of_rows in fields.items()]
+
+    def _stream(self, name: str) -> tuple[StoredRows, str]:
+        """The rows and the field that hold a signal."""
+        node, _, port = name.partition(".")
+        for path in (f"blocks/{node}", f"plants/{node}"):
+            if path in self._datasets and port in self._rows_of(path).units:
+                return self._rows_of(path), port
+        path = f"inputs/{node}/{port}"
+        if path not in self._datasets:
+            raise InputError(f"{self.path}: {name}", "is not recorded", ", ".join(self.signals),
+                             did_you_mean(name, self.signals))
+        return self._rows_of(path), "value"
+
+    def _rows_of(self, path: str) -> StoredRows:
+        """Rows of a dataset; those that are known, unless some were added since."""
+        known, dataset = self._rows.get(path), self._datasets[path]
+        if known is None or known.count != dataset.shape[0]:
+            room = _KEPT_BYTES - sum(rows.kept_bytes for rows in self._rows.values())
+            known = self._rows[path] = StoredRows(dataset, room)
+        return known
+
+    @property
+    def events(self) -> list[Event]:
+        """Everything out of the ordinary, in the order in which it happened."""
+        texts = ("where", "status", "detail")
+        return [Event(int(row["trial"]), int(row["time_ns"]),
+                      *(row[name].decode(errors="replace") for name in texts))
+                for row in self._values("events")]
+
+    @property
+    def messages(self) -> list[dict[str, dict[str, int]]]:
+        """Messages sent, lost and late, by wire, for each trial that is over."""
+        wires, begun = json.loads(self._file.attrs["wires"]), self.trials
+        trials: list[dict[str, dict[str, int]]] = []
+        for row in self._values("messages"):
+            if not (0 <= row["trial"] < begun and 0 <= row["wire"] < len(wires)):
+                raise InputError(f"{self.path}: messages", "is damaged", ALLOWED)
+            while len(trials) <= row["trial"]:
+                trials.append({})
+            counts = {name: int(row[name]) for name in ("sent", "lost", "late")}
+            trials[row["trial"]][wires[row["wire"]]] = counts
+        return trials
+
+    def digest(self) -> str:
+        """SHA-256 of signals, stamps, statuses and experiment: all but what the wall clock left."""
+        total = hashlib.sha256(self._values("experiment"))
+        total.update(self.status.encode())
+        for path, dataset in [*self._datasets.items(), *((name, self._file[name]) for name in _TABLES)]:
+            total.update(f"{path} {dataset.dtype.descr} {dataset.shape}".encode())
+            for start in range(0, dataset.shape[0], _ROWS_A_READ):
+                with undamaged(self.path):
+                    total.update(dataset[start:start + _ROWS_A_READ].tobytes())
+        return total.hexdigest()
+
+    @cached_property
+    def _datasets(self) -> dict[str, h5py.Dataset]:
+        """Streams by path, in the order of their paths: all that a file will have, it has from the start."""
+        found = {}
+        for kind in _STREAMS:
+            for name, item in sorted(self._file.get(kind, {}).items()):
+                if isinstance(item, h5py.Dataset):
+                    found[f"{kind}/{name}"] = item
+                else:
+                    found |= {f"{kind}/{name}/{port}": dataset for port, dataset in sorted(item.items())}
+        return found

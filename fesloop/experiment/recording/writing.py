@@ -1,0 +1,256 @@
+"""Writing a recording: one HDF5 file a run, readable at any time, even after the writer was killed.
+
+In SWMR mode ("single writer, multiple readers") HDF5 orders its writes so that whoever opens the file sees
+everything up to the last flush. Nothing can be created in that mode, so every dataset is made at the
+start, with its trial as a column:
+
+    blocks/NODE         a row a step: trial, index, time_ns, left_ns, oldest_ns, newest_ns, each output
+    plants/NODE         a row an instant of the recorder: trial, time_ns, captured_ns, each output
+    inputs/NODE/PORT    a row a change of a plant input: trial, time_ns, oldest_ns, newest_ns, value
+    events              trial, time_ns, where, status, detail
+    messages            a row a trial and wire: trial, wire, sent, lost, late
+    experiment          the experiment with every parameter resolved, as JSON; `fingerprint` is its SHA-256
+    wall/step_ns/NODE   how long each step of a timed block took
+    wall/instants       of a run in real time, a row an instant: trial, time_ns, late_ns, took_ns, action
+    wall/origins        and of each trial when t = 0 was: trial, monotonic_ns, utc_ns
+    status              running, done, failed or interrupted
+    wall                what depends on the machine and the hour, and is no part of the digest
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import UTC, datetime
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from fesloop.errors import InputError, RunError
+from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.recording.file import (
+    ROOM_BYTES,
+    append,
+    draft_file,
+    free_bytes,
+    lengthen,
+    publish,
+    writing,
+)
+from fesloop.experiment.recording.rows import (
+    BLOCK_STAMPS,
+    EVENT,
+    INPUT_STAMPS,
+    INSTANTS,
+    MESSAGES,
+    ORIGINS,
+    PLANT_STAMPS,
+    Rows,
+    block_rows,
+    event_rows,
+    input_rows,
+    instant_rows,
+    plant_rows,
+)
+from fesloop.experiment.running.timing import TimedBlock
+from fesloop.loop.pacer import Pacer
+from fesloop.loop.record import Recorder
+from fesloop.loop.run import Loop
+from fesloop.loop.signals import Port
+from fesloop.loop.wiring import Node
+
+FORMAT = "fesloop recording 1"
+STATUS_TYPE = np.dtype("S16")
+_CHUNK_BYTES = 32768
+_PACKAGES = ("fesloop", "numpy", "scipy", "numba", "h5py", "vqf", "osqp", "daqp", "fmpy")
+
+
+class RecordingWriter:
+    """The file of one run.
+
+    Parameters
+    ----------
+    folder: where it goes; made if it is not there.
+    experiment: what is recorded. The file is named after it and numbered, and none is overwritten.
+    realtime: of a run in step with the wall clock, how that is done.
+
+    Raises InputError if no file can be made there.
+    """
+
+    def __init__(self, folder: Path, experiment: Experiment,
+                 realtime: Mapping[str, str | float] | None = None) -> None:
+        draft, self._file = draft_file(folder, experiment.name)
+        try:
+            self._make_datasets(experiment, realtime)
+            self._file.swmr_mode = True
+            self.path = publish(draft, folder, experiment.name)
+        except BaseException:
+            self._file.close()
+            draft.unlink()
+            raise
+
+    def _make_datasets(self, experiment: Experiment, realtime: Mapping[str, str | float] | None) -> None:
+        """Everything that the file will hold, empty."""
+        self._describe(experiment)
+        self._describe_wall(experiment, realtime)
+        wiring = experiment.wiring
+        plants = [node for node in wiring.nodes if node.is_plant]
+        self._kept = {node.name: [number for number, port in enumerate(node.part.outputs)
+                                  if f"{node.name}.{port.name}" not in experiment.record.leave_out]
+                      for node in wiring.nodes}
+        self._blocks = {node.name: self._stream(f"blocks/{node.name}", BLOCK_STAMPS, self._ports(node))
+                        for node in wiring.nodes if not node.is_plant}
+        self._plants = {node.name: self._stream(f"plants/{node.name}", PLANT_STAMPS, self._ports(node))
+                        for node in plants}
+        self._inputs = {(node.name, number): self._input_stream(node.name, port)
+                        for node in plants for number, port in enumerate(node.part.inputs)
+                        if f"{node.name}.{port.name}" not in experiment.record.leave_out}
+        self._events = self._dataset("events", EVENT)
+        self._messages = self._dataset("messages", MESSAGES)
+        self._full = False
+
+    def _describe(self, experiment: Experiment) -> None:
+        """Everything that is known before the first tick."""
+        file = self._file
+        file.attrs["format"] = FORMAT
+        file.attrs["name"] = experiment.name
+        file.attrs["seed"] = experiment.seed
+        file.attrs["fingerprint"] = experiment.fingerprint()
+        file.attrs["versions"] = json.dumps(_versions())
+        file.attrs["wires"] = json.dumps([wire.name for wire in experiment.wires])
+        file.create_dataset("experiment", data=experiment.as_json())
+        file.create_dataset("status", data=np.array(b"running", STATUS_TYPE))
+
+    def _describe_wall(self, experiment: Experiment, realtime: Mapping[str, str | float] | None) -> None:
+        """What depends on the machine and the hour."""
+        wall = self._file.create_group("wall")
+        wall.attrs["started"] = datetime.now(UTC).isoformat(timespec="seconds")
+        wall.attrs["machine"] = platform.platform()
+        wall.attrs.update(realtime or {})
+        for name in ("seconds", "worst_late_s", "worst_collection_ms"):
+            wall.create_dataset(name, data=0.0)
+        for name in ("deadlines", "missed_deadlines", "collections"):
+            wall.create_dataset(name, data=0)
+        self._paced = None if realtime is None else (
+            self._dataset("wall/instants", INSTANTS), self._dataset("wall/origins", ORIGINS))
+        self._step_times = {name: self._dataset(f"wall/step_ns/{name}", np.dtype("<i8"))
+                            for name in experiment.record.timed}
+
+    def _ports(self, node: Node) -> list[Port]:
+        """The outputs that are recorded."""
+        return [node.part.outputs[number] for number in self._kept[node.name]]
+
+    def _stream(self, path: str, stamps: list[tuple[str, str]], ports: Sequence[Port]) -> h5py.Dataset:
+        taken = [name for name, _ in stamps]
+        for port in ports:
+            if port.name in taken:
+                raise InputError(path.replace("/", "."), f"an output is named {port.name!r}",
+                                 f"none of {', '.join(taken)}", "rename the port")
+        dataset = self._dataset(path, np.dtype([*stamps, *((p.name, "<f8", p.shape) for p in ports)]))
+        dataset.attrs["units"] = json.dumps({port.name: port.unit for port in ports})
+        return dataset
+
+    def _input_stream(self, node: str, port: Port) -> h5py.Dataset:
+        dtype = np.dtype([*INPUT_STAMPS, ("value", "<f8", port.shape)])
+        dataset = self._dataset(f"inputs/{node}/{port.name}", dtype)
+        dataset.attrs["units"] = json.dumps({"value": port.unit})
+        return dataset
+
+    def _dataset(self, path: str, dtype: np.dtype[Any]) -> h5py.Dataset:
+        rows = max(1, _CHUNK_BYTES // dtype.itemsize)
+        return self._file.create_dataset(path, shape=(0,), maxshape=(None,), chunks=(rows,), dtype=dtype)
+
+    def write(self, recorder: Recorder, trial: int) -> None:
+        """Append what the recorder holds and bring it to the disk's care.
+
+        Raises RunError where the disk has no room left; what comes after that is not written.
+        """
+        self._append(list(self._tables(recorder, trial)))
+
+    def write_in_pieces(self, recorder: Recorder, trial: int) -> Iterator[None]:
+        """What `write` does, a stream each time that the iterator is advanced; some tenths of a ms each."""
+        for table in self._tables(recorder, trial):
+            self._append([table])
+            yield
+
+    def _tables(self, recorder: Recorder, trial: int) -> Iterator[tuple[h5py.Dataset, Rows]]:
+        """What the recorder holds now, stream by stream."""
+        blocks, plants, inputs, events = recorder.drain()
+        for name, rows in blocks.items():
+            dataset = self._blocks[name]
+            yield dataset, block_rows(dataset.dtype, rows, trial, self._kept[name])
+        for name, stacks in plants.items():
+            dataset = self._plants[name]
+            yield dataset, plant_rows(dataset.dtype, stacks, trial, self._kept[name])
+        for name, changes in inputs.items():
+            for number in {row[1] for row in changes if (name, row[1]) in self._inputs}:
+                dataset = self._inputs[name, number]
+                yield dataset, input_rows(dataset.dtype, [row for row in changes if row[1] == number], trial)
+        yield self._events, event_rows(events, trial)
+
+    def _append(self, tables: Sequence[tuple[h5py.Dataset, Rows]]) -> None:
+        """Append rows, where there is room: HDF5 does not survive a write that fails."""
+        if self._full or not tables:
+            return
+        free = free_bytes(self.path)
+        if free < ROOM_BYTES + sum(rows.nbytes for _, rows in tables):
+            self._full = True
+            raise RunError(f"{self.path}: the disk is full, {free / 1e6:.0f} MB are left; make room, or "
+                           "record into another folder")
+        try:
+            with writing(self.path):
+                append(self._file, tables)
+        except RunError:
+            self._full = True
+            raise
+
+    def write_step_times(self, blocks: Mapping[str, TimedBlock]) -> None:
+        """Append how long the steps of timed blocks took."""
+        self._append([(self._step_times[name], np.array(block.durations_ns, np.int64))
+                      for name, block in blocks.items()])
+        for block in blocks.values():
+            block.durations_ns.clear()
+
+    def write_wall(self, pacer: Pacer, trial: int) -> None:
+        """Take out and append how a trial in step with the wall clock went."""
+        if self._paced is not None:
+            instants, origins = self._paced
+            begun = np.array([(trial, *origin) for origin in pacer.origins], ORIGINS)
+            self._append([(instants, instant_rows(pacer.rows, trial)), (origins, begun)])
+        pacer.rows.clear()
+        pacer.origins.clear()
+
+    def write_messages(self, loop: Loop) -> None:
+        """Append the message counts of a trial that is over."""
+        counts = loop.message_counts().values()
+        rows = [(loop.trial, number, each["sent"], each["lost"], each["late"])
+                for number, each in enumerate(counts)]
+        self._append([(self._messages, np.array(rows, MESSAGES))])
+
+    def close(self, status: str, seconds: float, realtime: Mapping[str, int | float] | None = None) -> None:
+        """Write how the run ended, and in real time how that went; close the file. RunError if that fails."""
+        try:
+            with writing(self.path):
+                for name, value in {"seconds": seconds, **(realtime or {})}.items():
+                    self._file["wall"][name][()] = value
+                self._file["status"][()] = np.array(status.encode(), STATUS_TYPE)
+                self._file.close()
+        except RunError:
+            lengthen(self.path)
+            raise
+
+
+@cache
+def _versions() -> Mapping[str, str]:
+    found = {"python": platform.python_version()}
+    for package in _PACKAGES:
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            found[package] = "absent"
+    return found
