@@ -24,7 +24,7 @@ class Line:
     ----------
     name: in the key. role: of its colour.
     x, y: (n,); NaN in y is a gap. low, high: (n,), a band about it (an interval, or the extremes of what was
-        drawn together into one point); None where there is none.
+        drawn together into one point), of points a bar each; None where there is none.
     style: "line", "dashed", "steps" (held until the next point) or "points".
     """
 
@@ -56,6 +56,8 @@ class Chart:
     trial: the trial it is of, shown when that is chosen; None where it is of all.
     timed: x is the time in the trial in s: the play head of the hand stands in it, a click moves that there.
     limits: (low, high) of y; None where the lines say.
+    x_levels: texts at x = 0, 1, 2, ..., where x counts kinds; empty where it is a number.
+    x_log: numbers of x are spaced by their ratios.
     text: one sentence for those who cannot see it.
     """
 
@@ -68,6 +70,8 @@ class Chart:
     trial: int | None = None
     timed: bool = False
     limits: tuple[float, float] | None = None
+    x_levels: Sequence[str] = ()
+    x_log: bool = False
     text: str = ""
 
 
