@@ -188,12 +188,16 @@ class Figure3d:
     trials: frames by trial.
     shapes: of each hand ("truth", "estimate"): a mesh a segment, in the segment's frame, m.
     objects: what else stands there: an object that moves with a pose of its own, or a table that does not.
+    view: (3,), from where it is first looked at, into the scene; global (east, north, up), of any length.
+    text: one sentence for those who cannot see it.
     """
 
     key: str
     trials: Mapping[int, Frames]
     shapes: Mapping[str, Sequence[Mesh]]
     objects: Sequence[Solid] = ()
+    view: tuple[float, float, float] = (0.6, 0.6, -0.5)
+    text: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
