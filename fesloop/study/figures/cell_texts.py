@@ -10,6 +10,7 @@ import numpy as np
 
 from fesloop.picture.palette import INK
 from fesloop.study.figures.content import Content
+from fesloop.study.figures.value_texts import decimals_of, interval_text, value_text
 from fesloop.study.results.estimates import Estimate
 
 if TYPE_CHECKING:
@@ -104,24 +105,3 @@ def _square(axes: Axes, content: Content, cell: Estimate) -> _Square:
     assert drawing is not None
     width, height = _FILLED * np.abs(ends[1] - ends[0]) * 72.0 / drawing.dpi
     return _Square(axes, cell, (float(middle[0]), float(middle[1])), float(width), float(height))
-
-
-def decimals_of(cells: Sequence[Estimate]) -> int:
-    """So many that the largest value has three digits; none of a share, which is in percent."""
-    if cells[0].statistic == "share":
-        return 0
-    largest = max((abs(cell.value) for cell in cells if np.isfinite(cell.value)), default=0.0)
-    return int(np.clip(2 - np.floor(np.log10(largest)), 0, 6)) if largest > 0.0 else 0
-
-
-def value_text(cell: Estimate, decimals: int) -> str:
-    """As it is written into a cell."""
-    return f"{100.0 * cell.value:.0f}" if cell.statistic == "share" else f"{cell.value:.{decimals}f}"
-
-
-def interval_text(cell: Estimate, decimals: int) -> str:
-    """Its ends; empty where it has none."""
-    if not np.isfinite(cell.high - cell.low):
-        return ""
-    factor = 100.0 if cell.statistic == "share" else 1.0
-    return f"{factor * cell.low:.{decimals}f}–{factor * cell.high:.{decimals}f}"

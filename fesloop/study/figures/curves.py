@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fesloop.picture.palette import BLACK, BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION, tidy
 from fesloop.study.figures.content import Content
+from fesloop.study.figures.ends import curve_ends
 from fesloop.study.figures.layout import add_key, is_leftmost, is_lowest, lay_out
 from fesloop.study.results.axis_levels import AxisLevel, is_numeric, level_text
 from fesloop.study.results.estimates import Estimate
@@ -27,8 +28,8 @@ _DODGE = 0.12
 """How far lines are shifted past each other over text, of the distance between two levels."""
 _MOST_BANDS, _BESIDE_PT = 3, 2.2
 """Bands that can be told apart where they overlap; how far bars are apart where there are more, points."""
-_ROOM, _FOOT, _MOST_FOOT = 0.06, 0.045, 0.16
-"""Above what is drawn; below it for each line of which runs failed, and for all; as shares of the axis."""
+_FOOT, _MOST_FOOT = 0.045, 0.16
+"""Room below what is drawn for each line of which runs failed, and for all; as shares of the axis."""
 
 
 def curves(content: Content) -> Drawing:
@@ -39,7 +40,8 @@ def curves(content: Content) -> Drawing:
     width = 5.2 if count == 1 else 3.6
     drawing, every = lay_out(count, (width, 3.2), content.title,
                              content.caption(intervals=intervals), [*key, name] if key else [], "beside")
-    low, high, foot = _limits(content)
+    low, high = curve_ends(content)
+    foot = _foot(content) * (high - low)
     for number, (axes, panel) in enumerate(zip(every, content.panels, strict=True)):
         content.x.apply(axes, "x", squares=False)
         axes.set_ylim(low - foot, high)
@@ -58,27 +60,10 @@ def curves(content: Content) -> Drawing:
     return drawing
 
 
-def _limits(content: Content) -> tuple[float, float, float]:
-    """Of the metric in all panels, from 0 where no value is below, shares to 100 %; and room for crosses.
-
-    Intervals and theory may reach far out, as those of two replicates do, or theory where a loop is about to
-    become unstable: what lies further beyond the values than these span is cut.
-    """
-    values = content.factor * np.array([cell.value for cell in content.cells if np.isfinite(cell.value)])
-    least, most = float(values.min(initial=0.0)), float(values.max(initial=0.0))
-    span = most - least if most > least else 1.0
-    beyond = [content.factor * cell.high for cell in content.cells]
-    beyond += [float(y) for overlay in content.overlays for y in overlay.y]
-    above = max((each for each in beyond if np.isfinite(each)), default=most)
-    below = min((content.factor * cell.low for cell in content.cells if np.isfinite(cell.low)), default=least)
-    high = 102.0 if content.share else float(np.clip(above, most, most + span)) + _ROOM * span
-    low = 0.0 if least >= 0.0 else float(np.clip(below, least - span, least)) - _ROOM * span
-    figure = content.figure
-    low = low if figure.low is None else content.factor * figure.low
-    high = high if figure.high is None else content.factor * figure.high
+def _foot(content: Content) -> float:
+    """Room for crosses, as a share of the axis."""
     lost = any(cell.failed and not cell.runs for cell in content.cells)
-    foot = min(_MOST_FOOT, _FOOT * (len(content.lines) + 0.6)) if lost else 0.02 if content.share else 0.0
-    return low, high, foot * (high - low)
+    return min(_MOST_FOOT, _FOOT * (len(content.lines) + 0.6)) if lost else 0.02 if content.share else 0.0
 
 
 def _colour(content: Content, number: int) -> Any:

@@ -10,6 +10,7 @@ import numpy as np
 from fesloop.picture.palette import BLACK, INK, PURPLE, VERMILION, tidy
 from fesloop.study.figures.cell_texts import write_values
 from fesloop.study.figures.content import Content
+from fesloop.study.figures.ends import colour_ends
 from fesloop.study.figures.layout import add_key, columns_of, is_leftmost, is_lowest, lay_out, rewrite_caption
 from fesloop.study.results.axis_levels import AxisLevel
 from fesloop.study.results.estimates import Estimate
@@ -75,14 +76,10 @@ def _colours() -> Colormap:
 
 
 def _scale(content: Content) -> Normalize:
-    """One for all panels; of shares from 0 to 100 %."""
+    """One for all panels."""
     from matplotlib.colors import Normalize
 
-    known = [cell.value for cell in content.cells if np.isfinite(cell.value)]
-    ends = (0.0, 1.0) if content.share or not known else (min(known), max(known))
-    low, high = (own if own is not None else found
-                 for own, found in zip((content.figure.low, content.figure.high), ends, strict=True))
-    return Normalize(content.factor * low, content.factor * (high if high > low else low + 1.0))
+    return Normalize(*colour_ends(content))
 
 
 def _draw_squares(axes: Axes, content: Content, panel: AxisLevel | None, colours: Colormap,
