@@ -32,7 +32,7 @@ def curve_ends(content: Content) -> tuple[float, float]:
 
 
 def colour_ends(content: Content) -> tuple[float, float]:
-    """Of the metric as it is shown, in all panels: as the figure says, else of its values; shares to 100 %."""
+    """Of the metric as it is shown, in all panels: the figure's own, else its values'; shares to 100 %."""
     known = [cell.value for cell in content.cells if np.isfinite(cell.value)]
     ends = (0.0, 1.0) if content.share or not known else (min(known), max(known))
     low, high = (own if own is not None else found
