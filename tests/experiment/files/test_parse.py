@@ -13,7 +13,7 @@ from fesloop.models.linear_model import LinearModel
 from fesloop.models.recruitment import Recruitment
 from plants.finger import Finger
 
-SMALL = Path(__file__).parent / "small.toml"
+SMALL = Path(__file__).parents[1] / "small.toml"
 
 
 def faults_with(*settings):

@@ -16,7 +16,7 @@ from fesloop.experiment.files.parse import read, shipped
 from fesloop.experiment.files.variants import listed
 from fesloop.models.error_process import ErrorProcess, ErrorSeries
 
-WHOLE_HAND = Path(__file__).parent / "whole_hand.toml"
+WHOLE_HAND = Path(__file__).parents[1] / "whole_hand.toml"
 OPTIONS = [(name, variant, option) for name in shipped() for variant, table in listed(read(name)[1]).items()
            for option in table["options"]]
 

@@ -18,7 +18,7 @@ from fesloop.experiment.files.layout import json_schema
 from fesloop.experiment.files.parse import from_document
 from fesloop.experiment.files.variants import pick
 
-SMALL = (Path(__file__).parent / "small.toml").read_text().partition("[aliases]")[0]
+SMALL = (Path(__file__).parents[1] / "small.toml").read_text().partition("[aliases]")[0]
 TABLES = ["experiment", "patient", "record", "blocks", "wires", "score", "aliases"]
 KEYS = [*TABLES, "plant", "default", "finger", "like", "remove", "from", "to", "leave_out", "kind", "a.b"]
 VARIANTS = """

@@ -10,7 +10,7 @@ import fesloop
 from fesloop import Recording
 from fesloop.cli import main
 
-WHOLE_HAND = Path(__file__).parent / "whole_hand.toml"
+WHOLE_HAND = Path(__file__).parents[1] / "whole_hand.toml"
 
 
 def plants():

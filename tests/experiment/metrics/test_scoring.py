@@ -102,7 +102,7 @@ def test_metrics_come_from_the_recording_alone(tmp_path):
 
 
 def test_an_experiment_without_a_score_has_no_metrics(tmp_path):
-    document = fesloop.load(Path(__file__).parent / "small.toml").document()
+    document = fesloop.load(Path(__file__).parents[1] / "small.toml").document()
     del document["score"]
     from fesloop.experiment.files.parse import from_document
 

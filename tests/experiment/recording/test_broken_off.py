@@ -1,0 +1,144 @@
+"""A recording of a run that broke off: killed, interrupted, or with a disk that fills up; about 30 s."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import pytest
+
+import fesloop
+from fesloop import InputError, Recording
+from fesloop.experiment.running.trial import run
+
+SMALL = Path(__file__).parents[1] / "small.toml"
+KILLS = 3 if os.environ.get("CI") else 20
+LONG = ["experiment.duration_s=60", "experiment.trials=1"]
+
+
+def start(folder):
+    """A run in real time in a process of its own."""
+    command = [sys.executable, "-m", "fesloop", "run", str(SMALL), "--realtime", "--json"]
+    command += ["--out", str(folder)]
+    for setting in LONG:
+        command += ["--set", setting]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def simulated_s(path):
+    """How far the recording of a run that is under way, or was killed, has come."""
+    with Recording(path) as recording:
+        times = recording.signal("finger.angles").times_ns
+        assert recording.status == "running"
+        return times[-1] / 1e9 if times.size else 0.0
+
+
+def wait_for_rows(folder, until):
+    """(wall instant, simulated time) of the first rows seen in the folder's recording, None by `until`."""
+    while time.monotonic() < until:
+        paths = list(folder.glob("small-*.h5"))
+        if paths and (far := simulated_s(paths[0])) > 0.0:
+            return time.monotonic(), far
+        time.sleep(0.02)
+    return None
+
+
+@pytest.mark.parametrize("number", range(KILLS))
+def test_a_killed_run_opens_and_misses_a_second_at_most(tmp_path, number):
+    process = start(tmp_path)
+    moment = time.monotonic() + random.Random(number).uniform(0.5, 6.0)
+    seen = wait_for_rows(tmp_path, moment)
+    time.sleep(max(0.0, moment - time.monotonic()))
+    killed = time.monotonic()
+    process.kill()
+    process.communicate()
+    for path in tmp_path.glob("small-*.h5"):
+        with h5py.File(path, "r", swmr=True) as file:
+            assert file["status"][()] == b"running"
+        reached = simulated_s(path)
+        if seen is not None:
+            assert reached >= seen[1] + (killed - seen[0]) - 1.0
+    assert seen is None or len(list(tmp_path.iterdir())) == 1
+
+
+def test_a_running_recording_can_be_read(tmp_path):
+    process = start(tmp_path)
+    try:
+        first = wait_for_rows(tmp_path, time.monotonic() + 30)
+        time.sleep(1.0)
+        assert simulated_s(next(iter(tmp_path.glob("small-*.h5")))) > first[1]
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_ctrl_c_keeps_a_readable_recording(tmp_path):
+    process = start(tmp_path)
+    assert wait_for_rows(tmp_path, time.monotonic() + 30) is not None
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=10)
+    assert process.returncode == 130
+    assert "Traceback" not in err
+    assert json.loads(out)["status"] == "interrupted"
+    path = tmp_path / "small-1.h5"
+    with Recording(path) as recording:
+        assert recording.status == "interrupted"
+        assert recording.signal("finger.angles").times_ns.size
+    h5py.File(path, "r").close()
+
+
+def test_a_disk_that_fills_up_ends_the_run_and_leaves_a_whole_recording(tmp_path, monkeypatch):
+    """HDF5 crashes on a write that fails, so none may."""
+    free = iter([10**12] * 6)
+    monkeypatch.setattr("fesloop.experiment.running.under_way._FLUSH_WALL_S", 0.0)
+    monkeypatch.setattr("fesloop.experiment.recording.writing.free_bytes", lambda path: next(free, 10**6))
+    result = run(fesloop.load(SMALL), tmp_path)
+    assert result.status == "failed"
+    assert "the disk is full, 1 MB are left" in result.cause
+    with Recording(result.recording) as recording:
+        assert recording.status == "failed"
+        assert 0 < recording.signal("finger.angles").times_ns.size < 1000
+
+
+WRITES_TOO_MUCH = """
+import resource, sys
+import fesloop
+from fesloop.experiment.recording import writing as recording
+from fesloop.experiment.running import under_way
+from fesloop.errors import RunError
+under_way._FLUSH_WALL_S = 0.0
+lengthen = recording.lengthen
+
+def with_room(path):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+    lengthen(path)
+
+recording.lengthen = with_room
+experiment = fesloop.load(sys.argv[1])
+resource.setrlimit(resource.RLIMIT_FSIZE, (150_000, resource.RLIM_INFINITY))
+try:
+    experiment.run(sys.argv[2])
+except RunError as fault:
+    print(fault)
+"""
+
+
+def test_a_write_that_is_refused_is_told_in_one_line_and_what_was_written_can_be_read(tmp_path):
+    """As by a quota, which no look at the disk foretells: a hole at the end of a file takes no room."""
+    told = subprocess.run([sys.executable, "-c", WRITES_TOO_MUCH, str(SMALL), str(tmp_path)],
+                          capture_output=True, text=True, check=False).stdout
+    assert told == f"{tmp_path / 'small-1.h5'}: cannot be written: File too large\n"
+    with Recording(tmp_path / "small-1.h5") as recording:
+        assert recording.signal("finger.angles").times_ns.size
+
+
+def test_a_full_disk_is_found_before_the_run(tmp_path, monkeypatch):
+    monkeypatch.setattr("fesloop.experiment.recording.file.free_bytes", lambda path: 10**6)
+    with pytest.raises(InputError, match=r"--out .*the disk is full, 1 MB"):
+        fesloop.load(SMALL).run(tmp_path / "runs")
+    assert list(tmp_path.iterdir()) == []
