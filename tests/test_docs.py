@@ -10,12 +10,19 @@ import pytest
 from fesloop.cli.parser import make_parser
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
 def blocks(page, language):
     """Fenced blocks of a page in one language."""
     return re.findall(rf"^```{language}\n(.*?)^```", page.read_text(), re.MULTILINE | re.DOTALL)
+
+
+def command_lines(page):
+    """Lines of commands: all of blocks that are run, and those behind `$ ` of blocks that are only shown."""
+    shown = [line.removeprefix("$ ") for block in blocks(page, "console") for line in block.splitlines()
+             if line.startswith("$ ")]
+    return [line for block in blocks(page, "sh") for line in block.splitlines()] + shown
 
 
 def arguments(line):
@@ -28,21 +35,20 @@ def arguments(line):
             yield words[1:words.index(">")] if ">" in words else words[1:]
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_every_command_is_one_of_the_program(page):
-    for block in blocks(page, "sh"):
-        for line in block.splitlines():
-            for given in arguments(line):
-                make_parser().parse_args(given)
+    for line in command_lines(page):
+        for given in arguments(line):
+            make_parser().parse_args(given)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_every_table_of_settings_is_toml(page):
     for block in blocks(page, "toml"):
         tomllib.loads(block)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_every_link_leads_to_a_file_that_is_there(page):
     for target in re.findall(r"\]\(([^)#\s]+)", page.read_text()):
         assert target.startswith("https://") or (page.parent / target).exists(), target

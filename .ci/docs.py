@@ -1,0 +1,70 @@
+"""Do what the pages of docs/ show: `docs.py PAGE...` follows each page in a scratch folder of its own.
+
+A fenced block under a line that is a name in backquotes is a file, and is written. Blocks of `sh` are run by
+bash, which stops at the first command that fails, blocks of `python` without a name by Python. Commands that
+need hardware, a file of yours or hours stand in blocks of `console`, behind `$ `, and are not run. Without a
+PAGE: every page that has something to run. Ends with 1 at the first page that fails.
+"""
+
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+_FENCE = re.compile(r"(?:^`(?P<file>[\w./-]+)`\n\n)?^```(?P<language>\w+)\n(?P<text>.*?)^```$",
+                    re.MULTILINE | re.DOTALL)
+_RUN = {"sh": ["bash", "-euo", "pipefail", "-xs"], "python": [sys.executable, "-"]}
+
+
+class Step(NamedTuple):
+    """Something to do: write `text` to the file of that name, or, without a name, run it as its language."""
+
+    file: str | None
+    language: str
+    text: str
+
+
+def steps(page: Path) -> list[Step]:
+    """What a page asks to be written and run, in order."""
+    found = [Step(**match.groupdict()) for match in _FENCE.finditer(page.read_text())]
+    return [step for step in found if step.file or step.language in _RUN]
+
+
+def write(step: Step, folder: Path) -> None:
+    """Leave a page's file in a folder."""
+    path = folder / str(step.file)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(step.text)
+
+
+def follow(page: Path, folder: Path) -> bool:
+    """Do what a page says in a folder; whether all of it went well."""
+    for step in steps(page):
+        if step.file:
+            write(step, folder)
+        elif subprocess.run(_RUN[step.language], input=step.text, text=True, cwd=folder).returncode:
+            print(f"{page}: failed in\n{step.text}", file=sys.stderr)
+            return False
+    return True
+
+
+def main(pages: list[Path]) -> int:
+    """Follow every page; exit code."""
+    for page in pages:
+        if not any(step.file is None for step in steps(page)):
+            continue
+        began = time.monotonic()
+        with tempfile.TemporaryDirectory() as folder:
+            if not follow(page, Path(folder)):
+                return 1
+        print(f"--- {page.name}: ok, {time.monotonic() - began:.0f} s", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    given = [Path(each).resolve() for each in sys.argv[1:]]
+    sys.exit(main(given or sorted(DOCS.rglob("*.md"))))
