@@ -121,3 +121,14 @@ def bounding_balls(bars: Array) -> Array:
     middle = 0.5 * (bars[:, :3] + bars[:, 3:6])
     half = 0.5 * np.linalg.norm(bars[:, 3:6] - bars[:, :3], axis=1)
     return np.concatenate([middle, (half + bars[:, 6:].max(axis=1))[:, np.newaxis]], axis=1)
+
+
+@numba.njit(cache=True)
+def flesh_distances(points: Array, bars: Array, groups: Numbers, blends: Array) -> Array:
+    """From points (n, 3) to the flesh of all bars, (n,), m."""
+    every = np.arange(bars.shape[0])
+    distances = np.empty(points.shape[0])
+    for i in range(points.shape[0]):
+        p = (points[i, 0], points[i, 1], points[i, 2])
+        distances[i] = flesh_distance(p, bars, groups, blends, every, bars.shape[0])
+    return distances

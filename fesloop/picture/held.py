@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,18 @@ _POINTS = 2000
 _ROWS_A_READ = 65536
 
 
-def values_at(recording: Recording, name: str, trial: int, at_ns: Instants) -> Array | None:
+class Signals(Protocol):
+    """Where signals are read: a recording, or what has come of one that is being written."""
+
+    @property
+    def signals(self) -> Sequence[str]:
+        """Every output signal, as "node.port"."""
+
+    def column(self, name: str, trial: int = 0) -> tuple[Instants, Any]:
+        """Instants (n,) of a signal in a trial, ns, and its values (n, *shape), which can be sliced."""
+
+
+def values_at(recording: Signals, name: str, trial: int, at_ns: Instants) -> Array | None:
     """The newest values (len(at_ns), *shape) at instants, the first before it; None where none are recorded.
 
     Raises InputError for a name that is not recorded.

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.recording.reading import Recording
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import Poses, placed, segment_poses
 from fesloop.hand.skeleton import dorsal_points, hand_tree
 from fesloop.picture.cast import Player
-from fesloop.picture.held import values_at
+from fesloop.picture.held import Signals, values_at
 
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]
@@ -48,7 +48,7 @@ class Posture:
                           & np.isfinite(self.poses.position).all(axis=(1, 2)))
 
 
-def true_posture(recording: Recording, hand: Player, trial: int, at_ns: Instants) -> Posture | None:
+def true_posture(recording: Signals, hand: Player, trial: int, at_ns: Instants) -> Posture | None:
     """From the sites' orientations, or from `angles`; None where neither is recorded.
 
     Orientations are what a hand has; angles leave out how one person's axes are tilted. Lengths are those of
@@ -67,13 +67,17 @@ def true_posture(recording: Recording, hand: Player, trial: int, at_ns: Instants
     if angles is None:
         return None
     # A forearm of which nothing is recorded is drawn where it was at the start, the wrist at the origin.
-    given = getattr(hand.part, "forearm_orientation", ()) or _PALM_DOWN[size.side]
-    forearm = np.broadcast_to(np.array(given), (len(at_ns), 4))
-    return Posture(size, segment_poses(tree, angles, Poses(forearm, np.zeros((len(at_ns), 3)))))
+    return posture_of_angles(size, angles, getattr(hand.part, "forearm_orientation", ()))
+
+
+def posture_of_angles(size: HandSize, angles: Array, forearm: Sequence[float] = ()) -> Posture:
+    """From joint angles (t, 23), rad; the wrist at the origin, the palm down where no forearm is given."""
+    turn = np.broadcast_to(np.array(forearm or _PALM_DOWN[size.side], dtype=np.float64), (len(angles), 4))
+    return Posture(size, segment_poses(hand_tree(size), angles, Poses(turn, np.zeros((len(angles), 3)))))
 
 
 def estimated_posture(
-    recording: Recording, tracker: Player, trial: int, at_ns: Instants, truth: Posture
+    recording: Signals, tracker: Player, trial: int, at_ns: Instants, truth: Posture
 ) -> tuple[Posture, str] | None:
     """A tracker's posture laid onto the true one, and at which segment; None where it has none yet.
 

@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.recording.reading import Recording
 from fesloop.picture.cast import Player
 from fesloop.picture.distance_kernels import BALL, BOX, CYLINDER
-from fesloop.picture.held import values_at
+from fesloop.picture.held import Signals, values_at
 from fesloop.picture.render import Solid
 
 Array = NDArray[np.float64]
@@ -23,7 +22,7 @@ _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 def solids_of(
-    recording: Recording, hand: Player, trial: int, at_ns: Instants
+    recording: Signals, hand: Player, trial: int, at_ns: Instants
 ) -> tuple[list[list[Solid]], list[str]]:
     """Object and table, from the wrist's centre, at each instant; and what cannot be drawn of them.
 
@@ -36,7 +35,7 @@ def solids_of(
 
 
 def _objects(
-    recording: Recording, hand: Player, trial: int, at_ns: Instants
+    recording: Signals, hand: Player, trial: int, at_ns: Instants
 ) -> tuple[list[list[Solid]], list[str]]:
     thing = getattr(hand.part, "object", None)
     nothing: list[list[Solid]] = [[] for _ in at_ns]
