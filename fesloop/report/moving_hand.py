@@ -103,7 +103,7 @@ def _hand_of_tracker(tracker: Player) -> MovingHand:
         angles = values_at(signals, name, trial, at_ns)
         return {} if angles is None else {ESTIMATE: posture_of_angles(size, angles)}
 
-    text = f"A {size.side} hand of {size.hand_mm:.0f} mm as {tracker.name} had it; its forearm is drawn at rest."
+    text = f"A {size.side} hand of {size.hand_mm:.0f} mm as {tracker.name} had it, its forearm at rest."
     return MovingHand(text=text, shapes={ESTIMATE: segment_meshes(size)}, sources=[name], postures=postures)
 
 
