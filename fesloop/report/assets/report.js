@@ -1,0 +1,4283 @@
+(()=>{function Qt(e,t={},...n){let i=document.createElement(e);for(let[r,s]of Object.entries(t))r.startsWith("on")?i.addEventListener(r.slice(2),s):s===!0?i.setAttribute(r,""):s!==!1&&s!==void 0&&i.setAttribute(r,s);return i.append(...n),i}function ip(e){let t=document.createElementNS("http://www.w3.org/2000/svg","svg");t.setAttribute("viewBox","0 0 24 24"),t.setAttribute("aria-hidden","true");let n=document.createElementNS("http://www.w3.org/2000/svg","path");return n.setAttribute("d",e),t.append(n),t}var H2="M8 5v14l11-7z",W2="M7 5h4v14H7zM13 5h4v14h-4z",$2="M15.5 5.5 9 12l6.5 6.5",X2="M8.5 5.5 15 12l-6.5 6.5";function A_(e,t,n,i){t.length>1&&e.append(q2(t,n)),i&&e.append(rp(n),sp(n)),e.append(Y2())}function rp(e){let t=Qt("button",{type:"button",class:"play",onclick:e.toggle});function n(){t.replaceChildren(ip(e.state.playing?W2:H2)),t.setAttribute("aria-label",e.state.playing?"Pause":"Play")}return e.listen(i=>i==="playing"&&n()),n(),t}function sp(e){let t=Qt("output",{class:"time"});function n(){let{time:i,span:r}=e.state;t.textContent=`${i.toFixed(2)} of ${r[1].toFixed(2)} s`}return e.listen(i=>(i==="time"||i==="span")&&n()),n(),t}function q2(e,t){let n=Qt("select",{id:"trial"},...e.map(a=>Qt("option",{value:a,selected:a===t.state.trial},String(a)))),i=a=>{let c=e[e.indexOf(t.state.trial)+a];c!==void 0&&t.choose(c)},r=T_("Trial before",$2,()=>i(-1)),s=T_("Next trial",X2,()=>i(1));function o(){n.value=String(t.state.trial),r.disabled=t.state.trial===e[0],s.disabled=t.state.trial===e.at(-1)}return n.addEventListener("change",()=>t.choose(Number(n.value))),t.listen(a=>a==="trial"&&o()),o(),Qt("div",{class:"chooser"},Qt("label",{for:"trial"},"Trial"),r,n,s)}function T_(e,t,n){return Qt("button",{type:"button",class:"step","aria-label":e,onclick:n},ip(t))}function Y2(){let e=Qt("select",{id:"theme","aria-label":"Colours"},...["as the system","light","dark"].map(t=>Qt("option",{value:t},t)));return e.addEventListener("change",()=>{let t=document.documentElement;e.value==="as the system"?delete t.dataset.theme:t.dataset.theme=e.value,t.dispatchEvent(new Event("theme"))}),Qt("div",{class:"theme"},e)}function E_(e){let t=new Set,n={trial:e,time:0,playing:!1,speed:1,span:[0,0]},i=0,r=l=>t.forEach(u=>u(l,n));function s(l){n.time=Math.min(Math.max(l,n.span[0]),n.span[1]),r("time")}function o(l){if(!n.playing)return;let u=n.time+(l-i)/1e3*n.speed;if(i=l,u>=n.span[1]){s(n.span[1]),c();return}s(u),requestAnimationFrame(o)}function a(){n.playing||n.span[1]<=n.span[0]||(n.time>=n.span[1]&&s(n.span[0]),n.playing=!0,i=performance.now(),r("playing"),requestAnimationFrame(o))}function c(){n.playing&&(n.playing=!1,r("playing"))}return{state:n,seek:s,play:a,pause:c,toggle:()=>n.playing?c():a(),choose(l){n.trial=l,r("trial")},setSpeed(l){n.speed=l,r("speed")},setSpan(l,u){n.span=[l,u],r("span"),s(n.time)},listen:l=>t.add(l)}}function C_(e,t){let n=({vertices:o,faces:a})=>({vertices:Float32Array.from(t(o)),faces:t(a)}),i=({frames:o,bodies:a,orientations:c,positions:l})=>({frames:o,bodies:a,orientations:t(c),positions:t(l)}),r=(o,a)=>Object.fromEntries(Object.entries(o).map(([c,l])=>[c,a(l)])),s=({start_s:o,step_s:a,hands:c,objects:l})=>({start:o,step:a,hands:r(c,i),objects:i(l)});return{view:e.view,shapes:r(e.shapes,o=>o.map(n)),objects:e.objects,motions:new Map(Object.entries(e.trials).map(([o,a])=>[Number(o),s(a)]))}}function R_({hands:e,objects:t}){return Math.max(t.frames,...Object.values(e).map(({frames:n})=>n),0)}var tv=0,Np=1,ev=2;var Ec=1,nv=2,Xo=3,hs=0,bn=1,ni=2,Gs=0,qo=1,Dp=2,Fp=3,Up=4,iv=5;var Vs=100,rv=101,sv=102,ov=103,av=104,cv=200,lv=201,uv=202,fv=203,Op=204,Bp=205,hv=206,dv=207,pv=208,mv=209,gv=210,yv=211,xv=212,_v=213,vv=214,vu=0,bu=1,Mu=2,Bo=3,Su=4,wu=5,Tu=6,Au=7,Qu=0,bv=1,Mv=2,Hi=0,kp=1,zp=2,Gp=3,Vp=4,Hp=5,Wp=6,$p=7;var Xp=300,Hs=301,Yo=302,ju=303,tf=304,Eu=1e3,ki=1001,Cu=1002,Ke=1003,Sv=1004;var Cc=1005;var _n=1006,ef=1007;var Ar=1008;var Ln=1009,qp=1010,Yp=1011,Zo=1012,nf=1013,wi=1014,Ti=1015,Ai=1016,rf=1017,sf=1018,Ws=1020,Zp=35902,Jp=35899,Kp=1021,Qp=1022,Ei=1023,Sr=1026,Er=1027,jp=1028,of=1029,ds=1030,af=1031;var cf=1033,Rc=33776,Ic=33777,Pc=33778,Lc=33779,lf=35840,uf=35841,ff=35842,hf=35843,df=36196,pf=37492,mf=37496,gf=37488,yf=37489,Nc=37490,xf=37491,_f=37808,vf=37809,bf=37810,Mf=37811,Sf=37812,wf=37813,Tf=37814,Af=37815,Ef=37816,Cf=37817,Rf=37818,If=37819,Pf=37820,Lf=37821,Nf=36492,Df=36494,Ff=36495,Uf=36283,Of=36284,Dc=36285,Bf=36286;var ac=2300,Ru=2301,xu=2302,Ap=2303,Ep=2400,Cp=2401,Rp=2402;var wv=3200;var kf=0,Tv=1,Cr="",Vn="srgb",cc="srgb-linear",lc="linear",ue="srgb";var _u=7680;var Av=519,Ev=512,Cv=513,Rv=514,tm=515,Iv=516,Pv=517,em=518,nm=519,Lv=35044;var im="300 es",ti=2e3,ko=2001;function Z2(e){for(let t=e.length-1;t>=0;--t)if(e[t]>=65535)return!0;return!1}function J2(e){return ArrayBuffer.isView(e)&&!(e instanceof DataView)}function uc(e){return document.createElementNS("http://www.w3.org/1999/xhtml",e)}function Nv(){let e=uc("canvas");return e.style.display="block",e}var I_={},zo=null;function rm(...e){let t="THREE."+e.shift();zo?zo("log",t,...e):console.log(t,...e)}function Dv(e){let t=e[0];if(typeof t=="string"&&t.startsWith("TSL:")){let n=e[1];n&&n.isStackTrace?e[0]+=" "+n.getLocation():e[1]='Stack trace not available. Enable "THREE.Node.captureStackTrace" to capture stack traces.'}return e}function Ft(...e){e=Dv(e);let t="THREE."+e.shift();if(zo)zo("warn",t,...e);else{let n=e[0];n&&n.isStackTrace?console.warn(n.getError(t)):console.warn(t,...e)}}function kt(...e){e=Dv(e);let t="THREE."+e.shift();if(zo)zo("error",t,...e);else{let n=e[0];n&&n.isStackTrace?console.error(n.getError(t)):console.error(t,...e)}}function rc(...e){let t=e.join(" ");t in I_||(I_[t]=!0,Ft(...e))}function Fv(e,t,n){return new Promise(function(i,r){function s(){switch(e.clientWaitSync(t,e.SYNC_FLUSH_COMMANDS_BIT,0)){case e.WAIT_FAILED:r();break;case e.TIMEOUT_EXPIRED:setTimeout(s,n);break;default:i()}}setTimeout(s,n)})}var Uv={[vu]:vu,[Mu]:Tu,[Su]:Su,[Bo]:wu,[bu]:bu,[Tu]:Mu,[Au]:Au,[wu]:Bo},zi=class{addEventListener(t,n){this._listeners===void 0&&(this._listeners={});let i=this._listeners;i[t]===void 0&&(i[t]=[]),i[t].indexOf(n)===-1&&i[t].push(n)}hasEventListener(t,n){let i=this._listeners;return i===void 0?!1:i[t]!==void 0&&i[t].indexOf(n)!==-1}removeEventListener(t,n){let i=this._listeners;if(i===void 0)return;let r=i[t];if(r!==void 0){let s=r.indexOf(n);s!==-1&&r.splice(s,1)}}dispatchEvent(t){let n=this._listeners;if(n===void 0)return;let i=n[t.type];if(i!==void 0){t.target=this;let r=i.slice(0);for(let s=0,o=r.length;s<o;s++)r[s].call(this,t);t.target=null}}},fn=["00","01","02","03","04","05","06","07","08","09","0a","0b","0c","0d","0e","0f","10","11","12","13","14","15","16","17","18","19","1a","1b","1c","1d","1e","1f","20","21","22","23","24","25","26","27","28","29","2a","2b","2c","2d","2e","2f","30","31","32","33","34","35","36","37","38","39","3a","3b","3c","3d","3e","3f","40","41","42","43","44","45","46","47","48","49","4a","4b","4c","4d","4e","4f","50","51","52","53","54","55","56","57","58","59","5a","5b","5c","5d","5e","5f","60","61","62","63","64","65","66","67","68","69","6a","6b","6c","6d","6e","6f","70","71","72","73","74","75","76","77","78","79","7a","7b","7c","7d","7e","7f","80","81","82","83","84","85","86","87","88","89","8a","8b","8c","8d","8e","8f","90","91","92","93","94","95","96","97","98","99","9a","9b","9c","9d","9e","9f","a0","a1","a2","a3","a4","a5","a6","a7","a8","a9","aa","ab","ac","ad","ae","af","b0","b1","b2","b3","b4","b5","b6","b7","b8","b9","ba","bb","bc","bd","be","bf","c0","c1","c2","c3","c4","c5","c6","c7","c8","c9","ca","cb","cc","cd","ce","cf","d0","d1","d2","d3","d4","d5","d6","d7","d8","d9","da","db","dc","dd","de","df","e0","e1","e2","e3","e4","e5","e6","e7","e8","e9","ea","eb","ec","ed","ee","ef","f0","f1","f2","f3","f4","f5","f6","f7","f8","f9","fa","fb","fc","fd","fe","ff"],P_=1234567,sc=Math.PI/180,Go=180/Math.PI;function Jo(){let e=Math.random()*4294967295|0,t=Math.random()*4294967295|0,n=Math.random()*4294967295|0,i=Math.random()*4294967295|0;return(fn[e&255]+fn[e>>8&255]+fn[e>>16&255]+fn[e>>24&255]+"-"+fn[t&255]+fn[t>>8&255]+"-"+fn[t>>16&15|64]+fn[t>>24&255]+"-"+fn[n&63|128]+fn[n>>8&255]+"-"+fn[n>>16&255]+fn[n>>24&255]+fn[i&255]+fn[i>>8&255]+fn[i>>16&255]+fn[i>>24&255]).toLowerCase()}function ne(e,t,n){return Math.max(t,Math.min(n,e))}function sm(e,t){return(e%t+t)%t}function K2(e,t,n,i,r){return i+(e-t)*(r-i)/(n-t)}function Q2(e,t,n){return e!==t?(n-e)/(t-e):0}function oc(e,t,n){return(1-n)*e+n*t}function j2(e,t,n,i){return oc(e,t,1-Math.exp(-n*i))}function t3(e,t=1){return t-Math.abs(sm(e,t*2)-t)}function e3(e,t,n){return e<=t?0:e>=n?1:(e=(e-t)/(n-t),e*e*(3-2*e))}function n3(e,t,n){return e<=t?0:e>=n?1:(e=(e-t)/(n-t),e*e*e*(e*(e*6-15)+10))}function i3(e,t){return e+Math.floor(Math.random()*(t-e+1))}function r3(e,t){return e+Math.random()*(t-e)}function s3(e){return e*(.5-Math.random())}function o3(e){e!==void 0&&(P_=e);let t=P_+=1831565813;return t=Math.imul(t^t>>>15,t|1),t^=t+Math.imul(t^t>>>7,t|61),((t^t>>>14)>>>0)/4294967296}function a3(e){return e*sc}function c3(e){return e*Go}function l3(e){return e>0&&Number.isInteger(e)&&2**Math.round(Math.log2(e))===e}function u3(e){return Math.pow(2,Math.ceil(Math.log(e)/Math.LN2))}function om(e){return Math.pow(2,Math.floor(Math.log(e)/Math.LN2))}function f3(e,t,n,i,r){let s=Math.cos,o=Math.sin,a=s(n/2),c=o(n/2),l=s((t+i)/2),u=o((t+i)/2),h=s((t-i)/2),f=o((t-i)/2),d=s((i-t)/2),p=o((i-t)/2);switch(r){case"XYX":e.set(a*u,c*h,c*f,a*l);break;case"YZY":e.set(c*f,a*u,c*h,a*l);break;case"ZXZ":e.set(c*h,c*f,a*u,a*l);break;case"XZX":e.set(a*u,c*p,c*d,a*l);break;case"YXY":e.set(c*d,a*u,c*p,a*l);break;case"ZYZ":e.set(c*p,c*d,a*u,a*l);break;default:Ft("MathUtils: .setQuaternionFromProperEuler() encountered an unknown order: "+r)}}function am(e){switch(e.constructor){case Uint32Array:return 4294967295;case Uint16Array:return 65535;case Uint8Array:case Uint8ClampedArray:return 255;case Int32Array:return 2147483647;case Int16Array:return 32767;case Int8Array:return 127;default:return}}function Ov(e,t){if(t.constructor===Float32Array)return e;let n=am(t);if(n===void 0)throw new Error("THREE.MathUtils: Invalid component type.");return Math.max(e/n,-1)}function Bv(e,t){if(t.constructor===Float32Array)return e;let n=am(t);if(n===void 0)throw new Error("THREE.MathUtils: Invalid component type.");return Math.round(e*n)}var cm={DEG2RAD:sc,RAD2DEG:Go,generateUUID:Jo,clamp:ne,euclideanModulo:sm,mapLinear:K2,inverseLerp:Q2,lerp:oc,damp:j2,pingpong:t3,smoothstep:e3,smootherstep:n3,randInt:i3,randFloat:r3,randFloatSpread:s3,seededRandom:o3,degToRad:a3,radToDeg:c3,isPowerOfTwo:l3,ceilPowerOfTwo:u3,floorPowerOfTwo:om,setQuaternionFromProperEuler:f3,normalize:Bv,denormalize:Ov},ie=class{static{this.prototype.isVector2=!0}constructor(t=0,n=0){this.x=t,this.y=n}get width(){return this.x}set width(t){this.x=t}get height(){return this.y}set height(t){this.y=t}set(t,n){return this.x=t,this.y=n,this}setScalar(t){return this.x=t,this.y=t,this}setX(t){return this.x=t,this}setY(t){return this.y=t,this}setComponent(t,n){switch(t){case 0:this.x=n;break;case 1:this.y=n;break;default:throw new Error("THREE.Vector2: index is out of range: "+t)}return this}getComponent(t){switch(t){case 0:return this.x;case 1:return this.y;default:throw new Error("THREE.Vector2: index is out of range: "+t)}}clone(){return new this.constructor(this.x,this.y)}copy(t){return this.x=t.x,this.y=t.y,this}add(t){return this.x+=t.x,this.y+=t.y,this}addScalar(t){return this.x+=t,this.y+=t,this}addVectors(t,n){return this.x=t.x+n.x,this.y=t.y+n.y,this}addScaledVector(t,n){return this.x+=t.x*n,this.y+=t.y*n,this}sub(t){return this.x-=t.x,this.y-=t.y,this}subScalar(t){return this.x-=t,this.y-=t,this}subVectors(t,n){return this.x=t.x-n.x,this.y=t.y-n.y,this}multiply(t){return this.x*=t.x,this.y*=t.y,this}multiplyScalar(t){return this.x*=t,this.y*=t,this}divide(t){return this.x/=t.x,this.y/=t.y,this}divideScalar(t){return this.multiplyScalar(1/t)}applyMatrix3(t){let n=this.x,i=this.y,r=t.elements;return this.x=r[0]*n+r[3]*i+r[6],this.y=r[1]*n+r[4]*i+r[7],this}min(t){return this.x=Math.min(this.x,t.x),this.y=Math.min(this.y,t.y),this}max(t){return this.x=Math.max(this.x,t.x),this.y=Math.max(this.y,t.y),this}clamp(t,n){return this.x=ne(this.x,t.x,n.x),this.y=ne(this.y,t.y,n.y),this}clampScalar(t,n){return this.x=ne(this.x,t,n),this.y=ne(this.y,t,n),this}clampLength(t,n){let i=this.length();return this.divideScalar(i||1).multiplyScalar(ne(i,t,n))}floor(){return this.x=Math.floor(this.x),this.y=Math.floor(this.y),this}ceil(){return this.x=Math.ceil(this.x),this.y=Math.ceil(this.y),this}round(){return this.x=Math.round(this.x),this.y=Math.round(this.y),this}roundToZero(){return this.x=Math.trunc(this.x),this.y=Math.trunc(this.y),this}negate(){return this.x=-this.x,this.y=-this.y,this}dot(t){return this.x*t.x+this.y*t.y}cross(t){return this.x*t.y-this.y*t.x}lengthSq(){return this.x*this.x+this.y*this.y}length(){return Math.sqrt(this.x*this.x+this.y*this.y)}manhattanLength(){return Math.abs(this.x)+Math.abs(this.y)}normalize(){return this.divideScalar(this.length()||1)}angle(){return Math.atan2(-this.y,-this.x)+Math.PI}angleTo(t){let n=Math.sqrt(this.lengthSq()*t.lengthSq());if(n===0)return Math.PI/2;let i=this.dot(t)/n;return Math.acos(ne(i,-1,1))}distanceTo(t){return Math.sqrt(this.distanceToSquared(t))}distanceToSquared(t){let n=this.x-t.x,i=this.y-t.y;return n*n+i*i}manhattanDistanceTo(t){return Math.abs(this.x-t.x)+Math.abs(this.y-t.y)}setLength(t){return this.normalize().multiplyScalar(t)}lerp(t,n){return this.x+=(t.x-this.x)*n,this.y+=(t.y-this.y)*n,this}lerpVectors(t,n,i){return this.x=t.x+(n.x-t.x)*i,this.y=t.y+(n.y-t.y)*i,this}equals(t){return t.x===this.x&&t.y===this.y}fromArray(t,n=0){return this.x=t[n],this.y=t[n+1],this}toArray(t=[],n=0){return t[n]=this.x,t[n+1]=this.y,t}fromBufferAttribute(t,n){return this.x=t.getX(n),this.y=t.getY(n),this}rotateAround(t,n){let i=Math.cos(n),r=Math.sin(n),s=this.x-t.x,o=this.y-t.y;return this.x=s*i-o*r+t.x,this.y=s*r+o*i+t.y,this}random(){return this.x=Math.random(),this.y=Math.random(),this}*[Symbol.iterator](){yield this.x,yield this.y}},Wn=class{constructor(t=0,n=0,i=0,r=1){this.isQuaternion=!0,this._x=t,this._y=n,this._z=i,this._w=r}static slerpFlat(t,n,i,r,s,o,a){let c=i[r+0],l=i[r+1],u=i[r+2],h=i[r+3],f=s[o+0],d=s[o+1],p=s[o+2],y=s[o+3];if(h!==y||c!==f||l!==d||u!==p){let m=c*f+l*d+u*p+h*y;m<0&&(f=-f,d=-d,p=-p,y=-y,m=-m);let g=1-a;if(m<.9995){let _=Math.acos(m),S=Math.sin(_);g=Math.sin(g*_)/S,a=Math.sin(a*_)/S,c=c*g+f*a,l=l*g+d*a,u=u*g+p*a,h=h*g+y*a}else{c=c*g+f*a,l=l*g+d*a,u=u*g+p*a,h=h*g+y*a;let _=1/Math.sqrt(c*c+l*l+u*u+h*h);c*=_,l*=_,u*=_,h*=_}}t[n]=c,t[n+1]=l,t[n+2]=u,t[n+3]=h}static multiplyQuaternionsFlat(t,n,i,r,s,o){let a=i[r],c=i[r+1],l=i[r+2],u=i[r+3],h=s[o],f=s[o+1],d=s[o+2],p=s[o+3];return t[n]=a*p+u*h+c*d-l*f,t[n+1]=c*p+u*f+l*h-a*d,t[n+2]=l*p+u*d+a*f-c*h,t[n+3]=u*p-a*h-c*f-l*d,t}get x(){return this._x}set x(t){this._x=t,this._onChangeCallback()}get y(){return this._y}set y(t){this._y=t,this._onChangeCallback()}get z(){return this._z}set z(t){this._z=t,this._onChangeCallback()}get w(){return this._w}set w(t){this._w=t,this._onChangeCallback()}set(t,n,i,r){return this._x=t,this._y=n,this._z=i,this._w=r,this._onChangeCallback(),this}clone(){return new this.constructor(this._x,this._y,this._z,this._w)}copy(t){return this._x=t.x,this._y=t.y,this._z=t.z,this._w=t.w,this._onChangeCallback(),this}setFromEuler(t,n=!0){let i=t._x,r=t._y,s=t._z,o=t._order,a=Math.cos,c=Math.sin,l=a(i/2),u=a(r/2),h=a(s/2),f=c(i/2),d=c(r/2),p=c(s/2);switch(o){case"XYZ":this._x=f*u*h+l*d*p,this._y=l*d*h-f*u*p,this._z=l*u*p+f*d*h,this._w=l*u*h-f*d*p;break;case"YXZ":this._x=f*u*h+l*d*p,this._y=l*d*h-f*u*p,this._z=l*u*p-f*d*h,this._w=l*u*h+f*d*p;break;case"ZXY":this._x=f*u*h-l*d*p,this._y=l*d*h+f*u*p,this._z=l*u*p+f*d*h,this._w=l*u*h-f*d*p;break;case"ZYX":this._x=f*u*h-l*d*p,this._y=l*d*h+f*u*p,this._z=l*u*p-f*d*h,this._w=l*u*h+f*d*p;break;case"YZX":this._x=f*u*h+l*d*p,this._y=l*d*h+f*u*p,this._z=l*u*p-f*d*h,this._w=l*u*h-f*d*p;break;case"XZY":this._x=f*u*h-l*d*p,this._y=l*d*h-f*u*p,this._z=l*u*p+f*d*h,this._w=l*u*h+f*d*p;break;default:Ft("Quaternion: .setFromEuler() encountered an unknown order: "+o)}return n===!0&&this._onChangeCallback(),this}setFromAxisAngle(t,n){let i=n/2,r=Math.sin(i);return this._x=t.x*r,this._y=t.y*r,this._z=t.z*r,this._w=Math.cos(i),this._onChangeCallback(),this}setFromRotationMatrix(t){let n=t.elements,i=n[0],r=n[4],s=n[8],o=n[1],a=n[5],c=n[9],l=n[2],u=n[6],h=n[10],f=i+a+h;if(f>0){let d=.5/Math.sqrt(f+1);this._w=.25/d,this._x=(u-c)*d,this._y=(s-l)*d,this._z=(o-r)*d}else if(i>a&&i>h){let d=2*Math.sqrt(1+i-a-h);this._w=(u-c)/d,this._x=.25*d,this._y=(r+o)/d,this._z=(s+l)/d}else if(a>h){let d=2*Math.sqrt(1+a-i-h);this._w=(s-l)/d,this._x=(r+o)/d,this._y=.25*d,this._z=(c+u)/d}else{let d=2*Math.sqrt(1+h-i-a);this._w=(o-r)/d,this._x=(s+l)/d,this._y=(c+u)/d,this._z=.25*d}return this._onChangeCallback(),this}setFromUnitVectors(t,n){let i=t.dot(n)+1;return i<1e-8?(i=0,Math.abs(t.x)>Math.abs(t.z)?(this._x=-t.y,this._y=t.x,this._z=0,this._w=i):(this._x=0,this._y=-t.z,this._z=t.y,this._w=i)):(this._x=t.y*n.z-t.z*n.y,this._y=t.z*n.x-t.x*n.z,this._z=t.x*n.y-t.y*n.x,this._w=i),this.normalize()}angleTo(t){return 2*Math.acos(Math.abs(ne(this.dot(t),-1,1)))}rotateTowards(t,n){let i=this.angleTo(t);if(i===0)return this;let r=Math.min(1,n/i);return this.slerp(t,r),this}identity(){return this.set(0,0,0,1)}invert(){return this.conjugate()}conjugate(){return this._x*=-1,this._y*=-1,this._z*=-1,this._onChangeCallback(),this}dot(t){return this._x*t._x+this._y*t._y+this._z*t._z+this._w*t._w}lengthSq(){return this._x*this._x+this._y*this._y+this._z*this._z+this._w*this._w}length(){return Math.sqrt(this._x*this._x+this._y*this._y+this._z*this._z+this._w*this._w)}normalize(){let t=this.length();return t===0?(this._x=0,this._y=0,this._z=0,this._w=1):(t=1/t,this._x=this._x*t,this._y=this._y*t,this._z=this._z*t,this._w=this._w*t),this._onChangeCallback(),this}multiply(t){return this.multiplyQuaternions(this,t)}premultiply(t){return this.multiplyQuaternions(t,this)}multiplyQuaternions(t,n){let i=t._x,r=t._y,s=t._z,o=t._w,a=n._x,c=n._y,l=n._z,u=n._w;return this._x=i*u+o*a+r*l-s*c,this._y=r*u+o*c+s*a-i*l,this._z=s*u+o*l+i*c-r*a,this._w=o*u-i*a-r*c-s*l,this._onChangeCallback(),this}slerp(t,n){let i=t._x,r=t._y,s=t._z,o=t._w,a=this.dot(t);a<0&&(i=-i,r=-r,s=-s,o=-o,a=-a);let c=1-n;if(a<.9995){let l=Math.acos(a),u=Math.sin(l);c=Math.sin(c*l)/u,n=Math.sin(n*l)/u,this._x=this._x*c+i*n,this._y=this._y*c+r*n,this._z=this._z*c+s*n,this._w=this._w*c+o*n,this._onChangeCallback()}else this._x=this._x*c+i*n,this._y=this._y*c+r*n,this._z=this._z*c+s*n,this._w=this._w*c+o*n,this.normalize();return this}slerpQuaternions(t,n,i){return this.copy(t).slerp(n,i)}random(){let t=2*Math.PI*Math.random(),n=2*Math.PI*Math.random(),i=Math.random(),r=Math.sqrt(1-i),s=Math.sqrt(i);return this.set(r*Math.sin(t),r*Math.cos(t),s*Math.sin(n),s*Math.cos(n))}equals(t){return t._x===this._x&&t._y===this._y&&t._z===this._z&&t._w===this._w}fromArray(t,n=0){return this._x=t[n],this._y=t[n+1],this._z=t[n+2],this._w=t[n+3],this._onChangeCallback(),this}toArray(t=[],n=0){return t[n]=this._x,t[n+1]=this._y,t[n+2]=this._z,t[n+3]=this._w,t}fromBufferAttribute(t,n){return this._x=t.getX(n),this._y=t.getY(n),this._z=t.getZ(n),this._w=t.getW(n),this._onChangeCallback(),this}toJSON(){return this.toArray()}_onChange(t){return this._onChangeCallback=t,this}_onChangeCallback(){}*[Symbol.iterator](){yield this._x,yield this._y,yield this._z,yield this._w}},q=class{static{this.prototype.isVector3=!0}constructor(t=0,n=0,i=0){this.x=t,this.y=n,this.z=i}set(t,n,i){return i===void 0&&(i=this.z),this.x=t,this.y=n,this.z=i,this}setScalar(t){return this.x=t,this.y=t,this.z=t,this}setX(t){return this.x=t,this}setY(t){return this.y=t,this}setZ(t){return this.z=t,this}setComponent(t,n){switch(t){case 0:this.x=n;break;case 1:this.y=n;break;case 2:this.z=n;break;default:throw new Error("THREE.Vector3: index is out of range: "+t)}return this}getComponent(t){switch(t){case 0:return this.x;case 1:return this.y;case 2:return this.z;default:throw new Error("THREE.Vector3: index is out of range: "+t)}}clone(){return new this.constructor(this.x,this.y,this.z)}copy(t){return this.x=t.x,this.y=t.y,this.z=t.z,this}add(t){return this.x+=t.x,this.y+=t.y,this.z+=t.z,this}addScalar(t){return this.x+=t,this.y+=t,this.z+=t,this}addVectors(t,n){return this.x=t.x+n.x,this.y=t.y+n.y,this.z=t.z+n.z,this}addScaledVector(t,n){return this.x+=t.x*n,this.y+=t.y*n,this.z+=t.z*n,this}sub(t){return this.x-=t.x,this.y-=t.y,this.z-=t.z,this}subScalar(t){return this.x-=t,this.y-=t,this.z-=t,this}subVectors(t,n){return this.x=t.x-n.x,this.y=t.y-n.y,this.z=t.z-n.z,this}multiply(t){return this.x*=t.x,this.y*=t.y,this.z*=t.z,this}multiplyScalar(t){return this.x*=t,this.y*=t,this.z*=t,this}multiplyVectors(t,n){return this.x=t.x*n.x,this.y=t.y*n.y,this.z=t.z*n.z,this}applyEuler(t){return this.applyQuaternion(L_.setFromEuler(t))}applyAxisAngle(t,n){return this.applyQuaternion(L_.setFromAxisAngle(t,n))}applyMatrix3(t){let n=this.x,i=this.y,r=this.z,s=t.elements;return this.x=s[0]*n+s[3]*i+s[6]*r,this.y=s[1]*n+s[4]*i+s[7]*r,this.z=s[2]*n+s[5]*i+s[8]*r,this}applyNormalMatrix(t){return this.applyMatrix3(t).normalize()}applyMatrix4(t){let n=this.x,i=this.y,r=this.z,s=t.elements,o=1/(s[3]*n+s[7]*i+s[11]*r+s[15]);return this.x=(s[0]*n+s[4]*i+s[8]*r+s[12])*o,this.y=(s[1]*n+s[5]*i+s[9]*r+s[13])*o,this.z=(s[2]*n+s[6]*i+s[10]*r+s[14])*o,this}applyQuaternion(t){let n=this.x,i=this.y,r=this.z,s=t.x,o=t.y,a=t.z,c=t.w,l=2*(o*r-a*i),u=2*(a*n-s*r),h=2*(s*i-o*n);return this.x=n+c*l+o*h-a*u,this.y=i+c*u+a*l-s*h,this.z=r+c*h+s*u-o*l,this}project(t){return this.applyMatrix4(t.matrixWorldInverse).applyMatrix4(t.projectionMatrix)}unproject(t){return this.applyMatrix4(t.projectionMatrixInverse).applyMatrix4(t.matrixWorld)}transformDirection(t){let n=this.x,i=this.y,r=this.z,s=t.elements;return this.x=s[0]*n+s[4]*i+s[8]*r,this.y=s[1]*n+s[5]*i+s[9]*r,this.z=s[2]*n+s[6]*i+s[10]*r,this.normalize()}divide(t){return this.x/=t.x,this.y/=t.y,this.z/=t.z,this}divideScalar(t){return this.multiplyScalar(1/t)}min(t){return this.x=Math.min(this.x,t.x),this.y=Math.min(this.y,t.y),this.z=Math.min(this.z,t.z),this}max(t){return this.x=Math.max(this.x,t.x),this.y=Math.max(this.y,t.y),this.z=Math.max(this.z,t.z),this}clamp(t,n){return this.x=ne(this.x,t.x,n.x),this.y=ne(this.y,t.y,n.y),this.z=ne(this.z,t.z,n.z),this}clampScalar(t,n){return this.x=ne(this.x,t,n),this.y=ne(this.y,t,n),this.z=ne(this.z,t,n),this}clampLength(t,n){let i=this.length();return this.divideScalar(i||1).multiplyScalar(ne(i,t,n))}floor(){return this.x=Math.floor(this.x),this.y=Math.floor(this.y),this.z=Math.floor(this.z),this}ceil(){return this.x=Math.ceil(this.x),this.y=Math.ceil(this.y),this.z=Math.ceil(this.z),this}round(){return this.x=Math.round(this.x),this.y=Math.round(this.y),this.z=Math.round(this.z),this}roundToZero(){return this.x=Math.trunc(this.x),this.y=Math.trunc(this.y),this.z=Math.trunc(this.z),this}negate(){return this.x=-this.x,this.y=-this.y,this.z=-this.z,this}dot(t){return this.x*t.x+this.y*t.y+this.z*t.z}lengthSq(){return this.x*this.x+this.y*this.y+this.z*this.z}length(){return Math.sqrt(this.x*this.x+this.y*this.y+this.z*this.z)}manhattanLength(){return Math.abs(this.x)+Math.abs(this.y)+Math.abs(this.z)}normalize(){return this.divideScalar(this.length()||1)}setLength(t){return this.normalize().multiplyScalar(t)}lerp(t,n){return this.x+=(t.x-this.x)*n,this.y+=(t.y-this.y)*n,this.z+=(t.z-this.z)*n,this}lerpVectors(t,n,i){return this.x=t.x+(n.x-t.x)*i,this.y=t.y+(n.y-t.y)*i,this.z=t.z+(n.z-t.z)*i,this}cross(t){return this.crossVectors(this,t)}crossVectors(t,n){let i=t.x,r=t.y,s=t.z,o=n.x,a=n.y,c=n.z;return this.x=r*c-s*a,this.y=s*o-i*c,this.z=i*a-r*o,this}projectOnVector(t){let n=t.lengthSq();if(n===0)return this.set(0,0,0);let i=t.dot(this)/n;return this.copy(t).multiplyScalar(i)}projectOnPlane(t){return op.copy(this).projectOnVector(t),this.sub(op)}reflect(t){return this.sub(op.copy(t).multiplyScalar(2*this.dot(t)))}angleTo(t){let n=Math.sqrt(this.lengthSq()*t.lengthSq());if(n===0)return Math.PI/2;let i=this.dot(t)/n;return Math.acos(ne(i,-1,1))}distanceTo(t){return Math.sqrt(this.distanceToSquared(t))}distanceToSquared(t){let n=this.x-t.x,i=this.y-t.y,r=this.z-t.z;return n*n+i*i+r*r}manhattanDistanceTo(t){return Math.abs(this.x-t.x)+Math.abs(this.y-t.y)+Math.abs(this.z-t.z)}setFromSpherical(t){return this.setFromSphericalCoords(t.radius,t.phi,t.theta)}setFromSphericalCoords(t,n,i){let r=Math.sin(n)*t;return this.x=r*Math.sin(i),this.y=Math.cos(n)*t,this.z=r*Math.cos(i),this}setFromCylindrical(t){return this.setFromCylindricalCoords(t.radius,t.theta,t.y)}setFromCylindricalCoords(t,n,i){return this.x=t*Math.sin(n),this.y=i,this.z=t*Math.cos(n),this}setFromMatrixPosition(t){let n=t.elements;return this.x=n[12],this.y=n[13],this.z=n[14],this}setFromMatrixScale(t){let n=this.setFromMatrixColumn(t,0).length(),i=this.setFromMatrixColumn(t,1).length(),r=this.setFromMatrixColumn(t,2).length();return this.x=n,this.y=i,this.z=r,this}setFromMatrixColumn(t,n){return this.fromArray(t.elements,n*4)}setFromMatrix3Column(t,n){return this.fromArray(t.elements,n*3)}setFromEuler(t){return this.x=t._x,this.y=t._y,this.z=t._z,this}setFromColor(t){return this.x=t.r,this.y=t.g,this.z=t.b,this}equals(t){return t.x===this.x&&t.y===this.y&&t.z===this.z}fromArray(t,n=0){return this.x=t[n],this.y=t[n+1],this.z=t[n+2],this}toArray(t=[],n=0){return t[n]=this.x,t[n+1]=this.y,t[n+2]=this.z,t}fromBufferAttribute(t,n){return this.x=t.getX(n),this.y=t.getY(n),this.z=t.getZ(n),this}random(){return this.x=Math.random(),this.y=Math.random(),this.z=Math.random(),this}randomDirection(){let t=Math.random()*Math.PI*2,n=Math.random()*2-1,i=Math.sqrt(1-n*n);return this.x=i*Math.cos(t),this.y=n,this.z=i*Math.sin(t),this}*[Symbol.iterator](){yield this.x,yield this.y,yield this.z}},op=new q,L_=new Wn,zt=class{static{this.prototype.isMatrix3=!0}constructor(t,n,i,r,s,o,a,c,l){this.elements=[1,0,0,0,1,0,0,0,1],t!==void 0&&this.set(t,n,i,r,s,o,a,c,l)}set(t,n,i,r,s,o,a,c,l){let u=this.elements;return u[0]=t,u[1]=r,u[2]=a,u[3]=n,u[4]=s,u[5]=c,u[6]=i,u[7]=o,u[8]=l,this}identity(){return this.set(1,0,0,0,1,0,0,0,1),this}copy(t){let n=this.elements,i=t.elements;return n[0]=i[0],n[1]=i[1],n[2]=i[2],n[3]=i[3],n[4]=i[4],n[5]=i[5],n[6]=i[6],n[7]=i[7],n[8]=i[8],this}extractBasis(t,n,i){return t.setFromMatrix3Column(this,0),n.setFromMatrix3Column(this,1),i.setFromMatrix3Column(this,2),this}setFromMatrix4(t){let n=t.elements;return this.set(n[0],n[4],n[8],n[1],n[5],n[9],n[2],n[6],n[10]),this}multiply(t){return this.multiplyMatrices(this,t)}premultiply(t){return this.multiplyMatrices(t,this)}multiplyMatrices(t,n){let i=t.elements,r=n.elements,s=this.elements,o=i[0],a=i[3],c=i[6],l=i[1],u=i[4],h=i[7],f=i[2],d=i[5],p=i[8],y=r[0],m=r[3],g=r[6],_=r[1],S=r[4],v=r[7],w=r[2],b=r[5],x=r[8];return s[0]=o*y+a*_+c*w,s[3]=o*m+a*S+c*b,s[6]=o*g+a*v+c*x,s[1]=l*y+u*_+h*w,s[4]=l*m+u*S+h*b,s[7]=l*g+u*v+h*x,s[2]=f*y+d*_+p*w,s[5]=f*m+d*S+p*b,s[8]=f*g+d*v+p*x,this}multiplyScalar(t){let n=this.elements;return n[0]*=t,n[3]*=t,n[6]*=t,n[1]*=t,n[4]*=t,n[7]*=t,n[2]*=t,n[5]*=t,n[8]*=t,this}determinant(){let t=this.elements,n=t[0],i=t[1],r=t[2],s=t[3],o=t[4],a=t[5],c=t[6],l=t[7],u=t[8];return n*o*u-n*a*l-i*s*u+i*a*c+r*s*l-r*o*c}invert(){let t=this.elements,n=t[0],i=t[1],r=t[2],s=t[3],o=t[4],a=t[5],c=t[6],l=t[7],u=t[8],h=u*o-a*l,f=a*c-u*s,d=l*s-o*c,p=n*h+i*f+r*d;if(p===0)return this.set(0,0,0,0,0,0,0,0,0);let y=1/p;return t[0]=h*y,t[1]=(r*l-u*i)*y,t[2]=(a*i-r*o)*y,t[3]=f*y,t[4]=(u*n-r*c)*y,t[5]=(r*s-a*n)*y,t[6]=d*y,t[7]=(i*c-l*n)*y,t[8]=(o*n-i*s)*y,this}transpose(){let t,n=this.elements;return t=n[1],n[1]=n[3],n[3]=t,t=n[2],n[2]=n[6],n[6]=t,t=n[5],n[5]=n[7],n[7]=t,this}getNormalMatrix(t){return this.setFromMatrix4(t).invert().transpose()}transposeIntoArray(t){let n=this.elements;return t[0]=n[0],t[1]=n[3],t[2]=n[6],t[3]=n[1],t[4]=n[4],t[5]=n[7],t[6]=n[2],t[7]=n[5],t[8]=n[8],this}setUvTransform(t,n,i,r,s,o,a){let c=Math.cos(s),l=Math.sin(s);return this.set(i*c,i*l,-i*(c*o+l*a)+o+t,-r*l,r*c,-r*(-l*o+c*a)+a+n,0,0,1),this}scale(t,n){return rc("Matrix3: .scale() is deprecated. Use .makeScale() instead."),this.premultiply(ap.makeScale(t,n)),this}rotate(t){return rc("Matrix3: .rotate() is deprecated. Use .makeRotation() instead."),this.premultiply(ap.makeRotation(-t)),this}translate(t,n){return rc("Matrix3: .translate() is deprecated. Use .makeTranslation() instead."),this.premultiply(ap.makeTranslation(t,n)),this}makeTranslation(t,n){return t.isVector2?this.set(1,0,t.x,0,1,t.y,0,0,1):this.set(1,0,t,0,1,n,0,0,1),this}makeRotation(t){let n=Math.cos(t),i=Math.sin(t);return this.set(n,-i,0,i,n,0,0,0,1),this}makeScale(t,n){return this.set(t,0,0,0,n,0,0,0,1),this}equals(t){let n=this.elements,i=t.elements;for(let r=0;r<9;r++)if(n[r]!==i[r])return!1;return!0}fromArray(t,n=0){for(let i=0;i<9;i++)this.elements[i]=t[i+n];return this}toArray(t=[],n=0){let i=this.elements;return t[n]=i[0],t[n+1]=i[1],t[n+2]=i[2],t[n+3]=i[3],t[n+4]=i[4],t[n+5]=i[5],t[n+6]=i[6],t[n+7]=i[7],t[n+8]=i[8],t}clone(){return new this.constructor().fromArray(this.elements)}},ap=new zt,N_=new zt().set(.4123908,.3575843,.1804808,.212639,.7151687,.0721923,.0193308,.1191948,.9505322),D_=new zt().set(3.2409699,-1.5373832,-.4986108,-.9692436,1.8759675,.0415551,.0556301,-.203977,1.0569715);function h3(){let e={enabled:!0,workingColorSpace:cc,spaces:{},convert:function(r,s,o){return this.enabled===!1||s===o||!s||!o||(this.spaces[s].transfer===ue&&(r.r=Mr(r.r),r.g=Mr(r.g),r.b=Mr(r.b)),this.spaces[s].primaries!==this.spaces[o].primaries&&(r.applyMatrix3(this.spaces[s].toXYZ),r.applyMatrix3(this.spaces[o].fromXYZ)),this.spaces[o].transfer===ue&&(r.r=Oo(r.r),r.g=Oo(r.g),r.b=Oo(r.b))),r},workingToColorSpace:function(r,s){return this.convert(r,this.workingColorSpace,s)},colorSpaceToWorking:function(r,s){return this.convert(r,s,this.workingColorSpace)},getPrimaries:function(r){return this.spaces[r].primaries},getTransfer:function(r){return r===Cr?lc:this.spaces[r].transfer},getToneMappingMode:function(r){return this.spaces[r].outputColorSpaceConfig.toneMappingMode||"standard"},getLuminanceCoefficients:function(r,s=this.workingColorSpace){return r.fromArray(this.spaces[s].luminanceCoefficients)},define:function(r){Object.assign(this.spaces,r)},_getMatrix:function(r,s,o){return r.copy(this.spaces[o].fromXYZ).multiply(this.spaces[s].toXYZ)},_getDrawingBufferColorSpace:function(r){return this.spaces[r].outputColorSpaceConfig.drawingBufferColorSpace},_getUnpackColorSpace:function(r=this.workingColorSpace){return this.spaces[r].workingColorSpaceConfig.unpackColorSpace}},t=[.64,.33,.3,.6,.15,.06],n=[.2126,.7152,.0722],i=[.3127,.329];return e.define({[cc]:{primaries:t,whitePoint:i,transfer:lc,toXYZ:N_,fromXYZ:D_,luminanceCoefficients:n,workingColorSpaceConfig:{unpackColorSpace:Vn},outputColorSpaceConfig:{drawingBufferColorSpace:Vn}},[Vn]:{primaries:t,whitePoint:i,transfer:ue,toXYZ:N_,fromXYZ:D_,luminanceCoefficients:n,outputColorSpaceConfig:{drawingBufferColorSpace:Vn}}}),e}var ee=h3();function Mr(e){return e<.04045?e*.0773993808:Math.pow(e*.9478672986+.0521327014,2.4)}function Oo(e){return e<.0031308?e*12.92:1.055*Math.pow(e,.41666)-.055}var wo,Iu=class{static getDataURL(t,n="image/png"){if(/^data:/i.test(t.src)||typeof HTMLCanvasElement>"u")return t.src;let i;if(t instanceof HTMLCanvasElement)i=t;else{wo===void 0&&(wo=uc("canvas")),wo.width=t.width,wo.height=t.height;let r=wo.getContext("2d");t instanceof ImageData?r.putImageData(t,0,0):r.drawImage(t,0,0,t.width,t.height),i=wo}return i.toDataURL(n)}static sRGBToLinear(t){if(typeof HTMLImageElement<"u"&&t instanceof HTMLImageElement||typeof HTMLCanvasElement<"u"&&t instanceof HTMLCanvasElement||typeof ImageBitmap<"u"&&t instanceof ImageBitmap){let n=uc("canvas");n.width=t.width,n.height=t.height;let i=n.getContext("2d");i.drawImage(t,0,0,t.width,t.height);let r=i.getImageData(0,0,t.width,t.height),s=r.data;for(let o=0;o<s.length;o++)s[o]=Mr(s[o]/255)*255;return i.putImageData(r,0,0),n}else if(t.data){let n=t.data.slice(0);for(let i=0;i<n.length;i++)n instanceof Uint8Array||n instanceof Uint8ClampedArray?n[i]=Math.floor(Mr(n[i]/255)*255):n[i]=Mr(n[i]);return{data:n,width:t.width,height:t.height}}else return Ft("ImageUtils.sRGBToLinear(): Unsupported image type. No color space conversion applied."),t}},d3=0,Vo=class{constructor(t=null){this.isTextureSource=!0,Object.defineProperty(this,"id",{value:d3++}),this.uuid=Jo(),this.data=t,this.dataReady=!0,this.version=0}getSize(t){let n=this.data;return typeof HTMLVideoElement<"u"&&n instanceof HTMLVideoElement?t.set(n.videoWidth,n.videoHeight,0):typeof VideoFrame<"u"&&n instanceof VideoFrame?t.set(n.displayWidth,n.displayHeight,0):n!==null?t.set(n.width||0,n.height||0,n.depth||0):t.set(0,0,0),t}set needsUpdate(t){t===!0&&this.version++}toJSON(t){let n=t===void 0||typeof t=="string";if(!n&&t.images[this.uuid]!==void 0)return t.images[this.uuid];let i={uuid:this.uuid,url:""},r=this.data;if(r!==null){let s;if(Array.isArray(r)){s=[];for(let o=0,a=r.length;o<a;o++)r[o].isDataTexture?s.push(cp(r[o].image)):s.push(cp(r[o]))}else s=cp(r);i.url=s}return n||(t.images[this.uuid]=i),i}};function cp(e){return typeof HTMLImageElement<"u"&&e instanceof HTMLImageElement||typeof HTMLCanvasElement<"u"&&e instanceof HTMLCanvasElement||typeof ImageBitmap<"u"&&e instanceof ImageBitmap?Iu.getDataURL(e):e.data?{data:Array.from(e.data),width:e.width,height:e.height,type:e.data.constructor.name}:(Ft("Texture: Unable to serialize Texture."),{})}var p3=0,lp=new q,Pn=class e extends zi{constructor(t=e.DEFAULT_IMAGE,n=e.DEFAULT_MAPPING,i=ki,r=ki,s=_n,o=Ar,a=Ei,c=Ln,l=e.DEFAULT_ANISOTROPY,u=Cr){super(),this.isTexture=!0,Object.defineProperty(this,"id",{value:p3++}),this.uuid=Jo(),this.name="",this.source=new Vo(t),this.mipmaps=[],this.mapping=n,this.channel=0,this.wrapS=i,this.wrapT=r,this.magFilter=s,this.minFilter=o,this.anisotropy=l,this.format=a,this.internalFormat=null,this.type=c,this.offset=new ie(0,0),this.repeat=new ie(1,1),this.center=new ie(0,0),this.rotation=0,this.matrixAutoUpdate=!0,this.matrix=new zt,this.generateMipmaps=!0,this.mipmapsAutoUpdate=!0,this.premultiplyAlpha=!1,this.flipY=!0,this.unpackAlignment=4,this.colorSpace=u,this.userData={},this.updateRanges=[],this.version=0,this.onUpdate=null,this.renderTarget=null,this.isRenderTargetTexture=!1,this.isArrayTexture=!!(t&&t.depth&&t.depth>1),this.pmremVersion=0,this.isPMREMTexture=!1,this.normalized=!1}get width(){return this.source.getSize(lp).x}get height(){return this.source.getSize(lp).y}get depth(){return this.source.getSize(lp).z}get image(){return this.source.data}set image(t){this.source.data=t}updateMatrix(){this.matrix.setUvTransform(this.offset.x,this.offset.y,this.repeat.x,this.repeat.y,this.rotation,this.center.x,this.center.y)}addUpdateRange(t,n){this.updateRanges.push({start:t,count:n})}clearUpdateRanges(){this.updateRanges.length=0}clone(){return new this.constructor().copy(this)}copy(t){return this.name=t.name,this.source=t.source,this.mipmaps=t.mipmaps.slice(0),this.mapping=t.mapping,this.channel=t.channel,this.wrapS=t.wrapS,this.wrapT=t.wrapT,this.magFilter=t.magFilter,this.minFilter=t.minFilter,this.anisotropy=t.anisotropy,this.format=t.format,this.internalFormat=t.internalFormat,this.type=t.type,this.normalized=t.normalized,this.offset.copy(t.offset),this.repeat.copy(t.repeat),this.center.copy(t.center),this.rotation=t.rotation,this.matrixAutoUpdate=t.matrixAutoUpdate,this.matrix.copy(t.matrix),this.generateMipmaps=t.generateMipmaps,this.mipmapsAutoUpdate=t.mipmapsAutoUpdate,this.premultiplyAlpha=t.premultiplyAlpha,this.flipY=t.flipY,this.unpackAlignment=t.unpackAlignment,this.colorSpace=t.colorSpace,this.renderTarget=t.renderTarget,this.isRenderTargetTexture=t.isRenderTargetTexture,this.isPMREMTexture=t.isPMREMTexture,this.isArrayTexture=t.isArrayTexture,this.userData=JSON.parse(JSON.stringify(t.userData)),this.needsUpdate=!0,this}setValues(t){for(let n in t){let i=t[n];if(i===void 0){Ft(`Texture.setValues(): parameter '${n}' has value of undefined.`);continue}let r=this[n];if(r===void 0){Ft(`Texture.setValues(): property '${n}' does not exist.`);continue}r&&i&&r.isVector2&&i.isVector2||r&&i&&r.isVector3&&i.isVector3||r&&i&&r.isMatrix3&&i.isMatrix3?r.copy(i):this[n]=i}}toJSON(t){let n=t===void 0||typeof t=="string";if(!n&&t.textures[this.uuid]!==void 0)return t.textures[this.uuid];let i={metadata:{version:4.7,type:"Texture",generator:"Texture.toJSON"},uuid:this.uuid,name:this.name,image:this.source.toJSON(t).uuid,mapping:this.mapping,channel:this.channel,repeat:[this.repeat.x,this.repeat.y],offset:[this.offset.x,this.offset.y],center:[this.center.x,this.center.y],rotation:this.rotation,wrap:[this.wrapS,this.wrapT],format:this.format,internalFormat:this.internalFormat,type:this.type,normalized:this.normalized,colorSpace:this.colorSpace,minFilter:this.minFilter,magFilter:this.magFilter,anisotropy:this.anisotropy,flipY:this.flipY,generateMipmaps:this.generateMipmaps,mipmapsAutoUpdate:this.mipmapsAutoUpdate,premultiplyAlpha:this.premultiplyAlpha,unpackAlignment:this.unpackAlignment};return Object.keys(this.userData).length>0&&(i.userData=this.userData),n||(t.textures[this.uuid]=i),i}dispose(){this.dispatchEvent({type:"dispose"})}transformUv(t){if(this.mapping!==Xp)return t;if(t.applyMatrix3(this.matrix),t.x<0||t.x>1)switch(this.wrapS){case Eu:t.x=t.x-Math.floor(t.x);break;case ki:t.x=t.x<0?0:1;break;case Cu:Math.abs(Math.floor(t.x)%2)===1?t.x=Math.ceil(t.x)-t.x:t.x=t.x-Math.floor(t.x);break}if(t.y<0||t.y>1)switch(this.wrapT){case Eu:t.y=t.y-Math.floor(t.y);break;case ki:t.y=t.y<0?0:1;break;case Cu:Math.abs(Math.floor(t.y)%2)===1?t.y=Math.ceil(t.y)-t.y:t.y=t.y-Math.floor(t.y);break}return this.flipY&&(t.y=1-t.y),t}set needsUpdate(t){t===!0&&(this.version++,this.source.needsUpdate=!0)}set needsPMREMUpdate(t){t===!0&&this.pmremVersion++}};Pn.DEFAULT_IMAGE=null;Pn.DEFAULT_MAPPING=Xp;Pn.DEFAULT_ANISOTROPY=1;var Te=class{static{this.prototype.isVector4=!0}constructor(t=0,n=0,i=0,r=1){this.x=t,this.y=n,this.z=i,this.w=r}get width(){return this.z}set width(t){this.z=t}get height(){return this.w}set height(t){this.w=t}set(t,n,i,r){return this.x=t,this.y=n,this.z=i,this.w=r,this}setScalar(t){return this.x=t,this.y=t,this.z=t,this.w=t,this}setX(t){return this.x=t,this}setY(t){return this.y=t,this}setZ(t){return this.z=t,this}setW(t){return this.w=t,this}setComponent(t,n){switch(t){case 0:this.x=n;break;case 1:this.y=n;break;case 2:this.z=n;break;case 3:this.w=n;break;default:throw new Error("THREE.Vector4: index is out of range: "+t)}return this}getComponent(t){switch(t){case 0:return this.x;case 1:return this.y;case 2:return this.z;case 3:return this.w;default:throw new Error("THREE.Vector4: index is out of range: "+t)}}clone(){return new this.constructor(this.x,this.y,this.z,this.w)}copy(t){return this.x=t.x,this.y=t.y,this.z=t.z,this.w=t.w!==void 0?t.w:1,this}add(t){return this.x+=t.x,this.y+=t.y,this.z+=t.z,this.w+=t.w,this}addScalar(t){return this.x+=t,this.y+=t,this.z+=t,this.w+=t,this}addVectors(t,n){return this.x=t.x+n.x,this.y=t.y+n.y,this.z=t.z+n.z,this.w=t.w+n.w,this}addScaledVector(t,n){return this.x+=t.x*n,this.y+=t.y*n,this.z+=t.z*n,this.w+=t.w*n,this}sub(t){return this.x-=t.x,this.y-=t.y,this.z-=t.z,this.w-=t.w,this}subScalar(t){return this.x-=t,this.y-=t,this.z-=t,this.w-=t,this}subVectors(t,n){return this.x=t.x-n.x,this.y=t.y-n.y,this.z=t.z-n.z,this.w=t.w-n.w,this}multiply(t){return this.x*=t.x,this.y*=t.y,this.z*=t.z,this.w*=t.w,this}multiplyScalar(t){return this.x*=t,this.y*=t,this.z*=t,this.w*=t,this}applyMatrix4(t){let n=this.x,i=this.y,r=this.z,s=this.w,o=t.elements;return this.x=o[0]*n+o[4]*i+o[8]*r+o[12]*s,this.y=o[1]*n+o[5]*i+o[9]*r+o[13]*s,this.z=o[2]*n+o[6]*i+o[10]*r+o[14]*s,this.w=o[3]*n+o[7]*i+o[11]*r+o[15]*s,this}divide(t){return this.x/=t.x,this.y/=t.y,this.z/=t.z,this.w/=t.w,this}divideScalar(t){return this.multiplyScalar(1/t)}setAxisAngleFromQuaternion(t){this.w=2*Math.acos(t.w);let n=Math.sqrt(1-t.w*t.w);return n<1e-4?(this.x=1,this.y=0,this.z=0):(this.x=t.x/n,this.y=t.y/n,this.z=t.z/n),this}setAxisAngleFromRotationMatrix(t){let n,i,r,s,c=t.elements,l=c[0],u=c[4],h=c[8],f=c[1],d=c[5],p=c[9],y=c[2],m=c[6],g=c[10];if(Math.abs(u-f)<.01&&Math.abs(h-y)<.01&&Math.abs(p-m)<.01){if(Math.abs(u+f)<.1&&Math.abs(h+y)<.1&&Math.abs(p+m)<.1&&Math.abs(l+d+g-3)<.1)return this.set(1,0,0,0),this;n=Math.PI;let S=(l+1)/2,v=(d+1)/2,w=(g+1)/2,b=(u+f)/4,x=(h+y)/4,M=(p+m)/4;return S>v&&S>w?S<.01?(i=0,r=.707106781,s=.707106781):(i=Math.sqrt(S),r=b/i,s=x/i):v>w?v<.01?(i=.707106781,r=0,s=.707106781):(r=Math.sqrt(v),i=b/r,s=M/r):w<.01?(i=.707106781,r=.707106781,s=0):(s=Math.sqrt(w),i=x/s,r=M/s),this.set(i,r,s,n),this}let _=Math.sqrt((m-p)*(m-p)+(h-y)*(h-y)+(f-u)*(f-u));return Math.abs(_)<.001&&(_=1),this.x=(m-p)/_,this.y=(h-y)/_,this.z=(f-u)/_,this.w=Math.acos((l+d+g-1)/2),this}setFromMatrixPosition(t){let n=t.elements;return this.x=n[12],this.y=n[13],this.z=n[14],this.w=n[15],this}min(t){return this.x=Math.min(this.x,t.x),this.y=Math.min(this.y,t.y),this.z=Math.min(this.z,t.z),this.w=Math.min(this.w,t.w),this}max(t){return this.x=Math.max(this.x,t.x),this.y=Math.max(this.y,t.y),this.z=Math.max(this.z,t.z),this.w=Math.max(this.w,t.w),this}clamp(t,n){return this.x=ne(this.x,t.x,n.x),this.y=ne(this.y,t.y,n.y),this.z=ne(this.z,t.z,n.z),this.w=ne(this.w,t.w,n.w),this}clampScalar(t,n){return this.x=ne(this.x,t,n),this.y=ne(this.y,t,n),this.z=ne(this.z,t,n),this.w=ne(this.w,t,n),this}clampLength(t,n){let i=this.length();return this.divideScalar(i||1).multiplyScalar(ne(i,t,n))}floor(){return this.x=Math.floor(this.x),this.y=Math.floor(this.y),this.z=Math.floor(this.z),this.w=Math.floor(this.w),this}ceil(){return this.x=Math.ceil(this.x),this.y=Math.ceil(this.y),this.z=Math.ceil(this.z),this.w=Math.ceil(this.w),this}round(){return this.x=Math.round(this.x),this.y=Math.round(this.y),this.z=Math.round(this.z),this.w=Math.round(this.w),this}roundToZero(){return this.x=Math.trunc(this.x),this.y=Math.trunc(this.y),this.z=Math.trunc(this.z),this.w=Math.trunc(this.w),this}negate(){return this.x=-this.x,this.y=-this.y,this.z=-this.z,this.w=-this.w,this}dot(t){return this.x*t.x+this.y*t.y+this.z*t.z+this.w*t.w}lengthSq(){return this.x*this.x+this.y*this.y+this.z*this.z+this.w*this.w}length(){return Math.sqrt(this.x*this.x+this.y*this.y+this.z*this.z+this.w*this.w)}manhattanLength(){return Math.abs(this.x)+Math.abs(this.y)+Math.abs(this.z)+Math.abs(this.w)}normalize(){return this.divideScalar(this.length()||1)}setLength(t){return this.normalize().multiplyScalar(t)}lerp(t,n){return this.x+=(t.x-this.x)*n,this.y+=(t.y-this.y)*n,this.z+=(t.z-this.z)*n,this.w+=(t.w-this.w)*n,this}lerpVectors(t,n,i){return this.x=t.x+(n.x-t.x)*i,this.y=t.y+(n.y-t.y)*i,this.z=t.z+(n.z-t.z)*i,this.w=t.w+(n.w-t.w)*i,this}equals(t){return t.x===this.x&&t.y===this.y&&t.z===this.z&&t.w===this.w}fromArray(t,n=0){return this.x=t[n],this.y=t[n+1],this.z=t[n+2],this.w=t[n+3],this}toArray(t=[],n=0){return t[n]=this.x,t[n+1]=this.y,t[n+2]=this.z,t[n+3]=this.w,t}fromBufferAttribute(t,n){return this.x=t.getX(n),this.y=t.getY(n),this.z=t.getZ(n),this.w=t.getW(n),this}random(){return this.x=Math.random(),this.y=Math.random(),this.z=Math.random(),this.w=Math.random(),this}*[Symbol.iterator](){yield this.x,yield this.y,yield this.z,yield this.w}},Pu=class extends zi{constructor(t=1,n=1,i={}){super(),i=Object.assign({generateMipmaps:!1,internalFormat:null,minFilter:_n,depthBuffer:!0,stencilBuffer:!1,resolveColorBuffer:!0,resolveDepthBuffer:!0,resolveStencilBuffer:!0,storeMultisampledColorBuffer:!0,storeMultisampledDepthBuffer:!0,storeMultisampledStencilBuffer:!0,depthTexture:null,samples:0,count:1,depth:1,multiview:!1,useArrayDepthTexture:!1},i),this.isRenderTarget=!0,this.width=t,this.height=n,this.depth=i.depth,this.scissor=new Te(0,0,t,n),this.scissorTest=!1,this.viewport=new Te(0,0,t,n),this.textures=[];let r=i.count;for(let s=0;s<r;s++)this.textures[s]=new Pn({width:t,height:n,depth:i.depth}),this.textures[s].isRenderTargetTexture=!0,this.textures[s].renderTarget=this;this._setTextureOptions(i),this.depthBuffer=i.depthBuffer,this.stencilBuffer=i.stencilBuffer,this.resolveColorBuffer=i.resolveColorBuffer,this.resolveDepthBuffer=i.resolveDepthBuffer,this.resolveStencilBuffer=i.resolveStencilBuffer,this.storeMultisampledColorBuffer=i.storeMultisampledColorBuffer,this.storeMultisampledDepthBuffer=i.storeMultisampledDepthBuffer,this.storeMultisampledStencilBuffer=i.storeMultisampledStencilBuffer,this._depthTexture=null,this.depthTexture=i.depthTexture,this.samples=i.samples,this.multiview=i.multiview,this.useArrayDepthTexture=i.useArrayDepthTexture}_setTextureOptions(t={}){let n={minFilter:_n,generateMipmaps:!1,flipY:!1,internalFormat:null};t.mapping!==void 0&&(n.mapping=t.mapping),t.wrapS!==void 0&&(n.wrapS=t.wrapS),t.wrapT!==void 0&&(n.wrapT=t.wrapT),t.wrapR!==void 0&&(n.wrapR=t.wrapR),t.magFilter!==void 0&&(n.magFilter=t.magFilter),t.minFilter!==void 0&&(n.minFilter=t.minFilter),t.format!==void 0&&(n.format=t.format),t.type!==void 0&&(n.type=t.type),t.anisotropy!==void 0&&(n.anisotropy=t.anisotropy),t.colorSpace!==void 0&&(n.colorSpace=t.colorSpace),t.flipY!==void 0&&(n.flipY=t.flipY),t.generateMipmaps!==void 0&&(n.generateMipmaps=t.generateMipmaps),t.mipmapsAutoUpdate!==void 0&&(n.mipmapsAutoUpdate=t.mipmapsAutoUpdate),t.internalFormat!==void 0&&(n.internalFormat=t.internalFormat);for(let i=0;i<this.textures.length;i++)this.textures[i].setValues(n)}get texture(){return this.textures[0]}set texture(t){this.textures[0]=t}set depthTexture(t){this._depthTexture!==null&&this._depthTexture.renderTarget===this&&(this._depthTexture.renderTarget=null),t!==null&&t.renderTarget===null&&(t.renderTarget=this),this._depthTexture=t}get depthTexture(){return this._depthTexture}setSize(t,n,i=1){if(this.width!==t||this.height!==n||this.depth!==i){this.width=t,this.height=n,this.depth=i;for(let r=0,s=this.textures.length;r<s;r++)this.textures[r].image.width=t,this.textures[r].image.height=n,this.textures[r].image.depth=i,this.textures[r].isData3DTexture!==!0&&(this.textures[r].isArrayTexture=this.textures[r].image.depth>1);this.dispose()}this.viewport.set(0,0,t,n),this.scissor.set(0,0,t,n)}clone(){return new this.constructor().copy(this)}copy(t){this.width=t.width,this.height=t.height,this.depth=t.depth,this.scissor.copy(t.scissor),this.scissorTest=t.scissorTest,this.viewport.copy(t.viewport),this.textures.length=0;for(let n=0,i=t.textures.length;n<i;n++){this.textures[n]=t.textures[n].clone(),this.textures[n].isRenderTargetTexture=!0,this.textures[n].renderTarget=this;let r=Object.assign({},t.textures[n].image);this.textures[n].source=new Vo(r)}if(this.depthBuffer=t.depthBuffer,this.stencilBuffer=t.stencilBuffer,this.resolveColorBuffer=t.resolveColorBuffer,this.resolveDepthBuffer=t.resolveDepthBuffer,this.resolveStencilBuffer=t.resolveStencilBuffer,this.storeMultisampledColorBuffer=t.storeMultisampledColorBuffer,this.storeMultisampledDepthBuffer=t.storeMultisampledDepthBuffer,this.storeMultisampledStencilBuffer=t.storeMultisampledStencilBuffer,t.depthTexture!==null)if(t.depthTexture.renderTarget===t){let n=t.depthTexture.clone();n.renderTarget=null,this.depthTexture=n}else this.depthTexture=t.depthTexture;else this.depthTexture=null;return this.samples=t.samples,this.multiview=t.multiview,this.useArrayDepthTexture=t.useArrayDepthTexture,this}dispose(){this.dispatchEvent({type:"dispose"})}},$n=class extends Pu{constructor(t=1,n=1,i={}){super(t,n,i),this.isWebGLRenderTarget=!0}},fc=class extends Pn{constructor(t=null,n=1,i=1,r=1){super(null),this.isDataArrayTexture=!0,this.image={data:t,width:n,height:i,depth:r},this.magFilter=Ke,this.minFilter=Ke,this.wrapR=ki,this.generateMipmaps=!1,this.flipY=!1,this.unpackAlignment=1,this.layerUpdates=new Set}copy(t){return super.copy(t),this.wrapR=t.wrapR,this}addLayerUpdate(t){this.layerUpdates.add(t)}clearLayerUpdates(){this.layerUpdates.clear()}};var Lu=class extends Pn{constructor(t=null,n=1,i=1,r=1){super(null),this.isData3DTexture=!0,this.image={data:t,width:n,height:i,depth:r},this.magFilter=Ke,this.minFilter=Ke,this.wrapR=ki,this.generateMipmaps=!1,this.flipY=!1,this.unpackAlignment=1}copy(t){return super.copy(t),this.wrapR=t.wrapR,this}};var we=class e{static{this.prototype.isMatrix4=!0}constructor(t,n,i,r,s,o,a,c,l,u,h,f,d,p,y,m){this.elements=[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1],t!==void 0&&this.set(t,n,i,r,s,o,a,c,l,u,h,f,d,p,y,m)}set(t,n,i,r,s,o,a,c,l,u,h,f,d,p,y,m){let g=this.elements;return g[0]=t,g[4]=n,g[8]=i,g[12]=r,g[1]=s,g[5]=o,g[9]=a,g[13]=c,g[2]=l,g[6]=u,g[10]=h,g[14]=f,g[3]=d,g[7]=p,g[11]=y,g[15]=m,this}identity(){return this.set(1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1),this}clone(){return new e().fromArray(this.elements)}copy(t){let n=this.elements,i=t.elements;return n[0]=i[0],n[1]=i[1],n[2]=i[2],n[3]=i[3],n[4]=i[4],n[5]=i[5],n[6]=i[6],n[7]=i[7],n[8]=i[8],n[9]=i[9],n[10]=i[10],n[11]=i[11],n[12]=i[12],n[13]=i[13],n[14]=i[14],n[15]=i[15],this}copyPosition(t){let n=this.elements,i=t.elements;return n[12]=i[12],n[13]=i[13],n[14]=i[14],this}setFromMatrix3(t){let n=t.elements;return this.set(n[0],n[3],n[6],0,n[1],n[4],n[7],0,n[2],n[5],n[8],0,0,0,0,1),this}extractBasis(t,n,i){return this.determinantAffine()===0?(t.set(1,0,0),n.set(0,1,0),i.set(0,0,1),this):(t.setFromMatrixColumn(this,0),n.setFromMatrixColumn(this,1),i.setFromMatrixColumn(this,2),this)}makeBasis(t,n,i){return this.set(t.x,n.x,i.x,0,t.y,n.y,i.y,0,t.z,n.z,i.z,0,0,0,0,1),this}extractRotation(t){if(t.determinantAffine()===0)return this.identity();let n=this.elements,i=t.elements,r=1/To.setFromMatrixColumn(t,0).length(),s=1/To.setFromMatrixColumn(t,1).length(),o=1/To.setFromMatrixColumn(t,2).length();return n[0]=i[0]*r,n[1]=i[1]*r,n[2]=i[2]*r,n[3]=0,n[4]=i[4]*s,n[5]=i[5]*s,n[6]=i[6]*s,n[7]=0,n[8]=i[8]*o,n[9]=i[9]*o,n[10]=i[10]*o,n[11]=0,n[12]=0,n[13]=0,n[14]=0,n[15]=1,this}makeRotationFromEuler(t){let n=this.elements,i=t.x,r=t.y,s=t.z,o=Math.cos(i),a=Math.sin(i),c=Math.cos(r),l=Math.sin(r),u=Math.cos(s),h=Math.sin(s);if(t.order==="XYZ"){let f=o*u,d=o*h,p=a*u,y=a*h;n[0]=c*u,n[4]=-c*h,n[8]=l,n[1]=d+p*l,n[5]=f-y*l,n[9]=-a*c,n[2]=y-f*l,n[6]=p+d*l,n[10]=o*c}else if(t.order==="YXZ"){let f=c*u,d=c*h,p=l*u,y=l*h;n[0]=f+y*a,n[4]=p*a-d,n[8]=o*l,n[1]=o*h,n[5]=o*u,n[9]=-a,n[2]=d*a-p,n[6]=y+f*a,n[10]=o*c}else if(t.order==="ZXY"){let f=c*u,d=c*h,p=l*u,y=l*h;n[0]=f-y*a,n[4]=-o*h,n[8]=p+d*a,n[1]=d+p*a,n[5]=o*u,n[9]=y-f*a,n[2]=-o*l,n[6]=a,n[10]=o*c}else if(t.order==="ZYX"){let f=o*u,d=o*h,p=a*u,y=a*h;n[0]=c*u,n[4]=p*l-d,n[8]=f*l+y,n[1]=c*h,n[5]=y*l+f,n[9]=d*l-p,n[2]=-l,n[6]=a*c,n[10]=o*c}else if(t.order==="YZX"){let f=o*c,d=o*l,p=a*c,y=a*l;n[0]=c*u,n[4]=y-f*h,n[8]=p*h+d,n[1]=h,n[5]=o*u,n[9]=-a*u,n[2]=-l*u,n[6]=d*h+p,n[10]=f-y*h}else if(t.order==="XZY"){let f=o*c,d=o*l,p=a*c,y=a*l;n[0]=c*u,n[4]=-h,n[8]=l*u,n[1]=f*h+y,n[5]=o*u,n[9]=d*h-p,n[2]=p*h-d,n[6]=a*u,n[10]=y*h+f}return n[3]=0,n[7]=0,n[11]=0,n[12]=0,n[13]=0,n[14]=0,n[15]=1,this}makeRotationFromQuaternion(t){return this.compose(m3,t,g3)}lookAt(t,n,i){let r=this.elements;return zn.subVectors(t,n),zn.lengthSq()===0&&(zn.z=1),zn.normalize(),jr.crossVectors(i,zn),jr.lengthSq()===0&&(Math.abs(i.z)===1?zn.x+=1e-4:zn.z+=1e-4,zn.normalize(),jr.crossVectors(i,zn)),jr.normalize(),Ql.crossVectors(zn,jr),r[0]=jr.x,r[4]=Ql.x,r[8]=zn.x,r[1]=jr.y,r[5]=Ql.y,r[9]=zn.y,r[2]=jr.z,r[6]=Ql.z,r[10]=zn.z,this}multiply(t){return this.multiplyMatrices(this,t)}premultiply(t){return this.multiplyMatrices(t,this)}multiplyMatrices(t,n){let i=t.elements,r=n.elements,s=this.elements,o=i[0],a=i[4],c=i[8],l=i[12],u=i[1],h=i[5],f=i[9],d=i[13],p=i[2],y=i[6],m=i[10],g=i[14],_=i[3],S=i[7],v=i[11],w=i[15],b=r[0],x=r[4],M=r[8],R=r[12],E=r[1],C=r[5],N=r[9],B=r[13],I=r[2],L=r[6],k=r[10],F=r[14],Z=r[3],U=r[7],G=r[11],X=r[15];return s[0]=o*b+a*E+c*I+l*Z,s[4]=o*x+a*C+c*L+l*U,s[8]=o*M+a*N+c*k+l*G,s[12]=o*R+a*B+c*F+l*X,s[1]=u*b+h*E+f*I+d*Z,s[5]=u*x+h*C+f*L+d*U,s[9]=u*M+h*N+f*k+d*G,s[13]=u*R+h*B+f*F+d*X,s[2]=p*b+y*E+m*I+g*Z,s[6]=p*x+y*C+m*L+g*U,s[10]=p*M+y*N+m*k+g*G,s[14]=p*R+y*B+m*F+g*X,s[3]=_*b+S*E+v*I+w*Z,s[7]=_*x+S*C+v*L+w*U,s[11]=_*M+S*N+v*k+w*G,s[15]=_*R+S*B+v*F+w*X,this}multiplyScalar(t){let n=this.elements;return n[0]*=t,n[4]*=t,n[8]*=t,n[12]*=t,n[1]*=t,n[5]*=t,n[9]*=t,n[13]*=t,n[2]*=t,n[6]*=t,n[10]*=t,n[14]*=t,n[3]*=t,n[7]*=t,n[11]*=t,n[15]*=t,this}determinant(){let t=this.elements,n=t[0],i=t[4],r=t[8],s=t[12],o=t[1],a=t[5],c=t[9],l=t[13],u=t[2],h=t[6],f=t[10],d=t[14],p=t[3],y=t[7],m=t[11],g=t[15],_=c*d-l*f,S=a*d-l*h,v=a*f-c*h,w=o*d-l*u,b=o*f-c*u,x=o*h-a*u;return n*(y*_-m*S+g*v)-i*(p*_-m*w+g*b)+r*(p*S-y*w+g*x)-s*(p*v-y*b+m*x)}determinantAffine(){let t=this.elements,n=t[0],i=t[4],r=t[8],s=t[1],o=t[5],a=t[9],c=t[2],l=t[6],u=t[10];return n*(o*u-a*l)-i*(s*u-a*c)+r*(s*l-o*c)}transpose(){let t=this.elements,n;return n=t[1],t[1]=t[4],t[4]=n,n=t[2],t[2]=t[8],t[8]=n,n=t[6],t[6]=t[9],t[9]=n,n=t[3],t[3]=t[12],t[12]=n,n=t[7],t[7]=t[13],t[13]=n,n=t[11],t[11]=t[14],t[14]=n,this}setPosition(t,n,i){let r=this.elements;return t.isVector3?(r[12]=t.x,r[13]=t.y,r[14]=t.z):(r[12]=t,r[13]=n,r[14]=i),this}invert(){let t=this.elements,n=t[0],i=t[1],r=t[2],s=t[3],o=t[4],a=t[5],c=t[6],l=t[7],u=t[8],h=t[9],f=t[10],d=t[11],p=t[12],y=t[13],m=t[14],g=t[15],_=n*a-i*o,S=n*c-r*o,v=n*l-s*o,w=i*c-r*a,b=i*l-s*a,x=r*l-s*c,M=u*y-h*p,R=u*m-f*p,E=u*g-d*p,C=h*m-f*y,N=h*g-d*y,B=f*g-d*m,I=_*B-S*N+v*C+w*E-b*R+x*M;if(I===0)return this.set(0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0);let L=1/I;return t[0]=(a*B-c*N+l*C)*L,t[1]=(r*N-i*B-s*C)*L,t[2]=(y*x-m*b+g*w)*L,t[3]=(f*b-h*x-d*w)*L,t[4]=(c*E-o*B-l*R)*L,t[5]=(n*B-r*E+s*R)*L,t[6]=(m*v-p*x-g*S)*L,t[7]=(u*x-f*v+d*S)*L,t[8]=(o*N-a*E+l*M)*L,t[9]=(i*E-n*N-s*M)*L,t[10]=(p*b-y*v+g*_)*L,t[11]=(h*v-u*b-d*_)*L,t[12]=(a*R-o*C-c*M)*L,t[13]=(n*C-i*R+r*M)*L,t[14]=(y*S-p*w-m*_)*L,t[15]=(u*w-h*S+f*_)*L,this}scale(t){let n=this.elements,i=t.x,r=t.y,s=t.z;return n[0]*=i,n[4]*=r,n[8]*=s,n[1]*=i,n[5]*=r,n[9]*=s,n[2]*=i,n[6]*=r,n[10]*=s,n[3]*=i,n[7]*=r,n[11]*=s,this}getMaxScaleOnAxis(){let t=this.elements,n=t[0]*t[0]+t[1]*t[1]+t[2]*t[2],i=t[4]*t[4]+t[5]*t[5]+t[6]*t[6],r=t[8]*t[8]+t[9]*t[9]+t[10]*t[10];return Math.sqrt(Math.max(n,i,r))}makeTranslation(t,n,i){return t.isVector3?this.set(1,0,0,t.x,0,1,0,t.y,0,0,1,t.z,0,0,0,1):this.set(1,0,0,t,0,1,0,n,0,0,1,i,0,0,0,1),this}makeRotationX(t){let n=Math.cos(t),i=Math.sin(t);return this.set(1,0,0,0,0,n,-i,0,0,i,n,0,0,0,0,1),this}makeRotationY(t){let n=Math.cos(t),i=Math.sin(t);return this.set(n,0,i,0,0,1,0,0,-i,0,n,0,0,0,0,1),this}makeRotationZ(t){let n=Math.cos(t),i=Math.sin(t);return this.set(n,-i,0,0,i,n,0,0,0,0,1,0,0,0,0,1),this}makeRotationAxis(t,n){let i=Math.cos(n),r=Math.sin(n),s=1-i,o=t.x,a=t.y,c=t.z,l=s*o,u=s*a;return this.set(l*o+i,l*a-r*c,l*c+r*a,0,l*a+r*c,u*a+i,u*c-r*o,0,l*c-r*a,u*c+r*o,s*c*c+i,0,0,0,0,1),this}makeScale(t,n,i){return this.set(t,0,0,0,0,n,0,0,0,0,i,0,0,0,0,1),this}makeShear(t,n,i,r,s,o){return this.set(1,i,s,0,t,1,o,0,n,r,1,0,0,0,0,1),this}compose(t,n,i){let r=this.elements,s=n._x,o=n._y,a=n._z,c=n._w,l=s+s,u=o+o,h=a+a,f=s*l,d=s*u,p=s*h,y=o*u,m=o*h,g=a*h,_=c*l,S=c*u,v=c*h,w=i.x,b=i.y,x=i.z;return r[0]=(1-(y+g))*w,r[1]=(d+v)*w,r[2]=(p-S)*w,r[3]=0,r[4]=(d-v)*b,r[5]=(1-(f+g))*b,r[6]=(m+_)*b,r[7]=0,r[8]=(p+S)*x,r[9]=(m-_)*x,r[10]=(1-(f+y))*x,r[11]=0,r[12]=t.x,r[13]=t.y,r[14]=t.z,r[15]=1,this}decompose(t,n,i){let r=this.elements;t.x=r[12],t.y=r[13],t.z=r[14];let s=this.determinantAffine();if(s===0)return i.set(1,1,1),n.identity(),this;let o=To.set(r[0],r[1],r[2]).length(),a=To.set(r[4],r[5],r[6]).length(),c=To.set(r[8],r[9],r[10]).length();s<0&&(o=-o),vi.copy(this);let l=1/o,u=1/a,h=1/c;return vi.elements[0]*=l,vi.elements[1]*=l,vi.elements[2]*=l,vi.elements[4]*=u,vi.elements[5]*=u,vi.elements[6]*=u,vi.elements[8]*=h,vi.elements[9]*=h,vi.elements[10]*=h,n.setFromRotationMatrix(vi),i.x=o,i.y=a,i.z=c,this}makePerspective(t,n,i,r,s,o,a=ti,c=!1){let l=this.elements,u=2*s/(n-t),h=2*s/(i-r),f=(n+t)/(n-t),d=(i+r)/(i-r),p,y;if(c)p=s/(o-s),y=o*s/(o-s);else if(a===ti)p=-(o+s)/(o-s),y=-2*o*s/(o-s);else if(a===ko)p=-o/(o-s),y=-o*s/(o-s);else throw new Error("THREE.Matrix4.makePerspective(): Invalid coordinate system: "+a);return l[0]=u,l[4]=0,l[8]=f,l[12]=0,l[1]=0,l[5]=h,l[9]=d,l[13]=0,l[2]=0,l[6]=0,l[10]=p,l[14]=y,l[3]=0,l[7]=0,l[11]=-1,l[15]=0,this}makeOrthographic(t,n,i,r,s,o,a=ti,c=!1){let l=this.elements,u=2/(n-t),h=2/(i-r),f=-(n+t)/(n-t),d=-(i+r)/(i-r),p,y;if(c)p=1/(o-s),y=o/(o-s);else if(a===ti)p=-2/(o-s),y=-(o+s)/(o-s);else if(a===ko)p=-1/(o-s),y=-s/(o-s);else throw new Error("THREE.Matrix4.makeOrthographic(): Invalid coordinate system: "+a);return l[0]=u,l[4]=0,l[8]=0,l[12]=f,l[1]=0,l[5]=h,l[9]=0,l[13]=d,l[2]=0,l[6]=0,l[10]=p,l[14]=y,l[3]=0,l[7]=0,l[11]=0,l[15]=1,this}equals(t){let n=this.elements,i=t.elements;for(let r=0;r<16;r++)if(n[r]!==i[r])return!1;return!0}fromArray(t,n=0){for(let i=0;i<16;i++)this.elements[i]=t[i+n];return this}toArray(t=[],n=0){let i=this.elements;return t[n]=i[0],t[n+1]=i[1],t[n+2]=i[2],t[n+3]=i[3],t[n+4]=i[4],t[n+5]=i[5],t[n+6]=i[6],t[n+7]=i[7],t[n+8]=i[8],t[n+9]=i[9],t[n+10]=i[10],t[n+11]=i[11],t[n+12]=i[12],t[n+13]=i[13],t[n+14]=i[14],t[n+15]=i[15],t}},To=new q,vi=new we,m3=new q(0,0,0),g3=new q(1,1,1),jr=new q,Ql=new q,zn=new q,F_=new we,U_=new Wn,wr=class e{constructor(t=0,n=0,i=0,r=e.DEFAULT_ORDER){this.isEuler=!0,this._x=t,this._y=n,this._z=i,this._order=r}get x(){return this._x}set x(t){this._x=t,this._onChangeCallback()}get y(){return this._y}set y(t){this._y=t,this._onChangeCallback()}get z(){return this._z}set z(t){this._z=t,this._onChangeCallback()}get order(){return this._order}set order(t){this._order=t,this._onChangeCallback()}set(t,n,i,r=this._order){return this._x=t,this._y=n,this._z=i,this._order=r,this._onChangeCallback(),this}clone(){return new this.constructor(this._x,this._y,this._z,this._order)}copy(t){return this._x=t._x,this._y=t._y,this._z=t._z,this._order=t._order,this._onChangeCallback(),this}setFromRotationMatrix(t,n=this._order,i=!0){let r=t.elements,s=r[0],o=r[4],a=r[8],c=r[1],l=r[5],u=r[9],h=r[2],f=r[6],d=r[10];switch(n){case"XYZ":this._y=Math.asin(ne(a,-1,1)),Math.abs(a)<.9999999?(this._x=Math.atan2(-u,d),this._z=Math.atan2(-o,s)):(this._x=Math.atan2(f,l),this._z=0);break;case"YXZ":this._x=Math.asin(-ne(u,-1,1)),Math.abs(u)<.9999999?(this._y=Math.atan2(a,d),this._z=Math.atan2(c,l)):(this._y=Math.atan2(-h,s),this._z=0);break;case"ZXY":this._x=Math.asin(ne(f,-1,1)),Math.abs(f)<.9999999?(this._y=Math.atan2(-h,d),this._z=Math.atan2(-o,l)):(this._y=0,this._z=Math.atan2(c,s));break;case"ZYX":this._y=Math.asin(-ne(h,-1,1)),Math.abs(h)<.9999999?(this._x=Math.atan2(f,d),this._z=Math.atan2(c,s)):(this._x=0,this._z=Math.atan2(-o,l));break;case"YZX":this._z=Math.asin(ne(c,-1,1)),Math.abs(c)<.9999999?(this._x=Math.atan2(-u,l),this._y=Math.atan2(-h,s)):(this._x=0,this._y=Math.atan2(a,d));break;case"XZY":this._z=Math.asin(-ne(o,-1,1)),Math.abs(o)<.9999999?(this._x=Math.atan2(f,l),this._y=Math.atan2(a,s)):(this._x=Math.atan2(-u,d),this._y=0);break;default:Ft("Euler: .setFromRotationMatrix() encountered an unknown order: "+n)}return this._order=n,i===!0&&this._onChangeCallback(),this}setFromQuaternion(t,n,i){return F_.makeRotationFromQuaternion(t),this.setFromRotationMatrix(F_,n,i)}setFromVector3(t,n=this._order){return this.set(t.x,t.y,t.z,n)}reorder(t){return U_.setFromEuler(this),this.setFromQuaternion(U_,t)}equals(t){return t._x===this._x&&t._y===this._y&&t._z===this._z&&t._order===this._order}fromArray(t){return this._x=t[0],this._y=t[1],this._z=t[2],t[3]!==void 0&&(this._order=t[3]),this._onChangeCallback(),this}toArray(t=[],n=0){return t[n]=this._x,t[n+1]=this._y,t[n+2]=this._z,t[n+3]=this._order,t}_onChange(t){return this._onChangeCallback=t,this}_onChangeCallback(){}*[Symbol.iterator](){yield this._x,yield this._y,yield this._z,yield this._order}};wr.DEFAULT_ORDER="XYZ";var hc=class{constructor(){this.mask=1}set(t){this.mask=(1<<t|0)>>>0}enable(t){this.mask|=1<<t|0}enableAll(){this.mask=-1}toggle(t){this.mask^=1<<t|0}disable(t){this.mask&=~(1<<t|0)}disableAll(){this.mask=0}test(t){return(this.mask&t.mask)!==0}isEnabled(t){return(this.mask&(1<<t|0))!==0}},y3=0,O_=new q,Ao=new Wn,gr=new we,jl=new q,tc=new q,x3=new q,_3=new Wn,B_=new q(1,0,0),k_=new q(0,1,0),z_=new q(0,0,1),G_={type:"added"},v3={type:"removed"},Eo={type:"childadded",child:null},up={type:"childremoved",child:null},vn=class e extends zi{constructor(){super(),this.isObject3D=!0,Object.defineProperty(this,"id",{value:y3++}),this.uuid=Jo(),this.name="",this.type="Object3D",this.parent=null,this.children=[],this.up=e.DEFAULT_UP.clone();let t=new q,n=new wr,i=new Wn,r=new q(1,1,1);function s(){i.setFromEuler(n,!1)}function o(){n.setFromQuaternion(i,void 0,!1)}n._onChange(s),i._onChange(o),Object.defineProperties(this,{position:{configurable:!0,enumerable:!0,value:t},rotation:{configurable:!0,enumerable:!0,value:n},quaternion:{configurable:!0,enumerable:!0,value:i},scale:{configurable:!0,enumerable:!0,value:r},modelViewMatrix:{value:new we},normalMatrix:{value:new zt}}),this.matrix=new we,this.matrixWorld=new we,this.matrixAutoUpdate=e.DEFAULT_MATRIX_AUTO_UPDATE,this.matrixWorldAutoUpdate=e.DEFAULT_MATRIX_WORLD_AUTO_UPDATE,this.matrixWorldNeedsUpdate=!1,this.layers=new hc,this.visible=!0,this.castShadow=!1,this.receiveShadow=!1,this.frustumCulled=!0,this.renderOrder=0,this.animations=[],this.customDepthMaterial=void 0,this.customDistanceMaterial=void 0,this.static=!1,this.userData={},this.pivot=null}onBeforeShadow(){}onAfterShadow(){}onBeforeRender(){}onAfterRender(){}applyMatrix4(t){this.matrixAutoUpdate&&this.updateMatrix(),this.matrix.premultiply(t),this.matrix.decompose(this.position,this.quaternion,this.scale),this.pivot!==null&&this.position.copy(this.pivot).applyMatrix4(this.matrix).sub(this.pivot)}applyQuaternion(t){return this.quaternion.premultiply(t),this}setRotationFromAxisAngle(t,n){this.quaternion.setFromAxisAngle(t,n)}setRotationFromEuler(t){this.quaternion.setFromEuler(t,!0)}setRotationFromMatrix(t){this.quaternion.setFromRotationMatrix(t)}setRotationFromQuaternion(t){this.quaternion.copy(t)}rotateOnAxis(t,n){return Ao.setFromAxisAngle(t,n),this.quaternion.multiply(Ao),this}rotateOnWorldAxis(t,n){return Ao.setFromAxisAngle(t,n),this.quaternion.premultiply(Ao),this}rotateX(t){return this.rotateOnAxis(B_,t)}rotateY(t){return this.rotateOnAxis(k_,t)}rotateZ(t){return this.rotateOnAxis(z_,t)}translateOnAxis(t,n){return O_.copy(t).applyQuaternion(this.quaternion),this.position.add(O_.multiplyScalar(n)),this}translateX(t){return this.translateOnAxis(B_,t)}translateY(t){return this.translateOnAxis(k_,t)}translateZ(t){return this.translateOnAxis(z_,t)}localToWorld(t){return this.updateWorldMatrix(!0,!1),t.applyMatrix4(this.matrixWorld)}worldToLocal(t){return this.updateWorldMatrix(!0,!1),t.applyMatrix4(gr.copy(this.matrixWorld).invert())}lookAt(t,n,i){t.isVector3?jl.copy(t):jl.set(t,n,i);let r=this.parent;this.updateWorldMatrix(!0,!1),tc.setFromMatrixPosition(this.matrixWorld),this.isCamera||this.isLight?gr.lookAt(tc,jl,this.up):gr.lookAt(jl,tc,this.up),this.quaternion.setFromRotationMatrix(gr),r&&(gr.extractRotation(r.matrixWorld),Ao.setFromRotationMatrix(gr),this.quaternion.premultiply(Ao.invert()))}add(t){if(arguments.length>1){for(let n=0;n<arguments.length;n++)this.add(arguments[n]);return this}return t===this?(kt("Object3D.add: object can't be added as a child of itself.",t),this):(t&&t.isObject3D?(t.removeFromParent(),t.parent=this,this.children.push(t),t.dispatchEvent(G_),Eo.child=t,this.dispatchEvent(Eo),Eo.child=null):kt("Object3D.add: object not an instance of THREE.Object3D.",t),this)}remove(t){if(arguments.length>1){for(let i=0;i<arguments.length;i++)this.remove(arguments[i]);return this}let n=this.children.indexOf(t);return n!==-1&&(t.parent=null,this.children.splice(n,1),t.dispatchEvent(v3),up.child=t,this.dispatchEvent(up),up.child=null),this}removeFromParent(){let t=this.parent;return t!==null&&t.remove(this),this}clear(){return this.remove(...this.children)}attach(t){return this.updateWorldMatrix(!0,!1),gr.copy(this.matrixWorld).invert(),t.parent!==null&&(t.parent.updateWorldMatrix(!0,!1),gr.multiply(t.parent.matrixWorld)),t.applyMatrix4(gr),t.removeFromParent(),t.parent=this,this.children.push(t),t.updateWorldMatrix(!1,!0),t.dispatchEvent(G_),Eo.child=t,this.dispatchEvent(Eo),Eo.child=null,this}getObjectById(t){return this.getObjectByProperty("id",t)}getObjectByName(t){return this.getObjectByProperty("name",t)}getObjectByProperty(t,n){if(this[t]===n)return this;for(let i=0,r=this.children.length;i<r;i++){let o=this.children[i].getObjectByProperty(t,n);if(o!==void 0)return o}}getObjectsByProperty(t,n,i=[]){this[t]===n&&i.push(this);let r=this.children;for(let s=0,o=r.length;s<o;s++)r[s].getObjectsByProperty(t,n,i);return i}getWorldPosition(t){return this.updateWorldMatrix(!0,!1),t.setFromMatrixPosition(this.matrixWorld)}getWorldQuaternion(t){return this.updateWorldMatrix(!0,!1),this.matrixWorld.decompose(tc,t,x3),t}getWorldScale(t){return this.updateWorldMatrix(!0,!1),this.matrixWorld.decompose(tc,_3,t),t}getWorldDirection(t){this.updateWorldMatrix(!0,!1);let n=this.matrixWorld.elements;return t.set(n[8],n[9],n[10]).normalize()}raycast(){}intersectsFrustum(){return!0}traverse(t){t(this);let n=this.children;for(let i=0,r=n.length;i<r;i++)n[i].traverse(t)}traverseVisible(t){if(this.visible===!1)return;t(this);let n=this.children;for(let i=0,r=n.length;i<r;i++)n[i].traverseVisible(t)}traverseAncestors(t){let n=this.parent;n!==null&&(t(n),n.traverseAncestors(t))}updateMatrix(){this.matrix.compose(this.position,this.quaternion,this.scale);let t=this.pivot;if(t!==null){let n=t.x,i=t.y,r=t.z,s=this.matrix.elements;s[12]+=n-s[0]*n-s[4]*i-s[8]*r,s[13]+=i-s[1]*n-s[5]*i-s[9]*r,s[14]+=r-s[2]*n-s[6]*i-s[10]*r}this.matrixWorldNeedsUpdate=!0}updateMatrixWorld(t){this.matrixAutoUpdate&&this.updateMatrix(),(this.matrixWorldNeedsUpdate||t)&&(this.matrixWorldAutoUpdate===!0&&(this.parent===null?this.matrixWorld.copy(this.matrix):this.matrixWorld.multiplyMatrices(this.parent.matrixWorld,this.matrix)),this.matrixWorldNeedsUpdate=!1,t=!0);let n=this.children;for(let i=0,r=n.length;i<r;i++)n[i].updateMatrixWorld(t)}updateWorldMatrix(t,n,i=!1){let r=this.parent;if(t===!0&&r!==null&&r.updateWorldMatrix(!0,!1),this.matrixAutoUpdate&&this.updateMatrix(),(this.matrixWorldNeedsUpdate||i)&&(this.matrixWorldAutoUpdate===!0&&(this.parent===null?this.matrixWorld.copy(this.matrix):this.matrixWorld.multiplyMatrices(this.parent.matrixWorld,this.matrix)),this.matrixWorldNeedsUpdate=!1,i=!0),n===!0){let s=this.children;for(let o=0,a=s.length;o<a;o++)s[o].updateWorldMatrix(!1,!0,i)}}toJSON(t){let n=t===void 0||typeof t=="string",i={};n&&(t={geometries:{},materials:{},textures:{},images:{},shapes:{},skeletons:{},animations:{},nodes:{}},i.metadata={version:4.7,type:"Object",generator:"Object3D.toJSON"});let r={};r.uuid=this.uuid,r.type=this.type,r.name=this.name,r.castShadow=this.castShadow,r.receiveShadow=this.receiveShadow,r.visible=this.visible,r.frustumCulled=this.frustumCulled,r.renderOrder=this.renderOrder,r.static=this.static,r.matrixAutoUpdate=this.matrixAutoUpdate,Object.keys(this.userData).length>0&&(r.userData=this.userData),r.layers=this.layers.mask,r.matrix=this.matrix.toArray(),r.up=this.up.toArray(),this.pivot!==null&&(r.pivot=this.pivot.toArray()),this.morphTargetDictionary!==void 0&&(r.morphTargetDictionary=Object.assign({},this.morphTargetDictionary)),this.morphTargetInfluences!==void 0&&(r.morphTargetInfluences=this.morphTargetInfluences.slice()),this.isInstancedMesh&&(r.type="InstancedMesh",r.count=this.count,r.instanceMatrix=this.instanceMatrix.toJSON(),this.instanceColor!==null&&(r.instanceColor=this.instanceColor.toJSON())),this.isBatchedMesh&&(r.type="BatchedMesh",r.perObjectFrustumCulled=this.perObjectFrustumCulled,r.sortObjects=this.sortObjects,r.drawRanges=this._drawRanges,r.reservedRanges=this._reservedRanges,r.geometryInfo=this._geometryInfo.map(a=>({...a,boundingBox:a.boundingBox?a.boundingBox.toJSON():void 0,boundingSphere:a.boundingSphere?a.boundingSphere.toJSON():void 0})),r.instanceInfo=this._instanceInfo.map(a=>({...a})),r.availableInstanceIds=this._availableInstanceIds.slice(),r.availableGeometryIds=this._availableGeometryIds.slice(),r.nextIndexStart=this._nextIndexStart,r.nextVertexStart=this._nextVertexStart,r.geometryCount=this._geometryCount,r.maxInstanceCount=this._maxInstanceCount,r.maxVertexCount=this._maxVertexCount,r.maxIndexCount=this._maxIndexCount,r.geometryInitialized=this._geometryInitialized,r.matricesTexture=this._matricesTexture.toJSON(t),r.indirectTexture=this._indirectTexture.toJSON(t),this._colorsTexture!==null&&(r.colorsTexture=this._colorsTexture.toJSON(t)),this.boundingSphere!==null&&(r.boundingSphere=this.boundingSphere.toJSON()),this.boundingBox!==null&&(r.boundingBox=this.boundingBox.toJSON()));function s(a,c){return a[c.uuid]===void 0&&(a[c.uuid]=c.toJSON(t)),c.uuid}if(this.isScene)this.background&&(this.background.isColor?r.background=this.background.toJSON():this.background.isTexture&&(r.background=this.background.toJSON(t).uuid)),this.environment&&this.environment.isTexture&&this.environment.isRenderTargetTexture!==!0&&(r.environment=this.environment.toJSON(t).uuid);else if(this.isMesh||this.isLine||this.isPoints){r.geometry=s(t.geometries,this.geometry);let a=this.geometry.parameters;if(a!==void 0&&a.shapes!==void 0){let c=a.shapes;if(Array.isArray(c))for(let l=0,u=c.length;l<u;l++){let h=c[l];s(t.shapes,h)}else s(t.shapes,c)}}if(this.isSkinnedMesh&&(r.bindMode=this.bindMode,r.bindMatrix=this.bindMatrix.toArray(),this.skeleton!==void 0&&(s(t.skeletons,this.skeleton),r.skeleton=this.skeleton.uuid)),this.material!==void 0)if(Array.isArray(this.material)){let a=[];for(let c=0,l=this.material.length;c<l;c++)a.push(s(t.materials,this.material[c]));r.material=a}else r.material=s(t.materials,this.material);if(this.children.length>0){r.children=[];for(let a=0;a<this.children.length;a++)r.children.push(this.children[a].toJSON(t).object)}if(this.animations.length>0){r.animations=[];for(let a=0;a<this.animations.length;a++){let c=this.animations[a];r.animations.push(s(t.animations,c))}}if(n){let a=o(t.geometries),c=o(t.materials),l=o(t.textures),u=o(t.images),h=o(t.shapes),f=o(t.skeletons),d=o(t.animations),p=o(t.nodes);a.length>0&&(i.geometries=a),c.length>0&&(i.materials=c),l.length>0&&(i.textures=l),u.length>0&&(i.images=u),h.length>0&&(i.shapes=h),f.length>0&&(i.skeletons=f),d.length>0&&(i.animations=d),p.length>0&&(i.nodes=p)}return i.object=r,i;function o(a){let c=[];for(let l in a){let u=a[l];delete u.metadata,c.push(u)}return c}}clone(t){return new this.constructor().copy(this,t)}copy(t,n=!0){if(this.name=t.name,this.up.copy(t.up),this.position.copy(t.position),this.rotation.order=t.rotation.order,this.quaternion.copy(t.quaternion),this.scale.copy(t.scale),this.pivot=t.pivot!==null?t.pivot.clone():null,this.matrix.copy(t.matrix),this.matrixWorld.copy(t.matrixWorld),this.matrixAutoUpdate=t.matrixAutoUpdate,this.matrixWorldAutoUpdate=t.matrixWorldAutoUpdate,this.matrixWorldNeedsUpdate=t.matrixWorldNeedsUpdate,this.layers.mask=t.layers.mask,this.visible=t.visible,this.castShadow=t.castShadow,this.receiveShadow=t.receiveShadow,this.frustumCulled=t.frustumCulled,this.renderOrder=t.renderOrder,this.static=t.static,this.animations=t.animations.slice(),this.userData=JSON.parse(JSON.stringify(t.userData)),n===!0)for(let i=0;i<t.children.length;i++){let r=t.children[i];this.add(r.clone())}return this}dispose(){this.dispatchEvent({type:"dispose"})}};vn.DEFAULT_UP=new q(0,1,0);vn.DEFAULT_MATRIX_AUTO_UPDATE=!0;vn.DEFAULT_MATRIX_WORLD_AUTO_UPDATE=!0;var br=class extends vn{constructor(){super(),this.isGroup=!0,this.type="Group"}},b3={type:"move"},Ho=class{constructor(){this._targetRay=null,this._grip=null,this._hand=null}getHandSpace(){return this._hand===null&&(this._hand=new br,this._hand.matrixAutoUpdate=!1,this._hand.visible=!1,this._hand.joints={},this._hand.inputState={pinching:!1}),this._hand}getTargetRaySpace(){return this._targetRay===null&&(this._targetRay=new br,this._targetRay.matrixAutoUpdate=!1,this._targetRay.visible=!1,this._targetRay.hasLinearVelocity=!1,this._targetRay.linearVelocity=new q,this._targetRay.hasAngularVelocity=!1,this._targetRay.angularVelocity=new q),this._targetRay}getGripSpace(){return this._grip===null&&(this._grip=new br,this._grip.matrixAutoUpdate=!1,this._grip.visible=!1,this._grip.hasLinearVelocity=!1,this._grip.linearVelocity=new q,this._grip.hasAngularVelocity=!1,this._grip.angularVelocity=new q,this._grip.eventsEnabled=!1),this._grip}dispatchEvent(t){return this._targetRay!==null&&this._targetRay.dispatchEvent(t),this._grip!==null&&this._grip.dispatchEvent(t),this._hand!==null&&this._hand.dispatchEvent(t),this}connect(t){if(t&&t.hand){let n=this._hand;if(n)for(let i of t.hand.values())this._getHandJoint(n,i)}return this.dispatchEvent({type:"connected",data:t}),this}disconnect(t){return this.dispatchEvent({type:"disconnected",data:t}),this._targetRay!==null&&(this._targetRay.visible=!1),this._grip!==null&&(this._grip.visible=!1),this._hand!==null&&(this._hand.visible=!1),this}update(t,n,i){let r=null,s=null,o=null,a=this._targetRay,c=this._grip,l=this._hand;if(t&&n.session.visibilityState!=="visible-blurred"){if(l&&t.hand){o=!0;for(let y of t.hand.values()){let m=n.getJointPose(y,i),g=this._getHandJoint(l,y);m!==null&&(g.matrix.fromArray(m.transform.matrix),g.matrix.decompose(g.position,g.quaternion,g.scale),g.matrixWorldNeedsUpdate=!0,g.jointRadius=m.radius),g.visible=m!==null}let u=l.joints["index-finger-tip"],h=l.joints["thumb-tip"],f=u.position.distanceTo(h.position),d=.02,p=.005;l.inputState.pinching&&f>d+p?(l.inputState.pinching=!1,this.dispatchEvent({type:"pinchend",handedness:t.handedness,target:this})):!l.inputState.pinching&&f<=d-p&&(l.inputState.pinching=!0,this.dispatchEvent({type:"pinchstart",handedness:t.handedness,target:this}))}else c!==null&&t.gripSpace&&(s=n.getPose(t.gripSpace,i),s!==null&&(c.matrix.fromArray(s.transform.matrix),c.matrix.decompose(c.position,c.quaternion,c.scale),c.matrixWorldNeedsUpdate=!0,s.linearVelocity?(c.hasLinearVelocity=!0,c.linearVelocity.copy(s.linearVelocity)):c.hasLinearVelocity=!1,s.angularVelocity?(c.hasAngularVelocity=!0,c.angularVelocity.copy(s.angularVelocity)):c.hasAngularVelocity=!1,c.eventsEnabled&&c.dispatchEvent({type:"gripUpdated",data:t,target:this})));a!==null&&(r=n.getPose(t.targetRaySpace,i),r===null&&s!==null&&(r=s),r!==null&&(a.matrix.fromArray(r.transform.matrix),a.matrix.decompose(a.position,a.quaternion,a.scale),a.matrixWorldNeedsUpdate=!0,r.linearVelocity?(a.hasLinearVelocity=!0,a.linearVelocity.copy(r.linearVelocity)):a.hasLinearVelocity=!1,r.angularVelocity?(a.hasAngularVelocity=!0,a.angularVelocity.copy(r.angularVelocity)):a.hasAngularVelocity=!1,this.dispatchEvent(b3)))}return a!==null&&(a.visible=r!==null),c!==null&&(c.visible=s!==null),l!==null&&(l.visible=o!==null),this}_getHandJoint(t,n){if(t.joints[n.jointName]===void 0){let i=new br;i.matrixAutoUpdate=!1,i.visible=!1,t.joints[n.jointName]=i,t.add(i)}return t.joints[n.jointName]}},kv={aliceblue:15792383,antiquewhite:16444375,aqua:65535,aquamarine:8388564,azure:15794175,beige:16119260,bisque:16770244,black:0,blanchedalmond:16772045,blue:255,blueviolet:9055202,brown:10824234,burlywood:14596231,cadetblue:6266528,chartreuse:8388352,chocolate:13789470,coral:16744272,cornflowerblue:6591981,cornsilk:16775388,crimson:14423100,cyan:65535,darkblue:139,darkcyan:35723,darkgoldenrod:12092939,darkgray:11119017,darkgreen:25600,darkgrey:11119017,darkkhaki:12433259,darkmagenta:9109643,darkolivegreen:5597999,darkorange:16747520,darkorchid:10040012,darkred:9109504,darksalmon:15308410,darkseagreen:9419919,darkslateblue:4734347,darkslategray:3100495,darkslategrey:3100495,darkturquoise:52945,darkviolet:9699539,deeppink:16716947,deepskyblue:49151,dimgray:6908265,dimgrey:6908265,dodgerblue:2003199,firebrick:11674146,floralwhite:16775920,forestgreen:2263842,fuchsia:16711935,gainsboro:14474460,ghostwhite:16316671,gold:16766720,goldenrod:14329120,gray:8421504,green:32768,greenyellow:11403055,grey:8421504,honeydew:15794160,hotpink:16738740,indianred:13458524,indigo:4915330,ivory:16777200,khaki:15787660,lavender:15132410,lavenderblush:16773365,lawngreen:8190976,lemonchiffon:16775885,lightblue:11393254,lightcoral:15761536,lightcyan:14745599,lightgoldenrodyellow:16448210,lightgray:13882323,lightgreen:9498256,lightgrey:13882323,lightpink:16758465,lightsalmon:16752762,lightseagreen:2142890,lightskyblue:8900346,lightslategray:7833753,lightslategrey:7833753,lightsteelblue:11584734,lightyellow:16777184,lime:65280,limegreen:3329330,linen:16445670,magenta:16711935,maroon:8388608,mediumaquamarine:6737322,mediumblue:205,mediumorchid:12211667,mediumpurple:9662683,mediumseagreen:3978097,mediumslateblue:8087790,mediumspringgreen:64154,mediumturquoise:4772300,mediumvioletred:13047173,midnightblue:1644912,mintcream:16121850,mistyrose:16770273,moccasin:16770229,navajowhite:16768685,navy:128,oldlace:16643558,olive:8421376,olivedrab:7048739,orange:16753920,orangered:16729344,orchid:14315734,palegoldenrod:15657130,palegreen:10025880,paleturquoise:11529966,palevioletred:14381203,papayawhip:16773077,peachpuff:16767673,peru:13468991,pink:16761035,plum:14524637,powderblue:11591910,purple:8388736,rebeccapurple:6697881,red:16711680,rosybrown:12357519,royalblue:4286945,saddlebrown:9127187,salmon:16416882,sandybrown:16032864,seagreen:3050327,seashell:16774638,sienna:10506797,silver:12632256,skyblue:8900331,slateblue:6970061,slategray:7372944,slategrey:7372944,snow:16775930,springgreen:65407,steelblue:4620980,tan:13808780,teal:32896,thistle:14204888,tomato:16737095,turquoise:4251856,violet:15631086,wheat:16113331,white:16777215,whitesmoke:16119285,yellow:16776960,yellowgreen:10145074},ts={h:0,s:0,l:0},tu={h:0,s:0,l:0};function fp(e,t,n){return n<0&&(n+=1),n>1&&(n-=1),n<1/6?e+(t-e)*6*n:n<1/2?t:n<2/3?e+(t-e)*6*(2/3-n):e}var Zt=class{constructor(t,n,i){return this.isColor=!0,this.r=1,this.g=1,this.b=1,this.set(t,n,i)}set(t,n,i){if(n===void 0&&i===void 0){let r=t;r&&r.isColor?this.copy(r):typeof r=="number"?this.setHex(r):typeof r=="string"&&this.setStyle(r)}else this.setRGB(t,n,i);return this}setScalar(t){return this.r=t,this.g=t,this.b=t,this}setHex(t,n=Vn){return t=Math.floor(t),this.r=(t>>16&255)/255,this.g=(t>>8&255)/255,this.b=(t&255)/255,ee.colorSpaceToWorking(this,n),this}setRGB(t,n,i,r=ee.workingColorSpace){return this.r=t,this.g=n,this.b=i,ee.colorSpaceToWorking(this,r),this}setHSL(t,n,i,r=ee.workingColorSpace){if(t=sm(t,1),n=ne(n,0,1),i=ne(i,0,1),n===0)this.r=this.g=this.b=i;else{let s=i<=.5?i*(1+n):i+n-i*n,o=2*i-s;this.r=fp(o,s,t+1/3),this.g=fp(o,s,t),this.b=fp(o,s,t-1/3)}return ee.colorSpaceToWorking(this,r),this}setStyle(t,n=Vn){function i(s){s!==void 0&&parseFloat(s)<1&&Ft("Color: Alpha component of "+t+" will be ignored.")}let r;if(r=/^(\w+)\(([^\)]*)\)/.exec(t)){let s,o=r[1],a=r[2];switch(o){case"rgb":case"rgba":if(s=/^\s*(\d+)\s*,\s*(\d+)\s*,\s*(\d+)\s*(?:,\s*(\d+(?:\.\d+)?|\.\d+)\s*)?$/.exec(a))return i(s[4]),this.setRGB(Math.min(255,parseInt(s[1],10))/255,Math.min(255,parseInt(s[2],10))/255,Math.min(255,parseInt(s[3],10))/255,n);if(s=/^\s*(\d+(?:\.\d+)?|\.\d+)\%\s*,\s*(\d+(?:\.\d+)?|\.\d+)\%\s*,\s*(\d+(?:\.\d+)?|\.\d+)\%\s*(?:,\s*(\d+(?:\.\d+)?|\.\d+)\s*)?$/.exec(a))return i(s[4]),this.setRGB(Math.min(100,parseFloat(s[1]))/100,Math.min(100,parseFloat(s[2]))/100,Math.min(100,parseFloat(s[3]))/100,n);break;case"hsl":case"hsla":if(s=/^\s*([+-]?(?:\d+(?:\.\d+)?|\.\d+))\s*,\s*(\d+(?:\.\d+)?|\.\d+)\%\s*,\s*(\d+(?:\.\d+)?|\.\d+)\%\s*(?:,\s*(\d+(?:\.\d+)?|\.\d+)\s*)?$/.exec(a))return i(s[4]),this.setHSL(parseFloat(s[1])/360,parseFloat(s[2])/100,parseFloat(s[3])/100,n);break;default:Ft("Color: Unknown color model "+t)}}else if(r=/^\#([A-Fa-f\d]+)$/.exec(t)){let s=r[1],o=s.length;if(o===3)return this.setRGB(parseInt(s.charAt(0),16)/15,parseInt(s.charAt(1),16)/15,parseInt(s.charAt(2),16)/15,n);if(o===6)return this.setHex(parseInt(s,16),n);Ft("Color: Invalid hex color "+t)}else if(t&&t.length>0)return this.setColorName(t,n);return this}setColorName(t,n=Vn){let i=kv[t.toLowerCase()];return i!==void 0?this.setHex(i,n):Ft("Color: Unknown color "+t),this}clone(){return new this.constructor(this.r,this.g,this.b)}copy(t){return this.r=t.r,this.g=t.g,this.b=t.b,this}copySRGBToLinear(t){return this.r=Mr(t.r),this.g=Mr(t.g),this.b=Mr(t.b),this}copyLinearToSRGB(t){return this.r=Oo(t.r),this.g=Oo(t.g),this.b=Oo(t.b),this}convertSRGBToLinear(){return this.copySRGBToLinear(this),this}convertLinearToSRGB(){return this.copyLinearToSRGB(this),this}getHex(t=Vn){return ee.workingToColorSpace(hn.copy(this),t),Math.round(ne(hn.r*255,0,255))*65536+Math.round(ne(hn.g*255,0,255))*256+Math.round(ne(hn.b*255,0,255))}getHexString(t=Vn){return("000000"+this.getHex(t).toString(16)).slice(-6)}getHSL(t,n=ee.workingColorSpace){ee.workingToColorSpace(hn.copy(this),n);let i=hn.r,r=hn.g,s=hn.b,o=Math.max(i,r,s),a=Math.min(i,r,s),c,l,u=(a+o)/2;if(a===o)c=0,l=0;else{let h=o-a;switch(l=u<=.5?h/(o+a):h/(2-o-a),o){case i:c=(r-s)/h+(r<s?6:0);break;case r:c=(s-i)/h+2;break;case s:c=(i-r)/h+4;break}c/=6}return t.h=c,t.s=l,t.l=u,t}getRGB(t,n=ee.workingColorSpace){return ee.workingToColorSpace(hn.copy(this),n),t.r=hn.r,t.g=hn.g,t.b=hn.b,t}getStyle(t=Vn){ee.workingToColorSpace(hn.copy(this),t);let n=hn.r,i=hn.g,r=hn.b;return t!==Vn?`color(${t} ${n.toFixed(3)} ${i.toFixed(3)} ${r.toFixed(3)})`:`rgb(${Math.round(n*255)},${Math.round(i*255)},${Math.round(r*255)})`}offsetHSL(t,n,i){return this.getHSL(ts),this.setHSL(ts.h+t,ts.s+n,ts.l+i)}add(t){return this.r+=t.r,this.g+=t.g,this.b+=t.b,this}addColors(t,n){return this.r=t.r+n.r,this.g=t.g+n.g,this.b=t.b+n.b,this}addScalar(t){return this.r+=t,this.g+=t,this.b+=t,this}sub(t){return this.r=Math.max(0,this.r-t.r),this.g=Math.max(0,this.g-t.g),this.b=Math.max(0,this.b-t.b),this}multiply(t){return this.r*=t.r,this.g*=t.g,this.b*=t.b,this}multiplyScalar(t){return this.r*=t,this.g*=t,this.b*=t,this}lerp(t,n){return this.r+=(t.r-this.r)*n,this.g+=(t.g-this.g)*n,this.b+=(t.b-this.b)*n,this}lerpColors(t,n,i){return this.r=t.r+(n.r-t.r)*i,this.g=t.g+(n.g-t.g)*i,this.b=t.b+(n.b-t.b)*i,this}lerpHSL(t,n){this.getHSL(ts),t.getHSL(tu);let i=oc(ts.h,tu.h,n),r=oc(ts.s,tu.s,n),s=oc(ts.l,tu.l,n);return this.setHSL(i,r,s),this}setFromVector3(t){return this.r=t.x,this.g=t.y,this.b=t.z,this}applyMatrix3(t){let n=this.r,i=this.g,r=this.b,s=t.elements;return this.r=s[0]*n+s[3]*i+s[6]*r,this.g=s[1]*n+s[4]*i+s[7]*r,this.b=s[2]*n+s[5]*i+s[8]*r,this}equals(t){return t.r===this.r&&t.g===this.g&&t.b===this.b}fromArray(t,n=0){return this.r=t[n],this.g=t[n+1],this.b=t[n+2],this}toArray(t=[],n=0){return t[n]=this.r,t[n+1]=this.g,t[n+2]=this.b,t}fromBufferAttribute(t,n){return this.r=t.getX(n),this.g=t.getY(n),this.b=t.getZ(n),this}toJSON(){return this.getHex()}*[Symbol.iterator](){yield this.r,yield this.g,yield this.b}},hn=new Zt;Zt.NAMES=kv;var dc=class extends vn{constructor(){super(),this.isScene=!0,this.type="Scene",this.background=null,this.environment=null,this.fog=null,this.backgroundBlurriness=0,this.backgroundIntensity=1,this.backgroundRotation=new wr,this.environmentIntensity=1,this.environmentRotation=new wr,this.overrideMaterial=null,typeof __THREE_DEVTOOLS__<"u"&&__THREE_DEVTOOLS__.dispatchEvent(new CustomEvent("observe",{detail:this}))}copy(t,n){return super.copy(t,n),this.background=t.background!==null?t.background.clone():null,this.environment=t.environment!==null?t.environment.clone():null,this.fog=t.fog!==null?t.fog.clone():null,this.backgroundBlurriness=t.backgroundBlurriness,this.backgroundIntensity=t.backgroundIntensity,this.backgroundRotation.copy(t.backgroundRotation),this.environmentIntensity=t.environmentIntensity,this.environmentRotation.copy(t.environmentRotation),this.overrideMaterial=t.overrideMaterial!==null?t.overrideMaterial.clone():null,this.matrixAutoUpdate=t.matrixAutoUpdate,this}toJSON(t){let n=super.toJSON(t);return this.fog!==null&&(n.object.fog=this.fog.toJSON()),n.object.backgroundBlurriness=this.backgroundBlurriness,n.object.backgroundIntensity=this.backgroundIntensity,n.object.backgroundRotation=this.backgroundRotation.toArray(),n.object.environmentIntensity=this.environmentIntensity,n.object.environmentRotation=this.environmentRotation.toArray(),n}},bi=new q,yr=new q,hp=new q,xr=new q,Co=new q,Ro=new q,V_=new q,dp=new q,pp=new q,mp=new q,gp=new Te,yp=new Te,xp=new Te,rs=class e{constructor(t=new q,n=new q,i=new q){this.a=t,this.b=n,this.c=i}static getNormal(t,n,i,r){r.subVectors(i,n),bi.subVectors(t,n),r.cross(bi);let s=r.lengthSq();return s>0?r.multiplyScalar(1/Math.sqrt(s)):r.set(0,0,0)}static getBarycoord(t,n,i,r,s){bi.subVectors(r,n),yr.subVectors(i,n),hp.subVectors(t,n);let o=bi.dot(bi),a=bi.dot(yr),c=bi.dot(hp),l=yr.dot(yr),u=yr.dot(hp),h=o*l-a*a;if(h===0)return s.set(0,0,0),null;let f=1/h,d=(l*c-a*u)*f,p=(o*u-a*c)*f;return s.set(1-d-p,p,d)}static containsPoint(t,n,i,r){return this.getBarycoord(t,n,i,r,xr)===null?!1:xr.x>=0&&xr.y>=0&&xr.x+xr.y<=1}static getInterpolation(t,n,i,r,s,o,a,c){return this.getBarycoord(t,n,i,r,xr)===null?(c.x=0,c.y=0,"z"in c&&(c.z=0),"w"in c&&(c.w=0),null):(c.setScalar(0),c.addScaledVector(s,xr.x),c.addScaledVector(o,xr.y),c.addScaledVector(a,xr.z),c)}static getInterpolatedAttribute(t,n,i,r,s,o){return gp.setScalar(0),yp.setScalar(0),xp.setScalar(0),gp.fromBufferAttribute(t,n),yp.fromBufferAttribute(t,i),xp.fromBufferAttribute(t,r),o.setScalar(0),o.addScaledVector(gp,s.x),o.addScaledVector(yp,s.y),o.addScaledVector(xp,s.z),o}static isFrontFacing(t,n,i,r){return bi.subVectors(i,n),yr.subVectors(t,n),bi.cross(yr).dot(r)<0}set(t,n,i){return this.a.copy(t),this.b.copy(n),this.c.copy(i),this}setFromPointsAndIndices(t,n,i,r){return this.a.copy(t[n]),this.b.copy(t[i]),this.c.copy(t[r]),this}setFromAttributeAndIndices(t,n,i,r){return this.a.fromBufferAttribute(t,n),this.b.fromBufferAttribute(t,i),this.c.fromBufferAttribute(t,r),this}clone(){return new this.constructor().copy(this)}copy(t){return this.a.copy(t.a),this.b.copy(t.b),this.c.copy(t.c),this}getArea(){return bi.subVectors(this.c,this.b),yr.subVectors(this.a,this.b),bi.cross(yr).length()*.5}getMidpoint(t){return t.addVectors(this.a,this.b).add(this.c).multiplyScalar(1/3)}getNormal(t){return e.getNormal(this.a,this.b,this.c,t)}getPlane(t){return t.setFromCoplanarPoints(this.a,this.b,this.c)}getBarycoord(t,n){return e.getBarycoord(t,this.a,this.b,this.c,n)}getInterpolation(t,n,i,r,s){return e.getInterpolation(t,this.a,this.b,this.c,n,i,r,s)}containsPoint(t){return e.containsPoint(t,this.a,this.b,this.c)}isFrontFacing(t){return e.isFrontFacing(this.a,this.b,this.c,t)}intersectsBox(t){return t.intersectsTriangle(this)}closestPointToPoint(t,n){let i=this.a,r=this.b,s=this.c,o,a;Co.subVectors(r,i),Ro.subVectors(s,i),dp.subVectors(t,i);let c=Co.dot(dp),l=Ro.dot(dp);if(c<=0&&l<=0)return n.copy(i);pp.subVectors(t,r);let u=Co.dot(pp),h=Ro.dot(pp);if(u>=0&&h<=u)return n.copy(r);let f=c*h-u*l;if(f<=0&&c>=0&&u<=0&&c-u>0)return o=c/(c-u),n.copy(i).addScaledVector(Co,o);mp.subVectors(t,s);let d=Co.dot(mp),p=Ro.dot(mp);if(p>=0&&d<=p)return n.copy(s);let y=d*l-c*p;if(y<=0&&l>=0&&p<=0)return a=l/(l-p),n.copy(i).addScaledVector(Ro,a);let m=u*p-d*h;if(m<=0&&h-u>=0&&d-p>=0)return V_.subVectors(s,r),a=(h-u)/(h-u+(d-p)),n.copy(r).addScaledVector(V_,a);let g=1/(m+y+f);return o=y*g,a=f*g,n.copy(i).addScaledVector(Co,o).addScaledVector(Ro,a)}equals(t){return t.a.equals(this.a)&&t.b.equals(this.b)&&t.c.equals(this.c)}},Gi=class{constructor(t=new q(1/0,1/0,1/0),n=new q(-1/0,-1/0,-1/0)){this.isBox3=!0,this.min=t,this.max=n}set(t,n){return this.min.copy(t),this.max.copy(n),this}setFromArray(t){this.makeEmpty();for(let n=0,i=t.length;n<i;n+=3)this.expandByPoint(Mi.fromArray(t,n));return this}setFromBufferAttribute(t){this.makeEmpty();for(let n=0,i=t.count;n<i;n++)this.expandByPoint(Mi.fromBufferAttribute(t,n));return this}setFromPoints(t){this.makeEmpty();for(let n=0,i=t.length;n<i;n++)this.expandByPoint(t[n]);return this}setFromCenterAndSize(t,n){let i=Mi.copy(n).multiplyScalar(.5);return this.min.copy(t).sub(i),this.max.copy(t).add(i),this}setFromObject(t,n=!1){return this.makeEmpty(),this.expandByObject(t,n)}clone(){return new this.constructor().copy(this)}copy(t){return this.min.copy(t.min),this.max.copy(t.max),this}makeEmpty(){return this.min.x=this.min.y=this.min.z=1/0,this.max.x=this.max.y=this.max.z=-1/0,this}isEmpty(){return this.max.x<this.min.x||this.max.y<this.min.y||this.max.z<this.min.z}getCenter(t){return this.isEmpty()?t.set(0,0,0):t.addVectors(this.min,this.max).multiplyScalar(.5)}getSize(t){return this.isEmpty()?t.set(0,0,0):t.subVectors(this.max,this.min)}expandByPoint(t){return this.min.min(t),this.max.max(t),this}expandByVector(t){return this.min.sub(t),this.max.add(t),this}expandByScalar(t){return this.min.addScalar(-t),this.max.addScalar(t),this}expandByObject(t,n=!1){t.updateWorldMatrix(!1,!1);let i=t.geometry;if(i!==void 0){let s=i.getAttribute("position");if(n===!0&&s!==void 0&&t.isInstancedMesh!==!0&&t.isBatchedMesh!==!0)for(let o=0,a=s.count;o<a;o++)t.isMesh===!0?t.getVertexPosition(o,Mi):Mi.fromBufferAttribute(s,o),Mi.applyMatrix4(t.matrixWorld),this.expandByPoint(Mi);else t.boundingBox!==void 0?(t.boundingBox===null&&t.computeBoundingBox(),eu.copy(t.boundingBox)):(i.boundingBox===null&&i.computeBoundingBox(),eu.copy(i.boundingBox)),eu.applyMatrix4(t.matrixWorld),this.union(eu)}let r=t.children;for(let s=0,o=r.length;s<o;s++)this.expandByObject(r[s],n);return this}containsPoint(t){return t.x>=this.min.x&&t.x<=this.max.x&&t.y>=this.min.y&&t.y<=this.max.y&&t.z>=this.min.z&&t.z<=this.max.z}containsBox(t){return this.min.x<=t.min.x&&t.max.x<=this.max.x&&this.min.y<=t.min.y&&t.max.y<=this.max.y&&this.min.z<=t.min.z&&t.max.z<=this.max.z}getParameter(t,n){return n.set((t.x-this.min.x)/(this.max.x-this.min.x),(t.y-this.min.y)/(this.max.y-this.min.y),(t.z-this.min.z)/(this.max.z-this.min.z))}intersectsBox(t){return t.max.x>=this.min.x&&t.min.x<=this.max.x&&t.max.y>=this.min.y&&t.min.y<=this.max.y&&t.max.z>=this.min.z&&t.min.z<=this.max.z}intersectsSphere(t){return this.clampPoint(t.center,Mi),Mi.distanceToSquared(t.center)<=t.radius*t.radius}intersectsPlane(t){let n,i;return t.normal.x>0?(n=t.normal.x*this.min.x,i=t.normal.x*this.max.x):(n=t.normal.x*this.max.x,i=t.normal.x*this.min.x),t.normal.y>0?(n+=t.normal.y*this.min.y,i+=t.normal.y*this.max.y):(n+=t.normal.y*this.max.y,i+=t.normal.y*this.min.y),t.normal.z>0?(n+=t.normal.z*this.min.z,i+=t.normal.z*this.max.z):(n+=t.normal.z*this.max.z,i+=t.normal.z*this.min.z),n<=-t.constant&&i>=-t.constant}intersectsTriangle(t){if(this.isEmpty())return!1;this.getCenter(ec),nu.subVectors(this.max,ec),Io.subVectors(t.a,ec),Po.subVectors(t.b,ec),Lo.subVectors(t.c,ec),es.subVectors(Po,Io),ns.subVectors(Lo,Po),Us.subVectors(Io,Lo);let n=[0,-es.z,es.y,0,-ns.z,ns.y,0,-Us.z,Us.y,es.z,0,-es.x,ns.z,0,-ns.x,Us.z,0,-Us.x,-es.y,es.x,0,-ns.y,ns.x,0,-Us.y,Us.x,0];return!_p(n,Io,Po,Lo,nu)||(n=[1,0,0,0,1,0,0,0,1],!_p(n,Io,Po,Lo,nu))?!1:(iu.crossVectors(es,ns),n=[iu.x,iu.y,iu.z],_p(n,Io,Po,Lo,nu))}clampPoint(t,n){return n.copy(t).clamp(this.min,this.max)}distanceToPoint(t){return this.clampPoint(t,Mi).distanceTo(t)}getBoundingSphere(t){return this.isEmpty()?t.makeEmpty():(this.getCenter(t.center),t.radius=this.getSize(Mi).length()*.5),t}intersect(t){return this.min.max(t.min),this.max.min(t.max),this.isEmpty()&&this.makeEmpty(),this}union(t){return this.min.min(t.min),this.max.max(t.max),this}applyMatrix4(t){return this.isEmpty()?this:(_r[0].set(this.min.x,this.min.y,this.min.z).applyMatrix4(t),_r[1].set(this.min.x,this.min.y,this.max.z).applyMatrix4(t),_r[2].set(this.min.x,this.max.y,this.min.z).applyMatrix4(t),_r[3].set(this.min.x,this.max.y,this.max.z).applyMatrix4(t),_r[4].set(this.max.x,this.min.y,this.min.z).applyMatrix4(t),_r[5].set(this.max.x,this.min.y,this.max.z).applyMatrix4(t),_r[6].set(this.max.x,this.max.y,this.min.z).applyMatrix4(t),_r[7].set(this.max.x,this.max.y,this.max.z).applyMatrix4(t),this.setFromPoints(_r),this)}translate(t){return this.min.add(t),this.max.add(t),this}equals(t){return t.min.equals(this.min)&&t.max.equals(this.max)}toJSON(){return{min:this.min.toArray(),max:this.max.toArray()}}fromJSON(t){return this.min.fromArray(t.min),this.max.fromArray(t.max),this}},_r=[new q,new q,new q,new q,new q,new q,new q,new q],Mi=new q,eu=new Gi,Io=new q,Po=new q,Lo=new q,es=new q,ns=new q,Us=new q,ec=new q,nu=new q,iu=new q,Os=new q;function _p(e,t,n,i,r){for(let s=0,o=e.length-3;s<=o;s+=3){Os.fromArray(e,s);let a=r.x*Math.abs(Os.x)+r.y*Math.abs(Os.y)+r.z*Math.abs(Os.z),c=t.dot(Os),l=n.dot(Os),u=i.dot(Os);if(Math.max(-Math.max(c,l,u),Math.min(c,l,u))>a)return!1}return!0}var ze=new q,ru=new ie,M3=0,Hn=class extends zi{constructor(t,n,i=!1){if(super(),Array.isArray(t))throw new TypeError("THREE.BufferAttribute: array should be a Typed Array.");this.isBufferAttribute=!0,Object.defineProperty(this,"id",{value:M3++}),this.name="",this.array=t,this.itemSize=n,this.count=t!==void 0?t.length/n:0,this.normalized=i,this.usage=Lv,this.updateRanges=[],this.gpuType=Ti,this.version=0,this._normalizationScale=t!==void 0?am(t):void 0}onUploadCallback(){}set needsUpdate(t){t===!0&&this.version++}setUsage(t){return this.usage=t,this}addUpdateRange(t,n){this.updateRanges.push({start:t,count:n})}clearUpdateRanges(){this.updateRanges.length=0}copy(t){return this.name=t.name,this.array=new t.array.constructor(t.array),this.itemSize=t.itemSize,this.count=t.count,this.normalized=t.normalized,this.usage=t.usage,this.gpuType=t.gpuType,this._normalizationScale=t._normalizationScale,this}copyAt(t,n,i){t*=this.itemSize,i*=n.itemSize;for(let r=0,s=this.itemSize;r<s;r++)this.array[t+r]=n.array[i+r];return this}copyArray(t){return this.array.set(t),this}applyMatrix3(t){if(this.itemSize===2)for(let n=0,i=this.count;n<i;n++)ru.fromBufferAttribute(this,n),ru.applyMatrix3(t),this.setXY(n,ru.x,ru.y);else if(this.itemSize===3)for(let n=0,i=this.count;n<i;n++)ze.fromBufferAttribute(this,n),ze.applyMatrix3(t),this.setXYZ(n,ze.x,ze.y,ze.z);return this}applyMatrix4(t){for(let n=0,i=this.count;n<i;n++)ze.fromBufferAttribute(this,n),ze.applyMatrix4(t),this.setXYZ(n,ze.x,ze.y,ze.z);return this}applyNormalMatrix(t){for(let n=0,i=this.count;n<i;n++)ze.fromBufferAttribute(this,n),ze.applyNormalMatrix(t),this.setXYZ(n,ze.x,ze.y,ze.z);return this}transformDirection(t){for(let n=0,i=this.count;n<i;n++)ze.fromBufferAttribute(this,n),ze.transformDirection(t),this.setXYZ(n,ze.x,ze.y,ze.z);return this}set(t,n=0){return this.array.set(t,n),this}getComponent(t,n){let i=this.array[t*this.itemSize+n];return this.normalized&&(i=this._denormalize(i)),i}setComponent(t,n,i){return this.normalized&&(i=this._normalize(i)),this.array[t*this.itemSize+n]=i,this}getX(t){let n=this.array[t*this.itemSize];return this.normalized&&(n=this._denormalize(n)),n}setX(t,n){return this.normalized&&(n=this._normalize(n)),this.array[t*this.itemSize]=n,this}getY(t){let n=this.array[t*this.itemSize+1];return this.normalized&&(n=this._denormalize(n)),n}setY(t,n){return this.normalized&&(n=this._normalize(n)),this.array[t*this.itemSize+1]=n,this}getZ(t){let n=this.array[t*this.itemSize+2];return this.normalized&&(n=this._denormalize(n)),n}setZ(t,n){return this.normalized&&(n=this._normalize(n)),this.array[t*this.itemSize+2]=n,this}getW(t){let n=this.array[t*this.itemSize+3];return this.normalized&&(n=this._denormalize(n)),n}setW(t,n){return this.normalized&&(n=this._normalize(n)),this.array[t*this.itemSize+3]=n,this}setXY(t,n,i){return t*=this.itemSize,this.normalized&&(n=this._normalize(n),i=this._normalize(i)),this.array[t+0]=n,this.array[t+1]=i,this}setXYZ(t,n,i,r){return t*=this.itemSize,this.normalized&&(n=this._normalize(n),i=this._normalize(i),r=this._normalize(r)),this.array[t+0]=n,this.array[t+1]=i,this.array[t+2]=r,this}setXYZW(t,n,i,r,s){return t*=this.itemSize,this.normalized&&(n=this._normalize(n),i=this._normalize(i),r=this._normalize(r),s=this._normalize(s)),this.array[t+0]=n,this.array[t+1]=i,this.array[t+2]=r,this.array[t+3]=s,this}onUpload(t){return this.onUploadCallback=t,this}clone(){return new this.constructor(this.array,this.itemSize).copy(this)}toJSON(){let t={itemSize:this.itemSize,type:this.array.constructor.name,array:Array.from(this.array),normalized:this.normalized};return t.name=this.name,t.usage=this.usage,t.gpuType=this.gpuType,t}dispose(){this.dispatchEvent({type:"dispose"})}_denormalize(t){let n=this._normalizationScale;return n!==void 0?Math.max(t/n,-1):Ov(t,this.array)}_normalize(t){let n=this._normalizationScale;return n!==void 0?Math.round(t*n):Bv(t,this.array)}};var pc=class extends Hn{constructor(t,n,i){super(new Uint16Array(t),n,i)}};var mc=class extends Hn{constructor(t,n,i){super(new Uint32Array(t),n,i)}};var Je=class extends Hn{constructor(t,n,i){super(new Float32Array(t),n,i)}},S3=new Gi,nc=new q,vp=new q,ss=class{constructor(t=new q,n=-1){this.isSphere=!0,this.center=t,this.radius=n}set(t,n){return this.center.copy(t),this.radius=n,this}setFromPoints(t,n){let i=this.center;n!==void 0?i.copy(n):S3.setFromPoints(t).getCenter(i);let r=0;for(let s=0,o=t.length;s<o;s++)r=Math.max(r,i.distanceToSquared(t[s]));return this.radius=Math.sqrt(r),this}copy(t){return this.center.copy(t.center),this.radius=t.radius,this}isEmpty(){return this.radius<0}makeEmpty(){return this.center.set(0,0,0),this.radius=-1,this}containsPoint(t){return t.distanceToSquared(this.center)<=this.radius*this.radius}distanceToPoint(t){return t.distanceTo(this.center)-this.radius}intersectsSphere(t){let n=this.radius+t.radius;return t.center.distanceToSquared(this.center)<=n*n}intersectsBox(t){return t.intersectsSphere(this)}intersectsPlane(t){return Math.abs(t.distanceToPoint(this.center))<=this.radius}clampPoint(t,n){let i=this.center.distanceToSquared(t);return n.copy(t),i>this.radius*this.radius&&(n.sub(this.center).normalize(),n.multiplyScalar(this.radius).add(this.center)),n}getBoundingBox(t){return this.isEmpty()?(t.makeEmpty(),t):(t.set(this.center,this.center),t.expandByScalar(this.radius),t)}applyMatrix4(t){return this.center.applyMatrix4(t),this.radius=this.radius*t.getMaxScaleOnAxis(),this}translate(t){return this.center.add(t),this}expandByPoint(t){if(this.isEmpty())return this.center.copy(t),this.radius=0,this;nc.subVectors(t,this.center);let n=nc.lengthSq();if(n>this.radius*this.radius){let i=Math.sqrt(n),r=(i-this.radius)*.5;this.center.addScaledVector(nc,r/i),this.radius+=r}return this}union(t){return t.isEmpty()?this:this.isEmpty()?(this.copy(t),this):(this.center.equals(t.center)===!0?this.radius=Math.max(this.radius,t.radius):(vp.subVectors(t.center,this.center).setLength(t.radius),this.expandByPoint(nc.copy(t.center).add(vp)),this.expandByPoint(nc.copy(t.center).sub(vp))),this)}equals(t){return t.center.equals(this.center)&&t.radius===this.radius}clone(){return new this.constructor().copy(this)}toJSON(){return{radius:this.radius,center:this.center.toArray()}}fromJSON(t){return this.radius=t.radius,this.center.fromArray(t.center),this}},w3=0,jn=new we,bp=new vn,No=new q,Gn=new Gi,ic=new Gi,Ze=new q,ei=class e extends zi{constructor(){super(),this.isBufferGeometry=!0,Object.defineProperty(this,"id",{value:w3++}),this.uuid=Jo(),this.name="",this.type="BufferGeometry",this.index=null,this.indirect=null,this.indirectOffset=0,this.attributes={},this.morphAttributes={},this.morphTargetsRelative=!1,this.groups=[],this.boundingBox=null,this.boundingSphere=null,this.drawRange={start:0,count:1/0},this.userData={},this._transformed=!1}getIndex(){return this.index}setIndex(t){return Array.isArray(t)?this.index=new(Z2(t)?mc:pc)(t,1):this.index=t,this}setIndirect(t,n=0){return this.indirect=t,this.indirectOffset=n,this}getIndirect(){return this.indirect}getAttribute(t){return this.attributes[t]}setAttribute(t,n){return this.attributes[t]=n,this}deleteAttribute(t){return delete this.attributes[t],this}hasAttribute(t){return this.attributes[t]!==void 0}addGroup(t,n,i=0){this.groups.push({start:t,count:n,materialIndex:i})}clearGroups(){this.groups=[]}setDrawRange(t,n){this.drawRange.start=t,this.drawRange.count=n}applyMatrix4(t){let n=this.attributes.position;n!==void 0&&(n.applyMatrix4(t),n.needsUpdate=!0);let i=this.attributes.normal;if(i!==void 0){let s=new zt().getNormalMatrix(t);i.applyNormalMatrix(s),i.needsUpdate=!0}let r=this.attributes.tangent;return r!==void 0&&(r.transformDirection(t),r.needsUpdate=!0),this.boundingBox!==null&&this.computeBoundingBox(),this.boundingSphere!==null&&this.computeBoundingSphere(),this._transformed=!0,this}applyQuaternion(t){return jn.makeRotationFromQuaternion(t),this.applyMatrix4(jn),this}rotateX(t){return jn.makeRotationX(t),this.applyMatrix4(jn),this}rotateY(t){return jn.makeRotationY(t),this.applyMatrix4(jn),this}rotateZ(t){return jn.makeRotationZ(t),this.applyMatrix4(jn),this}translate(t,n,i){return jn.makeTranslation(t,n,i),this.applyMatrix4(jn),this}scale(t,n,i){return jn.makeScale(t,n,i),this.applyMatrix4(jn),this}lookAt(t){return bp.lookAt(t),bp.updateMatrix(),this.applyMatrix4(bp.matrix),this}center(){return this.computeBoundingBox(),this.boundingBox.getCenter(No).negate(),this.translate(No.x,No.y,No.z),this}setFromPoints(t){let n=this.getAttribute("position");if(n===void 0){let i=[];for(let r=0,s=t.length;r<s;r++){let o=t[r];i.push(o.x,o.y,o.z||0)}this.setAttribute("position",new Je(i,3))}else{let i=Math.min(t.length,n.count);for(let r=0;r<i;r++){let s=t[r];n.setXYZ(r,s.x,s.y,s.z||0)}t.length>n.count&&Ft("BufferGeometry: Buffer size too small for points data. Use .dispose() and create a new geometry."),n.needsUpdate=!0}return this}computeBoundingBox(){this.boundingBox===null&&(this.boundingBox=new Gi);let t=this.attributes.position,n=this.morphAttributes.position;if(t&&t.isGLBufferAttribute){kt("BufferGeometry.computeBoundingBox(): GLBufferAttribute requires a manual bounding box.",this),this.boundingBox.set(new q(-1/0,-1/0,-1/0),new q(1/0,1/0,1/0));return}if(t!==void 0){if(this.boundingBox.setFromBufferAttribute(t),n)for(let i=0,r=n.length;i<r;i++){let s=n[i];Gn.setFromBufferAttribute(s),this.morphTargetsRelative?(Ze.addVectors(this.boundingBox.min,Gn.min),this.boundingBox.expandByPoint(Ze),Ze.addVectors(this.boundingBox.max,Gn.max),this.boundingBox.expandByPoint(Ze)):(this.boundingBox.expandByPoint(Gn.min),this.boundingBox.expandByPoint(Gn.max))}}else this.boundingBox.makeEmpty();(isNaN(this.boundingBox.min.x)||isNaN(this.boundingBox.min.y)||isNaN(this.boundingBox.min.z))&&kt('BufferGeometry.computeBoundingBox(): Computed min/max have NaN values. The "position" attribute is likely to have NaN values.',this)}computeBoundingSphere(){this.boundingSphere===null&&(this.boundingSphere=new ss);let t=this.attributes.position,n=this.morphAttributes.position;if(t&&t.isGLBufferAttribute){kt("BufferGeometry.computeBoundingSphere(): GLBufferAttribute requires a manual bounding sphere.",this),this.boundingSphere.set(new q,1/0);return}if(t){let i=this.boundingSphere.center;if(Gn.setFromBufferAttribute(t),n)for(let s=0,o=n.length;s<o;s++){let a=n[s];ic.setFromBufferAttribute(a),this.morphTargetsRelative?(Ze.addVectors(Gn.min,ic.min),Gn.expandByPoint(Ze),Ze.addVectors(Gn.max,ic.max),Gn.expandByPoint(Ze)):(Gn.expandByPoint(ic.min),Gn.expandByPoint(ic.max))}Gn.getCenter(i);let r=0;for(let s=0,o=t.count;s<o;s++)Ze.fromBufferAttribute(t,s),r=Math.max(r,i.distanceToSquared(Ze));if(n)for(let s=0,o=n.length;s<o;s++){let a=n[s],c=this.morphTargetsRelative;for(let l=0,u=a.count;l<u;l++)Ze.fromBufferAttribute(a,l),c&&(No.fromBufferAttribute(t,l),Ze.add(No)),r=Math.max(r,i.distanceToSquared(Ze))}this.boundingSphere.radius=Math.sqrt(r),isNaN(this.boundingSphere.radius)&&kt('BufferGeometry.computeBoundingSphere(): Computed radius is NaN. The "position" attribute is likely to have NaN values.',this)}}computeTangents(){let t=this.index,n=this.attributes;if(t===null||n.position===void 0||n.normal===void 0||n.uv===void 0){kt("BufferGeometry: .computeTangents() failed. Missing required attributes (index, position, normal or uv)");return}let i=n.position,r=n.normal,s=n.uv,o=this.getAttribute("tangent");(o===void 0||o.count!==i.count)&&(o=new Hn(new Float32Array(4*i.count),4),this.setAttribute("tangent",o));let a=[],c=[],l=new Uint8Array(i.count);for(let R=0;R<i.count;R++)a[R]=new q,c[R]=new q;let u=new q,h=new q,f=new q,d=new ie,p=new ie,y=new ie,m=new q,g=new q;function _(R,E,C){l[R]=l[E]=l[C]=1,u.fromBufferAttribute(i,R),h.fromBufferAttribute(i,E),f.fromBufferAttribute(i,C),d.fromBufferAttribute(s,R),p.fromBufferAttribute(s,E),y.fromBufferAttribute(s,C),h.sub(u),f.sub(u),p.sub(d),y.sub(d);let N=1/(p.x*y.y-y.x*p.y);isFinite(N)&&(m.copy(h).multiplyScalar(y.y).addScaledVector(f,-p.y).multiplyScalar(N),g.copy(f).multiplyScalar(p.x).addScaledVector(h,-y.x).multiplyScalar(N),a[R].add(m),a[E].add(m),a[C].add(m),c[R].add(g),c[E].add(g),c[C].add(g))}let S=this.groups;S.length===0&&(S=[{start:0,count:t.count}]);for(let R=0,E=S.length;R<E;++R){let C=S[R],N=C.start,B=C.count;for(let I=N,L=N+B;I<L;I+=3)_(t.getX(I+0),t.getX(I+1),t.getX(I+2))}let v=new q,w=new q,b=new q,x=new q;function M(R){b.fromBufferAttribute(r,R),x.copy(b);let E=a[R];v.copy(E),v.sub(b.multiplyScalar(b.dot(E))).normalize(),w.crossVectors(x,E);let N=w.dot(c[R])<0?-1:1;o.setXYZW(R,v.x,v.y,v.z,N)}for(let R=0,E=i.count;R<E;++R)l[R]&&M(R);this._transformed=!0}computeVertexNormals(){let t=this.index,n=this.getAttribute("position");if(n!==void 0){let i=this.getAttribute("normal");if(i===void 0||i.count!==n.count)i=new Hn(new Float32Array(n.count*3),3),this.setAttribute("normal",i);else for(let f=0,d=i.count;f<d;f++)i.setXYZ(f,0,0,0);let r=new q,s=new q,o=new q,a=new q,c=new q,l=new q,u=new q,h=new q;if(t)for(let f=0,d=t.count;f<d;f+=3){let p=t.getX(f+0),y=t.getX(f+1),m=t.getX(f+2);r.fromBufferAttribute(n,p),s.fromBufferAttribute(n,y),o.fromBufferAttribute(n,m),u.subVectors(o,s),h.subVectors(r,s),u.cross(h),a.fromBufferAttribute(i,p),c.fromBufferAttribute(i,y),l.fromBufferAttribute(i,m),a.add(u),c.add(u),l.add(u),i.setXYZ(p,a.x,a.y,a.z),i.setXYZ(y,c.x,c.y,c.z),i.setXYZ(m,l.x,l.y,l.z)}else for(let f=0,d=n.count;f<d;f+=3)r.fromBufferAttribute(n,f+0),s.fromBufferAttribute(n,f+1),o.fromBufferAttribute(n,f+2),u.subVectors(o,s),h.subVectors(r,s),u.cross(h),i.setXYZ(f+0,u.x,u.y,u.z),i.setXYZ(f+1,u.x,u.y,u.z),i.setXYZ(f+2,u.x,u.y,u.z);this.normalizeNormals(),i.needsUpdate=!0}}normalizeNormals(){let t=this.attributes.normal;for(let n=0,i=t.count;n<i;n++)Ze.fromBufferAttribute(t,n),Ze.normalize(),t.setXYZ(n,Ze.x,Ze.y,Ze.z)}toNonIndexed(){function t(a,c){let l=a.array,u=a.itemSize,h=a.normalized,f=new l.constructor(c.length*u),d=0,p=0;for(let y=0,m=c.length;y<m;y++){a.isInterleavedBufferAttribute?d=c[y]*a.data.stride+a.offset:d=c[y]*u;for(let g=0;g<u;g++)f[p++]=l[d++]}return new Hn(f,u,h)}if(this.index===null)return Ft("BufferGeometry.toNonIndexed(): BufferGeometry is already non-indexed."),this;let n=new e,i=this.index.array,r=this.attributes;for(let a in r){let c=r[a],l=t(c,i);n.setAttribute(a,l)}let s=this.morphAttributes;for(let a in s){let c=[],l=s[a];for(let u=0,h=l.length;u<h;u++){let f=l[u],d=t(f,i);c.push(d)}n.morphAttributes[a]=c}n.morphTargetsRelative=this.morphTargetsRelative;let o=this.groups;for(let a=0,c=o.length;a<c;a++){let l=o[a];n.addGroup(l.start,l.count,l.materialIndex)}return n}toJSON(){let t={metadata:{version:4.7,type:"BufferGeometry",generator:"BufferGeometry.toJSON"}};if(t.uuid=this.uuid,t.type=this.parameters!==void 0&&this._transformed===!0?"BufferGeometry":this.type,t.name=this.name,Object.keys(this.userData).length>0&&(t.userData=this.userData),this.parameters!==void 0&&this._transformed!==!0){let c=this.parameters;for(let l in c)c[l]!==void 0&&(t[l]=c[l]);return t}t.data={attributes:{}};let n=this.index;n!==null&&(t.data.index={type:n.array.constructor.name,array:Array.prototype.slice.call(n.array)});let i=this.attributes;for(let c in i){let l=i[c];t.data.attributes[c]=l.toJSON(t.data)}let r={},s=!1;for(let c in this.morphAttributes){let l=this.morphAttributes[c],u=[];for(let h=0,f=l.length;h<f;h++){let d=l[h];u.push(d.toJSON(t.data))}u.length>0&&(r[c]=u,s=!0)}s&&(t.data.morphAttributes=r,t.data.morphTargetsRelative=this.morphTargetsRelative);let o=this.groups;o.length>0&&(t.data.groups=JSON.parse(JSON.stringify(o)));let a=this.boundingSphere;return a!==null&&(t.data.boundingSphere=a.toJSON()),t}clone(){return new this.constructor().copy(this)}copy(t){this.index=null,this.attributes={},this.morphAttributes={},this.groups=[],this.boundingBox=null,this.boundingSphere=null;let n={};this.name=t.name;let i=t.index;i!==null&&this.setIndex(i.clone());let r=t.attributes;for(let l in r){let u=r[l];this.setAttribute(l,u.clone(n))}let s=t.morphAttributes;for(let l in s){let u=[],h=s[l];for(let f=0,d=h.length;f<d;f++)u.push(h[f].clone(n));this.morphAttributes[l]=u}this.morphTargetsRelative=t.morphTargetsRelative;let o=t.groups;for(let l=0,u=o.length;l<u;l++){let h=o[l];this.addGroup(h.start,h.count,h.materialIndex)}let a=t.boundingBox;a!==null&&(this.boundingBox=a.clone());let c=t.boundingSphere;return c!==null&&(this.boundingSphere=c.clone()),this.drawRange.start=t.drawRange.start,this.drawRange.count=t.drawRange.count,this.userData=t.userData,this._transformed=t._transformed,this}dispose(){this.dispatchEvent({type:"dispose"})}};var Mp=new q,T3=new q,A3=new zt,Si=class{constructor(t=new q(1,0,0),n=0){this.isPlane=!0,this.normal=t,this.constant=n}set(t,n){return this.normal.copy(t),this.constant=n,this}setComponents(t,n,i,r){return this.normal.set(t,n,i),this.constant=r,this}setFromNormalAndCoplanarPoint(t,n){return this.normal.copy(t),this.constant=-n.dot(this.normal),this}setFromCoplanarPoints(t,n,i){let r=Mp.subVectors(i,n).cross(T3.subVectors(t,n)).normalize();return this.setFromNormalAndCoplanarPoint(r,t),this}copy(t){return this.normal.copy(t.normal),this.constant=t.constant,this}normalize(){let t=1/this.normal.length();return this.normal.multiplyScalar(t),this.constant*=t,this}negate(){return this.constant*=-1,this.normal.negate(),this}distanceToPoint(t){return this.normal.dot(t)+this.constant}distanceToSphere(t){return this.distanceToPoint(t.center)-t.radius}projectPoint(t,n){return n.copy(t).addScaledVector(this.normal,-this.distanceToPoint(t))}intersectLine(t,n,i=!0){let r=t.delta(Mp),s=this.normal.dot(r);if(s===0)return this.distanceToPoint(t.start)===0?n.copy(t.start):null;let o=-(t.start.dot(this.normal)+this.constant)/s;return i===!0&&(o<0||o>1)?null:n.copy(t.start).addScaledVector(r,o)}intersectsLine(t){let n=this.distanceToPoint(t.start),i=this.distanceToPoint(t.end);return n<0&&i>0||i<0&&n>0}intersectsBox(t){return t.intersectsPlane(this)}intersectsSphere(t){return t.intersectsPlane(this)}coplanarPoint(t){return t.copy(this.normal).multiplyScalar(-this.constant)}applyMatrix4(t,n){let i=n||A3.getNormalMatrix(t),r=this.coplanarPoint(Mp).applyMatrix4(t),s=this.normal.applyMatrix3(i).normalize();return this.constant=-r.dot(s),this}translate(t){return this.constant-=t.dot(this.normal),this}equals(t){return t.normal.equals(this.normal)&&t.constant===this.constant}clone(){return new this.constructor().copy(this)}toJSON(){return{normal:this.normal.toArray(),constant:this.constant}}fromJSON(t){return this.normal.fromArray(t.normal),this.constant=t.constant,this}},E3=0,os=class extends zi{constructor(){super(),this.isMaterial=!0,Object.defineProperty(this,"id",{value:E3++}),this.uuid=Jo(),this.name="",this.type="Material",this.blending=qo,this.side=hs,this.vertexColors=!1,this.opacity=1,this.transparent=!1,this.alphaHash=!1,this.blendSrc=Op,this.blendDst=Bp,this.blendEquation=Vs,this.blendSrcAlpha=null,this.blendDstAlpha=null,this.blendEquationAlpha=null,this.blendColor=new Zt(0,0,0),this.blendAlpha=0,this.depthFunc=Bo,this.depthTest=!0,this.depthWrite=!0,this.stencilWriteMask=255,this.stencilFunc=Av,this.stencilRef=0,this.stencilFuncMask=255,this.stencilFail=_u,this.stencilZFail=_u,this.stencilZPass=_u,this.stencilWrite=!1,this.clippingPlanes=null,this.clipIntersection=!1,this.clipShadows=!1,this.shadowSide=null,this.colorWrite=!0,this.precision=null,this.polygonOffset=!1,this.polygonOffsetFactor=0,this.polygonOffsetUnits=0,this.dithering=!1,this.alphaToCoverage=!1,this.premultipliedAlpha=!1,this.forceSinglePass=!1,this.allowOverride=!0,this.visible=!0,this.toneMapped=!0,this.userData={},this.version=0,this._alphaTest=0}get alphaTest(){return this._alphaTest}set alphaTest(t){this._alphaTest>0!=t>0&&this.version++,this._alphaTest=t}onBeforeRender(){}onBeforeCompile(){}customProgramCacheKey(){return this.onBeforeCompile.toString()}setValues(t){if(t!==void 0)for(let n in t){let i=t[n];if(i===void 0){Ft(`Material: parameter '${n}' has value of undefined.`);continue}let r=this[n];if(r===void 0){Ft(`Material: '${n}' is not a property of THREE.${this.type}.`);continue}r&&r.isColor?r.set(i):r&&r.isVector2&&i&&i.isVector2||r&&r.isEuler&&i&&i.isEuler||r&&r.isVector3&&i&&i.isVector3?r.copy(i):this[n]=i}}toJSON(t){let n=t===void 0||typeof t=="string";n&&(t={textures:{},images:{}});let i={metadata:{version:4.7,type:"Material",generator:"Material.toJSON"}};i.uuid=this.uuid,i.type=this.type,i.blending=this.blending,i.side=this.side,i.shadowSide=this.shadowSide,i.vertexColors=this.vertexColors,i.opacity=this.opacity,i.transparent=this.transparent,i.blendSrc=this.blendSrc,i.blendDst=this.blendDst,i.blendEquation=this.blendEquation,i.blendSrcAlpha=this.blendSrcAlpha,i.blendDstAlpha=this.blendDstAlpha,i.blendEquationAlpha=this.blendEquationAlpha,i.blendColor=this.blendColor.getHex(),i.blendAlpha=this.blendAlpha,i.depthFunc=this.depthFunc,i.depthTest=this.depthTest,i.depthWrite=this.depthWrite,i.colorWrite=this.colorWrite,i.clipIntersection=this.clipIntersection,i.clipShadows=this.clipShadows,i.stencilWriteMask=this.stencilWriteMask,i.stencilFunc=this.stencilFunc,i.stencilRef=this.stencilRef,i.stencilFuncMask=this.stencilFuncMask,i.stencilFail=this.stencilFail,i.stencilZFail=this.stencilZFail,i.stencilZPass=this.stencilZPass,i.stencilWrite=this.stencilWrite,i.polygonOffset=this.polygonOffset,i.polygonOffsetFactor=this.polygonOffsetFactor,i.polygonOffsetUnits=this.polygonOffsetUnits,i.dithering=this.dithering,i.alphaTest=this.alphaTest,i.alphaHash=this.alphaHash,i.alphaToCoverage=this.alphaToCoverage,i.premultipliedAlpha=this.premultipliedAlpha,i.forceSinglePass=this.forceSinglePass,i.allowOverride=this.allowOverride,i.visible=this.visible,i.toneMapped=this.toneMapped,i.name=this.name,this.color&&this.color.isColor&&(i.color=this.color.getHex()),this.roughness!==void 0&&(i.roughness=this.roughness),this.metalness!==void 0&&(i.metalness=this.metalness),this.sheen!==void 0&&(i.sheen=this.sheen),this.sheenColor&&this.sheenColor.isColor&&(i.sheenColor=this.sheenColor.getHex()),this.sheenRoughness!==void 0&&(i.sheenRoughness=this.sheenRoughness),this.emissive&&this.emissive.isColor&&(i.emissive=this.emissive.getHex()),this.emissiveIntensity!==void 0&&(i.emissiveIntensity=this.emissiveIntensity),this.specular&&this.specular.isColor&&(i.specular=this.specular.getHex()),this.specularIntensity!==void 0&&(i.specularIntensity=this.specularIntensity),this.specularColor&&this.specularColor.isColor&&(i.specularColor=this.specularColor.getHex()),this.shininess!==void 0&&(i.shininess=this.shininess),this.clearcoat!==void 0&&(i.clearcoat=this.clearcoat),this.clearcoatRoughness!==void 0&&(i.clearcoatRoughness=this.clearcoatRoughness),this.diffuseRoughness!==void 0&&(i.diffuseRoughness=this.diffuseRoughness),this.diffuseRoughnessMap&&this.diffuseRoughnessMap.isTexture&&(i.diffuseRoughnessMap=this.diffuseRoughnessMap.toJSON(t).uuid),this.clearcoatMap&&this.clearcoatMap.isTexture&&(i.clearcoatMap=this.clearcoatMap.toJSON(t).uuid),this.clearcoatRoughnessMap&&this.clearcoatRoughnessMap.isTexture&&(i.clearcoatRoughnessMap=this.clearcoatRoughnessMap.toJSON(t).uuid),this.clearcoatNormalMap&&this.clearcoatNormalMap.isTexture&&(i.clearcoatNormalMap=this.clearcoatNormalMap.toJSON(t).uuid,i.clearcoatNormalScale=this.clearcoatNormalScale.toArray()),this.sheenColorMap&&this.sheenColorMap.isTexture&&(i.sheenColorMap=this.sheenColorMap.toJSON(t).uuid),this.sheenRoughnessMap&&this.sheenRoughnessMap.isTexture&&(i.sheenRoughnessMap=this.sheenRoughnessMap.toJSON(t).uuid),this.dispersion!==void 0&&(i.dispersion=this.dispersion),this.retroreflectivity!==void 0&&(i.retroreflectivity=this.retroreflectivity),this.iridescence!==void 0&&(i.iridescence=this.iridescence),this.iridescenceIOR!==void 0&&(i.iridescenceIOR=this.iridescenceIOR),this.iridescenceThicknessMinimum!==void 0&&(i.iridescenceThicknessMinimum=this.iridescenceThicknessMinimum),this.iridescenceThicknessMaximum!==void 0&&(i.iridescenceThicknessMaximum=this.iridescenceThicknessMaximum),this.iridescenceMap&&this.iridescenceMap.isTexture&&(i.iridescenceMap=this.iridescenceMap.toJSON(t).uuid),this.iridescenceThicknessMap&&this.iridescenceThicknessMap.isTexture&&(i.iridescenceThicknessMap=this.iridescenceThicknessMap.toJSON(t).uuid),this.anisotropy!==void 0&&(i.anisotropy=this.anisotropy),this.anisotropyRotation!==void 0&&(i.anisotropyRotation=this.anisotropyRotation),this.anisotropyMap&&this.anisotropyMap.isTexture&&(i.anisotropyMap=this.anisotropyMap.toJSON(t).uuid),this.map&&this.map.isTexture&&(i.map=this.map.toJSON(t).uuid),this.matcap&&this.matcap.isTexture&&(i.matcap=this.matcap.toJSON(t).uuid),this.alphaMap&&this.alphaMap.isTexture&&(i.alphaMap=this.alphaMap.toJSON(t).uuid),this.lightMap&&this.lightMap.isTexture&&(i.lightMap=this.lightMap.toJSON(t).uuid,i.lightMapIntensity=this.lightMapIntensity),this.aoMap&&this.aoMap.isTexture&&(i.aoMap=this.aoMap.toJSON(t).uuid,i.aoMapIntensity=this.aoMapIntensity),this.bumpMap&&this.bumpMap.isTexture&&(i.bumpMap=this.bumpMap.toJSON(t).uuid,i.bumpScale=this.bumpScale),this.normalMap&&this.normalMap.isTexture&&(i.normalMap=this.normalMap.toJSON(t).uuid,i.normalMapType=this.normalMapType,i.normalScale=this.normalScale.toArray()),this.displacementMap&&this.displacementMap.isTexture&&(i.displacementMap=this.displacementMap.toJSON(t).uuid,i.displacementScale=this.displacementScale,i.displacementBias=this.displacementBias),this.roughnessMap&&this.roughnessMap.isTexture&&(i.roughnessMap=this.roughnessMap.toJSON(t).uuid),this.metalnessMap&&this.metalnessMap.isTexture&&(i.metalnessMap=this.metalnessMap.toJSON(t).uuid),this.emissiveMap&&this.emissiveMap.isTexture&&(i.emissiveMap=this.emissiveMap.toJSON(t).uuid),this.specularMap&&this.specularMap.isTexture&&(i.specularMap=this.specularMap.toJSON(t).uuid),this.specularIntensityMap&&this.specularIntensityMap.isTexture&&(i.specularIntensityMap=this.specularIntensityMap.toJSON(t).uuid),this.specularColorMap&&this.specularColorMap.isTexture&&(i.specularColorMap=this.specularColorMap.toJSON(t).uuid),this.envMap&&this.envMap.isTexture&&(i.envMap=this.envMap.toJSON(t).uuid,this.combine!==void 0&&(i.combine=this.combine)),this.envMapRotation!==void 0&&(i.envMapRotation=this.envMapRotation.toArray()),this.envMapIntensity!==void 0&&(i.envMapIntensity=this.envMapIntensity),this.reflectivity!==void 0&&(i.reflectivity=this.reflectivity),this.refractionRatio!==void 0&&(i.refractionRatio=this.refractionRatio),this.gradientMap&&this.gradientMap.isTexture&&(i.gradientMap=this.gradientMap.toJSON(t).uuid),this.transmission!==void 0&&(i.transmission=this.transmission),this.transmissionMap&&this.transmissionMap.isTexture&&(i.transmissionMap=this.transmissionMap.toJSON(t).uuid),this.thickness!==void 0&&(i.thickness=this.thickness),this.thicknessMap&&this.thicknessMap.isTexture&&(i.thicknessMap=this.thicknessMap.toJSON(t).uuid),this.attenuationDistance!==void 0&&(i.attenuationDistance=this.attenuationDistance),this.attenuationColor!==void 0&&(i.attenuationColor=this.attenuationColor.getHex()),this.size!==void 0&&(i.size=this.size),this.sizeAttenuation!==void 0&&(i.sizeAttenuation=this.sizeAttenuation),Array.isArray(this.clippingPlanes)&&this.clippingPlanes.length>0&&(i.clippingPlanes=this.clippingPlanes.map(s=>s.toJSON())),this.rotation!==void 0&&(i.rotation=this.rotation),this.depthPacking!==void 0&&(i.depthPacking=this.depthPacking),this.linewidth!==void 0&&(i.linewidth=this.linewidth),this.linecap!==void 0&&(i.linecap=this.linecap),this.linejoin!==void 0&&(i.linejoin=this.linejoin),this.dashSize!==void 0&&(i.dashSize=this.dashSize),this.gapSize!==void 0&&(i.gapSize=this.gapSize),this.scale!==void 0&&(i.scale=this.scale),this.wireframe!==void 0&&(i.wireframe=this.wireframe),this.wireframeLinewidth!==void 0&&(i.wireframeLinewidth=this.wireframeLinewidth),this.wireframeLinecap!==void 0&&(i.wireframeLinecap=this.wireframeLinecap),this.wireframeLinejoin!==void 0&&(i.wireframeLinejoin=this.wireframeLinejoin),this.flatShading!==void 0&&(i.flatShading=this.flatShading),this.fog!==void 0&&(i.fog=this.fog),Object.keys(this.userData).length>0&&(i.userData=this.userData);function r(s){let o=[];for(let a in s){let c=s[a];delete c.metadata,o.push(c)}return o}if(n){let s=r(t.textures),o=r(t.images);s.length>0&&(i.textures=s),o.length>0&&(i.images=o)}return i}fromJSON(t,n){if(t.uuid!==void 0&&(this.uuid=t.uuid),t.name!==void 0&&(this.name=t.name),t.color!==void 0&&this.color!==void 0&&this.color.setHex(t.color),t.roughness!==void 0&&(this.roughness=t.roughness),t.metalness!==void 0&&(this.metalness=t.metalness),t.sheen!==void 0&&(this.sheen=t.sheen),t.sheenColor!==void 0&&(this.sheenColor=new Zt().setHex(t.sheenColor)),t.sheenRoughness!==void 0&&(this.sheenRoughness=t.sheenRoughness),t.emissive!==void 0&&this.emissive!==void 0&&this.emissive.setHex(t.emissive),t.specular!==void 0&&this.specular!==void 0&&this.specular.setHex(t.specular),t.specularIntensity!==void 0&&(this.specularIntensity=t.specularIntensity),t.specularColor!==void 0&&this.specularColor!==void 0&&this.specularColor.setHex(t.specularColor),t.shininess!==void 0&&(this.shininess=t.shininess),t.clearcoat!==void 0&&(this.clearcoat=t.clearcoat),t.clearcoatRoughness!==void 0&&(this.clearcoatRoughness=t.clearcoatRoughness),t.diffuseRoughness!==void 0&&(this.diffuseRoughness=t.diffuseRoughness),t.dispersion!==void 0&&(this.dispersion=t.dispersion),t.retroreflectivity!==void 0&&(this.retroreflectivity=t.retroreflectivity),t.iridescence!==void 0&&(this.iridescence=t.iridescence),t.iridescenceIOR!==void 0&&(this.iridescenceIOR=t.iridescenceIOR),t.iridescenceThicknessMinimum!==void 0&&(this.iridescenceThicknessMinimum=t.iridescenceThicknessMinimum),t.iridescenceThicknessMaximum!==void 0&&(this.iridescenceThicknessMaximum=t.iridescenceThicknessMaximum),t.iridescenceThicknessRange!==void 0&&(this.iridescenceThicknessMinimum=t.iridescenceThicknessRange[0],this.iridescenceThicknessMaximum=t.iridescenceThicknessRange[1]),t.transmission!==void 0&&(this.transmission=t.transmission),t.thickness!==void 0&&(this.thickness=t.thickness),t.attenuationDistance!==void 0&&(this.attenuationDistance=t.attenuationDistance),t.attenuationColor!==void 0&&this.attenuationColor!==void 0&&this.attenuationColor.setHex(t.attenuationColor),t.anisotropy!==void 0&&(this.anisotropy=t.anisotropy),t.anisotropyRotation!==void 0&&(this.anisotropyRotation=t.anisotropyRotation),t.fog!==void 0&&(this.fog=t.fog),t.flatShading!==void 0&&(this.flatShading=t.flatShading),t.blending!==void 0&&(this.blending=t.blending),t.combine!==void 0&&(this.combine=t.combine),t.side!==void 0&&(this.side=t.side),t.shadowSide!==void 0&&(this.shadowSide=t.shadowSide),t.opacity!==void 0&&(this.opacity=t.opacity),t.transparent!==void 0&&(this.transparent=t.transparent),t.alphaTest!==void 0&&(this.alphaTest=t.alphaTest),t.alphaHash!==void 0&&(this.alphaHash=t.alphaHash),t.depthFunc!==void 0&&(this.depthFunc=t.depthFunc),t.depthTest!==void 0&&(this.depthTest=t.depthTest),t.depthWrite!==void 0&&(this.depthWrite=t.depthWrite),t.colorWrite!==void 0&&(this.colorWrite=t.colorWrite),t.clippingPlanes!==void 0&&(this.clippingPlanes=t.clippingPlanes.map(i=>new Si().fromJSON(i))),t.clipIntersection!==void 0&&(this.clipIntersection=t.clipIntersection),t.clipShadows!==void 0&&(this.clipShadows=t.clipShadows),t.depthPacking!==void 0&&(this.depthPacking=t.depthPacking),t.blendSrc!==void 0&&(this.blendSrc=t.blendSrc),t.blendDst!==void 0&&(this.blendDst=t.blendDst),t.blendEquation!==void 0&&(this.blendEquation=t.blendEquation),t.blendSrcAlpha!==void 0&&(this.blendSrcAlpha=t.blendSrcAlpha),t.blendDstAlpha!==void 0&&(this.blendDstAlpha=t.blendDstAlpha),t.blendEquationAlpha!==void 0&&(this.blendEquationAlpha=t.blendEquationAlpha),t.blendColor!==void 0&&this.blendColor!==void 0&&this.blendColor.setHex(t.blendColor),t.blendAlpha!==void 0&&(this.blendAlpha=t.blendAlpha),t.stencilWriteMask!==void 0&&(this.stencilWriteMask=t.stencilWriteMask),t.stencilFunc!==void 0&&(this.stencilFunc=t.stencilFunc),t.stencilRef!==void 0&&(this.stencilRef=t.stencilRef),t.stencilFuncMask!==void 0&&(this.stencilFuncMask=t.stencilFuncMask),t.stencilFail!==void 0&&(this.stencilFail=t.stencilFail),t.stencilZFail!==void 0&&(this.stencilZFail=t.stencilZFail),t.stencilZPass!==void 0&&(this.stencilZPass=t.stencilZPass),t.stencilWrite!==void 0&&(this.stencilWrite=t.stencilWrite),t.wireframe!==void 0&&(this.wireframe=t.wireframe),t.wireframeLinewidth!==void 0&&(this.wireframeLinewidth=t.wireframeLinewidth),t.wireframeLinecap!==void 0&&(this.wireframeLinecap=t.wireframeLinecap),t.wireframeLinejoin!==void 0&&(this.wireframeLinejoin=t.wireframeLinejoin),t.rotation!==void 0&&(this.rotation=t.rotation),t.linewidth!==void 0&&(this.linewidth=t.linewidth),t.linecap!==void 0&&(this.linecap=t.linecap),t.linejoin!==void 0&&(this.linejoin=t.linejoin),t.dashSize!==void 0&&(this.dashSize=t.dashSize),t.gapSize!==void 0&&(this.gapSize=t.gapSize),t.scale!==void 0&&(this.scale=t.scale),t.polygonOffset!==void 0&&(this.polygonOffset=t.polygonOffset),t.polygonOffsetFactor!==void 0&&(this.polygonOffsetFactor=t.polygonOffsetFactor),t.polygonOffsetUnits!==void 0&&(this.polygonOffsetUnits=t.polygonOffsetUnits),t.dithering!==void 0&&(this.dithering=t.dithering),t.alphaToCoverage!==void 0&&(this.alphaToCoverage=t.alphaToCoverage),t.premultipliedAlpha!==void 0&&(this.premultipliedAlpha=t.premultipliedAlpha),t.forceSinglePass!==void 0&&(this.forceSinglePass=t.forceSinglePass),t.allowOverride!==void 0&&(this.allowOverride=t.allowOverride),t.visible!==void 0&&(this.visible=t.visible),t.toneMapped!==void 0&&(this.toneMapped=t.toneMapped),t.userData!==void 0&&(this.userData=t.userData),t.vertexColors!==void 0&&(typeof t.vertexColors=="number"?this.vertexColors=t.vertexColors>0:this.vertexColors=t.vertexColors),t.size!==void 0&&(this.size=t.size),t.sizeAttenuation!==void 0&&(this.sizeAttenuation=t.sizeAttenuation),t.map!==void 0&&(this.map=n[t.map]||null),t.matcap!==void 0&&(this.matcap=n[t.matcap]||null),t.alphaMap!==void 0&&(this.alphaMap=n[t.alphaMap]||null),t.bumpMap!==void 0&&(this.bumpMap=n[t.bumpMap]||null),t.bumpScale!==void 0&&(this.bumpScale=t.bumpScale),t.normalMap!==void 0&&(this.normalMap=n[t.normalMap]||null),t.normalMapType!==void 0&&(this.normalMapType=t.normalMapType),t.normalScale!==void 0){let i=t.normalScale;Array.isArray(i)===!1&&(i=[i,i]),this.normalScale=new ie().fromArray(i)}return t.displacementMap!==void 0&&(this.displacementMap=n[t.displacementMap]||null),t.displacementScale!==void 0&&(this.displacementScale=t.displacementScale),t.displacementBias!==void 0&&(this.displacementBias=t.displacementBias),t.roughnessMap!==void 0&&(this.roughnessMap=n[t.roughnessMap]||null),t.metalnessMap!==void 0&&(this.metalnessMap=n[t.metalnessMap]||null),t.emissiveMap!==void 0&&(this.emissiveMap=n[t.emissiveMap]||null),t.emissiveIntensity!==void 0&&(this.emissiveIntensity=t.emissiveIntensity),t.specularMap!==void 0&&(this.specularMap=n[t.specularMap]||null),t.specularIntensityMap!==void 0&&(this.specularIntensityMap=n[t.specularIntensityMap]||null),t.specularColorMap!==void 0&&(this.specularColorMap=n[t.specularColorMap]||null),t.envMap!==void 0&&(this.envMap=n[t.envMap]||null),t.envMapRotation!==void 0&&this.envMapRotation.fromArray(t.envMapRotation),t.envMapIntensity!==void 0&&(this.envMapIntensity=t.envMapIntensity),t.reflectivity!==void 0&&(this.reflectivity=t.reflectivity),t.refractionRatio!==void 0&&(this.refractionRatio=t.refractionRatio),t.lightMap!==void 0&&(this.lightMap=n[t.lightMap]||null),t.lightMapIntensity!==void 0&&(this.lightMapIntensity=t.lightMapIntensity),t.aoMap!==void 0&&(this.aoMap=n[t.aoMap]||null),t.aoMapIntensity!==void 0&&(this.aoMapIntensity=t.aoMapIntensity),t.gradientMap!==void 0&&(this.gradientMap=n[t.gradientMap]||null),t.clearcoatMap!==void 0&&(this.clearcoatMap=n[t.clearcoatMap]||null),t.clearcoatRoughnessMap!==void 0&&(this.clearcoatRoughnessMap=n[t.clearcoatRoughnessMap]||null),t.clearcoatNormalMap!==void 0&&(this.clearcoatNormalMap=n[t.clearcoatNormalMap]||null),t.clearcoatNormalScale!==void 0&&(this.clearcoatNormalScale=new ie().fromArray(t.clearcoatNormalScale)),t.diffuseRoughnessMap!==void 0&&(this.diffuseRoughnessMap=n[t.diffuseRoughnessMap]||null),t.iridescenceMap!==void 0&&(this.iridescenceMap=n[t.iridescenceMap]||null),t.iridescenceThicknessMap!==void 0&&(this.iridescenceThicknessMap=n[t.iridescenceThicknessMap]||null),t.transmissionMap!==void 0&&(this.transmissionMap=n[t.transmissionMap]||null),t.thicknessMap!==void 0&&(this.thicknessMap=n[t.thicknessMap]||null),t.anisotropyMap!==void 0&&(this.anisotropyMap=n[t.anisotropyMap]||null),t.sheenColorMap!==void 0&&(this.sheenColorMap=n[t.sheenColorMap]||null),t.sheenRoughnessMap!==void 0&&(this.sheenRoughnessMap=n[t.sheenRoughnessMap]||null),this}clone(){return new this.constructor().copy(this)}copy(t){this.name=t.name,this.blending=t.blending,this.side=t.side,this.vertexColors=t.vertexColors,this.opacity=t.opacity,this.transparent=t.transparent,this.blendSrc=t.blendSrc,this.blendDst=t.blendDst,this.blendEquation=t.blendEquation,this.blendSrcAlpha=t.blendSrcAlpha,this.blendDstAlpha=t.blendDstAlpha,this.blendEquationAlpha=t.blendEquationAlpha,this.blendColor.copy(t.blendColor),this.blendAlpha=t.blendAlpha,this.depthFunc=t.depthFunc,this.depthTest=t.depthTest,this.depthWrite=t.depthWrite,this.stencilWriteMask=t.stencilWriteMask,this.stencilFunc=t.stencilFunc,this.stencilRef=t.stencilRef,this.stencilFuncMask=t.stencilFuncMask,this.stencilFail=t.stencilFail,this.stencilZFail=t.stencilZFail,this.stencilZPass=t.stencilZPass,this.stencilWrite=t.stencilWrite;let n=t.clippingPlanes,i=null;if(n!==null){let r=n.length;i=new Array(r);for(let s=0;s!==r;++s)i[s]=n[s].clone()}return this.clippingPlanes=i,this.clipIntersection=t.clipIntersection,this.clipShadows=t.clipShadows,this.shadowSide=t.shadowSide,this.colorWrite=t.colorWrite,this.precision=t.precision,this.polygonOffset=t.polygonOffset,this.polygonOffsetFactor=t.polygonOffsetFactor,this.polygonOffsetUnits=t.polygonOffsetUnits,this.dithering=t.dithering,this.alphaTest=t.alphaTest,this.alphaHash=t.alphaHash,this.alphaToCoverage=t.alphaToCoverage,this.premultipliedAlpha=t.premultipliedAlpha,this.forceSinglePass=t.forceSinglePass,this.allowOverride=t.allowOverride,this.visible=t.visible,this.toneMapped=t.toneMapped,this.userData=JSON.parse(JSON.stringify(t.userData)),this}dispose(){this.dispatchEvent({type:"dispose"})}set needsUpdate(t){t===!0&&this.version++}};var vr=new q,Sp=new q,su=new q,ou=new q,Nu=class{constructor(t=new q,n=new q(0,0,-1)){this.origin=t,this.direction=n}set(t,n){return this.origin.copy(t),this.direction.copy(n),this}copy(t){return this.origin.copy(t.origin),this.direction.copy(t.direction),this}at(t,n){return n.copy(this.origin).addScaledVector(this.direction,t)}lookAt(t){return this.direction.copy(t).sub(this.origin).normalize(),this}recast(t){return this.origin.copy(this.at(t,vr)),this}closestPointToPoint(t,n){n.subVectors(t,this.origin);let i=n.dot(this.direction);return i<0?n.copy(this.origin):n.copy(this.origin).addScaledVector(this.direction,i)}distanceToPoint(t){return Math.sqrt(this.distanceSqToPoint(t))}distanceSqToPoint(t){let n=vr.subVectors(t,this.origin).dot(this.direction);return n<0?this.origin.distanceToSquared(t):(vr.copy(this.origin).addScaledVector(this.direction,n),vr.distanceToSquared(t))}distanceSqToSegment(t,n,i,r){Sp.copy(t).add(n).multiplyScalar(.5),su.copy(n).sub(t).normalize(),ou.copy(this.origin).sub(Sp);let s=t.distanceTo(n)*.5,o=-this.direction.dot(su),a=ou.dot(this.direction),c=-ou.dot(su),l=ou.lengthSq(),u=Math.abs(1-o*o),h,f,d,p;if(u>0)if(h=o*c-a,f=o*a-c,p=s*u,h>=0)if(f>=-p)if(f<=p){let y=1/u;h*=y,f*=y,d=h*(h+o*f+2*a)+f*(o*h+f+2*c)+l}else f=s,h=Math.max(0,-(o*f+a)),d=-h*h+f*(f+2*c)+l;else f=-s,h=Math.max(0,-(o*f+a)),d=-h*h+f*(f+2*c)+l;else f<=-p?(h=Math.max(0,-(-o*s+a)),f=h>0?-s:Math.min(Math.max(-s,-c),s),d=-h*h+f*(f+2*c)+l):f<=p?(h=0,f=Math.min(Math.max(-s,-c),s),d=f*(f+2*c)+l):(h=Math.max(0,-(o*s+a)),f=h>0?s:Math.min(Math.max(-s,-c),s),d=-h*h+f*(f+2*c)+l);else f=o>0?-s:s,h=Math.max(0,-(o*f+a)),d=-h*h+f*(f+2*c)+l;return i&&i.copy(this.origin).addScaledVector(this.direction,h),r&&r.copy(Sp).addScaledVector(su,f),d}intersectSphere(t,n){if(t.radius<0)return null;vr.subVectors(t.center,this.origin);let i=vr.dot(this.direction),r=vr.dot(vr)-i*i,s=t.radius*t.radius;if(r>s)return null;let o=Math.sqrt(s-r),a=i-o,c=i+o;return c<0?null:a<0?this.at(c,n):this.at(a,n)}intersectsSphere(t){return t.radius<0?!1:this.distanceSqToPoint(t.center)<=t.radius*t.radius}distanceToPlane(t){let n=t.normal.dot(this.direction);if(n===0)return t.distanceToPoint(this.origin)===0?0:null;let i=-(this.origin.dot(t.normal)+t.constant)/n;return i>=0?i:null}intersectPlane(t,n){let i=this.distanceToPlane(t);return i===null?null:this.at(i,n)}intersectsPlane(t){let n=t.distanceToPoint(this.origin);return n===0||t.normal.dot(this.direction)*n<0}intersectBox(t,n){let i,r,s,o,a,c,l=1/this.direction.x,u=1/this.direction.y,h=1/this.direction.z,f=this.origin;return l>=0?(i=(t.min.x-f.x)*l,r=(t.max.x-f.x)*l):(i=(t.max.x-f.x)*l,r=(t.min.x-f.x)*l),u>=0?(s=(t.min.y-f.y)*u,o=(t.max.y-f.y)*u):(s=(t.max.y-f.y)*u,o=(t.min.y-f.y)*u),i>o||s>r||((s>i||isNaN(i))&&(i=s),(o<r||isNaN(r))&&(r=o),h>=0?(a=(t.min.z-f.z)*h,c=(t.max.z-f.z)*h):(a=(t.max.z-f.z)*h,c=(t.min.z-f.z)*h),i>c||a>r)||((a>i||i!==i)&&(i=a),(c<r||r!==r)&&(r=c),r<0)?null:this.at(i>=0?i:r,n)}intersectsBox(t){return this.intersectBox(t,vr)!==null}intersectTriangle(t,n,i,r,s){let o=this.origin,a=this.direction,c=a.x,l=a.y,u=a.z,h=t.x-o.x,f=t.y-o.y,d=t.z-o.z,p=n.x-o.x,y=n.y-o.y,m=n.z-o.z,g=i.x-o.x,_=i.y-o.y,S=i.z-o.z,v=Math.abs(c),w=Math.abs(l),b=Math.abs(u),x,M,R,E,C,N,B,I,L,k,F,Z;if(v>=w&&v>=b?(R=c,N=h,L=p,Z=g,c>=0?(x=l,M=u,E=f,C=d,B=y,I=m,k=_,F=S):(x=u,M=l,E=d,C=f,B=m,I=y,k=S,F=_)):w>=b?(R=l,N=f,L=y,Z=_,l>=0?(x=u,M=c,E=d,C=h,B=m,I=p,k=S,F=g):(x=c,M=u,E=h,C=d,B=p,I=m,k=g,F=S)):(R=u,N=d,L=m,Z=S,u>=0?(x=c,M=l,E=h,C=f,B=p,I=y,k=g,F=_):(x=l,M=c,E=f,C=h,B=y,I=p,k=_,F=g)),R===0)return null;let U=x/R,G=M/R,X=1/R,st=E-U*N,ct=C-G*N,W=B-U*L,at=I-G*L,ft=k-U*Z,ot=F-G*Z,rt=ft*at-ot*W,J=st*ot-ct*ft,gt=W*ct-at*st;if(r){if(rt<0||J<0||gt<0)return null}else if((rt<0||J<0||gt<0)&&(rt>0||J>0||gt>0))return null;let lt=rt+J+gt;if(lt===0)return null;let K=X*(rt*N+J*L+gt*Z);return(lt>0?K<0:K>0)?null:this.at(K/lt,s)}applyMatrix4(t){return this.origin.applyMatrix4(t),this.direction.transformDirection(t),this}equals(t){return t.origin.equals(this.origin)&&t.direction.equals(this.direction)}clone(){return new this.constructor().copy(this)}},Du=class extends os{constructor(t){super(),this.isMeshBasicMaterial=!0,this.type="MeshBasicMaterial",this.color=new Zt(16777215),this.map=null,this.lightMap=null,this.lightMapIntensity=1,this.aoMap=null,this.aoMapIntensity=1,this.specularMap=null,this.alphaMap=null,this.envMap=null,this.envMapRotation=new wr,this.combine=Qu,this.reflectivity=1,this.refractionRatio=.98,this.wireframe=!1,this.wireframeLinewidth=1,this.wireframeLinecap="round",this.wireframeLinejoin="round",this.fog=!0,this.setValues(t)}copy(t){return super.copy(t),this.color.copy(t.color),this.map=t.map,this.lightMap=t.lightMap,this.lightMapIntensity=t.lightMapIntensity,this.aoMap=t.aoMap,this.aoMapIntensity=t.aoMapIntensity,this.specularMap=t.specularMap,this.alphaMap=t.alphaMap,this.envMap=t.envMap,this.envMapRotation.copy(t.envMapRotation),this.combine=t.combine,this.reflectivity=t.reflectivity,this.refractionRatio=t.refractionRatio,this.wireframe=t.wireframe,this.wireframeLinewidth=t.wireframeLinewidth,this.wireframeLinecap=t.wireframeLinecap,this.wireframeLinejoin=t.wireframeLinejoin,this.fog=t.fog,this}},H_=new we,Bs=new Nu,au=new ss,W_=new q,cu=new q,lu=new q,uu=new q,wp=new q,fu=new q,$_=new q,hu=new q,Xn=class extends vn{constructor(t=new ei,n=new Du){super(),this.isMesh=!0,this.type="Mesh",this.geometry=t,this.material=n,this.morphTargetDictionary=void 0,this.morphTargetInfluences=void 0,this.count=1,this.updateMorphTargets()}copy(t,n){return super.copy(t,n),t.morphTargetInfluences!==void 0?this.morphTargetInfluences=t.morphTargetInfluences.slice():this.morphTargetInfluences=void 0,t.morphTargetDictionary!==void 0?this.morphTargetDictionary=Object.assign({},t.morphTargetDictionary):this.morphTargetDictionary=void 0,this.material=Array.isArray(t.material)?t.material.slice():t.material,this.geometry=t.geometry,this}updateMorphTargets(){let n=this.geometry.morphAttributes,i=Object.keys(n);if(i.length>0){let r=n[i[0]];if(r!==void 0){this.morphTargetInfluences=[],this.morphTargetDictionary={};for(let s=0,o=r.length;s<o;s++){let a=r[s].name||String(s);this.morphTargetInfluences.push(0),this.morphTargetDictionary[a]=s}}}}getVertexPosition(t,n){let i=this.geometry,r=i.attributes.position,s=i.morphAttributes.position,o=i.morphTargetsRelative;n.fromBufferAttribute(r,t);let a=this.morphTargetInfluences;if(s&&a){fu.set(0,0,0);for(let c=0,l=s.length;c<l;c++){let u=a[c],h=s[c];u!==0&&(wp.fromBufferAttribute(h,t),o?fu.addScaledVector(wp,u):fu.addScaledVector(wp.sub(n),u))}n.add(fu)}return n}intersectsFrustum(t){return t.intersectsObject(this)}raycast(t,n){let i=this.geometry,r=this.material,s=this.matrixWorld;r!==void 0&&(i.boundingSphere===null&&i.computeBoundingSphere(),au.copy(i.boundingSphere),au.applyMatrix4(s),Bs.copy(t.ray).recast(t.near),!(au.containsPoint(Bs.origin)===!1&&(Bs.intersectSphere(au,W_)===null||Bs.origin.distanceToSquared(W_)>(t.far-t.near)**2))&&(H_.copy(s).invert(),Bs.copy(t.ray).applyMatrix4(H_),!(i.boundingBox!==null&&Bs.intersectsBox(i.boundingBox)===!1)&&this._computeIntersections(t,n,Bs)))}_computeIntersections(t,n,i){let r,s=this.geometry,o=this.material,a=s.index,c=s.attributes.position,l=s.attributes.uv,u=s.attributes.uv1,h=s.attributes.normal,f=s.groups,d=s.drawRange;if(a!==null)if(Array.isArray(o))for(let p=0,y=f.length;p<y;p++){let m=f[p],g=o[m.materialIndex],_=Math.max(m.start,d.start),S=Math.min(a.count,Math.min(m.start+m.count,d.start+d.count));for(let v=_,w=S;v<w;v+=3){let b=a.getX(v),x=a.getX(v+1),M=a.getX(v+2);r=du(this,g,t,i,l,u,h,b,x,M),r&&(r.faceIndex=Math.floor(v/3),r.face.materialIndex=m.materialIndex,n.push(r))}}else{let p=Math.max(0,d.start),y=Math.min(a.count,d.start+d.count);for(let m=p,g=y;m<g;m+=3){let _=a.getX(m),S=a.getX(m+1),v=a.getX(m+2);r=du(this,o,t,i,l,u,h,_,S,v),r&&(r.faceIndex=Math.floor(m/3),n.push(r))}}else if(c!==void 0)if(Array.isArray(o))for(let p=0,y=f.length;p<y;p++){let m=f[p],g=o[m.materialIndex],_=Math.max(m.start,d.start),S=Math.min(c.count,Math.min(m.start+m.count,d.start+d.count));for(let v=_,w=S;v<w;v+=3){let b=v,x=v+1,M=v+2;r=du(this,g,t,i,l,u,h,b,x,M),r&&(r.faceIndex=Math.floor(v/3),r.face.materialIndex=m.materialIndex,n.push(r))}}else{let p=Math.max(0,d.start),y=Math.min(c.count,d.start+d.count);for(let m=p,g=y;m<g;m+=3){let _=m,S=m+1,v=m+2;r=du(this,o,t,i,l,u,h,_,S,v),r&&(r.faceIndex=Math.floor(m/3),n.push(r))}}}};function C3(e,t,n,i,r,s,o,a){let c;if(t.side===bn?c=i.intersectTriangle(o,s,r,!0,a):c=i.intersectTriangle(r,s,o,t.side===hs,a),c===null)return null;hu.copy(a),hu.applyMatrix4(e.matrixWorld);let l=n.ray.origin.distanceTo(hu);return l<n.near||l>n.far?null:{distance:l,point:hu.clone(),object:e}}function du(e,t,n,i,r,s,o,a,c,l){e.getVertexPosition(a,cu),e.getVertexPosition(c,lu),e.getVertexPosition(l,uu);let u=C3(e,t,n,i,cu,lu,uu,$_);if(u){let h=new q;rs.getBarycoord($_,cu,lu,uu,h),r&&(u.uv=rs.getInterpolatedAttribute(r,a,c,l,h,new ie)),s&&(u.uv1=rs.getInterpolatedAttribute(s,a,c,l,h,new ie)),o&&(u.normal=rs.getInterpolatedAttribute(o,a,c,l,h,new q),u.normal.dot(i.direction)>0&&u.normal.multiplyScalar(-1));let f={a,b:c,c:l,normal:new q,materialIndex:0};rs.getNormal(cu,lu,uu,f.normal),u.face=f,u.barycoord=h}return u}var Fu=class extends Pn{constructor(t=null,n=1,i=1,r,s,o,a,c,l=Ke,u=Ke,h,f){super(null,o,a,c,l,u,r,s,h,f),this.isDataTexture=!0,this.image={data:t,width:n,height:i},this.generateMipmaps=!1,this.flipY=!1,this.unpackAlignment=1}};var ks=new ss,R3=new ie(.5,.5),pu=new q,as=class{constructor(t=new Si,n=new Si,i=new Si,r=new Si,s=new Si,o=new Si){this.planes=[t,n,i,r,s,o]}set(t,n,i,r,s,o){let a=this.planes;return a[0].copy(t),a[1].copy(n),a[2].copy(i),a[3].copy(r),a[4].copy(s),a[5].copy(o),this}copy(t){let n=this.planes;for(let i=0;i<6;i++)n[i].copy(t.planes[i]);return this}setFromProjectionMatrix(t,n=ti,i=!1){let r=this.planes,s=t.elements,o=s[0],a=s[1],c=s[2],l=s[3],u=s[4],h=s[5],f=s[6],d=s[7],p=s[8],y=s[9],m=s[10],g=s[11],_=s[12],S=s[13],v=s[14],w=s[15];if(r[0].setComponents(l-o,d-u,g-p,w-_).normalize(),r[1].setComponents(l+o,d+u,g+p,w+_).normalize(),r[2].setComponents(l+a,d+h,g+y,w+S).normalize(),r[3].setComponents(l-a,d-h,g-y,w-S).normalize(),i)r[4].setComponents(c,f,m,v).normalize(),r[5].setComponents(l-c,d-f,g-m,w-v).normalize();else if(r[4].setComponents(l-c,d-f,g-m,w-v).normalize(),n===ti)r[5].setComponents(l+c,d+f,g+m,w+v).normalize();else if(n===ko)r[5].setComponents(c,f,m,v).normalize();else throw new Error("THREE.Frustum.setFromProjectionMatrix(): Invalid coordinate system: "+n);return this}intersectsObject(t){if(t.boundingSphere!==void 0)t.boundingSphere===null&&t.computeBoundingSphere(),ks.copy(t.boundingSphere).applyMatrix4(t.matrixWorld);else{let n=t.geometry;n.boundingSphere===null&&n.computeBoundingSphere(),ks.copy(n.boundingSphere).applyMatrix4(t.matrixWorld)}return this.intersectsSphere(ks)}intersectsSprite(t){ks.center.set(0,0,0);let n=R3.distanceTo(t.center);return ks.radius=.7071067811865476+n,ks.applyMatrix4(t.matrixWorld),this.intersectsSphere(ks)}intersectsSphere(t){let n=this.planes,i=t.center,r=-t.radius;for(let s=0;s<6;s++)if(n[s].distanceToPoint(i)<r)return!1;return!0}intersectsBox(t){let n=this.planes;for(let i=0;i<6;i++){let r=n[i];if(pu.x=r.normal.x>0?t.max.x:t.min.x,pu.y=r.normal.y>0?t.max.y:t.min.y,pu.z=r.normal.z>0?t.max.z:t.min.z,r.distanceToPoint(pu)<0)return!1}return!0}containsPoint(t){let n=this.planes;for(let i=0;i<6;i++)if(n[i].distanceToPoint(t)<0)return!1;return!0}clone(){return new this.constructor().copy(this)}},X_=new we,Uu=class e{constructor(){this.coordinateSystem=ti,this._frustums=[],this._count=0}setFromArrayCamera(t){let n=t.cameras,i=this._frustums;for(let r=0;r<n.length;r++){let s=n[r];X_.multiplyMatrices(s.projectionMatrix,s.matrixWorldInverse),i[r]===void 0&&(i[r]=new as),i[r].setFromProjectionMatrix(X_,s.coordinateSystem,s.reversedDepth)}return this._count=n.length,this}getFrustum(t){return this._frustums[t]}intersectsObject(t){let n=this._frustums;for(let i=0;i<this._count;i++)if(n[i].intersectsObject(t))return!0;return!1}intersectsSprite(t){let n=this._frustums;for(let i=0;i<this._count;i++)if(n[i].intersectsSprite(t))return!0;return!1}intersectsSphere(t){let n=this._frustums;for(let i=0;i<this._count;i++)if(n[i].intersectsSphere(t))return!0;return!1}intersectsBox(t){let n=this._frustums;for(let i=0;i<this._count;i++)if(n[i].intersectsBox(t))return!0;return!1}containsPoint(t){let n=this._frustums;for(let i=0;i<this._count;i++)if(n[i].containsPoint(t))return!0;return!1}copy(t){this.coordinateSystem=t.coordinateSystem;let n=this._frustums,i=t._frustums;for(let r=0;r<t._count;r++)n[r]===void 0&&(n[r]=new as),n[r].copy(i[r]);return this._count=t._count,this}clone(){return new e().copy(this)}};var gc=class extends Pn{constructor(t=[],n=Hs,i,r,s,o,a,c,l,u){super(t,n,i,r,s,o,a,c,l,u),this.isCubeTexture=!0,this.flipY=!1}get images(){return this.image}set images(t){this.image=t}};var Tr=class extends Pn{constructor(t,n,i=wi,r,s,o,a=Ke,c=Ke,l,u=Sr,h=1){if(u!==Sr&&u!==Er)throw new Error("THREE.DepthTexture: format must be either THREE.DepthFormat or THREE.DepthStencilFormat");let f={width:t,height:n,depth:h};super(f,r,s,o,a,c,u,i,l),this.isDepthTexture=!0,this.flipY=!1,this.generateMipmaps=!1,this.compareFunction=null}copy(t){return super.copy(t),this.source=new Vo(Object.assign({},t.image)),this.compareFunction=t.compareFunction,this}toJSON(t){let n=super.toJSON(t);return n.compareFunction=this.compareFunction,n}},yc=class extends Tr{constructor(t,n=wi,i=Hs,r,s,o=Ke,a=Ke,c,l=Sr){let u={width:t,height:t,depth:1},h=[u,u,u,u,u,u];super(t,t,n,i,r,s,o,a,c,l),this.image=h,this.isCubeDepthTexture=!0,this.isCubeTexture=!0}get images(){return this.image}set images(t){this.image=t}},xc=class extends Pn{constructor(t=null){super(),this.sourceTexture=t,this.isExternalTexture=!0}copy(t){return super.copy(t),this.sourceTexture=t.sourceTexture,this}},cs=class e extends ei{constructor(t=1,n=1,i=1,r=1,s=1,o=1){super(),this.type="BoxGeometry",this.parameters={width:t,height:n,depth:i,widthSegments:r,heightSegments:s,depthSegments:o};let a=this;r=Math.floor(r),s=Math.floor(s),o=Math.floor(o);let c=[],l=[],u=[],h=[],f=0,d=0;p("z","y","x",-1,-1,i,n,t,o,s,0),p("z","y","x",1,-1,i,n,-t,o,s,1),p("x","z","y",1,1,t,i,n,r,o,2),p("x","z","y",1,-1,t,i,-n,r,o,3),p("x","y","z",1,-1,t,n,i,r,s,4),p("x","y","z",-1,-1,t,n,-i,r,s,5),this.setIndex(c),this.setAttribute("position",new Je(l,3)),this.setAttribute("normal",new Je(u,3)),this.setAttribute("uv",new Je(h,2));function p(y,m,g,_,S,v,w,b,x,M,R){let E=v/x,C=w/M,N=v/2,B=w/2,I=b/2,L=x+1,k=M+1,F=0,Z=0,U=new q;for(let G=0;G<k;G++){let X=G*C-B;for(let st=0;st<L;st++){let ct=st*E-N;U[y]=ct*_,U[m]=X*S,U[g]=I,l.push(U.x,U.y,U.z),U[y]=0,U[m]=0,U[g]=b>0?1:-1,u.push(U.x,U.y,U.z),h.push(st/x),h.push(1-G/M),F+=1}}for(let G=0;G<M;G++)for(let X=0;X<x;X++){let st=f+X+L*G,ct=f+X+L*(G+1),W=f+(X+1)+L*(G+1),at=f+(X+1)+L*G;c.push(st,ct,at),c.push(ct,W,at),Z+=6}a.addGroup(d,Z,R),d+=Z,f+=F}}copy(t){return super.copy(t),this.parameters=Object.assign({},t.parameters),this}static fromJSON(t){return new e(t.width,t.height,t.depth,t.widthSegments,t.heightSegments,t.depthSegments)}};var _c=class e extends ei{constructor(t=1,n=1,i=1,r=32,s=1,o=!1,a=0,c=Math.PI*2){super(),this.type="CylinderGeometry",this.parameters={radiusTop:t,radiusBottom:n,height:i,radialSegments:r,heightSegments:s,openEnded:o,thetaStart:a,thetaLength:c};let l=this;r=Math.floor(r),s=Math.floor(s);let u=[],h=[],f=[],d=[],p=0,y=[],m=i/2,g=0;_(),o===!1&&(t>0&&S(!0),n>0&&S(!1)),this.setIndex(u),this.setAttribute("position",new Je(h,3)),this.setAttribute("normal",new Je(f,3)),this.setAttribute("uv",new Je(d,2));function _(){let v=new q,w=new q,b=0,x=(n-t)/i;for(let M=0;M<=s;M++){let R=[],E=M/s,C=E*(n-t)+t;for(let N=0;N<=r;N++){let B=N/r,I=B*c+a,L=Math.sin(I),k=Math.cos(I);w.x=C*L,w.y=-E*i+m,w.z=C*k,h.push(w.x,w.y,w.z),v.set(L,x,k).normalize(),f.push(v.x,v.y,v.z),d.push(B,1-E),R.push(p++)}y.push(R)}for(let M=0;M<r;M++)for(let R=0;R<s;R++){let E=y[R][M],C=y[R+1][M],N=y[R+1][M+1],B=y[R][M+1];(t>0||R!==0)&&(u.push(E,C,B),b+=3),(n>0||R!==s-1)&&(u.push(C,N,B),b+=3)}l.addGroup(g,b,0),g+=b}function S(v){let w=p,b=new ie,x=new q,M=0,R=v===!0?t:n,E=v===!0?1:-1;for(let N=1;N<=r;N++)h.push(0,m*E,0),f.push(0,E,0),d.push(.5,.5),p++;let C=p;for(let N=0;N<=r;N++){let I=N/r*c+a,L=Math.cos(I),k=Math.sin(I);x.x=R*k,x.y=m*E,x.z=R*L,h.push(x.x,x.y,x.z),f.push(0,E,0),b.x=L*.5+.5,b.y=k*.5*E+.5,d.push(b.x,b.y),p++}for(let N=0;N<r;N++){let B=w+N,I=C+N;v===!0?u.push(I,I+1,B):u.push(I+1,I,B),M+=3}l.addGroup(g,M,v===!0?1:2),g+=M}}copy(t){return super.copy(t),this.parameters=Object.assign({},t.parameters),this}static fromJSON(t){return new e(t.radiusTop,t.radiusBottom,t.height,t.radialSegments,t.heightSegments,t.openEnded,t.thetaStart,t.thetaLength)}};var zs=class e extends ei{constructor(t=1,n=1,i=1,r=1){super(),this.type="PlaneGeometry",this.parameters={width:t,height:n,widthSegments:i,heightSegments:r};let s=t/2,o=n/2,a=Math.floor(i),c=Math.floor(r),l=a+1,u=c+1,h=t/a,f=n/c,d=[],p=[],y=[],m=[];for(let g=0;g<u;g++){let _=g*f-o;for(let S=0;S<l;S++){let v=S*h-s;p.push(v,-_,0),y.push(0,0,1),m.push(S/a),m.push(1-g/c)}}for(let g=0;g<c;g++)for(let _=0;_<a;_++){let S=_+l*g,v=_+l*(g+1),w=_+1+l*(g+1),b=_+1+l*g;d.push(S,v,b),d.push(v,w,b)}this.setIndex(d),this.setAttribute("position",new Je(p,3)),this.setAttribute("normal",new Je(y,3)),this.setAttribute("uv",new Je(m,2))}copy(t){return super.copy(t),this.parameters=Object.assign({},t.parameters),this}static fromJSON(t){return new e(t.width,t.height,t.widthSegments,t.heightSegments)}};var vc=class e extends ei{constructor(t=1,n=32,i=16,r=0,s=Math.PI*2,o=0,a=Math.PI){super(),this.type="SphereGeometry",this.parameters={radius:t,widthSegments:n,heightSegments:i,phiStart:r,phiLength:s,thetaStart:o,thetaLength:a},n=Math.max(3,Math.floor(n)),i=Math.max(2,Math.floor(i));let c=Math.min(o+a,Math.PI),l=0,u=[],h=new q,f=new q,d=[],p=[],y=[],m=[];for(let g=0;g<=i;g++){let _=[],S=g/i,v=o+S*a,w=t*Math.cos(v),b=Math.sqrt(t*t-w*w),x=0;g===0&&o===0?x=.5/n:g===i&&c===Math.PI&&(x=-.5/n);for(let M=0;M<=n;M++){let R=M/n,E=r+R*s;h.x=-b*Math.cos(E),h.y=w,h.z=b*Math.sin(E),p.push(h.x,h.y,h.z),f.copy(h).normalize(),y.push(f.x,f.y,f.z),m.push(R+x,1-S),_.push(l++)}u.push(_)}for(let g=0;g<i;g++)for(let _=0;_<n;_++){let S=u[g][_+1],v=u[g][_],w=u[g+1][_],b=u[g+1][_+1];(g!==0||o>0)&&d.push(S,v,b),(g!==i-1||c<Math.PI)&&d.push(v,w,b)}this.setIndex(d),this.setAttribute("position",new Je(p,3)),this.setAttribute("normal",new Je(y,3)),this.setAttribute("uv",new Je(m,2))}copy(t){return super.copy(t),this.parameters=Object.assign({},t.parameters),this}static fromJSON(t){return new e(t.radius,t.widthSegments,t.heightSegments,t.phiStart,t.phiLength,t.thetaStart,t.thetaLength)}};function $s(e){let t={};for(let n in e){t[n]={};for(let i in e[n]){let r=e[n][i];if(q_(r))r.isRenderTargetTexture?(Ft("UniformsUtils: Textures of render targets cannot be cloned via cloneUniforms() or mergeUniforms()."),t[n][i]=null):t[n][i]=r.clone();else if(Array.isArray(r))if(q_(r[0])){let s=[];for(let o=0,a=r.length;o<a;o++)s[o]=r[o].clone();t[n][i]=s}else t[n][i]=r.slice();else t[n][i]=r}}return t}function dn(e){let t={};for(let n=0;n<e.length;n++){let i=$s(e[n]);for(let r in i)t[r]=i[r]}return t}function q_(e){return e&&(e.isColor||e.isMatrix3||e.isMatrix4||e.isVector2||e.isVector3||e.isVector4||e.isTexture||e.isQuaternion)}function I3(e){let t=[];for(let n=0;n<e.length;n++)t.push(e[n].clone());return t}function lm(e){let t=e.getRenderTarget();return t===null?e.outputColorSpace:t.isXRRenderTarget===!0?t.texture.colorSpace:ee.workingColorSpace}var zv={clone:$s,merge:dn},P3=`void main() {
+	gl_Position = projectionMatrix * modelViewMatrix * vec4( position, 1.0 );
+}`,L3=`void main() {
+	gl_FragColor = vec4( 1.0, 0.0, 0.0, 1.0 );
+}`,Vi=class extends os{constructor(t){super(),this.isShaderMaterial=!0,this.type="ShaderMaterial",this.defines={},this.uniforms={},this.uniformsGroups=[],this.vertexShader=P3,this.fragmentShader=L3,this.linewidth=1,this.wireframe=!1,this.wireframeLinewidth=1,this.fog=!1,this.lights=!1,this.clipping=!1,this.forceSinglePass=!0,this.extensions={clipCullDistance:!1,multiDraw:!1},this.defaultAttributeValues={color:[1,1,1],uv:[0,0],uv1:[0,0]},this.index0AttributeName=void 0,this.uniformsNeedUpdate=!1,this.glslVersion=null,t!==void 0&&this.setValues(t)}copy(t){return super.copy(t),this.fragmentShader=t.fragmentShader,this.vertexShader=t.vertexShader,this.uniforms=$s(t.uniforms),this.uniformsGroups=I3(t.uniformsGroups),this.defines=Object.assign({},t.defines),this.wireframe=t.wireframe,this.wireframeLinewidth=t.wireframeLinewidth,this.fog=t.fog,this.lights=t.lights,this.clipping=t.clipping,this.extensions=Object.assign({},t.extensions),this.glslVersion=t.glslVersion,this.defaultAttributeValues=Object.assign({},t.defaultAttributeValues),this.index0AttributeName=t.index0AttributeName,this.uniformsNeedUpdate=t.uniformsNeedUpdate,this}toJSON(t){let n=super.toJSON(t);n.glslVersion=this.glslVersion,n.uniforms={};for(let r in this.uniforms){let o=this.uniforms[r].value;o&&o.isTexture?n.uniforms[r]={type:"t",value:o.toJSON(t).uuid}:o&&o.isColor?n.uniforms[r]={type:"c",value:o.getHex()}:o&&o.isVector2?n.uniforms[r]={type:"v2",value:o.toArray()}:o&&o.isVector3?n.uniforms[r]={type:"v3",value:o.toArray()}:o&&o.isVector4?n.uniforms[r]={type:"v4",value:o.toArray()}:o&&o.isMatrix3?n.uniforms[r]={type:"m3",value:o.toArray()}:o&&o.isMatrix4?n.uniforms[r]={type:"m4",value:o.toArray()}:n.uniforms[r]={value:o}}Object.keys(this.defines).length>0&&(n.defines=this.defines),n.vertexShader=this.vertexShader,n.fragmentShader=this.fragmentShader,n.lights=this.lights,n.clipping=this.clipping;let i={};for(let r in this.extensions)this.extensions[r]===!0&&(i[r]=!0);return Object.keys(i).length>0&&(n.extensions=i),n}fromJSON(t,n){if(super.fromJSON(t,n),t.uniforms!==void 0)for(let i in t.uniforms){let r=t.uniforms[i];switch(this.uniforms[i]={},r.type){case"t":this.uniforms[i].value=n[r.value]||null;break;case"c":this.uniforms[i].value=new Zt().setHex(r.value);break;case"v2":this.uniforms[i].value=new ie().fromArray(r.value);break;case"v3":this.uniforms[i].value=new q().fromArray(r.value);break;case"v4":this.uniforms[i].value=new Te().fromArray(r.value);break;case"m3":this.uniforms[i].value=new zt().fromArray(r.value);break;case"m4":this.uniforms[i].value=new we().fromArray(r.value);break;default:this.uniforms[i].value=r.value}}if(t.defines!==void 0&&(this.defines=t.defines),t.vertexShader!==void 0&&(this.vertexShader=t.vertexShader),t.fragmentShader!==void 0&&(this.fragmentShader=t.fragmentShader),t.glslVersion!==void 0&&(this.glslVersion=t.glslVersion),t.extensions!==void 0)for(let i in t.extensions)this.extensions[i]=t.extensions[i];return t.lights!==void 0&&(this.lights=t.lights),t.clipping!==void 0&&(this.clipping=t.clipping),this}},Ou=class extends Vi{constructor(t){super(t),this.isRawShaderMaterial=!0,this.type="RawShaderMaterial"}};var Wo=class extends os{constructor(t){super(),this.isMeshLambertMaterial=!0,this.type="MeshLambertMaterial",this.color=new Zt(16777215),this.map=null,this.lightMap=null,this.lightMapIntensity=1,this.aoMap=null,this.aoMapIntensity=1,this.emissive=new Zt(0),this.emissiveIntensity=1,this.emissiveMap=null,this.bumpMap=null,this.bumpScale=1,this.normalMap=null,this.normalMapType=kf,this.normalScale=new ie(1,1),this.displacementMap=null,this.displacementScale=1,this.displacementBias=0,this.specularMap=null,this.alphaMap=null,this.envMap=null,this.envMapRotation=new wr,this.combine=Qu,this.reflectivity=1,this.envMapIntensity=1,this.refractionRatio=.98,this.wireframe=!1,this.wireframeLinewidth=1,this.wireframeLinecap="round",this.wireframeLinejoin="round",this.flatShading=!1,this.fog=!0,this.setValues(t)}copy(t){return super.copy(t),this.color.copy(t.color),this.map=t.map,this.lightMap=t.lightMap,this.lightMapIntensity=t.lightMapIntensity,this.aoMap=t.aoMap,this.aoMapIntensity=t.aoMapIntensity,this.emissive.copy(t.emissive),this.emissiveMap=t.emissiveMap,this.emissiveIntensity=t.emissiveIntensity,this.bumpMap=t.bumpMap,this.bumpScale=t.bumpScale,this.normalMap=t.normalMap,this.normalMapType=t.normalMapType,this.normalScale.copy(t.normalScale),this.displacementMap=t.displacementMap,this.displacementScale=t.displacementScale,this.displacementBias=t.displacementBias,this.specularMap=t.specularMap,this.alphaMap=t.alphaMap,this.envMap=t.envMap,this.envMapRotation.copy(t.envMapRotation),this.combine=t.combine,this.reflectivity=t.reflectivity,this.envMapIntensity=t.envMapIntensity,this.refractionRatio=t.refractionRatio,this.wireframe=t.wireframe,this.wireframeLinewidth=t.wireframeLinewidth,this.wireframeLinecap=t.wireframeLinecap,this.wireframeLinejoin=t.wireframeLinejoin,this.flatShading=t.flatShading,this.fog=t.fog,this}},Bu=class extends os{constructor(t){super(),this.isMeshDepthMaterial=!0,this.type="MeshDepthMaterial",this.depthPacking=wv,this.map=null,this.alphaMap=null,this.displacementMap=null,this.displacementScale=1,this.displacementBias=0,this.wireframe=!1,this.wireframeLinewidth=1,this.setValues(t)}copy(t){return super.copy(t),this.depthPacking=t.depthPacking,this.map=t.map,this.alphaMap=t.alphaMap,this.displacementMap=t.displacementMap,this.displacementScale=t.displacementScale,this.displacementBias=t.displacementBias,this.wireframe=t.wireframe,this.wireframeLinewidth=t.wireframeLinewidth,this}},ku=class extends os{constructor(t){super(),this.isMeshDistanceMaterial=!0,this.type="MeshDistanceMaterial",this.map=null,this.alphaMap=null,this.displacementMap=null,this.displacementScale=1,this.displacementBias=0,this.setValues(t)}copy(t){return super.copy(t),this.map=t.map,this.alphaMap=t.alphaMap,this.displacementMap=t.displacementMap,this.displacementScale=t.displacementScale,this.displacementBias=t.displacementBias,this}};function Do(e,t){return!e||e.constructor===t?e:typeof t.BYTES_PER_ELEMENT=="number"?new t(e):Array.prototype.slice.call(e)}function mu(e){return e!==void 0&&e.inTangents!==void 0&&e.outTangents!==void 0}var ls=class{constructor(t,n,i,r){this.parameterPositions=t,this._cachedIndex=0,this.resultBuffer=r!==void 0?r:new n.constructor(i),this.sampleValues=n,this.valueSize=i,this.settings=null,this.DefaultSettings_={}}evaluate(t){let n=this.parameterPositions,i=this._cachedIndex,r=n[i],s=n[i-1];t:{e:{let o;n:{i:if(!(t<r)){for(let a=i+2;;){if(r===void 0){if(t<s)break i;return i=n.length,this._cachedIndex=i,this.copySampleValue_(i-1)}if(i===a)break;if(s=r,r=n[++i],t<r)break e}o=n.length;break n}if(!(t>=s)){let a=n[1];t<a&&(i=2,s=a);for(let c=i-2;;){if(s===void 0)return this._cachedIndex=0,this.copySampleValue_(0);if(i===c)break;if(r=s,s=n[--i-1],t>=s)break e}o=i,i=0;break n}break t}for(;i<o;){let a=i+o>>>1;t<n[a]?o=a:i=a+1}if(r=n[i],s=n[i-1],s===void 0)return this._cachedIndex=0,this.copySampleValue_(0);if(r===void 0)return i=n.length,this._cachedIndex=i,this.copySampleValue_(i-1)}this._cachedIndex=i,this.intervalChanged_(i,s,r)}return this.interpolate_(i,s,t,r)}getSettings_(){return this.settings||this.DefaultSettings_}copySampleValue_(t){let n=this.resultBuffer,i=this.sampleValues,r=this.valueSize,s=t*r;for(let o=0;o!==r;++o)n[o]=i[s+o];return n}interpolate_(){throw new Error("THREE.Interpolant: Call to abstract method.")}intervalChanged_(){}},zu=class extends ls{constructor(t,n,i,r){super(t,n,i,r),this._weightPrev=-0,this._offsetPrev=-0,this._weightNext=-0,this._offsetNext=-0,this.DefaultSettings_={endingStart:Ep,endingEnd:Ep}}intervalChanged_(t,n,i){let r=this.parameterPositions,s=t-2,o=t+1,a=r[s],c=r[o];if(a===void 0)switch(this.getSettings_().endingStart){case Cp:s=t,a=2*n-i;break;case Rp:s=r.length-2,a=n+r[s]-r[s+1];break;default:s=t,a=i}if(c===void 0)switch(this.getSettings_().endingEnd){case Cp:o=t,c=2*i-n;break;case Rp:o=1,c=i+r[1]-r[0];break;default:o=t-1,c=n}let l=(i-n)*.5,u=this.valueSize;this._weightPrev=l/(n-a),this._weightNext=l/(c-i),this._offsetPrev=s*u,this._offsetNext=o*u}interpolate_(t,n,i,r){let s=this.resultBuffer,o=this.sampleValues,a=this.valueSize,c=t*a,l=c-a,u=this._offsetPrev,h=this._offsetNext,f=this._weightPrev,d=this._weightNext,p=(i-n)/(r-n),y=p*p,m=y*p,g=-f*m+2*f*y-f*p,_=(1+f)*m+(-1.5-2*f)*y+(-.5+f)*p+1,S=(-1-d)*m+(1.5+d)*y+.5*p,v=d*m-d*y;for(let w=0;w!==a;++w)s[w]=g*o[u+w]+_*o[l+w]+S*o[c+w]+v*o[h+w];return s}},Gu=class extends ls{constructor(t,n,i,r){super(t,n,i,r)}interpolate_(t,n,i,r){let s=this.resultBuffer,o=this.sampleValues,a=this.valueSize,c=t*a,l=c-a,u=(i-n)/(r-n),h=1-u;for(let f=0;f!==a;++f)s[f]=o[l+f]*h+o[c+f]*u;return s}},Vu=class extends ls{constructor(t,n,i,r){super(t,n,i,r)}interpolate_(t){return this.copySampleValue_(t-1)}},Hu=class extends ls{interpolate_(t,n,i,r){let s=this.resultBuffer,o=this.sampleValues,a=this.valueSize,c=t*a,l=c-a,u=this.inTangents,h=this.outTangents;if(!u||!h){let p=(i-n)/(r-n),y=1-p;for(let m=0;m!==a;++m)s[m]=o[l+m]*y+o[c+m]*p;return s}let f=a*2,d=t-1;for(let p=0;p!==a;++p){let y=o[l+p],m=o[c+p],g=d*f+p*2,_=h[g],S=h[g+1],v=t*f+p*2,w=u[v],b=u[v+1],x=D3(i,n,_,w,r);s[p]=Gv(x,y,S,b,m)}return s}};function Gv(e,t,n,i,r){let s=1-e;return s*s*s*t+3*s*s*e*n+3*s*e*e*i+e*e*e*r}function N3(e,t,n,i,r){let s=1-e;return 3*s*s*(n-t)+6*s*e*(i-n)+3*e*e*(r-i)}function D3(e,t,n,i,r){let s=(e-t)/(r-t);for(let o=0;o<8;o++){let a=Gv(s,t,n,i,r)-e;if(Math.abs(a)<1e-10)break;let c=N3(s,t,n,i,r);if(Math.abs(c)<1e-10)break;s=Math.max(0,Math.min(1,s-a/c))}return s}var qn=class{constructor(t,n,i,r){if(t===void 0)throw new Error("THREE.KeyframeTrack: track name is undefined");if(n===void 0||n.length===0)throw new Error("THREE.KeyframeTrack: no keyframes in track named "+t);this.name=t,this.times=Do(n,this.TimeBufferType),this.values=Do(i,this.ValueBufferType),this.setInterpolation(r||this.DefaultInterpolation)}static toJSON(t){let n=t.constructor,i;if(n.toJSON!==this.toJSON)i=n.toJSON(t);else{i={name:t.name,times:Do(t.times,Array),values:Do(t.values,Array)};let r=t.getInterpolation();r!==t.DefaultInterpolation&&(i.interpolation=r),mu(t.settings)&&(i.settings={inTangents:Do(t.settings.inTangents,Array),outTangents:Do(t.settings.outTangents,Array)})}return i.type=t.ValueTypeName,i}InterpolantFactoryMethodDiscrete(t){return new Vu(this.times,this.values,this.getValueSize(),t)}InterpolantFactoryMethodLinear(t){return new Gu(this.times,this.values,this.getValueSize(),t)}InterpolantFactoryMethodSmooth(t){return new zu(this.times,this.values,this.getValueSize(),t)}InterpolantFactoryMethodBezier(t){let n=new Hu(this.times,this.values,this.getValueSize(),t);return this.settings&&(n.inTangents=this.settings.inTangents,n.outTangents=this.settings.outTangents),n}setInterpolation(t){let n;switch(t){case ac:n=this.InterpolantFactoryMethodDiscrete;break;case Ru:n=this.InterpolantFactoryMethodLinear;break;case xu:n=this.InterpolantFactoryMethodSmooth;break;case Ap:n=this.InterpolantFactoryMethodBezier;break}if(n===void 0){let i="unsupported interpolation for "+this.ValueTypeName+" keyframe track named "+this.name;if(this.createInterpolant===void 0)if(t!==this.DefaultInterpolation)this.setInterpolation(this.DefaultInterpolation);else throw new Error(i);return Ft("KeyframeTrack:",i),this}return this.createInterpolant=n,this}getInterpolation(){switch(this.createInterpolant){case this.InterpolantFactoryMethodDiscrete:return ac;case this.InterpolantFactoryMethodLinear:return Ru;case this.InterpolantFactoryMethodSmooth:return xu;case this.InterpolantFactoryMethodBezier:return Ap}}getValueSize(){return this.values.length/this.times.length}shift(t){if(t!==0){let n=this.times;for(let i=0,r=n.length;i!==r;++i)n[i]+=t;mu(this.settings)&&(Y_(this.settings.inTangents,t),Y_(this.settings.outTangents,t))}return this}scale(t){if(t!==1){let n=this.times;for(let i=0,r=n.length;i!==r;++i)n[i]*=t;mu(this.settings)&&(Z_(this.settings.inTangents,t),Z_(this.settings.outTangents,t))}return this}trim(t,n){let i=this.times,r=i.length,s=0,o=r-1;for(;s!==r&&i[s]<t;)++s;for(;o!==-1&&i[o]>n;)--o;if(++o,s!==0||o!==r){s>=o&&(o=Math.max(o,1),s=o-1);let a=this.getValueSize();this.times=i.slice(s,o),this.values=this.values.slice(s*a,o*a)}return this}validate(){let t=!0,n=this.getValueSize();n-Math.floor(n)!==0&&(kt("KeyframeTrack: Invalid value size in track.",this),t=!1);let i=this.times,r=this.values,s=i.length;s===0&&(kt("KeyframeTrack: Track is empty.",this),t=!1);let o=null;for(let a=0;a!==s;a++){let c=i[a];if(typeof c=="number"&&isNaN(c)){kt("KeyframeTrack: Time is not a valid number.",this,a,c),t=!1;break}if(o!==null&&o>c){kt("KeyframeTrack: Out of order keys.",this,a,c,o),t=!1;break}o=c}if(r!==void 0&&J2(r))for(let a=0,c=r.length;a!==c;++a){let l=r[a];if(isNaN(l)){kt("KeyframeTrack: Value is not a valid number.",this,a,l),t=!1;break}}return t}optimize(){let t=this.times.slice(),n=this.values.slice(),i=this.getValueSize(),r=this.getInterpolation()===xu,s=t.length-1,o=1;for(let a=1;a<s;++a){let c=!1,l=t[a],u=t[a+1];if(l!==u&&(a!==1||l!==t[0]))if(r)c=!0;else{let h=a*i,f=h-i,d=h+i;for(let p=0;p!==i;++p){let y=n[h+p];if(y!==n[f+p]||y!==n[d+p]){c=!0;break}}}if(c){if(a!==o){t[o]=t[a];let h=a*i,f=o*i;for(let d=0;d!==i;++d)n[f+d]=n[h+d]}++o}}if(s>0){t[o]=t[s];for(let a=s*i,c=o*i,l=0;l!==i;++l)n[c+l]=n[a+l];++o}return o!==t.length?(this.times=t.slice(0,o),this.values=n.slice(0,o*i)):(this.times=t,this.values=n),this}clone(){let t=this.times.slice(),n=this.values.slice(),i=this.constructor,r=new i(this.name,t,n);return r.createInterpolant=this.createInterpolant,mu(this.settings)&&(r.settings={inTangents:this.settings.inTangents.slice(),outTangents:this.settings.outTangents.slice()}),r}};function Y_(e,t){for(let n=0,i=e.length;n!==i;n+=2)e[n]+=t}function Z_(e,t){for(let n=0,i=e.length;n!==i;n+=2)e[n]*=t}qn.prototype.ValueTypeName="";qn.prototype.TimeBufferType=Float32Array;qn.prototype.ValueBufferType=Float32Array;qn.prototype.DefaultInterpolation=Ru;var us=class extends qn{constructor(t,n,i){super(t,n,i)}};us.prototype.ValueTypeName="bool";us.prototype.ValueBufferType=Array;us.prototype.DefaultInterpolation=ac;us.prototype.InterpolantFactoryMethodLinear=void 0;us.prototype.InterpolantFactoryMethodSmooth=void 0;var Wu=class extends qn{constructor(t,n,i,r){super(t,n,i,r)}};Wu.prototype.ValueTypeName="color";var $u=class extends qn{constructor(t,n,i,r){super(t,n,i,r)}};$u.prototype.ValueTypeName="number";var Xu=class extends ls{constructor(t,n,i,r){super(t,n,i,r)}interpolate_(t,n,i,r){let s=this.resultBuffer,o=this.sampleValues,a=this.valueSize,c=(i-n)/(r-n),l=t*a;for(let u=l+a;l!==u;l+=4)Wn.slerpFlat(s,0,o,l-a,o,l,c);return s}},bc=class extends qn{constructor(t,n,i,r){super(t,n,i,r)}InterpolantFactoryMethodLinear(t){return new Xu(this.times,this.values,this.getValueSize(),t)}};bc.prototype.ValueTypeName="quaternion";bc.prototype.InterpolantFactoryMethodSmooth=void 0;var fs=class extends qn{constructor(t,n,i){super(t,n,i)}};fs.prototype.ValueTypeName="string";fs.prototype.ValueBufferType=Array;fs.prototype.DefaultInterpolation=ac;fs.prototype.InterpolantFactoryMethodLinear=void 0;fs.prototype.InterpolantFactoryMethodSmooth=void 0;var qu=class extends qn{constructor(t,n,i,r){super(t,n,i,r)}};qu.prototype.ValueTypeName="vector";var Yu=class{constructor(t,n,i){let r=this,s=!1,o=0,a=0,c,l=[];this.onStart=void 0,this.onLoad=t,this.onProgress=n,this.onError=i,this._abortController=null,this.itemStart=function(u){a++,s===!1&&r.onStart!==void 0&&r.onStart(u,o,a),s=!0},this.itemEnd=function(u){o++,r.onProgress!==void 0&&r.onProgress(u,o,a),o===a&&(s=!1,r.onLoad!==void 0&&r.onLoad())},this.itemError=function(u){r.onError!==void 0&&r.onError(u)},this.resolveURL=function(u){return u=u.normalize("NFC"),c?c(u):u},this.setURLModifier=function(u){return c=u,this},this.addHandler=function(u,h){return l.push(u,h),this},this.removeHandler=function(u){let h=l.indexOf(u);return h!==-1&&l.splice(h,2),this},this.getHandler=function(u){for(let h=0,f=l.length;h<f;h+=2){let d=l[h],p=l[h+1];if(d.global&&(d.lastIndex=0),d.test(u))return p}return null},this.abort=function(){return this.abortController.abort(),this._abortController=null,this}}get abortController(){return this._abortController||(this._abortController=new AbortController),this._abortController}},Vv=new Yu,Zu=class{constructor(t){this.manager=t!==void 0?t:Vv,this.crossOrigin="anonymous",this.withCredentials=!1,this.path="",this.resourcePath="",this.requestHeader={},this.priority="auto",this.cache="default",typeof __THREE_DEVTOOLS__<"u"&&__THREE_DEVTOOLS__.dispatchEvent(new CustomEvent("observe",{detail:this}))}load(){}loadAsync(t,n){let i=this;return new Promise(function(r,s){i.load(t,r,n,s)})}parse(){}setCrossOrigin(t){return this.crossOrigin=t,this}setWithCredentials(t){return this.withCredentials=t,this}setPath(t){return this.path=t,this}setResourcePath(t){return this.resourcePath=t,this}setRequestHeader(t){return this.requestHeader=t,this}setPriority(t){return this.priority=t,this}setCache(t){return this.cache=t,this}abort(){return this}};Zu.DEFAULT_MATERIAL_NAME="__DEFAULT";var Mc=class extends vn{static registerNode(t){this.prototype._lightNode=t}constructor(t,n=1){super(),this.isLight=!0,this.type="Light",this.color=new Zt(t),this.intensity=n}copy(t,n){return super.copy(t,n),this.color.copy(t.color),this.intensity=t.intensity,this}toJSON(t){let n=super.toJSON(t);return n.object.color=this.color.getHex(),n.object.intensity=this.intensity,n}};var Tp=new we,J_=new q,K_=new q,Ju=class{constructor(t){this.camera=t,this.intensity=1,this.bias=0,this.biasNode=null,this.normalBias=0,this.radius=1,this.blurSamples=8,this.mapSize=new ie(512,512),this.mapType=Ln,this.map=null,this.mapPass=null,this.matrix=new we,this.autoUpdate=!0,this.needsUpdate=!1,this._frustum=new as,this._frameExtents=new ie(1,1),this._viewportCount=1,this._viewports=[new Te(0,0,1,1)]}getViewportCount(){return this._viewportCount}getCamera(){return this.camera}getFrustum(){return this._frustum}updateMatrices(t){let n=this.camera;J_.setFromMatrixPosition(t.matrixWorld),n.position.copy(J_),K_.setFromMatrixPosition(t.target.matrixWorld),n.lookAt(K_),n.updateMatrixWorld(),this._updateMatrix(n,this.matrix,this._frustum)}_updateMatrix(t,n,i,r){Tp.multiplyMatrices(t.projectionMatrix,t.matrixWorldInverse),i.setFromProjectionMatrix(Tp,t.coordinateSystem,t.reversedDepth);let s=this._frameExtents,o=r?r.z/s.x:1,a=r?r.w/s.y:1,c=r?r.x/s.x:0,l=r?r.y/s.y:0;t.coordinateSystem===ko||t.reversedDepth?n.set(.5*o,0,0,.5*o+c,0,.5*a,0,.5*a+l,0,0,1,0,0,0,0,1):n.set(.5*o,0,0,.5*o+c,0,.5*a,0,.5*a+l,0,0,.5,.5,0,0,0,1),n.multiply(Tp)}getViewport(t){return this._viewports[t]}getFrameExtents(){return this._frameExtents}dispose(){this.map&&this.map.dispose(),this.mapPass&&this.mapPass.dispose()}copy(t){return this.camera=t.camera.clone(),this.intensity=t.intensity,this.bias=t.bias,this.radius=t.radius,this.autoUpdate=t.autoUpdate,this.needsUpdate=t.needsUpdate,this.normalBias=t.normalBias,this.blurSamples=t.blurSamples,this.mapSize.copy(t.mapSize),this.mapType=t.mapType,this.biasNode=t.biasNode,this}clone(){return new this.constructor().copy(this)}toJSON(){let t={};return t.intensity=this.intensity,t.bias=this.bias,t.normalBias=this.normalBias,t.radius=this.radius,t.blurSamples=this.blurSamples,t.mapSize=this.mapSize.toArray(),t.mapType=this.mapType,t.camera=this.camera.toJSON(!1).object,delete t.camera.matrix,t}},gu=new q,yu=new Wn,Bi=new q,Sc=class extends vn{constructor(){super(),this.isCamera=!0,this.type="Camera",this.matrixWorldInverse=new we,this.projectionMatrix=new we,this.projectionMatrixInverse=new we,this.coordinateSystem=ti,this._reversedDepth=!1}get reversedDepth(){return this._reversedDepth}copy(t,n){return super.copy(t,n),this.matrixWorldInverse.copy(t.matrixWorldInverse),this.projectionMatrix.copy(t.projectionMatrix),this.projectionMatrixInverse.copy(t.projectionMatrixInverse),this.coordinateSystem=t.coordinateSystem,this}getWorldDirection(t){return super.getWorldDirection(t).negate()}updateMatrixWorld(t){super.updateMatrixWorld(t),this.matrixWorld.decompose(gu,yu,Bi),Bi.x===1&&Bi.y===1&&Bi.z===1?this.matrixWorldInverse.copy(this.matrixWorld).invert():this.matrixWorldInverse.compose(gu,yu,Bi.set(1,1,1)).invert()}updateWorldMatrix(t,n,i=!1){super.updateWorldMatrix(t,n,i),this.matrixWorld.decompose(gu,yu,Bi),Bi.x===1&&Bi.y===1&&Bi.z===1?this.matrixWorldInverse.copy(this.matrixWorld).invert():this.matrixWorldInverse.compose(gu,yu,Bi.set(1,1,1)).invert()}clone(){return new this.constructor().copy(this)}},is=new q,Q_=new ie,j_=new ie,xn=class extends Sc{constructor(t=50,n=1,i=.1,r=2e3){super(),this.isPerspectiveCamera=!0,this.type="PerspectiveCamera",this.fov=t,this.zoom=1,this.near=i,this.far=r,this.focus=10,this.aspect=n,this.view=null,this.filmGauge=35,this.filmOffset=0,this.updateProjectionMatrix()}copy(t,n){return super.copy(t,n),this.fov=t.fov,this.zoom=t.zoom,this.near=t.near,this.far=t.far,this.focus=t.focus,this.aspect=t.aspect,this.view=t.view===null?null:Object.assign({},t.view),this.filmGauge=t.filmGauge,this.filmOffset=t.filmOffset,this}setFocalLength(t){let n=.5*this.getFilmHeight()/t;this.fov=Go*2*Math.atan(n),this.updateProjectionMatrix()}getFocalLength(){let t=Math.tan(sc*.5*this.fov);return .5*this.getFilmHeight()/t}getEffectiveFOV(){return Go*2*Math.atan(Math.tan(sc*.5*this.fov)/this.zoom)}getFilmWidth(){return this.filmGauge*Math.min(this.aspect,1)}getFilmHeight(){return this.filmGauge/Math.max(this.aspect,1)}getViewBounds(t,n,i){is.set(-1,-1,.5).applyMatrix4(this.projectionMatrixInverse),n.set(is.x,is.y).multiplyScalar(-t/is.z),is.set(1,1,.5).applyMatrix4(this.projectionMatrixInverse),i.set(is.x,is.y).multiplyScalar(-t/is.z)}getViewSize(t,n){return this.getViewBounds(t,Q_,j_),n.subVectors(j_,Q_)}setViewOffset(t,n,i,r,s,o){this.aspect=t/n,this.view===null&&(this.view={enabled:!0,fullWidth:1,fullHeight:1,offsetX:0,offsetY:0,width:1,height:1}),this.view.enabled=!0,this.view.fullWidth=t,this.view.fullHeight=n,this.view.offsetX=i,this.view.offsetY=r,this.view.width=s,this.view.height=o,this.updateProjectionMatrix()}clearViewOffset(){this.view!==null&&(this.view.enabled=!1),this.updateProjectionMatrix()}updateProjectionMatrix(){let t=this.near,n=t*Math.tan(sc*.5*this.fov)/this.zoom,i=2*n,r=this.aspect*i,s=-.5*r,o=this.view;if(this.view!==null&&this.view.enabled){let c=o.fullWidth,l=o.fullHeight;s+=o.offsetX*r/c,n-=o.offsetY*i/l,r*=o.width/c,i*=o.height/l}let a=this.filmOffset;a!==0&&(s+=t*a/this.getFilmWidth()),this.projectionMatrix.makePerspective(s,s+r,n,n-i,t,this.far,this.coordinateSystem,this.reversedDepth),this.projectionMatrixInverse.copy(this.projectionMatrix).invert()}toJSON(t){let n=super.toJSON(t);return n.object.fov=this.fov,n.object.zoom=this.zoom,n.object.near=this.near,n.object.far=this.far,n.object.focus=this.focus,n.object.aspect=this.aspect,this.view!==null&&(n.object.view=Object.assign({},this.view)),n.object.filmGauge=this.filmGauge,n.object.filmOffset=this.filmOffset,n}};var wc=class extends Sc{constructor(t=-1,n=1,i=1,r=-1,s=.1,o=2e3){super(),this.isOrthographicCamera=!0,this.type="OrthographicCamera",this.zoom=1,this.view=null,this.left=t,this.right=n,this.top=i,this.bottom=r,this.near=s,this.far=o,this.updateProjectionMatrix()}copy(t,n){return super.copy(t,n),this.left=t.left,this.right=t.right,this.top=t.top,this.bottom=t.bottom,this.near=t.near,this.far=t.far,this.zoom=t.zoom,this.view=t.view===null?null:Object.assign({},t.view),this}setViewOffset(t,n,i,r,s,o){this.view===null&&(this.view={enabled:!0,fullWidth:1,fullHeight:1,offsetX:0,offsetY:0,width:1,height:1}),this.view.enabled=!0,this.view.fullWidth=t,this.view.fullHeight=n,this.view.offsetX=i,this.view.offsetY=r,this.view.width=s,this.view.height=o,this.updateProjectionMatrix()}clearViewOffset(){this.view!==null&&(this.view.enabled=!1),this.updateProjectionMatrix()}updateProjectionMatrix(){let t=(this.right-this.left)/(2*this.zoom),n=(this.top-this.bottom)/(2*this.zoom),i=(this.right+this.left)/2,r=(this.top+this.bottom)/2,s=i-t,o=i+t,a=r+n,c=r-n;if(this.view!==null&&this.view.enabled){let l=(this.right-this.left)/this.view.fullWidth/this.zoom,u=(this.top-this.bottom)/this.view.fullHeight/this.zoom;s+=l*this.view.offsetX,o=s+l*this.view.width,a-=u*this.view.offsetY,c=a-u*this.view.height}this.projectionMatrix.makeOrthographic(s,o,a,c,this.near,this.far,this.coordinateSystem,this.reversedDepth),this.projectionMatrixInverse.copy(this.projectionMatrix).invert()}toJSON(t){let n=super.toJSON(t);return n.object.zoom=this.zoom,n.object.left=this.left,n.object.right=this.right,n.object.top=this.top,n.object.bottom=this.bottom,n.object.near=this.near,n.object.far=this.far,this.view!==null&&(n.object.view=Object.assign({},this.view)),n}},Ip=class extends Ju{constructor(){super(new wc(-5,5,5,-5,.5,500)),this.isDirectionalLightShadow=!0}},Tc=class extends Mc{constructor(t,n){super(t,n),this.isDirectionalLight=!0,this.type="DirectionalLight",this.position.copy(vn.DEFAULT_UP),this.updateMatrix(),this.target=new vn,this.shadow=new Ip}dispose(){super.dispose(),this.shadow.dispose()}copy(t){return super.copy(t),this.target=t.target.clone(),this.shadow=t.shadow.clone(),this}toJSON(t){let n=super.toJSON(t);return n.object.shadow=this.shadow.toJSON(),n.object.target=this.target.uuid,n}},Ac=class extends Mc{constructor(t,n){super(t,n),this.isAmbientLight=!0,this.type="AmbientLight"}};var Fo=-90,Uo=1,$o=class extends vn{constructor(t,n,i){super(),this.type="CubeCamera",this.renderTarget=i,this.coordinateSystem=null,this.activeMipmapLevel=0;let r=new xn(Fo,Uo,t,n);r.layers=this.layers,this.add(r);let s=new xn(Fo,Uo,t,n);s.layers=this.layers,this.add(s);let o=new xn(Fo,Uo,t,n);o.layers=this.layers,this.add(o);let a=new xn(Fo,Uo,t,n);a.layers=this.layers,this.add(a);let c=new xn(Fo,Uo,t,n);c.layers=this.layers,this.add(c);let l=new xn(Fo,Uo,t,n);l.layers=this.layers,this.add(l)}updateCoordinateSystem(){let t=this.coordinateSystem,n=this.children.concat(),[i,r,s,o,a,c]=n;for(let l of n)this.remove(l);if(t===ti)i.up.set(0,1,0),i.lookAt(1,0,0),r.up.set(0,1,0),r.lookAt(-1,0,0),s.up.set(0,0,-1),s.lookAt(0,1,0),o.up.set(0,0,1),o.lookAt(0,-1,0),a.up.set(0,1,0),a.lookAt(0,0,1),c.up.set(0,1,0),c.lookAt(0,0,-1);else if(t===ko)i.up.set(0,-1,0),i.lookAt(-1,0,0),r.up.set(0,-1,0),r.lookAt(1,0,0),s.up.set(0,0,1),s.lookAt(0,1,0),o.up.set(0,0,-1),o.lookAt(0,-1,0),a.up.set(0,-1,0),a.lookAt(0,0,1),c.up.set(0,-1,0),c.lookAt(0,0,-1);else throw new Error("THREE.CubeCamera.updateCoordinateSystem(): Invalid coordinate system: "+t);for(let l of n)this.add(l),l.updateMatrixWorld()}update(t,n){this.parent===null&&this.updateMatrixWorld();let{renderTarget:i,activeMipmapLevel:r}=this;this.coordinateSystem!==t.coordinateSystem&&(this.coordinateSystem=t.coordinateSystem,this.updateCoordinateSystem());let[s,o,a,c,l,u]=this.children,h=t.getRenderTarget(),f=t.getActiveCubeFace(),d=t.getActiveMipmapLevel(),p=t.xr.enabled;t.xr.enabled=!1;let y=i.texture.mipmapsAutoUpdate;i.texture.mipmapsAutoUpdate=!1;let m=!1;t.isWebGLRenderer===!0?m=t.state.buffers.depth.getReversed():m=t.reversedDepthBuffer,t.setRenderTarget(i,0,r),m&&t.autoClear===!1&&t.clearDepth(),t.render(n,s),t.setRenderTarget(i,1,r),m&&t.autoClear===!1&&t.clearDepth(),t.render(n,o),t.setRenderTarget(i,2,r),m&&t.autoClear===!1&&t.clearDepth(),t.render(n,a),t.setRenderTarget(i,3,r),m&&t.autoClear===!1&&t.clearDepth(),t.render(n,c),t.setRenderTarget(i,4,r),m&&t.autoClear===!1&&t.clearDepth(),t.render(n,l),i.texture.mipmapsAutoUpdate=y,t.setRenderTarget(i,5,r),m&&t.autoClear===!1&&t.clearDepth(),t.render(n,u),t.setRenderTarget(h,f,d),t.xr.enabled=p,i.texture.needsPMREMUpdate=!0}},Ku=class extends xn{constructor(t=[]){super(),this.isArrayCamera=!0,this.isMultiViewCamera=!1,this.cameras=t,this.perCameraFrustumCulled=!1}};var um="\\[\\]\\.:\\/",F3=new RegExp("["+um+"]","g"),fm="[^"+um+"]",U3="[^"+um.replace("\\.","")+"]",O3=/((?:WC+[\/:])*)/.source.replace("WC",fm),B3=/(WCOD+)?/.source.replace("WCOD",U3),k3=/(?:\.(WC+)(?:\[(.+)\])?)?/.source.replace("WC",fm),z3=/\.(WC+)(?:\[(.+)\])?/.source.replace("WC",fm),G3=new RegExp("^"+O3+B3+k3+z3+"$"),V3=["material","materials","bones","map"],Pp=class{constructor(t,n,i){let r=i||Me.parseTrackName(n);this._targetGroup=t,this._bindings=t.subscribe_(n,r)}getValue(t,n){this.bind();let i=this._targetGroup.nCachedObjects_,r=this._bindings[i];r!==void 0&&r.getValue(t,n)}setValue(t,n){let i=this._bindings;for(let r=this._targetGroup.nCachedObjects_,s=i.length;r!==s;++r)i[r].setValue(t,n)}bind(){let t=this._bindings;for(let n=this._targetGroup.nCachedObjects_,i=t.length;n!==i;++n)t[n].bind()}unbind(){let t=this._bindings;for(let n=this._targetGroup.nCachedObjects_,i=t.length;n!==i;++n)t[n].unbind()}},Me=class e{constructor(t,n,i){this.path=n,this.parsedPath=i||e.parseTrackName(n),this.node=e.findNode(t,this.parsedPath.nodeName),this.rootNode=t,this.getValue=this._getValue_unbound,this.setValue=this._setValue_unbound}static create(t,n,i){return t&&t.isAnimationObjectGroup?new e.Composite(t,n,i):new e(t,n,i)}static sanitizeNodeName(t){return t.replace(/\s/g,"_").replace(F3,"")}static parseTrackName(t){let n=G3.exec(t);if(n===null)throw new Error("THREE.PropertyBinding: Cannot parse trackName: "+t);let i={nodeName:n[2],objectName:n[3],objectIndex:n[4],propertyName:n[5],propertyIndex:n[6]},r=i.nodeName&&i.nodeName.lastIndexOf(".");if(r!==void 0&&r!==-1){let s=i.nodeName.substring(r+1);V3.indexOf(s)!==-1&&(i.nodeName=i.nodeName.substring(0,r),i.objectName=s)}if(i.propertyName===null||i.propertyName.length===0)throw new Error("THREE.PropertyBinding: can not parse propertyName from trackName: "+t);return i}static findNode(t,n){if(n===void 0||n===""||n==="."||n===-1||n===t.name||n===t.uuid)return t;if(t.skeleton){let i=t.skeleton.getBoneByName(n);if(i!==void 0)return i}if(t.children){let i=function(s){for(let o=0;o<s.length;o++){let a=s[o];if(a.name===n||a.uuid===n)return a;let c=i(a.children);if(c)return c}return null},r=i(t.children);if(r)return r}return null}_getValue_unavailable(){}_setValue_unavailable(){}_getValue_direct(t,n){t[n]=this.targetObject[this.propertyName]}_getValue_array(t,n){let i=this.resolvedProperty;for(let r=0,s=i.length;r!==s;++r)t[n++]=i[r]}_getValue_arrayElement(t,n){t[n]=this.resolvedProperty[this.propertyIndex]}_getValue_toArray(t,n){this.resolvedProperty.toArray(t,n)}_setValue_direct(t,n){this.targetObject[this.propertyName]=t[n]}_setValue_direct_setNeedsUpdate(t,n){this.targetObject[this.propertyName]=t[n],this.targetObject.needsUpdate=!0}_setValue_direct_setMatrixWorldNeedsUpdate(t,n){this.targetObject[this.propertyName]=t[n],this.targetObject.matrixWorldNeedsUpdate=!0}_setValue_array(t,n){let i=this.resolvedProperty;for(let r=0,s=i.length;r!==s;++r)i[r]=t[n++]}_setValue_array_setNeedsUpdate(t,n){let i=this.resolvedProperty;for(let r=0,s=i.length;r!==s;++r)i[r]=t[n++];this.targetObject.needsUpdate=!0}_setValue_array_setMatrixWorldNeedsUpdate(t,n){let i=this.resolvedProperty;for(let r=0,s=i.length;r!==s;++r)i[r]=t[n++];this.targetObject.matrixWorldNeedsUpdate=!0}_setValue_arrayElement(t,n){this.resolvedProperty[this.propertyIndex]=t[n]}_setValue_arrayElement_setNeedsUpdate(t,n){this.resolvedProperty[this.propertyIndex]=t[n],this.targetObject.needsUpdate=!0}_setValue_arrayElement_setMatrixWorldNeedsUpdate(t,n){this.resolvedProperty[this.propertyIndex]=t[n],this.targetObject.matrixWorldNeedsUpdate=!0}_setValue_fromArray(t,n){this.resolvedProperty.fromArray(t,n)}_setValue_fromArray_setNeedsUpdate(t,n){this.resolvedProperty.fromArray(t,n),this.targetObject.needsUpdate=!0}_setValue_fromArray_setMatrixWorldNeedsUpdate(t,n){this.resolvedProperty.fromArray(t,n),this.targetObject.matrixWorldNeedsUpdate=!0}_getValue_unbound(t,n){this.bind(),this.getValue(t,n)}_setValue_unbound(t,n){this.bind(),this.setValue(t,n)}bind(){let t=this.node,n=this.parsedPath,i=n.objectName,r=n.propertyName,s=n.propertyIndex;if(t||(t=e.findNode(this.rootNode,n.nodeName),this.node=t),this.getValue=this._getValue_unavailable,this.setValue=this._setValue_unavailable,!t){Ft("PropertyBinding: No target node found for track: "+this.path+".");return}if(i){let l=n.objectIndex;switch(i){case"materials":if(!t.material){kt("PropertyBinding: Can not bind to material as node does not have a material.",this);return}if(!t.material.materials){kt("PropertyBinding: Can not bind to material.materials as node.material does not have a materials array.",this);return}t=t.material.materials;break;case"bones":if(!t.skeleton){kt("PropertyBinding: Can not bind to bones as node does not have a skeleton.",this);return}t=t.skeleton.bones;for(let u=0;u<t.length;u++)if(t[u].name===l){l=u;break}break;case"map":if("map"in t){t=t.map;break}if(!t.material){kt("PropertyBinding: Can not bind to material as node does not have a material.",this);return}if(!t.material.map){kt("PropertyBinding: Can not bind to material.map as node.material does not have a map.",this);return}t=t.material.map;break;default:if(t[i]===void 0){kt("PropertyBinding: Can not bind to objectName of node undefined.",this);return}t=t[i]}if(l!==void 0){if(t[l]===void 0){kt("PropertyBinding: Trying to bind to objectIndex of objectName, but is undefined.",this,t);return}t=t[l]}}let o=t[r];if(o===void 0){let l=n.nodeName;kt("PropertyBinding: Trying to update property for track: "+l+"."+r+" but it wasn't found.",t);return}let a=this.Versioning.None;this.targetObject=t,t.isMaterial===!0?a=this.Versioning.NeedsUpdate:t.isObject3D===!0&&(a=this.Versioning.MatrixWorldNeedsUpdate);let c=this.BindingType.Direct;if(s!==void 0){if(r==="morphTargetInfluences"){if(!t.geometry){kt("PropertyBinding: Can not bind to morphTargetInfluences because node does not have a geometry.",this);return}if(!t.geometry.morphAttributes){kt("PropertyBinding: Can not bind to morphTargetInfluences because node does not have a geometry.morphAttributes.",this);return}t.morphTargetDictionary[s]!==void 0&&(s=t.morphTargetDictionary[s])}c=this.BindingType.ArrayElement,this.resolvedProperty=o,this.propertyIndex=s}else o.fromArray!==void 0&&o.toArray!==void 0?(c=this.BindingType.HasFromToArray,this.resolvedProperty=o):Array.isArray(o)?(c=this.BindingType.EntireArray,this.resolvedProperty=o):this.propertyName=r;this.getValue=this.GetterByBindingType[c],this.setValue=this.SetterByBindingTypeAndVersioning[c][a]}unbind(){this.node=null,this.getValue=this._getValue_unbound,this.setValue=this._setValue_unbound}};Me.Composite=Pp;Me.prototype.BindingType={Direct:0,EntireArray:1,ArrayElement:2,HasFromToArray:3};Me.prototype.Versioning={None:0,NeedsUpdate:1,MatrixWorldNeedsUpdate:2};Me.prototype.GetterByBindingType=[Me.prototype._getValue_direct,Me.prototype._getValue_array,Me.prototype._getValue_arrayElement,Me.prototype._getValue_toArray];Me.prototype.SetterByBindingTypeAndVersioning=[[Me.prototype._setValue_direct,Me.prototype._setValue_direct_setNeedsUpdate,Me.prototype._setValue_direct_setMatrixWorldNeedsUpdate],[Me.prototype._setValue_array,Me.prototype._setValue_array_setNeedsUpdate,Me.prototype._setValue_array_setMatrixWorldNeedsUpdate],[Me.prototype._setValue_arrayElement,Me.prototype._setValue_arrayElement_setNeedsUpdate,Me.prototype._setValue_arrayElement_setMatrixWorldNeedsUpdate],[Me.prototype._setValue_fromArray,Me.prototype._setValue_fromArray_setNeedsUpdate,Me.prototype._setValue_fromArray_setMatrixWorldNeedsUpdate]];var G6=new Float32Array(1);var Lp=class{static{this.prototype.isMatrix2=!0}constructor(t,n,i,r){this.elements=[1,0,0,1],t!==void 0&&this.set(t,n,i,r)}identity(){return this.set(1,0,0,1),this}fromArray(t,n=0){for(let i=0;i<4;i++)this.elements[i]=t[i+n];return this}set(t,n,i,r){let s=this.elements;return s[0]=t,s[2]=n,s[1]=i,s[3]=r,this}};function hm(e,t,n,i){let r=H3(i);switch(n){case Kp:return e*t;case jp:return e*t/r.components*r.byteLength;case of:return e*t/r.components*r.byteLength;case ds:return e*t*2/r.components*r.byteLength;case af:return e*t*2/r.components*r.byteLength;case Qp:return e*t*3/r.components*r.byteLength;case Ei:return e*t*4/r.components*r.byteLength;case cf:return e*t*4/r.components*r.byteLength;case Rc:case Ic:return Math.floor((e+3)/4)*Math.floor((t+3)/4)*8;case Pc:case Lc:return Math.floor((e+3)/4)*Math.floor((t+3)/4)*16;case uf:case hf:return Math.max(e,16)*Math.max(t,8)/4;case lf:case ff:return Math.max(e,8)*Math.max(t,8)/2;case df:case pf:case gf:case yf:return Math.floor((e+3)/4)*Math.floor((t+3)/4)*8;case mf:case Nc:case xf:return Math.floor((e+3)/4)*Math.floor((t+3)/4)*16;case _f:return Math.floor((e+3)/4)*Math.floor((t+3)/4)*16;case vf:return Math.floor((e+4)/5)*Math.floor((t+3)/4)*16;case bf:return Math.floor((e+4)/5)*Math.floor((t+4)/5)*16;case Mf:return Math.floor((e+5)/6)*Math.floor((t+4)/5)*16;case Sf:return Math.floor((e+5)/6)*Math.floor((t+5)/6)*16;case wf:return Math.floor((e+7)/8)*Math.floor((t+4)/5)*16;case Tf:return Math.floor((e+7)/8)*Math.floor((t+5)/6)*16;case Af:return Math.floor((e+7)/8)*Math.floor((t+7)/8)*16;case Ef:return Math.floor((e+9)/10)*Math.floor((t+4)/5)*16;case Cf:return Math.floor((e+9)/10)*Math.floor((t+5)/6)*16;case Rf:return Math.floor((e+9)/10)*Math.floor((t+7)/8)*16;case If:return Math.floor((e+9)/10)*Math.floor((t+9)/10)*16;case Pf:return Math.floor((e+11)/12)*Math.floor((t+9)/10)*16;case Lf:return Math.floor((e+11)/12)*Math.floor((t+11)/12)*16;case Nf:case Df:case Ff:return Math.ceil(e/4)*Math.ceil(t/4)*16;case Uf:case Of:return Math.ceil(e/4)*Math.ceil(t/4)*8;case Dc:case Bf:return Math.ceil(e/4)*Math.ceil(t/4)*16}throw new Error(`Unable to determine texture byte length for ${n} format.`)}function H3(e){switch(e){case Ln:case qp:return{byteLength:1,components:1};case Zo:case Yp:case Ai:return{byteLength:2,components:1};case rf:case sf:return{byteLength:2,components:4};case wi:case nf:case Ti:return{byteLength:4,components:1};case Zp:case Jp:return{byteLength:4,components:3}}throw new Error(`THREE.TextureUtils: Unknown texture type ${e}.`)}typeof __THREE_DEVTOOLS__<"u"&&__THREE_DEVTOOLS__.dispatchEvent(new CustomEvent("register",{detail:{revision:"187"}}));typeof window<"u"&&(window.__THREE__?Ft("WARNING: Multiple instances of Three.js being imported."):window.__THREE__="187");function ub(){let e=null,t=!1,n=null,i=null;function r(s,o){i=e.requestAnimationFrame(r),n(s,o)}return{start:function(){t!==!0&&n!==null&&e!==null&&(i=e.requestAnimationFrame(r),t=!0)},stop:function(){e!==null&&e.cancelAnimationFrame(i),t=!1},setAnimationLoop:function(s){n=s},setContext:function(s){e=s}}}function $3(e){let t=new WeakMap;function n(a,c){let l=a.array,u=a.usage,h=l.byteLength,f=e.createBuffer();e.bindBuffer(c,f),e.bufferData(c,l,u),a.onUploadCallback();let d;if(l instanceof Float32Array)d=e.FLOAT;else if(typeof Float16Array<"u"&&l instanceof Float16Array)d=e.HALF_FLOAT;else if(l instanceof Uint16Array)a.isFloat16BufferAttribute?d=e.HALF_FLOAT:d=e.UNSIGNED_SHORT;else if(l instanceof Int16Array)d=e.SHORT;else if(l instanceof Uint32Array)d=e.UNSIGNED_INT;else if(l instanceof Int32Array)d=e.INT;else if(l instanceof Int8Array)d=e.BYTE;else if(l instanceof Uint8Array)d=e.UNSIGNED_BYTE;else if(l instanceof Uint8ClampedArray)d=e.UNSIGNED_BYTE;else throw new Error("THREE.WebGLAttributes: Unsupported buffer data format: "+l);return{buffer:f,type:d,bytesPerElement:l.BYTES_PER_ELEMENT,version:a.version,size:h}}function i(a,c,l){let u=c.array,h=c.updateRanges;if(e.bindBuffer(l,a),h.length===0)e.bufferSubData(l,0,u);else{h.sort((d,p)=>d.start-p.start);let f=0;for(let d=1;d<h.length;d++){let p=h[f],y=h[d];y.start<=p.start+p.count+1?p.count=Math.max(p.count,y.start+y.count-p.start):(++f,h[f]=y)}h.length=f+1;for(let d=0,p=h.length;d<p;d++){let y=h[d];e.bufferSubData(l,y.start*u.BYTES_PER_ELEMENT,u,y.start,y.count)}c.clearUpdateRanges()}c.onUploadCallback()}function r(a){return a.isInterleavedBufferAttribute&&(a=a.data),t.get(a)}function s(a){a.isInterleavedBufferAttribute&&(a=a.data);let c=t.get(a);c&&(e.deleteBuffer(c.buffer),t.delete(a))}function o(a,c){if(a.isInterleavedBufferAttribute&&(a=a.data),a.isGLBufferAttribute){let u=t.get(a);(!u||u.version<a.version)&&t.set(a,{buffer:a.buffer,type:a.type,bytesPerElement:a.elementSize,version:a.version});return}let l=t.get(a);if(l===void 0)t.set(a,n(a,c));else if(l.version<a.version){if(l.size!==a.array.byteLength)throw new Error("THREE.WebGLAttributes: The size of the buffer attribute's array buffer does not match the original size. Resizing buffer attributes is not supported.");i(l.buffer,a,c),l.version=a.version}}return{get:r,remove:s,update:o}}var X3=`#ifdef USE_ALPHAHASH
+	if ( diffuseColor.a < getAlphaHashThreshold( vPosition ) ) discard;
+#endif`,q3=`#ifdef USE_ALPHAHASH
+	const float ALPHA_HASH_SCALE = 0.05;
+	float hash2D( vec2 value ) {
+		return fract( 1.0e4 * sin( 17.0 * value.x + 0.1 * value.y ) * ( 0.1 + abs( sin( 13.0 * value.y + value.x ) ) ) );
+	}
+	float hash3D( vec3 value ) {
+		return hash2D( vec2( hash2D( value.xy ), value.z ) );
+	}
+	float getAlphaHashThreshold( vec3 position ) {
+		float maxDeriv = max(
+			length( dFdx( position.xyz ) ),
+			length( dFdy( position.xyz ) )
+		);
+		float pixScale = 1.0 / ( ALPHA_HASH_SCALE * maxDeriv );
+		vec2 pixScales = vec2(
+			exp2( floor( log2( pixScale ) ) ),
+			exp2( ceil( log2( pixScale ) ) )
+		);
+		vec2 alpha = vec2(
+			hash3D( floor( pixScales.x * position.xyz ) ),
+			hash3D( floor( pixScales.y * position.xyz ) )
+		);
+		float lerpFactor = fract( log2( pixScale ) );
+		float x = ( 1.0 - lerpFactor ) * alpha.x + lerpFactor * alpha.y;
+		float a = min( lerpFactor, 1.0 - lerpFactor );
+		vec3 cases = vec3(
+			x * x / ( 2.0 * a * ( 1.0 - a ) ),
+			( x - 0.5 * a ) / ( 1.0 - a ),
+			1.0 - ( ( 1.0 - x ) * ( 1.0 - x ) / ( 2.0 * a * ( 1.0 - a ) ) )
+		);
+		float threshold = ( x < ( 1.0 - a ) )
+			? ( ( x < a ) ? cases.x : cases.y )
+			: cases.z;
+		return clamp( threshold , 1.0e-6, 1.0 );
+	}
+#endif`,Y3=`#ifdef USE_ALPHAMAP
+	diffuseColor.a *= texture2D( alphaMap, vAlphaMapUv ).g;
+#endif`,Z3=`#ifdef USE_ALPHAMAP
+	uniform sampler2D alphaMap;
+#endif`,J3=`#ifdef USE_ALPHATEST
+	#ifdef ALPHA_TO_COVERAGE
+	diffuseColor.a = smoothstep( alphaTest, alphaTest + fwidth( diffuseColor.a ), diffuseColor.a );
+	if ( diffuseColor.a == 0.0 ) discard;
+	#else
+	if ( diffuseColor.a < alphaTest ) discard;
+	#endif
+#endif`,K3=`#ifdef USE_ALPHATEST
+	uniform float alphaTest;
+#endif`,Q3=`#ifdef USE_AOMAP
+	float ambientOcclusion = ( texture2D( aoMap, vAoMapUv ).r - 1.0 ) * aoMapIntensity + 1.0;
+	reflectedLight.indirectDiffuse *= ambientOcclusion;
+	#if defined( USE_CLEARCOAT ) 
+		clearcoatSpecularIndirect *= ambientOcclusion;
+	#endif
+	#if defined( USE_SHEEN ) 
+		sheenSpecularIndirect *= ambientOcclusion;
+	#endif
+	#if defined( USE_ENVMAP ) && defined( STANDARD )
+		float dotNV = saturate( dot( geometryNormal, geometryViewDir ) );
+		reflectedLight.indirectSpecular *= computeSpecularOcclusion( dotNV, ambientOcclusion, material.roughness );
+	#endif
+#endif`,j3=`#ifdef USE_AOMAP
+	uniform sampler2D aoMap;
+	uniform float aoMapIntensity;
+#endif`,tC=`#ifdef USE_BATCHING
+	#if ! defined( GL_ANGLE_multi_draw )
+	#define gl_DrawID _gl_DrawID
+	uniform int _gl_DrawID;
+	#endif
+	uniform highp sampler2D batchingTexture;
+	uniform highp usampler2D batchingIdTexture;
+	mat4 getBatchingMatrix( const in float i ) {
+		int size = textureSize( batchingTexture, 0 ).x;
+		int j = int( i ) * 4;
+		int x = j % size;
+		int y = j / size;
+		vec4 v1 = texelFetch( batchingTexture, ivec2( x, y ), 0 );
+		vec4 v2 = texelFetch( batchingTexture, ivec2( x + 1, y ), 0 );
+		vec4 v3 = texelFetch( batchingTexture, ivec2( x + 2, y ), 0 );
+		vec4 v4 = texelFetch( batchingTexture, ivec2( x + 3, y ), 0 );
+		return mat4( v1, v2, v3, v4 );
+	}
+	float getIndirectIndex( const in int i ) {
+		int size = textureSize( batchingIdTexture, 0 ).x;
+		int x = i % size;
+		int y = i / size;
+		return float( texelFetch( batchingIdTexture, ivec2( x, y ), 0 ).r );
+	}
+#endif
+#ifdef USE_BATCHING_COLOR
+	uniform sampler2D batchingColorTexture;
+	vec4 getBatchingColor( const in float i ) {
+		int size = textureSize( batchingColorTexture, 0 ).x;
+		int j = int( i );
+		int x = j % size;
+		int y = j / size;
+		return texelFetch( batchingColorTexture, ivec2( x, y ), 0 );
+	}
+#endif`,eC=`#ifdef USE_BATCHING
+	mat4 batchingMatrix = getBatchingMatrix( getIndirectIndex( gl_DrawID ) );
+#endif`,nC=`vec3 transformed = vec3( position );
+#ifdef USE_ALPHAHASH
+	vPosition = vec3( position );
+#endif`,iC=`vec3 objectNormal = vec3( normal );
+#ifdef USE_TANGENT
+	vec3 objectTangent = vec3( tangent.xyz );
+#endif`,rC=`float G_BlinnPhong_Implicit( ) {
+	return 0.25;
+}
+float D_BlinnPhong( const in float shininess, const in float dotNH ) {
+	return RECIPROCAL_PI * ( shininess * 0.5 + 1.0 ) * pow( dotNH, shininess );
+}
+vec3 BRDF_BlinnPhong( const in vec3 lightDir, const in vec3 viewDir, const in vec3 normal, const in vec3 specularColor, const in float shininess ) {
+	vec3 halfDir = normalize( lightDir + viewDir );
+	float dotNH = saturate( dot( normal, halfDir ) );
+	float dotVH = saturate( dot( viewDir, halfDir ) );
+	vec3 F = F_Schlick( specularColor, 1.0, dotVH );
+	float G = G_BlinnPhong_Implicit( );
+	float D = D_BlinnPhong( shininess, dotNH );
+	return F * ( G * D );
+} // validated`,sC=`#ifdef USE_IRIDESCENCE
+	const mat3 XYZ_TO_REC709 = mat3(
+		 3.2404542, -0.9692660,  0.0556434,
+		-1.5371385,  1.8760108, -0.2040259,
+		-0.4985314,  0.0415560,  1.0572252
+	);
+	vec3 Fresnel0ToIor( vec3 fresnel0 ) {
+		vec3 sqrtF0 = sqrt( fresnel0 );
+		return ( vec3( 1.0 ) + sqrtF0 ) / ( vec3( 1.0 ) - sqrtF0 );
+	}
+	vec3 IorToFresnel0( vec3 transmittedIor, float incidentIor ) {
+		return pow2( ( transmittedIor - vec3( incidentIor ) ) / ( transmittedIor + vec3( incidentIor ) ) );
+	}
+	float IorToFresnel0( float transmittedIor, float incidentIor ) {
+		return pow2( ( transmittedIor - incidentIor ) / ( transmittedIor + incidentIor ));
+	}
+	vec3 evalSensitivity( float OPD, vec3 shift ) {
+		float phase = 2.0 * PI * OPD * 1.0e-9;
+		vec3 val = vec3( 5.4856e-13, 4.4201e-13, 5.2481e-13 );
+		vec3 pos = vec3( 1.6810e+06, 1.7953e+06, 2.2084e+06 );
+		vec3 var = vec3( 4.3278e+09, 9.3046e+09, 6.6121e+09 );
+		vec3 xyz = val * sqrt( 2.0 * PI * var ) * cos( pos * phase + shift ) * exp( - pow2( phase ) * var );
+		xyz.x += 9.7470e-14 * sqrt( 2.0 * PI * 4.5282e+09 ) * cos( 2.2399e+06 * phase + shift[ 0 ] ) * exp( - 4.5282e+09 * pow2( phase ) );
+		xyz /= 1.0685e-7;
+		vec3 rgb = XYZ_TO_REC709 * xyz;
+		return rgb;
+	}
+	vec3 evalIridescence( float outsideIOR, float eta2, float cosTheta1, float thinFilmThickness, vec3 baseF0 ) {
+		vec3 I;
+		float iridescenceIOR = mix( outsideIOR, eta2, smoothstep( 0.0, 0.03, thinFilmThickness ) );
+		float sinTheta2Sq = pow2( outsideIOR / iridescenceIOR ) * ( 1.0 - pow2( cosTheta1 ) );
+		float cosTheta2Sq = 1.0 - sinTheta2Sq;
+		if ( cosTheta2Sq < 0.0 ) {
+			return vec3( 1.0 );
+		}
+		float cosTheta2 = sqrt( cosTheta2Sq );
+		float R0 = IorToFresnel0( iridescenceIOR, outsideIOR );
+		float R12 = F_Schlick( R0, 1.0, cosTheta1 );
+		float T121 = 1.0 - R12;
+		float phi12 = 0.0;
+		if ( iridescenceIOR < outsideIOR ) phi12 = PI;
+		float phi21 = PI - phi12;
+		vec3 baseIOR = Fresnel0ToIor( clamp( baseF0, 0.0, 0.9999 ) );		vec3 R1 = IorToFresnel0( baseIOR, iridescenceIOR );
+		vec3 R23 = F_Schlick( R1, 1.0, cosTheta2 );
+		vec3 phi23 = vec3( 0.0 );
+		if ( baseIOR[ 0 ] < iridescenceIOR ) phi23[ 0 ] = PI;
+		if ( baseIOR[ 1 ] < iridescenceIOR ) phi23[ 1 ] = PI;
+		if ( baseIOR[ 2 ] < iridescenceIOR ) phi23[ 2 ] = PI;
+		float OPD = 2.0 * iridescenceIOR * thinFilmThickness * cosTheta2;
+		vec3 phi = vec3( phi21 ) + phi23;
+		vec3 R123 = clamp( R12 * R23, 1e-5, 0.9999 );
+		vec3 r123 = sqrt( R123 );
+		vec3 Rs = pow2( T121 ) * R23 / ( vec3( 1.0 ) - R123 );
+		vec3 C0 = R12 + Rs;
+		I = C0;
+		vec3 Cm = Rs - T121;
+		for ( int m = 1; m <= 2; ++ m ) {
+			Cm *= r123;
+			vec3 Sm = 2.0 * evalSensitivity( float( m ) * OPD, float( m ) * phi );
+			I += Cm * Sm;
+		}
+		return max( I, vec3( 0.0 ) );
+	}
+#endif`,oC=`#ifdef USE_BUMPMAP
+	uniform sampler2D bumpMap;
+	uniform float bumpScale;
+	vec2 dHdxy_fwd() {
+		vec2 dSTdx = dFdx( vBumpMapUv );
+		vec2 dSTdy = dFdy( vBumpMapUv );
+		float Hll = bumpScale * texture2D( bumpMap, vBumpMapUv ).x;
+		float dBx = bumpScale * texture2D( bumpMap, vBumpMapUv + dSTdx ).x - Hll;
+		float dBy = bumpScale * texture2D( bumpMap, vBumpMapUv + dSTdy ).x - Hll;
+		return vec2( dBx, dBy );
+	}
+	vec3 perturbNormalArb( vec3 surf_pos, vec3 surf_norm, vec2 dHdxy, float faceDirection ) {
+		vec3 vSigmaX = normalize( dFdx( surf_pos.xyz ) );
+		vec3 vSigmaY = normalize( dFdy( surf_pos.xyz ) );
+		vec3 vN = surf_norm;
+		vec3 R1 = cross( vSigmaY, vN );
+		vec3 R2 = cross( vN, vSigmaX );
+		float fDet = dot( vSigmaX, R1 ) * faceDirection;
+		vec3 vGrad = sign( fDet ) * ( dHdxy.x * R1 + dHdxy.y * R2 );
+		return normalize( abs( fDet ) * surf_norm - vGrad );
+	}
+#endif`,aC=`#if NUM_CLIPPING_PLANES > 0
+	vec4 plane;
+	#ifdef ALPHA_TO_COVERAGE
+		float distanceToPlane, distanceGradient;
+		float clipOpacity = 1.0;
+		#pragma unroll_loop_start
+		for ( int i = 0; i < UNION_CLIPPING_PLANES; i ++ ) {
+			plane = clippingPlanes[ i ];
+			distanceToPlane = - dot( vClipPosition, plane.xyz ) + plane.w;
+			distanceGradient = fwidth( distanceToPlane ) / 2.0;
+			clipOpacity *= smoothstep( - distanceGradient, distanceGradient, distanceToPlane );
+			if ( clipOpacity == 0.0 ) discard;
+		}
+		#pragma unroll_loop_end
+		#if UNION_CLIPPING_PLANES < NUM_CLIPPING_PLANES
+			float unionClipOpacity = 1.0;
+			#pragma unroll_loop_start
+			for ( int i = UNION_CLIPPING_PLANES; i < NUM_CLIPPING_PLANES; i ++ ) {
+				plane = clippingPlanes[ i ];
+				distanceToPlane = - dot( vClipPosition, plane.xyz ) + plane.w;
+				distanceGradient = fwidth( distanceToPlane ) / 2.0;
+				unionClipOpacity *= 1.0 - smoothstep( - distanceGradient, distanceGradient, distanceToPlane );
+			}
+			#pragma unroll_loop_end
+			clipOpacity *= 1.0 - unionClipOpacity;
+		#endif
+		diffuseColor.a *= clipOpacity;
+		if ( diffuseColor.a == 0.0 ) discard;
+	#else
+		#pragma unroll_loop_start
+		for ( int i = 0; i < UNION_CLIPPING_PLANES; i ++ ) {
+			plane = clippingPlanes[ i ];
+			if ( dot( vClipPosition, plane.xyz ) > plane.w ) discard;
+		}
+		#pragma unroll_loop_end
+		#if UNION_CLIPPING_PLANES < NUM_CLIPPING_PLANES
+			bool clipped = true;
+			#pragma unroll_loop_start
+			for ( int i = UNION_CLIPPING_PLANES; i < NUM_CLIPPING_PLANES; i ++ ) {
+				plane = clippingPlanes[ i ];
+				clipped = ( dot( vClipPosition, plane.xyz ) > plane.w ) && clipped;
+			}
+			#pragma unroll_loop_end
+			if ( clipped ) discard;
+		#endif
+	#endif
+#endif`,cC=`#if NUM_CLIPPING_PLANES > 0
+	varying vec3 vClipPosition;
+	uniform vec4 clippingPlanes[ NUM_CLIPPING_PLANES ];
+#endif`,lC=`#if NUM_CLIPPING_PLANES > 0
+	varying vec3 vClipPosition;
+#endif`,uC=`#if NUM_CLIPPING_PLANES > 0
+	vClipPosition = - mvPosition.xyz;
+#endif`,fC=`#if defined( USE_COLOR ) || defined( USE_COLOR_ALPHA )
+	diffuseColor *= vColor;
+#endif`,hC=`#if defined( USE_COLOR ) || defined( USE_COLOR_ALPHA )
+	varying vec4 vColor;
+#endif`,dC=`#if defined( USE_COLOR ) || defined( USE_COLOR_ALPHA ) || defined( USE_INSTANCING_COLOR ) || defined( USE_BATCHING_COLOR )
+	varying vec4 vColor;
+#endif`,pC=`#if defined( USE_COLOR ) || defined( USE_COLOR_ALPHA ) || defined( USE_INSTANCING_COLOR ) || defined( USE_BATCHING_COLOR )
+	vColor = vec4( 1.0 );
+#endif
+#ifdef USE_COLOR_ALPHA
+	vColor *= color;
+#elif defined( USE_COLOR )
+	vColor.rgb *= color;
+#endif
+#ifdef USE_INSTANCING_COLOR
+	vColor.rgb *= instanceColor.rgb;
+#endif
+#ifdef USE_BATCHING_COLOR
+	vColor *= getBatchingColor( getIndirectIndex( gl_DrawID ) );
+#endif`,mC=`#define PI 3.141592653589793
+#define PI2 6.283185307179586
+#define PI_HALF 1.5707963267948966
+#define RECIPROCAL_PI 0.3183098861837907
+#define RECIPROCAL_PI2 0.15915494309189535
+#define EPSILON 1e-6
+#ifndef saturate
+#define saturate( a ) clamp( a, 0.0, 1.0 )
+#endif
+#define whiteComplement( a ) ( 1.0 - saturate( a ) )
+float pow2( const in float x ) { return x*x; }
+vec3 pow2( const in vec3 x ) { return x*x; }
+float pow3( const in float x ) { return x*x*x; }
+float pow4( const in float x ) { float x2 = x*x; return x2*x2; }
+float max3( const in vec3 v ) { return max( max( v.x, v.y ), v.z ); }
+float average( const in vec3 v ) { return dot( v, vec3( 0.3333333 ) ); }
+highp float rand( const in vec2 uv ) {
+	const highp float a = 12.9898, b = 78.233, c = 43758.5453;
+	highp float dt = dot( uv.xy, vec2( a,b ) ), sn = mod( dt, PI );
+	return fract( sin( sn ) * c );
+}
+#ifdef HIGH_PRECISION
+	float precisionSafeLength( vec3 v ) { return length( v ); }
+#else
+	float precisionSafeLength( vec3 v ) {
+		float maxComponent = max3( abs( v ) );
+		return length( v / maxComponent ) * maxComponent;
+	}
+#endif
+struct IncidentLight {
+	vec3 color;
+	vec3 direction;
+	bool visible;
+};
+struct ReflectedLight {
+	vec3 directDiffuse;
+	vec3 directSpecular;
+	vec3 indirectDiffuse;
+	vec3 indirectSpecular;
+};
+#ifdef USE_ALPHAHASH
+	varying vec3 vPosition;
+#endif
+vec3 transformDirection( in vec3 dir, in mat4 matrix ) {
+	return normalize( ( matrix * vec4( dir, 0.0 ) ).xyz );
+}
+#define inverseTransformDirection transformDirectionByInverseViewMatrix
+vec3 transformNormalByInverseViewMatrix( in vec3 normal, in mat4 viewMatrix ) {
+	return normalize( ( vec4( normal, 0.0 ) * viewMatrix ).xyz );
+}
+vec3 transformDirectionByInverseViewMatrix( in vec3 dir, in mat4 viewMatrix ) {
+	return normalize( ( vec4( dir, 0.0 ) * viewMatrix ).xyz );
+}
+bool isPerspectiveMatrix( mat4 m ) {
+	return m[ 2 ][ 3 ] == - 1.0;
+}
+vec2 equirectUv( in vec3 dir ) {
+	float u = atan( dir.z, dir.x ) * RECIPROCAL_PI2 + 0.5;
+	float v = asin( clamp( dir.y, - 1.0, 1.0 ) ) * RECIPROCAL_PI + 0.5;
+	return vec2( u, v );
+}
+vec3 BRDF_Lambert( const in vec3 diffuseColor ) {
+	return RECIPROCAL_PI * diffuseColor;
+}
+vec3 F_Schlick( const in vec3 f0, const in float f90, const in float dotVH ) {
+	float fresnel = exp2( ( - 5.55473 * dotVH - 6.98316 ) * dotVH );
+	return f0 * ( 1.0 - fresnel ) + ( f90 * fresnel );
+}
+float F_Schlick( const in float f0, const in float f90, const in float dotVH ) {
+	float fresnel = exp2( ( - 5.55473 * dotVH - 6.98316 ) * dotVH );
+	return f0 * ( 1.0 - fresnel ) + ( f90 * fresnel );
+} // validated`,gC=`vec3 transformedNormal = objectNormal;
+#ifdef USE_TANGENT
+	vec3 transformedTangent = objectTangent;
+#endif
+#ifdef USE_BATCHING
+	mat3 bm = mat3( batchingMatrix );
+	transformedNormal /= vec3( dot( bm[ 0 ], bm[ 0 ] ), dot( bm[ 1 ], bm[ 1 ] ), dot( bm[ 2 ], bm[ 2 ] ) );
+	transformedNormal = bm * transformedNormal;
+	#ifdef USE_TANGENT
+		transformedTangent = bm * transformedTangent;
+	#endif
+#endif
+#ifdef USE_INSTANCING
+	mat3 im = mat3( instanceMatrix );
+	transformedNormal /= vec3( dot( im[ 0 ], im[ 0 ] ), dot( im[ 1 ], im[ 1 ] ), dot( im[ 2 ], im[ 2 ] ) );
+	transformedNormal = im * transformedNormal;
+	#ifdef USE_TANGENT
+		transformedTangent = im * transformedTangent;
+	#endif
+#endif
+transformedNormal = normalMatrix * transformedNormal;
+#ifdef FLIP_SIDED
+	transformedNormal = - transformedNormal;
+#endif
+#ifdef USE_TANGENT
+	transformedTangent = ( modelViewMatrix * vec4( transformedTangent, 0.0 ) ).xyz;
+#endif`,yC=`#ifdef USE_DISPLACEMENTMAP
+	uniform sampler2D displacementMap;
+	uniform float displacementScale;
+	uniform float displacementBias;
+#endif`,xC=`#ifdef USE_DISPLACEMENTMAP
+	transformed += normalize( objectNormal ) * ( texture2D( displacementMap, vDisplacementMapUv ).x * displacementScale + displacementBias );
+#endif`,_C=`#ifdef USE_EMISSIVEMAP
+	vec4 emissiveColor = texture2D( emissiveMap, vEmissiveMapUv );
+	#ifdef DECODE_VIDEO_TEXTURE_EMISSIVE
+		emissiveColor = sRGBTransferEOTF( emissiveColor );
+	#endif
+	totalEmissiveRadiance *= emissiveColor.rgb;
+#endif`,vC=`#ifdef USE_EMISSIVEMAP
+	uniform sampler2D emissiveMap;
+#endif`,bC="gl_FragColor = linearToOutputTexel( gl_FragColor );",MC=`vec4 LinearTransferOETF( in vec4 value ) {
+	return value;
+}
+vec4 sRGBTransferEOTF( in vec4 value ) {
+	return vec4( mix( pow( value.rgb * 0.9478672986 + vec3( 0.0521327014 ), vec3( 2.4 ) ), value.rgb * 0.0773993808, vec3( lessThanEqual( value.rgb, vec3( 0.04045 ) ) ) ), value.a );
+}
+vec4 sRGBTransferOETF( in vec4 value ) {
+	return vec4( mix( pow( value.rgb, vec3( 0.41666 ) ) * 1.055 - vec3( 0.055 ), value.rgb * 12.92, vec3( lessThanEqual( value.rgb, vec3( 0.0031308 ) ) ) ), value.a );
+}`,SC=`#ifdef USE_ENVMAP
+	#ifdef ENV_WORLDPOS
+		vec3 cameraToFrag;
+		if ( isOrthographic ) {
+			cameraToFrag = normalize( vec3( - viewMatrix[ 0 ][ 2 ], - viewMatrix[ 1 ][ 2 ], - viewMatrix[ 2 ][ 2 ] ) );
+		} else {
+			cameraToFrag = normalize( vWorldPosition - cameraPosition );
+		}
+		vec3 worldNormal = transformNormalByInverseViewMatrix( normal, viewMatrix );
+		#ifdef ENVMAP_MODE_REFLECTION
+			vec3 reflectVec = reflect( cameraToFrag, worldNormal );
+		#else
+			vec3 reflectVec = refract( cameraToFrag, worldNormal, refractionRatio );
+		#endif
+	#else
+		vec3 reflectVec = vReflect;
+	#endif
+	#ifdef ENVMAP_TYPE_CUBE
+		vec4 envColor = textureCube( envMap, envMapRotation * reflectVec );
+		#ifdef ENVMAP_BLENDING_MULTIPLY
+			outgoingLight = mix( outgoingLight, outgoingLight * envColor.xyz, specularStrength * reflectivity );
+		#elif defined( ENVMAP_BLENDING_MIX )
+			outgoingLight = mix( outgoingLight, envColor.xyz, specularStrength * reflectivity );
+		#elif defined( ENVMAP_BLENDING_ADD )
+			outgoingLight += envColor.xyz * specularStrength * reflectivity;
+		#endif
+	#endif
+#endif`,wC=`#ifdef USE_ENVMAP
+	uniform float envMapIntensity;
+	uniform mat3 envMapRotation;
+	uniform samplerCube envMap;
+	#ifdef ENVMAP_TYPE_PMREM
+		float roughnessToMip( const in float roughness ) {
+			float r = clamp( roughness, 0.0, 1.0 );
+			return ENVMAP_MAX_LOD * r * ( 2.0 - r );
+		}
+	#endif
+#endif`,TC=`#ifdef USE_ENVMAP
+	uniform float reflectivity;
+	#if defined( USE_BUMPMAP ) || defined( USE_NORMALMAP ) || defined( PHONG ) || defined( LAMBERT )
+		#define ENV_WORLDPOS
+	#endif
+	#ifdef ENV_WORLDPOS
+		varying vec3 vWorldPosition;
+		uniform float refractionRatio;
+	#else
+		varying vec3 vReflect;
+	#endif
+#endif`,AC=`#ifdef USE_ENVMAP
+	#if defined( USE_BUMPMAP ) || defined( USE_NORMALMAP ) || defined( PHONG ) || defined( LAMBERT )
+		#define ENV_WORLDPOS
+	#endif
+	#ifdef ENV_WORLDPOS
+		
+		varying vec3 vWorldPosition;
+	#else
+		varying vec3 vReflect;
+		uniform float refractionRatio;
+	#endif
+#endif`,EC=`#ifdef USE_ENVMAP
+	#ifdef ENV_WORLDPOS
+		vWorldPosition = worldPosition.xyz;
+	#else
+		vec3 cameraToVertex;
+		if ( isOrthographic ) {
+			cameraToVertex = normalize( vec3( - viewMatrix[ 0 ][ 2 ], - viewMatrix[ 1 ][ 2 ], - viewMatrix[ 2 ][ 2 ] ) );
+		} else {
+			cameraToVertex = normalize( worldPosition.xyz - cameraPosition );
+		}
+		vec3 worldNormal = transformNormalByInverseViewMatrix( transformedNormal, viewMatrix );
+		#ifdef ENVMAP_MODE_REFLECTION
+			vReflect = reflect( cameraToVertex, worldNormal );
+		#else
+			vReflect = refract( cameraToVertex, worldNormal, refractionRatio );
+		#endif
+	#endif
+#endif`,CC=`#ifdef USE_FOG
+	vFogDepth = - mvPosition.z;
+#endif`,RC=`#ifdef USE_FOG
+	varying float vFogDepth;
+#endif`,IC=`#ifdef USE_FOG
+	#ifdef FOG_EXP2
+		float fogFactor = 1.0 - exp( - fogDensity * fogDensity * vFogDepth * vFogDepth );
+	#else
+		float fogFactor = smoothstep( fogNear, fogFar, vFogDepth );
+	#endif
+	gl_FragColor.rgb = mix( gl_FragColor.rgb, fogColor, fogFactor );
+#endif`,PC=`#ifdef USE_FOG
+	uniform vec3 fogColor;
+	varying float vFogDepth;
+	#ifdef FOG_EXP2
+		uniform float fogDensity;
+	#else
+		uniform float fogNear;
+		uniform float fogFar;
+	#endif
+#endif`,LC=`#ifdef USE_GRADIENTMAP
+	uniform sampler2D gradientMap;
+#endif
+vec3 getGradientIrradiance( vec3 normal, vec3 lightDirection ) {
+	float dotNL = dot( normal, lightDirection );
+	vec2 coord = vec2( dotNL * 0.5 + 0.5, 0.0 );
+	#ifdef USE_GRADIENTMAP
+		return vec3( texture2D( gradientMap, coord ).r );
+	#else
+		vec2 fw = fwidth( coord ) * 0.5;
+		return mix( vec3( 0.7 ), vec3( 1.0 ), smoothstep( 0.7 - fw.x, 0.7 + fw.x, coord.x ) );
+	#endif
+}`,NC=`#ifdef USE_LIGHTMAP
+	uniform sampler2D lightMap;
+	uniform float lightMapIntensity;
+#endif`,DC=`LambertMaterial material;
+material.diffuseColor = diffuseColor.rgb;
+material.specularStrength = specularStrength;`,FC=`varying vec3 vViewPosition;
+struct LambertMaterial {
+	vec3 diffuseColor;
+	float specularStrength;
+};
+void RE_Direct_Lambert( const in IncidentLight directLight, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in LambertMaterial material, inout ReflectedLight reflectedLight ) {
+	float dotNL = saturate( dot( geometryNormal, directLight.direction ) );
+	vec3 irradiance = dotNL * directLight.color;
+	reflectedLight.directDiffuse += irradiance * BRDF_Lambert( material.diffuseColor );
+}
+void RE_IndirectDiffuse_Lambert( const in vec3 irradiance, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in LambertMaterial material, inout ReflectedLight reflectedLight ) {
+	reflectedLight.indirectDiffuse += irradiance * BRDF_Lambert( material.diffuseColor );
+}
+#define RE_Direct				RE_Direct_Lambert
+#define RE_IndirectDiffuse		RE_IndirectDiffuse_Lambert`,UC=`uniform bool receiveShadow;
+uniform vec3 ambientLightColor;
+#if defined( USE_LIGHT_PROBES )
+	uniform vec3 lightProbe[ 9 ];
+#endif
+vec3 shGetIrradianceAt( in vec3 normal, in vec3 shCoefficients[ 9 ] ) {
+	float x = normal.x, y = normal.y, z = normal.z;
+	vec3 result = shCoefficients[ 0 ] * 0.886227;
+	result += shCoefficients[ 1 ] * 2.0 * 0.511664 * y;
+	result += shCoefficients[ 2 ] * 2.0 * 0.511664 * z;
+	result += shCoefficients[ 3 ] * 2.0 * 0.511664 * x;
+	result += shCoefficients[ 4 ] * 2.0 * 0.429043 * x * y;
+	result += shCoefficients[ 5 ] * 2.0 * 0.429043 * y * z;
+	result += shCoefficients[ 6 ] * ( 0.743125 * z * z - 0.247708 );
+	result += shCoefficients[ 7 ] * 2.0 * 0.429043 * x * z;
+	result += shCoefficients[ 8 ] * 0.429043 * ( x * x - y * y );
+	return result;
+}
+vec3 getLightProbeIrradiance( const in vec3 lightProbe[ 9 ], const in vec3 normal ) {
+	vec3 worldNormal = transformNormalByInverseViewMatrix( normal, viewMatrix );
+	vec3 irradiance = shGetIrradianceAt( worldNormal, lightProbe );
+	return irradiance;
+}
+vec3 getAmbientLightIrradiance( const in vec3 ambientLightColor ) {
+	vec3 irradiance = ambientLightColor;
+	return irradiance;
+}
+float getDistanceAttenuation( const in float lightDistance, const in float cutoffDistance, const in float decayExponent ) {
+	float distanceFalloff = 1.0 / max( pow( lightDistance, decayExponent ), 0.01 );
+	if ( cutoffDistance > 0.0 ) {
+		distanceFalloff *= pow2( saturate( 1.0 - pow4( lightDistance / cutoffDistance ) ) );
+	}
+	return distanceFalloff;
+}
+float getSpotAttenuation( const in float coneCosine, const in float penumbraCosine, const in float angleCosine ) {
+	return smoothstep( coneCosine, penumbraCosine, angleCosine );
+}
+#if NUM_SUN_LIGHTS > 0
+	struct SunLight {
+		vec3 direction;
+		vec3 color;
+	};
+	uniform SunLight sunLights[ NUM_SUN_LIGHTS ];
+	void getSunLightInfo( const in SunLight sunLight, out IncidentLight light ) {
+		light.color = sunLight.color;
+		light.direction = sunLight.direction;
+		light.visible = true;
+	}
+#endif
+#if NUM_DIR_LIGHTS > 0
+	struct DirectionalLight {
+		vec3 direction;
+		vec3 color;
+	};
+	uniform DirectionalLight directionalLights[ NUM_DIR_LIGHTS ];
+	void getDirectionalLightInfo( const in DirectionalLight directionalLight, out IncidentLight light ) {
+		light.color = directionalLight.color;
+		light.direction = directionalLight.direction;
+		light.visible = true;
+	}
+#endif
+#if NUM_POINT_LIGHTS > 0
+	struct PointLight {
+		vec3 position;
+		vec3 color;
+		float distance;
+		float decay;
+	};
+	uniform PointLight pointLights[ NUM_POINT_LIGHTS ];
+	void getPointLightInfo( const in PointLight pointLight, const in vec3 geometryPosition, out IncidentLight light ) {
+		vec3 lVector = pointLight.position - geometryPosition;
+		light.direction = normalize( lVector );
+		float lightDistance = length( lVector );
+		light.color = pointLight.color;
+		light.color *= getDistanceAttenuation( lightDistance, pointLight.distance, pointLight.decay );
+		light.visible = ( light.color != vec3( 0.0 ) );
+	}
+#endif
+#if NUM_SPOT_LIGHTS > 0
+	struct SpotLight {
+		vec3 position;
+		vec3 direction;
+		vec3 color;
+		float distance;
+		float decay;
+		float coneCos;
+		float penumbraCos;
+	};
+	uniform SpotLight spotLights[ NUM_SPOT_LIGHTS ];
+	void getSpotLightInfo( const in SpotLight spotLight, const in vec3 geometryPosition, out IncidentLight light ) {
+		vec3 lVector = spotLight.position - geometryPosition;
+		light.direction = normalize( lVector );
+		float angleCos = dot( light.direction, spotLight.direction );
+		float spotAttenuation = getSpotAttenuation( spotLight.coneCos, spotLight.penumbraCos, angleCos );
+		if ( spotAttenuation > 0.0 ) {
+			float lightDistance = length( lVector );
+			light.color = spotLight.color * spotAttenuation;
+			light.color *= getDistanceAttenuation( lightDistance, spotLight.distance, spotLight.decay );
+			light.visible = ( light.color != vec3( 0.0 ) );
+		} else {
+			light.color = vec3( 0.0 );
+			light.visible = false;
+		}
+	}
+#endif
+#if NUM_RECT_AREA_LIGHTS > 0
+	struct RectAreaLight {
+		vec3 color;
+		vec3 position;
+		vec3 halfWidth;
+		vec3 halfHeight;
+	};
+	uniform sampler2D ltc_1;	uniform sampler2D ltc_2;
+	uniform RectAreaLight rectAreaLights[ NUM_RECT_AREA_LIGHTS ];
+#endif
+#if NUM_HEMI_LIGHTS > 0
+	struct HemisphereLight {
+		vec3 direction;
+		vec3 skyColor;
+		vec3 groundColor;
+	};
+	uniform HemisphereLight hemisphereLights[ NUM_HEMI_LIGHTS ];
+	vec3 getHemisphereLightIrradiance( const in HemisphereLight hemiLight, const in vec3 normal ) {
+		float dotNL = dot( normal, hemiLight.direction );
+		float hemiDiffuseWeight = 0.5 * dotNL + 0.5;
+		vec3 irradiance = mix( hemiLight.groundColor, hemiLight.skyColor, hemiDiffuseWeight );
+		return irradiance;
+	}
+#endif
+#include <lightprobes_pars_fragment>`,OC=`#ifdef USE_ENVMAP
+	vec3 getIBLIrradiance( const in vec3 normal ) {
+		#ifdef ENVMAP_TYPE_PMREM
+			vec3 worldNormal = transformNormalByInverseViewMatrix( normal, viewMatrix );
+			vec4 envMapColor = textureLod( envMap, envMapRotation * worldNormal, ENVMAP_MAX_LOD );
+			return PI * envMapColor.rgb * envMapIntensity;
+		#else
+			return vec3( 0.0 );
+		#endif
+	}
+	vec3 getIBLRadiance( const in vec3 viewDir, const in vec3 normal, const in float roughness ) {
+		#ifdef ENVMAP_TYPE_PMREM
+			vec3 reflectVec = reflect( - viewDir, normal );
+			reflectVec = normalize( mix( reflectVec, normal, pow4( roughness ) ) );
+			reflectVec = transformDirectionByInverseViewMatrix( reflectVec, viewMatrix );
+			vec4 envMapColor = textureLod( envMap, envMapRotation * reflectVec, roughnessToMip( roughness ) );
+			return envMapColor.rgb * envMapIntensity;
+		#else
+			return vec3( 0.0 );
+		#endif
+	}
+	#ifdef USE_RETROREFLECTION
+		vec3 getIBLRetroRadiance( const in vec3 viewDir, const in vec3 normal, const in float roughness ) {
+			#ifdef ENVMAP_TYPE_PMREM
+				vec3 retroVec = normalize( mix( viewDir, normal, pow4( roughness ) ) );
+				retroVec = transformDirectionByInverseViewMatrix( retroVec, viewMatrix );
+				vec4 envMapColor = textureLod( envMap, envMapRotation * retroVec, roughnessToMip( roughness ) );
+				return envMapColor.rgb * envMapIntensity;
+			#else
+				return vec3( 0.0 );
+			#endif
+		}
+	#endif
+	#ifdef USE_ANISOTROPY
+		vec3 getIBLAnisotropyRadiance( const in vec3 viewDir, const in vec3 normal, const in float roughness, const in vec3 bitangent, const in float anisotropy ) {
+			#ifdef ENVMAP_TYPE_PMREM
+				vec3 bentNormal = cross( bitangent, viewDir );
+				bentNormal = normalize( cross( bentNormal, bitangent ) );
+				bentNormal = normalize( mix( bentNormal, normal, pow2( pow2( 1.0 - anisotropy * ( 1.0 - roughness ) ) ) ) );
+				return getIBLRadiance( viewDir, bentNormal, roughness );
+			#else
+				return vec3( 0.0 );
+			#endif
+		}
+		#ifdef USE_RETROREFLECTION
+			vec3 getIBLAnisotropyRetroRadiance( const in vec3 viewDir, const in vec3 normal, const in float roughness, const in vec3 bitangent, const in float anisotropy ) {
+				#ifdef ENVMAP_TYPE_PMREM
+					vec3 bentNormal = cross( bitangent, viewDir );
+					bentNormal = normalize( cross( bentNormal, bitangent ) );
+					bentNormal = normalize( mix( bentNormal, normal, pow2( pow2( 1.0 - anisotropy * ( 1.0 - roughness ) ) ) ) );
+					return getIBLRetroRadiance( viewDir, bentNormal, roughness );
+				#else
+					return vec3( 0.0 );
+				#endif
+			}
+		#endif
+	#endif
+#endif`,BC=`ToonMaterial material;
+material.diffuseColor = diffuseColor.rgb;`,kC=`varying vec3 vViewPosition;
+struct ToonMaterial {
+	vec3 diffuseColor;
+};
+void RE_Direct_Toon( const in IncidentLight directLight, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in ToonMaterial material, inout ReflectedLight reflectedLight ) {
+	vec3 irradiance = getGradientIrradiance( geometryNormal, directLight.direction ) * directLight.color;
+	reflectedLight.directDiffuse += irradiance * BRDF_Lambert( material.diffuseColor );
+}
+void RE_IndirectDiffuse_Toon( const in vec3 irradiance, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in ToonMaterial material, inout ReflectedLight reflectedLight ) {
+	reflectedLight.indirectDiffuse += irradiance * BRDF_Lambert( material.diffuseColor );
+}
+#define RE_Direct				RE_Direct_Toon
+#define RE_IndirectDiffuse		RE_IndirectDiffuse_Toon`,zC=`BlinnPhongMaterial material;
+material.diffuseColor = diffuseColor.rgb;
+material.specularColor = specular;
+material.specularShininess = shininess;
+material.specularStrength = specularStrength;`,GC=`varying vec3 vViewPosition;
+struct BlinnPhongMaterial {
+	vec3 diffuseColor;
+	vec3 specularColor;
+	float specularShininess;
+	float specularStrength;
+};
+void RE_Direct_BlinnPhong( const in IncidentLight directLight, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in BlinnPhongMaterial material, inout ReflectedLight reflectedLight ) {
+	float dotNL = saturate( dot( geometryNormal, directLight.direction ) );
+	vec3 irradiance = dotNL * directLight.color;
+	reflectedLight.directDiffuse += irradiance * BRDF_Lambert( material.diffuseColor );
+	reflectedLight.directSpecular += irradiance * BRDF_BlinnPhong( directLight.direction, geometryViewDir, geometryNormal, material.specularColor, material.specularShininess ) * material.specularStrength;
+}
+void RE_IndirectDiffuse_BlinnPhong( const in vec3 irradiance, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in BlinnPhongMaterial material, inout ReflectedLight reflectedLight ) {
+	reflectedLight.indirectDiffuse += irradiance * BRDF_Lambert( material.diffuseColor );
+}
+#define RE_Direct				RE_Direct_BlinnPhong
+#define RE_IndirectDiffuse		RE_IndirectDiffuse_BlinnPhong`,VC=`PhysicalMaterial material;
+material.diffuseColor = diffuseColor.rgb;
+material.diffuseContribution = diffuseColor.rgb * ( 1.0 - metalnessFactor );
+material.metalness = metalnessFactor;
+vec3 dxy = max( abs( dFdx( nonPerturbedNormal ) ), abs( dFdy( nonPerturbedNormal ) ) );
+float geometryRoughness = max( max( dxy.x, dxy.y ), dxy.z );
+material.roughness = max( roughnessFactor, 0.045 );
+material.roughness += geometryRoughness;
+material.roughness = min( material.roughness, 1.0 );
+#ifdef USE_DIFFUSE_ROUGHNESS
+	float diffuseRoughnessFactor = diffuseRoughness;
+	#ifdef USE_DIFFUSE_ROUGHNESSMAP
+		diffuseRoughnessFactor *= texture2D( diffuseRoughnessMap, vDiffuseRoughnessMapUv ).r;
+	#endif
+	material.diffuseRoughness = saturate( diffuseRoughnessFactor );
+#endif
+#ifdef IOR
+	material.ior = ior;
+	#ifdef USE_SPECULAR
+		float specularIntensityFactor = specularIntensity;
+		vec3 specularColorFactor = specularColor;
+		#ifdef USE_SPECULAR_COLORMAP
+			specularColorFactor *= texture2D( specularColorMap, vSpecularColorMapUv ).rgb;
+		#endif
+		#ifdef USE_SPECULAR_INTENSITYMAP
+			specularIntensityFactor *= texture2D( specularIntensityMap, vSpecularIntensityMapUv ).a;
+		#endif
+		material.specularF90 = mix( specularIntensityFactor, 1.0, metalnessFactor );
+	#else
+		float specularIntensityFactor = 1.0;
+		vec3 specularColorFactor = vec3( 1.0 );
+		material.specularF90 = 1.0;
+	#endif
+	material.specularColor = min( pow2( ( material.ior - 1.0 ) / ( material.ior + 1.0 ) ) * specularColorFactor, vec3( 1.0 ) ) * specularIntensityFactor;
+	material.specularColorBlended = mix( material.specularColor, diffuseColor.rgb, metalnessFactor );
+#else
+	material.specularColor = vec3( 0.04 );
+	material.specularColorBlended = mix( material.specularColor, diffuseColor.rgb, metalnessFactor );
+	material.specularF90 = 1.0;
+#endif
+#ifdef USE_CLEARCOAT
+	material.clearcoat = clearcoat;
+	material.clearcoatRoughness = clearcoatRoughness;
+	material.clearcoatF0 = vec3( 0.04 );
+	material.clearcoatF90 = 1.0;
+	#ifdef USE_CLEARCOATMAP
+		material.clearcoat *= texture2D( clearcoatMap, vClearcoatMapUv ).x;
+	#endif
+	#ifdef USE_CLEARCOAT_ROUGHNESSMAP
+		material.clearcoatRoughness *= texture2D( clearcoatRoughnessMap, vClearcoatRoughnessMapUv ).y;
+	#endif
+	material.clearcoat = saturate( material.clearcoat );	material.clearcoatRoughness = max( material.clearcoatRoughness, 0.045 );
+	material.clearcoatRoughness += geometryRoughness;
+	material.clearcoatRoughness = min( material.clearcoatRoughness, 1.0 );
+#endif
+#ifdef USE_DISPERSION
+	material.dispersion = dispersion;
+#endif
+#ifdef USE_RETROREFLECTION
+	material.retroreflectivity = retroreflectivity;
+#endif
+#ifdef USE_IRIDESCENCE
+	material.iridescence = iridescence;
+	material.iridescenceIOR = iridescenceIOR;
+	#ifdef USE_IRIDESCENCEMAP
+		material.iridescence *= texture2D( iridescenceMap, vIridescenceMapUv ).r;
+	#endif
+	#ifdef USE_IRIDESCENCE_THICKNESSMAP
+		material.iridescenceThickness = (iridescenceThicknessMaximum - iridescenceThicknessMinimum) * texture2D( iridescenceThicknessMap, vIridescenceThicknessMapUv ).g + iridescenceThicknessMinimum;
+	#else
+		material.iridescenceThickness = iridescenceThicknessMaximum;
+	#endif
+#endif
+#ifdef USE_SHEEN
+	material.sheenColor = sheenColor;
+	#ifdef USE_SHEEN_COLORMAP
+		material.sheenColor *= texture2D( sheenColorMap, vSheenColorMapUv ).rgb;
+	#endif
+	material.sheenRoughness = clamp( sheenRoughness, 0.0001, 1.0 );
+	#ifdef USE_SHEEN_ROUGHNESSMAP
+		material.sheenRoughness *= texture2D( sheenRoughnessMap, vSheenRoughnessMapUv ).a;
+	#endif
+#endif
+#ifdef USE_ANISOTROPY
+	#ifdef USE_ANISOTROPYMAP
+		mat2 anisotropyMat = mat2( anisotropyVector.x, anisotropyVector.y, - anisotropyVector.y, anisotropyVector.x );
+		vec3 anisotropyPolar = texture2D( anisotropyMap, vAnisotropyMapUv ).rgb;
+		vec2 anisotropyV = anisotropyMat * normalize( 2.0 * anisotropyPolar.rg - vec2( 1.0 ) ) * anisotropyPolar.b;
+	#else
+		vec2 anisotropyV = anisotropyVector;
+	#endif
+	material.anisotropy = length( anisotropyV );
+	if( material.anisotropy == 0.0 ) {
+		anisotropyV = vec2( 1.0, 0.0 );
+	} else {
+		anisotropyV /= material.anisotropy;
+		material.anisotropy = saturate( material.anisotropy );
+	}
+	material.alphaT = mix( pow2( material.roughness ), 1.0, pow2( material.anisotropy ) );
+	material.anisotropyT = tbn[ 0 ] * anisotropyV.x + tbn[ 1 ] * anisotropyV.y;
+	material.anisotropyB = tbn[ 1 ] * anisotropyV.x - tbn[ 0 ] * anisotropyV.y;
+#endif`,HC=`uniform sampler2D dfgLUT;
+struct PhysicalMaterial {
+	vec3 diffuseColor;
+	vec3 diffuseContribution;
+	vec3 specularColor;
+	vec3 specularColorBlended;
+	float roughness;
+	float metalness;
+	float specularF90;
+	float dispersion;
+	vec2 dfg;
+	vec3 multiScatteringCompensation;
+	#ifdef USE_DIFFUSE_ROUGHNESS
+		float diffuseRoughness;
+	#endif
+	#ifdef USE_RETROREFLECTION
+		float retroreflectivity;
+	#endif
+	#ifdef USE_CLEARCOAT
+		float clearcoat;
+		float clearcoatRoughness;
+		vec3 clearcoatF0;
+		float clearcoatF90;
+	#endif
+	#ifdef USE_IRIDESCENCE
+		float iridescence;
+		float iridescenceIOR;
+		float iridescenceThickness;
+		vec3 iridescenceFresnel;
+		vec3 iridescenceF0Dielectric;
+		vec3 iridescenceF0Metallic;
+	#endif
+	#ifdef USE_SHEEN
+		vec3 sheenColor;
+		float sheenRoughness;
+	#endif
+	#ifdef IOR
+		float ior;
+	#endif
+	#ifdef USE_TRANSMISSION
+		float transmission;
+		float transmissionAlpha;
+		float thickness;
+		float attenuationDistance;
+		vec3 attenuationColor;
+	#endif
+	#ifdef USE_ANISOTROPY
+		float anisotropy;
+		float alphaT;
+		vec3 anisotropyT;
+		vec3 anisotropyB;
+	#endif
+};
+vec3 clearcoatSpecularDirect = vec3( 0.0 );
+vec3 clearcoatSpecularIndirect = vec3( 0.0 );
+vec3 sheenSpecularDirect = vec3( 0.0 );
+vec3 sheenSpecularIndirect = vec3(0.0 );
+vec3 Schlick_to_F0( const in vec3 f, const in float f90, const in float dotVH ) {
+    float x = clamp( 1.0 - dotVH, 0.0, 1.0 );
+    float x2 = x * x;
+    float x5 = clamp( x * x2 * x2, 0.0, 0.9999 );
+    return ( f - vec3( f90 ) * x5 ) / ( 1.0 - x5 );
+}
+#ifdef USE_DIFFUSE_ROUGHNESS
+	const float EON_EPSILON = 1e-7;
+	float FON_DirectionalAlbedo( const in float mu, const in float roughness, const in float A ) {
+		float muComp = 1.0 - mu;
+		float gOverPi = muComp * ( 0.0571085289 + muComp * ( 0.491881867 + muComp * ( - 0.332181442 + muComp * 0.0714429953 ) ) );
+		return A * ( 1.0 + roughness * gOverPi );
+	}
+	vec3 BRDF_EON( const in vec3 lightDir, const in vec3 viewDir, const in vec3 normal, const in vec3 diffuseColor, const in float roughness ) {
+		vec3 rho = saturate( diffuseColor );
+		if ( roughness <= EON_EPSILON ) return BRDF_Lambert( rho );
+		float dotNL = saturate( dot( normal, lightDir ) );
+		float dotNV = saturate( dot( normal, viewDir ) );
+		float s = dot( lightDir, viewDir ) - dotNL * dotNV;
+		float sOverT = ( s > 0.0 ) ? s / max( max( dotNL, dotNV ), EON_EPSILON ) : s;
+		float A = 1.0 / ( 1.0 + ( 0.5 - 2.0 / ( 3.0 * PI ) ) * roughness );
+		vec3 singleScatter = rho * RECIPROCAL_PI * A * ( 1.0 + roughness * sOverT );
+		float averageAlbedo = A * ( 1.0 + ( 2.0 / 3.0 - 28.0 / ( 15.0 * PI ) ) * roughness );
+		float albedoV = FON_DirectionalAlbedo( dotNV, roughness, A );
+		float albedoL = FON_DirectionalAlbedo( dotNL, roughness, A );
+		vec3 rhoMultiScatter = rho * rho * averageAlbedo / max( vec3( EON_EPSILON ), vec3( 1.0 ) - rho * ( 1.0 - averageAlbedo ) );
+		vec3 multiScatter = rhoMultiScatter * RECIPROCAL_PI
+			* max( EON_EPSILON, 1.0 - albedoV )
+			* max( EON_EPSILON, 1.0 - albedoL )
+			/ max( EON_EPSILON, 1.0 - averageAlbedo );
+		return singleScatter + multiScatter;
+	}
+	vec3 EON_DirectionalAlbedo( const in vec3 diffuseColor, const in float roughness, const in float dotNV ) {
+		vec3 rho = saturate( diffuseColor );
+		if ( roughness <= EON_EPSILON ) return rho;
+		float A = 1.0 / ( 1.0 + ( 0.5 - 2.0 / ( 3.0 * PI ) ) * roughness );
+		float directionalAlbedo = FON_DirectionalAlbedo( dotNV, roughness, A );
+		float averageAlbedo = A * ( 1.0 + ( 2.0 / 3.0 - 28.0 / ( 15.0 * PI ) ) * roughness );
+		vec3 rhoMultiScatter = rho * rho * averageAlbedo / max( vec3( EON_EPSILON ), vec3( 1.0 ) - rho * ( 1.0 - averageAlbedo ) );
+		return rho * directionalAlbedo + rhoMultiScatter * ( 1.0 - directionalAlbedo );
+	}
+#endif
+float V_GGX_SmithCorrelated( const in float alpha, const in float dotNL, const in float dotNV ) {
+	float a2 = pow2( alpha );
+	float gv = dotNL * sqrt( a2 + ( 1.0 - a2 ) * pow2( dotNV ) );
+	float gl = dotNV * sqrt( a2 + ( 1.0 - a2 ) * pow2( dotNL ) );
+	return 0.5 / max( gv + gl, EPSILON );
+}
+float D_GGX( const in float alpha, const in float dotNH ) {
+	float a2 = pow2( alpha );
+	float denom = pow2( dotNH ) * ( a2 - 1.0 ) + 1.0;
+	return RECIPROCAL_PI * a2 / pow2( denom );
+}
+#ifdef USE_ANISOTROPY
+	float V_GGX_SmithCorrelated_Anisotropic( const in float alphaT, const in float alphaB, const in float dotTV, const in float dotBV, const in float dotTL, const in float dotBL, const in float dotNV, const in float dotNL ) {
+		float gv = dotNL * length( vec3( alphaT * dotTV, alphaB * dotBV, dotNV ) );
+		float gl = dotNV * length( vec3( alphaT * dotTL, alphaB * dotBL, dotNL ) );
+		return 0.5 / max( gv + gl, EPSILON );
+	}
+	float D_GGX_Anisotropic( const in float alphaT, const in float alphaB, const in float dotNH, const in float dotTH, const in float dotBH ) {
+		float a2 = alphaT * alphaB;
+		highp vec3 v = vec3( alphaB * dotTH, alphaT * dotBH, a2 * dotNH );
+		highp float v2 = dot( v, v );
+		float w2 = a2 / v2;
+		return RECIPROCAL_PI * a2 * pow2 ( w2 );
+	}
+#endif
+#ifdef USE_CLEARCOAT
+	vec3 BRDF_GGX_Clearcoat( const in vec3 lightDir, const in vec3 viewDir, const in vec3 normal, const in PhysicalMaterial material) {
+		vec3 f0 = material.clearcoatF0;
+		float f90 = material.clearcoatF90;
+		float roughness = max( material.clearcoatRoughness, 0.045 );
+		float alpha = pow2( roughness );
+		vec3 halfDir = normalize( lightDir + viewDir );
+		float dotNL = saturate( dot( normal, lightDir ) );
+		float dotNV = saturate( dot( normal, viewDir ) );
+		float dotNH = saturate( dot( normal, halfDir ) );
+		float dotVH = saturate( dot( viewDir, halfDir ) );
+		vec3 F = F_Schlick( f0, f90, dotVH );
+		float V = V_GGX_SmithCorrelated( alpha, dotNL, dotNV );
+		float D = D_GGX( alpha, dotNH );
+		return F * ( V * D );
+	}
+#endif
+vec3 BRDF_GGX( const in vec3 lightDir, const in vec3 viewDir, const in vec3 normal, const in PhysicalMaterial material ) {
+	vec3 f0 = material.specularColorBlended;
+	float f90 = material.specularF90;
+	float roughness = max( material.roughness, 0.045 );
+	float alpha = pow2( roughness );
+	vec3 halfDir = normalize( lightDir + viewDir );
+	float dotNL = saturate( dot( normal, lightDir ) );
+	float dotNV = saturate( dot( normal, viewDir ) );
+	float dotNH = saturate( dot( normal, halfDir ) );
+	float dotVH = saturate( dot( viewDir, halfDir ) );
+	vec3 F = F_Schlick( f0, f90, dotVH );
+	#ifdef USE_IRIDESCENCE
+		F = mix( F, material.iridescenceFresnel, material.iridescence );
+	#endif
+	#ifdef USE_ANISOTROPY
+		float dotTL = dot( material.anisotropyT, lightDir );
+		float dotTV = dot( material.anisotropyT, viewDir );
+		float dotTH = dot( material.anisotropyT, halfDir );
+		float dotBL = dot( material.anisotropyB, lightDir );
+		float dotBV = dot( material.anisotropyB, viewDir );
+		float dotBH = dot( material.anisotropyB, halfDir );
+		float alphaT = max( material.alphaT, alpha );
+		float V = V_GGX_SmithCorrelated_Anisotropic( alphaT, alpha, dotTV, dotBV, dotTL, dotBL, dotNV, dotNL );
+		float D = D_GGX_Anisotropic( alphaT, alpha, dotNH, dotTH, dotBH );
+	#else
+		float V = V_GGX_SmithCorrelated( alpha, dotNL, dotNV );
+		float D = D_GGX( alpha, dotNH );
+	#endif
+	return F * ( V * D );
+}
+vec2 LTC_Uv( const in vec3 N, const in vec3 V, const in float roughness ) {
+	const float LUT_SIZE = 64.0;
+	const float LUT_SCALE = ( LUT_SIZE - 1.0 ) / LUT_SIZE;
+	const float LUT_BIAS = 0.5 / LUT_SIZE;
+	float dotNV = saturate( dot( N, V ) );
+	vec2 uv = vec2( roughness, sqrt( 1.0 - dotNV ) );
+	uv = uv * LUT_SCALE + LUT_BIAS;
+	return uv;
+}
+float LTC_ClippedSphereFormFactor( const in vec3 f ) {
+	float l = length( f );
+	return max( ( l * l + f.z ) / ( l + 1.0 ), 0.0 );
+}
+vec3 LTC_EdgeVectorFormFactor( const in vec3 v1, const in vec3 v2 ) {
+	float x = dot( v1, v2 );
+	float y = abs( x );
+	float a = 0.8543985 + ( 0.4965155 + 0.0145206 * y ) * y;
+	float b = 3.4175940 + ( 4.1616724 + y ) * y;
+	float v = a / b;
+	float theta_sintheta = ( x > 0.0 ) ? v : 0.5 * inversesqrt( max( 1.0 - x * x, 1e-7 ) ) - v;
+	return cross( v1, v2 ) * theta_sintheta;
+}
+vec3 LTC_Evaluate( const in vec3 N, const in vec3 V, const in vec3 P, const in mat3 mInv, const in vec3 rectCoords[ 4 ] ) {
+	vec3 v1 = rectCoords[ 1 ] - rectCoords[ 0 ];
+	vec3 v2 = rectCoords[ 3 ] - rectCoords[ 0 ];
+	vec3 lightNormal = cross( v1, v2 );
+	if( dot( lightNormal, P - rectCoords[ 0 ] ) < 0.0 ) return vec3( 0.0 );
+	vec3 T1, T2;
+	T1 = normalize( V - N * dot( V, N ) );
+	T2 = - cross( N, T1 );
+	mat3 mat = mInv * transpose( mat3( T1, T2, N ) );
+	vec3 coords[ 4 ];
+	coords[ 0 ] = mat * ( rectCoords[ 0 ] - P );
+	coords[ 1 ] = mat * ( rectCoords[ 1 ] - P );
+	coords[ 2 ] = mat * ( rectCoords[ 2 ] - P );
+	coords[ 3 ] = mat * ( rectCoords[ 3 ] - P );
+	coords[ 0 ] = normalize( coords[ 0 ] );
+	coords[ 1 ] = normalize( coords[ 1 ] );
+	coords[ 2 ] = normalize( coords[ 2 ] );
+	coords[ 3 ] = normalize( coords[ 3 ] );
+	vec3 vectorFormFactor = vec3( 0.0 );
+	vectorFormFactor += LTC_EdgeVectorFormFactor( coords[ 0 ], coords[ 1 ] );
+	vectorFormFactor += LTC_EdgeVectorFormFactor( coords[ 1 ], coords[ 2 ] );
+	vectorFormFactor += LTC_EdgeVectorFormFactor( coords[ 2 ], coords[ 3 ] );
+	vectorFormFactor += LTC_EdgeVectorFormFactor( coords[ 3 ], coords[ 0 ] );
+	float result = LTC_ClippedSphereFormFactor( vectorFormFactor );
+	return vec3( result );
+}
+#if defined( USE_SHEEN )
+float D_Charlie( float roughness, float dotNH ) {
+	float alpha = pow2( roughness );
+	float invAlpha = 1.0 / alpha;
+	float cos2h = dotNH * dotNH;
+	float sin2h = max( 1.0 - cos2h, 0.0078125 );
+	return ( 2.0 + invAlpha ) * pow( sin2h, invAlpha * 0.5 ) / ( 2.0 * PI );
+}
+float V_Neubelt( float dotNV, float dotNL ) {
+	return saturate( 1.0 / ( 4.0 * ( dotNL + dotNV - dotNL * dotNV ) ) );
+}
+vec3 BRDF_Sheen( const in vec3 lightDir, const in vec3 viewDir, const in vec3 normal, vec3 sheenColor, const in float sheenRoughness ) {
+	vec3 halfDir = normalize( lightDir + viewDir );
+	float dotNL = saturate( dot( normal, lightDir ) );
+	float dotNV = saturate( dot( normal, viewDir ) );
+	float dotNH = saturate( dot( normal, halfDir ) );
+	float D = D_Charlie( sheenRoughness, dotNH );
+	float V = V_Neubelt( dotNV, dotNL );
+	return sheenColor * ( D * V );
+}
+#endif
+float IBLSheenBRDF( const in vec3 normal, const in vec3 viewDir, const in float roughness ) {
+	float dotNV = saturate( dot( normal, viewDir ) );
+	float r2 = roughness * roughness;
+	float rInv = 1.0 / ( roughness + 0.1 );
+	float a = -1.9362 + 1.0678 * roughness + 0.4573 * r2 - 0.8469 * rInv;
+	float b = -0.6014 + 0.5538 * roughness - 0.4670 * r2 - 0.1255 * rInv;
+	float DG = exp( a * dotNV + b );
+	return saturate( DG );
+}
+vec3 EnvironmentBRDF( const in vec3 normal, const in vec3 viewDir, const in vec3 specularColor, const in float specularF90, const in float roughness ) {
+	float dotNV = saturate( dot( normal, viewDir ) );
+	vec2 fab = texture2D( dfgLUT, vec2( roughness, dotNV ) ).rg;
+	return specularColor * fab.x + specularF90 * fab.y;
+}
+#ifdef USE_IRIDESCENCE
+void computeMultiscatteringIridescence( const in vec2 fab, const in vec3 specularColor, const in float specularF90, const in float iridescence, const in vec3 iridescenceF0, inout vec3 singleScatter, inout vec3 multiScatter ) {
+#else
+void computeMultiscattering( const in vec2 fab, const in vec3 specularColor, const in float specularF90, inout vec3 singleScatter, inout vec3 multiScatter ) {
+#endif
+	#ifdef USE_IRIDESCENCE
+		vec3 Fr = mix( specularColor, iridescenceF0, iridescence );
+	#else
+		vec3 Fr = specularColor;
+	#endif
+	vec3 FssEss = Fr * fab.x + specularF90 * fab.y;
+	float Ess = fab.x + fab.y;
+	float Ems = 1.0 - Ess;
+	vec3 Favg = Fr + ( 1.0 - Fr ) * 0.047619;	vec3 Fms = FssEss * Favg / ( 1.0 - Ems * Favg );
+	singleScatter += FssEss;
+	multiScatter += Fms * Ems;
+}
+#if NUM_RECT_AREA_LIGHTS > 0
+	void RE_Direct_RectArea_Physical( const in RectAreaLight rectAreaLight, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in PhysicalMaterial material, inout ReflectedLight reflectedLight ) {
+		vec3 normal = geometryNormal;
+		vec3 viewDir = geometryViewDir;
+		vec3 position = geometryPosition;
+		vec3 lightPos = rectAreaLight.position;
+		vec3 halfWidth = rectAreaLight.halfWidth;
+		vec3 halfHeight = rectAreaLight.halfHeight;
+		vec3 lightColor = rectAreaLight.color;
+		float roughness = material.roughness;
+		vec3 rectCoords[ 4 ];
+		rectCoords[ 0 ] = lightPos + halfWidth - halfHeight;		rectCoords[ 1 ] = lightPos - halfWidth - halfHeight;
+		rectCoords[ 2 ] = lightPos - halfWidth + halfHeight;
+		rectCoords[ 3 ] = lightPos + halfWidth + halfHeight;
+		vec2 uv = LTC_Uv( normal, viewDir, roughness );
+		vec4 t1 = texture2D( ltc_1, uv );
+		vec4 t2 = texture2D( ltc_2, uv );
+		mat3 mInv = mat3(
+			vec3( t1.x, 0, t1.y ),
+			vec3(    0, 1,    0 ),
+			vec3( t1.z, 0, t1.w )
+		);
+		vec3 fresnel = ( material.specularColorBlended * t2.x + ( material.specularF90 - material.specularColorBlended ) * t2.y );
+		reflectedLight.directSpecular += lightColor * fresnel * LTC_Evaluate( normal, viewDir, position, mInv, rectCoords );
+		reflectedLight.directDiffuse += lightColor * material.diffuseContribution * LTC_Evaluate( normal, viewDir, position, mat3( 1.0 ), rectCoords );
+		#ifdef USE_CLEARCOAT
+			vec3 Ncc = geometryClearcoatNormal;
+			vec2 uvClearcoat = LTC_Uv( Ncc, viewDir, material.clearcoatRoughness );
+			vec4 t1Clearcoat = texture2D( ltc_1, uvClearcoat );
+			vec4 t2Clearcoat = texture2D( ltc_2, uvClearcoat );
+			mat3 mInvClearcoat = mat3(
+				vec3( t1Clearcoat.x, 0, t1Clearcoat.y ),
+				vec3(             0, 1,             0 ),
+				vec3( t1Clearcoat.z, 0, t1Clearcoat.w )
+			);
+			vec3 fresnelClearcoat = material.clearcoatF0 * t2Clearcoat.x + ( material.clearcoatF90 - material.clearcoatF0 ) * t2Clearcoat.y;
+			clearcoatSpecularDirect += lightColor * fresnelClearcoat * LTC_Evaluate( Ncc, viewDir, position, mInvClearcoat, rectCoords );
+		#endif
+	}
+#endif
+void RE_Direct_Physical( const in IncidentLight directLight, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in PhysicalMaterial material, inout ReflectedLight reflectedLight ) {
+	float dotNL = saturate( dot( geometryNormal, directLight.direction ) );
+	vec3 irradiance = dotNL * directLight.color;
+	#ifdef USE_CLEARCOAT
+		float dotNLcc = saturate( dot( geometryClearcoatNormal, directLight.direction ) );
+		vec3 ccIrradiance = dotNLcc * directLight.color;
+		clearcoatSpecularDirect += ccIrradiance * BRDF_GGX_Clearcoat( directLight.direction, geometryViewDir, geometryClearcoatNormal, material );
+	#endif
+	#ifdef USE_SHEEN
+ 
+ 		sheenSpecularDirect += irradiance * BRDF_Sheen( directLight.direction, geometryViewDir, geometryNormal, material.sheenColor, material.sheenRoughness );
+ 
+ 		float sheenAlbedoV = IBLSheenBRDF( geometryNormal, geometryViewDir, material.sheenRoughness );
+ 		float sheenAlbedoL = IBLSheenBRDF( geometryNormal, directLight.direction, material.sheenRoughness );
+ 
+ 		float sheenEnergyComp = 1.0 - max3( material.sheenColor ) * max( sheenAlbedoV, sheenAlbedoL );
+ 
+ 		irradiance *= sheenEnergyComp;
+ 
+ 	#endif
+	vec3 specularBRDF = BRDF_GGX( directLight.direction, geometryViewDir, geometryNormal, material );
+	#ifdef USE_RETROREFLECTION
+		vec3 retroViewDir = reflect( - geometryViewDir, geometryNormal );
+		vec3 retroSpecularBRDF = BRDF_GGX( directLight.direction, retroViewDir, geometryNormal, material );
+		specularBRDF = mix( specularBRDF, retroSpecularBRDF, saturate( material.retroreflectivity ) );
+	#endif
+	reflectedLight.directSpecular += irradiance * specularBRDF * material.multiScatteringCompensation;
+	vec3 halfDir = normalize( directLight.direction + geometryViewDir );
+	float dotVH = saturate( dot( geometryViewDir, halfDir ) );
+	vec3 F = F_Schlick( material.specularColor, material.specularF90, dotVH );
+	#ifdef USE_RETROREFLECTION
+		vec3 retroHalfDir = normalize( directLight.direction + retroViewDir );
+		float dotRetroVH = saturate( dot( retroViewDir, retroHalfDir ) );
+		vec3 retroF = F_Schlick( material.specularColor, material.specularF90, dotRetroVH );
+		F = mix( F, retroF, saturate( material.retroreflectivity ) );
+	#endif
+	#ifdef USE_DIFFUSE_ROUGHNESS
+		vec3 diffuseBRDF = BRDF_EON( directLight.direction, geometryViewDir, geometryNormal, material.diffuseColor, material.diffuseRoughness ) * ( 1.0 - material.metalness );
+	#else
+		vec3 diffuseBRDF = BRDF_Lambert( material.diffuseContribution );
+	#endif
+	reflectedLight.directDiffuse += irradiance * diffuseBRDF * ( 1.0 - F );
+}
+void RE_IndirectDiffuse_Physical( const in vec3 irradiance, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in PhysicalMaterial material, inout ReflectedLight reflectedLight ) {
+	vec3 singleScattering = vec3( 0.0 );
+	vec3 multiScattering = vec3( 0.0 );
+	#ifdef USE_IRIDESCENCE
+		computeMultiscatteringIridescence( material.dfg, material.specularColor, material.specularF90, material.iridescence, material.iridescenceF0Dielectric, singleScattering, multiScattering );
+	#else
+		computeMultiscattering( material.dfg, material.specularColor, material.specularF90, singleScattering, multiScattering );
+	#endif
+	#ifdef USE_DIFFUSE_ROUGHNESS
+		float dotNV = saturate( dot( geometryNormal, geometryViewDir ) );
+		vec3 diffuseAlbedo = EON_DirectionalAlbedo( material.diffuseColor, material.diffuseRoughness, dotNV ) * ( 1.0 - material.metalness );
+		vec3 diffuse = irradiance * RECIPROCAL_PI * diffuseAlbedo * ( 1.0 - singleScattering - multiScattering );
+	#else
+		vec3 diffuse = irradiance * BRDF_Lambert( material.diffuseContribution ) * ( 1.0 - singleScattering - multiScattering );
+	#endif
+	#ifdef USE_SHEEN
+		float sheenAlbedo = IBLSheenBRDF( geometryNormal, geometryViewDir, material.sheenRoughness );
+		sheenSpecularIndirect += irradiance * material.sheenColor * sheenAlbedo * RECIPROCAL_PI;
+		float sheenEnergyComp = 1.0 - max3( material.sheenColor ) * sheenAlbedo;
+		diffuse *= sheenEnergyComp;
+	#endif
+	reflectedLight.indirectDiffuse += diffuse;
+}
+void RE_IndirectSpecular_Physical( const in vec3 radiance, const in vec3 irradiance, const in vec3 clearcoatRadiance, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in PhysicalMaterial material, inout ReflectedLight reflectedLight) {
+	#ifdef USE_CLEARCOAT
+		clearcoatSpecularIndirect += clearcoatRadiance * EnvironmentBRDF( geometryClearcoatNormal, geometryViewDir, material.clearcoatF0, material.clearcoatF90, material.clearcoatRoughness );
+	#endif
+	#ifdef USE_SHEEN
+		sheenSpecularIndirect += irradiance * material.sheenColor * IBLSheenBRDF( geometryNormal, geometryViewDir, material.sheenRoughness ) * RECIPROCAL_PI;
+ 	#endif
+	vec3 singleScatteringDielectric = vec3( 0.0 );
+	vec3 multiScatteringDielectric = vec3( 0.0 );
+	vec3 singleScatteringMetallic = vec3( 0.0 );
+	vec3 multiScatteringMetallic = vec3( 0.0 );
+	#ifdef USE_IRIDESCENCE
+		computeMultiscatteringIridescence( material.dfg, material.specularColor, material.specularF90, material.iridescence, material.iridescenceF0Dielectric, singleScatteringDielectric, multiScatteringDielectric );
+		computeMultiscatteringIridescence( material.dfg, material.diffuseColor, material.specularF90, material.iridescence, material.iridescenceF0Metallic, singleScatteringMetallic, multiScatteringMetallic );
+	#else
+		computeMultiscattering( material.dfg, material.specularColor, material.specularF90, singleScatteringDielectric, multiScatteringDielectric );
+		computeMultiscattering( material.dfg, material.diffuseColor, material.specularF90, singleScatteringMetallic, multiScatteringMetallic );
+	#endif
+	vec3 singleScattering = mix( singleScatteringDielectric, singleScatteringMetallic, material.metalness );
+	vec3 multiScattering = mix( multiScatteringDielectric, multiScatteringMetallic, material.metalness );
+	vec3 totalScatteringDielectric = singleScatteringDielectric + multiScatteringDielectric;
+	#ifdef USE_DIFFUSE_ROUGHNESS
+		float dotNV = saturate( dot( geometryNormal, geometryViewDir ) );
+		vec3 diffuse = EON_DirectionalAlbedo( material.diffuseColor, material.diffuseRoughness, dotNV ) * ( 1.0 - material.metalness ) * ( 1.0 - totalScatteringDielectric );
+	#else
+		vec3 diffuse = material.diffuseContribution * ( 1.0 - totalScatteringDielectric );
+	#endif
+	vec3 cosineWeightedIrradiance = irradiance * RECIPROCAL_PI;
+	vec3 indirectSpecular = radiance * singleScattering;
+	indirectSpecular += multiScattering * cosineWeightedIrradiance;
+	vec3 indirectDiffuse = diffuse * cosineWeightedIrradiance;
+	#ifdef USE_SHEEN
+		float sheenAlbedo = IBLSheenBRDF( geometryNormal, geometryViewDir, material.sheenRoughness );
+		float sheenEnergyComp = 1.0 - max3( material.sheenColor ) * sheenAlbedo;
+		indirectSpecular *= sheenEnergyComp;
+		indirectDiffuse *= sheenEnergyComp;
+	#endif
+	reflectedLight.indirectSpecular += indirectSpecular;
+	reflectedLight.indirectDiffuse += indirectDiffuse;
+}
+#define RE_Direct				RE_Direct_Physical
+#define RE_Direct_RectArea		RE_Direct_RectArea_Physical
+#define RE_IndirectDiffuse		RE_IndirectDiffuse_Physical
+#define RE_IndirectSpecular		RE_IndirectSpecular_Physical
+float computeSpecularOcclusion( const in float dotNV, const in float ambientOcclusion, const in float roughness ) {
+	return saturate( pow( dotNV + ambientOcclusion, exp2( - 16.0 * roughness - 1.0 ) ) - 1.0 + ambientOcclusion );
+}`,WC=`
+vec3 geometryPosition = - vViewPosition;
+vec3 geometryNormal = normal;
+vec3 geometryViewDir = ( isOrthographic ) ? vec3( 0, 0, 1 ) : normalize( vViewPosition );
+vec3 geometryClearcoatNormal = vec3( 0.0 );
+#ifdef USE_CLEARCOAT
+	geometryClearcoatNormal = clearcoatNormal;
+#endif
+#ifdef USE_IRIDESCENCE
+	float dotNVi = saturate( dot( normal, geometryViewDir ) );
+	if ( material.iridescenceThickness == 0.0 ) {
+		material.iridescence = 0.0;
+	} else {
+		material.iridescence = saturate( material.iridescence );
+	}
+	if ( material.iridescence > 0.0 ) {
+		vec3 iridescenceFresnelDielectric = evalIridescence( 1.0, material.iridescenceIOR, dotNVi, material.iridescenceThickness, material.specularColor );
+		vec3 iridescenceFresnelMetallic = evalIridescence( 1.0, material.iridescenceIOR, dotNVi, material.iridescenceThickness, material.diffuseColor );
+		material.iridescenceFresnel = mix( iridescenceFresnelDielectric, iridescenceFresnelMetallic, material.metalness );
+		material.iridescenceF0Dielectric = Schlick_to_F0( iridescenceFresnelDielectric, 1.0, dotNVi );
+		material.iridescenceF0Metallic = Schlick_to_F0( iridescenceFresnelMetallic, 1.0, dotNVi );
+	}
+#endif
+#ifdef STANDARD
+	float dotNVms = saturate( dot( geometryNormal, geometryViewDir ) );
+	material.dfg = texture2D( dfgLUT, vec2( material.roughness, dotNVms ) ).rg;
+	#if ( NUM_SUN_LIGHTS > 0 || NUM_DIR_LIGHTS > 0 || NUM_POINT_LIGHTS > 0 || NUM_SPOT_LIGHTS > 0 )
+		float EssMs = material.dfg.x + material.dfg.y;
+		material.multiScatteringCompensation = 1.0 + material.specularColorBlended * ( 1.0 / EssMs - 1.0 );
+	#endif
+#endif
+IncidentLight directLight;
+#if ( NUM_POINT_LIGHTS > 0 ) && defined( RE_Direct )
+	PointLight pointLight;
+	#if defined( USE_SHADOWMAP ) && NUM_POINT_LIGHT_SHADOWS > 0
+	PointLightShadow pointLightShadow;
+	#endif
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_POINT_LIGHTS; i ++ ) {
+		pointLight = pointLights[ i ];
+		getPointLightInfo( pointLight, geometryPosition, directLight );
+		#if defined( USE_SHADOWMAP ) && ( UNROLLED_LOOP_INDEX < NUM_POINT_LIGHT_SHADOWS ) && ( defined( SHADOWMAP_TYPE_PCF ) || defined( SHADOWMAP_TYPE_BASIC ) )
+		pointLightShadow = pointLightShadows[ i ];
+		directLight.color *= ( directLight.visible && receiveShadow ) ? getPointShadow( pointShadowMap[ i ], pointLightShadow.shadowMapSize, pointLightShadow.shadowIntensity, pointLightShadow.shadowBias, pointLightShadow.shadowRadius, vPointShadowCoord[ i ], pointLightShadow.shadowCameraNear, pointLightShadow.shadowCameraFar ) : 1.0;
+		#endif
+		RE_Direct( directLight, geometryPosition, geometryNormal, geometryViewDir, geometryClearcoatNormal, material, reflectedLight );
+	}
+	#pragma unroll_loop_end
+#endif
+#if ( NUM_SPOT_LIGHTS > 0 ) && defined( RE_Direct )
+	SpotLight spotLight;
+	vec4 spotColor;
+	vec3 spotLightCoord;
+	bool inSpotLightMap;
+	#if defined( USE_SHADOWMAP ) && NUM_SPOT_LIGHT_SHADOWS > 0
+	SpotLightShadow spotLightShadow;
+	#endif
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_SPOT_LIGHTS; i ++ ) {
+		spotLight = spotLights[ i ];
+		getSpotLightInfo( spotLight, geometryPosition, directLight );
+		#if ( UNROLLED_LOOP_INDEX < NUM_SPOT_LIGHT_SHADOWS_WITH_MAPS )
+		#define SPOT_LIGHT_MAP_INDEX UNROLLED_LOOP_INDEX
+		#elif ( UNROLLED_LOOP_INDEX < NUM_SPOT_LIGHT_SHADOWS )
+		#define SPOT_LIGHT_MAP_INDEX NUM_SPOT_LIGHT_MAPS
+		#else
+		#define SPOT_LIGHT_MAP_INDEX ( UNROLLED_LOOP_INDEX - NUM_SPOT_LIGHT_SHADOWS + NUM_SPOT_LIGHT_SHADOWS_WITH_MAPS )
+		#endif
+		#if ( SPOT_LIGHT_MAP_INDEX < NUM_SPOT_LIGHT_MAPS )
+			spotLightCoord = vSpotLightCoord[ i ].xyz / vSpotLightCoord[ i ].w;
+			inSpotLightMap = all( lessThan( abs( spotLightCoord * 2. - 1. ), vec3( 1.0 ) ) );
+			spotColor = texture2D( spotLightMap[ SPOT_LIGHT_MAP_INDEX ], spotLightCoord.xy );
+			directLight.color = inSpotLightMap ? directLight.color * spotColor.rgb : directLight.color;
+		#endif
+		#undef SPOT_LIGHT_MAP_INDEX
+		#if defined( USE_SHADOWMAP ) && ( UNROLLED_LOOP_INDEX < NUM_SPOT_LIGHT_SHADOWS )
+		spotLightShadow = spotLightShadows[ i ];
+		directLight.color *= ( directLight.visible && receiveShadow ) ? getShadow( spotShadowMap[ i ], spotLightShadow.shadowMapSize, spotLightShadow.shadowIntensity, spotLightShadow.shadowBias, spotLightShadow.shadowRadius, vSpotLightCoord[ i ] ) : 1.0;
+		#endif
+		RE_Direct( directLight, geometryPosition, geometryNormal, geometryViewDir, geometryClearcoatNormal, material, reflectedLight );
+	}
+	#pragma unroll_loop_end
+#endif
+#if ( NUM_SUN_LIGHTS > 0 ) && defined( RE_Direct )
+	SunLight sunLight;
+	#if defined( USE_SHADOWMAP ) && NUM_SUN_LIGHT_SHADOWS > 0
+	SunLightShadow sunLightShadow;
+	#endif
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_SUN_LIGHTS; i ++ ) {
+		sunLight = sunLights[ i ];
+		getSunLightInfo( sunLight, directLight );
+		#if defined( USE_SHADOWMAP ) && ( UNROLLED_LOOP_INDEX < NUM_SUN_LIGHT_SHADOWS )
+		sunLightShadow = sunLightShadows[ i ];
+		directLight.color *= ( directLight.visible && receiveShadow ) ? getSunShadow( sunShadowMap[ i ], sunLightShadow, UNROLLED_LOOP_INDEX ) : 1.0;
+		#endif
+		RE_Direct( directLight, geometryPosition, geometryNormal, geometryViewDir, geometryClearcoatNormal, material, reflectedLight );
+	}
+	#pragma unroll_loop_end
+#endif
+#if ( NUM_DIR_LIGHTS > 0 ) && defined( RE_Direct )
+	DirectionalLight directionalLight;
+	#if defined( USE_SHADOWMAP ) && NUM_DIR_LIGHT_SHADOWS > 0
+	DirectionalLightShadow directionalLightShadow;
+	#endif
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_DIR_LIGHTS; i ++ ) {
+		directionalLight = directionalLights[ i ];
+		getDirectionalLightInfo( directionalLight, directLight );
+		#if defined( USE_SHADOWMAP ) && ( UNROLLED_LOOP_INDEX < NUM_DIR_LIGHT_SHADOWS )
+		directionalLightShadow = directionalLightShadows[ i ];
+		directLight.color *= ( directLight.visible && receiveShadow ) ? getShadow( directionalShadowMap[ i ], directionalLightShadow.shadowMapSize, directionalLightShadow.shadowIntensity, directionalLightShadow.shadowBias, directionalLightShadow.shadowRadius, vDirectionalShadowCoord[ i ] ) : 1.0;
+		#endif
+		RE_Direct( directLight, geometryPosition, geometryNormal, geometryViewDir, geometryClearcoatNormal, material, reflectedLight );
+	}
+	#pragma unroll_loop_end
+#endif
+#if ( NUM_RECT_AREA_LIGHTS > 0 ) && defined( RE_Direct_RectArea )
+	RectAreaLight rectAreaLight;
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_RECT_AREA_LIGHTS; i ++ ) {
+		rectAreaLight = rectAreaLights[ i ];
+		RE_Direct_RectArea( rectAreaLight, geometryPosition, geometryNormal, geometryViewDir, geometryClearcoatNormal, material, reflectedLight );
+	}
+	#pragma unroll_loop_end
+#endif
+#if defined( RE_IndirectDiffuse )
+	vec3 iblIrradiance = vec3( 0.0 );
+	vec3 irradiance = getAmbientLightIrradiance( ambientLightColor );
+	#if defined( USE_LIGHT_PROBES )
+		irradiance += getLightProbeIrradiance( lightProbe, geometryNormal );
+	#endif
+	#if ( NUM_HEMI_LIGHTS > 0 )
+		#pragma unroll_loop_start
+		for ( int i = 0; i < NUM_HEMI_LIGHTS; i ++ ) {
+			irradiance += getHemisphereLightIrradiance( hemisphereLights[ i ], geometryNormal );
+		}
+		#pragma unroll_loop_end
+	#endif
+	#if NUM_LIGHT_PROBE_GRIDS > 0
+		vec3 probeWorldPos = ( ( vec4( geometryPosition, 1.0 ) - viewMatrix[ 3 ] ) * viewMatrix ).xyz;
+		vec3 probeWorldNormal = transformNormalByInverseViewMatrix( geometryNormal, viewMatrix );
+		int probeGrid = - 1;
+		#pragma unroll_loop_start
+		for ( int i = 0; i < NUM_LIGHT_PROBE_GRIDS; i ++ ) {
+			if ( isInsideLightProbeGrid( probeWorldPos, probeWorldNormal, probesMin[ i ], probesMax[ i ], probesResolution[ i ] ) ) probeGrid = UNROLLED_LOOP_INDEX;
+		}
+		#pragma unroll_loop_end
+		#pragma unroll_loop_start
+		for ( int i = 0; i < NUM_LIGHT_PROBE_GRIDS; i ++ ) {
+			if ( probeGrid == UNROLLED_LOOP_INDEX ) irradiance += getLightProbeGridIrradiance( probesSH[ i ], probesMin[ i ], probesMax[ i ], probesResolution[ i ], probeWorldPos, probeWorldNormal );
+		}
+		#pragma unroll_loop_end
+	#endif
+#endif
+#if defined( RE_IndirectSpecular )
+	vec3 radiance = vec3( 0.0 );
+	vec3 clearcoatRadiance = vec3( 0.0 );
+#endif`,$C=`#if defined( RE_IndirectDiffuse )
+	#ifdef USE_LIGHTMAP
+		vec4 lightMapTexel = texture2D( lightMap, vLightMapUv );
+		vec3 lightMapIrradiance = lightMapTexel.rgb * lightMapIntensity;
+		irradiance += lightMapIrradiance;
+	#endif
+	#if defined( USE_ENVMAP ) && defined( ENVMAP_TYPE_PMREM )
+		#if defined( STANDARD ) || defined( LAMBERT ) || defined( PHONG )
+			iblIrradiance += getIBLIrradiance( geometryNormal );
+		#endif
+	#endif
+#endif
+#if defined( USE_ENVMAP ) && defined( RE_IndirectSpecular )
+	#ifdef USE_ANISOTROPY
+		vec3 iblRadiance = getIBLAnisotropyRadiance( geometryViewDir, geometryNormal, material.roughness, material.anisotropyB, material.anisotropy );
+	#else
+		vec3 iblRadiance = getIBLRadiance( geometryViewDir, geometryNormal, material.roughness );
+	#endif
+	#ifdef USE_RETROREFLECTION
+		#ifdef USE_ANISOTROPY
+			vec3 retroIBLRadiance = getIBLAnisotropyRetroRadiance( geometryViewDir, geometryNormal, material.roughness, material.anisotropyB, material.anisotropy );
+		#else
+			vec3 retroIBLRadiance = getIBLRetroRadiance( geometryViewDir, geometryNormal, material.roughness );
+		#endif
+		iblRadiance = mix( iblRadiance, retroIBLRadiance, saturate( material.retroreflectivity ) );
+	#endif
+	radiance += iblRadiance;
+	#ifdef USE_CLEARCOAT
+		clearcoatRadiance += getIBLRadiance( geometryViewDir, geometryClearcoatNormal, material.clearcoatRoughness );
+	#endif
+#endif`,XC=`#if defined( RE_IndirectDiffuse )
+	#if defined( LAMBERT ) || defined( PHONG )
+		irradiance += iblIrradiance;
+	#endif
+	RE_IndirectDiffuse( irradiance, geometryPosition, geometryNormal, geometryViewDir, geometryClearcoatNormal, material, reflectedLight );
+#endif
+#if defined( RE_IndirectSpecular )
+	RE_IndirectSpecular( radiance, iblIrradiance, clearcoatRadiance, geometryPosition, geometryNormal, geometryViewDir, geometryClearcoatNormal, material, reflectedLight );
+#endif`,qC=`#if NUM_LIGHT_PROBE_GRIDS > 0
+uniform highp sampler3D probesSH[ NUM_LIGHT_PROBE_GRIDS ];
+uniform vec3 probesMin[ NUM_LIGHT_PROBE_GRIDS ];
+uniform vec3 probesMax[ NUM_LIGHT_PROBE_GRIDS ];
+uniform vec3 probesResolution[ NUM_LIGHT_PROBE_GRIDS ];
+bool isInsideLightProbeGrid( vec3 worldPos, vec3 worldNormal, vec3 probesMin, vec3 probesMax, vec3 probesResolution ) {
+	vec3 spacing = ( probesMax - probesMin ) / probesResolution;
+	vec3 samplePos = worldPos + worldNormal * spacing * 0.5;
+	vec3 margin = spacing * 0.01;
+	return all( greaterThanEqual( samplePos, probesMin - margin ) ) && all( lessThanEqual( samplePos, probesMax + margin ) );
+}
+vec3 getLightProbeGridIrradiance( highp sampler3D probesSH, vec3 probesMin, vec3 probesMax, vec3 probesResolution, vec3 worldPos, vec3 worldNormal ) {
+	vec3 res = probesResolution;
+	vec3 gridRange = probesMax - probesMin;
+	vec3 probeSpacing = gridRange / res;
+	vec3 samplePos = worldPos + worldNormal * probeSpacing * 0.5;
+	vec3 uvw = clamp( ( samplePos - probesMin ) / gridRange, 0.5 / res, 1.0 - 0.5 / res );
+	float nz          = res.z;
+	float paddedSlices = nz + 2.0;
+	float atlasDepth  = 7.0 * paddedSlices;
+	float uvZBase     = uvw.z * nz + 1.0;
+	vec4 s0 = texture( probesSH, vec3( uvw.xy, ( uvZBase                       ) / atlasDepth ) );
+	vec4 s1 = texture( probesSH, vec3( uvw.xy, ( uvZBase +       paddedSlices   ) / atlasDepth ) );
+	vec4 s2 = texture( probesSH, vec3( uvw.xy, ( uvZBase + 2.0 * paddedSlices   ) / atlasDepth ) );
+	vec4 s3 = texture( probesSH, vec3( uvw.xy, ( uvZBase + 3.0 * paddedSlices   ) / atlasDepth ) );
+	vec4 s4 = texture( probesSH, vec3( uvw.xy, ( uvZBase + 4.0 * paddedSlices   ) / atlasDepth ) );
+	vec4 s5 = texture( probesSH, vec3( uvw.xy, ( uvZBase + 5.0 * paddedSlices   ) / atlasDepth ) );
+	vec4 s6 = texture( probesSH, vec3( uvw.xy, ( uvZBase + 6.0 * paddedSlices   ) / atlasDepth ) );
+	vec3 c0 = s0.xyz;
+	vec3 c1 = vec3( s0.w, s1.xy );
+	vec3 c2 = vec3( s1.zw, s2.x );
+	vec3 c3 = s2.yzw;
+	vec3 c4 = s3.xyz;
+	vec3 c5 = vec3( s3.w, s4.xy );
+	vec3 c6 = vec3( s4.zw, s5.x );
+	vec3 c7 = s5.yzw;
+	vec3 c8 = s6.xyz;
+	float x = worldNormal.x, y = worldNormal.y, z = worldNormal.z;
+	vec3 result = c0 * 0.886227;
+	result += c1 * 2.0 * 0.511664 * y;
+	result += c2 * 2.0 * 0.511664 * z;
+	result += c3 * 2.0 * 0.511664 * x;
+	result += c4 * 2.0 * 0.429043 * x * y;
+	result += c5 * 2.0 * 0.429043 * y * z;
+	result += c6 * ( 0.743125 * z * z - 0.247708 );
+	result += c7 * 2.0 * 0.429043 * x * z;
+	result += c8 * 0.429043 * ( x * x - y * y );
+	return max( result, vec3( 0.0 ) );
+}
+#endif`,YC=`#if defined( USE_LOGARITHMIC_DEPTH_BUFFER )
+	gl_FragDepth = vIsPerspective == 0.0 ? gl_FragCoord.z : log2( vFragDepth ) * logDepthBufFC * 0.5;
+#endif`,ZC=`#if defined( USE_LOGARITHMIC_DEPTH_BUFFER )
+	uniform float logDepthBufFC;
+	varying float vFragDepth;
+	varying float vIsPerspective;
+#endif`,JC=`#ifdef USE_LOGARITHMIC_DEPTH_BUFFER
+	varying float vFragDepth;
+	varying float vIsPerspective;
+#endif`,KC=`#ifdef USE_LOGARITHMIC_DEPTH_BUFFER
+	vFragDepth = 1.0 + gl_Position.w;
+	vIsPerspective = float( isPerspectiveMatrix( projectionMatrix ) );
+#endif`,QC=`#ifdef USE_MAP
+	vec4 sampledDiffuseColor = texture2D( map, vMapUv );
+	#ifdef DECODE_VIDEO_TEXTURE
+		sampledDiffuseColor = sRGBTransferEOTF( sampledDiffuseColor );
+	#endif
+	diffuseColor *= sampledDiffuseColor;
+#endif`,jC=`#ifdef USE_MAP
+	uniform sampler2D map;
+#endif`,tR=`#if defined( USE_MAP ) || defined( USE_ALPHAMAP )
+	#if defined( USE_POINTS_UV )
+		vec2 uv = vUv;
+	#else
+		vec2 uv = ( uvTransform * vec3( gl_PointCoord.x, 1.0 - gl_PointCoord.y, 1 ) ).xy;
+	#endif
+#endif
+#ifdef USE_MAP
+	diffuseColor *= texture2D( map, uv );
+#endif
+#ifdef USE_ALPHAMAP
+	diffuseColor.a *= texture2D( alphaMap, uv ).g;
+#endif`,eR=`#if defined( USE_POINTS_UV )
+	varying vec2 vUv;
+#else
+	#if defined( USE_MAP ) || defined( USE_ALPHAMAP )
+		uniform mat3 uvTransform;
+	#endif
+#endif
+#ifdef USE_MAP
+	uniform sampler2D map;
+#endif
+#ifdef USE_ALPHAMAP
+	uniform sampler2D alphaMap;
+#endif`,nR=`float metalnessFactor = metalness;
+#ifdef USE_METALNESSMAP
+	vec4 texelMetalness = texture2D( metalnessMap, vMetalnessMapUv );
+	metalnessFactor *= texelMetalness.b;
+#endif`,iR=`#ifdef USE_METALNESSMAP
+	uniform sampler2D metalnessMap;
+#endif`,rR=`#ifdef USE_INSTANCING_MORPH
+	float morphTargetInfluences[ MORPHTARGETS_COUNT ];
+	float morphTargetBaseInfluence = texelFetch( morphTexture, ivec2( 0, gl_InstanceID ), 0 ).r;
+	for ( int i = 0; i < MORPHTARGETS_COUNT; i ++ ) {
+		morphTargetInfluences[i] =  texelFetch( morphTexture, ivec2( i + 1, gl_InstanceID ), 0 ).r;
+	}
+#endif`,sR=`#if defined( USE_MORPHCOLORS )
+	#if defined( USE_COLOR_ALPHA )
+		vColor *= morphTargetBaseInfluence;
+	#elif defined( USE_COLOR )
+		vColor.rgb *= morphTargetBaseInfluence;
+	#endif
+	for ( int i = 0; i < MORPHTARGETS_COUNT; i ++ ) {
+		#if defined( USE_COLOR_ALPHA )
+			if ( morphTargetInfluences[ i ] != 0.0 ) vColor += getMorph( gl_VertexID, i, 2 ) * morphTargetInfluences[ i ];
+		#elif defined( USE_COLOR )
+			if ( morphTargetInfluences[ i ] != 0.0 ) vColor.rgb += getMorph( gl_VertexID, i, 2 ).rgb * morphTargetInfluences[ i ];
+		#endif
+	}
+#endif`,oR=`#ifdef USE_MORPHNORMALS
+	objectNormal *= morphTargetBaseInfluence;
+	for ( int i = 0; i < MORPHTARGETS_COUNT; i ++ ) {
+		if ( morphTargetInfluences[ i ] != 0.0 ) objectNormal += getMorph( gl_VertexID, i, 1 ).xyz * morphTargetInfluences[ i ];
+	}
+#endif`,aR=`#ifdef USE_MORPHTARGETS
+	#ifndef USE_INSTANCING_MORPH
+		uniform float morphTargetBaseInfluence;
+		uniform float morphTargetInfluences[ MORPHTARGETS_COUNT ];
+	#endif
+	uniform sampler2DArray morphTargetsTexture;
+	uniform ivec2 morphTargetsTextureSize;
+	vec4 getMorph( const in int vertexIndex, const in int morphTargetIndex, const in int offset ) {
+		int texelIndex = vertexIndex * MORPHTARGETS_TEXTURE_STRIDE + offset;
+		int y = texelIndex / morphTargetsTextureSize.x;
+		int x = texelIndex - y * morphTargetsTextureSize.x;
+		ivec3 morphUV = ivec3( x, y, morphTargetIndex );
+		return texelFetch( morphTargetsTexture, morphUV, 0 );
+	}
+#endif`,cR=`#ifdef USE_MORPHTARGETS
+	transformed *= morphTargetBaseInfluence;
+	for ( int i = 0; i < MORPHTARGETS_COUNT; i ++ ) {
+		if ( morphTargetInfluences[ i ] != 0.0 ) transformed += getMorph( gl_VertexID, i, 0 ).xyz * morphTargetInfluences[ i ];
+	}
+#endif`,lR=`float faceDirection = gl_FrontFacing ? 1.0 : - 1.0;
+#ifdef FLAT_SHADED
+	vec3 fdx = dFdx( vViewPosition );
+	vec3 fdy = dFdy( vViewPosition );
+	vec3 normal = normalize( cross( fdx, fdy ) );
+#else
+	vec3 normal = normalize( vNormal );
+	#ifdef DOUBLE_SIDED
+		normal *= faceDirection;
+	#endif
+#endif
+#if defined( USE_NORMALMAP_TANGENTSPACE ) || defined( USE_CLEARCOAT_NORMALMAP ) || defined( USE_ANISOTROPY )
+	#ifdef USE_TANGENT
+		mat3 tbn = mat3( normalize( vTangent ), normalize( vBitangent ), normal );
+	#else
+		mat3 tbn = getTangentFrame( - vViewPosition, normal,
+		#if defined( USE_NORMALMAP )
+			vNormalMapUv
+		#elif defined( USE_CLEARCOAT_NORMALMAP )
+			vClearcoatNormalMapUv
+		#else
+			vUv
+		#endif
+		);
+	#endif
+	#ifdef DOUBLE_SIDED
+		tbn[0] *= faceDirection;
+		tbn[1] *= faceDirection;
+	#endif
+#endif
+#ifdef USE_CLEARCOAT_NORMALMAP
+	#ifdef USE_TANGENT
+		mat3 tbn2 = mat3( normalize( vTangent ), normalize( vBitangent ), normal );
+	#else
+		mat3 tbn2 = getTangentFrame( - vViewPosition, normal, vClearcoatNormalMapUv );
+	#endif
+	#ifdef DOUBLE_SIDED
+		tbn2[0] *= faceDirection;
+		tbn2[1] *= faceDirection;
+	#endif
+#endif
+vec3 nonPerturbedNormal = normal;`,uR=`#ifdef USE_NORMALMAP_OBJECTSPACE
+	normal = texture2D( normalMap, vNormalMapUv ).xyz * 2.0 - 1.0;
+	#ifdef FLIP_SIDED
+		normal = - normal;
+	#endif
+	#ifdef DOUBLE_SIDED
+		normal = normal * faceDirection;
+	#endif
+	normal = normalize( normalMatrix * normal );
+#elif defined( USE_NORMALMAP_TANGENTSPACE )
+	vec3 mapN = texture2D( normalMap, vNormalMapUv ).xyz * 2.0 - 1.0;
+	#if defined( USE_PACKED_NORMALMAP )
+		mapN = vec3( mapN.xy, sqrt( saturate( 1.0 - dot( mapN.xy, mapN.xy ) ) ) );
+	#endif
+	mapN.xy *= normalScale;
+	normal = normalize( tbn * mapN );
+#elif defined( USE_BUMPMAP )
+	normal = perturbNormalArb( - vViewPosition, normal, dHdxy_fwd(), faceDirection );
+#endif`,fR=`#ifndef FLAT_SHADED
+	varying vec3 vNormal;
+	#ifdef USE_TANGENT
+		varying vec3 vTangent;
+		varying vec3 vBitangent;
+	#endif
+#endif`,hR=`#ifndef FLAT_SHADED
+	varying vec3 vNormal;
+	#ifdef USE_TANGENT
+		varying vec3 vTangent;
+		varying vec3 vBitangent;
+	#endif
+#endif`,dR=`#ifndef FLAT_SHADED
+	vNormal = normalize( transformedNormal );
+	#ifdef USE_TANGENT
+		vTangent = normalize( transformedTangent );
+		vBitangent = normalize( cross( vNormal, vTangent ) * tangent.w );
+		#ifdef FLIP_SIDED
+			vBitangent = - vBitangent;
+		#endif
+	#endif
+#endif`,pR=`#ifdef USE_NORMALMAP
+	uniform sampler2D normalMap;
+	uniform vec2 normalScale;
+#endif
+#ifdef USE_NORMALMAP_OBJECTSPACE
+	uniform mat3 normalMatrix;
+#endif
+#if ! defined ( USE_TANGENT ) && ( defined ( USE_NORMALMAP_TANGENTSPACE ) || defined ( USE_CLEARCOAT_NORMALMAP ) || defined( USE_ANISOTROPY ) )
+	mat3 getTangentFrame( vec3 eye_pos, vec3 surf_norm, vec2 uv ) {
+		vec3 q0 = dFdx( eye_pos.xyz );
+		vec3 q1 = dFdy( eye_pos.xyz );
+		vec2 st0 = dFdx( uv.st );
+		vec2 st1 = dFdy( uv.st );
+		vec3 N = surf_norm;
+		vec3 q1perp = cross( q1, N );
+		vec3 q0perp = cross( N, q0 );
+		vec3 T = q1perp * st0.x + q0perp * st1.x;
+		vec3 B = q1perp * st0.y + q0perp * st1.y;
+		float det = max( dot( T, T ), dot( B, B ) );
+		float scale = ( det == 0.0 ) ? 0.0 : inversesqrt( det );
+		return mat3( T * scale, B * scale, N );
+	}
+#endif`,mR=`#ifdef USE_CLEARCOAT
+	vec3 clearcoatNormal = nonPerturbedNormal;
+#endif`,gR=`#ifdef USE_CLEARCOAT_NORMALMAP
+	vec3 clearcoatMapN = texture2D( clearcoatNormalMap, vClearcoatNormalMapUv ).xyz * 2.0 - 1.0;
+	clearcoatMapN.xy *= clearcoatNormalScale;
+	clearcoatNormal = normalize( tbn2 * clearcoatMapN );
+#endif`,yR=`#ifdef USE_CLEARCOATMAP
+	uniform sampler2D clearcoatMap;
+#endif
+#ifdef USE_CLEARCOAT_NORMALMAP
+	uniform sampler2D clearcoatNormalMap;
+	uniform vec2 clearcoatNormalScale;
+#endif
+#ifdef USE_CLEARCOAT_ROUGHNESSMAP
+	uniform sampler2D clearcoatRoughnessMap;
+#endif`,xR=`#ifdef USE_IRIDESCENCEMAP
+	uniform sampler2D iridescenceMap;
+#endif
+#ifdef USE_IRIDESCENCE_THICKNESSMAP
+	uniform sampler2D iridescenceThicknessMap;
+#endif`,_R=`#ifdef OPAQUE
+diffuseColor.a = 1.0;
+#endif
+#ifdef USE_TRANSMISSION
+diffuseColor.a *= material.transmissionAlpha;
+#endif
+gl_FragColor = vec4( outgoingLight, diffuseColor.a );`,vR=`vec3 packNormalToRGB( const in vec3 normal ) {
+	return normalize( normal ) * 0.5 + 0.5;
+}
+vec3 unpackRGBToNormal( const in vec3 rgb ) {
+	return 2.0 * rgb.xyz - 1.0;
+}
+const float PackUpscale = 256. / 255.;const float UnpackDownscale = 255. / 256.;const float ShiftRight8 = 1. / 256.;
+const float Inv255 = 1. / 255.;
+const vec4 PackFactors = vec4( 1.0, 256.0, 256.0 * 256.0, 256.0 * 256.0 * 256.0 );
+const vec2 UnpackFactors2 = vec2( UnpackDownscale, 1.0 / PackFactors.g );
+const vec3 UnpackFactors3 = vec3( UnpackDownscale / PackFactors.rg, 1.0 / PackFactors.b );
+const vec4 UnpackFactors4 = vec4( UnpackDownscale / PackFactors.rgb, 1.0 / PackFactors.a );
+vec4 packDepthToRGBA( const in float v ) {
+	if( v <= 0.0 )
+		return vec4( 0., 0., 0., 0. );
+	if( v >= 1.0 )
+		return vec4( 1., 1., 1., 1. );
+	float vuf;
+	float af = modf( v * PackFactors.a, vuf );
+	float bf = modf( vuf * ShiftRight8, vuf );
+	float gf = modf( vuf * ShiftRight8, vuf );
+	return vec4( vuf * Inv255, gf * PackUpscale, bf * PackUpscale, af );
+}
+vec3 packDepthToRGB( const in float v ) {
+	if( v <= 0.0 )
+		return vec3( 0., 0., 0. );
+	if( v >= 1.0 )
+		return vec3( 1., 1., 1. );
+	float vuf;
+	float bf = modf( v * PackFactors.b, vuf );
+	float gf = modf( vuf * ShiftRight8, vuf );
+	return vec3( vuf * Inv255, gf * PackUpscale, bf );
+}
+vec2 packDepthToRG( const in float v ) {
+	if( v <= 0.0 )
+		return vec2( 0., 0. );
+	if( v >= 1.0 )
+		return vec2( 1., 1. );
+	float vuf;
+	float gf = modf( v * 256., vuf );
+	return vec2( vuf * Inv255, gf );
+}
+float unpackRGBAToDepth( const in vec4 v ) {
+	return dot( v, UnpackFactors4 );
+}
+float unpackRGBToDepth( const in vec3 v ) {
+	return dot( v, UnpackFactors3 );
+}
+float unpackRGToDepth( const in vec2 v ) {
+	return v.r * UnpackFactors2.r + v.g * UnpackFactors2.g;
+}
+vec4 pack2HalfToRGBA( const in vec2 v ) {
+	vec4 r = vec4( v.x, fract( v.x * 255.0 ), v.y, fract( v.y * 255.0 ) );
+	return vec4( r.x - r.y / 255.0, r.y, r.z - r.w / 255.0, r.w );
+}
+vec2 unpackRGBATo2Half( const in vec4 v ) {
+	return vec2( v.x + ( v.y / 255.0 ), v.z + ( v.w / 255.0 ) );
+}
+float viewZToOrthographicDepth( const in float viewZ, const in float near, const in float far ) {
+	return ( viewZ + near ) / ( near - far );
+}
+float orthographicDepthToViewZ( const in float depth, const in float near, const in float far ) {
+	#ifdef USE_REVERSED_DEPTH_BUFFER
+	
+		return depth * ( far - near ) - far;
+	#else
+		return depth * ( near - far ) - near;
+	#endif
+}
+float viewZToPerspectiveDepth( const in float viewZ, const in float near, const in float far ) {
+	return ( ( near + viewZ ) * far ) / ( ( far - near ) * viewZ );
+}
+float perspectiveDepthToViewZ( const in float depth, const in float near, const in float far ) {
+	
+	#ifdef USE_REVERSED_DEPTH_BUFFER
+		return ( near * far ) / ( ( near - far ) * depth - near );
+	#else
+		return ( near * far ) / ( ( far - near ) * depth - far );
+	#endif
+}`,bR=`#ifdef PREMULTIPLIED_ALPHA
+	gl_FragColor.rgb *= gl_FragColor.a;
+#endif`,MR=`vec4 mvPosition = vec4( transformed, 1.0 );
+#ifdef USE_BATCHING
+	mvPosition = batchingMatrix * mvPosition;
+#endif
+#ifdef USE_INSTANCING
+	mvPosition = instanceMatrix * mvPosition;
+#endif
+mvPosition = modelViewMatrix * mvPosition;
+gl_Position = projectionMatrix * mvPosition;`,SR=`#ifdef DITHERING
+	gl_FragColor.rgb = dithering( gl_FragColor.rgb );
+#endif`,wR=`#ifdef DITHERING
+	vec3 dithering( vec3 color ) {
+		float grid_position = rand( gl_FragCoord.xy );
+		vec3 dither_shift_RGB = vec3( 0.25 / 255.0, -0.25 / 255.0, 0.25 / 255.0 );
+		dither_shift_RGB = mix( 2.0 * dither_shift_RGB, -2.0 * dither_shift_RGB, grid_position );
+		return color + dither_shift_RGB;
+	}
+#endif`,TR=`float roughnessFactor = roughness;
+#ifdef USE_ROUGHNESSMAP
+	vec4 texelRoughness = texture2D( roughnessMap, vRoughnessMapUv );
+	roughnessFactor *= texelRoughness.g;
+#endif`,AR=`#ifdef USE_ROUGHNESSMAP
+	uniform sampler2D roughnessMap;
+#endif`,ER=`#if NUM_SPOT_LIGHT_COORDS > 0
+	varying vec4 vSpotLightCoord[ NUM_SPOT_LIGHT_COORDS ];
+#endif
+#if NUM_SPOT_LIGHT_MAPS > 0
+	uniform sampler2D spotLightMap[ NUM_SPOT_LIGHT_MAPS ];
+#endif
+#ifdef USE_SHADOWMAP
+	#if NUM_SUN_LIGHT_SHADOWS > 0
+		#define SUN_LIGHT_CASCADES 2
+		#if defined( SHADOWMAP_TYPE_PCF )
+			uniform sampler2DShadow sunShadowMap[ NUM_SUN_LIGHT_SHADOWS ];
+		#else
+			uniform sampler2D sunShadowMap[ NUM_SUN_LIGHT_SHADOWS ];
+		#endif
+		uniform mat4 sunShadowMatrix[ NUM_SUN_LIGHT_SHADOWS * SUN_LIGHT_CASCADES ];
+		uniform vec4 sunShadowCascade[ NUM_SUN_LIGHT_SHADOWS * SUN_LIGHT_CASCADES ];
+		varying vec4 vSunShadowWorldPosition;
+		varying vec3 vSunShadowWorldNormal;
+		struct SunLightShadow {
+			float shadowIntensity;
+			float shadowBias;
+			float shadowNormalBias;
+			float shadowRadius;
+			vec2 shadowMapSize;
+		};
+		uniform SunLightShadow sunLightShadows[ NUM_SUN_LIGHT_SHADOWS ];
+	#endif
+	#if NUM_DIR_LIGHT_SHADOWS > 0
+		#if defined( SHADOWMAP_TYPE_PCF )
+			uniform sampler2DShadow directionalShadowMap[ NUM_DIR_LIGHT_SHADOWS ];
+		#else
+			uniform sampler2D directionalShadowMap[ NUM_DIR_LIGHT_SHADOWS ];
+		#endif
+		varying vec4 vDirectionalShadowCoord[ NUM_DIR_LIGHT_SHADOWS ];
+		struct DirectionalLightShadow {
+			float shadowIntensity;
+			float shadowBias;
+			float shadowNormalBias;
+			float shadowRadius;
+			vec2 shadowMapSize;
+		};
+		uniform DirectionalLightShadow directionalLightShadows[ NUM_DIR_LIGHT_SHADOWS ];
+	#endif
+	#if NUM_SPOT_LIGHT_SHADOWS > 0
+		#if defined( SHADOWMAP_TYPE_PCF )
+			uniform sampler2DShadow spotShadowMap[ NUM_SPOT_LIGHT_SHADOWS ];
+		#else
+			uniform sampler2D spotShadowMap[ NUM_SPOT_LIGHT_SHADOWS ];
+		#endif
+		struct SpotLightShadow {
+			float shadowIntensity;
+			float shadowBias;
+			float shadowNormalBias;
+			float shadowRadius;
+			vec2 shadowMapSize;
+		};
+		uniform SpotLightShadow spotLightShadows[ NUM_SPOT_LIGHT_SHADOWS ];
+	#endif
+	#if NUM_POINT_LIGHT_SHADOWS > 0
+		#if defined( SHADOWMAP_TYPE_PCF )
+			uniform samplerCubeShadow pointShadowMap[ NUM_POINT_LIGHT_SHADOWS ];
+		#elif defined( SHADOWMAP_TYPE_BASIC )
+			uniform samplerCube pointShadowMap[ NUM_POINT_LIGHT_SHADOWS ];
+		#endif
+		varying vec4 vPointShadowCoord[ NUM_POINT_LIGHT_SHADOWS ];
+		struct PointLightShadow {
+			float shadowIntensity;
+			float shadowBias;
+			float shadowNormalBias;
+			float shadowRadius;
+			vec2 shadowMapSize;
+			float shadowCameraNear;
+			float shadowCameraFar;
+		};
+		uniform PointLightShadow pointLightShadows[ NUM_POINT_LIGHT_SHADOWS ];
+	#endif
+	#if defined( SHADOWMAP_TYPE_PCF )
+		float interleavedGradientNoise( vec2 position ) {
+			return fract( 52.9829189 * fract( dot( position, vec2( 0.06711056, 0.00583715 ) ) ) );
+		}
+		vec2 vogelDiskSample( int sampleIndex, int samplesCount, float phi ) {
+			const float goldenAngle = 2.399963229728653;
+			float r = sqrt( ( float( sampleIndex ) + 0.5 ) / float( samplesCount ) );
+			float theta = float( sampleIndex ) * goldenAngle + phi;
+			return vec2( cos( theta ), sin( theta ) ) * r;
+		}
+	#endif
+	#if defined( SHADOWMAP_TYPE_PCF )
+		float getShadow( sampler2DShadow shadowMap, vec2 shadowMapSize, float shadowIntensity, float shadowBias, float shadowRadius, vec4 shadowCoord ) {
+			float shadow = 1.0;
+			shadowCoord.xyz /= shadowCoord.w;
+			#ifdef USE_REVERSED_DEPTH_BUFFER
+				shadowCoord.z -= shadowBias;
+			#else
+				shadowCoord.z += shadowBias;
+			#endif
+			bool inFrustum = shadowCoord.x >= 0.0 && shadowCoord.x <= 1.0 && shadowCoord.y >= 0.0 && shadowCoord.y <= 1.0;
+			bool frustumTest = inFrustum && shadowCoord.z <= 1.0;
+			if ( frustumTest ) {
+				vec2 texelSize = vec2( 1.0 ) / shadowMapSize;
+				vec2 radius = shadowRadius * texelSize;
+				float phi = interleavedGradientNoise( gl_FragCoord.xy ) * PI2;
+				shadow = (
+					texture( shadowMap, vec3( shadowCoord.xy + vogelDiskSample( 0, 5, phi ) * radius, shadowCoord.z ) ) +
+					texture( shadowMap, vec3( shadowCoord.xy + vogelDiskSample( 1, 5, phi ) * radius, shadowCoord.z ) ) +
+					texture( shadowMap, vec3( shadowCoord.xy + vogelDiskSample( 2, 5, phi ) * radius, shadowCoord.z ) ) +
+					texture( shadowMap, vec3( shadowCoord.xy + vogelDiskSample( 3, 5, phi ) * radius, shadowCoord.z ) ) +
+					texture( shadowMap, vec3( shadowCoord.xy + vogelDiskSample( 4, 5, phi ) * radius, shadowCoord.z ) )
+				) * 0.2;
+			}
+			return mix( 1.0, shadow, shadowIntensity );
+		}
+	#elif defined( SHADOWMAP_TYPE_VSM )
+		float getShadow( sampler2D shadowMap, vec2 shadowMapSize, float shadowIntensity, float shadowBias, float shadowRadius, vec4 shadowCoord ) {
+			float shadow = 1.0;
+			shadowCoord.xyz /= shadowCoord.w;
+			#ifdef USE_REVERSED_DEPTH_BUFFER
+				shadowCoord.z -= shadowBias;
+			#else
+				shadowCoord.z += shadowBias;
+			#endif
+			bool inFrustum = shadowCoord.x >= 0.0 && shadowCoord.x <= 1.0 && shadowCoord.y >= 0.0 && shadowCoord.y <= 1.0;
+			bool frustumTest = inFrustum && shadowCoord.z <= 1.0;
+			if ( frustumTest ) {
+				vec2 distribution = texture2D( shadowMap, shadowCoord.xy ).rg;
+				float mean = distribution.x;
+				float variance = distribution.y * distribution.y;
+				#ifdef USE_REVERSED_DEPTH_BUFFER
+					float hard_shadow = step( mean, shadowCoord.z );
+				#else
+					float hard_shadow = step( shadowCoord.z, mean );
+				#endif
+				
+				if ( hard_shadow == 1.0 ) {
+					shadow = 1.0;
+				} else {
+					variance = max( variance, 0.0000001 );
+					float d = shadowCoord.z - mean;
+					float p_max = variance / ( variance + d * d );
+					p_max = clamp( ( p_max - 0.3 ) / 0.65, 0.0, 1.0 );
+					shadow = max( hard_shadow, p_max );
+				}
+			}
+			return mix( 1.0, shadow, shadowIntensity );
+		}
+	#else
+		float getShadow( sampler2D shadowMap, vec2 shadowMapSize, float shadowIntensity, float shadowBias, float shadowRadius, vec4 shadowCoord ) {
+			float shadow = 1.0;
+			shadowCoord.xyz /= shadowCoord.w;
+			#ifdef USE_REVERSED_DEPTH_BUFFER
+				shadowCoord.z -= shadowBias;
+			#else
+				shadowCoord.z += shadowBias;
+			#endif
+			bool inFrustum = shadowCoord.x >= 0.0 && shadowCoord.x <= 1.0 && shadowCoord.y >= 0.0 && shadowCoord.y <= 1.0;
+			bool frustumTest = inFrustum && shadowCoord.z <= 1.0;
+			if ( frustumTest ) {
+				float depth = texture2D( shadowMap, shadowCoord.xy ).r;
+				#ifdef USE_REVERSED_DEPTH_BUFFER
+					shadow = step( depth, shadowCoord.z );
+				#else
+					shadow = step( shadowCoord.z, depth );
+				#endif
+			}
+			return mix( 1.0, shadow, shadowIntensity );
+		}
+	#endif
+	#if NUM_SUN_LIGHT_SHADOWS > 0
+		float getSunShadow(
+			#if defined( SHADOWMAP_TYPE_PCF )
+				sampler2DShadow shadowMap,
+			#else
+				sampler2D shadowMap,
+			#endif
+			SunLightShadow sunLightShadow,
+			int shadowIndex
+		) {
+			vec4 shadowWorldPosition = vec4( vSunShadowWorldPosition.xyz + vSunShadowWorldNormal * sunLightShadow.shadowNormalBias, 1.0 );
+			float viewDepth = vSunShadowWorldPosition.w;
+			int cascadeOffset = shadowIndex * SUN_LIGHT_CASCADES;
+			float shadow = 1.0;
+			for ( int i = SUN_LIGHT_CASCADES - 1; i >= 0; i -- ) {
+				vec4 cascade = sunShadowCascade[ cascadeOffset + i ];
+				if ( viewDepth >= cascade.x && viewDepth < cascade.y ) {
+					float cascadeShadow = getShadow(
+						shadowMap,
+						sunLightShadow.shadowMapSize,
+						sunLightShadow.shadowIntensity,
+						sunLightShadow.shadowBias,
+						sunLightShadow.shadowRadius,
+						sunShadowMatrix[ cascadeOffset + i ] * shadowWorldPosition
+					);
+					shadow = mix( cascadeShadow, shadow, smoothstep( cascade.z, cascade.y, viewDepth ) );
+				}
+			}
+			return shadow;
+		}
+	#endif
+	#if NUM_POINT_LIGHT_SHADOWS > 0
+	#if defined( SHADOWMAP_TYPE_PCF )
+	float getPointShadow( samplerCubeShadow shadowMap, vec2 shadowMapSize, float shadowIntensity, float shadowBias, float shadowRadius, vec4 shadowCoord, float shadowCameraNear, float shadowCameraFar ) {
+		float shadow = 1.0;
+		vec3 lightToPosition = shadowCoord.xyz;
+		vec3 bd3D = normalize( lightToPosition );
+		vec3 absVec = abs( lightToPosition );
+		float viewSpaceZ = max( max( absVec.x, absVec.y ), absVec.z );
+		if ( viewSpaceZ - shadowCameraFar <= 0.0 && viewSpaceZ - shadowCameraNear >= 0.0 ) {
+			float lightDistance = length( lightToPosition );
+			float depthRange = shadowCameraFar - shadowCameraNear;
+			#ifdef USE_REVERSED_DEPTH_BUFFER
+				float depthA = - shadowCameraNear / depthRange - shadowBias;
+				float depthB = shadowCameraNear * shadowCameraFar / ( depthRange * lightDistance );
+			#else
+				float depthA = shadowCameraFar / depthRange + shadowBias;
+				float depthB = - shadowCameraNear * shadowCameraFar / ( depthRange * lightDistance );
+			#endif
+			float texelSize = shadowRadius / shadowMapSize.x;
+			vec3 absDir = abs( bd3D );
+			vec3 tangent = absDir.x > absDir.z ? vec3( 0.0, 1.0, 0.0 ) : vec3( 1.0, 0.0, 0.0 );
+			tangent = normalize( cross( bd3D, tangent ) );
+			vec3 bitangent = cross( bd3D, tangent );
+			float phi = interleavedGradientNoise( gl_FragCoord.xy ) * PI2;
+			shadow = 0.0;
+			for ( int i = 0; i < 5; i ++ ) {
+				vec2 offset = vogelDiskSample( i, 5, phi );
+				vec3 direction = bd3D + ( tangent * offset.x + bitangent * offset.y ) * texelSize;
+				vec3 absDirection = abs( direction );
+				float dp = depthA + depthB / max( max( absDirection.x, absDirection.y ), absDirection.z );
+				shadow += texture( shadowMap, vec4( direction, dp ) );
+			}
+			shadow *= 0.2;
+		}
+		return mix( 1.0, shadow, shadowIntensity );
+	}
+	#elif defined( SHADOWMAP_TYPE_BASIC )
+	float getPointShadow( samplerCube shadowMap, vec2 shadowMapSize, float shadowIntensity, float shadowBias, float shadowRadius, vec4 shadowCoord, float shadowCameraNear, float shadowCameraFar ) {
+		float shadow = 1.0;
+		vec3 lightToPosition = shadowCoord.xyz;
+		vec3 absVec = abs( lightToPosition );
+		float viewSpaceZ = max( max( absVec.x, absVec.y ), absVec.z );
+		if ( viewSpaceZ - shadowCameraFar <= 0.0 && viewSpaceZ - shadowCameraNear >= 0.0 ) {
+			float dp = ( shadowCameraFar * ( viewSpaceZ - shadowCameraNear ) ) / ( viewSpaceZ * ( shadowCameraFar - shadowCameraNear ) );
+			dp += shadowBias;
+			vec3 bd3D = normalize( lightToPosition );
+			float depth = textureCube( shadowMap, bd3D ).r;
+			#ifdef USE_REVERSED_DEPTH_BUFFER
+				depth = 1.0 - depth;
+			#endif
+			shadow = step( dp, depth );
+		}
+		return mix( 1.0, shadow, shadowIntensity );
+	}
+	#endif
+	#endif
+#endif`,CR=`#if NUM_SPOT_LIGHT_COORDS > 0
+	uniform mat4 spotLightMatrix[ NUM_SPOT_LIGHT_COORDS ];
+	varying vec4 vSpotLightCoord[ NUM_SPOT_LIGHT_COORDS ];
+#endif
+#ifdef USE_SHADOWMAP
+	#if NUM_SUN_LIGHT_SHADOWS > 0
+		varying vec4 vSunShadowWorldPosition;
+		varying vec3 vSunShadowWorldNormal;
+	#endif
+	#if NUM_DIR_LIGHT_SHADOWS > 0
+		uniform mat4 directionalShadowMatrix[ NUM_DIR_LIGHT_SHADOWS ];
+		varying vec4 vDirectionalShadowCoord[ NUM_DIR_LIGHT_SHADOWS ];
+		struct DirectionalLightShadow {
+			float shadowIntensity;
+			float shadowBias;
+			float shadowNormalBias;
+			float shadowRadius;
+			vec2 shadowMapSize;
+		};
+		uniform DirectionalLightShadow directionalLightShadows[ NUM_DIR_LIGHT_SHADOWS ];
+	#endif
+	#if NUM_SPOT_LIGHT_SHADOWS > 0
+		struct SpotLightShadow {
+			float shadowIntensity;
+			float shadowBias;
+			float shadowNormalBias;
+			float shadowRadius;
+			vec2 shadowMapSize;
+		};
+		uniform SpotLightShadow spotLightShadows[ NUM_SPOT_LIGHT_SHADOWS ];
+	#endif
+	#if NUM_POINT_LIGHT_SHADOWS > 0
+		uniform mat4 pointShadowMatrix[ NUM_POINT_LIGHT_SHADOWS ];
+		varying vec4 vPointShadowCoord[ NUM_POINT_LIGHT_SHADOWS ];
+		struct PointLightShadow {
+			float shadowIntensity;
+			float shadowBias;
+			float shadowNormalBias;
+			float shadowRadius;
+			vec2 shadowMapSize;
+			float shadowCameraNear;
+			float shadowCameraFar;
+		};
+		uniform PointLightShadow pointLightShadows[ NUM_POINT_LIGHT_SHADOWS ];
+	#endif
+#endif`,RR=`#if ( defined( USE_SHADOWMAP ) && ( NUM_DIR_LIGHT_SHADOWS > 0 || NUM_SUN_LIGHT_SHADOWS > 0 || NUM_POINT_LIGHT_SHADOWS > 0 ) ) || ( NUM_SPOT_LIGHT_COORDS > 0 )
+	#ifdef HAS_NORMAL
+		vec3 shadowWorldNormal = transformNormalByInverseViewMatrix( transformedNormal, viewMatrix );
+	#else
+		vec3 shadowWorldNormal = vec3( 0.0 );
+	#endif
+	vec4 shadowWorldPosition;
+#endif
+#if defined( USE_SHADOWMAP )
+	#if NUM_SUN_LIGHT_SHADOWS > 0
+		vSunShadowWorldPosition = vec4( worldPosition.xyz, - mvPosition.z );
+		vSunShadowWorldNormal = shadowWorldNormal;
+	#endif
+	#if NUM_DIR_LIGHT_SHADOWS > 0
+		#pragma unroll_loop_start
+		for ( int i = 0; i < NUM_DIR_LIGHT_SHADOWS; i ++ ) {
+			shadowWorldPosition = worldPosition + vec4( shadowWorldNormal * directionalLightShadows[ i ].shadowNormalBias, 0 );
+			vDirectionalShadowCoord[ i ] = directionalShadowMatrix[ i ] * shadowWorldPosition;
+		}
+		#pragma unroll_loop_end
+	#endif
+	#if NUM_POINT_LIGHT_SHADOWS > 0
+		#pragma unroll_loop_start
+		for ( int i = 0; i < NUM_POINT_LIGHT_SHADOWS; i ++ ) {
+			shadowWorldPosition = worldPosition + vec4( shadowWorldNormal * pointLightShadows[ i ].shadowNormalBias, 0 );
+			vPointShadowCoord[ i ] = pointShadowMatrix[ i ] * shadowWorldPosition;
+		}
+		#pragma unroll_loop_end
+	#endif
+#endif
+#if NUM_SPOT_LIGHT_COORDS > 0
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_SPOT_LIGHT_COORDS; i ++ ) {
+		shadowWorldPosition = worldPosition;
+		#if ( defined( USE_SHADOWMAP ) && UNROLLED_LOOP_INDEX < NUM_SPOT_LIGHT_SHADOWS )
+			shadowWorldPosition.xyz += shadowWorldNormal * spotLightShadows[ i ].shadowNormalBias;
+		#endif
+		vSpotLightCoord[ i ] = spotLightMatrix[ i ] * shadowWorldPosition;
+	}
+	#pragma unroll_loop_end
+#endif`,IR=`float getShadowMask() {
+	float shadow = 1.0;
+	#ifdef USE_SHADOWMAP
+	#if NUM_SUN_LIGHT_SHADOWS > 0
+	SunLightShadow sunLight;
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_SUN_LIGHT_SHADOWS; i ++ ) {
+		sunLight = sunLightShadows[ i ];
+		shadow *= receiveShadow ? getSunShadow( sunShadowMap[ i ], sunLight, UNROLLED_LOOP_INDEX ) : 1.0;
+	}
+	#pragma unroll_loop_end
+	#endif
+	#if NUM_DIR_LIGHT_SHADOWS > 0
+	DirectionalLightShadow directionalLight;
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_DIR_LIGHT_SHADOWS; i ++ ) {
+		directionalLight = directionalLightShadows[ i ];
+		shadow *= receiveShadow ? getShadow( directionalShadowMap[ i ], directionalLight.shadowMapSize, directionalLight.shadowIntensity, directionalLight.shadowBias, directionalLight.shadowRadius, vDirectionalShadowCoord[ i ] ) : 1.0;
+	}
+	#pragma unroll_loop_end
+	#endif
+	#if NUM_SPOT_LIGHT_SHADOWS > 0
+	SpotLightShadow spotLight;
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_SPOT_LIGHT_SHADOWS; i ++ ) {
+		spotLight = spotLightShadows[ i ];
+		shadow *= receiveShadow ? getShadow( spotShadowMap[ i ], spotLight.shadowMapSize, spotLight.shadowIntensity, spotLight.shadowBias, spotLight.shadowRadius, vSpotLightCoord[ i ] ) : 1.0;
+	}
+	#pragma unroll_loop_end
+	#endif
+	#if NUM_POINT_LIGHT_SHADOWS > 0 && ( defined( SHADOWMAP_TYPE_PCF ) || defined( SHADOWMAP_TYPE_BASIC ) )
+	PointLightShadow pointLight;
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_POINT_LIGHT_SHADOWS; i ++ ) {
+		pointLight = pointLightShadows[ i ];
+		shadow *= receiveShadow ? getPointShadow( pointShadowMap[ i ], pointLight.shadowMapSize, pointLight.shadowIntensity, pointLight.shadowBias, pointLight.shadowRadius, vPointShadowCoord[ i ], pointLight.shadowCameraNear, pointLight.shadowCameraFar ) : 1.0;
+	}
+	#pragma unroll_loop_end
+	#endif
+	#endif
+	return shadow;
+}`,PR=`#ifdef USE_SKINNING
+	mat4 boneMatX = getBoneMatrix( skinIndex.x );
+	mat4 boneMatY = getBoneMatrix( skinIndex.y );
+	mat4 boneMatZ = getBoneMatrix( skinIndex.z );
+	mat4 boneMatW = getBoneMatrix( skinIndex.w );
+#endif`,LR=`#ifdef USE_SKINNING
+	uniform mat4 bindMatrix;
+	uniform mat4 bindMatrixInverse;
+	uniform highp sampler2D boneTexture;
+	mat4 getBoneMatrix( const in float i ) {
+		int size = textureSize( boneTexture, 0 ).x;
+		int j = int( i ) * 4;
+		int x = j % size;
+		int y = j / size;
+		vec4 v1 = texelFetch( boneTexture, ivec2( x, y ), 0 );
+		vec4 v2 = texelFetch( boneTexture, ivec2( x + 1, y ), 0 );
+		vec4 v3 = texelFetch( boneTexture, ivec2( x + 2, y ), 0 );
+		vec4 v4 = texelFetch( boneTexture, ivec2( x + 3, y ), 0 );
+		return mat4( v1, v2, v3, v4 );
+	}
+#endif`,NR=`#ifdef USE_SKINNING
+	vec4 skinVertex = bindMatrix * vec4( transformed, 1.0 );
+	vec4 skinned = vec4( 0.0 );
+	skinned += boneMatX * skinVertex * skinWeight.x;
+	skinned += boneMatY * skinVertex * skinWeight.y;
+	skinned += boneMatZ * skinVertex * skinWeight.z;
+	skinned += boneMatW * skinVertex * skinWeight.w;
+	transformed = ( bindMatrixInverse * skinned ).xyz;
+#endif`,DR=`#ifdef USE_SKINNING
+	mat4 skinMatrix = mat4( 0.0 );
+	skinMatrix += skinWeight.x * boneMatX;
+	skinMatrix += skinWeight.y * boneMatY;
+	skinMatrix += skinWeight.z * boneMatZ;
+	skinMatrix += skinWeight.w * boneMatW;
+	skinMatrix = bindMatrixInverse * skinMatrix * bindMatrix;
+	objectNormal = vec4( skinMatrix * vec4( objectNormal, 0.0 ) ).xyz;
+	#ifdef USE_TANGENT
+		objectTangent = vec4( skinMatrix * vec4( objectTangent, 0.0 ) ).xyz;
+	#endif
+#endif`,FR=`float specularStrength;
+#ifdef USE_SPECULARMAP
+	vec4 texelSpecular = texture2D( specularMap, vSpecularMapUv );
+	specularStrength = texelSpecular.r;
+#else
+	specularStrength = 1.0;
+#endif`,UR=`#ifdef USE_SPECULARMAP
+	uniform sampler2D specularMap;
+#endif`,OR=`#if defined( TONE_MAPPING )
+	gl_FragColor.rgb = toneMapping( gl_FragColor.rgb );
+#endif`,BR=`#ifndef saturate
+#define saturate( a ) clamp( a, 0.0, 1.0 )
+#endif
+uniform float toneMappingExposure;
+vec3 LinearToneMapping( vec3 color ) {
+	return saturate( toneMappingExposure * color );
+}
+vec3 ReinhardToneMapping( vec3 color ) {
+	color *= toneMappingExposure;
+	return saturate( color / ( vec3( 1.0 ) + color ) );
+}
+vec3 CineonToneMapping( vec3 color ) {
+	color *= toneMappingExposure;
+	color = max( vec3( 0.0 ), color - 0.004 );
+	return pow( ( color * ( 6.2 * color + 0.5 ) ) / ( color * ( 6.2 * color + 1.7 ) + 0.06 ), vec3( 2.2 ) );
+}
+vec3 RRTAndODTFit( vec3 v ) {
+	vec3 a = v * ( v + 0.0245786 ) - 0.000090537;
+	vec3 b = v * ( 0.983729 * v + 0.4329510 ) + 0.238081;
+	return a / b;
+}
+vec3 ACESFilmicToneMapping( vec3 color ) {
+	const mat3 ACESInputMat = mat3(
+		vec3( 0.59719, 0.07600, 0.02840 ),		vec3( 0.35458, 0.90834, 0.13383 ),
+		vec3( 0.04823, 0.01566, 0.83777 )
+	);
+	const mat3 ACESOutputMat = mat3(
+		vec3(  1.60475, -0.10208, -0.00327 ),		vec3( -0.53108,  1.10813, -0.07276 ),
+		vec3( -0.07367, -0.00605,  1.07602 )
+	);
+	color *= toneMappingExposure / 0.6;
+	color = ACESInputMat * color;
+	color = RRTAndODTFit( color );
+	color = ACESOutputMat * color;
+	return saturate( color );
+}
+const mat3 LINEAR_REC2020_TO_LINEAR_SRGB = mat3(
+	vec3( 1.6605, - 0.1246, - 0.0182 ),
+	vec3( - 0.5876, 1.1329, - 0.1006 ),
+	vec3( - 0.0728, - 0.0083, 1.1187 )
+);
+const mat3 LINEAR_SRGB_TO_LINEAR_REC2020 = mat3(
+	vec3( 0.6274, 0.0691, 0.0164 ),
+	vec3( 0.3293, 0.9195, 0.0880 ),
+	vec3( 0.0433, 0.0113, 0.8956 )
+);
+vec3 agxDefaultContrastApprox( vec3 x ) {
+	vec3 x2 = x * x;
+	vec3 x4 = x2 * x2;
+	return + 15.5 * x4 * x2
+		- 40.14 * x4 * x
+		+ 31.96 * x4
+		- 6.868 * x2 * x
+		+ 0.4298 * x2
+		+ 0.1191 * x
+		- 0.00232;
+}
+vec3 AgXToneMapping( vec3 color ) {
+	const mat3 AgXInsetMatrix = mat3(
+		vec3( 0.856627153315983, 0.137318972929847, 0.11189821299995 ),
+		vec3( 0.0951212405381588, 0.761241990602591, 0.0767994186031903 ),
+		vec3( 0.0482516061458583, 0.101439036467562, 0.811302368396859 )
+	);
+	const mat3 AgXOutsetMatrix = mat3(
+		vec3( 1.1271005818144368, - 0.1413297634984383, - 0.14132976349843826 ),
+		vec3( - 0.11060664309660323, 1.157823702216272, - 0.11060664309660294 ),
+		vec3( - 0.016493938717834573, - 0.016493938717834257, 1.2519364065950405 )
+	);
+	const float AgxMinEv = - 12.47393;	const float AgxMaxEv = 4.026069;
+	color *= toneMappingExposure;
+	color = LINEAR_SRGB_TO_LINEAR_REC2020 * color;
+	color = AgXInsetMatrix * color;
+	color = max( color, 1e-10 );	color = log2( color );
+	color = ( color - AgxMinEv ) / ( AgxMaxEv - AgxMinEv );
+	color = clamp( color, 0.0, 1.0 );
+	color = agxDefaultContrastApprox( color );
+	color = AgXOutsetMatrix * color;
+	color = pow( max( vec3( 0.0 ), color ), vec3( 2.2 ) );
+	color = LINEAR_REC2020_TO_LINEAR_SRGB * color;
+	color = clamp( color, 0.0, 1.0 );
+	return color;
+}
+vec3 NeutralToneMapping( vec3 color ) {
+	const float StartCompression = 0.8 - 0.04;
+	const float Desaturation = 0.15;
+	color *= toneMappingExposure;
+	float x = min( color.r, min( color.g, color.b ) );
+	float offset = x < 0.08 ? x - 6.25 * x * x : 0.04;
+	color -= offset;
+	float peak = max( color.r, max( color.g, color.b ) );
+	if ( peak < StartCompression ) return color;
+	float d = 1. - StartCompression;
+	float newPeak = 1. - d * d / ( peak + d - StartCompression );
+	color *= newPeak / peak;
+	float g = 1. - 1. / ( Desaturation * ( peak - newPeak ) + 1. );
+	return mix( color, vec3( newPeak ), g );
+}
+vec3 CustomToneMapping( vec3 color ) { return color; }`,kR=`#ifdef USE_TRANSMISSION
+	material.transmission = transmission;
+	material.transmissionAlpha = 1.0;
+	material.thickness = thickness;
+	material.attenuationDistance = attenuationDistance;
+	material.attenuationColor = attenuationColor;
+	#ifdef USE_TRANSMISSIONMAP
+		material.transmission *= texture2D( transmissionMap, vTransmissionMapUv ).r;
+	#endif
+	#ifdef USE_THICKNESSMAP
+		material.thickness *= texture2D( thicknessMap, vThicknessMapUv ).g;
+	#endif
+	vec3 pos = vWorldPosition;
+	vec3 v = normalize( cameraPosition - pos );
+	vec3 n = transformNormalByInverseViewMatrix( normal, viewMatrix );
+	vec4 transmitted = getIBLVolumeRefraction(
+		n, v, material.roughness, material.diffuseContribution, material.specularColorBlended, material.specularF90,
+		pos, modelMatrix, viewMatrix, projectionMatrix, material.dispersion, material.ior, material.thickness,
+		material.attenuationColor, material.attenuationDistance );
+	material.transmissionAlpha = mix( material.transmissionAlpha, transmitted.a, material.transmission );
+	totalDiffuse = mix( totalDiffuse, transmitted.rgb, material.transmission );
+#endif`,zR=`#ifdef USE_TRANSMISSION
+	uniform float transmission;
+	uniform float thickness;
+	uniform float attenuationDistance;
+	uniform vec3 attenuationColor;
+	#ifdef USE_TRANSMISSIONMAP
+		uniform sampler2D transmissionMap;
+	#endif
+	#ifdef USE_THICKNESSMAP
+		uniform sampler2D thicknessMap;
+	#endif
+	uniform vec2 transmissionSamplerSize;
+	uniform sampler2D transmissionSamplerMap;
+	uniform mat4 modelMatrix;
+	uniform mat4 projectionMatrix;
+	varying vec3 vWorldPosition;
+	float w0( float a ) {
+		return ( 1.0 / 6.0 ) * ( a * ( a * ( - a + 3.0 ) - 3.0 ) + 1.0 );
+	}
+	float w1( float a ) {
+		return ( 1.0 / 6.0 ) * ( a *  a * ( 3.0 * a - 6.0 ) + 4.0 );
+	}
+	float w2( float a ){
+		return ( 1.0 / 6.0 ) * ( a * ( a * ( - 3.0 * a + 3.0 ) + 3.0 ) + 1.0 );
+	}
+	float w3( float a ) {
+		return ( 1.0 / 6.0 ) * ( a * a * a );
+	}
+	float g0( float a ) {
+		return w0( a ) + w1( a );
+	}
+	float g1( float a ) {
+		return w2( a ) + w3( a );
+	}
+	float h0( float a ) {
+		return - 1.0 + w1( a ) / ( w0( a ) + w1( a ) );
+	}
+	float h1( float a ) {
+		return 1.0 + w3( a ) / ( w2( a ) + w3( a ) );
+	}
+	vec4 bicubic( sampler2D tex, vec2 uv, vec4 texelSize, float lod ) {
+		uv = uv * texelSize.zw + 0.5;
+		vec2 iuv = floor( uv );
+		vec2 fuv = fract( uv );
+		float g0x = g0( fuv.x );
+		float g1x = g1( fuv.x );
+		float h0x = h0( fuv.x );
+		float h1x = h1( fuv.x );
+		float h0y = h0( fuv.y );
+		float h1y = h1( fuv.y );
+		vec2 p0 = ( vec2( iuv.x + h0x, iuv.y + h0y ) - 0.5 ) * texelSize.xy;
+		vec2 p1 = ( vec2( iuv.x + h1x, iuv.y + h0y ) - 0.5 ) * texelSize.xy;
+		vec2 p2 = ( vec2( iuv.x + h0x, iuv.y + h1y ) - 0.5 ) * texelSize.xy;
+		vec2 p3 = ( vec2( iuv.x + h1x, iuv.y + h1y ) - 0.5 ) * texelSize.xy;
+		return g0( fuv.y ) * ( g0x * textureLod( tex, p0, lod ) + g1x * textureLod( tex, p1, lod ) ) +
+			g1( fuv.y ) * ( g0x * textureLod( tex, p2, lod ) + g1x * textureLod( tex, p3, lod ) );
+	}
+	vec4 textureBicubic( sampler2D sampler, vec2 uv, float lod ) {
+		vec2 fLodSize = vec2( textureSize( sampler, int( lod ) ) );
+		vec2 cLodSize = vec2( textureSize( sampler, int( lod + 1.0 ) ) );
+		vec2 fLodSizeInv = 1.0 / fLodSize;
+		vec2 cLodSizeInv = 1.0 / cLodSize;
+		vec4 fSample = bicubic( sampler, uv, vec4( fLodSizeInv, fLodSize ), floor( lod ) );
+		vec4 cSample = bicubic( sampler, uv, vec4( cLodSizeInv, cLodSize ), ceil( lod ) );
+		return mix( fSample, cSample, fract( lod ) );
+	}
+	vec3 getVolumeTransmissionRay( const in vec3 n, const in vec3 v, const in float thickness, const in float ior, const in mat4 modelMatrix ) {
+		vec3 refractionVector = refract( - v, normalize( n ), 1.0 / ior );
+		vec3 modelScale;
+		modelScale.x = length( vec3( modelMatrix[ 0 ].xyz ) );
+		modelScale.y = length( vec3( modelMatrix[ 1 ].xyz ) );
+		modelScale.z = length( vec3( modelMatrix[ 2 ].xyz ) );
+		return normalize( refractionVector ) * thickness * modelScale;
+	}
+	float applyIorToRoughness( const in float roughness, const in float ior ) {
+		return roughness * clamp( ior * 2.0 - 2.0, 0.0, 1.0 );
+	}
+	vec4 getTransmissionSample( const in vec2 fragCoord, const in float roughness, const in float ior ) {
+		float lod = log2( transmissionSamplerSize.x ) * applyIorToRoughness( roughness, ior );
+		return textureBicubic( transmissionSamplerMap, fragCoord.xy, lod );
+	}
+	vec3 volumeAttenuation( const in float transmissionDistance, const in vec3 attenuationColor, const in float attenuationDistance ) {
+		if ( isinf( attenuationDistance ) ) {
+			return vec3( 1.0 );
+		} else {
+			vec3 attenuationCoefficient = -log( attenuationColor ) / attenuationDistance;
+			vec3 transmittance = exp( - attenuationCoefficient * transmissionDistance );			return transmittance;
+		}
+	}
+	vec4 getIBLVolumeRefraction( const in vec3 n, const in vec3 v, const in float roughness, const in vec3 diffuseColor,
+		const in vec3 specularColor, const in float specularF90, const in vec3 position, const in mat4 modelMatrix,
+		const in mat4 viewMatrix, const in mat4 projMatrix, const in float dispersion, const in float ior, const in float thickness,
+		const in vec3 attenuationColor, const in float attenuationDistance ) {
+		vec4 transmittedLight;
+		vec3 transmittance;
+		#ifdef USE_DISPERSION
+			float halfSpread = ( ior - 1.0 ) * 0.025 * dispersion;
+			vec3 iors = vec3( ior - halfSpread, ior, ior + halfSpread );
+			for ( int i = 0; i < 3; i ++ ) {
+				vec3 transmissionRay = getVolumeTransmissionRay( n, v, thickness, iors[ i ], modelMatrix );
+				vec3 refractedRayExit = position + transmissionRay;
+				vec4 ndcPos = projMatrix * viewMatrix * vec4( refractedRayExit, 1.0 );
+				vec2 refractionCoords = ndcPos.xy / ndcPos.w;
+				refractionCoords += 1.0;
+				refractionCoords /= 2.0;
+				vec4 transmissionSample = getTransmissionSample( refractionCoords, roughness, iors[ i ] );
+				transmittedLight[ i ] = transmissionSample[ i ];
+				transmittedLight.a += transmissionSample.a;
+				transmittance[ i ] = diffuseColor[ i ] * volumeAttenuation( length( transmissionRay ), attenuationColor, attenuationDistance )[ i ];
+			}
+			transmittedLight.a /= 3.0;
+		#else
+			vec3 transmissionRay = getVolumeTransmissionRay( n, v, thickness, ior, modelMatrix );
+			vec3 refractedRayExit = position + transmissionRay;
+			vec4 ndcPos = projMatrix * viewMatrix * vec4( refractedRayExit, 1.0 );
+			vec2 refractionCoords = ndcPos.xy / ndcPos.w;
+			refractionCoords += 1.0;
+			refractionCoords /= 2.0;
+			transmittedLight = getTransmissionSample( refractionCoords, roughness, ior );
+			transmittance = diffuseColor * volumeAttenuation( length( transmissionRay ), attenuationColor, attenuationDistance );
+		#endif
+		vec3 attenuatedColor = transmittance * transmittedLight.rgb;
+		vec3 F = EnvironmentBRDF( n, v, specularColor, specularF90, roughness );
+		float transmittanceFactor = ( transmittance.r + transmittance.g + transmittance.b ) / 3.0;
+		return vec4( ( 1.0 - F ) * attenuatedColor, 1.0 - ( 1.0 - transmittedLight.a ) * transmittanceFactor );
+	}
+#endif`,GR=`#if defined( USE_UV ) || defined( USE_ANISOTROPY )
+	varying vec2 vUv;
+#endif
+#ifdef USE_MAP
+	varying vec2 vMapUv;
+#endif
+#ifdef USE_ALPHAMAP
+	varying vec2 vAlphaMapUv;
+#endif
+#ifdef USE_LIGHTMAP
+	varying vec2 vLightMapUv;
+#endif
+#ifdef USE_AOMAP
+	varying vec2 vAoMapUv;
+#endif
+#ifdef USE_BUMPMAP
+	varying vec2 vBumpMapUv;
+#endif
+#ifdef USE_NORMALMAP
+	varying vec2 vNormalMapUv;
+#endif
+#ifdef USE_EMISSIVEMAP
+	varying vec2 vEmissiveMapUv;
+#endif
+#ifdef USE_METALNESSMAP
+	varying vec2 vMetalnessMapUv;
+#endif
+#ifdef USE_ROUGHNESSMAP
+	varying vec2 vRoughnessMapUv;
+#endif
+#ifdef USE_DIFFUSE_ROUGHNESSMAP
+	varying vec2 vDiffuseRoughnessMapUv;
+#endif
+#ifdef USE_ANISOTROPYMAP
+	varying vec2 vAnisotropyMapUv;
+#endif
+#ifdef USE_CLEARCOATMAP
+	varying vec2 vClearcoatMapUv;
+#endif
+#ifdef USE_CLEARCOAT_NORMALMAP
+	varying vec2 vClearcoatNormalMapUv;
+#endif
+#ifdef USE_CLEARCOAT_ROUGHNESSMAP
+	varying vec2 vClearcoatRoughnessMapUv;
+#endif
+#ifdef USE_IRIDESCENCEMAP
+	varying vec2 vIridescenceMapUv;
+#endif
+#ifdef USE_IRIDESCENCE_THICKNESSMAP
+	varying vec2 vIridescenceThicknessMapUv;
+#endif
+#ifdef USE_SHEEN_COLORMAP
+	varying vec2 vSheenColorMapUv;
+#endif
+#ifdef USE_SHEEN_ROUGHNESSMAP
+	varying vec2 vSheenRoughnessMapUv;
+#endif
+#ifdef USE_SPECULARMAP
+	varying vec2 vSpecularMapUv;
+#endif
+#ifdef USE_SPECULAR_COLORMAP
+	varying vec2 vSpecularColorMapUv;
+#endif
+#ifdef USE_SPECULAR_INTENSITYMAP
+	varying vec2 vSpecularIntensityMapUv;
+#endif
+#ifdef USE_TRANSMISSIONMAP
+	uniform mat3 transmissionMapTransform;
+	varying vec2 vTransmissionMapUv;
+#endif
+#ifdef USE_THICKNESSMAP
+	uniform mat3 thicknessMapTransform;
+	varying vec2 vThicknessMapUv;
+#endif`,VR=`#if defined( USE_UV ) || defined( USE_ANISOTROPY )
+	varying vec2 vUv;
+#endif
+#ifdef USE_MAP
+	uniform mat3 mapTransform;
+	varying vec2 vMapUv;
+#endif
+#ifdef USE_ALPHAMAP
+	uniform mat3 alphaMapTransform;
+	varying vec2 vAlphaMapUv;
+#endif
+#ifdef USE_LIGHTMAP
+	uniform mat3 lightMapTransform;
+	varying vec2 vLightMapUv;
+#endif
+#ifdef USE_AOMAP
+	uniform mat3 aoMapTransform;
+	varying vec2 vAoMapUv;
+#endif
+#ifdef USE_BUMPMAP
+	uniform mat3 bumpMapTransform;
+	varying vec2 vBumpMapUv;
+#endif
+#ifdef USE_NORMALMAP
+	uniform mat3 normalMapTransform;
+	varying vec2 vNormalMapUv;
+#endif
+#ifdef USE_DISPLACEMENTMAP
+	uniform mat3 displacementMapTransform;
+	varying vec2 vDisplacementMapUv;
+#endif
+#ifdef USE_EMISSIVEMAP
+	uniform mat3 emissiveMapTransform;
+	varying vec2 vEmissiveMapUv;
+#endif
+#ifdef USE_METALNESSMAP
+	uniform mat3 metalnessMapTransform;
+	varying vec2 vMetalnessMapUv;
+#endif
+#ifdef USE_ROUGHNESSMAP
+	uniform mat3 roughnessMapTransform;
+	varying vec2 vRoughnessMapUv;
+#endif
+#ifdef USE_DIFFUSE_ROUGHNESSMAP
+	uniform mat3 diffuseRoughnessMapTransform;
+	varying vec2 vDiffuseRoughnessMapUv;
+#endif
+#ifdef USE_ANISOTROPYMAP
+	uniform mat3 anisotropyMapTransform;
+	varying vec2 vAnisotropyMapUv;
+#endif
+#ifdef USE_CLEARCOATMAP
+	uniform mat3 clearcoatMapTransform;
+	varying vec2 vClearcoatMapUv;
+#endif
+#ifdef USE_CLEARCOAT_NORMALMAP
+	uniform mat3 clearcoatNormalMapTransform;
+	varying vec2 vClearcoatNormalMapUv;
+#endif
+#ifdef USE_CLEARCOAT_ROUGHNESSMAP
+	uniform mat3 clearcoatRoughnessMapTransform;
+	varying vec2 vClearcoatRoughnessMapUv;
+#endif
+#ifdef USE_SHEEN_COLORMAP
+	uniform mat3 sheenColorMapTransform;
+	varying vec2 vSheenColorMapUv;
+#endif
+#ifdef USE_SHEEN_ROUGHNESSMAP
+	uniform mat3 sheenRoughnessMapTransform;
+	varying vec2 vSheenRoughnessMapUv;
+#endif
+#ifdef USE_IRIDESCENCEMAP
+	uniform mat3 iridescenceMapTransform;
+	varying vec2 vIridescenceMapUv;
+#endif
+#ifdef USE_IRIDESCENCE_THICKNESSMAP
+	uniform mat3 iridescenceThicknessMapTransform;
+	varying vec2 vIridescenceThicknessMapUv;
+#endif
+#ifdef USE_SPECULARMAP
+	uniform mat3 specularMapTransform;
+	varying vec2 vSpecularMapUv;
+#endif
+#ifdef USE_SPECULAR_COLORMAP
+	uniform mat3 specularColorMapTransform;
+	varying vec2 vSpecularColorMapUv;
+#endif
+#ifdef USE_SPECULAR_INTENSITYMAP
+	uniform mat3 specularIntensityMapTransform;
+	varying vec2 vSpecularIntensityMapUv;
+#endif
+#ifdef USE_TRANSMISSIONMAP
+	uniform mat3 transmissionMapTransform;
+	varying vec2 vTransmissionMapUv;
+#endif
+#ifdef USE_THICKNESSMAP
+	uniform mat3 thicknessMapTransform;
+	varying vec2 vThicknessMapUv;
+#endif`,HR=`#if defined( USE_UV ) || defined( USE_ANISOTROPY )
+	vUv = vec3( uv, 1 ).xy;
+#endif
+#ifdef USE_MAP
+	vMapUv = ( mapTransform * vec3( MAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_ALPHAMAP
+	vAlphaMapUv = ( alphaMapTransform * vec3( ALPHAMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_LIGHTMAP
+	vLightMapUv = ( lightMapTransform * vec3( LIGHTMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_AOMAP
+	vAoMapUv = ( aoMapTransform * vec3( AOMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_BUMPMAP
+	vBumpMapUv = ( bumpMapTransform * vec3( BUMPMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_NORMALMAP
+	vNormalMapUv = ( normalMapTransform * vec3( NORMALMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_DISPLACEMENTMAP
+	vDisplacementMapUv = ( displacementMapTransform * vec3( DISPLACEMENTMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_EMISSIVEMAP
+	vEmissiveMapUv = ( emissiveMapTransform * vec3( EMISSIVEMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_METALNESSMAP
+	vMetalnessMapUv = ( metalnessMapTransform * vec3( METALNESSMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_ROUGHNESSMAP
+	vRoughnessMapUv = ( roughnessMapTransform * vec3( ROUGHNESSMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_DIFFUSE_ROUGHNESSMAP
+	vDiffuseRoughnessMapUv = ( diffuseRoughnessMapTransform * vec3( DIFFUSE_ROUGHNESSMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_ANISOTROPYMAP
+	vAnisotropyMapUv = ( anisotropyMapTransform * vec3( ANISOTROPYMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_CLEARCOATMAP
+	vClearcoatMapUv = ( clearcoatMapTransform * vec3( CLEARCOATMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_CLEARCOAT_NORMALMAP
+	vClearcoatNormalMapUv = ( clearcoatNormalMapTransform * vec3( CLEARCOAT_NORMALMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_CLEARCOAT_ROUGHNESSMAP
+	vClearcoatRoughnessMapUv = ( clearcoatRoughnessMapTransform * vec3( CLEARCOAT_ROUGHNESSMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_IRIDESCENCEMAP
+	vIridescenceMapUv = ( iridescenceMapTransform * vec3( IRIDESCENCEMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_IRIDESCENCE_THICKNESSMAP
+	vIridescenceThicknessMapUv = ( iridescenceThicknessMapTransform * vec3( IRIDESCENCE_THICKNESSMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_SHEEN_COLORMAP
+	vSheenColorMapUv = ( sheenColorMapTransform * vec3( SHEEN_COLORMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_SHEEN_ROUGHNESSMAP
+	vSheenRoughnessMapUv = ( sheenRoughnessMapTransform * vec3( SHEEN_ROUGHNESSMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_SPECULARMAP
+	vSpecularMapUv = ( specularMapTransform * vec3( SPECULARMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_SPECULAR_COLORMAP
+	vSpecularColorMapUv = ( specularColorMapTransform * vec3( SPECULAR_COLORMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_SPECULAR_INTENSITYMAP
+	vSpecularIntensityMapUv = ( specularIntensityMapTransform * vec3( SPECULAR_INTENSITYMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_TRANSMISSIONMAP
+	vTransmissionMapUv = ( transmissionMapTransform * vec3( TRANSMISSIONMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_THICKNESSMAP
+	vThicknessMapUv = ( thicknessMapTransform * vec3( THICKNESSMAP_UV, 1 ) ).xy;
+#endif`,WR=`#if defined( USE_ENVMAP ) || defined( DISTANCE ) || defined ( USE_SHADOWMAP ) || defined ( USE_TRANSMISSION ) || NUM_SPOT_LIGHT_COORDS > 0
+	vec4 worldPosition = vec4( transformed, 1.0 );
+	#ifdef USE_BATCHING
+		worldPosition = batchingMatrix * worldPosition;
+	#endif
+	#ifdef USE_INSTANCING
+		worldPosition = instanceMatrix * worldPosition;
+	#endif
+	worldPosition = modelMatrix * worldPosition;
+#endif`,$R=`varying vec2 vUv;
+uniform mat3 uvTransform;
+void main() {
+	vUv = ( uvTransform * vec3( uv, 1 ) ).xy;
+	gl_Position = vec4( position.xy, 1.0, 1.0 );
+}`,XR=`uniform sampler2D t2D;
+uniform float backgroundIntensity;
+varying vec2 vUv;
+void main() {
+	vec4 texColor = texture2D( t2D, vUv );
+	#ifdef DECODE_VIDEO_TEXTURE
+		texColor = vec4( mix( pow( texColor.rgb * 0.9478672986 + vec3( 0.0521327014 ), vec3( 2.4 ) ), texColor.rgb * 0.0773993808, vec3( lessThanEqual( texColor.rgb, vec3( 0.04045 ) ) ) ), texColor.w );
+	#endif
+	texColor.rgb *= backgroundIntensity;
+	gl_FragColor = texColor;
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+}`,qR=`varying vec3 vWorldDirection;
+#include <common>
+void main() {
+	vWorldDirection = transformDirection( position, modelMatrix );
+	#include <begin_vertex>
+	#include <project_vertex>
+	gl_Position.z = gl_Position.w;
+}`,YR=`uniform float backgroundBlurriness;
+uniform float backgroundIntensity;
+uniform mat3 backgroundRotation;
+varying vec3 vWorldDirection;
+#include <envmap_common_pars_fragment>
+void main() {
+	#ifdef ENVMAP_TYPE_PMREM
+		vec4 texColor = textureLod( envMap, backgroundRotation * vWorldDirection, roughnessToMip( backgroundBlurriness ) );
+	#else
+		vec4 texColor = textureCube( envMap, backgroundRotation * vWorldDirection );
+	#endif
+	texColor.rgb *= backgroundIntensity;
+	gl_FragColor = texColor;
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+}`,ZR=`varying vec3 vWorldDirection;
+#include <common>
+void main() {
+	vWorldDirection = transformDirection( position, modelMatrix );
+	#include <begin_vertex>
+	#include <project_vertex>
+	gl_Position.z = gl_Position.w;
+}`,JR=`uniform samplerCube tCube;
+uniform float tFlip;
+uniform float opacity;
+varying vec3 vWorldDirection;
+void main() {
+	vec4 texColor = textureCube( tCube, vec3( tFlip * vWorldDirection.x, vWorldDirection.yz ) );
+	gl_FragColor = texColor;
+	gl_FragColor.a *= opacity;
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+}`,KR=`#include <common>
+#include <batching_pars_vertex>
+#include <uv_pars_vertex>
+#include <displacementmap_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+varying vec2 vHighPrecisionZW;
+void main() {
+	#include <uv_vertex>
+	#include <batching_vertex>
+	#include <skinbase_vertex>
+	#include <morphinstance_vertex>
+	#ifdef USE_DISPLACEMENTMAP
+		#include <beginnormal_vertex>
+		#include <morphnormal_vertex>
+		#include <skinnormal_vertex>
+	#endif
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <displacementmap_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	vHighPrecisionZW = gl_Position.zw;
+}`,QR=`#if DEPTH_PACKING == 3200
+	uniform float opacity;
+#endif
+#include <common>
+#include <packing>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <alphamap_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+varying vec2 vHighPrecisionZW;
+void main() {
+	vec4 diffuseColor = vec4( 1.0 );
+	#include <clipping_planes_fragment>
+	#if DEPTH_PACKING == 3200
+		diffuseColor.a = opacity;
+	#endif
+	#include <map_fragment>
+	#include <alphamap_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	#include <logdepthbuf_fragment>
+	#ifdef USE_REVERSED_DEPTH_BUFFER
+		float fragCoordZ = vHighPrecisionZW[ 0 ] / vHighPrecisionZW[ 1 ];
+	#else
+		float fragCoordZ = 0.5 * vHighPrecisionZW[ 0 ] / vHighPrecisionZW[ 1 ] + 0.5;
+	#endif
+	#if DEPTH_PACKING == 3200
+		gl_FragColor = vec4( vec3( 1.0 - fragCoordZ ), opacity );
+	#elif DEPTH_PACKING == 3201
+		gl_FragColor = packDepthToRGBA( fragCoordZ );
+	#elif DEPTH_PACKING == 3202
+		gl_FragColor = vec4( packDepthToRGB( fragCoordZ ), 1.0 );
+	#elif DEPTH_PACKING == 3203
+		gl_FragColor = vec4( packDepthToRG( fragCoordZ ), 0.0, 1.0 );
+	#endif
+}`,jR=`#define DISTANCE
+varying vec3 vWorldPosition;
+#include <common>
+#include <batching_pars_vertex>
+#include <uv_pars_vertex>
+#include <displacementmap_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	#include <uv_vertex>
+	#include <batching_vertex>
+	#include <skinbase_vertex>
+	#include <morphinstance_vertex>
+	#ifdef USE_DISPLACEMENTMAP
+		#include <beginnormal_vertex>
+		#include <morphnormal_vertex>
+		#include <skinnormal_vertex>
+	#endif
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <displacementmap_vertex>
+	#include <project_vertex>
+	#include <worldpos_vertex>
+	#include <clipping_planes_vertex>
+	vWorldPosition = worldPosition.xyz;
+}`,tI=`#define DISTANCE
+uniform vec3 referencePosition;
+uniform float nearDistance;
+uniform float farDistance;
+varying vec3 vWorldPosition;
+#include <common>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <alphamap_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( 1.0 );
+	#include <clipping_planes_fragment>
+	#include <map_fragment>
+	#include <alphamap_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	float dist = length( vWorldPosition - referencePosition );
+	dist = ( dist - nearDistance ) / ( farDistance - nearDistance );
+	dist = saturate( dist );
+	gl_FragColor = vec4( dist, 0.0, 0.0, 1.0 );
+}`,eI=`varying vec3 vWorldDirection;
+#include <common>
+void main() {
+	vWorldDirection = transformDirection( position, modelMatrix );
+	#include <begin_vertex>
+	#include <project_vertex>
+}`,nI=`uniform sampler2D tEquirect;
+varying vec3 vWorldDirection;
+#include <common>
+void main() {
+	vec3 direction = normalize( vWorldDirection );
+	vec2 sampleUV = equirectUv( direction );
+	gl_FragColor = texture2D( tEquirect, sampleUV );
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+}`,iI=`uniform float scale;
+attribute float lineDistance;
+varying float vLineDistance;
+#include <common>
+#include <uv_pars_vertex>
+#include <color_pars_vertex>
+#include <fog_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	vLineDistance = scale * lineDistance;
+	#include <uv_vertex>
+	#include <color_vertex>
+	#include <morphinstance_vertex>
+	#include <morphcolor_vertex>
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	#include <fog_vertex>
+}`,rI=`uniform vec3 diffuse;
+uniform float opacity;
+uniform float dashSize;
+uniform float totalSize;
+varying float vLineDistance;
+#include <common>
+#include <color_pars_fragment>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <fog_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( diffuse, opacity );
+	#include <clipping_planes_fragment>
+	if ( mod( vLineDistance, totalSize ) > dashSize ) {
+		discard;
+	}
+	vec3 outgoingLight = vec3( 0.0 );
+	#include <logdepthbuf_fragment>
+	#include <map_fragment>
+	#include <color_fragment>
+	outgoingLight = diffuseColor.rgb;
+	#include <opaque_fragment>
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+	#include <premultiplied_alpha_fragment>
+}`,sI=`#include <common>
+#include <batching_pars_vertex>
+#include <uv_pars_vertex>
+#include <envmap_pars_vertex>
+#include <color_pars_vertex>
+#include <fog_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	#include <uv_vertex>
+	#include <color_vertex>
+	#include <morphinstance_vertex>
+	#include <morphcolor_vertex>
+	#include <batching_vertex>
+	#if defined ( USE_ENVMAP ) || defined ( USE_SKINNING )
+		#include <beginnormal_vertex>
+		#include <morphnormal_vertex>
+		#include <skinbase_vertex>
+		#include <skinnormal_vertex>
+		#include <defaultnormal_vertex>
+	#endif
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	#include <worldpos_vertex>
+	#include <envmap_vertex>
+	#include <fog_vertex>
+}`,oI=`uniform vec3 diffuse;
+uniform float opacity;
+#ifndef FLAT_SHADED
+	varying vec3 vNormal;
+#endif
+#include <common>
+#include <dithering_pars_fragment>
+#include <color_pars_fragment>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <alphamap_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <aomap_pars_fragment>
+#include <lightmap_pars_fragment>
+#include <envmap_common_pars_fragment>
+#include <envmap_pars_fragment>
+#include <fog_pars_fragment>
+#include <specularmap_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( diffuse, opacity );
+	#include <clipping_planes_fragment>
+	#include <logdepthbuf_fragment>
+	#include <map_fragment>
+	#include <color_fragment>
+	#include <alphamap_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	#include <specularmap_fragment>
+	ReflectedLight reflectedLight = ReflectedLight( vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ) );
+	#ifdef USE_LIGHTMAP
+		vec4 lightMapTexel = texture2D( lightMap, vLightMapUv );
+		reflectedLight.indirectDiffuse += lightMapTexel.rgb * lightMapIntensity * RECIPROCAL_PI;
+	#else
+		reflectedLight.indirectDiffuse += vec3( 1.0 );
+	#endif
+	#include <aomap_fragment>
+	reflectedLight.indirectDiffuse *= diffuseColor.rgb;
+	vec3 outgoingLight = reflectedLight.indirectDiffuse;
+	#include <envmap_fragment>
+	#include <opaque_fragment>
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+	#include <premultiplied_alpha_fragment>
+	#include <dithering_fragment>
+}`,aI=`#define LAMBERT
+varying vec3 vViewPosition;
+#include <common>
+#include <batching_pars_vertex>
+#include <uv_pars_vertex>
+#include <displacementmap_pars_vertex>
+#include <envmap_pars_vertex>
+#include <color_pars_vertex>
+#include <fog_pars_vertex>
+#include <normal_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <shadowmap_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	#include <uv_vertex>
+	#include <color_vertex>
+	#include <morphinstance_vertex>
+	#include <morphcolor_vertex>
+	#include <batching_vertex>
+	#include <beginnormal_vertex>
+	#include <morphnormal_vertex>
+	#include <skinbase_vertex>
+	#include <skinnormal_vertex>
+	#include <defaultnormal_vertex>
+	#include <normal_vertex>
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <displacementmap_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	vViewPosition = - mvPosition.xyz;
+	#include <worldpos_vertex>
+	#include <envmap_vertex>
+	#include <shadowmap_vertex>
+	#include <fog_vertex>
+}`,cI=`#define LAMBERT
+uniform vec3 diffuse;
+uniform vec3 emissive;
+uniform float opacity;
+#include <common>
+#include <dithering_pars_fragment>
+#include <color_pars_fragment>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <alphamap_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <aomap_pars_fragment>
+#include <lightmap_pars_fragment>
+#include <emissivemap_pars_fragment>
+#include <envmap_common_pars_fragment>
+#include <envmap_pars_fragment>
+#include <envmap_physical_pars_fragment>
+#include <fog_pars_fragment>
+#include <bsdfs>
+#include <lights_pars_begin>
+#include <normal_pars_fragment>
+#include <lights_lambert_pars_fragment>
+#include <shadowmap_pars_fragment>
+#include <bumpmap_pars_fragment>
+#include <normalmap_pars_fragment>
+#include <specularmap_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( diffuse, opacity );
+	#include <clipping_planes_fragment>
+	ReflectedLight reflectedLight = ReflectedLight( vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ) );
+	vec3 totalEmissiveRadiance = emissive;
+	#include <logdepthbuf_fragment>
+	#include <map_fragment>
+	#include <color_fragment>
+	#include <alphamap_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	#include <specularmap_fragment>
+	#include <normal_fragment_begin>
+	#include <normal_fragment_maps>
+	#include <emissivemap_fragment>
+	#include <lights_lambert_fragment>
+	#include <lights_fragment_begin>
+	#include <lights_fragment_maps>
+	#include <lights_fragment_end>
+	#include <aomap_fragment>
+	vec3 outgoingLight = reflectedLight.directDiffuse + reflectedLight.indirectDiffuse + totalEmissiveRadiance;
+	#include <envmap_fragment>
+	#include <opaque_fragment>
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+	#include <premultiplied_alpha_fragment>
+	#include <dithering_fragment>
+}`,lI=`#define MATCAP
+varying vec3 vViewPosition;
+#include <common>
+#include <batching_pars_vertex>
+#include <uv_pars_vertex>
+#include <color_pars_vertex>
+#include <displacementmap_pars_vertex>
+#include <fog_pars_vertex>
+#include <normal_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	#include <uv_vertex>
+	#include <color_vertex>
+	#include <morphinstance_vertex>
+	#include <morphcolor_vertex>
+	#include <batching_vertex>
+	#include <beginnormal_vertex>
+	#include <morphnormal_vertex>
+	#include <skinbase_vertex>
+	#include <skinnormal_vertex>
+	#include <defaultnormal_vertex>
+	#include <normal_vertex>
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <displacementmap_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	#include <fog_vertex>
+	vViewPosition = - mvPosition.xyz;
+}`,uI=`#define MATCAP
+uniform vec3 diffuse;
+uniform float opacity;
+uniform sampler2D matcap;
+varying vec3 vViewPosition;
+#include <common>
+#include <dithering_pars_fragment>
+#include <color_pars_fragment>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <alphamap_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <fog_pars_fragment>
+#include <normal_pars_fragment>
+#include <bumpmap_pars_fragment>
+#include <normalmap_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( diffuse, opacity );
+	#include <clipping_planes_fragment>
+	#include <logdepthbuf_fragment>
+	#include <map_fragment>
+	#include <color_fragment>
+	#include <alphamap_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	#include <normal_fragment_begin>
+	#include <normal_fragment_maps>
+	vec3 viewDir = normalize( vViewPosition );
+	vec3 x = normalize( vec3( viewDir.z, 0.0, - viewDir.x ) );
+	vec3 y = cross( viewDir, x );
+	vec2 uv = vec2( dot( x, normal ), dot( y, normal ) ) * 0.495 + 0.5;
+	#ifdef USE_MATCAP
+		vec4 matcapColor = texture2D( matcap, uv );
+	#else
+		vec4 matcapColor = vec4( vec3( mix( 0.2, 0.8, uv.y ) ), 1.0 );
+	#endif
+	vec3 outgoingLight = diffuseColor.rgb * matcapColor.rgb;
+	#include <opaque_fragment>
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+	#include <premultiplied_alpha_fragment>
+	#include <dithering_fragment>
+}`,fI=`#define NORMAL
+#if defined( FLAT_SHADED ) || defined( USE_BUMPMAP ) || defined( USE_NORMALMAP_TANGENTSPACE )
+	varying vec3 vViewPosition;
+#endif
+#include <common>
+#include <batching_pars_vertex>
+#include <uv_pars_vertex>
+#include <displacementmap_pars_vertex>
+#include <normal_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	#include <uv_vertex>
+	#include <batching_vertex>
+	#include <beginnormal_vertex>
+	#include <morphinstance_vertex>
+	#include <morphnormal_vertex>
+	#include <skinbase_vertex>
+	#include <skinnormal_vertex>
+	#include <defaultnormal_vertex>
+	#include <normal_vertex>
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <displacementmap_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+#if defined( FLAT_SHADED ) || defined( USE_BUMPMAP ) || defined( USE_NORMALMAP_TANGENTSPACE )
+	vViewPosition = - mvPosition.xyz;
+#endif
+}`,hI=`#define NORMAL
+uniform float opacity;
+#if defined( FLAT_SHADED ) || defined( USE_BUMPMAP ) || defined( USE_NORMALMAP_TANGENTSPACE )
+	varying vec3 vViewPosition;
+#endif
+#include <uv_pars_fragment>
+#include <normal_pars_fragment>
+#include <bumpmap_pars_fragment>
+#include <normalmap_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( 0.0, 0.0, 0.0, opacity );
+	#include <clipping_planes_fragment>
+	#include <logdepthbuf_fragment>
+	#include <normal_fragment_begin>
+	#include <normal_fragment_maps>
+	gl_FragColor = vec4( normalize( normal ) * 0.5 + 0.5, diffuseColor.a );
+	#ifdef OPAQUE
+		gl_FragColor.a = 1.0;
+	#endif
+}`,dI=`#define PHONG
+varying vec3 vViewPosition;
+#include <common>
+#include <batching_pars_vertex>
+#include <uv_pars_vertex>
+#include <displacementmap_pars_vertex>
+#include <envmap_pars_vertex>
+#include <color_pars_vertex>
+#include <fog_pars_vertex>
+#include <normal_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <shadowmap_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	#include <uv_vertex>
+	#include <color_vertex>
+	#include <morphcolor_vertex>
+	#include <batching_vertex>
+	#include <beginnormal_vertex>
+	#include <morphinstance_vertex>
+	#include <morphnormal_vertex>
+	#include <skinbase_vertex>
+	#include <skinnormal_vertex>
+	#include <defaultnormal_vertex>
+	#include <normal_vertex>
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <displacementmap_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	vViewPosition = - mvPosition.xyz;
+	#include <worldpos_vertex>
+	#include <envmap_vertex>
+	#include <shadowmap_vertex>
+	#include <fog_vertex>
+}`,pI=`#define PHONG
+uniform vec3 diffuse;
+uniform vec3 emissive;
+uniform vec3 specular;
+uniform float shininess;
+uniform float opacity;
+#include <common>
+#include <dithering_pars_fragment>
+#include <color_pars_fragment>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <alphamap_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <aomap_pars_fragment>
+#include <lightmap_pars_fragment>
+#include <emissivemap_pars_fragment>
+#include <envmap_common_pars_fragment>
+#include <envmap_pars_fragment>
+#include <envmap_physical_pars_fragment>
+#include <fog_pars_fragment>
+#include <bsdfs>
+#include <lights_pars_begin>
+#include <normal_pars_fragment>
+#include <lights_phong_pars_fragment>
+#include <shadowmap_pars_fragment>
+#include <bumpmap_pars_fragment>
+#include <normalmap_pars_fragment>
+#include <specularmap_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( diffuse, opacity );
+	#include <clipping_planes_fragment>
+	ReflectedLight reflectedLight = ReflectedLight( vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ) );
+	vec3 totalEmissiveRadiance = emissive;
+	#include <logdepthbuf_fragment>
+	#include <map_fragment>
+	#include <color_fragment>
+	#include <alphamap_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	#include <specularmap_fragment>
+	#include <normal_fragment_begin>
+	#include <normal_fragment_maps>
+	#include <emissivemap_fragment>
+	#include <lights_phong_fragment>
+	#include <lights_fragment_begin>
+	#include <lights_fragment_maps>
+	#include <lights_fragment_end>
+	#include <aomap_fragment>
+	vec3 outgoingLight = reflectedLight.directDiffuse + reflectedLight.indirectDiffuse + reflectedLight.directSpecular + reflectedLight.indirectSpecular + totalEmissiveRadiance;
+	#include <envmap_fragment>
+	#include <opaque_fragment>
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+	#include <premultiplied_alpha_fragment>
+	#include <dithering_fragment>
+}`,mI=`#define STANDARD
+varying vec3 vViewPosition;
+#ifdef USE_TRANSMISSION
+	varying vec3 vWorldPosition;
+#endif
+#include <common>
+#include <batching_pars_vertex>
+#include <uv_pars_vertex>
+#include <displacementmap_pars_vertex>
+#include <color_pars_vertex>
+#include <fog_pars_vertex>
+#include <normal_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <shadowmap_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	#include <uv_vertex>
+	#include <color_vertex>
+	#include <morphinstance_vertex>
+	#include <morphcolor_vertex>
+	#include <batching_vertex>
+	#include <beginnormal_vertex>
+	#include <morphnormal_vertex>
+	#include <skinbase_vertex>
+	#include <skinnormal_vertex>
+	#include <defaultnormal_vertex>
+	#include <normal_vertex>
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <displacementmap_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	vViewPosition = - mvPosition.xyz;
+	#include <worldpos_vertex>
+	#include <shadowmap_vertex>
+	#include <fog_vertex>
+#ifdef USE_TRANSMISSION
+	vWorldPosition = worldPosition.xyz;
+#endif
+}`,gI=`#define STANDARD
+#ifdef PHYSICAL
+	#define IOR
+	#define USE_SPECULAR
+#endif
+uniform vec3 diffuse;
+uniform vec3 emissive;
+uniform float roughness;
+uniform float metalness;
+uniform float opacity;
+#ifdef IOR
+	uniform float ior;
+#endif
+#ifdef USE_SPECULAR
+	uniform float specularIntensity;
+	uniform vec3 specularColor;
+	#ifdef USE_SPECULAR_COLORMAP
+		uniform sampler2D specularColorMap;
+	#endif
+	#ifdef USE_SPECULAR_INTENSITYMAP
+		uniform sampler2D specularIntensityMap;
+	#endif
+#endif
+#ifdef USE_CLEARCOAT
+	uniform float clearcoat;
+	uniform float clearcoatRoughness;
+#endif
+#ifdef USE_DIFFUSE_ROUGHNESS
+	uniform float diffuseRoughness;
+	#ifdef USE_DIFFUSE_ROUGHNESSMAP
+		uniform sampler2D diffuseRoughnessMap;
+	#endif
+#endif
+#ifdef USE_DISPERSION
+	uniform float dispersion;
+#endif
+#ifdef USE_RETROREFLECTION
+	uniform float retroreflectivity;
+#endif
+#ifdef USE_IRIDESCENCE
+	uniform float iridescence;
+	uniform float iridescenceIOR;
+	uniform float iridescenceThicknessMinimum;
+	uniform float iridescenceThicknessMaximum;
+#endif
+#ifdef USE_SHEEN
+	uniform vec3 sheenColor;
+	uniform float sheenRoughness;
+	#ifdef USE_SHEEN_COLORMAP
+		uniform sampler2D sheenColorMap;
+	#endif
+	#ifdef USE_SHEEN_ROUGHNESSMAP
+		uniform sampler2D sheenRoughnessMap;
+	#endif
+#endif
+#ifdef USE_ANISOTROPY
+	uniform vec2 anisotropyVector;
+	#ifdef USE_ANISOTROPYMAP
+		uniform sampler2D anisotropyMap;
+	#endif
+#endif
+varying vec3 vViewPosition;
+#include <common>
+#include <dithering_pars_fragment>
+#include <color_pars_fragment>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <alphamap_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <aomap_pars_fragment>
+#include <lightmap_pars_fragment>
+#include <emissivemap_pars_fragment>
+#include <iridescence_fragment>
+#include <envmap_common_pars_fragment>
+#include <envmap_physical_pars_fragment>
+#include <fog_pars_fragment>
+#include <lights_pars_begin>
+#include <normal_pars_fragment>
+#include <lights_physical_pars_fragment>
+#include <transmission_pars_fragment>
+#include <shadowmap_pars_fragment>
+#include <bumpmap_pars_fragment>
+#include <normalmap_pars_fragment>
+#include <clearcoat_pars_fragment>
+#include <iridescence_pars_fragment>
+#include <roughnessmap_pars_fragment>
+#include <metalnessmap_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( diffuse, opacity );
+	#include <clipping_planes_fragment>
+	ReflectedLight reflectedLight = ReflectedLight( vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ) );
+	vec3 totalEmissiveRadiance = emissive;
+	#include <logdepthbuf_fragment>
+	#include <map_fragment>
+	#include <color_fragment>
+	#include <alphamap_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	#include <roughnessmap_fragment>
+	#include <metalnessmap_fragment>
+	#include <normal_fragment_begin>
+	#include <normal_fragment_maps>
+	#include <clearcoat_normal_fragment_begin>
+	#include <clearcoat_normal_fragment_maps>
+	#include <emissivemap_fragment>
+	#include <lights_physical_fragment>
+	#include <lights_fragment_begin>
+	#include <lights_fragment_maps>
+	#include <lights_fragment_end>
+	#include <aomap_fragment>
+	vec3 totalDiffuse = reflectedLight.directDiffuse + reflectedLight.indirectDiffuse;
+	vec3 totalSpecular = reflectedLight.directSpecular + reflectedLight.indirectSpecular;
+	#include <transmission_fragment>
+	vec3 outgoingLight = totalDiffuse + totalSpecular + totalEmissiveRadiance;
+	#ifdef USE_SHEEN
+ 
+		outgoingLight = outgoingLight + sheenSpecularDirect + sheenSpecularIndirect;
+ 
+ 	#endif
+	#ifdef USE_CLEARCOAT
+		float dotNVcc = saturate( dot( geometryClearcoatNormal, geometryViewDir ) );
+		vec3 Fcc = F_Schlick( material.clearcoatF0, material.clearcoatF90, dotNVcc );
+		outgoingLight = outgoingLight * ( 1.0 - material.clearcoat * Fcc ) + ( clearcoatSpecularDirect + clearcoatSpecularIndirect ) * material.clearcoat;
+	#endif
+	#include <opaque_fragment>
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+	#include <premultiplied_alpha_fragment>
+	#include <dithering_fragment>
+}`,yI=`#define TOON
+varying vec3 vViewPosition;
+#include <common>
+#include <batching_pars_vertex>
+#include <uv_pars_vertex>
+#include <displacementmap_pars_vertex>
+#include <color_pars_vertex>
+#include <fog_pars_vertex>
+#include <normal_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <shadowmap_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	#include <uv_vertex>
+	#include <color_vertex>
+	#include <morphinstance_vertex>
+	#include <morphcolor_vertex>
+	#include <batching_vertex>
+	#include <beginnormal_vertex>
+	#include <morphnormal_vertex>
+	#include <skinbase_vertex>
+	#include <skinnormal_vertex>
+	#include <defaultnormal_vertex>
+	#include <normal_vertex>
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <displacementmap_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	vViewPosition = - mvPosition.xyz;
+	#include <worldpos_vertex>
+	#include <shadowmap_vertex>
+	#include <fog_vertex>
+}`,xI=`#define TOON
+uniform vec3 diffuse;
+uniform vec3 emissive;
+uniform float opacity;
+#include <common>
+#include <dithering_pars_fragment>
+#include <color_pars_fragment>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <alphamap_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <aomap_pars_fragment>
+#include <lightmap_pars_fragment>
+#include <emissivemap_pars_fragment>
+#include <gradientmap_pars_fragment>
+#include <fog_pars_fragment>
+#include <bsdfs>
+#include <lights_pars_begin>
+#include <normal_pars_fragment>
+#include <lights_toon_pars_fragment>
+#include <shadowmap_pars_fragment>
+#include <bumpmap_pars_fragment>
+#include <normalmap_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( diffuse, opacity );
+	#include <clipping_planes_fragment>
+	ReflectedLight reflectedLight = ReflectedLight( vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ) );
+	vec3 totalEmissiveRadiance = emissive;
+	#include <logdepthbuf_fragment>
+	#include <map_fragment>
+	#include <color_fragment>
+	#include <alphamap_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	#include <normal_fragment_begin>
+	#include <normal_fragment_maps>
+	#include <emissivemap_fragment>
+	#include <lights_toon_fragment>
+	#include <lights_fragment_begin>
+	#include <lights_fragment_maps>
+	#include <lights_fragment_end>
+	#include <aomap_fragment>
+	vec3 outgoingLight = reflectedLight.directDiffuse + reflectedLight.indirectDiffuse + totalEmissiveRadiance;
+	#include <opaque_fragment>
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+	#include <premultiplied_alpha_fragment>
+	#include <dithering_fragment>
+}`,_I=`uniform float size;
+uniform float scale;
+#include <common>
+#include <color_pars_vertex>
+#include <fog_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+#ifdef USE_POINTS_UV
+	varying vec2 vUv;
+	uniform mat3 uvTransform;
+#endif
+void main() {
+	#ifdef USE_POINTS_UV
+		vUv = ( uvTransform * vec3( uv, 1 ) ).xy;
+	#endif
+	#include <color_vertex>
+	#include <morphinstance_vertex>
+	#include <morphcolor_vertex>
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <project_vertex>
+	gl_PointSize = size;
+	#ifdef USE_SIZEATTENUATION
+		bool isPerspective = isPerspectiveMatrix( projectionMatrix );
+		if ( isPerspective ) gl_PointSize *= ( scale / - mvPosition.z );
+	#endif
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	#include <worldpos_vertex>
+	#include <fog_vertex>
+}`,vI=`uniform vec3 diffuse;
+uniform float opacity;
+#include <common>
+#include <color_pars_fragment>
+#include <map_particle_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <fog_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( diffuse, opacity );
+	#include <clipping_planes_fragment>
+	vec3 outgoingLight = vec3( 0.0 );
+	#include <logdepthbuf_fragment>
+	#include <map_particle_fragment>
+	#include <color_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	outgoingLight = diffuseColor.rgb;
+	#include <opaque_fragment>
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+	#include <premultiplied_alpha_fragment>
+}`,bI=`#include <common>
+#include <batching_pars_vertex>
+#include <fog_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <shadowmap_pars_vertex>
+void main() {
+	#include <batching_vertex>
+	#include <beginnormal_vertex>
+	#include <morphinstance_vertex>
+	#include <morphnormal_vertex>
+	#include <skinbase_vertex>
+	#include <skinnormal_vertex>
+	#include <defaultnormal_vertex>
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <worldpos_vertex>
+	#include <shadowmap_vertex>
+	#include <fog_vertex>
+}`,MI=`uniform vec3 color;
+uniform float opacity;
+#include <common>
+#include <fog_pars_fragment>
+#include <bsdfs>
+#include <lights_pars_begin>
+#include <logdepthbuf_pars_fragment>
+#include <shadowmap_pars_fragment>
+#include <shadowmask_pars_fragment>
+void main() {
+	#include <logdepthbuf_fragment>
+	gl_FragColor = vec4( color, opacity * ( 1.0 - getShadowMask() ) );
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+	#include <premultiplied_alpha_fragment>
+}`,SI=`uniform float rotation;
+uniform vec2 center;
+#include <common>
+#include <uv_pars_vertex>
+#include <fog_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	#include <uv_vertex>
+	vec4 mvPosition = modelViewMatrix[ 3 ];
+	vec2 scale = vec2( length( modelMatrix[ 0 ].xyz ), length( modelMatrix[ 1 ].xyz ) );
+	#ifndef USE_SIZEATTENUATION
+		bool isPerspective = isPerspectiveMatrix( projectionMatrix );
+		if ( isPerspective ) scale *= - mvPosition.z;
+	#endif
+	vec2 alignedPosition = ( position.xy - ( center - vec2( 0.5 ) ) ) * scale;
+	vec2 rotatedPosition;
+	rotatedPosition.x = cos( rotation ) * alignedPosition.x - sin( rotation ) * alignedPosition.y;
+	rotatedPosition.y = sin( rotation ) * alignedPosition.x + cos( rotation ) * alignedPosition.y;
+	mvPosition.xy += rotatedPosition;
+	gl_Position = projectionMatrix * mvPosition;
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	#include <fog_vertex>
+}`,wI=`uniform vec3 diffuse;
+uniform float opacity;
+#include <common>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <alphamap_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <fog_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( diffuse, opacity );
+	#include <clipping_planes_fragment>
+	vec3 outgoingLight = vec3( 0.0 );
+	#include <logdepthbuf_fragment>
+	#include <map_fragment>
+	#include <alphamap_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	outgoingLight = diffuseColor.rgb;
+	#include <opaque_fragment>
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+}`,Yt={alphahash_fragment:X3,alphahash_pars_fragment:q3,alphamap_fragment:Y3,alphamap_pars_fragment:Z3,alphatest_fragment:J3,alphatest_pars_fragment:K3,aomap_fragment:Q3,aomap_pars_fragment:j3,batching_pars_vertex:tC,batching_vertex:eC,begin_vertex:nC,beginnormal_vertex:iC,bsdfs:rC,iridescence_fragment:sC,bumpmap_pars_fragment:oC,clipping_planes_fragment:aC,clipping_planes_pars_fragment:cC,clipping_planes_pars_vertex:lC,clipping_planes_vertex:uC,color_fragment:fC,color_pars_fragment:hC,color_pars_vertex:dC,color_vertex:pC,common:mC,defaultnormal_vertex:gC,displacementmap_pars_vertex:yC,displacementmap_vertex:xC,emissivemap_fragment:_C,emissivemap_pars_fragment:vC,colorspace_fragment:bC,colorspace_pars_fragment:MC,envmap_fragment:SC,envmap_common_pars_fragment:wC,envmap_pars_fragment:TC,envmap_pars_vertex:AC,envmap_physical_pars_fragment:OC,envmap_vertex:EC,fog_vertex:CC,fog_pars_vertex:RC,fog_fragment:IC,fog_pars_fragment:PC,gradientmap_pars_fragment:LC,lightmap_pars_fragment:NC,lights_lambert_fragment:DC,lights_lambert_pars_fragment:FC,lights_pars_begin:UC,lights_toon_fragment:BC,lights_toon_pars_fragment:kC,lights_phong_fragment:zC,lights_phong_pars_fragment:GC,lights_physical_fragment:VC,lights_physical_pars_fragment:HC,lights_fragment_begin:WC,lights_fragment_maps:$C,lights_fragment_end:XC,lightprobes_pars_fragment:qC,logdepthbuf_fragment:YC,logdepthbuf_pars_fragment:ZC,logdepthbuf_pars_vertex:JC,logdepthbuf_vertex:KC,map_fragment:QC,map_pars_fragment:jC,map_particle_fragment:tR,map_particle_pars_fragment:eR,metalnessmap_fragment:nR,metalnessmap_pars_fragment:iR,morphinstance_vertex:rR,morphcolor_vertex:sR,morphnormal_vertex:oR,morphtarget_pars_vertex:aR,morphtarget_vertex:cR,normal_fragment_begin:lR,normal_fragment_maps:uR,normal_pars_fragment:fR,normal_pars_vertex:hR,normal_vertex:dR,normalmap_pars_fragment:pR,clearcoat_normal_fragment_begin:mR,clearcoat_normal_fragment_maps:gR,clearcoat_pars_fragment:yR,iridescence_pars_fragment:xR,opaque_fragment:_R,packing:vR,premultiplied_alpha_fragment:bR,project_vertex:MR,dithering_fragment:SR,dithering_pars_fragment:wR,roughnessmap_fragment:TR,roughnessmap_pars_fragment:AR,shadowmap_pars_fragment:ER,shadowmap_pars_vertex:CR,shadowmap_vertex:RR,shadowmask_pars_fragment:IR,skinbase_vertex:PR,skinning_pars_vertex:LR,skinning_vertex:NR,skinnormal_vertex:DR,specularmap_fragment:FR,specularmap_pars_fragment:UR,tonemapping_fragment:OR,tonemapping_pars_fragment:BR,transmission_fragment:kR,transmission_pars_fragment:zR,uv_pars_fragment:GR,uv_pars_vertex:VR,uv_vertex:HR,worldpos_vertex:WR,background_vert:$R,background_frag:XR,backgroundCube_vert:qR,backgroundCube_frag:YR,cube_vert:ZR,cube_frag:JR,depth_vert:KR,depth_frag:QR,distance_vert:jR,distance_frag:tI,equirect_vert:eI,equirect_frag:nI,linedashed_vert:iI,linedashed_frag:rI,meshbasic_vert:sI,meshbasic_frag:oI,meshlambert_vert:aI,meshlambert_frag:cI,meshmatcap_vert:lI,meshmatcap_frag:uI,meshnormal_vert:fI,meshnormal_frag:hI,meshphong_vert:dI,meshphong_frag:pI,meshphysical_vert:mI,meshphysical_frag:gI,meshtoon_vert:yI,meshtoon_frag:xI,points_vert:_I,points_frag:vI,shadow_vert:bI,shadow_frag:MI,sprite_vert:SI,sprite_frag:wI},Tt={common:{diffuse:{value:new Zt(16777215)},opacity:{value:1},map:{value:null},mapTransform:{value:new zt},alphaMap:{value:null},alphaMapTransform:{value:new zt},alphaTest:{value:0}},specularmap:{specularMap:{value:null},specularMapTransform:{value:new zt}},envmap:{envMap:{value:null},envMapRotation:{value:new zt},reflectivity:{value:1},ior:{value:1.5},refractionRatio:{value:.98},dfgLUT:{value:null}},aomap:{aoMap:{value:null},aoMapIntensity:{value:1},aoMapTransform:{value:new zt}},lightmap:{lightMap:{value:null},lightMapIntensity:{value:1},lightMapTransform:{value:new zt}},bumpmap:{bumpMap:{value:null},bumpMapTransform:{value:new zt},bumpScale:{value:1}},normalmap:{normalMap:{value:null},normalMapTransform:{value:new zt},normalScale:{value:new ie(1,1)}},displacementmap:{displacementMap:{value:null},displacementMapTransform:{value:new zt},displacementScale:{value:1},displacementBias:{value:0}},emissivemap:{emissiveMap:{value:null},emissiveMapTransform:{value:new zt}},metalnessmap:{metalnessMap:{value:null},metalnessMapTransform:{value:new zt}},roughnessmap:{roughnessMap:{value:null},roughnessMapTransform:{value:new zt}},gradientmap:{gradientMap:{value:null}},fog:{fogDensity:{value:25e-5},fogNear:{value:1},fogFar:{value:2e3},fogColor:{value:new Zt(16777215)}},lights:{ambientLightColor:{value:[]},lightProbe:{value:[]},sunLights:{value:[],properties:{direction:{},color:{}}},sunLightShadows:{value:[],properties:{shadowIntensity:1,shadowBias:{},shadowNormalBias:{},shadowRadius:{},shadowMapSize:{}}},sunShadowMatrix:{value:[]},sunShadowCascade:{value:[]},directionalLights:{value:[],properties:{direction:{},color:{}}},directionalLightShadows:{value:[],properties:{shadowIntensity:1,shadowBias:{},shadowNormalBias:{},shadowRadius:{},shadowMapSize:{}}},directionalShadowMatrix:{value:[]},spotLights:{value:[],properties:{color:{},position:{},direction:{},distance:{},coneCos:{},penumbraCos:{},decay:{}}},spotLightShadows:{value:[],properties:{shadowIntensity:1,shadowBias:{},shadowNormalBias:{},shadowRadius:{},shadowMapSize:{}}},spotLightMap:{value:[]},spotLightMatrix:{value:[]},pointLights:{value:[],properties:{color:{},position:{},decay:{},distance:{}}},pointLightShadows:{value:[],properties:{shadowIntensity:1,shadowBias:{},shadowNormalBias:{},shadowRadius:{},shadowMapSize:{},shadowCameraNear:{},shadowCameraFar:{}}},pointShadowMatrix:{value:[]},hemisphereLights:{value:[],properties:{direction:{},skyColor:{},groundColor:{}}},rectAreaLights:{value:[],properties:{color:{},position:{},width:{},height:{}}},ltc_1:{value:null},ltc_2:{value:null},probesSH:{value:[]},probesMin:{value:[]},probesMax:{value:[]},probesResolution:{value:[]}},points:{diffuse:{value:new Zt(16777215)},opacity:{value:1},size:{value:1},scale:{value:1},map:{value:null},alphaMap:{value:null},alphaMapTransform:{value:new zt},alphaTest:{value:0},uvTransform:{value:new zt}},sprite:{diffuse:{value:new Zt(16777215)},opacity:{value:1},center:{value:new ie(.5,.5)},rotation:{value:0},map:{value:null},mapTransform:{value:new zt},alphaMap:{value:null},alphaMapTransform:{value:new zt},alphaTest:{value:0}}},$i={basic:{uniforms:dn([Tt.common,Tt.specularmap,Tt.envmap,Tt.aomap,Tt.lightmap,Tt.fog]),vertexShader:Yt.meshbasic_vert,fragmentShader:Yt.meshbasic_frag},lambert:{uniforms:dn([Tt.common,Tt.specularmap,Tt.envmap,Tt.aomap,Tt.lightmap,Tt.emissivemap,Tt.bumpmap,Tt.normalmap,Tt.displacementmap,Tt.fog,Tt.lights,{emissive:{value:new Zt(0)},envMapIntensity:{value:1}}]),vertexShader:Yt.meshlambert_vert,fragmentShader:Yt.meshlambert_frag},phong:{uniforms:dn([Tt.common,Tt.specularmap,Tt.envmap,Tt.aomap,Tt.lightmap,Tt.emissivemap,Tt.bumpmap,Tt.normalmap,Tt.displacementmap,Tt.fog,Tt.lights,{emissive:{value:new Zt(0)},specular:{value:new Zt(1118481)},shininess:{value:30},envMapIntensity:{value:1}}]),vertexShader:Yt.meshphong_vert,fragmentShader:Yt.meshphong_frag},standard:{uniforms:dn([Tt.common,Tt.envmap,Tt.aomap,Tt.lightmap,Tt.emissivemap,Tt.bumpmap,Tt.normalmap,Tt.displacementmap,Tt.roughnessmap,Tt.metalnessmap,Tt.fog,Tt.lights,{emissive:{value:new Zt(0)},roughness:{value:1},metalness:{value:0},envMapIntensity:{value:1}}]),vertexShader:Yt.meshphysical_vert,fragmentShader:Yt.meshphysical_frag},toon:{uniforms:dn([Tt.common,Tt.aomap,Tt.lightmap,Tt.emissivemap,Tt.bumpmap,Tt.normalmap,Tt.displacementmap,Tt.gradientmap,Tt.fog,Tt.lights,{emissive:{value:new Zt(0)}}]),vertexShader:Yt.meshtoon_vert,fragmentShader:Yt.meshtoon_frag},matcap:{uniforms:dn([Tt.common,Tt.bumpmap,Tt.normalmap,Tt.displacementmap,Tt.fog,{matcap:{value:null}}]),vertexShader:Yt.meshmatcap_vert,fragmentShader:Yt.meshmatcap_frag},points:{uniforms:dn([Tt.points,Tt.fog]),vertexShader:Yt.points_vert,fragmentShader:Yt.points_frag},dashed:{uniforms:dn([Tt.common,Tt.fog,{scale:{value:1},dashSize:{value:1},totalSize:{value:2}}]),vertexShader:Yt.linedashed_vert,fragmentShader:Yt.linedashed_frag},depth:{uniforms:dn([Tt.common,Tt.displacementmap]),vertexShader:Yt.depth_vert,fragmentShader:Yt.depth_frag},normal:{uniforms:dn([Tt.common,Tt.bumpmap,Tt.normalmap,Tt.displacementmap,{opacity:{value:1}}]),vertexShader:Yt.meshnormal_vert,fragmentShader:Yt.meshnormal_frag},sprite:{uniforms:dn([Tt.sprite,Tt.fog]),vertexShader:Yt.sprite_vert,fragmentShader:Yt.sprite_frag},background:{uniforms:{uvTransform:{value:new zt},t2D:{value:null},backgroundIntensity:{value:1}},vertexShader:Yt.background_vert,fragmentShader:Yt.background_frag},backgroundCube:{uniforms:{envMap:{value:null},backgroundBlurriness:{value:0},backgroundIntensity:{value:1},backgroundRotation:{value:new zt}},vertexShader:Yt.backgroundCube_vert,fragmentShader:Yt.backgroundCube_frag},cube:{uniforms:{tCube:{value:null},tFlip:{value:-1},opacity:{value:1}},vertexShader:Yt.cube_vert,fragmentShader:Yt.cube_frag},equirect:{uniforms:{tEquirect:{value:null}},vertexShader:Yt.equirect_vert,fragmentShader:Yt.equirect_frag},distance:{uniforms:dn([Tt.common,Tt.displacementmap,{referencePosition:{value:new q},nearDistance:{value:1},farDistance:{value:1e3}}]),vertexShader:Yt.distance_vert,fragmentShader:Yt.distance_frag},shadow:{uniforms:dn([Tt.lights,Tt.fog,{color:{value:new Zt(0)},opacity:{value:1}}]),vertexShader:Yt.shadow_vert,fragmentShader:Yt.shadow_frag}};$i.physical={uniforms:dn([$i.standard.uniforms,{clearcoat:{value:0},clearcoatMap:{value:null},clearcoatMapTransform:{value:new zt},clearcoatNormalMap:{value:null},clearcoatNormalMapTransform:{value:new zt},clearcoatNormalScale:{value:new ie(1,1)},clearcoatRoughness:{value:0},clearcoatRoughnessMap:{value:null},clearcoatRoughnessMapTransform:{value:new zt},diffuseRoughness:{value:0},diffuseRoughnessMap:{value:null},diffuseRoughnessMapTransform:{value:new zt},dispersion:{value:0},retroreflectivity:{value:0},iridescence:{value:0},iridescenceMap:{value:null},iridescenceMapTransform:{value:new zt},iridescenceIOR:{value:1.3},iridescenceThicknessMinimum:{value:100},iridescenceThicknessMaximum:{value:400},iridescenceThicknessMap:{value:null},iridescenceThicknessMapTransform:{value:new zt},sheen:{value:0},sheenColor:{value:new Zt(0)},sheenColorMap:{value:null},sheenColorMapTransform:{value:new zt},sheenRoughness:{value:1},sheenRoughnessMap:{value:null},sheenRoughnessMapTransform:{value:new zt},transmission:{value:0},transmissionMap:{value:null},transmissionMapTransform:{value:new zt},transmissionSamplerSize:{value:new ie},transmissionSamplerMap:{value:null},thickness:{value:0},thicknessMap:{value:null},thicknessMapTransform:{value:new zt},attenuationDistance:{value:0},attenuationColor:{value:new Zt(0)},specularColor:{value:new Zt(1,1,1)},specularColorMap:{value:null},specularColorMapTransform:{value:new zt},specularIntensity:{value:1},specularIntensityMap:{value:null},specularIntensityMapTransform:{value:new zt},anisotropyVector:{value:new ie},anisotropyMap:{value:null},anisotropyMapTransform:{value:new zt}}]),vertexShader:Yt.meshphysical_vert,fragmentShader:Yt.meshphysical_frag};var zf={r:0,b:0,g:0},TI=new we,fb=new zt;fb.set(-1,0,0,0,1,0,0,0,1);function AI(e,t,n,i,r,s){let o=new Zt(0),a=r===!0?0:1,c,l,u=null,h=0,f=null;function d(_){let S=_.isScene===!0?_.background:null;if(S&&S.isTexture){let v=_.backgroundBlurriness>0;S=t.get(S,v)}return S}function p(_){let S=!1,v=d(_);v===null?m(o,a):v&&v.isColor&&(m(v,1),S=!0);let w=e.xr.getEnvironmentBlendMode();w==="additive"?n.buffers.color.setClear(0,0,0,1,s):w==="alpha-blend"&&n.buffers.color.setClear(0,0,0,0,s),(e.autoClear||S)&&(n.buffers.depth.setTest(!0),n.buffers.depth.setMask(!0),n.buffers.color.setMask(!0),e.clear(e.autoClearColor,e.autoClearDepth,e.autoClearStencil))}function y(_,S){let v=d(S);v&&v.isCubeTexture?(l===void 0&&(l=new Xn(new cs(1,1,1),new Vi({name:"BackgroundCubeMaterial",uniforms:$s($i.backgroundCube.uniforms),vertexShader:$i.backgroundCube.vertexShader,fragmentShader:$i.backgroundCube.fragmentShader,side:bn,depthTest:!1,depthWrite:!1,fog:!1,allowOverride:!1})),l.geometry.deleteAttribute("normal"),l.geometry.deleteAttribute("uv"),l.onBeforeRender=function(w,b,x){this.matrixWorld.copyPosition(x.matrixWorld)},Object.defineProperty(l.material,"envMap",{get:function(){return this.uniforms.envMap.value}}),i.update(l)),l.material.uniforms.envMap.value=v,l.material.uniforms.backgroundBlurriness.value=S.backgroundBlurriness,l.material.uniforms.backgroundIntensity.value=S.backgroundIntensity,l.material.uniforms.backgroundRotation.value.setFromMatrix4(TI.makeRotationFromEuler(S.backgroundRotation)).transpose(),v.isRenderTargetTexture===!1&&l.material.uniforms.backgroundRotation.value.premultiply(fb),l.material.toneMapped=ee.getTransfer(v.colorSpace)!==ue,(u!==v||h!==v.version||f!==e.toneMapping)&&(l.material.needsUpdate=!0,u=v,h=v.version,f=e.toneMapping),l.layers.enableAll(),_.unshift(l,l.geometry,l.material,0,0,null)):v&&v.isTexture&&(c===void 0&&(c=new Xn(new zs(2,2),new Vi({name:"BackgroundMaterial",uniforms:$s($i.background.uniforms),vertexShader:$i.background.vertexShader,fragmentShader:$i.background.fragmentShader,side:hs,depthTest:!1,depthWrite:!1,fog:!1,allowOverride:!1})),c.geometry.deleteAttribute("normal"),Object.defineProperty(c.material,"map",{get:function(){return this.uniforms.t2D.value}}),i.update(c)),c.material.uniforms.t2D.value=v,c.material.uniforms.backgroundIntensity.value=S.backgroundIntensity,c.material.toneMapped=ee.getTransfer(v.colorSpace)!==ue,v.matrixAutoUpdate===!0&&v.updateMatrix(),c.material.uniforms.uvTransform.value.copy(v.matrix),(u!==v||h!==v.version||f!==e.toneMapping)&&(c.material.needsUpdate=!0,u=v,h=v.version,f=e.toneMapping),c.layers.enableAll(),_.unshift(c,c.geometry,c.material,0,0,null))}function m(_,S){_.getRGB(zf,lm(e)),n.buffers.color.setClear(zf.r,zf.g,zf.b,S,s)}function g(){l!==void 0&&(l.geometry.dispose(),l.material.dispose(),l=void 0),c!==void 0&&(c.geometry.dispose(),c.material.dispose(),c=void 0)}return{getClearColor:function(){return o},setClearColor:function(_,S=1){o.set(_),a=S,m(o,a)},getClearAlpha:function(){return a},setClearAlpha:function(_){a=_,m(o,a)},render:p,addToRenderList:y,dispose:g}}function EI(e,t){let n=e.getParameter(e.MAX_VERTEX_ATTRIBS),i={},r=f(null),s=r,o=!1;function a(C,N,B,I,L){let k=!1,F=h(C,I,B,N);s!==F&&(s=F,l(s.object)),k=d(C,I,B,L),k&&p(C,I,B,L),L!==null&&t.update(L,e.ELEMENT_ARRAY_BUFFER),(k||o)&&(o=!1,v(C,N,B,I),L!==null&&e.bindBuffer(e.ELEMENT_ARRAY_BUFFER,t.get(L).buffer))}function c(){return e.createVertexArray()}function l(C){return e.bindVertexArray(C)}function u(C){return e.deleteVertexArray(C)}function h(C,N,B,I){let L=I.wireframe===!0,k=i[N.id];k===void 0&&(k={},i[N.id]=k);let F=C.isInstancedMesh===!0?C.id:0,Z=k[F];Z===void 0&&(Z={},k[F]=Z);let U=Z[B.id];U===void 0&&(U={},Z[B.id]=U);let G=U[L];return G===void 0&&(G=f(c()),U[L]=G),G}function f(C){let N=[],B=[],I=[];for(let L=0;L<n;L++)N[L]=0,B[L]=0,I[L]=0;return{geometry:null,program:null,wireframe:!1,newAttributes:N,enabledAttributes:B,attributeDivisors:I,object:C,attributes:{},index:null}}function d(C,N,B,I){let L=s.attributes,k=N.attributes,F=0,Z=B.getAttributes();for(let U in Z)if(Z[U].location>=0){let X=L[U],st=k[U];if(st===void 0&&(U==="instanceMatrix"&&C.instanceMatrix&&(st=C.instanceMatrix),U==="instanceColor"&&C.instanceColor&&(st=C.instanceColor)),X===void 0||X.attribute!==st||st&&X.data!==st.data)return!0;F++}return s.attributesNum!==F||s.index!==I}function p(C,N,B,I){let L={},k=N.attributes,F=0,Z=B.getAttributes();for(let U in Z)if(Z[U].location>=0){let X=k[U];X===void 0&&(U==="instanceMatrix"&&C.instanceMatrix&&(X=C.instanceMatrix),U==="instanceColor"&&C.instanceColor&&(X=C.instanceColor));let st={};st.attribute=X,X&&X.data&&(st.data=X.data),L[U]=st,F++}s.attributes=L,s.attributesNum=F,s.index=I}function y(){let C=s.newAttributes;for(let N=0,B=C.length;N<B;N++)C[N]=0}function m(C){g(C,0)}function g(C,N){let B=s.newAttributes,I=s.enabledAttributes,L=s.attributeDivisors;B[C]=1,I[C]===0&&(e.enableVertexAttribArray(C),I[C]=1),L[C]!==N&&(e.vertexAttribDivisor(C,N),L[C]=N)}function _(){let C=s.newAttributes,N=s.enabledAttributes;for(let B=0,I=N.length;B<I;B++)N[B]!==C[B]&&(e.disableVertexAttribArray(B),N[B]=0)}function S(C,N,B,I,L,k,F){F===!0?e.vertexAttribIPointer(C,N,B,L,k):e.vertexAttribPointer(C,N,B,I,L,k)}function v(C,N,B,I){y();let L=I.attributes,k=B.getAttributes(),F=N.defaultAttributeValues;for(let Z in k){let U=k[Z];if(U.location>=0){let G=L[Z];if(G===void 0&&(Z==="instanceMatrix"&&C.instanceMatrix&&(G=C.instanceMatrix),Z==="instanceColor"&&C.instanceColor&&(G=C.instanceColor)),G!==void 0){let X=G.normalized,st=G.itemSize,ct=t.get(G);if(ct===void 0)continue;let W=ct.buffer,at=ct.type,ft=ct.bytesPerElement,ot=at===e.INT||at===e.UNSIGNED_INT||G.gpuType===nf;if(G.isInterleavedBufferAttribute){let rt=G.data,J=rt.isInterleavedBuffer===!0?rt.stride:rt.itemSize,gt=G.offset;if(rt.isInstancedInterleavedBuffer||rt.isInstancedBufferAttribute){for(let lt=0;lt<U.locationSize;lt++)g(U.location+lt,rt.meshPerAttribute);C.isInstancedMesh!==!0&&I._maxInstanceCount===void 0&&(I._maxInstanceCount=rt.meshPerAttribute*rt.count)}else for(let lt=0;lt<U.locationSize;lt++)m(U.location+lt);e.bindBuffer(e.ARRAY_BUFFER,W);for(let lt=0;lt<U.locationSize;lt++)S(U.location+lt,st/U.locationSize,at,X,J*ft,(gt+st/U.locationSize*lt)*ft,ot)}else{if(G.isInstancedBufferAttribute){for(let rt=0;rt<U.locationSize;rt++)g(U.location+rt,G.meshPerAttribute);C.isInstancedMesh!==!0&&I._maxInstanceCount===void 0&&(I._maxInstanceCount=G.meshPerAttribute*G.count)}else for(let rt=0;rt<U.locationSize;rt++)m(U.location+rt);e.bindBuffer(e.ARRAY_BUFFER,W);for(let rt=0;rt<U.locationSize;rt++)S(U.location+rt,st/U.locationSize,at,X,st*ft,st/U.locationSize*rt*ft,ot)}}else if(F!==void 0){let X=F[Z];if(X!==void 0)switch(X.length){case 2:e.vertexAttrib2fv(U.location,X);break;case 3:e.vertexAttrib3fv(U.location,X);break;case 4:e.vertexAttrib4fv(U.location,X);break;default:e.vertexAttrib1fv(U.location,X)}}}}_()}function w(){R();for(let C in i){let N=i[C];for(let B in N){let I=N[B];for(let L in I){let k=I[L];for(let F in k)u(k[F].object),delete k[F];delete I[L]}}delete i[C]}}function b(C){if(i[C.id]===void 0)return;let N=i[C.id];for(let B in N){let I=N[B];for(let L in I){let k=I[L];for(let F in k)u(k[F].object),delete k[F];delete I[L]}}delete i[C.id]}function x(C){for(let N in i){let B=i[N];for(let I in B){let L=B[I];if(L[C.id]===void 0)continue;let k=L[C.id];for(let F in k)u(k[F].object),delete k[F];delete L[C.id]}}}function M(C){for(let N in i){let B=i[N],I=C.isInstancedMesh===!0?C.id:0,L=B[I];if(L!==void 0){for(let k in L){let F=L[k];for(let Z in F)u(F[Z].object),delete F[Z];delete L[k]}delete B[I],Object.keys(B).length===0&&delete i[N]}}}function R(){E(),o=!0,s!==r&&(s=r,l(s.object))}function E(){r.geometry=null,r.program=null,r.wireframe=!1}return{setup:a,reset:R,resetDefaultState:E,dispose:w,releaseStatesOfGeometry:b,releaseStatesOfObject:M,releaseStatesOfProgram:x,initAttributes:y,enableAttribute:m,disableUnusedAttributes:_}}function CI(e,t,n){let i;function r(c){i=c}function s(c,l){e.drawArrays(i,c,l),n.update(l,i,1)}function o(c,l,u){u!==0&&(e.drawArraysInstanced(i,c,l,u),n.update(l,i,u))}function a(c,l,u){if(u===0)return;t.get("WEBGL_multi_draw").multiDrawArraysWEBGL(i,c,0,l,0,u);let f=0;for(let d=0;d<u;d++)f+=l[d];n.update(f,i,1)}this.setMode=r,this.render=s,this.renderInstances=o,this.renderMultiDraw=a}function RI(e,t,n,i){let r;function s(){if(r!==void 0)return r;if(t.has("EXT_texture_filter_anisotropic")===!0){let x=t.get("EXT_texture_filter_anisotropic");r=e.getParameter(x.MAX_TEXTURE_MAX_ANISOTROPY_EXT)}else r=0;return r}function o(x){return!(x!==Ei&&i.convert(x)!==e.getParameter(e.IMPLEMENTATION_COLOR_READ_FORMAT))}function a(x){let M=x===Ai&&(t.has("EXT_color_buffer_half_float")||t.has("EXT_color_buffer_float"));return!(x!==Ln&&x!==Ti&&!M&&i.convert(x)!==e.getParameter(e.IMPLEMENTATION_COLOR_READ_TYPE))}function c(x){if(x==="highp"){if(e.getShaderPrecisionFormat(e.VERTEX_SHADER,e.HIGH_FLOAT).precision>0&&e.getShaderPrecisionFormat(e.FRAGMENT_SHADER,e.HIGH_FLOAT).precision>0)return"highp";x="mediump"}return x==="mediump"&&e.getShaderPrecisionFormat(e.VERTEX_SHADER,e.MEDIUM_FLOAT).precision>0&&e.getShaderPrecisionFormat(e.FRAGMENT_SHADER,e.MEDIUM_FLOAT).precision>0?"mediump":"lowp"}let l=n.precision!==void 0?n.precision:"highp",u=c(l);u!==l&&(Ft("WebGLRenderer:",l,"not supported, using",u,"instead."),l=u);let h=n.reversedDepthBuffer===!0&&t.has("EXT_clip_control"),f=n.logarithmicDepthBuffer===!0&&h===!1;n.reversedDepthBuffer===!0&&h===!1&&Ft("WebGLRenderer: Unable to use reversed depth buffer due to missing EXT_clip_control extension. Fallback to default depth buffer."),n.logarithmicDepthBuffer===!0&&h===!0&&Ft("WebGLRenderer: Logarithmic depth buffer is ignored when reversed depth buffer is enabled.");let d=e.getParameter(e.MAX_TEXTURE_IMAGE_UNITS),p=e.getParameter(e.MAX_VERTEX_TEXTURE_IMAGE_UNITS),y=e.getParameter(e.MAX_TEXTURE_SIZE),m=e.getParameter(e.MAX_CUBE_MAP_TEXTURE_SIZE),g=e.getParameter(e.MAX_VERTEX_ATTRIBS),_=e.getParameter(e.MAX_VERTEX_UNIFORM_VECTORS),S=e.getParameter(e.MAX_VARYING_VECTORS),v=e.getParameter(e.MAX_FRAGMENT_UNIFORM_VECTORS),w=e.getParameter(e.MAX_SAMPLES),b=e.getParameter(e.SAMPLES);return{isWebGL2:!0,getMaxAnisotropy:s,getMaxPrecision:c,textureFormatReadable:o,textureTypeReadable:a,precision:l,logarithmicDepthBuffer:f,reversedDepthBuffer:h,maxTextures:d,maxVertexTextures:p,maxTextureSize:y,maxCubemapSize:m,maxAttributes:g,maxVertexUniforms:_,maxVaryings:S,maxFragmentUniforms:v,maxSamples:w,samples:b}}function II(e){let t=this,n=null,i=0,r=!1,s=!1,o=new Si,a=new zt,c={value:null,needsUpdate:!1};this.uniform=c,this.numPlanes=0,this.numIntersection=0,this.init=function(h,f){let d=h.length!==0||f||i!==0||r;return r=f,i=h.length,d},this.beginShadows=function(){s=!0,u(null)},this.endShadows=function(){s=!1},this.setGlobalState=function(h,f){n=u(h,f,0)},this.setState=function(h,f,d){let p=h.clippingPlanes,y=h.clipIntersection,m=h.clipShadows,g=e.get(h);if(!r||p===null||p.length===0||s&&!m)s?u(null):l();else{let _=s?0:i,S=_*4,v=g.clippingState||null;c.value=v,v=u(p,f,S,d);for(let w=0;w!==S;++w)v[w]=n[w];g.clippingState=v,this.numIntersection=y?this.numPlanes:0,this.numPlanes+=_}};function l(){c.value!==n&&(c.value=n,c.needsUpdate=i>0),t.numPlanes=i,t.numIntersection=0}function u(h,f,d,p){let y=h!==null?h.length:0,m=null;if(y!==0){if(m=c.value,p!==!0||m===null){let g=d+y*4,_=f.matrixWorldInverse;a.getNormalMatrix(_),(m===null||m.length<g)&&(m=new Float32Array(g));for(let S=0,v=d;S!==y;++S,v+=4)o.copy(h[S]).applyMatrix4(_,a),o.normal.toArray(m,v),m[v+3]=o.constant}c.value=m,c.needsUpdate=!0}return t.numPlanes=y,t.numIntersection=0,m}}var Oc=class extends $n{constructor(t=1,n={}){super(t,t,n),this.isWebGLCubeRenderTarget=!0;let i={width:t,height:t,depth:1},r=[i,i,i,i,i,i];this.texture=new gc(r),this._setTextureOptions(n),this.texture.isRenderTargetTexture=!0}fromEquirectangularTexture(t,n){this.texture.type=n.type,this.texture.colorSpace=n.colorSpace,this.texture.generateMipmaps=n.generateMipmaps,this.texture.minFilter=n.minFilter,this.texture.magFilter=n.magFilter;let i={uniforms:{tEquirect:{value:null}},vertexShader:`
+
+				varying vec3 vWorldDirection;
+
+				vec3 transformDirection( in vec3 dir, in mat4 matrix ) {
+
+					return normalize( ( matrix * vec4( dir, 0.0 ) ).xyz );
+
+				}
+
+				void main() {
+
+					vWorldDirection = transformDirection( position, modelMatrix );
+
+					#include <begin_vertex>
+					#include <project_vertex>
+
+				}
+			`,fragmentShader:`
+
+				uniform sampler2D tEquirect;
+
+				varying vec3 vWorldDirection;
+
+				#include <common>
+
+				void main() {
+
+					vec3 direction = normalize( vWorldDirection );
+
+					vec2 sampleUV = equirectUv( direction );
+
+					gl_FragColor = texture2D( tEquirect, sampleUV );
+
+				}
+			`},r=new cs(5,5,5),s=new Vi({name:"CubemapFromEquirect",uniforms:$s(i.uniforms),vertexShader:i.vertexShader,fragmentShader:i.fragmentShader,side:bn,blending:Gs});s.uniforms.tEquirect.value=n;let o=new Xn(r,s),a=n.minFilter;return n.minFilter===Ar&&(n.minFilter=_n),new $o(1,10,this).update(t,o),n.minFilter=a,o.geometry.dispose(),o.material.dispose(),this}clear(t,n=!0,i=!0,r=!0){let s=t.getRenderTarget();for(let o=0;o<6;o++)t.setRenderTarget(this,o),t.clear(n,i,r);t.setRenderTarget(s)}},Hv=256,PI=3,LI=20,hb=256,db=16,NI=3,DI=new q,FI=new Zt,Vf=class e{constructor(t){this._renderer=t,this._cubeSize=0,this._sourceTarget=null,this._cubeCamera=new $o(1,10,null),this._boxMesh=new Xn(new cs(5,5,5),null),this._cubemapMaterial=null,this._equirectMaterial=null,this._blurMaterial=null,this._ggxMaterial=null,this._integrationMaterial=null}fromScene(t,n=0,i=.1,r=100,s={}){let{size:o=256,position:a=DI}=s,c=this._renderer;this._setSize(o);let l=this._allocateTarget(),u=this._getSourceTarget(!0);n>0&&(u.texture.mipmapsAutoUpdate=!1);let h=c.autoClear,f=c.autoClearColor,d=c.autoClearDepth,p=c.autoClearStencil,y=t.background;c.autoClear=!0,c.autoClearColor=!0,c.autoClearDepth=!0,c.autoClearStencil=!0,y===null&&(t.background=c.getClearColor(FI));let m=new $o(i,r,u);return m.position.copy(a),m.update(c,t),c.autoClear=h,c.autoClearColor=f,c.autoClearDepth=d,c.autoClearStencil=p,t.background=y,n>0&&(u.texture.mipmapsAutoUpdate=!0,this._blur(l,n)),this._applyPMREM(l),l}fromEquirectangular(t,n=null){return this._fromTexture(t,n)}fromCubemap(t,n=null){return this._fromTexture(t,n)}compileCubemapShader(){this._cubemapMaterial===null&&(this._cubemapMaterial=Xv(),this._compileMaterial(this._cubemapMaterial))}compileEquirectangularShader(){this._equirectMaterial===null&&(this._equirectMaterial=$v(),this._compileMaterial(this._equirectMaterial))}dispose(){this._sourceTarget!==null&&this._sourceTarget.dispose(),this._cubemapMaterial!==null&&this._cubemapMaterial.dispose(),this._equirectMaterial!==null&&this._equirectMaterial.dispose(),this._blurMaterial!==null&&this._blurMaterial.dispose(),this._ggxMaterial!==null&&this._ggxMaterial.dispose(),this._integrationMaterial!==null&&this._integrationMaterial.dispose(),this._boxMesh.geometry.dispose()}static lodToRoughness(t,n){return n>0?1-Math.sqrt(1-t/n):0}_setSize(t){this._cubeSize=Math.max(Hv,om(t))}_fromTexture(t,n){t.mapping===Hs||t.mapping===Yo?this._setSize(t.image.length===0?Hv:t.image[0].width||t.image[0].image.width):this._setSize(t.image.width/4);let i=n||this._allocateTarget();return this._textureToCubemap(t),this._applyPMREM(i),i}_allocateTarget(){let t=this._cubeSize,n=Wv(t,!1,!1),i=Math.log2(t)-PI;for(let r=0;r<=i;r++)n.texture.mipmaps.push({width:t>>r,height:t>>r});return n.texture.name="PMREM",n.texture.isPMREMTexture=!0,n}_getSourceTarget(t=!1){let n=this._cubeSize,i=this._sourceTarget;return(i===null||i.width!==n||t&&i.depthBuffer===!1)&&(i!==null&&i.dispose(),this._sourceTarget=Wv(n,!0,t)),this._sourceTarget}_compileMaterial(t){this._boxMesh.material=t,this._renderer.compile(this._boxMesh,this._cubeCamera.children[0])}_renderCube(t,n,i){let r=this._boxMesh,s=this._cubeCamera;r.material=i,s.renderTarget=t,s.activeMipmapLevel=n;let o=t.width>>n;t.viewport.set(0,0,o,o),s.update(this._renderer,r),t.viewport.set(0,0,t.width,t.height)}_textureToCubemap(t){let n;t.mapping===Hs||t.mapping===Yo?(this._cubemapMaterial===null&&(this._cubemapMaterial=Xv()),n=this._cubemapMaterial,n.uniforms.flipEnvMap.value=t.isRenderTargetTexture===!1?-1:1):(this._equirectMaterial===null&&(this._equirectMaterial=$v()),n=this._equirectMaterial),n.uniforms.envMap.value=t,this._renderCube(this._getSourceTarget(),0,n)}_applyPMREM(t){this._ggxMaterial===null&&(this._ggxMaterial=UI(),this._integrationMaterial=OI());let n=this._cubeSize,i=t.texture.mipmaps.length-1,r=this._ggxMaterial.uniforms;r.envMap.value=this._sourceTarget.texture;let s=this._integrationMaterial.uniforms;s.envMap.value=this._sourceTarget.texture,s.sourceLod.value=Math.log2(n/db);for(let o=0;o<=i;o++){let a=e.lodToRoughness(o,i);if(o>i-NI)s.roughness.value=a,this._renderCube(t,o,this._integrationMaterial);else{let c=a>0?Math.log2(n)+.5*Math.log2(6/(hb*Math.pow(a,4)))+.5:0;r.roughness.value=a,r.lodBias.value=c,this._renderCube(t,o,this._ggxMaterial)}}}_blur(t,n){this._blurMaterial===null&&(this._blurMaterial=BI());let i=this._blurMaterial,r=i.uniforms,s=this._sourceTarget;r.sigma.value=Math.min(n,Math.PI)/Math.SQRT2,r.envMap.value=s.texture,this._renderCube(t,0,i),r.envMap.value=t.texture,this._renderCube(s,0,i)}};function Wv(e,t,n){return new Oc(e,{minFilter:Ar,generateMipmaps:t,type:Ai,colorSpace:cc,depthBuffer:n})}function Bc(e,t,n){return new Vi({name:e,uniforms:t,vertexShader:Yt.cube_vert,fragmentShader:n,side:bn,blending:Gs,depthTest:!1,depthWrite:!1})}function UI(){return Bc("PMREMGGXConvolution",{envMap:{value:null},roughness:{value:0},lodBias:{value:0}},`
+
+		#define GGX_SAMPLES ${hb}u
+
+		varying vec3 vWorldDirection;
+
+		uniform samplerCube envMap;
+		uniform float roughness;
+		uniform float lodBias;
+
+		#include <common>
+
+		// Van der Corput radical inverse
+		float radicalInverse_VdC( uint bits ) {
+
+			bits = ( bits << 16u ) | ( bits >> 16u );
+			bits = ( ( bits & 0x55555555u ) << 1u ) | ( ( bits & 0xAAAAAAAAu ) >> 1u );
+			bits = ( ( bits & 0x33333333u ) << 2u ) | ( ( bits & 0xCCCCCCCCu ) >> 2u );
+			bits = ( ( bits & 0x0F0F0F0Fu ) << 4u ) | ( ( bits & 0xF0F0F0F0u ) >> 4u );
+			bits = ( ( bits & 0x00FF00FFu ) << 8u ) | ( ( bits & 0xFF00FF00u ) >> 8u );
+			return float( bits ) * 2.3283064365386963e-10; // / 0x100000000
+
+		}
+
+		// Hammersley sequence
+		vec2 hammersley( uint i, uint N ) {
+
+			return vec2( float( i ) / float( N ), radicalInverse_VdC( i ) );
+
+		}
+
+		void main() {
+
+			vec3 N = normalize( vWorldDirection );
+
+			// For very low roughness, just sample the environment directly
+			if ( roughness < 0.001 ) {
+
+				gl_FragColor = vec4( textureLod( envMap, N, 0.0 ).rgb, 1.0 );
+				return;
+
+			}
+
+			float alpha = roughness * roughness;
+			float alpha2 = alpha * alpha;
+
+			// Tangent space basis for VNDF sampling
+			vec3 up = abs( N.z ) < 0.999 ? vec3( 0.0, 0.0, 1.0 ) : vec3( 1.0, 0.0, 0.0 );
+			vec3 tangent = normalize( cross( up, N ) );
+			vec3 bitangent = cross( N, tangent );
+
+			vec3 prefilteredColor = vec3( 0.0 );
+			float totalWeight = 0.0;
+
+			for ( uint i = 0u; i < GGX_SAMPLES; i ++ ) {
+
+				vec2 Xi = hammersley( i, GGX_SAMPLES );
+
+				// With V = N, sample the reflected direction directly.
+				float invQ = 1.0 / ( 1.0 - Xi.x + alpha2 * Xi.x );
+				float NdotL = ( 1.0 - Xi.x - alpha2 * Xi.x ) * invQ;
+
+				if ( NdotL > 0.0 ) {
+
+					float phi = 2.0 * PI * Xi.y;
+					float sinTheta = 2.0 * alpha * sqrt( Xi.x * ( 1.0 - Xi.x ) ) * invQ;
+					vec3 L = N * NdotL + ( tangent * cos( phi ) + bitangent * sin( phi ) ) * sinTheta;
+
+					// Match the source mip to the sample's solid angle. The terms
+					// independent of the sample are precomputed in lodBias.
+					float d = alpha2 * invQ;
+					float lod = max( log2( d ) + lodBias, 0.0 );
+
+					// Weight by NdotL for the split-sum approximation
+					prefilteredColor += textureLod( envMap, L, lod ).rgb * NdotL;
+					totalWeight += NdotL;
+
+				}
+
+			}
+
+			gl_FragColor = vec4( prefilteredColor / totalWeight, 1.0 );
+
+		}
+	`)}function OI(){return Bc("PMREMGGXIntegration",{envMap:{value:null},roughness:{value:0},sourceLod:{value:0},sourceSize:{value:db}},`
+
+		varying vec3 vWorldDirection;
+
+		uniform samplerCube envMap;
+		uniform float roughness;
+		uniform float sourceLod;
+		uniform int sourceSize;
+
+		void main() {
+
+			vec3 N = normalize( vWorldDirection );
+
+			float alpha = roughness * roughness;
+			float alpha2 = alpha * alpha;
+
+			float texelSize = 2.0 / float( sourceSize );
+
+			vec3 prefilteredColor = vec3( 0.0 );
+			float totalWeight = 0.0;
+
+			// Pair opposite texels: only the one in N's hemisphere contributes.
+			for ( int face = 0; face < 3; face ++ ) {
+
+				for ( int y = 0; y < sourceSize; y ++ ) {
+
+					for ( int x = 0; x < sourceSize; x ++ ) {
+
+						vec2 uv = ( vec2( x, y ) + 0.5 ) * texelSize - 1.0;
+						vec3 texelDirection = face == 0 ? vec3( 1.0, uv ) : ( face == 1 ? vec3( uv.x, 1.0, uv.y ) : vec3( uv, 1.0 ) );
+
+						float invDistance = inversesqrt( 1.0 + dot( uv, uv ) );
+						float NdotL = dot( N, texelDirection );
+						texelDirection *= NdotL < 0.0 ? - 1.0 : 1.0;
+						NdotL = abs( NdotL ) * invDistance;
+
+						// With V = N, NdotH squared is ( 1 + NdotL ) / 2. Common factors
+						// in the GGX distribution and texel solid angle cancel when normalized.
+						float d = 1.0 + alpha2 + ( alpha2 - 1.0 ) * NdotL;
+						float weight = NdotL * invDistance * invDistance * invDistance / ( d * d );
+
+						prefilteredColor += textureLod( envMap, texelDirection, sourceLod ).rgb * weight;
+						totalWeight += weight;
+
+					}
+
+				}
+
+			}
+
+			gl_FragColor = vec4( prefilteredColor / totalWeight, 1.0 );
+
+		}
+	`)}function BI(){return Bc("PMREMSphericalGaussianBlur",{envMap:{value:null},sigma:{value:0}},`
+
+		#define SAMPLES ${LI}
+		#define GOLDEN_ANGLE 2.39996322973
+
+		varying vec3 vWorldDirection;
+
+		uniform samplerCube envMap;
+		uniform float sigma;
+
+		#include <common>
+
+		void main() {
+
+			vec3 outputDirection = normalize( vWorldDirection );
+
+			vec3 up = abs( outputDirection.z ) < 0.999 ? vec3( 0.0, 0.0, 1.0 ) : vec3( 1.0, 0.0, 0.0 );
+			vec3 tangent = normalize( cross( up, outputDirection ) );
+			vec3 bitangent = cross( outputDirection, tangent );
+
+			// Truncate the kernel at three standard deviations or at the antipode.
+			float thetaMax = min( 3.0 * sigma, PI );
+			float truncation = 1.0 - exp( - 0.5 * thetaMax * thetaMax / ( sigma * sigma ) );
+
+			vec3 accumColor = vec3( 0.0 );
+			float accumWeight = 0.0;
+
+			for ( int i = 0; i < SAMPLES; i ++ ) {
+
+				// Stratified inverse-CDF sampling of the Gaussian, placed on a golden-angle spiral.
+				float stratum = ( float( i ) + 0.5 ) / float( SAMPLES );
+				float theta = sigma * sqrt( - 2.0 * log( 1.0 - stratum * truncation ) );
+				float phi = float( i ) * GOLDEN_ANGLE;
+
+				vec3 offset = cos( phi ) * tangent + sin( phi ) * bitangent;
+				vec3 sampleDirection = cos( theta ) * outputDirection + sin( theta ) * offset;
+
+				// Correct the planar sample density to solid angle.
+				float weight = sin( theta ) / theta;
+
+				accumColor += weight * textureLod( envMap, sampleDirection, 0.0 ).rgb;
+				accumWeight += weight;
+
+			}
+
+			gl_FragColor = vec4( accumColor / accumWeight, 1.0 );
+
+		}
+	`)}function $v(){return Bc("PMREMEquirectangularToCubemap",{envMap:{value:null}},`
+
+		varying vec3 vWorldDirection;
+
+		uniform sampler2D envMap;
+
+		#include <common>
+
+		void main() {
+
+			// Average four subpixel samples to preserve small, bright features.
+			vec3 direction = normalize( vWorldDirection );
+			vec3 dx = dFdx( direction ) * 0.25;
+			vec3 dy = dFdy( direction ) * 0.25;
+
+			vec3 color = textureLod( envMap, equirectUv( normalize( direction - dx - dy ) ), 0.0 ).rgb;
+			color += textureLod( envMap, equirectUv( normalize( direction + dx - dy ) ), 0.0 ).rgb;
+			color += textureLod( envMap, equirectUv( normalize( direction - dx + dy ) ), 0.0 ).rgb;
+			color += textureLod( envMap, equirectUv( normalize( direction + dx + dy ) ), 0.0 ).rgb;
+			gl_FragColor = vec4( color * 0.25, 1.0 );
+
+		}
+	`)}function Xv(){return Bc("PMREMCubemapToCubemap",{envMap:{value:null},flipEnvMap:{value:-1}},`
+
+		varying vec3 vWorldDirection;
+
+		uniform samplerCube envMap;
+		uniform float flipEnvMap;
+
+		void main() {
+
+			gl_FragColor = vec4( textureCube( envMap, vec3( flipEnvMap * vWorldDirection.x, vWorldDirection.yz ) ).rgb, 1.0 );
+
+		}
+	`)}function kI(e){let t=new WeakMap,n=new WeakMap,i=null;function r(f,d=!1){return f==null?null:d?o(f):s(f)}function s(f){if(f&&f.isTexture){let d=f.mapping;if(d===ju||d===tf)if(t.has(f)){let p=t.get(f).texture;return a(p,f.mapping)}else{let p=f.image;if(p&&p.height>0){let y=new Oc(p.height);return y.fromEquirectangularTexture(e,f),t.set(f,y),f.addEventListener("dispose",l),a(y.texture,f.mapping)}else return null}}return f}function o(f){if(f&&f.isTexture&&f.isPMREMTexture!==!0){let d=f.mapping,p=d===ju||d===tf,y=d===Hs||d===Yo;if(p||y){let m=n.get(f),g=m!==void 0?m.texture.pmremVersion:0;if(f.isRenderTargetTexture&&f.pmremVersion!==g)return i===null&&(i=new Vf(e)),m=p?i.fromEquirectangular(f,m):i.fromCubemap(f,m),m.texture.pmremVersion=f.pmremVersion,n.set(f,m),m.texture;if(m!==void 0)return m.texture;{let _=f.image;return p&&_&&_.height>0||y&&_&&c(_)?(i===null&&(i=new Vf(e)),m=p?i.fromEquirectangular(f):i.fromCubemap(f),m.texture.pmremVersion=f.pmremVersion,n.set(f,m),f.addEventListener("dispose",u),m.texture):null}}}return f}function a(f,d){return d===ju?f.mapping=Hs:d===tf&&(f.mapping=Yo),f}function c(f){let d=0,p=6;for(let y=0;y<p;y++)f[y]!==void 0&&d++;return d===p}function l(f){let d=f.target;d.removeEventListener("dispose",l);let p=t.get(d);p!==void 0&&(t.delete(d),p.dispose())}function u(f){let d=f.target;d.removeEventListener("dispose",u);let p=n.get(d);p!==void 0&&(n.delete(d),p.dispose())}function h(){t=new WeakMap,n=new WeakMap,i!==null&&(i.dispose(),i=null)}return{get:r,dispose:h}}function zI(e){let t={};function n(i){if(t[i]!==void 0)return t[i];let r=e.getExtension(i);return t[i]=r,r}return{has:function(i){return n(i)!==null},init:function(){n("EXT_color_buffer_float"),n("WEBGL_clip_cull_distance"),n("OES_texture_float_linear"),n("EXT_color_buffer_half_float"),n("WEBGL_multisampled_render_to_texture"),n("WEBGL_render_shared_exponent")},get:function(i){let r=n(i);return r===null&&rc("WebGLRenderer: "+i+" extension not supported."),r}}}function GI(e,t,n,i){let r={},s=new WeakMap,o=new FinalizationRegistry(p=>delete r[p]);function a(p){c(p.target)}function c(p){p.index!==null&&t.remove(p.index);for(let m in p.attributes)t.remove(p.attributes[m]);p.removeEventListener("dispose",a),delete r[p.id],o.unregister(p);let y=s.get(p);y&&(t.remove(y),s.delete(p)),i.releaseStatesOfGeometry(p),p.isInstancedBufferGeometry===!0&&delete p._maxInstanceCount,n.memory.geometries--}function l(p,y){return r[y.id]!==void 0||(y.addEventListener("dispose",a),r[y.id]=new WeakRef(y),o.register(y,y.id,y),n.memory.geometries++),y}function u(p){let y=p.attributes;for(let m in y)t.update(y[m],e.ARRAY_BUFFER)}function h(p){let y=p.index,m=p.attributes.position,g=0;if(m===void 0)return;let _=y!==null?y.array.length:m.array.length/3-1,S=m.count>=65535?mc:pc,v=new S(Math.ceil(_/3)*6,1),w=v.array;if(y!==null){let x=y.array;g=y.version;for(let M=0,R=0;M<_;M+=3){let E=x[M+0],C=x[M+1],N=x[M+2];w[R++]=E,w[R++]=C,w[R++]=C,w[R++]=N,w[R++]=N,w[R++]=E}}else{g=m.version;for(let x=0,M=0;x<_;x+=3){let R=x+0,E=x+1,C=x+2;w[M++]=R,w[M++]=E,w[M++]=E,w[M++]=C,w[M++]=C,w[M++]=R}}v.version=g;let b=s.get(p);b&&t.remove(b),s.set(p,v)}function f(p){let y=s.get(p);if(y){let m=p.index;m!==null&&y.version<m.version&&h(p)}else h(p);return s.get(p)}function d(){for(let p in r){let y=r[p].deref();y!==void 0&&c(y)}}return{get:l,update:u,getWireframeAttribute:f,dispose:d}}function VI(e,t,n){let i;function r(h){i=h}let s,o;function a(h){s=h.type,o=h.bytesPerElement}function c(h,f){e.drawElements(i,f,s,h*o),n.update(f,i,1)}function l(h,f,d){d!==0&&(e.drawElementsInstanced(i,f,s,h*o,d),n.update(f,i,d))}function u(h,f,d){if(d===0)return;t.get("WEBGL_multi_draw").multiDrawElementsWEBGL(i,f,0,s,h,0,d);let y=0;for(let m=0;m<d;m++)y+=f[m];n.update(y,i,1)}this.setMode=r,this.setIndex=a,this.render=c,this.renderInstances=l,this.renderMultiDraw=u}function HI(e){let t={geometries:0,textures:0},n={frame:0,calls:0,triangles:0,points:0,lines:0};function i(s,o,a){switch(n.calls++,o){case e.TRIANGLES:n.triangles+=a*(s/3);break;case e.LINES:n.lines+=a*(s/2);break;case e.LINE_STRIP:n.lines+=a*(s-1);break;case e.LINE_LOOP:n.lines+=a*s;break;case e.POINTS:n.points+=a*s;break;default:kt("WebGLInfo: Unknown draw mode:",o);break}}function r(){n.calls=0,n.triangles=0,n.points=0,n.lines=0}return{memory:t,render:n,programs:null,autoReset:!0,reset:r,update:i}}function WI(e,t,n){let i=new WeakMap,r=new Te;function s(o,a,c){let l=o.morphTargetInfluences,u=a.morphAttributes.position||a.morphAttributes.normal||a.morphAttributes.color,h=u!==void 0?u.length:0,f=i.get(a);if(f===void 0||f.count!==h){let R=function(){x.dispose(),i.delete(a),a.removeEventListener("dispose",R)};f!==void 0&&f.texture.dispose();let d=a.morphAttributes.position!==void 0,p=a.morphAttributes.normal!==void 0,y=a.morphAttributes.color!==void 0,m=a.morphAttributes.position||[],g=a.morphAttributes.normal||[],_=a.morphAttributes.color||[],S=0;d===!0&&(S=1),p===!0&&(S=2),y===!0&&(S=3);let v=a.attributes.position.count*S,w=1;v>t.maxTextureSize&&(w=Math.ceil(v/t.maxTextureSize),v=t.maxTextureSize);let b=new Float32Array(v*w*4*h),x=new fc(b,v,w,h);x.type=Ti,x.needsUpdate=!0;let M=S*4;for(let E=0;E<h;E++){let C=m[E],N=g[E],B=_[E],I=v*w*4*E;for(let L=0;L<C.count;L++){let k=L*M;d===!0&&(r.fromBufferAttribute(C,L),b[I+k+0]=r.x,b[I+k+1]=r.y,b[I+k+2]=r.z,b[I+k+3]=0),p===!0&&(r.fromBufferAttribute(N,L),b[I+k+4]=r.x,b[I+k+5]=r.y,b[I+k+6]=r.z,b[I+k+7]=0),y===!0&&(r.fromBufferAttribute(B,L),b[I+k+8]=r.x,b[I+k+9]=r.y,b[I+k+10]=r.z,b[I+k+11]=B.itemSize===4?r.w:1)}}f={count:h,texture:x,size:new ie(v,w)},i.set(a,f),a.addEventListener("dispose",R)}if(o.isInstancedMesh===!0&&o.morphTexture!==null)c.getUniforms().setValue(e,"morphTexture",o.morphTexture,n);else{let d=0;for(let y=0;y<l.length;y++)d+=l[y];let p=a.morphTargetsRelative?1:1-d;c.getUniforms().setValue(e,"morphTargetBaseInfluence",p),c.getUniforms().setValue(e,"morphTargetInfluences",l)}c.getUniforms().setValue(e,"morphTargetsTexture",f.texture,n),c.getUniforms().setValue(e,"morphTargetsTextureSize",f.size)}return{update:s}}function $I(e,t,n,i,r){let s=new WeakMap;function o(l){let u=r.render.frame,h=l.geometry,f=t.get(l,h);if(s.get(f)!==u&&(t.update(f),s.set(f,u)),l.isInstancedMesh&&(l.hasEventListener("dispose",c)===!1&&l.addEventListener("dispose",c),s.get(l)!==u&&(n.update(l.instanceMatrix,e.ARRAY_BUFFER),l.instanceColor!==null&&n.update(l.instanceColor,e.ARRAY_BUFFER),s.set(l,u))),l.isSkinnedMesh){let d=l.skeleton;s.get(d)!==u&&(d.update(),s.set(d,u))}return f}function a(){s=new WeakMap}function c(l){let u=l.target;u.removeEventListener("dispose",c),i.releaseStatesOfObject(u),n.remove(u.instanceMatrix),u.instanceColor!==null&&n.remove(u.instanceColor)}return{update:o,dispose:a}}var XI={[kp]:"LINEAR_TONE_MAPPING",[zp]:"REINHARD_TONE_MAPPING",[Gp]:"CINEON_TONE_MAPPING",[Vp]:"ACES_FILMIC_TONE_MAPPING",[Wp]:"AGX_TONE_MAPPING",[$p]:"NEUTRAL_TONE_MAPPING",[Hp]:"CUSTOM_TONE_MAPPING"};function qI(e,t,n,i,r,s){let o=new $n(t,n,{type:e,depthBuffer:r,stencilBuffer:s,samples:i?4:0,storeMultisampledDepthBuffer:!1,storeMultisampledStencilBuffer:!1,resolveDepthBuffer:!1,resolveStencilBuffer:!1}),a=null,c=null,l=null,u=new ei;u.setAttribute("position",new Je([-1,3,0,-1,-1,0,3,-1,0],3)),u.setAttribute("uv",new Je([0,2,0,0,2,0],2));let h=new Ou({uniforms:{tDiffuse:{value:null}},vertexShader:`
+			precision highp float;
+
+			uniform mat4 modelViewMatrix;
+			uniform mat4 projectionMatrix;
+
+			attribute vec3 position;
+			attribute vec2 uv;
+
+			varying vec2 vUv;
+
+			void main() {
+				vUv = uv;
+				gl_Position = projectionMatrix * modelViewMatrix * vec4( position, 1.0 );
+			}`,fragmentShader:`
+			precision highp float;
+
+			uniform sampler2D tDiffuse;
+
+			varying vec2 vUv;
+
+			#include <tonemapping_pars_fragment>
+			#include <colorspace_pars_fragment>
+
+			void main() {
+				gl_FragColor = texture2D( tDiffuse, vUv );
+
+				#ifdef LINEAR_TONE_MAPPING
+					gl_FragColor.rgb = LinearToneMapping( gl_FragColor.rgb );
+				#elif defined( REINHARD_TONE_MAPPING )
+					gl_FragColor.rgb = ReinhardToneMapping( gl_FragColor.rgb );
+				#elif defined( CINEON_TONE_MAPPING )
+					gl_FragColor.rgb = CineonToneMapping( gl_FragColor.rgb );
+				#elif defined( ACES_FILMIC_TONE_MAPPING )
+					gl_FragColor.rgb = ACESFilmicToneMapping( gl_FragColor.rgb );
+				#elif defined( AGX_TONE_MAPPING )
+					gl_FragColor.rgb = AgXToneMapping( gl_FragColor.rgb );
+				#elif defined( NEUTRAL_TONE_MAPPING )
+					gl_FragColor.rgb = NeutralToneMapping( gl_FragColor.rgb );
+				#elif defined( CUSTOM_TONE_MAPPING )
+					gl_FragColor.rgb = CustomToneMapping( gl_FragColor.rgb );
+				#endif
+
+				#ifdef SRGB_TRANSFER
+					gl_FragColor = sRGBTransferOETF( gl_FragColor );
+				#endif
+			}`,depthTest:!1,depthWrite:!1}),f=new Xn(u,h),d=new wc(-1,1,1,-1,0,1),p=null,y=null,m=!1,g,_=null,S=[],v=!1;this.setSize=function(w,b){o.setSize(w,b),a!==null&&a.setSize(w,b),c!==null&&c.setSize(w,b);for(let x=0;x<S.length;x++){let M=S[x];M.setSize&&M.setSize(w,b)}},this.setEffects=function(w){S=w,v=S.length>0&&S[0].isRenderPass===!0;let b=o.width,x=o.height;S.length>0&&a===null&&(a=new $n(b,x,{type:Ai,depthBuffer:!1,stencilBuffer:!1}),c=new $n(b,x,{type:Ai,depthBuffer:!1,stencilBuffer:!1}));let M=r===!0&&S.some(R=>R.needsDepthTexture===!0);M!==(o.depthTexture!==null)&&(M===!0&&l===null&&(l=new Tr(b,x),s===!0&&(l.format=Er,l.type=Ws)),o.dispose(),o.depthTexture=M?l:null,o.resolveDepthBuffer=M,o.storeMultisampledDepthBuffer=M);for(let R=0;R<S.length;R++){let E=S[R];E.setSize&&E.setSize(b,x),M&&E.needsDepthTexture===!0&&E.setDepthTexture&&E.setDepthTexture(l)}},this.begin=function(w,b){if(m||w.toneMapping===Hi&&S.length===0)return!1;if(_=b,b!==null){let x=b.width,M=b.height;(o.width!==x||o.height!==M)&&this.setSize(x,M)}return v===!1&&w.setRenderTarget(o),g=w.toneMapping,w.toneMapping=Hi,!0},this.hasRenderPass=function(){return v},this.end=function(w,b){w.toneMapping=g,m=!0;let x=o,M=a;for(let R=0;R<S.length;R++){let E=S[R];E.enabled!==!1&&(E.render(w,M,x,b),E.needsSwap!==!1&&(x=M,M=M===a?c:a))}if(p!==w.outputColorSpace||y!==w.toneMapping){p=w.outputColorSpace,y=w.toneMapping,h.defines={},ee.getTransfer(p)===ue&&(h.defines.SRGB_TRANSFER="");let R=XI[y];R&&(h.defines[R]=""),h.needsUpdate=!0}h.uniforms.tDiffuse.value=x.texture,w.setRenderTarget(_),w.render(f,d),_=null,m=!1},this.isCompositing=function(){return m},this.dispose=function(){o.dispose(),a!==null&&a.dispose(),c!==null&&c.dispose(),u.dispose(),h.dispose()}}var pb=new Pn,mb=new Tr(1,1),gb=new yc(1),yb=new fc,xb=new Lu,_b=new gc,qv=[],Yv=[],Zv=new Float32Array(16),Jv=new Float32Array(9),Kv=new Float32Array(4);function Qo(e,t,n){let i=e[0];if(i<=0||i>0)return e;let r=t*n,s=qv[r];if(s===void 0&&(s=new Float32Array(r),qv[r]=s),t!==0){i.toArray(s,0);for(let o=1,a=0;o!==t;++o)a+=n,e[o].toArray(s,a)}return s}function Ge(e,t){if(e.length!==t.length)return!1;for(let n=0,i=e.length;n<i;n++)if(e[n]!==t[n])return!1;return!0}function Ve(e,t){for(let n=0,i=t.length;n<i;n++)e[n]=t[n]}function Wf(e,t){let n=Yv[t];n===void 0&&(n=new Int32Array(t),Yv[t]=n);for(let i=0;i!==t;++i)n[i]=e.allocateTextureUnit();return n}function YI(e,t){let n=this.cache;n[0]!==t&&(e.uniform1f(this.addr,t),n[0]=t)}function ZI(e,t){let n=this.cache;if(t.x!==void 0)(n[0]!==t.x||n[1]!==t.y)&&(e.uniform2f(this.addr,t.x,t.y),n[0]=t.x,n[1]=t.y);else{if(Ge(n,t))return;e.uniform2fv(this.addr,t),Ve(n,t)}}function JI(e,t){let n=this.cache;if(t.x!==void 0)(n[0]!==t.x||n[1]!==t.y||n[2]!==t.z)&&(e.uniform3f(this.addr,t.x,t.y,t.z),n[0]=t.x,n[1]=t.y,n[2]=t.z);else if(t.r!==void 0)(n[0]!==t.r||n[1]!==t.g||n[2]!==t.b)&&(e.uniform3f(this.addr,t.r,t.g,t.b),n[0]=t.r,n[1]=t.g,n[2]=t.b);else{if(Ge(n,t))return;e.uniform3fv(this.addr,t),Ve(n,t)}}function KI(e,t){let n=this.cache;if(t.x!==void 0)(n[0]!==t.x||n[1]!==t.y||n[2]!==t.z||n[3]!==t.w)&&(e.uniform4f(this.addr,t.x,t.y,t.z,t.w),n[0]=t.x,n[1]=t.y,n[2]=t.z,n[3]=t.w);else{if(Ge(n,t))return;e.uniform4fv(this.addr,t),Ve(n,t)}}function QI(e,t){let n=this.cache,i=t.elements;if(i===void 0){if(Ge(n,t))return;e.uniformMatrix2fv(this.addr,!1,t),Ve(n,t)}else{if(Ge(n,i))return;Kv.set(i),e.uniformMatrix2fv(this.addr,!1,Kv),Ve(n,i)}}function jI(e,t){let n=this.cache,i=t.elements;if(i===void 0){if(Ge(n,t))return;e.uniformMatrix3fv(this.addr,!1,t),Ve(n,t)}else{if(Ge(n,i))return;Jv.set(i),e.uniformMatrix3fv(this.addr,!1,Jv),Ve(n,i)}}function tP(e,t){let n=this.cache,i=t.elements;if(i===void 0){if(Ge(n,t))return;e.uniformMatrix4fv(this.addr,!1,t),Ve(n,t)}else{if(Ge(n,i))return;Zv.set(i),e.uniformMatrix4fv(this.addr,!1,Zv),Ve(n,i)}}function eP(e,t){let n=this.cache;n[0]!==t&&(e.uniform1i(this.addr,t),n[0]=t)}function nP(e,t){let n=this.cache;if(t.x!==void 0)(n[0]!==t.x||n[1]!==t.y)&&(e.uniform2i(this.addr,t.x,t.y),n[0]=t.x,n[1]=t.y);else{if(Ge(n,t))return;e.uniform2iv(this.addr,t),Ve(n,t)}}function iP(e,t){let n=this.cache;if(t.x!==void 0)(n[0]!==t.x||n[1]!==t.y||n[2]!==t.z)&&(e.uniform3i(this.addr,t.x,t.y,t.z),n[0]=t.x,n[1]=t.y,n[2]=t.z);else{if(Ge(n,t))return;e.uniform3iv(this.addr,t),Ve(n,t)}}function rP(e,t){let n=this.cache;if(t.x!==void 0)(n[0]!==t.x||n[1]!==t.y||n[2]!==t.z||n[3]!==t.w)&&(e.uniform4i(this.addr,t.x,t.y,t.z,t.w),n[0]=t.x,n[1]=t.y,n[2]=t.z,n[3]=t.w);else{if(Ge(n,t))return;e.uniform4iv(this.addr,t),Ve(n,t)}}function sP(e,t){let n=this.cache;n[0]!==t&&(e.uniform1ui(this.addr,t),n[0]=t)}function oP(e,t){let n=this.cache;if(t.x!==void 0)(n[0]!==t.x||n[1]!==t.y)&&(e.uniform2ui(this.addr,t.x,t.y),n[0]=t.x,n[1]=t.y);else{if(Ge(n,t))return;e.uniform2uiv(this.addr,t),Ve(n,t)}}function aP(e,t){let n=this.cache;if(t.x!==void 0)(n[0]!==t.x||n[1]!==t.y||n[2]!==t.z)&&(e.uniform3ui(this.addr,t.x,t.y,t.z),n[0]=t.x,n[1]=t.y,n[2]=t.z);else{if(Ge(n,t))return;e.uniform3uiv(this.addr,t),Ve(n,t)}}function cP(e,t){let n=this.cache;if(t.x!==void 0)(n[0]!==t.x||n[1]!==t.y||n[2]!==t.z||n[3]!==t.w)&&(e.uniform4ui(this.addr,t.x,t.y,t.z,t.w),n[0]=t.x,n[1]=t.y,n[2]=t.z,n[3]=t.w);else{if(Ge(n,t))return;e.uniform4uiv(this.addr,t),Ve(n,t)}}function $f(e){return e.version===0&&(e.compareFunction=nm,e.needsUpdate=!0),e}function lP(e,t,n){let i=this.cache,r=n.allocateTextureUnit();i[0]!==r&&(e.uniform1i(this.addr,r),i[0]=r);let s;this.type===e.SAMPLER_2D_SHADOW?s=$f(mb):s=pb,n.setTexture2D(t||s,r)}function uP(e,t,n){let i=this.cache,r=n.allocateTextureUnit();i[0]!==r&&(e.uniform1i(this.addr,r),i[0]=r),n.setTexture3D(t||xb,r)}function fP(e,t,n){let i=this.cache,r=n.allocateTextureUnit();i[0]!==r&&(e.uniform1i(this.addr,r),i[0]=r);let s;this.type===e.SAMPLER_CUBE_SHADOW?s=$f(gb):s=_b,n.setTextureCube(t||s,r)}function hP(e,t,n){let i=this.cache,r=n.allocateTextureUnit();i[0]!==r&&(e.uniform1i(this.addr,r),i[0]=r),n.setTexture2DArray(t||yb,r)}function dP(e){switch(e){case 5126:return YI;case 35664:return ZI;case 35665:return JI;case 35666:return KI;case 35674:return QI;case 35675:return jI;case 35676:return tP;case 5124:case 35670:return eP;case 35667:case 35671:return nP;case 35668:case 35672:return iP;case 35669:case 35673:return rP;case 5125:return sP;case 36294:return oP;case 36295:return aP;case 36296:return cP;case 35678:case 36198:case 36298:case 36306:case 35682:return lP;case 35679:case 36299:case 36307:return uP;case 35680:case 36300:case 36308:case 36293:return fP;case 36289:case 36303:case 36311:case 36292:return hP}}function pP(e,t){e.uniform1fv(this.addr,t)}function mP(e,t){let n=Qo(t,this.size,2);e.uniform2fv(this.addr,n)}function gP(e,t){let n=Qo(t,this.size,3);e.uniform3fv(this.addr,n)}function yP(e,t){let n=Qo(t,this.size,4);e.uniform4fv(this.addr,n)}function xP(e,t){let n=Qo(t,this.size,4);e.uniformMatrix2fv(this.addr,!1,n)}function _P(e,t){let n=Qo(t,this.size,9);e.uniformMatrix3fv(this.addr,!1,n)}function vP(e,t){let n=Qo(t,this.size,16);e.uniformMatrix4fv(this.addr,!1,n)}function bP(e,t){e.uniform1iv(this.addr,t)}function MP(e,t){e.uniform2iv(this.addr,t)}function SP(e,t){e.uniform3iv(this.addr,t)}function wP(e,t){e.uniform4iv(this.addr,t)}function TP(e,t){e.uniform1uiv(this.addr,t)}function AP(e,t){e.uniform2uiv(this.addr,t)}function EP(e,t){e.uniform3uiv(this.addr,t)}function CP(e,t){e.uniform4uiv(this.addr,t)}function RP(e,t,n){let i=this.cache,r=t.length,s=Wf(n,r);Ge(i,s)||(e.uniform1iv(this.addr,s),Ve(i,s));let o;this.type===e.SAMPLER_2D_SHADOW?o=$f(mb):o=pb;for(let a=0;a!==r;++a)n.setTexture2D(t[a]||o,s[a])}function IP(e,t,n){let i=this.cache,r=t.length,s=Wf(n,r);Ge(i,s)||(e.uniform1iv(this.addr,s),Ve(i,s));for(let o=0;o!==r;++o)n.setTexture3D(t[o]||xb,s[o])}function PP(e,t,n){let i=this.cache,r=t.length,s=Wf(n,r);Ge(i,s)||(e.uniform1iv(this.addr,s),Ve(i,s));let o;this.type===e.SAMPLER_CUBE_SHADOW?o=$f(gb):o=_b;for(let a=0;a!==r;++a)n.setTextureCube(t[a]||o,s[a])}function LP(e,t,n){let i=this.cache,r=t.length,s=Wf(n,r);Ge(i,s)||(e.uniform1iv(this.addr,s),Ve(i,s));for(let o=0;o!==r;++o)n.setTexture2DArray(t[o]||yb,s[o])}function NP(e){switch(e){case 5126:return pP;case 35664:return mP;case 35665:return gP;case 35666:return yP;case 35674:return xP;case 35675:return _P;case 35676:return vP;case 5124:case 35670:return bP;case 35667:case 35671:return MP;case 35668:case 35672:return SP;case 35669:case 35673:return wP;case 5125:return TP;case 36294:return AP;case 36295:return EP;case 36296:return CP;case 35678:case 36198:case 36298:case 36306:case 35682:return RP;case 35679:case 36299:case 36307:return IP;case 35680:case 36300:case 36308:case 36293:return PP;case 36289:case 36303:case 36311:case 36292:return LP}}var mm=class{constructor(t,n,i){this.id=t,this.addr=i,this.cache=[],this.type=n.type,this.setValue=dP(n.type)}},gm=class{constructor(t,n,i){this.id=t,this.addr=i,this.cache=[],this.type=n.type,this.size=n.size,this.setValue=NP(n.type)}},ym=class{constructor(t){this.id=t,this.seq=[],this.map={}}setValue(t,n,i){let r=this.seq;for(let s=0,o=r.length;s!==o;++s){let a=r[s];a.setValue(t,n[a.id],i)}}},dm=/(\w+)(\])?(\[|\.)?/g;function Qv(e,t){e.seq.push(t),e.map[t.id]=t}function DP(e,t,n){let i=e.name,r=i.length;for(dm.lastIndex=0;;){let s=dm.exec(i),o=dm.lastIndex,a=s[1],c=s[2]==="]",l=s[3];if(c&&(a=a|0),l===void 0||l==="["&&o+2===r){Qv(n,l===void 0?new mm(a,e,t):new gm(a,e,t));break}else{let h=n.map[a];h===void 0&&(h=new ym(a),Qv(n,h)),n=h}}}var Ko=class{constructor(t,n){this.seq=[],this.map={};let i=t.getProgramParameter(n,t.ACTIVE_UNIFORMS);for(let o=0;o<i;++o){let a=t.getActiveUniform(n,o),c=t.getUniformLocation(n,a.name);DP(a,c,this)}let r=[],s=[];for(let o of this.seq)o.type===t.SAMPLER_2D_SHADOW||o.type===t.SAMPLER_CUBE_SHADOW||o.type===t.SAMPLER_2D_ARRAY_SHADOW?r.push(o):s.push(o);r.length>0&&(this.seq=r.concat(s))}setValue(t,n,i,r){let s=this.map[n];s!==void 0&&s.setValue(t,i,r)}setOptional(t,n,i){let r=n[i];r!==void 0&&this.setValue(t,i,r)}static upload(t,n,i,r){for(let s=0,o=n.length;s!==o;++s){let a=n[s],c=i[a.id];c.needsUpdate!==!1&&a.setValue(t,c.value,r)}}static seqWithValue(t,n){let i=[];for(let r=0,s=t.length;r!==s;++r){let o=t[r];o.id in n&&i.push(o)}return i}};function jv(e,t,n){let i=e.createShader(t);return e.shaderSource(i,n),e.compileShader(i),i}var FP=37297,UP=0;function OP(e,t){let n=e.split(`
+`),i=[],r=Math.max(t-6,0),s=Math.min(t+6,n.length);for(let o=r;o<s;o++){let a=o+1;i.push(`${a===t?">":" "} ${a}: ${n[o]}`)}return i.join(`
+`)}var tb=new zt;function BP(e){ee._getMatrix(tb,ee.workingColorSpace,e);let t=`mat3( ${tb.elements.map(n=>n.toFixed(4))} )`;switch(ee.getTransfer(e)){case lc:return[t,"LinearTransferOETF"];case ue:return[t,"sRGBTransferOETF"];default:return Ft("WebGLProgram: Unsupported color space: ",e),[t,"LinearTransferOETF"]}}function eb(e,t,n){let i=e.getShaderParameter(t,e.COMPILE_STATUS),s=(e.getShaderInfoLog(t)||"").trim();if(i&&s==="")return"";let o=/ERROR: 0:(\d+)/.exec(s);if(o){let a=parseInt(o[1]);return n.toUpperCase()+`
+
+`+s+`
+
+`+OP(e.getShaderSource(t),a)}else return s}function kP(e,t){let n=BP(t);return[`vec4 ${e}( vec4 value ) {`,`	return ${n[1]}( vec4( ${n[0]} * value.rgb, value.a ) );`,"}"].join(`
+`)}var zP={[kp]:"Linear",[zp]:"Reinhard",[Gp]:"Cineon",[Vp]:"ACESFilmic",[Wp]:"AgX",[$p]:"Neutral",[Hp]:"Custom"};function GP(e,t){let n=zP[t];return n===void 0?(Ft("WebGLProgram: Unsupported toneMapping:",t),"vec3 "+e+"( vec3 color ) { return LinearToneMapping( color ); }"):"vec3 "+e+"( vec3 color ) { return "+n+"ToneMapping( color ); }"}var Gf=new q;function VP(){ee.getLuminanceCoefficients(Gf);let e=Gf.x.toFixed(4),t=Gf.y.toFixed(4),n=Gf.z.toFixed(4);return["float luminance( const in vec3 rgb ) {",`	const vec3 weights = vec3( ${e}, ${t}, ${n} );`,"	return dot( weights, rgb );","}"].join(`
+`)}function HP(e){return[e.extensionClipCullDistance?"#extension GL_ANGLE_clip_cull_distance : require":"",e.extensionMultiDraw?"#extension GL_ANGLE_multi_draw : require":""].filter(Uc).join(`
+`)}function WP(e){let t=[];for(let n in e){let i=e[n];i!==!1&&t.push("#define "+n+" "+i)}return t.join(`
+`)}function $P(e,t){let n={},i=e.getProgramParameter(t,e.ACTIVE_ATTRIBUTES);for(let r=0;r<i;r++){let s=e.getActiveAttrib(t,r),o=s.name,a=1;s.type===e.FLOAT_MAT2&&(a=2),s.type===e.FLOAT_MAT3&&(a=3),s.type===e.FLOAT_MAT4&&(a=4),n[o]={type:s.type,location:e.getAttribLocation(t,o),locationSize:a}}return n}function Uc(e){return e!==""}function nb(e,t){let n=t.numSpotLightShadows+t.numSpotLightMaps-t.numSpotLightShadowsWithMaps;return e.replace(/NUM_SUN_LIGHTS/g,t.numSunLights).replace(/NUM_DIR_LIGHTS/g,t.numDirLights).replace(/NUM_SPOT_LIGHTS/g,t.numSpotLights).replace(/NUM_SPOT_LIGHT_MAPS/g,t.numSpotLightMaps).replace(/NUM_SPOT_LIGHT_COORDS/g,n).replace(/NUM_RECT_AREA_LIGHTS/g,t.numRectAreaLights).replace(/NUM_POINT_LIGHTS/g,t.numPointLights).replace(/NUM_HEMI_LIGHTS/g,t.numHemiLights).replace(/NUM_SUN_LIGHT_SHADOWS/g,t.numSunLightShadows).replace(/NUM_DIR_LIGHT_SHADOWS/g,t.numDirLightShadows).replace(/NUM_SPOT_LIGHT_SHADOWS_WITH_MAPS/g,t.numSpotLightShadowsWithMaps).replace(/NUM_SPOT_LIGHT_SHADOWS/g,t.numSpotLightShadows).replace(/NUM_POINT_LIGHT_SHADOWS/g,t.numPointLightShadows).replace(/NUM_LIGHT_PROBE_GRIDS/g,t.numLightProbeGrids)}function ib(e,t){return e.replace(/NUM_CLIPPING_PLANES/g,t.numClippingPlanes).replace(/UNION_CLIPPING_PLANES/g,t.numClippingPlanes-t.numClipIntersection)}var XP=/^[ \t]*#include +<([\w\d./]+)>/gm;function xm(e){return e.replace(XP,qP)}function qP(e,t){let n=Yt[t];if(n===void 0)throw new Error("THREE.WebGLProgram: Can not resolve #include <"+t+">");return xm(n)}var YP=/#pragma unroll_loop_start\s+for\s*\(\s*int\s+i\s*=\s*(\d+)\s*;\s*i\s*<\s*(\d+)\s*;\s*i\s*\+\+\s*\)\s*{([\s\S]+?)}\s+#pragma unroll_loop_end/g;function rb(e){return e.replace(YP,ZP)}function ZP(e,t,n,i){let r="";for(let s=parseInt(t);s<parseInt(n);s++)r+=i.replace(/\[\s*i\s*\]/g,"[ "+s+" ]").replace(/UNROLLED_LOOP_INDEX/g,s);return r}function sb(e){let t=`precision ${e.precision} float;
+	precision ${e.precision} int;
+	precision ${e.precision} sampler2D;
+	precision ${e.precision} samplerCube;
+	precision ${e.precision} sampler3D;
+	precision ${e.precision} sampler2DArray;
+	precision ${e.precision} sampler2DShadow;
+	precision ${e.precision} samplerCubeShadow;
+	precision ${e.precision} sampler2DArrayShadow;
+	precision ${e.precision} isampler2D;
+	precision ${e.precision} isampler3D;
+	precision ${e.precision} isamplerCube;
+	precision ${e.precision} isampler2DArray;
+	precision ${e.precision} usampler2D;
+	precision ${e.precision} usampler3D;
+	precision ${e.precision} usamplerCube;
+	precision ${e.precision} usampler2DArray;
+	`;return e.precision==="highp"?t+=`
+#define HIGH_PRECISION`:e.precision==="mediump"?t+=`
+#define MEDIUM_PRECISION`:e.precision==="lowp"&&(t+=`
+#define LOW_PRECISION`),t}var JP={[Ec]:"SHADOWMAP_TYPE_PCF",[Xo]:"SHADOWMAP_TYPE_VSM"};function KP(e){return JP[e.shadowMapType]||"SHADOWMAP_TYPE_BASIC"}var QP={[Yo]:"ENVMAP_MODE_REFRACTION"};function jP(e){return e.envMap===!1?"ENVMAP_MODE_REFLECTION":QP[e.envMapMode]||"ENVMAP_MODE_REFLECTION"}var tL={[Qu]:"ENVMAP_BLENDING_MULTIPLY",[bv]:"ENVMAP_BLENDING_MIX",[Mv]:"ENVMAP_BLENDING_ADD"};function eL(e){return e.envMap===!1?"ENVMAP_BLENDING_NONE":tL[e.combine]||"ENVMAP_BLENDING_NONE"}function nL(e,t,n,i){let r=e.getContext(),s=n.defines,o=n.vertexShader,a=n.fragmentShader,c=KP(n),l=n.envMapPMREM===!0?"ENVMAP_TYPE_PMREM":"ENVMAP_TYPE_CUBE",u=jP(n),h=eL(n),f=HP(n),d=WP(s),p=r.createProgram(),y,m,g=n.glslVersion?"#version "+n.glslVersion+`
+`:"";n.isRawShaderMaterial?(y=["#define SHADER_TYPE "+n.shaderType,"#define SHADER_NAME "+n.shaderName,d].filter(Uc).join(`
+`),y.length>0&&(y+=`
+`),m=["#define SHADER_TYPE "+n.shaderType,"#define SHADER_NAME "+n.shaderName,d].filter(Uc).join(`
+`),m.length>0&&(m+=`
+`)):(y=[sb(n),"#define SHADER_TYPE "+n.shaderType,"#define SHADER_NAME "+n.shaderName,d,n.extensionClipCullDistance?"#define USE_CLIP_DISTANCE":"",n.batching?"#define USE_BATCHING":"",n.batchingColor?"#define USE_BATCHING_COLOR":"",n.instancing?"#define USE_INSTANCING":"",n.instancingColor?"#define USE_INSTANCING_COLOR":"",n.instancingMorph?"#define USE_INSTANCING_MORPH":"",n.useFog&&n.fog?"#define USE_FOG":"",n.useFog&&n.fogExp2?"#define FOG_EXP2":"",n.map?"#define USE_MAP":"",n.envMap?"#define USE_ENVMAP":"",n.envMap?"#define "+u:"",n.lightMap?"#define USE_LIGHTMAP":"",n.aoMap?"#define USE_AOMAP":"",n.bumpMap?"#define USE_BUMPMAP":"",n.normalMap?"#define USE_NORMALMAP":"",n.normalMapObjectSpace?"#define USE_NORMALMAP_OBJECTSPACE":"",n.normalMapTangentSpace?"#define USE_NORMALMAP_TANGENTSPACE":"",n.displacementMap?"#define USE_DISPLACEMENTMAP":"",n.emissiveMap?"#define USE_EMISSIVEMAP":"",n.anisotropy?"#define USE_ANISOTROPY":"",n.anisotropyMap?"#define USE_ANISOTROPYMAP":"",n.clearcoatMap?"#define USE_CLEARCOATMAP":"",n.clearcoatRoughnessMap?"#define USE_CLEARCOAT_ROUGHNESSMAP":"",n.clearcoatNormalMap?"#define USE_CLEARCOAT_NORMALMAP":"",n.diffuseRoughnessMap?"#define USE_DIFFUSE_ROUGHNESSMAP":"",n.iridescenceMap?"#define USE_IRIDESCENCEMAP":"",n.iridescenceThicknessMap?"#define USE_IRIDESCENCE_THICKNESSMAP":"",n.specularMap?"#define USE_SPECULARMAP":"",n.specularColorMap?"#define USE_SPECULAR_COLORMAP":"",n.specularIntensityMap?"#define USE_SPECULAR_INTENSITYMAP":"",n.roughnessMap?"#define USE_ROUGHNESSMAP":"",n.metalnessMap?"#define USE_METALNESSMAP":"",n.alphaMap?"#define USE_ALPHAMAP":"",n.alphaHash?"#define USE_ALPHAHASH":"",n.transmission?"#define USE_TRANSMISSION":"",n.transmissionMap?"#define USE_TRANSMISSIONMAP":"",n.thicknessMap?"#define USE_THICKNESSMAP":"",n.sheenColorMap?"#define USE_SHEEN_COLORMAP":"",n.sheenRoughnessMap?"#define USE_SHEEN_ROUGHNESSMAP":"",n.mapUv?"#define MAP_UV "+n.mapUv:"",n.alphaMapUv?"#define ALPHAMAP_UV "+n.alphaMapUv:"",n.lightMapUv?"#define LIGHTMAP_UV "+n.lightMapUv:"",n.aoMapUv?"#define AOMAP_UV "+n.aoMapUv:"",n.emissiveMapUv?"#define EMISSIVEMAP_UV "+n.emissiveMapUv:"",n.bumpMapUv?"#define BUMPMAP_UV "+n.bumpMapUv:"",n.normalMapUv?"#define NORMALMAP_UV "+n.normalMapUv:"",n.displacementMapUv?"#define DISPLACEMENTMAP_UV "+n.displacementMapUv:"",n.metalnessMapUv?"#define METALNESSMAP_UV "+n.metalnessMapUv:"",n.roughnessMapUv?"#define ROUGHNESSMAP_UV "+n.roughnessMapUv:"",n.anisotropyMapUv?"#define ANISOTROPYMAP_UV "+n.anisotropyMapUv:"",n.clearcoatMapUv?"#define CLEARCOATMAP_UV "+n.clearcoatMapUv:"",n.clearcoatNormalMapUv?"#define CLEARCOAT_NORMALMAP_UV "+n.clearcoatNormalMapUv:"",n.clearcoatRoughnessMapUv?"#define CLEARCOAT_ROUGHNESSMAP_UV "+n.clearcoatRoughnessMapUv:"",n.diffuseRoughnessMapUv?"#define DIFFUSE_ROUGHNESSMAP_UV "+n.diffuseRoughnessMapUv:"",n.iridescenceMapUv?"#define IRIDESCENCEMAP_UV "+n.iridescenceMapUv:"",n.iridescenceThicknessMapUv?"#define IRIDESCENCE_THICKNESSMAP_UV "+n.iridescenceThicknessMapUv:"",n.sheenColorMapUv?"#define SHEEN_COLORMAP_UV "+n.sheenColorMapUv:"",n.sheenRoughnessMapUv?"#define SHEEN_ROUGHNESSMAP_UV "+n.sheenRoughnessMapUv:"",n.specularMapUv?"#define SPECULARMAP_UV "+n.specularMapUv:"",n.specularColorMapUv?"#define SPECULAR_COLORMAP_UV "+n.specularColorMapUv:"",n.specularIntensityMapUv?"#define SPECULAR_INTENSITYMAP_UV "+n.specularIntensityMapUv:"",n.transmissionMapUv?"#define TRANSMISSIONMAP_UV "+n.transmissionMapUv:"",n.thicknessMapUv?"#define THICKNESSMAP_UV "+n.thicknessMapUv:"",n.vertexTangents&&n.flatShading===!1?"#define USE_TANGENT":"",n.vertexNormals?"#define HAS_NORMAL":"",n.vertexColors?"#define USE_COLOR":"",n.vertexAlphas?"#define USE_COLOR_ALPHA":"",n.vertexUv1s?"#define USE_UV1":"",n.vertexUv2s?"#define USE_UV2":"",n.vertexUv3s?"#define USE_UV3":"",n.pointsUvs?"#define USE_POINTS_UV":"",n.flatShading?"#define FLAT_SHADED":"",n.skinning?"#define USE_SKINNING":"",n.morphTargets?"#define USE_MORPHTARGETS":"",n.morphNormals&&n.flatShading===!1?"#define USE_MORPHNORMALS":"",n.morphColors?"#define USE_MORPHCOLORS":"",n.morphTargetsCount>0?"#define MORPHTARGETS_TEXTURE_STRIDE "+n.morphTextureStride:"",n.morphTargetsCount>0?"#define MORPHTARGETS_COUNT "+n.morphTargetsCount:"",n.doubleSided?"#define DOUBLE_SIDED":"",n.flipSided?"#define FLIP_SIDED":"",n.shadowMapEnabled?"#define USE_SHADOWMAP":"",n.shadowMapEnabled?"#define "+c:"",n.sizeAttenuation?"#define USE_SIZEATTENUATION":"",n.numLightProbes>0?"#define USE_LIGHT_PROBES":"",n.logarithmicDepthBuffer?"#define USE_LOGARITHMIC_DEPTH_BUFFER":"",n.reversedDepthBuffer?"#define USE_REVERSED_DEPTH_BUFFER":"","uniform mat4 modelMatrix;","uniform mat4 modelViewMatrix;","uniform mat4 projectionMatrix;","uniform mat4 viewMatrix;","uniform mat3 normalMatrix;","uniform vec3 cameraPosition;","uniform bool isOrthographic;","#ifdef USE_INSTANCING","	attribute mat4 instanceMatrix;","#endif","#ifdef USE_INSTANCING_COLOR","	attribute vec3 instanceColor;","#endif","#ifdef USE_INSTANCING_MORPH","	uniform sampler2D morphTexture;","#endif","attribute vec3 position;","attribute vec3 normal;","attribute vec2 uv;","#ifdef USE_UV1","	attribute vec2 uv1;","#endif","#ifdef USE_UV2","	attribute vec2 uv2;","#endif","#ifdef USE_UV3","	attribute vec2 uv3;","#endif","#ifdef USE_TANGENT","	attribute vec4 tangent;","#endif","#if defined( USE_COLOR_ALPHA )","	attribute vec4 color;","#elif defined( USE_COLOR )","	attribute vec3 color;","#endif","#ifdef USE_SKINNING","	attribute vec4 skinIndex;","	attribute vec4 skinWeight;","#endif",`
+`].filter(Uc).join(`
+`),m=[sb(n),"#define SHADER_TYPE "+n.shaderType,"#define SHADER_NAME "+n.shaderName,d,n.useFog&&n.fog?"#define USE_FOG":"",n.useFog&&n.fogExp2?"#define FOG_EXP2":"",n.alphaToCoverage?"#define ALPHA_TO_COVERAGE":"",n.map?"#define USE_MAP":"",n.matcap?"#define USE_MATCAP":"",n.envMap?"#define USE_ENVMAP":"",n.envMap?"#define "+l:"",n.envMap?"#define "+u:"",n.envMap?"#define "+h:"",n.envMapPMREM?"#define ENVMAP_MAX_LOD "+n.envMapMaxLod+".0":"",n.envMapPMREM?"#define ENVMAP_SIZE "+n.envMapSize+".0":"",n.lightMap?"#define USE_LIGHTMAP":"",n.aoMap?"#define USE_AOMAP":"",n.bumpMap?"#define USE_BUMPMAP":"",n.normalMap?"#define USE_NORMALMAP":"",n.normalMapObjectSpace?"#define USE_NORMALMAP_OBJECTSPACE":"",n.normalMapTangentSpace?"#define USE_NORMALMAP_TANGENTSPACE":"",n.packedNormalMap?"#define USE_PACKED_NORMALMAP":"",n.emissiveMap?"#define USE_EMISSIVEMAP":"",n.anisotropy?"#define USE_ANISOTROPY":"",n.anisotropyMap?"#define USE_ANISOTROPYMAP":"",n.clearcoat?"#define USE_CLEARCOAT":"",n.clearcoatMap?"#define USE_CLEARCOATMAP":"",n.clearcoatRoughnessMap?"#define USE_CLEARCOAT_ROUGHNESSMAP":"",n.clearcoatNormalMap?"#define USE_CLEARCOAT_NORMALMAP":"",n.diffuseRoughness?"#define USE_DIFFUSE_ROUGHNESS":"",n.diffuseRoughnessMap?"#define USE_DIFFUSE_ROUGHNESSMAP":"",n.dispersion?"#define USE_DISPERSION":"",n.retroreflection?"#define USE_RETROREFLECTION":"",n.iridescence?"#define USE_IRIDESCENCE":"",n.iridescenceMap?"#define USE_IRIDESCENCEMAP":"",n.iridescenceThicknessMap?"#define USE_IRIDESCENCE_THICKNESSMAP":"",n.specularMap?"#define USE_SPECULARMAP":"",n.specularColorMap?"#define USE_SPECULAR_COLORMAP":"",n.specularIntensityMap?"#define USE_SPECULAR_INTENSITYMAP":"",n.roughnessMap?"#define USE_ROUGHNESSMAP":"",n.metalnessMap?"#define USE_METALNESSMAP":"",n.alphaMap?"#define USE_ALPHAMAP":"",n.alphaTest?"#define USE_ALPHATEST":"",n.alphaHash?"#define USE_ALPHAHASH":"",n.sheen?"#define USE_SHEEN":"",n.sheenColorMap?"#define USE_SHEEN_COLORMAP":"",n.sheenRoughnessMap?"#define USE_SHEEN_ROUGHNESSMAP":"",n.transmission?"#define USE_TRANSMISSION":"",n.transmissionMap?"#define USE_TRANSMISSIONMAP":"",n.thicknessMap?"#define USE_THICKNESSMAP":"",n.vertexTangents&&n.flatShading===!1?"#define USE_TANGENT":"",n.vertexColors||n.instancingColor?"#define USE_COLOR":"",n.vertexAlphas||n.batchingColor?"#define USE_COLOR_ALPHA":"",n.vertexUv1s?"#define USE_UV1":"",n.vertexUv2s?"#define USE_UV2":"",n.vertexUv3s?"#define USE_UV3":"",n.pointsUvs?"#define USE_POINTS_UV":"",n.gradientMap?"#define USE_GRADIENTMAP":"",n.flatShading?"#define FLAT_SHADED":"",n.doubleSided?"#define DOUBLE_SIDED":"",n.flipSided?"#define FLIP_SIDED":"",n.shadowMapEnabled?"#define USE_SHADOWMAP":"",n.shadowMapEnabled?"#define "+c:"",n.premultipliedAlpha?"#define PREMULTIPLIED_ALPHA":"",n.numLightProbes>0?"#define USE_LIGHT_PROBES":"",n.decodeVideoTexture?"#define DECODE_VIDEO_TEXTURE":"",n.decodeVideoTextureEmissive?"#define DECODE_VIDEO_TEXTURE_EMISSIVE":"",n.logarithmicDepthBuffer?"#define USE_LOGARITHMIC_DEPTH_BUFFER":"",n.reversedDepthBuffer?"#define USE_REVERSED_DEPTH_BUFFER":"","uniform mat4 viewMatrix;","uniform vec3 cameraPosition;","uniform bool isOrthographic;",n.toneMapping!==Hi?"#define TONE_MAPPING":"",n.toneMapping!==Hi?Yt.tonemapping_pars_fragment:"",n.toneMapping!==Hi?GP("toneMapping",n.toneMapping):"",n.dithering?"#define DITHERING":"",n.opaque?"#define OPAQUE":"",Yt.colorspace_pars_fragment,kP("linearToOutputTexel",n.outputColorSpace),VP(),n.useDepthPacking?"#define DEPTH_PACKING "+n.depthPacking:"",`
+`].filter(Uc).join(`
+`)),o=xm(o),o=nb(o,n),o=ib(o,n),a=xm(a),a=nb(a,n),a=ib(a,n),o=rb(o),a=rb(a),n.isRawShaderMaterial!==!0&&(g=`#version 300 es
+`,y=[f,"#define attribute in","#define varying out","#define texture2D texture"].join(`
+`)+`
+`+y,m=["#define varying in",n.glslVersion===im?"":"layout(location = 0) out highp vec4 pc_fragColor;",n.glslVersion===im?"":"#define gl_FragColor pc_fragColor","#define gl_FragDepthEXT gl_FragDepth","#define texture2D texture","#define textureCube texture","#define texture2DProj textureProj","#define texture2DLodEXT textureLod","#define texture2DProjLodEXT textureProjLod","#define textureCubeLodEXT textureLod","#define texture2DGradEXT textureGrad","#define texture2DProjGradEXT textureProjGrad","#define textureCubeGradEXT textureGrad"].join(`
+`)+`
+`+m);let _=g+y+o,S=g+m+a,v=jv(r,r.VERTEX_SHADER,_),w=jv(r,r.FRAGMENT_SHADER,S);r.attachShader(p,v),r.attachShader(p,w),n.index0AttributeName!==void 0?r.bindAttribLocation(p,0,n.index0AttributeName):n.hasPositionAttribute===!0&&r.bindAttribLocation(p,0,"position"),r.linkProgram(p);function b(E){if(e.debug.checkShaderErrors){let C=r.getProgramInfoLog(p)||"",N=r.getShaderInfoLog(v)||"",B=r.getShaderInfoLog(w)||"",I=C.trim(),L=N.trim(),k=B.trim(),F=!0,Z=!0;if(r.getProgramParameter(p,r.LINK_STATUS)===!1)if(F=!1,typeof e.debug.onShaderError=="function")e.debug.onShaderError(r,p,v,w);else{let U=eb(r,v,"vertex"),G=eb(r,w,"fragment");kt("WebGLProgram: Shader Error "+r.getError()+" - VALIDATE_STATUS "+r.getProgramParameter(p,r.VALIDATE_STATUS)+`
+
+Material Name: `+E.name+`
+Material Type: `+E.type+`
+
+Program Info Log: `+I+`
+`+U+`
+`+G)}else I!==""?Ft("WebGLProgram: Program Info Log:",I):(L===""||k==="")&&(Z=!1);Z&&(E.diagnostics={runnable:F,programLog:I,vertexShader:{log:L,prefix:y},fragmentShader:{log:k,prefix:m}})}r.deleteShader(v),r.deleteShader(w),x=new Ko(r,p),M=$P(r,p)}let x;this.getUniforms=function(){return x===void 0&&b(this),x};let M;this.getAttributes=function(){return M===void 0&&b(this),M};let R=n.rendererExtensionParallelShaderCompile===!1;return this.isReady=function(){return R===!1&&(R=r.getProgramParameter(p,FP)),R},this.destroy=function(){i.releaseStatesOfProgram(this),r.deleteProgram(p),this.program=void 0},this.type=n.shaderType,this.name=n.shaderName,this.id=UP++,this.cacheKey=t,this.usedTimes=1,this.program=p,this.vertexShader=v,this.fragmentShader=w,this}var iL=0,_m=class{constructor(){this.shaderCache=new Map,this.materialCache=new Map}update(t,n,i){let r=this._getShaderCacheForMaterial(t);return r.has(n)===!1&&(r.add(n),n.usedTimes++),r.has(i)===!1&&(r.add(i),i.usedTimes++),this}remove(t){let n=this.materialCache.get(t);for(let i of n)i.usedTimes--,i.usedTimes===0&&this.shaderCache.delete(i.code);return this.materialCache.delete(t),this}getVertexShaderStage(t){return this._getShaderStage(t.vertexShader)}getFragmentShaderStage(t){return this._getShaderStage(t.fragmentShader)}dispose(){this.shaderCache.clear(),this.materialCache.clear()}_getShaderCacheForMaterial(t){let n=this.materialCache,i=n.get(t);return i===void 0&&(i=new Set,n.set(t,i)),i}_getShaderStage(t){let n=this.shaderCache,i=n.get(t);return i===void 0&&(i=new vm(t),n.set(t,i)),i}},vm=class{constructor(t){this.id=iL++,this.code=t,this.usedTimes=0}};function rL(e){return e===ds||e===Nc||e===Dc}function sL(e,t,n,i,r,s){let o=new hc,a=new _m,c=new Set,l=[],u=new Map,h=i.logarithmicDepthBuffer,f={MeshDepthMaterial:"depth",MeshDistanceMaterial:"distance",MeshNormalMaterial:"normal",MeshBasicMaterial:"basic",MeshLambertMaterial:"lambert",MeshPhongMaterial:"phong",MeshToonMaterial:"toon",MeshStandardMaterial:"physical",MeshPhysicalMaterial:"physical",MeshMatcapMaterial:"matcap",LineBasicMaterial:"basic",LineDashedMaterial:"dashed",PointsMaterial:"points",ShadowMaterial:"shadow",SpriteMaterial:"sprite"};function d(x){return c.add(x),x===0?"uv":`uv${x}`}function p(x,M,R,E,C,N){let B=E.fog,I=C.geometry,L=x.isMeshStandardMaterial||x.isMeshLambertMaterial||x.isMeshPhongMaterial?E.environment:null,k=x.isMeshStandardMaterial||x.isMeshLambertMaterial&&!x.envMap||x.isMeshPhongMaterial&&!x.envMap,F=t.get(x.envMap||L,k),Z=f[x.type],U=i.precision;x.precision!==null&&(U=i.getMaxPrecision(x.precision),U!==x.precision&&Ft("WebGLProgram.getParameters:",x.precision,"not supported, using",U,"instead."));let G=I.morphAttributes.position||I.morphAttributes.normal||I.morphAttributes.color,X=G!==void 0?G.length:0,st=0;I.morphAttributes.position!==void 0&&(st=1),I.morphAttributes.normal!==void 0&&(st=2),I.morphAttributes.color!==void 0&&(st=3);let ct,W,at,ft;if(Z){let wt=$i[Z];ct=wt.vertexShader,W=wt.fragmentShader}else{ct=x.vertexShader,W=x.fragmentShader;let wt=a.getVertexShaderStage(x),he=a.getFragmentShaderStage(x);a.update(x,wt,he),at=wt.id,ft=he.id}let ot=e.getRenderTarget(),rt=e.state.buffers.depth.getReversed(),J=C.isInstancedMesh===!0,gt=C.isBatchedMesh===!0,lt=!!x.map,K=!!x.matcap,It=!!F,pt=It&&F.isPMREMTexture===!0,Ut=!!x.aoMap,Gt=!!x.lightMap,ce=!!x.bumpMap&&x.wireframe===!1,oe=!!x.normalMap,Xe=!!x.displacementMap,Be=!!x.emissiveMap,Cn=!!x.metalnessMap,gn=!!x.roughnessMap,Rn=x.anisotropy>0,z=x.clearcoat>0,In=x.diffuseRoughness>0,_e=x.dispersion>0,ve=x.retroreflectivity>0,mt=x.iridescence>0,Ce=x.sheen>0,Lt=x.transmission>0,Bt=Rn&&!!x.anisotropyMap,P=z&&!!x.clearcoatMap,T=z&&!!x.clearcoatNormalMap,V=z&&!!x.clearcoatRoughnessMap,ut=In&&!!x.diffuseRoughnessMap,nt=mt&&!!x.iridescenceMap,yt=mt&&!!x.iridescenceThicknessMap,Mt=Ce&&!!x.sheenColorMap,j=Ce&&!!x.sheenRoughnessMap,tt=!!x.specularMap,_t=!!x.specularColorMap,D=!!x.specularIntensityMap,et=Lt&&!!x.transmissionMap,Q=Lt&&!!x.thicknessMap,vt=!!x.gradientMap,dt=!!x.alphaMap,xt=x.alphaTest>0,Nt=!!x.alphaHash,qt=!!x.extensions,ht=Hi;x.toneMapped&&(ot===null||ot.isXRRenderTarget===!0)&&(ht=e.toneMapping);let Dt=pt?F.isCompressedCubeTexture?F.image[0].mipmaps:F.mipmaps:null,Xt={shaderID:Z,shaderType:x.type,shaderName:x.name,vertexShader:ct,fragmentShader:W,defines:x.defines,customVertexShaderID:at,customFragmentShaderID:ft,isRawShaderMaterial:x.isRawShaderMaterial===!0,glslVersion:x.glslVersion,precision:U,batching:gt,batchingColor:gt&&C._colorsTexture!==null,instancing:J,instancingColor:J&&C.instanceColor!==null,instancingMorph:J&&C.morphTexture!==null,outputColorSpace:ot===null?e.outputColorSpace:ot.isXRRenderTarget===!0?ot.texture.colorSpace:ee.workingColorSpace,alphaToCoverage:!!x.alphaToCoverage,map:lt,matcap:K,envMap:It,envMapMode:It&&F.mapping,envMapPMREM:pt,envMapMaxLod:pt?Dt.length-1:null,envMapSize:pt?Dt[0].width:null,aoMap:Ut,lightMap:Gt,bumpMap:ce,normalMap:oe,displacementMap:Xe,emissiveMap:Be,normalMapObjectSpace:oe&&x.normalMapType===Tv,normalMapTangentSpace:oe&&x.normalMapType===kf,packedNormalMap:oe&&x.normalMapType===kf&&rL(x.normalMap.format),metalnessMap:Cn,roughnessMap:gn,anisotropy:Rn,anisotropyMap:Bt,clearcoat:z,clearcoatMap:P,clearcoatNormalMap:T,clearcoatRoughnessMap:V,diffuseRoughness:In,diffuseRoughnessMap:ut,dispersion:_e,retroreflection:ve,iridescence:mt,iridescenceMap:nt,iridescenceThicknessMap:yt,sheen:Ce,sheenColorMap:Mt,sheenRoughnessMap:j,specularMap:tt,specularColorMap:_t,specularIntensityMap:D,transmission:Lt,transmissionMap:et,thicknessMap:Q,gradientMap:vt,opaque:x.transparent===!1&&x.blending===qo&&x.alphaToCoverage===!1,alphaMap:dt,alphaTest:xt,alphaHash:Nt,combine:x.combine,mapUv:lt&&d(x.map.channel),aoMapUv:Ut&&d(x.aoMap.channel),lightMapUv:Gt&&d(x.lightMap.channel),bumpMapUv:ce&&d(x.bumpMap.channel),normalMapUv:oe&&d(x.normalMap.channel),displacementMapUv:Xe&&d(x.displacementMap.channel),emissiveMapUv:Be&&d(x.emissiveMap.channel),metalnessMapUv:Cn&&d(x.metalnessMap.channel),roughnessMapUv:gn&&d(x.roughnessMap.channel),anisotropyMapUv:Bt&&d(x.anisotropyMap.channel),clearcoatMapUv:P&&d(x.clearcoatMap.channel),clearcoatNormalMapUv:T&&d(x.clearcoatNormalMap.channel),clearcoatRoughnessMapUv:V&&d(x.clearcoatRoughnessMap.channel),diffuseRoughnessMapUv:ut&&d(x.diffuseRoughnessMap.channel),iridescenceMapUv:nt&&d(x.iridescenceMap.channel),iridescenceThicknessMapUv:yt&&d(x.iridescenceThicknessMap.channel),sheenColorMapUv:Mt&&d(x.sheenColorMap.channel),sheenRoughnessMapUv:j&&d(x.sheenRoughnessMap.channel),specularMapUv:tt&&d(x.specularMap.channel),specularColorMapUv:_t&&d(x.specularColorMap.channel),specularIntensityMapUv:D&&d(x.specularIntensityMap.channel),transmissionMapUv:et&&d(x.transmissionMap.channel),thicknessMapUv:Q&&d(x.thicknessMap.channel),alphaMapUv:dt&&d(x.alphaMap.channel),vertexTangents:!!I.attributes.tangent&&(oe||Rn),vertexNormals:!!I.attributes.normal,vertexColors:x.vertexColors,vertexAlphas:x.vertexColors===!0&&!!I.attributes.color&&I.attributes.color.itemSize===4,pointsUvs:C.isPoints===!0&&!!I.attributes.uv&&(lt||dt),fog:!!B,useFog:x.fog===!0,fogExp2:!!B&&B.isFogExp2,flatShading:x.wireframe===!1&&(x.flatShading===!0||I.attributes.normal===void 0&&oe===!1&&(x.isMeshLambertMaterial||x.isMeshPhongMaterial||x.isMeshStandardMaterial||x.isMeshPhysicalMaterial)),sizeAttenuation:x.sizeAttenuation===!0,logarithmicDepthBuffer:h,reversedDepthBuffer:rt,skinning:C.isSkinnedMesh===!0,hasPositionAttribute:I.attributes.position!==void 0,morphTargets:I.morphAttributes.position!==void 0,morphNormals:I.morphAttributes.normal!==void 0,morphColors:I.morphAttributes.color!==void 0,morphTargetsCount:X,morphTextureStride:st,numSunLights:M.sun.length,numDirLights:M.directional.length,numPointLights:M.point.length,numSpotLights:M.spot.length,numSpotLightMaps:M.spotLightMap.length,numRectAreaLights:M.rectArea.length,numHemiLights:M.hemi.length,numSunLightShadows:M.sunShadowMap.length,numDirLightShadows:M.directionalShadowMap.length,numPointLightShadows:M.pointShadowMap.length,numSpotLightShadows:M.spotShadowMap.length,numSpotLightShadowsWithMaps:M.numSpotLightShadowsWithMaps,numLightProbes:M.numLightProbes,numLightProbeGrids:N.filter(wt=>wt.texture!==null).length,numClippingPlanes:s.numPlanes,numClipIntersection:s.numIntersection,dithering:x.dithering,shadowMapEnabled:e.shadowMap.enabled&&R.length>0,shadowMapType:e.shadowMap.type,toneMapping:ht,decodeVideoTexture:lt&&x.map.isVideoTexture===!0&&ee.getTransfer(x.map.colorSpace)===ue,decodeVideoTextureEmissive:Be&&x.emissiveMap.isVideoTexture===!0&&ee.getTransfer(x.emissiveMap.colorSpace)===ue,premultipliedAlpha:x.premultipliedAlpha,doubleSided:x.side===ni,flipSided:x.side===bn,useDepthPacking:x.depthPacking>=0,depthPacking:x.depthPacking||0,index0AttributeName:x.index0AttributeName,extensionClipCullDistance:qt&&x.extensions.clipCullDistance===!0&&n.has("WEBGL_clip_cull_distance"),extensionMultiDraw:(qt&&x.extensions.multiDraw===!0||gt)&&n.has("WEBGL_multi_draw"),rendererExtensionParallelShaderCompile:n.has("KHR_parallel_shader_compile"),customProgramCacheKey:x.customProgramCacheKey()};return Xt.vertexUv1s=c.has(1),Xt.vertexUv2s=c.has(2),Xt.vertexUv3s=c.has(3),c.clear(),Xt}function y(x){let M=[];if(x.shaderID?M.push(x.shaderID):(M.push(x.customVertexShaderID),M.push(x.customFragmentShaderID)),x.defines!==void 0)for(let R in x.defines)M.push(R),M.push(x.defines[R]);return x.isRawShaderMaterial===!1&&(m(M,x),g(M,x),M.push(e.outputColorSpace)),M.push(x.customProgramCacheKey),M.join()}function m(x,M){x.push(M.precision),x.push(M.outputColorSpace),x.push(M.envMapMode),x.push(M.envMapPMREM),x.push(M.envMapMaxLod),x.push(M.envMapSize),x.push(M.mapUv),x.push(M.alphaMapUv),x.push(M.lightMapUv),x.push(M.aoMapUv),x.push(M.bumpMapUv),x.push(M.normalMapUv),x.push(M.displacementMapUv),x.push(M.emissiveMapUv),x.push(M.metalnessMapUv),x.push(M.roughnessMapUv),x.push(M.anisotropyMapUv),x.push(M.clearcoatMapUv),x.push(M.clearcoatNormalMapUv),x.push(M.clearcoatRoughnessMapUv),x.push(M.diffuseRoughnessMapUv),x.push(M.iridescenceMapUv),x.push(M.iridescenceThicknessMapUv),x.push(M.sheenColorMapUv),x.push(M.sheenRoughnessMapUv),x.push(M.specularMapUv),x.push(M.specularColorMapUv),x.push(M.specularIntensityMapUv),x.push(M.transmissionMapUv),x.push(M.thicknessMapUv),x.push(M.combine),x.push(M.fogExp2),x.push(M.sizeAttenuation),x.push(M.morphTargetsCount),x.push(M.numSunLights),x.push(M.numDirLights),x.push(M.numPointLights),x.push(M.numSpotLights),x.push(M.numSpotLightMaps),x.push(M.numHemiLights),x.push(M.numRectAreaLights),x.push(M.numSunLightShadows),x.push(M.numDirLightShadows),x.push(M.numPointLightShadows),x.push(M.numSpotLightShadows),x.push(M.numSpotLightShadowsWithMaps),x.push(M.numLightProbes),x.push(M.numLightProbeGrids),x.push(M.shadowMapType),x.push(M.toneMapping),x.push(M.numClippingPlanes),x.push(M.numClipIntersection),x.push(M.depthPacking)}function g(x,M){o.disableAll(),M.instancing&&o.enable(0),M.instancingColor&&o.enable(1),M.instancingMorph&&o.enable(2),M.matcap&&o.enable(3),M.envMap&&o.enable(4),M.normalMapObjectSpace&&o.enable(5),M.normalMapTangentSpace&&o.enable(6),M.clearcoat&&o.enable(7),M.iridescence&&o.enable(8),M.alphaTest&&o.enable(9),M.vertexColors&&o.enable(10),M.vertexAlphas&&o.enable(11),M.vertexUv1s&&o.enable(12),M.vertexUv2s&&o.enable(13),M.vertexUv3s&&o.enable(14),M.vertexTangents&&o.enable(15),M.anisotropy&&o.enable(16),M.alphaHash&&o.enable(17),M.batching&&o.enable(18),M.dispersion&&o.enable(19),M.retroreflection&&o.enable(24),M.diffuseRoughness&&o.enable(25),M.batchingColor&&o.enable(20),M.gradientMap&&o.enable(21),M.packedNormalMap&&o.enable(22),M.vertexNormals&&o.enable(23),x.push(o.mask),o.disableAll(),M.fog&&o.enable(0),M.useFog&&o.enable(1),M.flatShading&&o.enable(2),M.logarithmicDepthBuffer&&o.enable(3),M.reversedDepthBuffer&&o.enable(4),M.skinning&&o.enable(5),M.morphTargets&&o.enable(6),M.morphNormals&&o.enable(7),M.morphColors&&o.enable(8),M.premultipliedAlpha&&o.enable(9),M.shadowMapEnabled&&o.enable(10),M.doubleSided&&o.enable(11),M.flipSided&&o.enable(12),M.useDepthPacking&&o.enable(13),M.dithering&&o.enable(14),M.transmission&&o.enable(15),M.sheen&&o.enable(16),M.opaque&&o.enable(17),M.pointsUvs&&o.enable(18),M.decodeVideoTexture&&o.enable(19),M.decodeVideoTextureEmissive&&o.enable(20),M.alphaToCoverage&&o.enable(21),M.numLightProbeGrids>0&&o.enable(22),M.hasPositionAttribute&&o.enable(23),x.push(o.mask)}function _(x){let M=f[x.type],R;if(M){let E=$i[M];R=zv.clone(E.uniforms)}else R=x.uniforms;return R}function S(x,M){let R=u.get(M);return R!==void 0?++R.usedTimes:(R=new nL(e,M,x,r),l.push(R),u.set(M,R)),R}function v(x){if(--x.usedTimes===0){let M=l.indexOf(x);l[M]=l[l.length-1],l.pop(),u.delete(x.cacheKey),x.destroy()}}function w(x){a.remove(x)}function b(){a.dispose()}return{getParameters:p,getProgramCacheKey:y,getUniforms:_,acquireProgram:S,releaseProgram:v,releaseShaderCache:w,programs:l,dispose:b}}function oL(){let e=new WeakMap;function t(o){return e.has(o)}function n(o){let a=e.get(o);return a===void 0&&(a={},e.set(o,a)),a}function i(o){e.delete(o)}function r(o,a,c){e.get(o)[a]=c}function s(){e=new WeakMap}return{has:t,get:n,remove:i,update:r,dispose:s}}function aL(e,t){return e.groupOrder!==t.groupOrder?e.groupOrder-t.groupOrder:e.renderOrder!==t.renderOrder?e.renderOrder-t.renderOrder:e.material.id!==t.material.id?e.material.id-t.material.id:e.materialVariant!==t.materialVariant?e.materialVariant-t.materialVariant:e.z!==t.z?e.z-t.z:e.id-t.id}function ob(e,t){return e.groupOrder!==t.groupOrder?e.groupOrder-t.groupOrder:e.renderOrder!==t.renderOrder?e.renderOrder-t.renderOrder:e.z!==t.z?t.z-e.z:e.id-t.id}function ab(){let e=[],t=0,n=[],i=[],r=[];function s(){t=0,n.length=0,i.length=0,r.length=0}function o(f){let d=0;return f.isInstancedMesh&&(d+=2),f.isSkinnedMesh&&(d+=1),d}function a(f,d,p,y,m,g){let _=e[t];return _===void 0?(_={id:f.id,object:f,geometry:d,material:p,materialVariant:o(f),groupOrder:y,renderOrder:f.renderOrder,z:m,group:g},e[t]=_):(_.id=f.id,_.object=f,_.geometry=d,_.material=p,_.materialVariant=o(f),_.groupOrder=y,_.renderOrder=f.renderOrder,_.z=m,_.group=g),t++,_}function c(f,d,p,y,m,g,_){_.reversedDepth===!0&&(m=-m);let S=a(f,d,p,y,m,g);p.transmission>0?i.push(S):p.transparent===!0?r.push(S):n.push(S)}function l(f,d,p,y,m,g){let _=a(f,d,p,y,m,g);p.transmission>0?i.unshift(_):p.transparent===!0?r.unshift(_):n.unshift(_)}function u(f,d){n.length>1&&n.sort(f||aL),i.length>1&&i.sort(d||ob),r.length>1&&r.sort(d||ob)}function h(){for(let f=t,d=e.length;f<d;f++){let p=e[f];if(p.id===null)break;p.id=null,p.object=null,p.geometry=null,p.material=null,p.group=null}}return{opaque:n,transmissive:i,transparent:r,init:s,push:c,unshift:l,finish:h,sort:u}}function cL(){let e=new WeakMap;function t(i,r){let s=e.get(i),o;return s===void 0?(o=new ab,e.set(i,[o])):r>=s.length?(o=new ab,s.push(o)):o=s[r],o}function n(){e=new WeakMap}return{get:t,dispose:n}}function lL(){let e={};return{get:function(t){if(e[t.id]!==void 0)return e[t.id];let n;switch(t.type){case"SunLight":case"DirectionalLight":n={direction:new q,color:new Zt};break;case"SpotLight":n={position:new q,direction:new q,color:new Zt,distance:0,coneCos:0,penumbraCos:0,decay:0};break;case"PointLight":n={position:new q,color:new Zt,distance:0,decay:0};break;case"HemisphereLight":n={direction:new q,skyColor:new Zt,groundColor:new Zt};break;case"RectAreaLight":n={color:new Zt,position:new q,halfWidth:new q,halfHeight:new q};break}return e[t.id]=n,n}}}function uL(){let e={};return{get:function(t){if(e[t.id]!==void 0)return e[t.id];let n;switch(t.type){case"SunLight":case"DirectionalLight":n={shadowIntensity:1,shadowBias:0,shadowNormalBias:0,shadowRadius:1,shadowMapSize:new ie};break;case"SpotLight":n={shadowIntensity:1,shadowBias:0,shadowNormalBias:0,shadowRadius:1,shadowMapSize:new ie};break;case"PointLight":n={shadowIntensity:1,shadowBias:0,shadowNormalBias:0,shadowRadius:1,shadowMapSize:new ie,shadowCameraNear:1,shadowCameraFar:1e3};break}return e[t.id]=n,n}}}var fL=0;function hL(e,t){return(t.castShadow?2:0)-(e.castShadow?2:0)+(t.map?1:0)-(e.map?1:0)}function dL(e){let t=new lL,n=uL(),i={version:0,hash:{sunLength:-1,directionalLength:-1,pointLength:-1,spotLength:-1,rectAreaLength:-1,hemiLength:-1,numSunShadows:-1,numDirectionalShadows:-1,numPointShadows:-1,numSpotShadows:-1,numSpotMaps:-1,numLightProbes:-1},ambient:[0,0,0],probe:[],sun:[],sunShadow:[],sunShadowMap:[],sunShadowMatrix:[],sunShadowCascade:[],directional:[],directionalShadow:[],directionalShadowMap:[],directionalShadowMatrix:[],spot:[],spotLightMap:[],spotShadow:[],spotShadowMap:[],spotLightMatrix:[],rectArea:[],rectAreaLTC1:null,rectAreaLTC2:null,point:[],pointShadow:[],pointShadowMap:[],pointShadowMatrix:[],hemi:[],numSpotLightShadowsWithMaps:0,numLightProbes:0};for(let l=0;l<9;l++)i.probe.push(new q);let r=new q,s=new we,o=new we;function a(l){let u=0,h=0,f=0;for(let N=0;N<9;N++)i.probe[N].set(0,0,0);let d=0,p=0,y=0,m=0,g=0,_=0,S=0,v=0,w=0,b=0,x=0,M=0,R=0,E=0;l.sort(hL);for(let N=0,B=l.length;N<B;N++){let I=l[N],L=I.color,k=I.intensity,F=I.distance,Z=null;if(I.shadow&&I.shadow.map&&(I.shadow.map.texture.format===ds?Z=I.shadow.map.texture:Z=I.shadow.map.depthTexture||I.shadow.map.texture),I.isAmbientLight)u+=L.r*k,h+=L.g*k,f+=L.b*k;else if(I.isLightProbe){for(let U=0;U<9;U++)i.probe[U].addScaledVector(I.sh.coefficients[U],k);E++}else if(I.isSunLight){let U=t.get(I);if(U.color.copy(I.color).multiplyScalar(I.intensity),I.castShadow){let G=I.shadow,X=n.get(I);X.shadowIntensity=G.intensity,X.shadowBias=G.bias,X.shadowNormalBias=G.normalBias,X.shadowRadius=G.radius,X.shadowMapSize.copy(G.mapSize).multiply(G.getFrameExtents()),i.sunShadow[p]=X,i.sunShadowMap[p]=Z;let st=G.getViewportCount();for(let ct=0;ct<st;ct++)i.sunShadowMatrix[y+ct]=G.getMatrix(ct),i.sunShadowCascade[y+ct]=G._cascadeData[ct];y+=st,p++}i.sun[d]=U,d++}else if(I.isDirectionalLight){let U=t.get(I);if(U.color.copy(I.color).multiplyScalar(I.intensity),I.castShadow){let G=I.shadow,X=n.get(I);X.shadowIntensity=G.intensity,X.shadowBias=G.bias,X.shadowNormalBias=G.normalBias,X.shadowRadius=G.radius,X.shadowMapSize=G.mapSize,i.directionalShadow[m]=X,i.directionalShadowMap[m]=Z,i.directionalShadowMatrix[m]=I.shadow.matrix,w++}i.directional[m]=U,m++}else if(I.isSpotLight){let U=t.get(I);U.position.setFromMatrixPosition(I.matrixWorld),U.color.copy(L).multiplyScalar(k),U.distance=F,U.coneCos=Math.cos(I.angle),U.penumbraCos=Math.cos(I.angle*(1-I.penumbra)),U.decay=I.decay,i.spot[_]=U;let G=I.shadow;if(I.map&&(i.spotLightMap[M]=I.map,M++,G.updateMatrices(I),I.castShadow&&R++),i.spotLightMatrix[_]=G.matrix,I.castShadow){let X=n.get(I);X.shadowIntensity=G.intensity,X.shadowBias=G.bias,X.shadowNormalBias=G.normalBias,X.shadowRadius=G.radius,X.shadowMapSize=G.mapSize,i.spotShadow[_]=X,i.spotShadowMap[_]=Z,x++}_++}else if(I.isRectAreaLight){let U=t.get(I);U.color.copy(L).multiplyScalar(k),U.halfWidth.set(I.width*.5,0,0),U.halfHeight.set(0,I.height*.5,0),i.rectArea[S]=U,S++}else if(I.isPointLight){let U=t.get(I);if(U.color.copy(I.color).multiplyScalar(I.intensity),U.distance=I.distance,U.decay=I.decay,I.castShadow){let G=I.shadow,X=n.get(I);X.shadowIntensity=G.intensity,X.shadowBias=G.bias,X.shadowNormalBias=G.normalBias,X.shadowRadius=G.radius,X.shadowMapSize=G.mapSize,X.shadowCameraNear=G.camera.near,X.shadowCameraFar=G.camera.far,i.pointShadow[g]=X,i.pointShadowMap[g]=Z,i.pointShadowMatrix[g]=I.shadow.matrix,b++}i.point[g]=U,g++}else if(I.isHemisphereLight){let U=t.get(I);U.skyColor.copy(I.color).multiplyScalar(k),U.groundColor.copy(I.groundColor).multiplyScalar(k),i.hemi[v]=U,v++}}S>0&&(e.has("OES_texture_float_linear")===!0?(i.rectAreaLTC1=Tt.LTC_FLOAT_1,i.rectAreaLTC2=Tt.LTC_FLOAT_2):(i.rectAreaLTC1=Tt.LTC_HALF_1,i.rectAreaLTC2=Tt.LTC_HALF_2)),i.ambient[0]=u,i.ambient[1]=h,i.ambient[2]=f;let C=i.hash;(C.sunLength!==d||C.directionalLength!==m||C.pointLength!==g||C.spotLength!==_||C.rectAreaLength!==S||C.hemiLength!==v||C.numSunShadows!==p||C.numDirectionalShadows!==w||C.numPointShadows!==b||C.numSpotShadows!==x||C.numSpotMaps!==M||C.numLightProbes!==E)&&(i.sun.length=d,i.directional.length=m,i.spot.length=_,i.rectArea.length=S,i.point.length=g,i.hemi.length=v,i.sunShadow.length=p,i.sunShadowMap.length=p,i.sunShadowMatrix.length=y,i.sunShadowCascade.length=y,i.directionalShadow.length=w,i.directionalShadowMap.length=w,i.directionalShadowMatrix.length=w,i.pointShadow.length=b,i.pointShadowMap.length=b,i.pointShadowMatrix.length=b,i.spotShadow.length=x,i.spotShadowMap.length=x,i.spotLightMatrix.length=x+M-R,i.spotLightMap.length=M,i.numSpotLightShadowsWithMaps=R,i.numLightProbes=E,C.sunLength=d,C.directionalLength=m,C.pointLength=g,C.spotLength=_,C.rectAreaLength=S,C.hemiLength=v,C.numSunShadows=p,C.numDirectionalShadows=w,C.numPointShadows=b,C.numSpotShadows=x,C.numSpotMaps=M,C.numLightProbes=E,i.version=fL++)}function c(l,u){let h=0,f=0,d=0,p=0,y=0,m=0,g=u.matrixWorldInverse;for(let _=0,S=l.length;_<S;_++){let v=l[_];if(v.isSunLight){let w=i.sun[h];w.direction.setFromMatrixPosition(v.matrixWorld),w.direction.transformDirection(g),h++}else if(v.isDirectionalLight){let w=i.directional[f];w.direction.setFromMatrixPosition(v.matrixWorld),r.setFromMatrixPosition(v.target.matrixWorld),w.direction.sub(r),w.direction.transformDirection(g),f++}else if(v.isSpotLight){let w=i.spot[p];w.position.setFromMatrixPosition(v.matrixWorld),w.position.applyMatrix4(g),w.direction.setFromMatrixPosition(v.matrixWorld),r.setFromMatrixPosition(v.target.matrixWorld),w.direction.sub(r),w.direction.transformDirection(g),p++}else if(v.isRectAreaLight){let w=i.rectArea[y];w.position.setFromMatrixPosition(v.matrixWorld),w.position.applyMatrix4(g),o.identity(),s.copy(v.matrixWorld),s.premultiply(g),o.extractRotation(s),w.halfWidth.set(v.width*.5,0,0),w.halfHeight.set(0,v.height*.5,0),w.halfWidth.applyMatrix4(o),w.halfHeight.applyMatrix4(o),y++}else if(v.isPointLight){let w=i.point[d];w.position.setFromMatrixPosition(v.matrixWorld),w.position.applyMatrix4(g),d++}else if(v.isHemisphereLight){let w=i.hemi[m];w.direction.setFromMatrixPosition(v.matrixWorld),w.direction.transformDirection(g),m++}}}return{setup:a,setupView:c,state:i}}function cb(e){let t=new dL(e),n=[],i=[],r=[];function s(h){u.camera=h,n.length=0,i.length=0,r.length=0}function o(h){h.isLightProbeGrid?r.push(h):n.push(h)}function a(h){i.push(h)}function c(){t.setup(n),r.sort((h,f)=>h.priority-f.priority||h.id-f.id)}function l(h){t.setupView(n,h)}let u={lightsArray:n,shadowsArray:i,lightProbeGridArray:r,camera:null,lights:t,transmissionRenderTarget:{},textureUnits:0};return{init:s,state:u,setupLights:c,setupLightsView:l,pushLight:o,pushShadow:a}}function pL(e){let t=new WeakMap;function n(r,s=0){let o=t.get(r),a;return o===void 0?(a=new cb(e),t.set(r,[a])):s>=o.length?(a=new cb(e),o.push(a)):a=o[s],a}function i(){t=new WeakMap}return{get:n,dispose:i}}var mL=`void main() {
+	gl_Position = vec4( position, 1.0 );
+}`,gL=`uniform sampler2D shadow_pass;
+uniform vec2 resolution;
+uniform float radius;
+void main() {
+	const float samples = float( VSM_SAMPLES );
+	float mean = 0.0;
+	float squared_mean = 0.0;
+	float uvStride = samples <= 1.0 ? 0.0 : 2.0 / ( samples - 1.0 );
+	float uvStart = samples <= 1.0 ? 0.0 : - 1.0;
+	for ( float i = 0.0; i < samples; i ++ ) {
+		float uvOffset = uvStart + i * uvStride;
+		#ifdef HORIZONTAL_PASS
+			vec2 distribution = texture2D( shadow_pass, ( gl_FragCoord.xy + vec2( uvOffset, 0.0 ) * radius ) / resolution ).rg;
+			mean += distribution.x;
+			squared_mean += distribution.y * distribution.y + distribution.x * distribution.x;
+		#else
+			float depth = texture2D( shadow_pass, ( gl_FragCoord.xy + vec2( 0.0, uvOffset ) * radius ) / resolution ).r;
+			mean += depth;
+			squared_mean += depth * depth;
+		#endif
+	}
+	mean = mean / samples;
+	squared_mean = squared_mean / samples;
+	float std_dev = sqrt( max( 0.0, squared_mean - mean * mean ) );
+	gl_FragColor = vec4( mean, std_dev, 0.0, 1.0 );
+}`,yL=[new q(1,0,0),new q(-1,0,0),new q(0,1,0),new q(0,-1,0),new q(0,0,1),new q(0,0,-1)],xL=[new q(0,-1,0),new q(0,-1,0),new q(0,0,1),new q(0,0,-1),new q(0,-1,0),new q(0,-1,0)],lb=new we,Fc=new q,pm=new q;function _L(e,t,n){let i=new as,r=new ie,s=new ie,o=new Te,a=new Bu,c=new ku,l={},u=n.maxTextureSize,h={[hs]:bn,[bn]:hs,[ni]:ni},f=new Vi({defines:{VSM_SAMPLES:8},uniforms:{shadow_pass:{value:null},resolution:{value:new ie},radius:{value:4}},vertexShader:mL,fragmentShader:gL}),d=f.clone();d.defines.HORIZONTAL_PASS=1;let p=new ei;p.setAttribute("position",new Hn(new Float32Array([-1,-1,.5,3,-1,.5,-1,3,.5]),3));let y=new Xn(p,f),m=this;this.enabled=!1,this.autoUpdate=!0,this.needsUpdate=!1,this.type=Ec;let g=this.type;this.render=function(b,x,M){if(m.enabled===!1||m.autoUpdate===!1&&m.needsUpdate===!1||b.length===0)return;this.type===nv&&(Ft("WebGLShadowMap: PCFSoftShadowMap has been removed. Using PCFShadowMap instead."),this.type=Ec);let R=e.getRenderTarget(),E=e.getActiveCubeFace(),C=e.getActiveMipmapLevel(),N=e.state;N.setBlending(Gs),N.buffers.depth.getReversed()===!0?N.buffers.color.setClear(0,0,0,0):N.buffers.color.setClear(1,1,1,1),N.buffers.depth.setTest(!0),N.setScissorTest(!1);let B=g!==this.type;B&&x.traverse(function(I){I.material&&(Array.isArray(I.material)?I.material.forEach(L=>L.needsUpdate=!0):I.material.needsUpdate=!0)});for(let I=0,L=b.length;I<L;I++){let k=b[I],F=k.shadow;if(F===void 0){Ft("WebGLShadowMap:",k,"has no shadow.");continue}if(F.autoUpdate===!1&&F.needsUpdate===!1)continue;r.copy(F.mapSize);let Z=F.getFrameExtents();r.multiply(Z),s.copy(F.mapSize),(r.x>u||r.y>u)&&(r.x>u&&(s.x=Math.floor(u/Z.x),r.x=s.x*Z.x,F.mapSize.x=s.x),r.y>u&&(s.y=Math.floor(u/Z.y),r.y=s.y*Z.y,F.mapSize.y=s.y));let U=e.state.buffers.depth.getReversed();if(F.camera._reversedDepth=U,F.map===null||B===!0){if(F.map!==null&&(F.map.depthTexture!==null&&(F.map.depthTexture.dispose(),F.map.depthTexture=null),F.map.dispose()),this.type===Xo){if(k.isPointLight){Ft("WebGLShadowMap: VSM shadow maps are not supported for PointLights. Use PCF or BasicShadowMap instead.");continue}F.map=new $n(r.x,r.y,{format:ds,type:Ai,minFilter:_n,magFilter:_n,generateMipmaps:!1}),F.map.texture.name=k.name+".shadowMap",F.map.depthTexture=new Tr(r.x,r.y,Ti),F.map.depthTexture.name=k.name+".shadowMapDepth",F.map.depthTexture.format=Sr,F.map.depthTexture.compareFunction=null,F.map.depthTexture.minFilter=Ke,F.map.depthTexture.magFilter=Ke}else k.isPointLight?(F.map=new Oc(r.x),F.map.depthTexture=new yc(r.x,wi)):(F.map=new $n(r.x,r.y),F.map.depthTexture=new Tr(r.x,r.y,wi)),F.map.depthTexture.name=k.name+".shadowMap",F.map.depthTexture.format=Sr,this.type===Ec?(F.map.depthTexture.compareFunction=U?em:tm,F.map.depthTexture.minFilter=_n,F.map.depthTexture.magFilter=_n):(F.map.depthTexture.compareFunction=null,F.map.depthTexture.minFilter=Ke,F.map.depthTexture.magFilter=Ke);F.camera.updateProjectionMatrix()}F.map.isWebGLCubeRenderTarget!==!0&&(F.map.width!==r.x||F.map.height!==r.y)&&F.map.setSize(r.x,r.y);let G=F.map.isWebGLCubeRenderTarget?6:F.getViewportCount();k.isPointLight!==!0&&F.updateMatrices(k,M);let X=(F.camera.layers.mask&4294967294)!==0?F.camera.layers:M.layers;for(let st=0;st<G;st++){let ct=F.getCamera(st);if(k.isPointLight){let W=F.camera,at=F.matrix,ft=k.distance||W.far;ft!==W.far&&(W.far=ft,W.updateProjectionMatrix()),Fc.setFromMatrixPosition(k.matrixWorld),W.position.copy(Fc),pm.copy(W.position),pm.add(yL[st]),W.up.copy(xL[st]),W.lookAt(pm),W.updateMatrixWorld(),at.makeTranslation(-Fc.x,-Fc.y,-Fc.z),lb.multiplyMatrices(W.projectionMatrix,W.matrixWorldInverse),F._frustum.setFromProjectionMatrix(lb,W.coordinateSystem,W.reversedDepth)}if(F.map.isWebGLCubeRenderTarget)e.setRenderTarget(F.map,st),e.clear();else{st===0&&(e.setRenderTarget(F.map),e.clear());let W=F.getViewport(st);o.set(s.x*W.x,s.y*W.y,s.x*W.z,s.y*W.w),N.viewport(o)}i=F.getFrustum(st),v(x,M,ct,k,X,this.type)}F.isPointLightShadow!==!0&&this.type===Xo&&_(F,M),F.needsUpdate=!1}g=this.type,m.needsUpdate=!1,e.setRenderTarget(R,E,C)};function _(b,x){let M=t.update(y);f.defines.VSM_SAMPLES!==b.blurSamples&&(f.defines.VSM_SAMPLES=b.blurSamples,d.defines.VSM_SAMPLES=b.blurSamples,f.needsUpdate=!0,d.needsUpdate=!0),b.mapPass===null?b.mapPass=new $n(r.x,r.y,{format:ds,type:Ai}):(b.mapPass.width!==b.map.width||b.mapPass.height!==b.map.height)&&b.mapPass.setSize(b.map.width,b.map.height),f.uniforms.shadow_pass.value=b.map.depthTexture,f.uniforms.resolution.value.set(b.map.width,b.map.height),f.uniforms.radius.value=b.radius,e.setRenderTarget(b.mapPass),e.clear(),e.renderBufferDirect(x,null,M,f,y,null),d.uniforms.shadow_pass.value=b.mapPass.texture,d.uniforms.resolution.value.set(b.map.width,b.map.height),d.uniforms.radius.value=b.radius,e.setRenderTarget(b.map),e.clear(),e.renderBufferDirect(x,null,M,d,y,null)}function S(b,x,M,R){let E=null,C=M.isPointLight===!0?b.customDistanceMaterial:b.customDepthMaterial;if(C!==void 0)E=C;else if(E=M.isPointLight===!0?c:a,e.localClippingEnabled&&x.clipShadows===!0&&Array.isArray(x.clippingPlanes)&&x.clippingPlanes.length!==0||x.displacementMap&&x.displacementScale!==0||x.alphaMap&&x.alphaTest>0||x.map&&x.alphaTest>0||x.alphaToCoverage===!0){let N=E.uuid,B=x.uuid,I=l[N];I===void 0&&(I={},l[N]=I);let L=I[B];L===void 0&&(L=E.clone(),I[B]=L,x.addEventListener("dispose",w)),E=L}if(E.visible=x.visible,E.wireframe=x.wireframe,R===Xo?E.side=x.shadowSide!==null?x.shadowSide:x.side:E.side=x.shadowSide!==null?x.shadowSide:h[x.side],E.alphaMap=x.alphaMap,E.alphaTest=x.alphaToCoverage===!0?.5:x.alphaTest,E.map=x.map,E.clipShadows=x.clipShadows,E.clippingPlanes=x.clippingPlanes,E.clipIntersection=x.clipIntersection,E.displacementMap=x.displacementMap,E.displacementScale=x.displacementScale,E.displacementBias=x.displacementBias,E.wireframeLinewidth=x.wireframeLinewidth,E.linewidth=x.linewidth,M.isPointLight===!0&&E.isMeshDistanceMaterial===!0){let N=e.properties.get(E);N.light=M}return E}function v(b,x,M,R,E,C){if(b.visible===!1)return;if(b.layers.test(E)&&(b.isMesh||b.isLine||b.isPoints)&&(b.castShadow||b.receiveShadow&&C===Xo)&&(!b.frustumCulled||b.intersectsFrustum(i))){b.modelViewMatrix.multiplyMatrices(M.matrixWorldInverse,b.matrixWorld);let I=t.update(b),L=b.material;if(Array.isArray(L)){let k=I.groups;for(let F=0,Z=k.length;F<Z;F++){let U=k[F],G=L[U.materialIndex];if(G&&G.visible){let X=S(b,G,R,C);b.onBeforeShadow(e,b,x,M,I,X,U),e.renderBufferDirect(M,null,I,X,b,U),b.onAfterShadow(e,b,x,M,I,X,U)}}}else if(L.visible){let k=S(b,L,R,C);b.onBeforeShadow(e,b,x,M,I,k,null),e.renderBufferDirect(M,null,I,k,b,null),b.onAfterShadow(e,b,x,M,I,k,null)}}let B=b.children;for(let I=0,L=B.length;I<L;I++)v(B[I],x,M,R,E,C)}function w(b){b.target.removeEventListener("dispose",w);for(let M in l){let R=l[M],E=b.target.uuid;E in R&&(R[E].dispose(),delete R[E])}}}function vL(e,t){function n(){let D=!1,et=new Te,Q=null,vt=new Te(0,0,0,0);return{setMask:function(dt){Q!==dt&&!D&&(e.colorMask(dt,dt,dt,dt),Q=dt)},setLocked:function(dt){D=dt},setClear:function(dt,xt,Nt,qt,ht){ht===!0&&(dt*=qt,xt*=qt,Nt*=qt),et.set(dt,xt,Nt,qt),vt.equals(et)===!1&&(e.clearColor(dt,xt,Nt,qt),vt.copy(et))},reset:function(){D=!1,Q=null,vt.set(-1,0,0,0)}}}function i(){let D=!1,et=!1,Q=null,vt=null,dt=null;return{setReversed:function(xt){if(et!==xt){let Nt=t.get("EXT_clip_control");xt?Nt.clipControlEXT(Nt.LOWER_LEFT_EXT,Nt.ZERO_TO_ONE_EXT):Nt.clipControlEXT(Nt.LOWER_LEFT_EXT,Nt.NEGATIVE_ONE_TO_ONE_EXT),et=xt;let qt=dt;dt=null,this.setClear(qt)}},getReversed:function(){return et},setTest:function(xt){xt?rt(e.DEPTH_TEST):J(e.DEPTH_TEST)},setMask:function(xt){Q!==xt&&!D&&(e.depthMask(xt),Q=xt)},setFunc:function(xt){if(et&&(xt=Uv[xt]),vt!==xt){switch(xt){case vu:e.depthFunc(e.NEVER);break;case bu:e.depthFunc(e.ALWAYS);break;case Mu:e.depthFunc(e.LESS);break;case Bo:e.depthFunc(e.LEQUAL);break;case Su:e.depthFunc(e.EQUAL);break;case wu:e.depthFunc(e.GEQUAL);break;case Tu:e.depthFunc(e.GREATER);break;case Au:e.depthFunc(e.NOTEQUAL);break;default:e.depthFunc(e.LEQUAL)}vt=xt}},setLocked:function(xt){D=xt},setClear:function(xt){dt!==xt&&(dt=xt,et&&(xt=1-xt),e.clearDepth(xt))},reset:function(){D=!1,Q=null,vt=null,dt=null,et=!1}}}function r(){let D=!1,et=null,Q=null,vt=null,dt=null,xt=null,Nt=null,qt=null,ht=null;return{setTest:function(Dt){D||(Dt?rt(e.STENCIL_TEST):J(e.STENCIL_TEST))},setMask:function(Dt){et!==Dt&&!D&&(e.stencilMask(Dt),et=Dt)},setFunc:function(Dt,Xt,wt){(Q!==Dt||vt!==Xt||dt!==wt)&&(e.stencilFunc(Dt,Xt,wt),Q=Dt,vt=Xt,dt=wt)},setOp:function(Dt,Xt,wt){(xt!==Dt||Nt!==Xt||qt!==wt)&&(e.stencilOp(Dt,Xt,wt),xt=Dt,Nt=Xt,qt=wt)},setLocked:function(Dt){D=Dt},setClear:function(Dt){ht!==Dt&&(e.clearStencil(Dt),ht=Dt)},reset:function(){D=!1,et=null,Q=null,vt=null,dt=null,xt=null,Nt=null,qt=null,ht=null}}}let s=new n,o=new i,a=new r,c={},l=new WeakMap,u={},h={},f={},d=new WeakMap,p=[],y=null,m=!1,g=null,_=null,S=null,v=null,w=null,b=null,x=null,M=new Zt(0,0,0),R=0,E=!1,C=null,N=null,B=null,I=null,L=null,k=e.getParameter(e.MAX_COMBINED_TEXTURE_IMAGE_UNITS),F=!1,Z=0,U=e.getParameter(e.VERSION);U.indexOf("WebGL")!==-1?(Z=parseFloat(/^WebGL (\d)/.exec(U)[1]),F=Z>=1):U.indexOf("OpenGL ES")!==-1&&(Z=parseFloat(/^OpenGL ES (\d)/.exec(U)[1]),F=Z>=2);let G=null,X={},st=e.getParameter(e.SCISSOR_BOX),ct=e.getParameter(e.VIEWPORT),W=new Te().fromArray(st),at=new Te().fromArray(ct);function ft(D,et,Q,vt){let dt=new Uint8Array(4),xt=e.createTexture();e.bindTexture(D,xt),e.texParameteri(D,e.TEXTURE_MIN_FILTER,e.NEAREST),e.texParameteri(D,e.TEXTURE_MAG_FILTER,e.NEAREST);for(let Nt=0;Nt<Q;Nt++)D===e.TEXTURE_3D||D===e.TEXTURE_2D_ARRAY?e.texImage3D(et,0,e.RGBA,1,1,vt,0,e.RGBA,e.UNSIGNED_BYTE,dt):e.texImage2D(et+Nt,0,e.RGBA,1,1,0,e.RGBA,e.UNSIGNED_BYTE,dt);return xt}let ot={};ot[e.TEXTURE_2D]=ft(e.TEXTURE_2D,e.TEXTURE_2D,1),ot[e.TEXTURE_CUBE_MAP]=ft(e.TEXTURE_CUBE_MAP,e.TEXTURE_CUBE_MAP_POSITIVE_X,6),ot[e.TEXTURE_2D_ARRAY]=ft(e.TEXTURE_2D_ARRAY,e.TEXTURE_2D_ARRAY,1,1),ot[e.TEXTURE_3D]=ft(e.TEXTURE_3D,e.TEXTURE_3D,1,1),s.setClear(0,0,0,1),o.setClear(1),a.setClear(0),rt(e.DEPTH_TEST),o.setFunc(Bo),ce(!1),oe(Np),rt(e.CULL_FACE),Ut(Gs);function rt(D){u[D]!==!0&&(e.enable(D),u[D]=!0)}function J(D){u[D]!==!1&&(e.disable(D),u[D]=!1)}function gt(D,et){return f[D]!==et?(e.bindFramebuffer(D,et),f[D]=et,D===e.DRAW_FRAMEBUFFER&&(f[e.FRAMEBUFFER]=et),D===e.FRAMEBUFFER&&(f[e.DRAW_FRAMEBUFFER]=et),!0):!1}function lt(D,et){let Q=p,vt=!1;if(D){Q=d.get(et),Q===void 0&&(Q=[],d.set(et,Q));let dt=D.textures;if(Q.length!==dt.length||Q[0]!==e.COLOR_ATTACHMENT0){for(let xt=0,Nt=dt.length;xt<Nt;xt++)Q[xt]=e.COLOR_ATTACHMENT0+xt;Q.length=dt.length,vt=!0}}else Q[0]!==e.BACK&&(Q[0]=e.BACK,vt=!0);vt&&e.drawBuffers(Q)}function K(D){return y!==D?(e.useProgram(D),y=D,!0):!1}let It={[Vs]:e.FUNC_ADD,[rv]:e.FUNC_SUBTRACT,[sv]:e.FUNC_REVERSE_SUBTRACT};It[ov]=e.MIN,It[av]=e.MAX;let pt={[cv]:e.ZERO,[lv]:e.ONE,[uv]:e.SRC_COLOR,[Op]:e.SRC_ALPHA,[gv]:e.SRC_ALPHA_SATURATE,[pv]:e.DST_COLOR,[hv]:e.DST_ALPHA,[fv]:e.ONE_MINUS_SRC_COLOR,[Bp]:e.ONE_MINUS_SRC_ALPHA,[mv]:e.ONE_MINUS_DST_COLOR,[dv]:e.ONE_MINUS_DST_ALPHA,[yv]:e.CONSTANT_COLOR,[xv]:e.ONE_MINUS_CONSTANT_COLOR,[_v]:e.CONSTANT_ALPHA,[vv]:e.ONE_MINUS_CONSTANT_ALPHA};function Ut(D,et,Q,vt,dt,xt,Nt,qt,ht,Dt){if(D===Gs){m===!0&&(J(e.BLEND),m=!1);return}if(m===!1&&(rt(e.BLEND),m=!0),D!==iv){if(D!==g||Dt!==E){if((_!==Vs||w!==Vs)&&(e.blendEquation(e.FUNC_ADD),_=Vs,w=Vs),Dt)switch(D){case qo:e.blendFuncSeparate(e.ONE,e.ONE_MINUS_SRC_ALPHA,e.ONE,e.ONE_MINUS_SRC_ALPHA);break;case Dp:e.blendFunc(e.ONE,e.ONE);break;case Fp:e.blendFuncSeparate(e.ZERO,e.ONE_MINUS_SRC_COLOR,e.ZERO,e.ONE);break;case Up:e.blendFuncSeparate(e.DST_COLOR,e.ONE_MINUS_SRC_ALPHA,e.ZERO,e.ONE);break;default:kt("WebGLState: Invalid blending: ",D);break}else switch(D){case qo:e.blendFuncSeparate(e.SRC_ALPHA,e.ONE_MINUS_SRC_ALPHA,e.ONE,e.ONE_MINUS_SRC_ALPHA);break;case Dp:e.blendFuncSeparate(e.SRC_ALPHA,e.ONE,e.ONE,e.ONE);break;case Fp:kt("WebGLState: SubtractiveBlending requires material.premultipliedAlpha = true");break;case Up:kt("WebGLState: MultiplyBlending requires material.premultipliedAlpha = true");break;default:kt("WebGLState: Invalid blending: ",D);break}S=null,v=null,b=null,x=null,M.set(0,0,0),R=0,g=D,E=Dt}return}dt=dt||et,xt=xt||Q,Nt=Nt||vt,(et!==_||dt!==w)&&(e.blendEquationSeparate(It[et],It[dt]),_=et,w=dt),(Q!==S||vt!==v||xt!==b||Nt!==x)&&(e.blendFuncSeparate(pt[Q],pt[vt],pt[xt],pt[Nt]),S=Q,v=vt,b=xt,x=Nt),(qt.equals(M)===!1||ht!==R)&&(e.blendColor(qt.r,qt.g,qt.b,ht),M.copy(qt),R=ht),g=D,E=!1}function Gt(D,et){D.side===ni?J(e.CULL_FACE):rt(e.CULL_FACE);let Q=D.side===bn;et&&(Q=!Q),ce(Q),D.blending===qo&&D.transparent===!1?Ut(Gs):Ut(D.blending,D.blendEquation,D.blendSrc,D.blendDst,D.blendEquationAlpha,D.blendSrcAlpha,D.blendDstAlpha,D.blendColor,D.blendAlpha,D.premultipliedAlpha),o.setFunc(D.depthFunc),o.setTest(D.depthTest),o.setMask(D.depthWrite),s.setMask(D.colorWrite);let vt=D.stencilWrite;a.setTest(vt),vt&&(a.setMask(D.stencilWriteMask),a.setFunc(D.stencilFunc,D.stencilRef,D.stencilFuncMask),a.setOp(D.stencilFail,D.stencilZFail,D.stencilZPass)),Be(D.polygonOffset,D.polygonOffsetFactor,D.polygonOffsetUnits),D.alphaToCoverage===!0?rt(e.SAMPLE_ALPHA_TO_COVERAGE):J(e.SAMPLE_ALPHA_TO_COVERAGE)}function ce(D){C!==D&&(D?e.frontFace(e.CW):e.frontFace(e.CCW),C=D)}function oe(D){D!==tv?(rt(e.CULL_FACE),D!==N&&(D===Np?e.cullFace(e.BACK):D===ev?e.cullFace(e.FRONT):e.cullFace(e.FRONT_AND_BACK))):J(e.CULL_FACE),N=D}function Xe(D){D!==B&&(F&&e.lineWidth(D),B=D)}function Be(D,et,Q){D?(rt(e.POLYGON_OFFSET_FILL),(I!==et||L!==Q)&&(I=et,L=Q,o.getReversed()&&(et=-et,Q=-Q),e.polygonOffset(et,Q))):J(e.POLYGON_OFFSET_FILL)}function Cn(D){D?rt(e.SCISSOR_TEST):J(e.SCISSOR_TEST)}function gn(D){D===void 0&&(D=e.TEXTURE0+k-1),G!==D&&(e.activeTexture(D),G=D)}function Rn(D,et,Q){Q===void 0&&(G===null?Q=e.TEXTURE0+k-1:Q=G);let vt=X[Q];vt===void 0&&(vt={type:void 0,texture:void 0},X[Q]=vt),(vt.type!==D||vt.texture!==et)&&(G!==Q&&(e.activeTexture(Q),G=Q),e.bindTexture(D,et||ot[D]),vt.type=D,vt.texture=et)}function z(){let D=X[G];D!==void 0&&D.type!==void 0&&(e.bindTexture(D.type,null),D.type=void 0,D.texture=void 0)}function In(){try{e.compressedTexImage2D(...arguments)}catch(D){kt("WebGLState:",D)}}function _e(){try{e.compressedTexImage3D(...arguments)}catch(D){kt("WebGLState:",D)}}function ve(){try{e.texSubImage2D(...arguments)}catch(D){kt("WebGLState:",D)}}function mt(){try{e.texSubImage3D(...arguments)}catch(D){kt("WebGLState:",D)}}function Ce(){try{e.compressedTexSubImage2D(...arguments)}catch(D){kt("WebGLState:",D)}}function Lt(){try{e.compressedTexSubImage3D(...arguments)}catch(D){kt("WebGLState:",D)}}function Bt(){try{e.texStorage2D(...arguments)}catch(D){kt("WebGLState:",D)}}function P(){try{e.texStorage3D(...arguments)}catch(D){kt("WebGLState:",D)}}function T(){try{e.texImage2D(...arguments)}catch(D){kt("WebGLState:",D)}}function V(){try{e.texImage3D(...arguments)}catch(D){kt("WebGLState:",D)}}function ut(D){return h[D]!==void 0?h[D]:e.getParameter(D)}function nt(D,et){h[D]!==et&&(e.pixelStorei(D,et),h[D]=et)}function yt(D){W.equals(D)===!1&&(e.scissor(D.x,D.y,D.z,D.w),W.copy(D))}function Mt(D){at.equals(D)===!1&&(e.viewport(D.x,D.y,D.z,D.w),at.copy(D))}function j(D,et){let Q=l.get(et);Q===void 0&&(Q=new WeakMap,l.set(et,Q));let vt=Q.get(D);vt===void 0&&(vt=e.getUniformBlockIndex(et,D.name),e.uniformBlockBinding(et,vt,vt),Q.set(D,vt))}function tt(D,et,Q){let dt=l.get(et).get(D);c[dt]!==Q&&(e.bindBufferBase(e.UNIFORM_BUFFER,dt,Q),c[dt]=Q)}function _t(){e.disable(e.BLEND),e.disable(e.CULL_FACE),e.disable(e.DEPTH_TEST),e.disable(e.POLYGON_OFFSET_FILL),e.disable(e.SCISSOR_TEST),e.disable(e.STENCIL_TEST),e.disable(e.SAMPLE_ALPHA_TO_COVERAGE),e.blendEquation(e.FUNC_ADD),e.blendFunc(e.ONE,e.ZERO),e.blendFuncSeparate(e.ONE,e.ZERO,e.ONE,e.ZERO),e.blendColor(0,0,0,0),e.colorMask(!0,!0,!0,!0),e.clearColor(0,0,0,0),e.depthMask(!0),e.depthFunc(e.LESS),o.setReversed(!1),e.clearDepth(1),e.stencilMask(4294967295),e.stencilFunc(e.ALWAYS,0,4294967295),e.stencilOp(e.KEEP,e.KEEP,e.KEEP),e.clearStencil(0),e.cullFace(e.BACK),e.frontFace(e.CCW),e.polygonOffset(0,0),e.activeTexture(e.TEXTURE0),e.bindFramebuffer(e.FRAMEBUFFER,null),e.bindFramebuffer(e.DRAW_FRAMEBUFFER,null),e.bindFramebuffer(e.READ_FRAMEBUFFER,null),e.useProgram(null),e.lineWidth(1),e.scissor(0,0,e.canvas.width,e.canvas.height),e.viewport(0,0,e.canvas.width,e.canvas.height),e.pixelStorei(e.PACK_ALIGNMENT,4),e.pixelStorei(e.UNPACK_ALIGNMENT,4),e.pixelStorei(e.UNPACK_FLIP_Y_WEBGL,!1),e.pixelStorei(e.UNPACK_PREMULTIPLY_ALPHA_WEBGL,!1),e.pixelStorei(e.UNPACK_COLORSPACE_CONVERSION_WEBGL,e.BROWSER_DEFAULT_WEBGL),e.pixelStorei(e.PACK_ROW_LENGTH,0),e.pixelStorei(e.PACK_SKIP_PIXELS,0),e.pixelStorei(e.PACK_SKIP_ROWS,0),e.pixelStorei(e.UNPACK_ROW_LENGTH,0),e.pixelStorei(e.UNPACK_IMAGE_HEIGHT,0),e.pixelStorei(e.UNPACK_SKIP_PIXELS,0),e.pixelStorei(e.UNPACK_SKIP_ROWS,0),e.pixelStorei(e.UNPACK_SKIP_IMAGES,0),u={},h={},G=null,X={},f={},c={},d=new WeakMap,p=[],y=null,m=!1,g=null,_=null,S=null,v=null,w=null,b=null,x=null,M=new Zt(0,0,0),R=0,E=!1,C=null,N=null,B=null,I=null,L=null,W.set(0,0,e.canvas.width,e.canvas.height),at.set(0,0,e.canvas.width,e.canvas.height),s.reset(),o.reset(),a.reset()}return{buffers:{color:s,depth:o,stencil:a},enable:rt,disable:J,bindFramebuffer:gt,drawBuffers:lt,useProgram:K,setBlending:Ut,setMaterial:Gt,setFlipSided:ce,setCullFace:oe,setLineWidth:Xe,setPolygonOffset:Be,setScissorTest:Cn,activeTexture:gn,bindTexture:Rn,unbindTexture:z,compressedTexImage2D:In,compressedTexImage3D:_e,texImage2D:T,texImage3D:V,pixelStorei:nt,getParameter:ut,updateUBOMapping:j,uniformBlockBinding:tt,texStorage2D:Bt,texStorage3D:P,texSubImage2D:ve,texSubImage3D:mt,compressedTexSubImage2D:Ce,compressedTexSubImage3D:Lt,scissor:yt,viewport:Mt,reset:_t}}function bL(e,t,n,i,r,s,o){let a=t.has("WEBGL_multisampled_render_to_texture")?t.get("WEBGL_multisampled_render_to_texture"):null,c=typeof navigator>"u"?!1:/OculusBrowser/g.test(navigator.userAgent),l=new ie,u=new WeakMap,h=new Set,f,d=new WeakMap,p=new Set,y=new FinalizationRegistry(P=>p.delete(P)),m=!1;try{m=typeof OffscreenCanvas<"u"&&new OffscreenCanvas(1,1).getContext("2d")!==null}catch{}function g(P,T){return m?new OffscreenCanvas(P,T):uc("canvas")}function _(P,T,V){let ut=1,nt=Bt(P);if((nt.width>V||nt.height>V)&&(ut=V/Math.max(nt.width,nt.height)),ut<1)if(typeof HTMLImageElement<"u"&&P instanceof HTMLImageElement||typeof HTMLCanvasElement<"u"&&P instanceof HTMLCanvasElement||typeof ImageBitmap<"u"&&P instanceof ImageBitmap||typeof VideoFrame<"u"&&P instanceof VideoFrame){let yt=Math.floor(ut*nt.width),Mt=Math.floor(ut*nt.height);f===void 0&&(f=g(yt,Mt));let j=T?g(yt,Mt):f;return j.width=yt,j.height=Mt,j.getContext("2d").drawImage(P,0,0,yt,Mt),Ft("WebGLRenderer: Texture has been resized from ("+nt.width+"x"+nt.height+") to ("+yt+"x"+Mt+")."),j}else return"data"in P&&Ft("WebGLRenderer: Image in DataTexture is too big ("+nt.width+"x"+nt.height+")."),P;return P}function S(P){return P.generateMipmaps}function v(P){e.generateMipmap(P)}function w(P){return P.isWebGLCubeRenderTarget?e.TEXTURE_CUBE_MAP:P.isWebGL3DRenderTarget?e.TEXTURE_3D:P.isWebGLArrayRenderTarget||P.isCompressedArrayTexture?e.TEXTURE_2D_ARRAY:e.TEXTURE_2D}function b(P,T,V,ut,nt,yt=!1){if(P!==null){if(e[P]!==void 0)return e[P];Ft("WebGLRenderer: Attempt to use non-existing WebGL internal format '"+P+"'")}let Mt;ut&&(Mt=t.get("EXT_texture_norm16"),Mt||Ft("WebGLRenderer: Unable to use normalized textures without EXT_texture_norm16 extension"));let j=T;if(T===e.RED&&(V===e.FLOAT&&(j=e.R32F),V===e.HALF_FLOAT&&(j=e.R16F),V===e.UNSIGNED_BYTE&&(j=e.R8),V===e.UNSIGNED_SHORT&&Mt&&(j=Mt.R16_EXT),V===e.SHORT&&Mt&&(j=Mt.R16_SNORM_EXT)),T===e.RED_INTEGER&&(V===e.UNSIGNED_BYTE&&(j=e.R8UI),V===e.UNSIGNED_SHORT&&(j=e.R16UI),V===e.UNSIGNED_INT&&(j=e.R32UI),V===e.BYTE&&(j=e.R8I),V===e.SHORT&&(j=e.R16I),V===e.INT&&(j=e.R32I)),T===e.RG&&(V===e.FLOAT&&(j=e.RG32F),V===e.HALF_FLOAT&&(j=e.RG16F),V===e.UNSIGNED_BYTE&&(j=e.RG8),V===e.UNSIGNED_SHORT&&Mt&&(j=Mt.RG16_EXT),V===e.SHORT&&Mt&&(j=Mt.RG16_SNORM_EXT)),T===e.RG_INTEGER&&(V===e.UNSIGNED_BYTE&&(j=e.RG8UI),V===e.UNSIGNED_SHORT&&(j=e.RG16UI),V===e.UNSIGNED_INT&&(j=e.RG32UI),V===e.BYTE&&(j=e.RG8I),V===e.SHORT&&(j=e.RG16I),V===e.INT&&(j=e.RG32I)),T===e.RGB_INTEGER&&(V===e.UNSIGNED_BYTE&&(j=e.RGB8UI),V===e.UNSIGNED_SHORT&&(j=e.RGB16UI),V===e.UNSIGNED_INT&&(j=e.RGB32UI),V===e.BYTE&&(j=e.RGB8I),V===e.SHORT&&(j=e.RGB16I),V===e.INT&&(j=e.RGB32I)),T===e.RGBA_INTEGER&&(V===e.UNSIGNED_BYTE&&(j=e.RGBA8UI),V===e.UNSIGNED_SHORT&&(j=e.RGBA16UI),V===e.UNSIGNED_INT&&(j=e.RGBA32UI),V===e.BYTE&&(j=e.RGBA8I),V===e.SHORT&&(j=e.RGBA16I),V===e.INT&&(j=e.RGBA32I)),T===e.RGB&&(V===e.UNSIGNED_SHORT&&Mt&&(j=Mt.RGB16_EXT),V===e.SHORT&&Mt&&(j=Mt.RGB16_SNORM_EXT),V===e.UNSIGNED_INT_5_9_9_9_REV&&(j=e.RGB9_E5),V===e.UNSIGNED_INT_10F_11F_11F_REV&&(j=e.R11F_G11F_B10F)),T===e.RGBA){let tt=yt?lc:ee.getTransfer(nt);V===e.FLOAT&&(j=e.RGBA32F),V===e.HALF_FLOAT&&(j=e.RGBA16F),V===e.UNSIGNED_BYTE&&(j=tt===ue?e.SRGB8_ALPHA8:e.RGBA8),V===e.UNSIGNED_SHORT&&Mt&&(j=Mt.RGBA16_EXT),V===e.SHORT&&Mt&&(j=Mt.RGBA16_SNORM_EXT),V===e.UNSIGNED_SHORT_4_4_4_4&&(j=e.RGBA4),V===e.UNSIGNED_SHORT_5_5_5_1&&(j=e.RGB5_A1)}return(j===e.R16F||j===e.R32F||j===e.RG16F||j===e.RG32F||j===e.RGBA16F||j===e.RGBA32F)&&t.get("EXT_color_buffer_float"),j}function x(P,T){let V;return P?T===null||T===wi||T===Ws?V=e.DEPTH24_STENCIL8:T===Ti?V=e.DEPTH32F_STENCIL8:T===Zo&&(V=e.DEPTH24_STENCIL8,Ft("DepthTexture: 16 bit depth attachment is not supported with stencil. Using 24-bit attachment.")):T===null||T===wi||T===Ws?V=e.DEPTH_COMPONENT24:T===Ti?V=e.DEPTH_COMPONENT32F:T===Zo&&(V=e.DEPTH_COMPONENT16),V}function M(P,T){return S(P)===!0||P.isFramebufferTexture&&P.minFilter!==Ke&&P.minFilter!==_n?Math.log2(Math.max(T.width,T.height))+1:P.mipmaps.length>0?P.mipmaps.length:P.isCompressedTexture&&Array.isArray(P.image)?T.mipmaps.length:1}function R(P){let T=new WeakRef(P);i.get(P).__ref=T,p.add(T),y.register(P,T,T)}function E(P){let T=i.get(P).__ref;T!==void 0&&(p.delete(T),y.unregister(T))}function C(P){B(P.target)}function N(P){I(P.target)}function B(P){P.removeEventListener("dispose",C),E(P),k(P),P.isVideoTexture&&u.delete(P),P.isHTMLTexture&&h.delete(P)}function I(P){P.removeEventListener("dispose",N),E(P),Z(P)}function L(){for(let P of p){let T=P.deref();T!==void 0&&(T.isRenderTarget===!0?I(T):B(T))}p.clear(),h.clear()}function k(P){let T=i.get(P);if(T.__webglInit===void 0)return;let V=P.source,ut=d.get(V);if(ut){let nt=ut[T.__cacheKey];nt.usedTimes--,nt.usedTimes===0&&F(P),Object.keys(ut).length===0&&d.delete(V)}i.remove(P)}function F(P){let T=i.get(P);e.deleteTexture(T.__webglTexture);let V=P.source,ut=d.get(V);delete ut[T.__cacheKey],o.memory.textures--}function Z(P){let T=i.get(P);T.__depthDisposeCallback&&T.__depthDisposeCallback();let V=P.depthTexture;if(V&&V.renderTarget===P&&B(V),P.isWebGLCubeRenderTarget)for(let nt=0;nt<6;nt++){if(Array.isArray(T.__webglFramebuffer[nt]))for(let yt=0;yt<T.__webglFramebuffer[nt].length;yt++)e.deleteFramebuffer(T.__webglFramebuffer[nt][yt]);else e.deleteFramebuffer(T.__webglFramebuffer[nt]);T.__webglDepthbuffer&&e.deleteRenderbuffer(T.__webglDepthbuffer[nt])}else{if(Array.isArray(T.__webglFramebuffer))for(let nt=0;nt<T.__webglFramebuffer.length;nt++)e.deleteFramebuffer(T.__webglFramebuffer[nt]);else e.deleteFramebuffer(T.__webglFramebuffer);if(T.__webglDepthbuffer&&e.deleteRenderbuffer(T.__webglDepthbuffer),T.__webglMultisampledFramebuffer&&e.deleteFramebuffer(T.__webglMultisampledFramebuffer),T.__webglColorRenderbuffer)for(let nt=0;nt<T.__webglColorRenderbuffer.length;nt++)T.__webglColorRenderbuffer[nt]&&e.deleteRenderbuffer(T.__webglColorRenderbuffer[nt]);T.__webglDepthRenderbuffer&&e.deleteRenderbuffer(T.__webglDepthRenderbuffer)}let ut=P.textures;for(let nt=0,yt=ut.length;nt<yt;nt++){let Mt=i.get(ut[nt]);Mt.__webglTexture&&(e.deleteTexture(Mt.__webglTexture),o.memory.textures--),i.remove(ut[nt])}i.remove(P)}let U=0;function G(){U=0}function X(){return U}function st(P){U=P}function ct(){let P=U;return P>=r.maxTextures&&Ft("WebGLTextures: Trying to use "+(P+1)+" texture units while this GPU supports only "+r.maxTextures),U+=1,P}function W(P){let T=[];return T.push(P.wrapS),T.push(P.wrapT),T.push(P.wrapR||0),T.push(P.magFilter),T.push(P.minFilter),T.push(P.anisotropy),T.push(P.internalFormat),T.push(P.format),T.push(P.type),T.push(P.generateMipmaps),T.push(P.mipmapsAutoUpdate),T.push(P.premultiplyAlpha),T.push(P.flipY),T.push(P.unpackAlignment),T.push(P.colorSpace),T.join()}function at(P,T){let V=i.get(P);if(P.isVideoTexture&&Ce(P),P.isRenderTargetTexture===!1&&P.isExternalTexture!==!0&&P.version>0&&V.__version!==P.version){let ut=P.image;if(ut===null)Ft("WebGLRenderer: Texture marked for update but no image data found.");else if(ut.complete===!1)Ft("WebGLRenderer: Texture marked for update but image is incomplete");else{Gt(V,P,T);return}}else P.isExternalTexture&&(V.__webglTexture=P.sourceTexture?P.sourceTexture:null);n.bindTexture(e.TEXTURE_2D,V.__webglTexture,e.TEXTURE0+T)}function ft(P,T){let V=i.get(P);if(P.isRenderTargetTexture===!1&&P.version>0&&V.__version!==P.version){Gt(V,P,T);return}else P.isExternalTexture&&(V.__webglTexture=P.sourceTexture?P.sourceTexture:null);n.bindTexture(e.TEXTURE_2D_ARRAY,V.__webglTexture,e.TEXTURE0+T)}function ot(P,T){let V=i.get(P);if(P.isRenderTargetTexture===!1&&P.version>0&&V.__version!==P.version){Gt(V,P,T);return}n.bindTexture(e.TEXTURE_3D,V.__webglTexture,e.TEXTURE0+T)}function rt(P,T){let V=i.get(P);if(P.version>0&&V.__version!==P.version){ce(V,P,T);return}n.bindTexture(e.TEXTURE_CUBE_MAP,V.__webglTexture,e.TEXTURE0+T)}let J={[Eu]:e.REPEAT,[ki]:e.CLAMP_TO_EDGE,[Cu]:e.MIRRORED_REPEAT},gt={[Ke]:e.NEAREST,[Sv]:e.NEAREST_MIPMAP_NEAREST,[Cc]:e.NEAREST_MIPMAP_LINEAR,[_n]:e.LINEAR,[ef]:e.LINEAR_MIPMAP_NEAREST,[Ar]:e.LINEAR_MIPMAP_LINEAR},lt={[Ev]:e.NEVER,[nm]:e.ALWAYS,[Cv]:e.LESS,[tm]:e.LEQUAL,[Rv]:e.EQUAL,[em]:e.GEQUAL,[Iv]:e.GREATER,[Pv]:e.NOTEQUAL};function K(P,T){if(T.type===Ti&&t.has("OES_texture_float_linear")===!1&&(T.magFilter===_n||T.magFilter===ef||T.magFilter===Cc||T.magFilter===Ar||T.minFilter===_n||T.minFilter===ef||T.minFilter===Cc||T.minFilter===Ar)&&Ft("WebGLRenderer: Unable to use linear filtering with floating point textures. OES_texture_float_linear not supported on this device."),e.texParameteri(P,e.TEXTURE_WRAP_S,J[T.wrapS]),e.texParameteri(P,e.TEXTURE_WRAP_T,J[T.wrapT]),(P===e.TEXTURE_3D||P===e.TEXTURE_2D_ARRAY)&&e.texParameteri(P,e.TEXTURE_WRAP_R,J[T.wrapR]),e.texParameteri(P,e.TEXTURE_MAG_FILTER,gt[T.magFilter]),e.texParameteri(P,e.TEXTURE_MIN_FILTER,gt[T.minFilter]),T.compareFunction&&(e.texParameteri(P,e.TEXTURE_COMPARE_MODE,e.COMPARE_REF_TO_TEXTURE),e.texParameteri(P,e.TEXTURE_COMPARE_FUNC,lt[T.compareFunction])),t.has("EXT_texture_filter_anisotropic")===!0){if(T.magFilter===Ke||T.minFilter!==Cc&&T.minFilter!==Ar||T.type===Ti&&t.has("OES_texture_float_linear")===!1)return;if(T.anisotropy>1||i.get(T).__currentAnisotropy){let V=t.get("EXT_texture_filter_anisotropic");e.texParameterf(P,V.TEXTURE_MAX_ANISOTROPY_EXT,Math.min(T.anisotropy,r.getMaxAnisotropy())),i.get(T).__currentAnisotropy=T.anisotropy}}}function It(P,T){let V=!1;P.__webglInit===void 0&&(P.__webglInit=!0,T.addEventListener("dispose",C),R(T));let ut=T.source,nt=d.get(ut);nt===void 0&&(nt={},d.set(ut,nt));let yt=W(T);if(yt!==P.__cacheKey){nt[yt]===void 0&&(nt[yt]={texture:e.createTexture(),usedTimes:0},o.memory.textures++,V=!0),nt[yt].usedTimes++;let Mt=nt[P.__cacheKey];Mt!==void 0&&(nt[P.__cacheKey].usedTimes--,Mt.usedTimes===0&&F(T)),P.__cacheKey=yt,P.__webglTexture=nt[yt].texture}return V}function pt(P,T,V){return Math.floor(Math.floor(P/V)/T)}function Ut(P,T,V,ut){let yt=P.updateRanges;if(yt.length===0)n.texSubImage2D(e.TEXTURE_2D,0,0,0,T.width,T.height,V,ut,T.data);else{yt.sort((D,et)=>D.start-et.start);let Mt=0;for(let D=1;D<yt.length;D++){let et=yt[Mt],Q=yt[D],vt=et.start+et.count,dt=pt(Q.start,T.width,4),xt=pt(et.start,T.width,4);Q.start<=vt+1&&dt===xt&&pt(Q.start+Q.count-1,T.width,4)===dt?et.count=Math.max(et.count,Q.start+Q.count-et.start):(++Mt,yt[Mt]=Q)}yt.length=Mt+1;let j=n.getParameter(e.UNPACK_ROW_LENGTH),tt=n.getParameter(e.UNPACK_SKIP_PIXELS),_t=n.getParameter(e.UNPACK_SKIP_ROWS);n.pixelStorei(e.UNPACK_ROW_LENGTH,T.width);for(let D=0,et=yt.length;D<et;D++){let Q=yt[D],vt=Math.floor(Q.start/4),dt=Math.ceil(Q.count/4),xt=vt%T.width,Nt=Math.floor(vt/T.width),qt=dt,ht=1;n.pixelStorei(e.UNPACK_SKIP_PIXELS,xt),n.pixelStorei(e.UNPACK_SKIP_ROWS,Nt),n.texSubImage2D(e.TEXTURE_2D,0,xt,Nt,qt,ht,V,ut,T.data)}P.clearUpdateRanges(),n.pixelStorei(e.UNPACK_ROW_LENGTH,j),n.pixelStorei(e.UNPACK_SKIP_PIXELS,tt),n.pixelStorei(e.UNPACK_SKIP_ROWS,_t)}}function Gt(P,T,V){let ut=e.TEXTURE_2D;(T.isDataArrayTexture||T.isCompressedArrayTexture)&&(ut=e.TEXTURE_2D_ARRAY),T.isData3DTexture&&(ut=e.TEXTURE_3D);let nt=It(P,T),yt=T.source;n.bindTexture(ut,P.__webglTexture,e.TEXTURE0+V);let Mt=i.get(yt);if(yt.version!==Mt.__version||nt===!0){if(n.activeTexture(e.TEXTURE0+V),(typeof ImageBitmap<"u"&&T.image instanceof ImageBitmap)===!1){let ht=ee.getPrimaries(ee.workingColorSpace),Dt=T.colorSpace===Cr?null:ee.getPrimaries(T.colorSpace),Xt=T.colorSpace===Cr||ht===Dt?e.NONE:e.BROWSER_DEFAULT_WEBGL;n.pixelStorei(e.UNPACK_FLIP_Y_WEBGL,T.flipY),n.pixelStorei(e.UNPACK_PREMULTIPLY_ALPHA_WEBGL,T.premultiplyAlpha),n.pixelStorei(e.UNPACK_COLORSPACE_CONVERSION_WEBGL,Xt)}n.pixelStorei(e.UNPACK_ALIGNMENT,T.unpackAlignment);let tt=_(T.image,!1,r.maxTextureSize);tt=Lt(T,tt);let _t=s.convert(T.format,T.colorSpace),D=s.convert(T.type),et=b(T.internalFormat,_t,D,T.normalized,T.colorSpace,T.isVideoTexture);K(ut,T);let Q,vt=T.mipmaps,dt=T.isVideoTexture!==!0,xt=Mt.__version===void 0||nt===!0,Nt=yt.dataReady,qt=M(T,tt);if(T.isDepthTexture)et=x(T.format===Er,T.type),xt&&(dt?n.texStorage2D(e.TEXTURE_2D,1,et,tt.width,tt.height):n.texImage2D(e.TEXTURE_2D,0,et,tt.width,tt.height,0,_t,D,null));else if(T.isDataTexture)if(vt.length>0){dt&&xt&&n.texStorage2D(e.TEXTURE_2D,qt,et,vt[0].width,vt[0].height);for(let ht=0,Dt=vt.length;ht<Dt;ht++)Q=vt[ht],dt?Nt&&n.texSubImage2D(e.TEXTURE_2D,ht,0,0,Q.width,Q.height,_t,D,Q.data):n.texImage2D(e.TEXTURE_2D,ht,et,Q.width,Q.height,0,_t,D,Q.data);T.generateMipmaps=!1}else dt?(xt&&n.texStorage2D(e.TEXTURE_2D,qt,et,tt.width,tt.height),Nt&&Ut(T,tt,_t,D)):n.texImage2D(e.TEXTURE_2D,0,et,tt.width,tt.height,0,_t,D,tt.data);else if(T.isCompressedTexture)if(T.isCompressedArrayTexture){dt&&xt&&n.texStorage3D(e.TEXTURE_2D_ARRAY,qt,et,vt[0].width,vt[0].height,tt.depth);for(let ht=0,Dt=vt.length;ht<Dt;ht++)if(Q=vt[ht],T.format!==Ei)if(_t!==null)if(dt){if(Nt)if(T.layerUpdates.size>0){let Xt=hm(Q.width,Q.height,T.format,T.type);for(let wt of T.layerUpdates){let he=Q.data.subarray(wt*Xt/Q.data.BYTES_PER_ELEMENT,(wt+1)*Xt/Q.data.BYTES_PER_ELEMENT);n.compressedTexSubImage3D(e.TEXTURE_2D_ARRAY,ht,0,0,wt,Q.width,Q.height,1,_t,he)}}else n.compressedTexSubImage3D(e.TEXTURE_2D_ARRAY,ht,0,0,0,Q.width,Q.height,tt.depth,_t,Q.data)}else n.compressedTexImage3D(e.TEXTURE_2D_ARRAY,ht,et,Q.width,Q.height,tt.depth,0,Q.data,0,0);else Ft("WebGLRenderer: Attempt to load unsupported compressed texture format in .uploadTexture()");else dt?Nt&&n.texSubImage3D(e.TEXTURE_2D_ARRAY,ht,0,0,0,Q.width,Q.height,tt.depth,_t,D,Q.data):n.texImage3D(e.TEXTURE_2D_ARRAY,ht,et,Q.width,Q.height,tt.depth,0,_t,D,Q.data);T.layerUpdates.size>0&&T.clearLayerUpdates()}else{dt&&xt&&n.texStorage2D(e.TEXTURE_2D,qt,et,vt[0].width,vt[0].height);for(let ht=0,Dt=vt.length;ht<Dt;ht++)Q=vt[ht],T.format!==Ei?_t!==null?dt?Nt&&n.compressedTexSubImage2D(e.TEXTURE_2D,ht,0,0,Q.width,Q.height,_t,Q.data):n.compressedTexImage2D(e.TEXTURE_2D,ht,et,Q.width,Q.height,0,Q.data):Ft("WebGLRenderer: Attempt to load unsupported compressed texture format in .uploadTexture()"):dt?Nt&&n.texSubImage2D(e.TEXTURE_2D,ht,0,0,Q.width,Q.height,_t,D,Q.data):n.texImage2D(e.TEXTURE_2D,ht,et,Q.width,Q.height,0,_t,D,Q.data)}else if(T.isDataArrayTexture)if(dt){if(xt&&n.texStorage3D(e.TEXTURE_2D_ARRAY,qt,et,tt.width,tt.height,tt.depth),Nt)if(T.layerUpdates.size>0){let ht=hm(tt.width,tt.height,T.format,T.type);for(let Dt of T.layerUpdates){let Xt=tt.data.subarray(Dt*ht/tt.data.BYTES_PER_ELEMENT,(Dt+1)*ht/tt.data.BYTES_PER_ELEMENT);n.texSubImage3D(e.TEXTURE_2D_ARRAY,0,0,0,Dt,tt.width,tt.height,1,_t,D,Xt)}T.clearLayerUpdates()}else n.texSubImage3D(e.TEXTURE_2D_ARRAY,0,0,0,0,tt.width,tt.height,tt.depth,_t,D,tt.data)}else n.texImage3D(e.TEXTURE_2D_ARRAY,0,et,tt.width,tt.height,tt.depth,0,_t,D,tt.data);else if(T.isData3DTexture)dt?(xt&&n.texStorage3D(e.TEXTURE_3D,qt,et,tt.width,tt.height,tt.depth),Nt&&n.texSubImage3D(e.TEXTURE_3D,0,0,0,0,tt.width,tt.height,tt.depth,_t,D,tt.data)):n.texImage3D(e.TEXTURE_3D,0,et,tt.width,tt.height,tt.depth,0,_t,D,tt.data);else if(T.isFramebufferTexture){if(xt)if(dt)n.texStorage2D(e.TEXTURE_2D,qt,et,tt.width,tt.height);else{let ht=tt.width,Dt=tt.height;for(let Xt=0;Xt<qt;Xt++)n.texImage2D(e.TEXTURE_2D,Xt,et,ht,Dt,0,_t,D,null),ht>>=1,Dt>>=1}}else if(T.isHTMLTexture){if("texElementImage2D"in e){let ht=e.canvas;if(ht.hasAttribute("layoutsubtree")||ht.setAttribute("layoutsubtree","true"),tt.parentNode!==ht){ht.appendChild(tt),h.add(T),ht.onpaint=Dt=>{let Xt=Dt.changedElements;for(let wt of h)Xt.includes(wt.image)&&(wt.needsUpdate=!0)},ht.requestPaint();return}if(e.texElementImage2D.length===3)e.texElementImage2D(e.TEXTURE_2D,e.RGBA8,tt);else{let Xt=e.RGBA,wt=e.RGBA,he=e.UNSIGNED_BYTE;e.texElementImage2D(e.TEXTURE_2D,0,Xt,wt,he,tt)}e.texParameteri(e.TEXTURE_2D,e.TEXTURE_MIN_FILTER,e.LINEAR),e.texParameteri(e.TEXTURE_2D,e.TEXTURE_WRAP_S,e.CLAMP_TO_EDGE),e.texParameteri(e.TEXTURE_2D,e.TEXTURE_WRAP_T,e.CLAMP_TO_EDGE)}}else if(vt.length>0){if(dt&&xt){let ht=Bt(vt[0]);n.texStorage2D(e.TEXTURE_2D,qt,et,ht.width,ht.height)}for(let ht=0,Dt=vt.length;ht<Dt;ht++)Q=vt[ht],dt?Nt&&n.texSubImage2D(e.TEXTURE_2D,ht,0,0,_t,D,Q):n.texImage2D(e.TEXTURE_2D,ht,et,_t,D,Q);T.generateMipmaps=!1}else if(dt){if(xt){let ht=Bt(tt);n.texStorage2D(e.TEXTURE_2D,qt,et,ht.width,ht.height)}Nt&&n.texSubImage2D(e.TEXTURE_2D,0,0,0,_t,D,tt)}else n.texImage2D(e.TEXTURE_2D,0,et,_t,D,tt);S(T)&&T.mipmapsAutoUpdate===!0&&v(ut),Mt.__version=yt.version,T.onUpdate&&T.onUpdate(T)}P.__version=T.version}function ce(P,T,V){if(T.image.length!==6)return;let ut=It(P,T),nt=T.source;n.bindTexture(e.TEXTURE_CUBE_MAP,P.__webglTexture,e.TEXTURE0+V);let yt=i.get(nt);if(nt.version!==yt.__version||ut===!0){n.activeTexture(e.TEXTURE0+V);let Mt=ee.getPrimaries(ee.workingColorSpace),j=T.colorSpace===Cr?null:ee.getPrimaries(T.colorSpace),tt=T.colorSpace===Cr||Mt===j?e.NONE:e.BROWSER_DEFAULT_WEBGL;n.pixelStorei(e.UNPACK_FLIP_Y_WEBGL,T.flipY),n.pixelStorei(e.UNPACK_PREMULTIPLY_ALPHA_WEBGL,T.premultiplyAlpha),n.pixelStorei(e.UNPACK_ALIGNMENT,T.unpackAlignment),n.pixelStorei(e.UNPACK_COLORSPACE_CONVERSION_WEBGL,tt);let _t=T.isCompressedTexture||T.image[0].isCompressedTexture,D=T.image[0]&&T.image[0].isDataTexture,et=[];for(let wt=0;wt<6;wt++)!_t&&!D?et[wt]=_(T.image[wt],!0,r.maxCubemapSize):et[wt]=D?T.image[wt].image:T.image[wt],et[wt]=Lt(T,et[wt]);let Q=et[0],vt=s.convert(T.format,T.colorSpace),dt=s.convert(T.type),xt=b(T.internalFormat,vt,dt,T.normalized,T.colorSpace),Nt=T.isVideoTexture!==!0,qt=yt.__version===void 0||ut===!0,ht=nt.dataReady,Dt=M(T,Q);K(e.TEXTURE_CUBE_MAP,T);let Xt;if(T.isDepthTexture){if(xt=x(T.format===Er,T.type),qt)if(Nt)n.texStorage2D(e.TEXTURE_CUBE_MAP,1,xt,Q.width,Q.height);else for(let wt=0;wt<6;wt++)n.texImage2D(e.TEXTURE_CUBE_MAP_POSITIVE_X+wt,0,xt,Q.width,Q.height,0,vt,dt,null)}else if(_t){Nt&&qt&&n.texStorage2D(e.TEXTURE_CUBE_MAP,Dt,xt,Q.width,Q.height);for(let wt=0;wt<6;wt++){Xt=et[wt].mipmaps;for(let he=0;he<Xt.length;he++){let qe=Xt[he];T.format!==Ei?vt!==null?Nt?ht&&n.compressedTexSubImage2D(e.TEXTURE_CUBE_MAP_POSITIVE_X+wt,he,0,0,qe.width,qe.height,vt,qe.data):n.compressedTexImage2D(e.TEXTURE_CUBE_MAP_POSITIVE_X+wt,he,xt,qe.width,qe.height,0,qe.data):Ft("WebGLRenderer: Attempt to load unsupported compressed texture format in .setTextureCube()"):Nt?ht&&n.texSubImage2D(e.TEXTURE_CUBE_MAP_POSITIVE_X+wt,he,0,0,qe.width,qe.height,vt,dt,qe.data):n.texImage2D(e.TEXTURE_CUBE_MAP_POSITIVE_X+wt,he,xt,qe.width,qe.height,0,vt,dt,qe.data)}}}else{if(Xt=T.mipmaps,Nt&&qt){Xt.length>0&&Dt++;let wt=Bt(et[0]);n.texStorage2D(e.TEXTURE_CUBE_MAP,Dt,xt,wt.width,wt.height)}for(let wt=0;wt<6;wt++)if(D){Nt?ht&&n.texSubImage2D(e.TEXTURE_CUBE_MAP_POSITIVE_X+wt,0,0,0,et[wt].width,et[wt].height,vt,dt,et[wt].data):n.texImage2D(e.TEXTURE_CUBE_MAP_POSITIVE_X+wt,0,xt,et[wt].width,et[wt].height,0,vt,dt,et[wt].data);for(let he=0;he<Xt.length;he++){let Kr=Xt[he].image[wt].image;Nt?ht&&n.texSubImage2D(e.TEXTURE_CUBE_MAP_POSITIVE_X+wt,he+1,0,0,Kr.width,Kr.height,vt,dt,Kr.data):n.texImage2D(e.TEXTURE_CUBE_MAP_POSITIVE_X+wt,he+1,xt,Kr.width,Kr.height,0,vt,dt,Kr.data)}}else{Nt?ht&&n.texSubImage2D(e.TEXTURE_CUBE_MAP_POSITIVE_X+wt,0,0,0,vt,dt,et[wt]):n.texImage2D(e.TEXTURE_CUBE_MAP_POSITIVE_X+wt,0,xt,vt,dt,et[wt]);for(let he=0;he<Xt.length;he++){let qe=Xt[he];Nt?ht&&n.texSubImage2D(e.TEXTURE_CUBE_MAP_POSITIVE_X+wt,he+1,0,0,vt,dt,qe.image[wt]):n.texImage2D(e.TEXTURE_CUBE_MAP_POSITIVE_X+wt,he+1,xt,vt,dt,qe.image[wt])}}}S(T)&&T.mipmapsAutoUpdate===!0&&v(e.TEXTURE_CUBE_MAP),yt.__version=nt.version,T.onUpdate&&T.onUpdate(T)}P.__version=T.version}function oe(P,T,V,ut,nt,yt){let Mt=s.convert(V.format,V.colorSpace),j=s.convert(V.type),tt=b(V.internalFormat,Mt,j,V.normalized,V.colorSpace),_t=i.get(T),D=i.get(V);if(D.__renderTarget=T,!_t.__hasExternalTextures){let et=Math.max(1,T.width>>yt),Q=Math.max(1,T.height>>yt);nt===e.TEXTURE_3D||nt===e.TEXTURE_2D_ARRAY?n.texImage3D(nt,yt,tt,et,Q,T.depth,0,Mt,j,null):n.texImage2D(nt,yt,tt,et,Q,0,Mt,j,null)}n.bindFramebuffer(e.FRAMEBUFFER,P),mt(T)?a.framebufferTexture2DMultisampleEXT(e.FRAMEBUFFER,ut,nt,D.__webglTexture,0,ve(T)):(nt===e.TEXTURE_2D||nt>=e.TEXTURE_CUBE_MAP_POSITIVE_X&&nt<=e.TEXTURE_CUBE_MAP_NEGATIVE_Z)&&e.framebufferTexture2D(e.FRAMEBUFFER,ut,nt,D.__webglTexture,yt),n.bindFramebuffer(e.FRAMEBUFFER,null)}function Xe(P,T,V){if(e.bindRenderbuffer(e.RENDERBUFFER,P),T.depthBuffer){let ut=T.depthTexture,nt=ut&&ut.isDepthTexture?ut.type:null,yt=x(T.stencilBuffer,nt),Mt=T.stencilBuffer?e.DEPTH_STENCIL_ATTACHMENT:e.DEPTH_ATTACHMENT;mt(T)?a.renderbufferStorageMultisampleEXT(e.RENDERBUFFER,ve(T),yt,T.width,T.height):V?e.renderbufferStorageMultisample(e.RENDERBUFFER,ve(T),yt,T.width,T.height):e.renderbufferStorage(e.RENDERBUFFER,yt,T.width,T.height),e.framebufferRenderbuffer(e.FRAMEBUFFER,Mt,e.RENDERBUFFER,P)}else{let ut=T.textures;for(let nt=0;nt<ut.length;nt++){let yt=ut[nt],Mt=s.convert(yt.format,yt.colorSpace),j=s.convert(yt.type),tt=b(yt.internalFormat,Mt,j,yt.normalized,yt.colorSpace);mt(T)?a.renderbufferStorageMultisampleEXT(e.RENDERBUFFER,ve(T),tt,T.width,T.height):V?e.renderbufferStorageMultisample(e.RENDERBUFFER,ve(T),tt,T.width,T.height):e.renderbufferStorage(e.RENDERBUFFER,tt,T.width,T.height)}}e.bindRenderbuffer(e.RENDERBUFFER,null)}function Be(P,T,V){let ut=T.isWebGLCubeRenderTarget===!0;if(n.bindFramebuffer(e.FRAMEBUFFER,P),!(T.depthTexture&&T.depthTexture.isDepthTexture))throw new Error("THREE.WebGLTextures: renderTarget.depthTexture must be an instance of THREE.DepthTexture.");let nt=i.get(T.depthTexture);nt.__renderTarget=T;let yt=ut?T.depthTexture.image[0]:T.depthTexture.image;(!nt.__webglTexture||yt.width!==T.width||yt.height!==T.height)&&(yt.width=T.width,yt.height=T.height,T.depthTexture.needsUpdate=!0),ut?rt(T.depthTexture,0):at(T.depthTexture,0);let Mt=nt.__webglTexture,j=ve(T),tt=ut?e.TEXTURE_CUBE_MAP_POSITIVE_X+V:e.TEXTURE_2D,_t=T.depthTexture.format===Er?e.DEPTH_STENCIL_ATTACHMENT:e.DEPTH_ATTACHMENT;if(T.depthTexture.format===Sr)mt(T)?a.framebufferTexture2DMultisampleEXT(e.FRAMEBUFFER,_t,tt,Mt,0,j):e.framebufferTexture2D(e.FRAMEBUFFER,_t,tt,Mt,0);else if(T.depthTexture.format===Er)mt(T)?a.framebufferTexture2DMultisampleEXT(e.FRAMEBUFFER,_t,tt,Mt,0,j):e.framebufferTexture2D(e.FRAMEBUFFER,_t,tt,Mt,0);else throw new Error("THREE.WebGLTextures: Unknown depthTexture format.")}function Cn(P){let T=i.get(P),V=P.isWebGLCubeRenderTarget===!0;if(T.__boundDepthTexture!==P.depthTexture){let ut=P.depthTexture;if(T.__depthDisposeCallback&&T.__depthDisposeCallback(),ut){let nt=()=>{delete T.__boundDepthTexture,delete T.__depthDisposeCallback,ut.removeEventListener("dispose",nt)};ut.addEventListener("dispose",nt),T.__depthDisposeCallback=nt}T.__boundDepthTexture=ut}if(P.depthTexture&&!T.__autoAllocateDepthBuffer)if(V)for(let ut=0;ut<6;ut++)Be(T.__webglFramebuffer[ut],P,ut);else P.texture.mipmaps.length>0?Be(T.__webglFramebuffer[0],P,0):Be(T.__webglFramebuffer,P,0);else if(V){T.__webglDepthbuffer=[];for(let ut=0;ut<6;ut++)if(n.bindFramebuffer(e.FRAMEBUFFER,T.__webglFramebuffer[ut]),T.__webglDepthbuffer[ut]===void 0)T.__webglDepthbuffer[ut]=e.createRenderbuffer(),Xe(T.__webglDepthbuffer[ut],P,!1);else{let nt=P.stencilBuffer?e.DEPTH_STENCIL_ATTACHMENT:e.DEPTH_ATTACHMENT,yt=T.__webglDepthbuffer[ut];e.bindRenderbuffer(e.RENDERBUFFER,yt),e.framebufferRenderbuffer(e.FRAMEBUFFER,nt,e.RENDERBUFFER,yt)}}else if(P.texture.mipmaps.length>0?n.bindFramebuffer(e.FRAMEBUFFER,T.__webglFramebuffer[0]):n.bindFramebuffer(e.FRAMEBUFFER,T.__webglFramebuffer),T.__webglDepthbuffer===void 0)T.__webglDepthbuffer=e.createRenderbuffer(),Xe(T.__webglDepthbuffer,P,!1);else{let nt=P.stencilBuffer?e.DEPTH_STENCIL_ATTACHMENT:e.DEPTH_ATTACHMENT,yt=T.__webglDepthbuffer;e.bindRenderbuffer(e.RENDERBUFFER,yt),e.framebufferRenderbuffer(e.FRAMEBUFFER,nt,e.RENDERBUFFER,yt)}n.bindFramebuffer(e.FRAMEBUFFER,null)}function gn(P,T,V){let ut=i.get(P);T!==void 0&&oe(ut.__webglFramebuffer,P,P.texture,e.COLOR_ATTACHMENT0,e.TEXTURE_2D,0),V!==void 0&&Cn(P)}function Rn(P){let T=P.texture,V=i.get(P),ut=i.get(T);P.addEventListener("dispose",N),R(P);let nt=P.textures,yt=P.isWebGLCubeRenderTarget===!0,Mt=nt.length>1;if(Mt||(ut.__webglTexture===void 0&&(ut.__webglTexture=e.createTexture()),ut.__version=T.version,o.memory.textures++),yt){V.__webglFramebuffer=[];for(let j=0;j<6;j++)if(T.mipmaps.length>0){V.__webglFramebuffer[j]=[];for(let tt=0;tt<T.mipmaps.length;tt++)V.__webglFramebuffer[j][tt]=e.createFramebuffer()}else V.__webglFramebuffer[j]=e.createFramebuffer()}else{if(T.mipmaps.length>0){V.__webglFramebuffer=[];for(let j=0;j<T.mipmaps.length;j++)V.__webglFramebuffer[j]=e.createFramebuffer()}else V.__webglFramebuffer=e.createFramebuffer();if(Mt)for(let j=0,tt=nt.length;j<tt;j++){let _t=i.get(nt[j]);_t.__webglTexture===void 0&&(_t.__webglTexture=e.createTexture(),o.memory.textures++)}if(P.samples>0&&mt(P)===!1){V.__webglMultisampledFramebuffer=e.createFramebuffer(),V.__webglColorRenderbuffer=[],n.bindFramebuffer(e.FRAMEBUFFER,V.__webglMultisampledFramebuffer);for(let j=0;j<nt.length;j++){let tt=nt[j];V.__webglColorRenderbuffer[j]=e.createRenderbuffer(),e.bindRenderbuffer(e.RENDERBUFFER,V.__webglColorRenderbuffer[j]);let _t=s.convert(tt.format,tt.colorSpace),D=s.convert(tt.type),et=b(tt.internalFormat,_t,D,tt.normalized,tt.colorSpace,P.isXRRenderTarget===!0),Q=ve(P);e.renderbufferStorageMultisample(e.RENDERBUFFER,Q,et,P.width,P.height),e.framebufferRenderbuffer(e.FRAMEBUFFER,e.COLOR_ATTACHMENT0+j,e.RENDERBUFFER,V.__webglColorRenderbuffer[j])}e.bindRenderbuffer(e.RENDERBUFFER,null),P.depthBuffer&&(V.__webglDepthRenderbuffer=e.createRenderbuffer(),Xe(V.__webglDepthRenderbuffer,P,!0)),n.bindFramebuffer(e.FRAMEBUFFER,null)}}if(yt){n.bindTexture(e.TEXTURE_CUBE_MAP,ut.__webglTexture),K(e.TEXTURE_CUBE_MAP,T);for(let j=0;j<6;j++)if(T.mipmaps.length>0)for(let tt=0;tt<T.mipmaps.length;tt++)oe(V.__webglFramebuffer[j][tt],P,T,e.COLOR_ATTACHMENT0,e.TEXTURE_CUBE_MAP_POSITIVE_X+j,tt);else oe(V.__webglFramebuffer[j],P,T,e.COLOR_ATTACHMENT0,e.TEXTURE_CUBE_MAP_POSITIVE_X+j,0);S(T)?v(e.TEXTURE_CUBE_MAP):T.mipmaps.length>0&&e.texParameteri(e.TEXTURE_CUBE_MAP,e.TEXTURE_MAX_LEVEL,T.mipmaps.length-1),n.unbindTexture()}else if(Mt){for(let j=0,tt=nt.length;j<tt;j++){let _t=nt[j],D=i.get(_t),et=e.TEXTURE_2D;(P.isWebGL3DRenderTarget||P.isWebGLArrayRenderTarget)&&(et=P.isWebGL3DRenderTarget?e.TEXTURE_3D:e.TEXTURE_2D_ARRAY),n.bindTexture(et,D.__webglTexture),K(et,_t),oe(V.__webglFramebuffer,P,_t,e.COLOR_ATTACHMENT0+j,et,0),S(_t)&&v(et)}n.unbindTexture()}else{let j=e.TEXTURE_2D;if((P.isWebGL3DRenderTarget||P.isWebGLArrayRenderTarget)&&(j=P.isWebGL3DRenderTarget?e.TEXTURE_3D:e.TEXTURE_2D_ARRAY),n.bindTexture(j,ut.__webglTexture),K(j,T),T.mipmaps.length>0)for(let tt=0;tt<T.mipmaps.length;tt++)oe(V.__webglFramebuffer[tt],P,T,e.COLOR_ATTACHMENT0,j,tt);else oe(V.__webglFramebuffer,P,T,e.COLOR_ATTACHMENT0,j,0);S(T)?v(j):T.mipmaps.length>0&&e.texParameteri(j,e.TEXTURE_MAX_LEVEL,T.mipmaps.length-1),n.unbindTexture()}P.depthBuffer&&Cn(P)}function z(P){let T=P.textures;for(let V=0,ut=T.length;V<ut;V++){let nt=T[V];if(S(nt)&&nt.mipmapsAutoUpdate===!0){let yt=w(P),Mt=i.get(nt).__webglTexture;n.bindTexture(yt,Mt),v(yt),n.unbindTexture()}}}let In=[];function _e(P){if(P.samples>0){if(mt(P)===!1){let T=P.textures,V=P.width,ut=P.height,nt=e.COLOR_BUFFER_BIT,yt=P.stencilBuffer?e.DEPTH_STENCIL_ATTACHMENT:e.DEPTH_ATTACHMENT,Mt=i.get(P),j=T.length>1;if(j)for(let _t=0;_t<T.length;_t++)n.bindFramebuffer(e.FRAMEBUFFER,Mt.__webglMultisampledFramebuffer),e.framebufferRenderbuffer(e.FRAMEBUFFER,e.COLOR_ATTACHMENT0+_t,e.RENDERBUFFER,null),n.bindFramebuffer(e.FRAMEBUFFER,Mt.__webglFramebuffer),e.framebufferTexture2D(e.DRAW_FRAMEBUFFER,e.COLOR_ATTACHMENT0+_t,e.TEXTURE_2D,null,0);n.bindFramebuffer(e.READ_FRAMEBUFFER,Mt.__webglMultisampledFramebuffer),P.texture.mipmaps.length>0?n.bindFramebuffer(e.DRAW_FRAMEBUFFER,Mt.__webglFramebuffer[0]):n.bindFramebuffer(e.DRAW_FRAMEBUFFER,Mt.__webglFramebuffer);for(let _t=0;_t<T.length;_t++){if(P.resolveDepthBuffer&&(P.depthBuffer&&(nt|=e.DEPTH_BUFFER_BIT),P.stencilBuffer&&P.resolveStencilBuffer&&(nt|=e.STENCIL_BUFFER_BIT)),j){e.framebufferRenderbuffer(e.READ_FRAMEBUFFER,e.COLOR_ATTACHMENT0,e.RENDERBUFFER,Mt.__webglColorRenderbuffer[_t]);let D=i.get(T[_t]).__webglTexture;e.framebufferTexture2D(e.DRAW_FRAMEBUFFER,e.COLOR_ATTACHMENT0,e.TEXTURE_2D,D,0)}e.blitFramebuffer(0,0,V,ut,0,0,V,ut,nt,e.NEAREST),c===!0&&(In.length=0,In.push(e.COLOR_ATTACHMENT0+_t),P.depthBuffer&&P.storeMultisampledDepthBuffer===!1&&In.push(yt),e.invalidateFramebuffer(e.READ_FRAMEBUFFER,In))}if(n.bindFramebuffer(e.READ_FRAMEBUFFER,null),n.bindFramebuffer(e.DRAW_FRAMEBUFFER,null),j)for(let _t=0;_t<T.length;_t++){n.bindFramebuffer(e.FRAMEBUFFER,Mt.__webglMultisampledFramebuffer),e.framebufferRenderbuffer(e.FRAMEBUFFER,e.COLOR_ATTACHMENT0+_t,e.RENDERBUFFER,Mt.__webglColorRenderbuffer[_t]);let D=i.get(T[_t]).__webglTexture;n.bindFramebuffer(e.FRAMEBUFFER,Mt.__webglFramebuffer),e.framebufferTexture2D(e.DRAW_FRAMEBUFFER,e.COLOR_ATTACHMENT0+_t,e.TEXTURE_2D,D,0)}n.bindFramebuffer(e.DRAW_FRAMEBUFFER,Mt.__webglMultisampledFramebuffer)}else if(P.depthBuffer&&P.storeMultisampledDepthBuffer===!1&&c){let T=P.stencilBuffer?e.DEPTH_STENCIL_ATTACHMENT:e.DEPTH_ATTACHMENT;e.invalidateFramebuffer(e.DRAW_FRAMEBUFFER,[T])}}}function ve(P){return Math.min(r.maxSamples,P.samples)}function mt(P){let T=i.get(P);return P.samples>0&&t.has("WEBGL_multisampled_render_to_texture")===!0&&T.__useRenderToTexture!==!1}function Ce(P){let T=o.render.frame;u.get(P)!==T&&(u.set(P,T),P.update())}function Lt(P,T){let V=P.colorSpace,ut=P.format,nt=P.type;return P.isCompressedTexture===!0||P.isVideoTexture===!0||V!==cc&&V!==Cr&&(ee.getTransfer(V)===ue?(ut!==Ei||nt!==Ln)&&Ft("WebGLTextures: sRGB encoded textures have to use RGBAFormat and UnsignedByteType."):kt("WebGLTextures: Unsupported texture color space:",V)),T}function Bt(P){return typeof HTMLImageElement<"u"&&P instanceof HTMLImageElement?(l.width=P.naturalWidth||P.width,l.height=P.naturalHeight||P.height):typeof VideoFrame<"u"&&P instanceof VideoFrame?(l.width=P.displayWidth,l.height=P.displayHeight):(l.width=P.width,l.height=P.height),l}this.allocateTextureUnit=ct,this.resetTextureUnits=G,this.getTextureUnits=X,this.setTextureUnits=st,this.setTexture2D=at,this.setTexture2DArray=ft,this.setTexture3D=ot,this.setTextureCube=rt,this.rebindTextures=gn,this.setupRenderTarget=Rn,this.updateRenderTargetMipmap=z,this.updateMultisampleRenderTarget=_e,this.setupDepthRenderbuffer=Cn,this.setupFrameBufferTexture=oe,this.useMultisampledRTT=mt,this.dispose=L}function ML(e,t){function n(i,r=Cr){let s,o=ee.getTransfer(r);if(i===Ln)return e.UNSIGNED_BYTE;if(i===rf)return e.UNSIGNED_SHORT_4_4_4_4;if(i===sf)return e.UNSIGNED_SHORT_5_5_5_1;if(i===Zp)return e.UNSIGNED_INT_5_9_9_9_REV;if(i===Jp)return e.UNSIGNED_INT_10F_11F_11F_REV;if(i===qp)return e.BYTE;if(i===Yp)return e.SHORT;if(i===Zo)return e.UNSIGNED_SHORT;if(i===nf)return e.INT;if(i===wi)return e.UNSIGNED_INT;if(i===Ti)return e.FLOAT;if(i===Ai)return e.HALF_FLOAT;if(i===Kp)return e.ALPHA;if(i===Qp)return e.RGB;if(i===Ei)return e.RGBA;if(i===Sr)return e.DEPTH_COMPONENT;if(i===Er)return e.DEPTH_STENCIL;if(i===jp)return e.RED;if(i===of)return e.RED_INTEGER;if(i===ds)return e.RG;if(i===af)return e.RG_INTEGER;if(i===cf)return e.RGBA_INTEGER;if(i===Rc||i===Ic||i===Pc||i===Lc)if(o===ue)if(s=t.get("WEBGL_compressed_texture_s3tc_srgb"),s!==null){if(i===Rc)return s.COMPRESSED_SRGB_S3TC_DXT1_EXT;if(i===Ic)return s.COMPRESSED_SRGB_ALPHA_S3TC_DXT1_EXT;if(i===Pc)return s.COMPRESSED_SRGB_ALPHA_S3TC_DXT3_EXT;if(i===Lc)return s.COMPRESSED_SRGB_ALPHA_S3TC_DXT5_EXT}else return null;else if(s=t.get("WEBGL_compressed_texture_s3tc"),s!==null){if(i===Rc)return s.COMPRESSED_RGB_S3TC_DXT1_EXT;if(i===Ic)return s.COMPRESSED_RGBA_S3TC_DXT1_EXT;if(i===Pc)return s.COMPRESSED_RGBA_S3TC_DXT3_EXT;if(i===Lc)return s.COMPRESSED_RGBA_S3TC_DXT5_EXT}else return null;if(i===lf||i===uf||i===ff||i===hf)if(s=t.get("WEBGL_compressed_texture_pvrtc"),s!==null){if(i===lf)return s.COMPRESSED_RGB_PVRTC_4BPPV1_IMG;if(i===uf)return s.COMPRESSED_RGB_PVRTC_2BPPV1_IMG;if(i===ff)return s.COMPRESSED_RGBA_PVRTC_4BPPV1_IMG;if(i===hf)return s.COMPRESSED_RGBA_PVRTC_2BPPV1_IMG}else return null;if(i===df||i===pf||i===mf||i===gf||i===yf||i===Nc||i===xf)if(s=t.get("WEBGL_compressed_texture_etc"),s!==null){if(i===df||i===pf)return o===ue?s.COMPRESSED_SRGB8_ETC2:s.COMPRESSED_RGB8_ETC2;if(i===mf)return o===ue?s.COMPRESSED_SRGB8_ALPHA8_ETC2_EAC:s.COMPRESSED_RGBA8_ETC2_EAC;if(i===gf)return s.COMPRESSED_R11_EAC;if(i===yf)return s.COMPRESSED_SIGNED_R11_EAC;if(i===Nc)return s.COMPRESSED_RG11_EAC;if(i===xf)return s.COMPRESSED_SIGNED_RG11_EAC}else return null;if(i===_f||i===vf||i===bf||i===Mf||i===Sf||i===wf||i===Tf||i===Af||i===Ef||i===Cf||i===Rf||i===If||i===Pf||i===Lf)if(s=t.get("WEBGL_compressed_texture_astc"),s!==null){if(i===_f)return o===ue?s.COMPRESSED_SRGB8_ALPHA8_ASTC_4x4_KHR:s.COMPRESSED_RGBA_ASTC_4x4_KHR;if(i===vf)return o===ue?s.COMPRESSED_SRGB8_ALPHA8_ASTC_5x4_KHR:s.COMPRESSED_RGBA_ASTC_5x4_KHR;if(i===bf)return o===ue?s.COMPRESSED_SRGB8_ALPHA8_ASTC_5x5_KHR:s.COMPRESSED_RGBA_ASTC_5x5_KHR;if(i===Mf)return o===ue?s.COMPRESSED_SRGB8_ALPHA8_ASTC_6x5_KHR:s.COMPRESSED_RGBA_ASTC_6x5_KHR;if(i===Sf)return o===ue?s.COMPRESSED_SRGB8_ALPHA8_ASTC_6x6_KHR:s.COMPRESSED_RGBA_ASTC_6x6_KHR;if(i===wf)return o===ue?s.COMPRESSED_SRGB8_ALPHA8_ASTC_8x5_KHR:s.COMPRESSED_RGBA_ASTC_8x5_KHR;if(i===Tf)return o===ue?s.COMPRESSED_SRGB8_ALPHA8_ASTC_8x6_KHR:s.COMPRESSED_RGBA_ASTC_8x6_KHR;if(i===Af)return o===ue?s.COMPRESSED_SRGB8_ALPHA8_ASTC_8x8_KHR:s.COMPRESSED_RGBA_ASTC_8x8_KHR;if(i===Ef)return o===ue?s.COMPRESSED_SRGB8_ALPHA8_ASTC_10x5_KHR:s.COMPRESSED_RGBA_ASTC_10x5_KHR;if(i===Cf)return o===ue?s.COMPRESSED_SRGB8_ALPHA8_ASTC_10x6_KHR:s.COMPRESSED_RGBA_ASTC_10x6_KHR;if(i===Rf)return o===ue?s.COMPRESSED_SRGB8_ALPHA8_ASTC_10x8_KHR:s.COMPRESSED_RGBA_ASTC_10x8_KHR;if(i===If)return o===ue?s.COMPRESSED_SRGB8_ALPHA8_ASTC_10x10_KHR:s.COMPRESSED_RGBA_ASTC_10x10_KHR;if(i===Pf)return o===ue?s.COMPRESSED_SRGB8_ALPHA8_ASTC_12x10_KHR:s.COMPRESSED_RGBA_ASTC_12x10_KHR;if(i===Lf)return o===ue?s.COMPRESSED_SRGB8_ALPHA8_ASTC_12x12_KHR:s.COMPRESSED_RGBA_ASTC_12x12_KHR}else return null;if(i===Nf||i===Df||i===Ff)if(s=t.get("EXT_texture_compression_bptc"),s!==null){if(i===Nf)return o===ue?s.COMPRESSED_SRGB_ALPHA_BPTC_UNORM_EXT:s.COMPRESSED_RGBA_BPTC_UNORM_EXT;if(i===Df)return s.COMPRESSED_RGB_BPTC_SIGNED_FLOAT_EXT;if(i===Ff)return s.COMPRESSED_RGB_BPTC_UNSIGNED_FLOAT_EXT}else return null;if(i===Uf||i===Of||i===Dc||i===Bf)if(s=t.get("EXT_texture_compression_rgtc"),s!==null){if(i===Uf)return s.COMPRESSED_RED_RGTC1_EXT;if(i===Of)return s.COMPRESSED_SIGNED_RED_RGTC1_EXT;if(i===Dc)return s.COMPRESSED_RED_GREEN_RGTC2_EXT;if(i===Bf)return s.COMPRESSED_SIGNED_RED_GREEN_RGTC2_EXT}else return null;return i===Ws?e.UNSIGNED_INT_24_8:e[i]!==void 0?e[i]:null}return{convert:n}}var SL=`
+void main() {
+
+	gl_Position = vec4( position, 1.0 );
+
+}`,wL=`
+uniform sampler2DArray depthColor;
+uniform float depthWidth;
+uniform float depthHeight;
+
+void main() {
+
+	vec2 coord = vec2( gl_FragCoord.x / depthWidth, gl_FragCoord.y / depthHeight );
+
+	if ( coord.x >= 1.0 ) {
+
+		gl_FragDepth = texture( depthColor, vec3( coord.x - 1.0, coord.y, 1 ) ).r;
+
+	} else {
+
+		gl_FragDepth = texture( depthColor, vec3( coord.x, coord.y, 0 ) ).r;
+
+	}
+
+}`,bm=class{constructor(){this.texture=null,this.mesh=null,this.depthNear=0,this.depthFar=0}init(t,n){if(this.texture===null){let i=new xc(t.texture);(t.depthNear!==n.depthNear||t.depthFar!==n.depthFar)&&(this.depthNear=t.depthNear,this.depthFar=t.depthFar),this.texture=i}}getMesh(t){if(this.texture!==null&&this.mesh===null){let n=t.cameras[0].viewport,i=new Vi({vertexShader:SL,fragmentShader:wL,uniforms:{depthColor:{value:this.texture},depthWidth:{value:n.z},depthHeight:{value:n.w}}});this.mesh=new Xn(new zs(20,20),i)}return this.mesh}reset(){this.texture=null,this.mesh=null}getDepthTexture(){return this.texture}},Mm=class extends zi{constructor(t,n){super();let i=this,r=null,s=1,o=null,a="local-floor",c=1,l=null,u=null,h=null,f=null,d=null,p=null,y=typeof XRWebGLBinding<"u",m=new bm,g={},_=n.getContextAttributes(),S=null,v=null,w=[],b=[],x=new ie,M=null,R=null,E=new xn;E.viewport=new Te;let C=new xn;C.viewport=new Te;let N=[E,C],B=new Ku,I=null,L=null;this.cameraAutoUpdate=!0,this.enabled=!1,this.isPresenting=!1,this.getController=function(W){let at=w[W];return at===void 0&&(at=new Ho,w[W]=at),at.getTargetRaySpace()},this.getControllerGrip=function(W){let at=w[W];return at===void 0&&(at=new Ho,w[W]=at),at.getGripSpace()},this.getHand=function(W){let at=w[W];return at===void 0&&(at=new Ho,w[W]=at),at.getHandSpace()};function k(W){let at=b.indexOf(W.inputSource);if(at===-1)return;let ft=w[at];ft!==void 0&&(ft.update(W.inputSource,W.frame,l||o),ft.dispatchEvent({type:W.type,data:W.inputSource}))}function F(){r.removeEventListener("select",k),r.removeEventListener("selectstart",k),r.removeEventListener("selectend",k),r.removeEventListener("squeeze",k),r.removeEventListener("squeezestart",k),r.removeEventListener("squeezeend",k),r.removeEventListener("end",F),r.removeEventListener("inputsourceschange",Z);for(let W=0;W<w.length;W++){let at=b[W];at!==null&&(b[W]=null,w[W].disconnect(at))}I=null,L=null,m.reset();for(let W in g)delete g[W];if(t.setRenderTarget(S),d=null,f=null,h=null,r=null,v=null,ct.stop(),i.isPresenting=!1,t.setPixelRatio(M),t.setSize(x.width,x.height,!1),R!==null){let W=R.camera;W.fov=R.fov,W.zoom=R.zoom,W.updateProjectionMatrix(),R=null}i.dispatchEvent({type:"sessionend"})}this.setFramebufferScaleFactor=function(W){s=W,i.isPresenting===!0&&Ft("WebXRManager: Cannot change framebuffer scale while presenting.")},this.setReferenceSpaceType=function(W){a=W,i.isPresenting===!0&&Ft("WebXRManager: Cannot change reference space type while presenting.")},this.getReferenceSpace=function(){return l||o},this.setReferenceSpace=function(W){l=W},this.getBaseLayer=function(){return f!==null?f:d},this.getBinding=function(){return h===null&&y&&(h=new XRWebGLBinding(r,n)),h},this.getFrame=function(){return p},this.getSession=function(){return r},this.setSession=async function(W){if(r=W,r!==null){if(S=t.getRenderTarget(),r.addEventListener("select",k),r.addEventListener("selectstart",k),r.addEventListener("selectend",k),r.addEventListener("squeeze",k),r.addEventListener("squeezestart",k),r.addEventListener("squeezeend",k),r.addEventListener("end",F),r.addEventListener("inputsourceschange",Z),_.xrCompatible!==!0&&await n.makeXRCompatible(),M=t.getPixelRatio(),t.getSize(x),y&&"createProjectionLayer"in XRWebGLBinding.prototype){let ft=null,ot=null,rt=null;_.depth&&(rt=_.stencil?n.DEPTH24_STENCIL8:n.DEPTH_COMPONENT24,ft=_.stencil?Er:Sr,ot=_.stencil?Ws:wi);let J={colorFormat:n.RGBA8,depthFormat:rt,scaleFactor:s};h=this.getBinding(),f=h.createProjectionLayer(J),r.updateRenderState({layers:[f]}),t.setPixelRatio(1),t.setSize(f.textureWidth,f.textureHeight,!1),v=new $n(f.textureWidth,f.textureHeight,{format:Ei,type:Ln,depthTexture:new Tr(f.textureWidth,f.textureHeight,ot,void 0,void 0,void 0,void 0,void 0,void 0,ft),stencilBuffer:_.stencil,colorSpace:t.outputColorSpace,samples:_.antialias?4:0,resolveDepthBuffer:f.ignoreDepthValues===!1,resolveStencilBuffer:f.ignoreDepthValues===!1,storeMultisampledDepthBuffer:f.ignoreDepthValues===!1,storeMultisampledStencilBuffer:f.ignoreDepthValues===!1})}else{let ft={antialias:_.antialias,alpha:!0,depth:_.depth,stencil:_.stencil,framebufferScaleFactor:s};d=new XRWebGLLayer(r,n,ft),r.updateRenderState({baseLayer:d}),t.setPixelRatio(1),t.setSize(d.framebufferWidth,d.framebufferHeight,!1),v=new $n(d.framebufferWidth,d.framebufferHeight,{format:Ei,type:Ln,colorSpace:t.outputColorSpace,stencilBuffer:_.stencil,resolveDepthBuffer:d.ignoreDepthValues===!1,resolveStencilBuffer:d.ignoreDepthValues===!1,storeMultisampledDepthBuffer:d.ignoreDepthValues===!1,storeMultisampledStencilBuffer:d.ignoreDepthValues===!1})}v.isXRRenderTarget=!0,this.setFoveation(c),l=null,o=await r.requestReferenceSpace(a),ct.setContext(r),ct.start(),i.isPresenting=!0,i.dispatchEvent({type:"sessionstart"})}},this.getEnvironmentBlendMode=function(){if(r!==null)return r.environmentBlendMode},this.getDepthTexture=function(){return m.getDepthTexture()};function Z(W){for(let at=0;at<W.removed.length;at++){let ft=W.removed[at],ot=b.indexOf(ft);ot>=0&&(b[ot]=null,w[ot].disconnect(ft))}for(let at=0;at<W.added.length;at++){let ft=W.added[at],ot=b.indexOf(ft);if(ot===-1){for(let J=0;J<w.length;J++)if(J>=b.length){b.push(ft),ot=J;break}else if(b[J]===null){b[J]=ft,ot=J;break}if(ot===-1)break}let rt=w[ot];rt&&rt.connect(ft)}}function U(W,at){at===null?W.matrixWorld.copy(W.matrix):W.matrixWorld.multiplyMatrices(at.matrixWorld,W.matrix),W.matrixWorldInverse.copy(W.matrixWorld).invert()}this.updateCamera=function(W){if(r===null)return;let at=W.near,ft=W.far;m.texture!==null&&(m.depthNear>0&&(at=m.depthNear),m.depthFar>0&&(ft=m.depthFar)),B.near=C.near=E.near=at,B.far=C.far=E.far=ft,(I!==B.near||L!==B.far)&&(r.updateRenderState({depthNear:B.near,depthFar:B.far}),I=B.near,L=B.far),B.layers.mask=W.layers.mask|6,E.layers.mask=B.layers.mask&-5,C.layers.mask=B.layers.mask&-3;let ot=W.parent,rt=B.cameras;U(B,ot);for(let J=0;J<rt.length;J++)U(rt[J],ot);B.projectionMatrix.copy(E.projectionMatrix),B.projectionMatrixInverse.copy(E.projectionMatrixInverse),R===null&&W.isPerspectiveCamera&&(R={camera:W,fov:W.fov,zoom:W.zoom}),G(W,B,ot)};function G(W,at,ft){ft===null?W.matrix.copy(at.matrixWorld):(W.matrix.copy(ft.matrixWorld),W.matrix.invert(),W.matrix.multiply(at.matrixWorld)),W.matrix.decompose(W.position,W.quaternion,W.scale),W.updateMatrixWorld(!0),W.projectionMatrix.copy(at.projectionMatrix),W.projectionMatrixInverse.copy(at.projectionMatrixInverse),W.isPerspectiveCamera&&(W.fov=Go*2*Math.atan(1/W.projectionMatrix.elements[5]),W.zoom=1)}this.getCamera=function(){return B},this.getFoveation=function(){if(!(f===null&&d===null))return c},this.setFoveation=function(W){c=W,f!==null&&(f.fixedFoveation=W),d!==null&&d.fixedFoveation!==void 0&&(d.fixedFoveation=W)},this.hasDepthSensing=function(){return m.texture!==null},this.getDepthSensingMesh=function(){return m.getMesh(B)},this.getCameraTexture=function(W){return g[W]};let X=null;function st(W,at){if(u=at.getViewerPose(l||o),p=at,u!==null){let ft=u.views;d!==null&&(t.setRenderTargetFramebuffer(v,d.framebuffer),t.setRenderTarget(v));let ot=!1;ft.length!==B.cameras.length&&(B.cameras.length=0,ot=!0);for(let lt=0;lt<ft.length;lt++){let K=ft[lt],It=null;if(d!==null)It=d.getViewport(K);else{let Ut=h.getViewSubImage(f,K);It=Ut.viewport,lt===0&&(t.setRenderTargetTextures(v,Ut.colorTexture,Ut.depthStencilTexture),t.setRenderTarget(v))}let pt=N[lt];pt===void 0&&(pt=new xn,pt.layers.enable(lt),pt.viewport=new Te,N[lt]=pt),pt.matrix.fromArray(K.transform.matrix),pt.matrix.decompose(pt.position,pt.quaternion,pt.scale),pt.projectionMatrix.fromArray(K.projectionMatrix),pt.projectionMatrixInverse.copy(pt.projectionMatrix).invert(),pt.viewport.set(It.x,It.y,It.width,It.height),lt===0&&(B.matrix.copy(pt.matrix),B.matrix.decompose(B.position,B.quaternion,B.scale)),ot===!0&&B.cameras.push(pt)}let rt=r.enabledFeatures;if(rt&&rt.includes("depth-sensing")&&r.depthUsage=="gpu-optimized"&&y){h=i.getBinding();let lt=h.getDepthInformation(ft[0]);lt&&lt.isValid&&lt.texture&&m.init(lt,r.renderState)}if(rt&&rt.includes("camera-access")&&y){t.state.unbindTexture(),h=i.getBinding();for(let lt=0;lt<ft.length;lt++){let K=ft[lt].camera;if(K){let It=g[K];It||(It=new xc,g[K]=It);let pt=h.getCameraImage(K);It.sourceTexture=pt}}}}for(let ft=0;ft<w.length;ft++){let ot=b[ft],rt=w[ft];ot!==null&&rt!==void 0&&rt.update(ot,at,l||o)}X&&X(W,at),at.detectedPlanes&&i.dispatchEvent({type:"planesdetected",data:at}),p=null}let ct=new ub;ct.setAnimationLoop(st),this.setAnimationLoop=function(W){X=W},this.dispose=function(){}}},TL=new we,vb=new zt;vb.set(-1,0,0,0,1,0,0,0,1);function AL(e,t){function n(m,g){m.matrixAutoUpdate===!0&&m.updateMatrix(),g.value.copy(m.matrix)}function i(m,g){g.color.getRGB(m.fogColor.value,lm(e)),g.isFog?(m.fogNear.value=g.near,m.fogFar.value=g.far):g.isFogExp2&&(m.fogDensity.value=g.density)}function r(m,g,_,S,v){g.isNodeMaterial?g.uniformsNeedUpdate=!1:g.isMeshBasicMaterial?s(m,g):g.isMeshLambertMaterial?(s(m,g),g.envMap&&(m.envMapIntensity.value=g.envMapIntensity)):g.isMeshToonMaterial?(s(m,g),h(m,g)):g.isMeshPhongMaterial?(s(m,g),u(m,g),g.envMap&&(m.envMapIntensity.value=g.envMapIntensity)):g.isMeshStandardMaterial?(s(m,g),f(m,g),g.isMeshPhysicalMaterial&&d(m,g,v)):g.isMeshMatcapMaterial?(s(m,g),p(m,g)):g.isMeshDepthMaterial?s(m,g):g.isMeshDistanceMaterial?(s(m,g),y(m,g)):g.isMeshNormalMaterial?s(m,g):g.isLineBasicMaterial?(o(m,g),g.isLineDashedMaterial&&a(m,g)):g.isPointsMaterial?c(m,g,_,S):g.isSpriteMaterial?l(m,g):g.isShadowMaterial?(m.color.value.copy(g.color),m.opacity.value=g.opacity):g.isShaderMaterial&&(g.uniformsNeedUpdate=!1)}function s(m,g){m.opacity.value=g.opacity,g.color&&m.diffuse.value.copy(g.color),g.emissive&&m.emissive.value.copy(g.emissive).multiplyScalar(g.emissiveIntensity),g.map&&(m.map.value=g.map,n(g.map,m.mapTransform)),g.alphaMap&&(m.alphaMap.value=g.alphaMap,n(g.alphaMap,m.alphaMapTransform)),g.bumpMap&&(m.bumpMap.value=g.bumpMap,n(g.bumpMap,m.bumpMapTransform),m.bumpScale.value=g.bumpScale,g.side===bn&&(m.bumpScale.value*=-1)),g.normalMap&&(m.normalMap.value=g.normalMap,n(g.normalMap,m.normalMapTransform),m.normalScale.value.copy(g.normalScale),g.side===bn&&m.normalScale.value.negate()),g.displacementMap&&(m.displacementMap.value=g.displacementMap,n(g.displacementMap,m.displacementMapTransform),m.displacementScale.value=g.displacementScale,m.displacementBias.value=g.displacementBias),g.emissiveMap&&(m.emissiveMap.value=g.emissiveMap,n(g.emissiveMap,m.emissiveMapTransform)),g.specularMap&&(m.specularMap.value=g.specularMap,n(g.specularMap,m.specularMapTransform)),g.alphaTest>0&&(m.alphaTest.value=g.alphaTest);let _=t.get(g),S=_.envMap,v=_.envMapRotation;S&&(m.envMap.value=S,m.envMapRotation.value.setFromMatrix4(TL.makeRotationFromEuler(v)).transpose(),S.isCubeTexture&&S.isRenderTargetTexture===!1&&m.envMapRotation.value.premultiply(vb),m.reflectivity.value=g.reflectivity,m.ior.value=g.ior,m.refractionRatio.value=g.refractionRatio),g.lightMap&&(m.lightMap.value=g.lightMap,m.lightMapIntensity.value=g.lightMapIntensity,n(g.lightMap,m.lightMapTransform)),g.aoMap&&(m.aoMap.value=g.aoMap,m.aoMapIntensity.value=g.aoMapIntensity,n(g.aoMap,m.aoMapTransform))}function o(m,g){m.diffuse.value.copy(g.color),m.opacity.value=g.opacity,g.map&&(m.map.value=g.map,n(g.map,m.mapTransform))}function a(m,g){m.dashSize.value=g.dashSize,m.totalSize.value=g.dashSize+g.gapSize,m.scale.value=g.scale}function c(m,g,_,S){m.diffuse.value.copy(g.color),m.opacity.value=g.opacity,m.size.value=g.size*_,m.scale.value=S*.5,g.map&&(m.map.value=g.map,n(g.map,m.uvTransform)),g.alphaMap&&(m.alphaMap.value=g.alphaMap,n(g.alphaMap,m.alphaMapTransform)),g.alphaTest>0&&(m.alphaTest.value=g.alphaTest)}function l(m,g){m.diffuse.value.copy(g.color),m.opacity.value=g.opacity,m.rotation.value=g.rotation,g.map&&(m.map.value=g.map,n(g.map,m.mapTransform)),g.alphaMap&&(m.alphaMap.value=g.alphaMap,n(g.alphaMap,m.alphaMapTransform)),g.alphaTest>0&&(m.alphaTest.value=g.alphaTest)}function u(m,g){m.specular.value.copy(g.specular),m.shininess.value=Math.max(g.shininess,1e-4)}function h(m,g){g.gradientMap&&(m.gradientMap.value=g.gradientMap)}function f(m,g){m.metalness.value=g.metalness,g.metalnessMap&&(m.metalnessMap.value=g.metalnessMap,n(g.metalnessMap,m.metalnessMapTransform)),m.roughness.value=g.roughness,g.roughnessMap&&(m.roughnessMap.value=g.roughnessMap,n(g.roughnessMap,m.roughnessMapTransform)),g.envMap&&(m.envMapIntensity.value=g.envMapIntensity)}function d(m,g,_){m.ior.value=g.ior,g.diffuseRoughness>0&&(m.diffuseRoughness.value=g.diffuseRoughness,g.diffuseRoughnessMap&&(m.diffuseRoughnessMap.value=g.diffuseRoughnessMap,n(g.diffuseRoughnessMap,m.diffuseRoughnessMapTransform))),g.sheen>0&&(m.sheenColor.value.copy(g.sheenColor).multiplyScalar(g.sheen),m.sheenRoughness.value=g.sheenRoughness,g.sheenColorMap&&(m.sheenColorMap.value=g.sheenColorMap,n(g.sheenColorMap,m.sheenColorMapTransform)),g.sheenRoughnessMap&&(m.sheenRoughnessMap.value=g.sheenRoughnessMap,n(g.sheenRoughnessMap,m.sheenRoughnessMapTransform))),g.clearcoat>0&&(m.clearcoat.value=g.clearcoat,m.clearcoatRoughness.value=g.clearcoatRoughness,g.clearcoatMap&&(m.clearcoatMap.value=g.clearcoatMap,n(g.clearcoatMap,m.clearcoatMapTransform)),g.clearcoatRoughnessMap&&(m.clearcoatRoughnessMap.value=g.clearcoatRoughnessMap,n(g.clearcoatRoughnessMap,m.clearcoatRoughnessMapTransform)),g.clearcoatNormalMap&&(m.clearcoatNormalMap.value=g.clearcoatNormalMap,n(g.clearcoatNormalMap,m.clearcoatNormalMapTransform),m.clearcoatNormalScale.value.copy(g.clearcoatNormalScale),g.side===bn&&m.clearcoatNormalScale.value.negate())),g.dispersion>0&&(m.dispersion.value=g.dispersion),g.retroreflectivity>0&&(m.retroreflectivity.value=g.retroreflectivity),g.iridescence>0&&(m.iridescence.value=g.iridescence,m.iridescenceIOR.value=g.iridescenceIOR,m.iridescenceThicknessMinimum.value=g.iridescenceThicknessMinimum,m.iridescenceThicknessMaximum.value=g.iridescenceThicknessMaximum,g.iridescenceMap&&(m.iridescenceMap.value=g.iridescenceMap,n(g.iridescenceMap,m.iridescenceMapTransform)),g.iridescenceThicknessMap&&(m.iridescenceThicknessMap.value=g.iridescenceThicknessMap,n(g.iridescenceThicknessMap,m.iridescenceThicknessMapTransform))),g.transmission>0&&(m.transmission.value=g.transmission,m.transmissionSamplerMap.value=_.texture,m.transmissionSamplerSize.value.set(_.width,_.height),g.transmissionMap&&(m.transmissionMap.value=g.transmissionMap,n(g.transmissionMap,m.transmissionMapTransform)),m.thickness.value=g.thickness,g.thicknessMap&&(m.thicknessMap.value=g.thicknessMap,n(g.thicknessMap,m.thicknessMapTransform)),m.attenuationDistance.value=g.attenuationDistance,m.attenuationColor.value.copy(g.attenuationColor)),g.anisotropy>0&&(m.anisotropyVector.value.set(g.anisotropy*Math.cos(g.anisotropyRotation),g.anisotropy*Math.sin(g.anisotropyRotation)),g.anisotropyMap&&(m.anisotropyMap.value=g.anisotropyMap,n(g.anisotropyMap,m.anisotropyMapTransform))),m.specularIntensity.value=g.specularIntensity,m.specularColor.value.copy(g.specularColor),g.specularColorMap&&(m.specularColorMap.value=g.specularColorMap,n(g.specularColorMap,m.specularColorMapTransform)),g.specularIntensityMap&&(m.specularIntensityMap.value=g.specularIntensityMap,n(g.specularIntensityMap,m.specularIntensityMapTransform))}function p(m,g){g.matcap&&(m.matcap.value=g.matcap)}function y(m,g){let _=t.get(g).light;m.referencePosition.value.setFromMatrixPosition(_.matrixWorld),m.nearDistance.value=_.shadow.camera.near,m.farDistance.value=_.shadow.camera.far}return{refreshFogUniforms:i,refreshMaterialUniforms:r}}function EL(e,t,n,i){let r={},s={};function o(_,S){let v=S.program;i.uniformBlockBinding(_,v,r[_.id])}function a(_,S){let v=r[_.id];v===void 0&&(p(_),v=c(_),r[_.id]=v,_.addEventListener("dispose",m));let w=S.program;i.updateUBOMapping(_,w);let b=t.render.frame;s[_.id]!==b&&(l(_),s[_.id]=b)}function c(_){let S=e.createBuffer(),v=_.__size,w=_.usage;return e.bindBuffer(e.UNIFORM_BUFFER,S),e.bufferData(e.UNIFORM_BUFFER,v,w),e.bindBuffer(e.UNIFORM_BUFFER,null),S}function l(_){let S=r[_.id],v=_.uniforms,w=_.__cache;e.bindBuffer(e.UNIFORM_BUFFER,S);for(let b=0,x=v.length;b<x;b++){let M=v[b];if(Array.isArray(M))for(let R=0,E=M.length;R<E;R++)u(M[R],b,R,w);else u(M,b,0,w)}e.bindBuffer(e.UNIFORM_BUFFER,null)}function u(_,S,v,w){if(f(_,S,v,w)===!0){let b=_.__offset,x=_.value;if(Array.isArray(x)){let M=0;for(let R=0;R<x.length;R++){let E=x[R],C=y(E,!0);h(E,_.__data,M),M+=C.storage/Float32Array.BYTES_PER_ELEMENT}}else h(x,_.__data,0);e.bufferSubData(e.UNIFORM_BUFFER,b,_.__data)}}function h(_,S,v){typeof _=="number"||typeof _=="boolean"?S[v]=_:_.isMatrix3?(S[v]=_.elements[0],S[v+1]=_.elements[1],S[v+2]=_.elements[2],S[v+3]=0,S[v+4]=_.elements[3],S[v+5]=_.elements[4],S[v+6]=_.elements[5],S[v+7]=0,S[v+8]=_.elements[6],S[v+9]=_.elements[7],S[v+10]=_.elements[8],S[v+11]=0):ArrayBuffer.isView(_)?S.set(_.subarray(0,S.length-v),v):_.toArray(S,v)}function f(_,S,v,w){let b=_.value,x=S+"_"+v;if(Array.isArray(b)){w[x]===void 0&&(w[x]=[]);let M=w[x],R=!1;for(let E=0;E<b.length;E++)d(b[E],M,E)===!0&&(R=!0);return R}return d(b,w,x)}function d(_,S,v){if(S[v]===void 0)return typeof _=="number"||typeof _=="boolean"?S[v]=_:ArrayBuffer.isView(_)?S[v]=_.slice():S[v]=_.clone(),!0;{let w=S[v];if(typeof _=="number"||typeof _=="boolean"){if(w!==_)return S[v]=_,!0}else{if(ArrayBuffer.isView(_))return!0;if(w.equals(_)===!1)return w.copy(_),!0}}return!1}function p(_){let S=_.uniforms,v=0,w=16;for(let x=0,M=S.length;x<M;x++){let R=Array.isArray(S[x])?S[x]:[S[x]];for(let E=0,C=R.length;E<C;E++){let N=R[E],B=Array.isArray(N.value)?N.value:[N.value],I=Array.isArray(S[x])||Array.isArray(N.value),L=v;for(let F=0,Z=B.length;F<Z;F++){let U=B[F],G=y(U,I),X=v%w,st=X%G.boundary,ct=X+st;v+=st,ct!==0&&w-ct<G.storage&&(v+=w-ct),F===0&&(L=v),v+=G.storage}let k=N.type==="int"?Int32Array:N.type==="uint"?Uint32Array:Float32Array;N.__data=new k((v-L)/Float32Array.BYTES_PER_ELEMENT),N.__offset=L}}let b=v%w;return b>0&&(v+=w-b),_.__size=v,_.__cache={},this}function y(_,S){let v={boundary:0,storage:0};return typeof _=="number"||typeof _=="boolean"?(v.boundary=4,v.storage=4):_.isVector2?(v.boundary=8,v.storage=8):_.isVector3||_.isColor?(v.boundary=16,v.storage=12):_.isVector4?(v.boundary=16,v.storage=16):_.isMatrix3?(v.boundary=16,v.storage=48):_.isMatrix4?(v.boundary=16,v.storage=64):_.isTexture?Ft("WebGLRenderer: Texture samplers can not be part of an uniforms group."):ArrayBuffer.isView(_)?(v.boundary=16,v.storage=_.byteLength):Ft("WebGLRenderer: Unsupported uniform value type.",_),S===!0&&(v.boundary=16,v.storage=Math.ceil(v.storage/16)*16),v}function m(_){let S=_.target;S.removeEventListener("dispose",m),e.deleteBuffer(r[S.id]),delete r[S.id],delete s[S.id]}function g(){for(let _ in r)e.deleteBuffer(r[_]);r={},s={}}return{bind:o,update:a,dispose:g}}var CL=new Uint16Array([12469,15057,12620,14925,13266,14620,13807,14376,14323,13990,14545,13625,14713,13328,14840,12882,14931,12528,14996,12233,15039,11829,15066,11525,15080,11295,15085,10976,15082,10705,15073,10495,13880,14564,13898,14542,13977,14430,14158,14124,14393,13732,14556,13410,14702,12996,14814,12596,14891,12291,14937,11834,14957,11489,14958,11194,14943,10803,14921,10506,14893,10278,14858,9960,14484,14039,14487,14025,14499,13941,14524,13740,14574,13468,14654,13106,14743,12678,14818,12344,14867,11893,14889,11509,14893,11180,14881,10751,14852,10428,14812,10128,14765,9754,14712,9466,14764,13480,14764,13475,14766,13440,14766,13347,14769,13070,14786,12713,14816,12387,14844,11957,14860,11549,14868,11215,14855,10751,14825,10403,14782,10044,14729,9651,14666,9352,14599,9029,14967,12835,14966,12831,14963,12804,14954,12723,14936,12564,14917,12347,14900,11958,14886,11569,14878,11247,14859,10765,14828,10401,14784,10011,14727,9600,14660,9289,14586,8893,14508,8533,15111,12234,15110,12234,15104,12216,15092,12156,15067,12010,15028,11776,14981,11500,14942,11205,14902,10752,14861,10393,14812,9991,14752,9570,14682,9252,14603,8808,14519,8445,14431,8145,15209,11449,15208,11451,15202,11451,15190,11438,15163,11384,15117,11274,15055,10979,14994,10648,14932,10343,14871,9936,14803,9532,14729,9218,14645,8742,14556,8381,14461,8020,14365,7603,15273,10603,15272,10607,15267,10619,15256,10631,15231,10614,15182,10535,15118,10389,15042,10167,14963,9787,14883,9447,14800,9115,14710,8665,14615,8318,14514,7911,14411,7507,14279,7198,15314,9675,15313,9683,15309,9712,15298,9759,15277,9797,15229,9773,15166,9668,15084,9487,14995,9274,14898,8910,14800,8539,14697,8234,14590,7790,14479,7409,14367,7067,14178,6621,15337,8619,15337,8631,15333,8677,15325,8769,15305,8871,15264,8940,15202,8909,15119,8775,15022,8565,14916,8328,14804,8009,14688,7614,14569,7287,14448,6888,14321,6483,14088,6171,15350,7402,15350,7419,15347,7480,15340,7613,15322,7804,15287,7973,15229,8057,15148,8012,15046,7846,14933,7611,14810,7357,14682,7069,14552,6656,14421,6316,14251,5948,14007,5528,15356,5942,15356,5977,15353,6119,15348,6294,15332,6551,15302,6824,15249,7044,15171,7122,15070,7050,14949,6861,14818,6611,14679,6349,14538,6067,14398,5651,14189,5311,13935,4958,15359,4123,15359,4153,15356,4296,15353,4646,15338,5160,15311,5508,15263,5829,15188,6042,15088,6094,14966,6001,14826,5796,14678,5543,14527,5287,14377,4985,14133,4586,13869,4257,15360,1563,15360,1642,15358,2076,15354,2636,15341,3350,15317,4019,15273,4429,15203,4732,15105,4911,14981,4932,14836,4818,14679,4621,14517,4386,14359,4156,14083,3795,13808,3437,15360,122,15360,137,15358,285,15355,636,15344,1274,15322,2177,15281,2765,15215,3223,15120,3451,14995,3569,14846,3567,14681,3466,14511,3305,14344,3121,14037,2800,13753,2467,15360,0,15360,1,15359,21,15355,89,15346,253,15325,479,15287,796,15225,1148,15133,1492,15008,1749,14856,1882,14685,1886,14506,1783,14324,1608,13996,1398,13702,1183]),Wi=null;function RL(){return Wi===null&&(Wi=new Fu(CL,16,16,ds,Ai),Wi.name="DFG_LUT",Wi.minFilter=_n,Wi.magFilter=_n,Wi.wrapS=ki,Wi.wrapT=ki,Wi.generateMipmaps=!1,Wi.needsUpdate=!0),Wi}var Hf=class{constructor(t={}){let{canvas:n=Nv(),context:i=null,depth:r=!0,stencil:s=!1,alpha:o=!1,antialias:a=!1,premultipliedAlpha:c=!0,preserveDrawingBuffer:l=!1,powerPreference:u="default",failIfMajorPerformanceCaveat:h=!1,reversedDepthBuffer:f=!1,outputBufferType:d=Ln}=t;this.isWebGLRenderer=!0;let p;if(i!==null){if(typeof WebGLRenderingContext<"u"&&i instanceof WebGLRenderingContext)throw new Error("THREE.WebGLRenderer: WebGL 1 is not supported since r163.");p=i.getContextAttributes().alpha}else p=o;let y=d,m=new Set([cf,af,of]),g=new Set([Ln,wi,Zo,Ws,rf,sf]),_=new Uint32Array(4),S=new Int32Array(4),v={textures:[],min:[],max:[],resolution:[]},w=null,b=null,x=[],M=[],R=null;this.domElement=n,this.debug={checkShaderErrors:!0,diagnostics:{keywords:!1},onShaderError:null},this.autoClear=!0,this.autoClearColor=!0,this.autoClearDepth=!0,this.autoClearStencil=!0,this.sortObjects=!0,this.clippingPlanes=[],this.localClippingEnabled=!1,this.toneMapping=Hi,this.toneMappingExposure=1,this.transmissionResolutionScale=1;let E=this,C=!1,N=null,B=null,I=null,L=null;this._outputColorSpace=Vn;let k=0,F=0,Z=null,U=-1,G=null,X=new Te,st=new Te,ct=null,W=new Zt(0),at=0,ft=n.width,ot=n.height,rt=1,J=null,gt=null,lt=new Te(0,0,ft,ot),K=new Te(0,0,ft,ot),It=!1,pt=new as,Ut=new Uu,Gt=!1,ce=!1,oe=new we,Xe=new q,Be=new Te,Cn={background:null,fog:null,environment:null,overrideMaterial:null,isScene:!0},gn=!1;function Rn(){return Z===null?rt:1}let z=i;function In(A,O){return n.getContext(A,O)}let _e,ve,mt,Ce,Lt,Bt,P,T,V,ut,nt,yt,Mt,j,tt,_t,D,et,Q,vt,dt,xt,Nt;try{let A={alpha:!0,depth:r,stencil:s,antialias:a,premultipliedAlpha:c,preserveDrawingBuffer:l,powerPreference:u,failIfMajorPerformanceCaveat:h};if("setAttribute"in n&&n.setAttribute("data-engine",`three.js r${"187"}`),n.addEventListener("webglcontextlost",Dt,!1),n.addEventListener("webglcontextrestored",Xt,!1),n.addEventListener("webglcontextcreationerror",wt,!1),z===null){let O="webgl2";if(z=In(O,A),z===null)throw In(O)?new Error("THREE.WebGLRenderer: Error creating WebGL context with your selected attributes."):new Error("THREE.WebGLRenderer: Error creating WebGL context.")}qt()}catch(A){throw n.removeEventListener("webglcontextlost",Dt,!1),n.removeEventListener("webglcontextrestored",Xt,!1),n.removeEventListener("webglcontextcreationerror",wt,!1),kt("WebGLRenderer: "+A.message),A}function qt(){_e=new zI(z),_e.init(),dt=new ML(z,_e),ve=new RI(z,_e,t,dt),mt=new vL(z,_e),ve.reversedDepthBuffer&&f&&mt.buffers.depth.setReversed(!0),B=z.createFramebuffer(),I=z.createFramebuffer(),L=z.createFramebuffer(),Ce=new HI(z),Lt=new oL,Bt=new bL(z,_e,mt,Lt,ve,dt,Ce),P=new kI(E),T=new $3(z),xt=new EI(z,T),V=new GI(z,T,Ce,xt),ut=new $I(z,V,T,xt,Ce),et=new WI(z,ve,Bt),tt=new II(Lt),nt=new sL(E,P,_e,ve,xt,tt),yt=new AL(E,Lt),Mt=new cL,j=new pL(_e),D=new AI(E,P,mt,ut,p,c),_t=new _L(E,ut,ve),Nt=new EL(z,Ce,ve,mt),Q=new CI(z,_e,Ce),vt=new VI(z,_e,Ce),Ce.programs=nt.programs,E.capabilities=ve,E.extensions=_e,E.properties=Lt,E.renderLists=Mt,E.shadowMap=_t,E.state=mt,E.info=Ce}y!==Ln&&(R=new qI(y,n.width,n.height,a,r,s));let ht=new Mm(E,z);this.xr=ht,this.getContext=function(){return z},this.getContextAttributes=function(){return z.getContextAttributes()},this.forceContextLoss=function(){let A=_e.get("WEBGL_lose_context");A&&A.loseContext()},this.forceContextRestore=function(){let A=_e.get("WEBGL_lose_context");A&&A.restoreContext()},this.getPixelRatio=function(){return rt},this.setPixelRatio=function(A){A!==void 0&&(rt=A,this.setSize(ft,ot,!1))},this.getSize=function(A){return A.set(ft,ot)},this.setSize=function(A,O,Y=!0){if(ht.isPresenting){Ft("WebGLRenderer: Can't change size while VR device is presenting.");return}ft=A,ot=O,n.width=Math.floor(A*rt),n.height=Math.floor(O*rt),Y===!0&&(n.style.width=A+"px",n.style.height=O+"px"),R!==null&&R.setSize(n.width,n.height),this.setViewport(0,0,A,O)},this.getDrawingBufferSize=function(A){return A.set(ft*rt,ot*rt).floor()},this.setDrawingBufferSize=function(A,O,Y){ft=A,ot=O,rt=Y,n.width=Math.floor(A*Y),n.height=Math.floor(O*Y),this.setViewport(0,0,A,O)},this.setEffects=function(A){if(y===Ln){kt("WebGLRenderer: setEffects() requires outputBufferType set to HalfFloatType or FloatType.");return}if(A){for(let O=0;O<A.length;O++)if(A[O].isOutputPass===!0){Ft("WebGLRenderer: OutputPass is not needed in setEffects(). Tone mapping and color space conversion are applied automatically.");break}}R.setEffects(A||[])},this.getCurrentViewport=function(A){return A.copy(X)},this.getViewport=function(A){return A.copy(lt)},this.setViewport=function(A,O,Y,H){A.isVector4?lt.set(A.x,A.y,A.z,A.w):lt.set(A,O,Y,H),mt.viewport(X.copy(lt).multiplyScalar(Rn()).round())},this.getScissor=function(A){return A.copy(K)},this.setScissor=function(A,O,Y,H){A.isVector4?K.set(A.x,A.y,A.z,A.w):K.set(A,O,Y,H),mt.scissor(st.copy(K).multiplyScalar(Rn()).round())},this.getScissorTest=function(){return It},this.setScissorTest=function(A){mt.setScissorTest(It=A)},this.setOpaqueSort=function(A){J=A},this.setTransparentSort=function(A){gt=A},this.getClearColor=function(A){return A.copy(D.getClearColor())},this.setClearColor=function(){D.setClearColor(...arguments)},this.getClearAlpha=function(){return D.getClearAlpha()},this.setClearAlpha=function(){D.setClearAlpha(...arguments)},this.clear=function(A=!0,O=!0,Y=!0){let H=0;if(A){let $=!1;if(Z!==null){let St=Z.texture.format;$=m.has(St)}if($){let St=Z.texture.type,Et=g.has(St),bt=D.getClearColor(),At=D.getClearAlpha(),Pt=bt.r,Vt=bt.g,jt=bt.b;Et?(_[0]=Pt,_[1]=Vt,_[2]=jt,_[3]=At,z.clearBufferuiv(z.COLOR,0,_)):(S[0]=Pt,S[1]=Vt,S[2]=jt,S[3]=At,z.clearBufferiv(z.COLOR,0,S))}else H|=z.COLOR_BUFFER_BIT}O&&(H|=z.DEPTH_BUFFER_BIT,this.state.buffers.depth.setMask(!0)),Y&&(H|=z.STENCIL_BUFFER_BIT,this.state.buffers.stencil.setMask(4294967295)),H!==0&&z.clear(H)},this.clearColor=function(){this.clear(!0,!1,!1)},this.clearDepth=function(){this.clear(!1,!0,!1)},this.clearStencil=function(){this.clear(!1,!1,!0)},this.setNodesHandler=function(A){A.setRenderer(this),N=A},this.dispose=function(){n.removeEventListener("webglcontextlost",Dt,!1),n.removeEventListener("webglcontextrestored",Xt,!1),n.removeEventListener("webglcontextcreationerror",wt,!1),D.dispose(),Mt.dispose(),j.dispose(),Bt.dispose(),Lt.dispose(),P.dispose(),ut.dispose(),V.dispose(),xt.dispose(),Nt.dispose(),nt.dispose(),ht.dispose(),ht.removeEventListener("sessionstart",m_),ht.removeEventListener("sessionend",g_),Ns.stop()};function Dt(A){A.preventDefault(),rm("WebGLRenderer: Context Lost."),C=!0}function Xt(){rm("WebGLRenderer: Context Restored."),C=!1;let A=Ce.autoReset,O=_t.enabled,Y=_t.autoUpdate,H=_t.needsUpdate,$=_t.type;qt(),Ce.autoReset=A,_t.enabled=O,_t.autoUpdate=Y,_t.needsUpdate=H,_t.type=$}function wt(A){kt("WebGLRenderer: A WebGL context could not be created. Reason: ",A.statusMessage)}function he(A){let O=A.target;O.removeEventListener("dispose",he),qe(O)}function qe(A){Kr(A),Lt.remove(A)}function Kr(A){let O=Lt.get(A).programs;O!==void 0&&(O.forEach(function(Y){nt.releaseProgram(Y)}),A.isShaderMaterial&&nt.releaseShaderCache(A))}this.renderBufferDirect=function(A,O,Y,H,$,St){O===null&&(O=Cn);let Et=$.isMesh&&$.matrixWorld.determinantAffine()<0,bt=z2(A,O,Y,H,$);mt.setMaterial(H,Et);let At=Y.index,Pt=1;if(H.wireframe===!0){if(At=V.getWireframeAttribute(Y),At===void 0)return;Pt=2}let Vt=Y.drawRange,jt=Y.attributes.position,Ct=Vt.start*Pt,te=(Vt.start+Vt.count)*Pt;St!==null&&(Ct=Math.max(Ct,St.start*Pt),te=Math.min(te,(St.start+St.count)*Pt)),At!==null?(Ct=Math.max(Ct,0),te=Math.min(te,At.count)):jt!=null&&(Ct=Math.max(Ct,0),te=Math.min(te,jt.count));let ke=te-Ct;if(ke<0||ke===1/0)return;xt.setup($,H,bt,Y,At);let be,ye=Q;if(At!==null&&(be=T.get(At),ye=vt,ye.setIndex(be)),$.isMesh)H.wireframe===!0?(mt.setLineWidth(H.wireframeLinewidth*Rn()),ye.setMode(z.LINES)):ye.setMode(z.TRIANGLES);else if($.isLine){let ln=H.linewidth;ln===void 0&&(ln=1),mt.setLineWidth(ln*Rn()),$.isLineSegments?ye.setMode(z.LINES):$.isLineLoop?ye.setMode(z.LINE_LOOP):ye.setMode(z.LINE_STRIP)}else $.isPoints?ye.setMode(z.POINTS):$.isSprite&&ye.setMode(z.TRIANGLES);if($.isBatchedMesh)if(_e.get("WEBGL_multi_draw"))ye.renderMultiDraw($._multiDrawStarts,$._multiDrawCounts,$._multiDrawCount);else{let ln=$._multiDrawStarts,Rt=$._multiDrawCounts,yn=$._multiDrawCount,le=At?T.get(At).bytesPerElement:1,Ds=Lt.get(H).currentProgram.getUniforms();for(let un=0;un<yn;un++)Ds.setValue(z,"_gl_DrawID",un),ye.render(ln[un]/le,Rt[un])}else if($.isInstancedMesh)ye.renderInstances(Ct,ke,$.count);else if(Y.isInstancedBufferGeometry){let ln=Y._maxInstanceCount!==void 0?Y._maxInstanceCount:1/0,Rt=Math.min(Y.instanceCount,ln);ye.renderInstances(Ct,ke,Rt)}else ye.render(Ct,ke)};function p_(A,O,Y,H){N!==null&&A.isNodeMaterial&&N.setObject(H,A),Gt===!0&&tt.setState(A,Y,!1),A.transparent===!0&&A.side===ni&&A.forceSinglePass===!1?(A.side=bn,A.needsUpdate=!0,ja(A,O,H),A.side=hs,A.needsUpdate=!0,ja(A,O,H),A.side=ni):ja(A,O,H)}this.compile=function(A,O,Y=null){Y===null&&(Y=A),N!==null&&N.renderStart(A,O,Y),b=j.get(Y),b.init(O),M.push(b),Y.traverseVisible(function($){$.isLight&&$.layers.test(O.layers)&&(b.pushLight($),$.castShadow&&b.pushShadow($))}),A!==Y&&A.traverseVisible(function($){$.isLight&&$.layers.test(O.layers)&&(b.pushLight($),$.castShadow&&b.pushShadow($))}),b.setupLights(),N!==null&&N.updateLights(b.state.lightsArray),ce=this.localClippingEnabled,Gt=tt.init(this.clippingPlanes,ce),Gt===!0&&tt.setGlobalState(this.clippingPlanes,O),N!==null&&_t.render(b.state.shadowsArray,Y,O);let H=new Set;return A.traverse(function($){if(!($.isMesh||$.isPoints||$.isLine||$.isSprite))return;let St=$.material;if(St)if(Array.isArray(St))for(let Et=0;Et<St.length;Et++){let bt=St[Et];p_(bt,Y,O,$),H.add(bt)}else p_(St,Y,O,$),H.add(St)}),b=M.pop(),N!==null&&N.renderEnd(),H},this.compileAsync=function(A,O,Y=null){let H=this.compile(A,O,Y);return new Promise($=>{function St(){if(H.forEach(function(Et){let At=Lt.get(Et).currentProgram;(At===void 0||At.isReady())&&H.delete(Et)}),H.size===0){$(A);return}setTimeout(St,10)}_e.get("KHR_parallel_shader_compile")!==null?St():setTimeout(St,10)})};let ep=null;function B2(A){ep&&ep(A)}function m_(){Ns.stop()}function g_(){Ns.start()}let Ns=new ub;Ns.setAnimationLoop(B2),typeof self<"u"&&Ns.setContext(self),this.setAnimationLoop=function(A){ep=A,ht.setAnimationLoop(A),A===null?Ns.stop():Ns.start()},ht.addEventListener("sessionstart",m_),ht.addEventListener("sessionend",g_),this.render=function(A,O){if(O!==void 0&&O.isCamera!==!0){kt("WebGLRenderer.render: camera is not an instance of THREE.Camera.");return}if(C===!0)return;N!==null&&N.renderStart(A,O);let Y=ht.enabled===!0&&ht.isPresenting===!0,H=R!==null&&(Z===null||Y)&&R.begin(E,Z);if(A.matrixWorldAutoUpdate===!0&&A.updateMatrixWorld(),O.parent===null&&O.matrixWorldAutoUpdate===!0&&O.updateMatrixWorld(),ht.enabled===!0&&ht.isPresenting===!0&&(R===null||R.isCompositing()===!1)&&(ht.cameraAutoUpdate===!0&&ht.updateCamera(O),O=ht.getCamera()),A.isScene===!0&&A.onBeforeRender(E,A,O,Z),b=j.get(A,M.length),b.init(O),b.state.textureUnits=Bt.getTextureUnits(),M.push(b),oe.multiplyMatrices(O.projectionMatrix,O.matrixWorldInverse),O.isArrayCamera?Ut.setFromArrayCamera(O):pt.setFromProjectionMatrix(oe,ti,O.reversedDepth),ce=this.localClippingEnabled,Gt=tt.init(this.clippingPlanes,ce),w=Mt.get(A,x.length),w.init(),x.push(w),this.info.render.frame++,ht.enabled===!0&&ht.isPresenting===!0){let Et=E.xr.getDepthSensingMesh();Et!==null&&np(Et,O,-1/0,E.sortObjects)}np(A,O,0,E.sortObjects),w.finish(),N!==null&&N.updateLights(b.state.lightsArray),E.sortObjects===!0&&w.sort(J,gt),gn=ht.enabled===!1||ht.isPresenting===!1||ht.hasDepthSensing()===!1,gn&&D.addToRenderList(w,A),this.info.autoReset===!0&&this.info.reset(),Gt===!0&&tt.beginShadows();let $=b.state.shadowsArray;if(_t.render($,A,O),Gt===!0&&tt.endShadows(),(H&&R.hasRenderPass())===!1){let Et=w.opaque,bt=w.transmissive;if(b.setupLights(),O.isArrayCamera){let At=O.cameras;if(bt.length>0)for(let Pt=0,Vt=At.length;Pt<Vt;Pt++){let jt=At[Pt];x_(Et,bt,A,jt)}gn&&D.render(A);for(let Pt=0,Vt=At.length;Pt<Vt;Pt++){let jt=At[Pt];y_(w,A,jt,jt.viewport)}}else bt.length>0&&x_(Et,bt,A,O),gn&&D.render(A),y_(w,A,O)}Z!==null&&F===0&&(Bt.updateMultisampleRenderTarget(Z),Bt.updateRenderTargetMipmap(Z)),H&&R.end(E),A.isScene===!0&&A.onAfterRender(E,A,O),xt.resetDefaultState(),U=-1,G=null,M.pop(),M.length>0?(b=M[M.length-1],Bt.setTextureUnits(b.state.textureUnits),Gt===!0&&tt.setGlobalState(E.clippingPlanes,b.state.camera)):b=null,x.pop(),x.length>0?w=x[x.length-1]:w=null,N!==null&&N.renderEnd()};function np(A,O,Y,H){if(A.visible===!1)return;if(A.layers.test(O.layers)){if(A.isGroup)Y=A.renderOrder;else if(A.isLOD)A.autoUpdate===!0&&A.update(O);else if(A.isLight)b.pushLight(A),A.castShadow&&b.pushShadow(A);else if(A.isSprite){let Et=O.isArrayCamera?Ut:pt;if(!A.frustumCulled||A.intersectsFrustum(Et)){H&&Be.setFromMatrixPosition(A.matrixWorld).applyMatrix4(oe);let bt=ut.update(A),At=A.material;At.visible&&w.push(A,bt,At,Y,Be.z,null,O)}}else if(A.isMesh||A.isLine||A.isPoints){let Et=O.isArrayCamera?Ut:pt;if(!A.frustumCulled||A.intersectsFrustum(Et)){let bt=ut.update(A),At=A.material;if(H&&(A.boundingSphere!==void 0?(A.boundingSphere===null&&A.computeBoundingSphere(),Be.copy(A.boundingSphere.center)):(bt.boundingSphere===null&&bt.computeBoundingSphere(),Be.copy(bt.boundingSphere.center)),Be.applyMatrix4(A.matrixWorld).applyMatrix4(oe)),Array.isArray(At)){let Pt=bt.groups;for(let Vt=0,jt=Pt.length;Vt<jt;Vt++){let Ct=Pt[Vt],te=At[Ct.materialIndex];te&&te.visible&&w.push(A,bt,te,Y,Be.z,Ct,O)}}else At.visible&&w.push(A,bt,At,Y,Be.z,null,O)}}}let St=A.children;for(let Et=0,bt=St.length;Et<bt;Et++)np(St[Et],O,Y,H)}function y_(A,O,Y,H){let{opaque:$,transmissive:St,transparent:Et}=A;b.setupLightsView(Y),Gt===!0&&tt.setGlobalState(E.clippingPlanes,Y),H&&mt.viewport(X.copy(H)),$.length>0&&Jl($,O,Y),St.length>0&&Jl(St,O,Y),Et.length>0&&Jl(Et,O,Y),mt.buffers.depth.setTest(!0),mt.buffers.depth.setMask(!0),mt.buffers.color.setMask(!0),mt.setPolygonOffset(!1)}function x_(A,O,Y,H){if((Y.isScene===!0?Y.overrideMaterial:null)!==null)return;if(b.state.transmissionRenderTarget[H.id]===void 0){let Ct=_e.has("EXT_color_buffer_half_float")||_e.has("EXT_color_buffer_float");b.state.transmissionRenderTarget[H.id]=new $n(1,1,{generateMipmaps:!0,type:Ct?Ai:Ln,minFilter:Ar,samples:Math.max(4,ve.samples),stencilBuffer:s,resolveDepthBuffer:!1,resolveStencilBuffer:!1,storeMultisampledDepthBuffer:!1,storeMultisampledStencilBuffer:!1,colorSpace:ee.workingColorSpace})}let St=b.state.transmissionRenderTarget[H.id],Et=H.viewport||X;St.setSize(Et.z*E.transmissionResolutionScale,Et.w*E.transmissionResolutionScale);let bt=E.getRenderTarget(),At=E.getActiveCubeFace(),Pt=E.getActiveMipmapLevel();E.setRenderTarget(St),E.getClearColor(W),at=E.getClearAlpha(),at<1&&E.setClearColor(16777215,.5),E.clear(),gn&&D.render(Y);let Vt=E.toneMapping;E.toneMapping=Hi;let jt=H.viewport;if(H.viewport!==void 0&&(H.viewport=void 0),b.setupLightsView(H),Gt===!0&&tt.setGlobalState(E.clippingPlanes,H),Jl(A,Y,H),Bt.updateMultisampleRenderTarget(St),Bt.updateRenderTargetMipmap(St),_e.has("WEBGL_multisampled_render_to_texture")===!1){let Ct=!1;for(let te=0,ke=O.length;te<ke;te++){let be=O[te],{object:ye,geometry:ln,material:Rt,group:yn}=be;if(Rt.side===ni&&ye.layers.test(H.layers)){let le=Rt.side;Rt.side=bn,Rt.needsUpdate=!0,__(ye,Y,H,ln,Rt,yn),Rt.side=le,Rt.needsUpdate=!0,Ct=!0}}Ct===!0&&(Bt.updateMultisampleRenderTarget(St),Bt.updateRenderTargetMipmap(St))}E.setRenderTarget(bt,At,Pt),E.setClearColor(W,at),jt!==void 0&&(H.viewport=jt),E.toneMapping=Vt}function Jl(A,O,Y){let H=O.isScene===!0?O.overrideMaterial:null;for(let $=0,St=A.length;$<St;$++){let Et=A[$],{object:bt,geometry:At,group:Pt}=Et,Vt=Et.material;Vt.allowOverride===!0&&H!==null&&(Vt=H),bt.layers.test(Y.layers)&&__(bt,O,Y,At,Vt,Pt)}}function __(A,O,Y,H,$,St){N!==null&&$.isNodeMaterial&&N.setObject(A,$),A.onBeforeRender(E,O,Y,H,$,St),A.modelViewMatrix.multiplyMatrices(Y.matrixWorldInverse,A.matrixWorld),A.normalMatrix.getNormalMatrix(A.modelViewMatrix),$.onBeforeRender(E,O,Y,H,A,St),$.transparent===!0&&$.side===ni&&$.forceSinglePass===!1?($.side=bn,$.needsUpdate=!0,E.renderBufferDirect(Y,O,H,$,A,St),$.side=hs,$.needsUpdate=!0,E.renderBufferDirect(Y,O,H,$,A,St),$.side=ni):E.renderBufferDirect(Y,O,H,$,A,St),A.onAfterRender(E,O,Y,H,$,St)}function v_(A){let O=0;for(let Y of A)Y.texture!==null&&O++;return O}function ja(A,O,Y){O.isScene!==!0&&(O=Cn);let H=Lt.get(A),$=b.state.lights,St=b.state.shadowsArray,Et=$.state.version,bt=nt.getParameters(A,$.state,St,O,Y,b.state.lightProbeGridArray),At=nt.getProgramCacheKey(bt),Pt=H.programs;H.environment=A.isMeshStandardMaterial||A.isMeshLambertMaterial||A.isMeshPhongMaterial?O.environment:null,H.fog=O.fog;let Vt=A.isMeshStandardMaterial||A.isMeshLambertMaterial&&!A.envMap||A.isMeshPhongMaterial&&!A.envMap;H.envMap=P.get(A.envMap||H.environment,Vt),H.envMapRotation=H.environment!==null&&A.envMap===null?O.environmentRotation:A.envMapRotation,Pt===void 0&&(A.addEventListener("dispose",he),Pt=new Map,H.programs=Pt,H.programVariants=new Map);let jt=Pt.get(At);if(jt!==void 0){if(H.currentProgram===jt&&H.lightsStateVersion===Et)return M_(A,bt),jt}else bt.uniforms=nt.getUniforms(A),N!==null&&A.isNodeMaterial&&N.build(A,Y,bt),A.onBeforeCompile(bt,E),jt=nt.acquireProgram(bt,At),Pt.set(At,jt),H.uniforms=bt.uniforms;let Ct=H.uniforms;return(!A.isShaderMaterial&&!A.isRawShaderMaterial||A.clipping===!0)&&(Ct.clippingPlanes=tt.uniform),M_(A,bt),H.needsLights=V2(A),H.lightsStateVersion=Et,H.needsLights&&(Ct.ambientLightColor.value=$.state.ambient,Ct.lightProbe.value=$.state.probe,Ct.sunLights.value=$.state.sun,Ct.sunLightShadows.value=$.state.sunShadow,Ct.directionalLights.value=$.state.directional,Ct.directionalLightShadows.value=$.state.directionalShadow,Ct.spotLights.value=$.state.spot,Ct.spotLightShadows.value=$.state.spotShadow,Ct.rectAreaLights.value=$.state.rectArea,Ct.ltc_1.value=$.state.rectAreaLTC1,Ct.ltc_2.value=$.state.rectAreaLTC2,Ct.pointLights.value=$.state.point,Ct.pointLightShadows.value=$.state.pointShadow,Ct.hemisphereLights.value=$.state.hemi,Ct.sunShadowMatrix.value=$.state.sunShadowMatrix,Ct.sunShadowCascade.value=$.state.sunShadowCascade,Ct.directionalShadowMatrix.value=$.state.directionalShadowMatrix,Ct.spotLightMatrix.value=$.state.spotLightMatrix,Ct.spotLightMap.value=$.state.spotLightMap,Ct.pointShadowMatrix.value=$.state.pointShadowMatrix),H.numLightProbeGrids=v_(b.state.lightProbeGridArray),H.currentProgram=jt,H.uniformsList=null,jt}function k2(A,O,Y,H,$){let St=Lt.get(A),Et=St.currentProgram.id+","+H+","+$,bt=St.programVariants.get(Et);return bt===void 0?(bt=ja(A,O,Y),St.programVariants.set(Et,bt)):(St.currentProgram=bt,St.uniformsList=null,St.outputColorSpace=H,St.toneMapping=$),bt}function b_(A){if(A.uniformsList===null){let O=A.currentProgram.getUniforms();A.uniformsList=Ko.seqWithValue(O.seq,A.uniforms)}return A.uniformsList}function M_(A,O){let Y=Lt.get(A);Y.outputColorSpace=O.outputColorSpace,Y.batching=O.batching,Y.batchingColor=O.batchingColor,Y.instancing=O.instancing,Y.instancingColor=O.instancingColor,Y.instancingMorph=O.instancingMorph,Y.skinning=O.skinning,Y.morphTargets=O.morphTargets,Y.morphNormals=O.morphNormals,Y.morphColors=O.morphColors,Y.morphTargetsCount=O.morphTargetsCount,Y.numClippingPlanes=O.numClippingPlanes,Y.numIntersection=O.numClipIntersection,Y.vertexAlphas=O.vertexAlphas,Y.vertexTangents=O.vertexTangents,Y.toneMapping=O.toneMapping}function z2(A,O,Y,H,$){O.isScene!==!0&&(O=Cn),Bt.resetTextureUnits();let St=O.fog,Et=H.isMeshStandardMaterial||H.isMeshLambertMaterial||H.isMeshPhongMaterial?O.environment:null,bt=Z===null?E.outputColorSpace:Z.isXRRenderTarget===!0?Z.texture.colorSpace:ee.workingColorSpace,At=H.isMeshStandardMaterial||H.isMeshLambertMaterial&&!H.envMap||H.isMeshPhongMaterial&&!H.envMap,Pt=P.get(H.envMap||Et,At),Vt=H.vertexColors===!0&&!!Y.attributes.color&&Y.attributes.color.itemSize===4,jt=!!Y.attributes.tangent&&(!!H.normalMap||H.anisotropy>0),Ct=!!Y.morphAttributes.position,te=!!Y.morphAttributes.normal,ke=!!Y.morphAttributes.color,be=Hi;H.toneMapped&&(Z===null||Z.isXRRenderTarget===!0)&&(be=E.toneMapping);let ye=Y.morphAttributes.position||Y.morphAttributes.normal||Y.morphAttributes.color,ln=ye!==void 0?ye.length:0,Rt=Lt.get(H),yn=b.state.lights;if(Gt===!0&&(ce===!0||A!==G)){let Ae=A===G&&H.id===U;tt.setState(H,A,Ae)}let le=!1,Ds=!1;H.version===Rt.__version?Rt.needsLights&&Rt.lightsStateVersion!==yn.state.version||$.isBatchedMesh&&Rt.batching===!1||!$.isBatchedMesh&&Rt.batching===!0||$.isBatchedMesh&&Rt.batchingColor===!0&&$._colorsTexture===null||$.isBatchedMesh&&Rt.batchingColor===!1&&$._colorsTexture!==null||$.isInstancedMesh&&Rt.instancing===!1||!$.isInstancedMesh&&Rt.instancing===!0||$.isSkinnedMesh&&Rt.skinning===!1||!$.isSkinnedMesh&&Rt.skinning===!0||$.isInstancedMesh&&Rt.instancingColor===!0&&$.instanceColor===null||$.isInstancedMesh&&Rt.instancingColor===!1&&$.instanceColor!==null||$.isInstancedMesh&&Rt.instancingMorph===!0&&$.morphTexture===null||$.isInstancedMesh&&Rt.instancingMorph===!1&&$.morphTexture!==null||Rt.envMap!==Pt||H.fog===!0&&Rt.fog!==St||Rt.numClippingPlanes!==void 0&&(Rt.numClippingPlanes!==tt.numPlanes||Rt.numIntersection!==tt.numIntersection)||Rt.vertexAlphas!==Vt||Rt.vertexTangents!==jt||Rt.morphTargets!==Ct||Rt.morphNormals!==te||Rt.morphColors!==ke||Rt.morphTargetsCount!==ln||Rt.numLightProbeGrids!==v_(b.state.lightProbeGridArray)?le=!0:(Rt.outputColorSpace!==bt||Rt.toneMapping!==be)&&(Ds=!0):(le=!0,Rt.__version=H.version);let un=Rt.currentProgram;(le===!0||Ds===!0)&&(un=Ds===!0?k2(H,O,$,bt,be):ja(H,O,$),N&&H.isNodeMaterial&&N.onUpdateProgram(H,un,Rt));let Kl=!1,Qr=!1,Fs=!1,re=un.getUniforms(),sn=Rt.uniforms;if(mt.useProgram(un.program)&&(Kl=!0,Qr=!0,Fs=!0),H.id!==U&&(U=H.id,Qr=!0),Kl||G!==A){mt.buffers.depth.getReversed()&&A.reversedDepth!==!0&&(A._reversedDepth=!0,A.updateProjectionMatrix()),re.setValue(z,"projectionMatrix",A.projectionMatrix),re.setValue(z,"viewMatrix",A.matrixWorldInverse);let Ye=re.map.cameraPosition;Ye!==void 0&&Ye.setValue(z,Xe.setFromMatrixPosition(A.matrixWorld)),ve.logarithmicDepthBuffer&&re.setValue(z,"logDepthBufFC",2/(Math.log(A.far+1)/Math.LN2)),(H.isMeshPhongMaterial||H.isMeshToonMaterial||H.isMeshLambertMaterial||H.isMeshBasicMaterial||H.isMeshStandardMaterial||H.isShaderMaterial)&&re.setValue(z,"isOrthographic",A.isOrthographicCamera===!0),G!==A&&(G=A,Qr=!0,Fs=!0)}if(Rt.needsLights&&(yn.state.sunShadowMap.length>0&&re.setValue(z,"sunShadowMap",yn.state.sunShadowMap,Bt),yn.state.directionalShadowMap.length>0&&re.setValue(z,"directionalShadowMap",yn.state.directionalShadowMap,Bt),yn.state.spotShadowMap.length>0&&re.setValue(z,"spotShadowMap",yn.state.spotShadowMap,Bt),yn.state.pointShadowMap.length>0&&re.setValue(z,"pointShadowMap",yn.state.pointShadowMap,Bt)),$.isSkinnedMesh){re.setOptional(z,$,"bindMatrix"),re.setOptional(z,$,"bindMatrixInverse");let Ae=$.skeleton;Ae&&(Ae.boneTexture===null&&Ae.computeBoneTexture(),re.setValue(z,"boneTexture",Ae.boneTexture,Bt))}$.isBatchedMesh&&(re.setOptional(z,$,"batchingTexture"),re.setValue(z,"batchingTexture",$._matricesTexture,Bt),re.setOptional(z,$,"batchingIdTexture"),re.setValue(z,"batchingIdTexture",$._indirectTexture,Bt),re.setOptional(z,$,"batchingColorTexture"),$._colorsTexture!==null&&re.setValue(z,"batchingColorTexture",$._colorsTexture,Bt));let _i=Y.morphAttributes;if((_i.position!==void 0||_i.normal!==void 0||_i.color!==void 0)&&et.update($,Y,un),(Qr||Rt.receiveShadow!==$.receiveShadow)&&(Rt.receiveShadow=$.receiveShadow,re.setValue(z,"receiveShadow",$.receiveShadow)),(H.isMeshStandardMaterial||H.isMeshLambertMaterial||H.isMeshPhongMaterial)&&H.envMap===null&&O.environment!==null&&(sn.envMapIntensity.value=O.environmentIntensity),sn.dfgLUT!==void 0&&(sn.dfgLUT.value=RL()),Qr){if(re.setValue(z,"toneMappingExposure",E.toneMappingExposure),Rt.needsLights&&G2(sn,Fs),St&&H.fog===!0&&yt.refreshFogUniforms(sn,St),yt.refreshMaterialUniforms(sn,H,rt,ot,b.state.transmissionRenderTarget[A.id]),Rt.needsLights&&Rt.numLightProbeGrids>0){let Ae=v,Ye=0;for(let mr of b.state.lightProbeGridArray)mr.texture!==null&&(Ae.textures[Ye]=mr.texture,Ae.min[Ye]=mr.boundingBox.min,Ae.max[Ye]=mr.boundingBox.max,Ae.resolution[Ye]=mr.resolution,Ye++);for(let mr in Ae)Ae[mr].length=Ye;sn.probesSH.value=Ae.textures,sn.probesMin.value=Ae.min,sn.probesMax.value=Ae.max,sn.probesResolution.value=Ae.resolution}Ko.upload(z,b_(Rt),sn,Bt)}if(H.isShaderMaterial&&H.uniformsNeedUpdate===!0&&(Ko.upload(z,b_(Rt),sn,Bt),H.uniformsNeedUpdate=!1),H.isSpriteMaterial&&re.setValue(z,"center",$.center),re.setValue(z,"modelViewMatrix",$.modelViewMatrix),re.setValue(z,"normalMatrix",$.normalMatrix),re.setValue(z,"modelMatrix",$.matrixWorld),H.uniformsGroups!==void 0){let Ae=H.uniformsGroups;for(let Ye=0,mr=Ae.length;Ye<mr;Ye++){let w_=Ae[Ye];Nt.update(w_,un),Nt.bind(w_,un)}}return un}function G2(A,O){A.ambientLightColor.needsUpdate=O,A.lightProbe.needsUpdate=O,A.sunLights.needsUpdate=O,A.sunLightShadows.needsUpdate=O,A.directionalLights.needsUpdate=O,A.directionalLightShadows.needsUpdate=O,A.pointLights.needsUpdate=O,A.pointLightShadows.needsUpdate=O,A.spotLights.needsUpdate=O,A.spotLightShadows.needsUpdate=O,A.rectAreaLights.needsUpdate=O,A.hemisphereLights.needsUpdate=O}function V2(A){return A.isMeshLambertMaterial||A.isMeshToonMaterial||A.isMeshPhongMaterial||A.isMeshStandardMaterial||A.isShadowMaterial||A.isShaderMaterial&&A.lights===!0}this.getActiveCubeFace=function(){return k},this.getActiveMipmapLevel=function(){return F},this.getRenderTarget=function(){return Z},this.setRenderTargetTextures=function(A,O,Y){let H=Lt.get(A);H.__autoAllocateDepthBuffer=A.resolveDepthBuffer===!1,H.__autoAllocateDepthBuffer===!1&&(H.__useRenderToTexture=!1),Lt.get(A.texture).__webglTexture=O,Lt.get(A.depthTexture).__webglTexture=H.__autoAllocateDepthBuffer?void 0:Y,H.__hasExternalTextures=!0},this.setRenderTargetFramebuffer=function(A,O){let Y=Lt.get(A);Y.__webglFramebuffer=O,Y.__useDefaultFramebuffer=O===void 0},this.setRenderTarget=function(A,O=0,Y=0){Z=A,k=O,F=Y;let H=null,$=!1,St=!1;if(A){let bt=Lt.get(A);if(bt.__useDefaultFramebuffer!==void 0){mt.bindFramebuffer(z.FRAMEBUFFER,bt.__webglFramebuffer),X.copy(A.viewport),st.copy(A.scissor),ct=A.scissorTest,mt.viewport(X),mt.scissor(st),mt.setScissorTest(ct),U=-1;return}else if(bt.__webglFramebuffer===void 0)Bt.setupRenderTarget(A);else if(bt.__hasExternalTextures)Bt.rebindTextures(A,Lt.get(A.texture).__webglTexture,Lt.get(A.depthTexture).__webglTexture);else if(A.depthBuffer){let Vt=A.depthTexture;if(bt.__boundDepthTexture!==Vt){if(Vt!==null&&Lt.has(Vt)&&(A.width!==Vt.image.width||A.height!==Vt.image.height))throw new Error("THREE.WebGLRenderer: Attached DepthTexture is initialized to the incorrect size.");Bt.setupDepthRenderbuffer(A)}}let At=A.texture;(At.isData3DTexture||At.isDataArrayTexture||At.isCompressedArrayTexture)&&(St=!0);let Pt=Lt.get(A).__webglFramebuffer;A.isWebGLCubeRenderTarget?(Array.isArray(Pt[O])?H=Pt[O][Y]:H=Pt[O],$=!0):A.samples>0&&Bt.useMultisampledRTT(A)===!1?H=Lt.get(A).__webglMultisampledFramebuffer:Array.isArray(Pt)?H=Pt[Y]:H=Pt,X.copy(A.viewport),st.copy(A.scissor),ct=A.scissorTest}else X.copy(lt).multiplyScalar(rt).floor(),st.copy(K).multiplyScalar(rt).floor(),ct=It;if(Y!==0&&(H=B),mt.bindFramebuffer(z.FRAMEBUFFER,H)&&mt.drawBuffers(A,H),mt.viewport(X),mt.scissor(st),mt.setScissorTest(ct),$){let bt=Lt.get(A.texture);z.framebufferTexture2D(z.FRAMEBUFFER,z.COLOR_ATTACHMENT0,z.TEXTURE_CUBE_MAP_POSITIVE_X+O,bt.__webglTexture,Y)}else if(St){let bt=O;for(let At=0;At<A.textures.length;At++){let Pt=Lt.get(A.textures[At]);z.framebufferTextureLayer(z.FRAMEBUFFER,z.COLOR_ATTACHMENT0+At,Pt.__webglTexture,Y,bt)}}else if(A!==null&&Y!==0){let bt=Lt.get(A.texture);z.framebufferTexture2D(z.FRAMEBUFFER,z.COLOR_ATTACHMENT0,z.TEXTURE_2D,bt.__webglTexture,Y)}U=-1};function S_(A){let O=Lt.get(A);return(O.__readFormat!==A.format||O.__readType!==A.type)&&(O.__readFormat=A.format,O.__readType=A.type,O.__formatReadable=ve.textureFormatReadable(A.format),O.__typeReadable=ve.textureTypeReadable(A.type)),O}this.readRenderTargetPixels=function(A,O,Y,H,$,St,Et,bt=0){if(!(A&&A.isWebGLRenderTarget)){kt("WebGLRenderer.readRenderTargetPixels: renderTarget is not THREE.WebGLRenderTarget.");return}let At=Lt.get(A).__webglFramebuffer;if(A.isWebGLCubeRenderTarget&&Et!==void 0&&(At=At[Et],Array.isArray(At)&&(At=At[0])),At){mt.bindFramebuffer(z.FRAMEBUFFER,At);try{let Pt=A.textures[bt],Vt=Pt.format,jt=Pt.type;A.textures.length>1&&z.readBuffer(z.COLOR_ATTACHMENT0+bt);let Ct=S_(Pt);if(Ct.__formatReadable===!1){kt("WebGLRenderer.readRenderTargetPixels: renderTarget is not in RGBA or implementation defined format.");return}if(Ct.__typeReadable===!1){kt("WebGLRenderer.readRenderTargetPixels: renderTarget is not in UnsignedByteType or implementation defined type.");return}O>=0&&O<=A.width-H&&Y>=0&&Y<=A.height-$&&z.readPixels(O,Y,H,$,dt.convert(Vt),dt.convert(jt),St)}finally{let Pt=Z!==null?Lt.get(Z).__webglFramebuffer:null;mt.bindFramebuffer(z.FRAMEBUFFER,Pt)}}},this.readRenderTargetPixelsAsync=async function(A,O,Y,H,$,St,Et,bt=0){if(!(A&&A.isWebGLRenderTarget))throw new Error("THREE.WebGLRenderer.readRenderTargetPixels: renderTarget is not THREE.WebGLRenderTarget.");let At=Lt.get(A).__webglFramebuffer;if(A.isWebGLCubeRenderTarget&&Et!==void 0&&(At=At[Et],Array.isArray(At)&&(At=At[0])),At)if(O>=0&&O<=A.width-H&&Y>=0&&Y<=A.height-$){mt.bindFramebuffer(z.FRAMEBUFFER,At);let Pt=A.textures[bt],Vt=Pt.format,jt=Pt.type;A.textures.length>1&&z.readBuffer(z.COLOR_ATTACHMENT0+bt);let Ct=S_(Pt);if(Ct.__formatReadable===!1)throw new Error("THREE.WebGLRenderer.readRenderTargetPixelsAsync: renderTarget is not in RGBA or implementation defined format.");if(Ct.__typeReadable===!1)throw new Error("THREE.WebGLRenderer.readRenderTargetPixelsAsync: renderTarget is not in UnsignedByteType or implementation defined type.");let te=z.createBuffer();z.bindBuffer(z.PIXEL_PACK_BUFFER,te),z.bufferData(z.PIXEL_PACK_BUFFER,St.byteLength,z.STREAM_READ),z.readPixels(O,Y,H,$,dt.convert(Vt),dt.convert(jt),0),z.bindBuffer(z.PIXEL_PACK_BUFFER,null);let ke=Z!==null?Lt.get(Z).__webglFramebuffer:null;mt.bindFramebuffer(z.FRAMEBUFFER,ke);let be=z.fenceSync(z.SYNC_GPU_COMMANDS_COMPLETE,0);return z.flush(),await Fv(z,be,4),z.bindBuffer(z.PIXEL_PACK_BUFFER,te),z.getBufferSubData(z.PIXEL_PACK_BUFFER,0,St),z.bindBuffer(z.PIXEL_PACK_BUFFER,null),z.deleteBuffer(te),z.deleteSync(be),St}else throw new Error("THREE.WebGLRenderer.readRenderTargetPixelsAsync: requested read bounds are out of range.")},this.copyFramebufferToTexture=function(A,O=null,Y=0){let H=Math.pow(2,-Y),$=Math.floor(A.image.width*H),St=Math.floor(A.image.height*H),Et=O!==null?O.x:0,bt=O!==null?O.y:0;Bt.setTexture2D(A,0),z.copyTexSubImage2D(z.TEXTURE_2D,Y,0,0,Et,bt,$,St),mt.unbindTexture()},this.copyTextureToTexture=function(A,O,Y=null,H=null,$=0,St=0){let Et,bt,At,Pt,Vt,jt,Ct,te,ke,be=A.isCompressedTexture?A.mipmaps[St]:A.image;if(Y!==null)Et=Y.max.x-Y.min.x,bt=Y.max.y-Y.min.y,At=Y.isBox3?Y.max.z-Y.min.z:1,Pt=Y.min.x,Vt=Y.min.y,jt=Y.isBox3?Y.min.z:0;else{let re=Math.pow(2,-$);Et=Math.floor(be.width*re),bt=Math.floor(be.height*re),A.isDataArrayTexture?At=be.depth:A.isData3DTexture?At=Math.floor(be.depth*re):At=1,Pt=0,Vt=0,jt=0}H!==null?(Ct=H.x,te=H.y,ke=H.z):(Ct=0,te=0,ke=0);let ye=dt.convert(O.format),ln=dt.convert(O.type),Rt;O.isData3DTexture?(Bt.setTexture3D(O,0),Rt=z.TEXTURE_3D):O.isDataArrayTexture||O.isCompressedArrayTexture?(Bt.setTexture2DArray(O,0),Rt=z.TEXTURE_2D_ARRAY):(Bt.setTexture2D(O,0),Rt=z.TEXTURE_2D),mt.activeTexture(z.TEXTURE0),mt.pixelStorei(z.UNPACK_FLIP_Y_WEBGL,O.flipY),mt.pixelStorei(z.UNPACK_PREMULTIPLY_ALPHA_WEBGL,O.premultiplyAlpha),mt.pixelStorei(z.UNPACK_ALIGNMENT,O.unpackAlignment);let yn=mt.getParameter(z.UNPACK_ROW_LENGTH),le=mt.getParameter(z.UNPACK_IMAGE_HEIGHT),Ds=mt.getParameter(z.UNPACK_SKIP_PIXELS),un=mt.getParameter(z.UNPACK_SKIP_ROWS),Kl=mt.getParameter(z.UNPACK_SKIP_IMAGES);mt.pixelStorei(z.UNPACK_ROW_LENGTH,be.width),mt.pixelStorei(z.UNPACK_IMAGE_HEIGHT,be.height),mt.pixelStorei(z.UNPACK_SKIP_PIXELS,Pt),mt.pixelStorei(z.UNPACK_SKIP_ROWS,Vt),mt.pixelStorei(z.UNPACK_SKIP_IMAGES,jt);let Qr=A.isDataArrayTexture||A.isData3DTexture,Fs=O.isDataArrayTexture||O.isData3DTexture;if(A.isDepthTexture){let re=Lt.get(A),sn=Lt.get(O),_i=Lt.get(re.__renderTarget),Ae=Lt.get(sn.__renderTarget);mt.bindFramebuffer(z.READ_FRAMEBUFFER,_i.__webglFramebuffer),mt.bindFramebuffer(z.DRAW_FRAMEBUFFER,Ae.__webglFramebuffer);for(let Ye=0;Ye<At;Ye++)Qr&&(z.framebufferTextureLayer(z.READ_FRAMEBUFFER,z.COLOR_ATTACHMENT0,Lt.get(A).__webglTexture,$,jt+Ye),z.framebufferTextureLayer(z.DRAW_FRAMEBUFFER,z.COLOR_ATTACHMENT0,Lt.get(O).__webglTexture,St,ke+Ye)),z.blitFramebuffer(Pt,Vt,Pt+Et,Vt+bt,Ct,te,Ct+Et,te+bt,z.DEPTH_BUFFER_BIT,z.NEAREST);mt.bindFramebuffer(z.READ_FRAMEBUFFER,null),mt.bindFramebuffer(z.DRAW_FRAMEBUFFER,null)}else if($!==0||A.isRenderTargetTexture||Lt.has(A)){let re=Lt.get(A),sn=Lt.get(O);mt.bindFramebuffer(z.READ_FRAMEBUFFER,I),mt.bindFramebuffer(z.DRAW_FRAMEBUFFER,L);for(let _i=0;_i<At;_i++)Qr?z.framebufferTextureLayer(z.READ_FRAMEBUFFER,z.COLOR_ATTACHMENT0,re.__webglTexture,$,jt+_i):z.framebufferTexture2D(z.READ_FRAMEBUFFER,z.COLOR_ATTACHMENT0,z.TEXTURE_2D,re.__webglTexture,$),Fs?z.framebufferTextureLayer(z.DRAW_FRAMEBUFFER,z.COLOR_ATTACHMENT0,sn.__webglTexture,St,ke+_i):z.framebufferTexture2D(z.DRAW_FRAMEBUFFER,z.COLOR_ATTACHMENT0,z.TEXTURE_2D,sn.__webglTexture,St),$!==0?z.blitFramebuffer(Pt,Vt,Pt+Et,Vt+bt,Ct,te,Ct+Et,te+bt,z.COLOR_BUFFER_BIT,z.NEAREST):Fs?z.copyTexSubImage3D(Rt,St,Ct,te,ke+_i,Pt,Vt,Et,bt):z.copyTexSubImage2D(Rt,St,Ct,te,Pt,Vt,Et,bt);mt.bindFramebuffer(z.READ_FRAMEBUFFER,null),mt.bindFramebuffer(z.DRAW_FRAMEBUFFER,null)}else Fs?A.isDataTexture||A.isData3DTexture?z.texSubImage3D(Rt,St,Ct,te,ke,Et,bt,At,ye,ln,be.data):O.isCompressedArrayTexture?z.compressedTexSubImage3D(Rt,St,Ct,te,ke,Et,bt,At,ye,be.data):z.texSubImage3D(Rt,St,Ct,te,ke,Et,bt,At,ye,ln,be):A.isDataTexture?z.texSubImage2D(z.TEXTURE_2D,St,Ct,te,Et,bt,ye,ln,be.data):A.isCompressedTexture?z.compressedTexSubImage2D(z.TEXTURE_2D,St,Ct,te,be.width,be.height,ye,be.data):z.texSubImage2D(z.TEXTURE_2D,St,Ct,te,Et,bt,ye,ln,be);mt.pixelStorei(z.UNPACK_ROW_LENGTH,yn),mt.pixelStorei(z.UNPACK_IMAGE_HEIGHT,le),mt.pixelStorei(z.UNPACK_SKIP_PIXELS,Ds),mt.pixelStorei(z.UNPACK_SKIP_ROWS,un),mt.pixelStorei(z.UNPACK_SKIP_IMAGES,Kl),St===0&&O.generateMipmaps===!0&&O.mipmapsAutoUpdate===!0&&z.generateMipmap(Rt),mt.unbindTexture()},this.initRenderTarget=function(A){Lt.get(A).__webglFramebuffer===void 0&&Bt.setupRenderTarget(A)},this.initTexture=function(A){A.isCubeTexture?Bt.setTextureCube(A,0):A.isData3DTexture?Bt.setTexture3D(A,0):A.isDataArrayTexture||A.isCompressedArrayTexture?Bt.setTexture2DArray(A,0):Bt.setTexture2D(A,0),mt.unbindTexture()},this.resetState=function(){k=0,F=0,Z=null,mt.reset(),xt.reset()},typeof __THREE_DEVTOOLS__<"u"&&__THREE_DEVTOOLS__.dispatchEvent(new CustomEvent("observe",{detail:this}))}get coordinateSystem(){return ti}get outputColorSpace(){return this._outputColorSpace}set outputColorSpace(t){this._outputColorSpace=t;let n=this.getContext();n.drawingBufferColorSpace=ee._getDrawingBufferColorSpace(t),n.unpackColorSpace=ee._getUnpackColorSpace()}};var jo=new Wn,bb=new Wn;function Xf({frames:e,bodies:t,orientations:n,positions:i},r){if(e===0)return[];let s=Math.min(Math.max(Math.floor(r),0),e-1),o=Math.min(s+1,e-1),a=Math.min(Math.max(r-s,0),1);return Array.from({length:t},(c,l)=>{let[u,h]=[s*t+l,o*t+l];jo.set(n[4*u+1],n[4*u+2],n[4*u+3],n[4*u]),bb.set(n[4*h+1],n[4*h+2],n[4*h+3],n[4*h]),a>0&&jo.normalize().slerp(bb.normalize(),a);let f=d=>i[3*u+d]+a*(i[3*h+d]-i[3*u+d]);return[jo.w,jo.x,jo.y,jo.z,f(0),f(1),f(2)]})}function Yn(e){return`var(--${e})`}function Sm(e,t=document.documentElement){return getComputedStyle(t).getPropertyValue(`--${e}`).trim()}var IL={cylinder:()=>new _c(1,1,2,48).rotateX(Math.PI/2),sphere:()=>new vc(1,40,24),box:()=>new cs(2,2,2),plane:()=>new zs(2,2)};function Mb(e,t){let n=new Wo({transparent:t<1,opacity:t}),i=new br;for(let{vertices:r,faces:s}of e){let o=new ei;o.setAttribute("position",new Hn(r,3)),o.setIndex(new Hn(s,1)),o.computeVertexNormals(),i.add(new Xn(o,n))}return i.renderOrder=t<1?2:1,{group:i,material:n}}function Sb({kind:e,half_sizes:t,moves:n,pose:i}){let r=IL[e]().scale(...t.map(a=>a||1)),s=new Wo({side:e==="plane"?ni:void 0}),o=new Xn(r,s);return n||qf(o,i),{body:o,material:s}}function qf(e,[t,n,i,r,s,o,a]){e.visible=[t,n,i,r,s,o,a].every(Number.isFinite),e.visible&&(e.quaternion.set(n,i,r,t),e.position.set(s,o,a))}var wb=.008,Yf=.12,wm=1.15,Tb=1.5;function Eb(e,t,n,i,r){let s=PL(new q(...i)),o={...s,zoom:1},a=new Map;function c(){let d=Math.cos(o.elevation),p=new q(d*Math.cos(o.azimuth),d*Math.sin(o.azimuth),Math.sin(o.elevation)),y=Math.min(1,t.aspect),m=n.radius/Math.sin(cm.degToRad(t.fov/2))/y/o.zoom;t.position.copy(n.center).addScaledVector(p,m),t.near=Math.max(m-4*n.radius,m/100),t.far=m+6*n.radius,t.up.set(0,0,1),t.lookAt(n.center),t.updateProjectionMatrix(),r()}function l(d,p){o.azimuth-=d,o.elevation=Math.min(Tb,Math.max(-Tb,o.elevation+p)),c()}function u(d){o.zoom=Math.min(8,Math.max(.4,o.zoom*d)),c()}function h(){Object.assign(o,s,{zoom:1}),c()}let f={ArrowLeft:()=>l(-Yf,0),ArrowRight:()=>l(Yf,0),ArrowUp:()=>l(0,Yf),ArrowDown:()=>l(0,-Yf),"+":()=>u(wm),"=":()=>u(wm),"-":()=>u(1/wm),Home:h};e.addEventListener("keydown",d=>{!f[d.key]||d.ctrlKey||d.metaKey||d.altKey||(f[d.key](),d.preventDefault())}),e.addEventListener("pointerdown",d=>{e.setPointerCapture(d.pointerId),a.set(d.pointerId,[d.clientX,d.clientY])}),e.addEventListener("pointermove",d=>{let p=a.get(d.pointerId);if(!p)return;let y=Ab(a);a.set(d.pointerId,[d.clientX,d.clientY]),a.size===1?l((d.clientX-p[0])*wb,(d.clientY-p[1])*wb):y>0&&u(Ab(a)/y)});for(let d of["pointerup","pointercancel"])e.addEventListener(d,p=>a.delete(p.pointerId));return e.addEventListener("wheel",d=>{!d.ctrlKey&&document.activeElement!==e||(d.preventDefault(),u(Math.exp(-d.deltaY/500)))},{passive:!1}),{show:c,reset:h}}function PL(e){let t=e.normalize().negate();return{azimuth:Math.atan2(t.y,t.x),elevation:Math.asin(t.z)}}function Ab(e){if(e.size<2)return 0;let[[t,n],[i,r]]=[...e.values()];return Math.hypot(t-i,n-r)}var LL={truth:1,estimate:.5},NL=2,DL=.03;function Cb(){return document.createElement("canvas").getContext("webgl2")!==null}function Rb(e,{shapes:t,objects:n,view:i},r){let s=new Hf({antialias:!0,alpha:!0,preserveDrawingBuffer:!0});s.setPixelRatio(Math.min(devicePixelRatio,NL)),e.append(s.domElement);let o=new dc,a=new xn(26,1);o.add(a,new Ac(16777215,1.5));let c=new Tc(16777215,2.2);c.position.set(-.6,.9,.7),a.add(c);let l=Object.entries(t).map(([_,S])=>({name:_,...Mb(S,LL[_]??1)})),u=n.map(_=>({..._,...Sb(_)}));l.forEach(({group:_})=>o.add(_)),u.forEach(({body:_})=>o.add(_));let h=u.filter(({moves:_})=>_),f=0,d=!1;function p(){d=!1,s.render(o,a),f+=1,e.dataset.drawn=f}function y(){d||requestAnimationFrame(p),d=!0}function m(){for(let{name:_,material:S}of l)S.color=new Zt(Sm(`hand-${_}`,e));for(let{role:_,material:S}of u)S.color=new Zt(Sm(_,e));y()}document.documentElement.addEventListener("theme",m),matchMedia("(prefers-color-scheme: dark)").addEventListener("change",m),m();let g=Eb(e,a,FL(r),i,y);return new ResizeObserver(()=>{let{clientWidth:_,clientHeight:S}=e;_===0||S===0||(s.setSize(_,S,!1),a.aspect=_/S,g.show(),p())}).observe(e),{showFrame(_,S){for(let{name:v,group:w}of l)(_[v]??[]).forEach((b,x)=>w.children[x]&&qf(w.children[x],b)),_[v]||w.children.forEach(b=>{b.visible=!1});S.forEach((v,w)=>h[w]&&qf(h[w].body,v)),y()},showHand(_,S){l.filter(v=>v.name===_).forEach(({group:v})=>{v.visible=S}),y()},reset:g.reset}}function FL(e){let t=new Gi().setFromPoints(e.filter(n=>n.every(Number.isFinite)).map(n=>new q(...n)));return t.isEmpty()&&t.set(new q(-.1,-.1,-.1),new q(.1,.1,.1)),t.expandByScalar(DL).getBoundingSphere(new ss)}var UL="12px system-ui, sans-serif",Ib=document.createElement("canvas").getContext("2d");Ib.font=UL;function Nn(e){return Ib.measureText(e).width}function ta(e,t){if(Nn(e)<=t)return e;let n=e.length-1;for(;n>0&&Nn(`${e.slice(0,n)}…`)>t;)n-=1;return`${e.slice(0,n).trimEnd()}…`}function Rr(e){return Number.isFinite(e)?String(Number(e.toPrecision(4))).replace("-","−"):"none"}var Pb=15;function ps(e){return Qt("ul",{class:"key"},...e.map(({name:t,role:n,style:i})=>{let r=Qt("span",{class:`swatch ${i}`});return r.style.setProperty("--of",Yn(n)),Qt("li",{},r,t)}))}function Lb(e){return 14+Math.max(...e.map(({name:t})=>Nn(t)))}function Nb(e,t,n){let i=e.map((a,c)=>({at:a,i:c})).sort((a,c)=>a.at-c.at),r=i.map(({at:a})=>a);for(let a=1;a<r.length;a+=1)r[a]=Math.max(r[a],r[a-1]+Pb);let s=n;for(let a=r.length-1;a>=0;a-=1)r[a]=Math.max(t,Math.min(r[a],s)),s=r[a]-Pb;let o=[];return i.forEach(({i:a},c)=>{o[a]=r[c]}),o}var OL=[.1,.25,.5,1,2],BL={truth:"true hand",estimate:"as the tracker had it"},kL=24;function Db(e,t,n){if(!Cb())return e.replaceWith(Qt("p",{class:"notice"},"This browser does not draw in three dimensions (WebGL 2 is off).")),null;e.tabIndex=0,e.setAttribute("role","application"),e.setAttribute("aria-roledescription","hand that can be turned: arrows turn, plus and minus zoom, Home resets");let i=Rb(e,t,HL(t.motions)),r=Qt("div",{class:"tools"},VL(t,i),Qt("button",{type:"button",class:"quiet",onclick:i.reset},"Reset view"));return e.before(r),n&&(e.after(GL(n)),zL(e,t,n,i)),i}function zL(e,{motions:t},n,i){let r=Qt("p",{class:"gone",hidden:!0},"The hand's motion in this trial is not in this report.");e.after(r);function s(){let a=t.get(n.state.trial);if(!a)return;let c=(n.state.time-a.start)/a.step,l=Object.fromEntries(Object.entries(a.hands).map(([u,h])=>[u,Xf(h,c)]));i.showFrame(l,Xf(a.objects,c))}function o(){let a=t.get(n.state.trial);if(r.hidden=a!==void 0,!a){n.pause(),n.setSpan(0,0),i.showFrame({},[]);return}n.setSpan(a.start,a.start+a.step*Math.max(R_(a)-1,0)),n.seek(n.state.span[0])}n.listen(a=>{a==="time"&&s(),a==="trial"&&o()}),e.addEventListener("keydown",a=>{a.key===" "&&(n.toggle(),a.preventDefault())}),o()}function GL(e){let t=Qt("input",{type:"range",min:0,max:1e3,value:0,step:1,"aria-label":"Time in the trial"});t.addEventListener("input",()=>{let[i,r]=e.state.span;e.seek(i+(r-i)*t.value/1e3)}),e.listen((i,{time:r,span:[s,o]})=>{i!=="time"&&i!=="span"||(t.value=o>s?Math.round(1e3*(r-s)/(o-s)):0,t.setAttribute("aria-valuetext",`${r.toFixed(2)} s of ${o.toFixed(2)} s`))});let n=Qt("select",{"aria-label":"Speed"},...OL.map(i=>Qt("option",{value:i,selected:i===e.state.speed},`${i} ×`)));return n.addEventListener("change",()=>e.setSpeed(Number(n.value))),Qt("div",{class:"transport"},rp(e),t,sp(e),n)}function VL({shapes:e},t){let n=Object.keys(e),i=ps(n.map(r=>({name:BL[r]??r,role:`hand-${r}`,style:"patch"})));return[...i.children].forEach((r,s)=>{let o=Qt("input",{type:"checkbox",checked:!0});o.addEventListener("change",()=>t.showHand(n[s],o.checked)),r.replaceChildren(Qt("label",{},o,...r.childNodes))}),i}function HL(e){return[...e.values()].flatMap(({hands:t,objects:n})=>[...Object.values(t),n].flatMap(i=>{let r=Math.max(1,Math.floor(i.frames/kL));return Array.from({length:Math.ceil(i.frames/r)},(o,a)=>a*r).flatMap(o=>Xf(i,o).map(a=>a.slice(4)))}))}function Fb(e){let{trials:t,shown:n,parts:i,arrays:r}=JSON.parse(e),s=r.map(()=>null),o=a=>s[a]??=WL(r[a]);return{trials:t,shown:n,parts:new Map(Object.entries(i)),array:o}}function WL(e){if("count"in e)return $L(e.from,e.to,e.count);if("f8"in e)return new Float64Array(Tm(e.f8));if("u4"in e)return new Uint32Array(Tm(e.u4));let t=new Int16Array(Tm(e.i2));return Float64Array.from(t,n=>n===-32768?NaN:e.low+(n+32767)*e.step)}function $L(e,t,n){return Float64Array.from({length:n},(i,r)=>e+(t-e)*r/(n-1))}function Tm(e){return Uint8Array.from(atob(e),t=>t.charCodeAt(0)).buffer}function pn(e,t){return e==null||t==null?NaN:e<t?-1:e>t?1:e>=t?0:NaN}function Pr(e,t){return e==null||t==null?NaN:t<e?-1:t>e?1:t>=e?0:NaN}function sa(e){let t,n,i;e.length!==2?(t=pn,n=(a,c)=>pn(e(a),c),i=(a,c)=>e(a)-c):(t=e===pn||e===Pr?e:XL,n=e,i=e);function r(a,c,l=0,u=a.length){if(l<u){if(t(c,c)!==0)return u;do{let h=l+u>>>1;n(a[h],c)<0?l=h+1:u=h}while(l<u)}return l}function s(a,c,l=0,u=a.length){if(l<u){if(t(c,c)!==0)return u;do{let h=l+u>>>1;n(a[h],c)<=0?l=h+1:u=h}while(l<u)}return l}function o(a,c,l=0,u=a.length){let h=r(a,c,l,u-1);return h>l&&i(a[h-1],c)>-i(a[h],c)?h-1:h}return{left:r,center:o,right:s}}function XL(){return 0}function Ub(e){return e===null?NaN:+e}function*qL(e,t){if(t===void 0)for(let n of e)n!=null&&(n=+n)>=n&&(yield n);else{let n=-1;for(let i of e)(i=t(i,++n,e))!=null&&(i=+i)>=i&&(yield i)}}var Ob=sa(pn),oa=Ob.right,Z9=Ob.left,J9=sa(Ub).center;var K9=Bb(kb),Q9=Bb(YL);function Bb(e){return function(t,n,i=n){if(!((n=+n)>=0))throw new RangeError("invalid rx");if(!((i=+i)>=0))throw new RangeError("invalid ry");let{data:r,width:s,height:o}=t;if(!((s=Math.floor(s))>=0))throw new RangeError("invalid width");if(!((o=Math.floor(o!==void 0?o:r.length/s))>=0))throw new RangeError("invalid height");if(!s||!o||!n&&!i)return t;let a=n&&e(n),c=i&&e(i),l=r.slice();return a&&c?(ea(a,l,r,s,o),ea(a,r,l,s,o),ea(a,l,r,s,o),na(c,r,l,s,o),na(c,l,r,s,o),na(c,r,l,s,o)):a?(ea(a,r,l,s,o),ea(a,l,r,s,o),ea(a,r,l,s,o)):c&&(na(c,r,l,s,o),na(c,l,r,s,o),na(c,r,l,s,o)),t}}function ea(e,t,n,i,r){for(let s=0,o=i*r;s<o;)e(t,n,s,s+=i,1)}function na(e,t,n,i,r){for(let s=0,o=i*r;s<i;++s)e(t,n,s,s+o,i)}function YL(e){let t=kb(e);return(n,i,r,s,o)=>{r<<=2,s<<=2,o<<=2,t(n,i,r+0,s+0,o),t(n,i,r+1,s+1,o),t(n,i,r+2,s+2,o),t(n,i,r+3,s+3,o)}}function kb(e){let t=Math.floor(e);if(t===e)return ZL(e);let n=e-t,i=2*e+1;return(r,s,o,a,c)=>{if(!((a-=c)>=o))return;let l=t*s[o],u=c*t,h=u+c;for(let f=o,d=o+u;f<d;f+=c)l+=s[Math.min(a,f)];for(let f=o,d=a;f<=d;f+=c)l+=s[Math.min(a,f+u)],r[f]=(l+n*(s[Math.max(o,f-h)]+s[Math.min(a,f+h)]))/i,l-=s[Math.max(o,f-u)]}}function ZL(e){let t=2*e+1;return(n,i,r,s,o)=>{if(!((s-=o)>=r))return;let a=e*i[r],c=o*e;for(let l=r,u=r+c;l<u;l+=o)a+=i[Math.min(s,l)];for(let l=r,u=s;l<=u;l+=o)a+=i[Math.min(s,l+c)],n[l]=a/t,a-=i[Math.max(r,l-c)]}}function Cm(e,t){let n=0;if(t===void 0)for(let i of e)i!=null&&(i=+i)>=i&&++n;else{let i=-1;for(let r of e)(r=t(r,++i,e))!=null&&(r=+r)>=r&&++n}return n}function JL(e){return e.length|0}function KL(e){return!(e>0)}function QL(e){return typeof e!="object"||"length"in e?e:Array.from(e)}function jL(e){return t=>e(...t)}function zb(...e){let t=typeof e[e.length-1]=="function"&&jL(e.pop());e=e.map(QL);let n=e.map(JL),i=e.length-1,r=new Array(i+1).fill(0),s=[];if(i<0||n.some(KL))return s;for(;;){s.push(r.map((a,c)=>e[c][a]));let o=i;for(;++r[o]===n[o];){if(o===0)return t?s.map(t):s;r[o--]=0}}}function Gb(e,t){var n=0,i=0;return Float64Array.from(e,t===void 0?r=>n+=+r||0:r=>n+=+t(r,i++,e)||0)}function Rm(e,t){let n=0,i,r=0,s=0;if(t===void 0)for(let o of e)o!=null&&(o=+o)>=o&&(i=o-r,r+=i/++n,s+=i*(o-r));else{let o=-1;for(let a of e)(a=t(a,++o,e))!=null&&(a=+a)>=a&&(i=a-r,r+=i/++n,s+=i*(a-r))}if(n>1)return s/(n-1)}function Im(e,t){let n=Rm(e,t);return n&&Math.sqrt(n)}function on(e,t){let n,i;if(t===void 0)for(let r of e)r!=null&&(n===void 0?r>=r&&(n=i=r):(n>r&&(n=r),i<r&&(i=r)));else{let r=-1;for(let s of e)(s=t(s,++r,e))!=null&&(n===void 0?s>=s&&(n=i=s):(n>s&&(n=s),i<s&&(i=s)))}return[n,i]}var ii=class{constructor(){this._partials=new Float64Array(32),this._n=0}add(t){let n=this._partials,i=0;for(let r=0;r<this._n&&r<32;r++){let s=n[r],o=t+s,a=Math.abs(t)<Math.abs(s)?t-(o-s):s-(o-t);a&&(n[i++]=a),t=o}return n[i]=t,this._n=i+1,this}valueOf(){let t=this._partials,n=this._n,i,r,s,o=0;if(n>0){for(o=t[--n];n>0&&(i=o,r=t[--n],o=i+r,s=r-(o-i),!s););n>0&&(s<0&&t[n-1]<0||s>0&&t[n-1]>0)&&(r=s*2,i=o+r,r==i-o&&(o=i))}return o}};var ri=class extends Map{constructor(t,n=Wb){if(super(),Object.defineProperties(this,{_intern:{value:new Map},_key:{value:n}}),t!=null)for(let[i,r]of t)this.set(i,r)}get(t){return super.get(Am(this,t))}has(t){return super.has(Am(this,t))}set(t,n){return super.set(Vb(this,t),n)}delete(t){return super.delete(Hb(this,t))}},Xi=class extends Set{constructor(t,n=Wb){if(super(),Object.defineProperties(this,{_intern:{value:new Map},_key:{value:n}}),t!=null)for(let i of t)this.add(i)}has(t){return super.has(Am(this,t))}add(t){return super.add(Vb(this,t))}delete(t){return super.delete(Hb(this,t))}};function Am({_intern:e,_key:t},n){let i=t(n);return e.has(i)?e.get(i):n}function Vb({_intern:e,_key:t},n){let i=t(n);return e.has(i)?e.get(i):(e.set(i,n),n)}function Hb({_intern:e,_key:t},n){let i=t(n);return e.has(i)&&(n=e.get(i),e.delete(i)),n}function Wb(e){return e!==null&&typeof e=="object"?e.valueOf():e}function Em(e){return e}function Xs(e,...t){return Pm(e,Em,Em,t)}function Lr(e,t,...n){return Pm(e,Em,t,n)}function $b(e,t,...n){return Pm(e,Array.from,t,n)}function Pm(e,t,n,i){return(function r(s,o){if(o>=i.length)return n(s);let a=new ri,c=i[o++],l=-1;for(let u of s){let h=c(u,++l,s),f=a.get(h);f?f.push(u):a.set(h,[u])}for(let[u,h]of a)a.set(u,r(h,o));return t(a)})(e,0)}function tN(e,t){return Array.from(t,n=>e[n])}function ia(e,...t){if(typeof e[Symbol.iterator]!="function")throw new TypeError("values is not iterable");e=Array.from(e);let[n]=t;if(n&&n.length!==2||t.length>1){let i=Uint32Array.from(e,(r,s)=>s);return t.length>1?(t=t.map(r=>e.map(r)),i.sort((r,s)=>{for(let o of t){let a=Zf(o[r],o[s]);if(a)return a}})):(n=e.map(n),i.sort((r,s)=>Zf(n[r],n[s]))),tN(e,i)}return e.sort(Xb(n))}function Xb(e=pn){if(e===pn)return Zf;if(typeof e!="function")throw new TypeError("compare is not a function");return(t,n)=>{let i=e(t,n);return i||i===0?i:(e(n,n)===0)-(e(t,t)===0)}}function Zf(e,t){return(e==null||!(e>=e))-(t==null||!(t>=t))||(e<t?-1:e>t?1:0)}function Kf(e,t,n){return(t.length!==2?ia(Lr(e,t,n),(([i,r],[s,o])=>pn(r,o)||pn(i,s))):ia(Xs(e,n),(([i,r],[s,o])=>t(r,o)||pn(i,s)))).map(([i])=>i)}var eN=Array.prototype,j9=eN.slice;var nN=Math.sqrt(50),iN=Math.sqrt(10),rN=Math.sqrt(2);function Jf(e,t,n){let i=(t-e)/Math.max(0,n),r=Math.floor(Math.log10(i)),s=i/Math.pow(10,r),o=s>=nN?10:s>=iN?5:s>=rN?2:1,a,c,l;return r<0?(l=Math.pow(10,-r)/o,a=Math.round(e*l),c=Math.round(t*l),a/l<e&&++a,c/l>t&&--c,l=-l):(l=Math.pow(10,r)*o,a=Math.round(e/l),c=Math.round(t/l),a*l<e&&++a,c*l>t&&--c),c<a&&.5<=n&&n<2?Jf(e,t,n*2):[a,c,l]}function ms(e,t,n){if(t=+t,e=+e,n=+n,!(n>0))return[];if(e===t)return[e];let i=t<e,[r,s,o]=i?Jf(t,e,n):Jf(e,t,n);if(!(s>=r))return[];let a=s-r+1,c=new Array(a);if(i)if(o<0)for(let l=0;l<a;++l)c[l]=(s-l)/-o;else for(let l=0;l<a;++l)c[l]=(s-l)*o;else if(o<0)for(let l=0;l<a;++l)c[l]=(r+l)/-o;else for(let l=0;l<a;++l)c[l]=(r+l)*o;return c}function ra(e,t,n){return t=+t,e=+e,n=+n,Jf(e,t,n)[2]}function zc(e,t,n){t=+t,e=+e,n=+n;let i=t<e,r=i?ra(t,e,n):ra(e,t,n);return(i?-1:1)*(r<0?1/-r:r)}function qb(e){return Math.max(1,Math.ceil(Math.log(Cm(e))/Math.LN2)+1)}function Mn(e,t){let n;if(t===void 0)for(let i of e)i!=null&&(n<i||n===void 0&&i>=i)&&(n=i);else{let i=-1;for(let r of e)(r=t(r,++i,e))!=null&&(n<r||n===void 0&&r>=r)&&(n=r)}return n}function Yb(e,t){let n,i=-1,r=-1;if(t===void 0)for(let s of e)++r,s!=null&&(n<s||n===void 0&&s>=s)&&(n=s,i=r);else for(let s of e)(s=t(s,++r,e))!=null&&(n<s||n===void 0&&s>=s)&&(n=s,i=r);return i}function si(e,t){let n;if(t===void 0)for(let i of e)i!=null&&(n>i||n===void 0&&i>=i)&&(n=i);else{let i=-1;for(let r of e)(r=t(r,++i,e))!=null&&(n>r||n===void 0&&r>=r)&&(n=r)}return n}function Zb(e,t){let n,i=-1,r=-1;if(t===void 0)for(let s of e)++r,s!=null&&(n>s||n===void 0&&s>=s)&&(n=s,i=r);else for(let s of e)(s=t(s,++r,e))!=null&&(n>s||n===void 0&&s>=s)&&(n=s,i=r);return i}function Jb(e,t,n=0,i=1/0,r){if(t=Math.floor(t),n=Math.floor(Math.max(0,n)),i=Math.floor(Math.min(e.length-1,i)),!(n<=t&&t<=i))return e;for(r=r===void 0?Zf:Xb(r);i>n;){if(i-n>600){let c=i-n+1,l=t-n+1,u=Math.log(c),h=.5*Math.exp(2*u/3),f=.5*Math.sqrt(u*h*(c-h)/c)*(l-c/2<0?-1:1),d=Math.max(n,Math.floor(t-l*h/c+f)),p=Math.min(i,Math.floor(t+(c-l)*h/c+f));Jb(e,t,d,p,r)}let s=e[t],o=n,a=i;for(kc(e,n,t),r(e[i],s)>0&&kc(e,n,i);o<a;){for(kc(e,o,a),++o,--a;r(e[o],s)<0;)++o;for(;r(e[a],s)>0;)--a}r(e[n],s)===0?kc(e,n,a):(++a,kc(e,a,i)),a<=t&&(n=a+1),t<=a&&(i=a-1)}return e}function kc(e,t,n){let i=e[t];e[t]=e[n],e[n]=i}function Lm(e,t=pn){let n,i=!1;if(t.length===1){let r;for(let s of e){let o=t(s);(i?pn(o,r)>0:pn(o,o)===0)&&(n=s,r=o,i=!0)}}else for(let r of e)(i?t(r,n)>0:t(r,r)===0)&&(n=r,i=!0);return n}function Ir(e,t,n){if(e=Float64Array.from(qL(e,n)),!(!(i=e.length)||isNaN(t=+t))){if(t<=0||i<2)return si(e);if(t>=1)return Mn(e);var i,r=(i-1)*t,s=Math.floor(r),o=Mn(Jb(e,s).subarray(0,s+1)),a=si(e.subarray(s+1));return o+(a-o)*(r-s)}}function Kb(e,t,n=Ub){if(!(!(i=e.length)||isNaN(t=+t))){if(t<=0||i<2)return+n(e[0],0,e);if(t>=1)return+n(e[i-1],i-1,e);var i,r=(i-1)*t,s=Math.floor(r),o=+n(e[s],s,e),a=+n(e[s+1],s+1,e);return o+(a-o)*(r-s)}}function Qb(e,t,n){let i=Cm(e),r=Ir(e,.75)-Ir(e,.25);return i&&r?Math.ceil((n-t)/(2*r*Math.pow(i,-1/3))):1}function Nm(e,t,n){let i=Cm(e),r=Im(e);return i&&r?Math.ceil((n-t)*Math.cbrt(i)/(3.49*r)):1}function jb(e,t){let n=0,i=0;if(t===void 0)for(let r of e)r!=null&&(r=+r)>=r&&(++n,i+=r);else{let r=-1;for(let s of e)(s=t(s,++r,e))!=null&&(s=+s)>=s&&(++n,i+=s)}if(n)return i/n}function Gc(e,t){return Ir(e,.5,t)}function*sN(e){for(let t of e)yield*t}function Dm(e){return Array.from(sN(e))}function t1(e,t){let n=new ri;if(t===void 0)for(let s of e)s!=null&&s>=s&&n.set(s,(n.get(s)||0)+1);else{let s=-1;for(let o of e)(o=t(o,++s,e))!=null&&o>=o&&n.set(o,(n.get(o)||0)+1)}let i,r=0;for(let[s,o]of n)o>r&&(r=o,i=s);return i}function e1(e,t=oN){let n=[],i,r=!1;for(let s of e)r&&n.push(t(i,s)),i=s,r=!0;return n}function oN(e,t){return[e,t]}function aa(e,t,n){e=+e,t=+t,n=(r=arguments.length)<2?(t=e,e=0,1):r<3?1:+n;for(var i=-1,r=Math.max(0,Math.ceil((t-e)/n))|0,s=new Array(r);++i<r;)s[i]=e+i*n;return s}var t7=aN(Math.random);function aN(e){return function(n,i=0,r=n.length){let s=r-(i=+i);for(;s;){let o=e()*s--|0,a=n[s+i];n[s+i]=n[o+i],n[o+i]=a}return n}}function Ci(e,t){let n=0;if(t===void 0)for(let i of e)(i=+i)&&(n+=i);else{let i=-1;for(let r of e)(r=+t(r,++i,e))&&(n+=r)}return n}function ca(e){if(typeof e[Symbol.iterator]!="function")throw new TypeError("values is not iterable");return Array.from(e).reverse()}function cN(e){return e}var Fm=1,Um=2,Om=3,Qf=4,n1=1e-6;function lN(e){return"translate("+e+",0)"}function uN(e){return"translate(0,"+e+")"}function fN(e){return t=>+e(t)}function hN(e,t){return t=Math.max(0,e.bandwidth()-t*2)/2,e.round()&&(t=Math.round(t)),n=>+e(n)+t}function dN(){return!this.__axis}function pN(e,t){var n=[],i=null,r=null,s=6,o=6,a=3,c=typeof window<"u"&&window.devicePixelRatio>1?0:.5,l=e===Fm||e===Qf?-1:1,u=e===Qf||e===Um?"x":"y",h=e===Fm||e===Om?lN:uN;function f(d){var p=i??(t.ticks?t.ticks.apply(t,n):t.domain()),y=r??(t.tickFormat?t.tickFormat.apply(t,n):cN),m=Math.max(s,0)+a,g=t.range(),_=+g[0]+c,S=+g[g.length-1]+c,v=(t.bandwidth?hN:fN)(t.copy(),c),w=d.selection?d.selection():d,b=w.selectAll(".domain").data([null]),x=w.selectAll(".tick").data(p,t).order(),M=x.exit(),R=x.enter().append("g").attr("class","tick"),E=x.select("line"),C=x.select("text");b=b.merge(b.enter().insert("path",".tick").attr("class","domain").attr("stroke","currentColor")),x=x.merge(R),E=E.merge(R.append("line").attr("stroke","currentColor").attr(u+"2",l*s)),C=C.merge(R.append("text").attr("fill","currentColor").attr(u,l*m).attr("dy",e===Fm?"0em":e===Om?"0.71em":"0.32em")),d!==w&&(b=b.transition(d),x=x.transition(d),E=E.transition(d),C=C.transition(d),M=M.transition(d).attr("opacity",n1).attr("transform",function(N){return isFinite(N=v(N))?h(N+c):this.getAttribute("transform")}),R.attr("opacity",n1).attr("transform",function(N){var B=this.parentNode.__axis;return h((B&&isFinite(B=B(N))?B:v(N))+c)})),M.remove(),b.attr("d",e===Qf||e===Um?o?"M"+l*o+","+_+"H"+c+"V"+S+"H"+l*o:"M"+c+","+_+"V"+S:o?"M"+_+","+l*o+"V"+c+"H"+S+"V"+l*o:"M"+_+","+c+"H"+S),x.attr("opacity",1).attr("transform",function(N){return h(v(N)+c)}),E.attr(u+"2",l*s),C.attr(u,l*m).text(y),w.filter(dN).attr("fill","none").attr("font-size",10).attr("font-family","sans-serif").attr("text-anchor",e===Um?"start":e===Qf?"end":"middle"),w.each(function(){this.__axis=v})}return f.scale=function(d){return arguments.length?(t=d,f):t},f.ticks=function(){return n=Array.from(arguments),f},f.tickArguments=function(d){return arguments.length?(n=d==null?[]:Array.from(d),f):n.slice()},f.tickValues=function(d){return arguments.length?(i=d==null?null:Array.from(d),f):i&&i.slice()},f.tickFormat=function(d){return arguments.length?(r=d,f):r},f.tickSize=function(d){return arguments.length?(s=o=+d,f):s},f.tickSizeInner=function(d){return arguments.length?(s=+d,f):s},f.tickSizeOuter=function(d){return arguments.length?(o=+d,f):o},f.tickPadding=function(d){return arguments.length?(a=+d,f):a},f.offset=function(d){return arguments.length?(c=+d,f):c},f}function i1(e){return pN(Om,e)}var Bm="http://www.w3.org/1999/xhtml",gs={svg:"http://www.w3.org/2000/svg",xhtml:Bm,xlink:"http://www.w3.org/1999/xlink",xml:"http://www.w3.org/XML/1998/namespace",xmlns:"http://www.w3.org/2000/xmlns/"};function r1(e){var t=e+="",n=t.indexOf(":");return n>=0&&(t=e.slice(0,n))!=="xmlns"&&(e=e.slice(n+1)),gs.hasOwnProperty(t)?{space:gs[t],local:e}:e}function mN(e){return function(){var t=this.ownerDocument,n=this.namespaceURI;return n===Bm&&t.documentElement.namespaceURI===Bm?t.createElement(e):t.createElementNS(n,e)}}function gN(e){return function(){return this.ownerDocument.createElementNS(e.space,e.local)}}function la(e){var t=r1(e);return(t.local?gN:mN)(t)}function yN(){}function s1(e){return e==null?yN:function(){return this.querySelector(e)}}function xN(e){typeof e!="function"&&(e=s1(e));for(var t=this._groups,n=t.length,i=new Array(n),r=0;r<n;++r)for(var s=t[r],o=s.length,a=i[r]=new Array(o),c,l,u=0;u<o;++u)(c=s[u])&&(l=e.call(c,c.__data__,u,s))&&("__data__"in c&&(l.__data__=c.__data__),a[u]=l);return new Zn(i,this._parents)}function _N(e){return e==null?[]:Array.isArray(e)?e:Array.from(e)}function vN(){return[]}function bN(e){return e==null?vN:function(){return this.querySelectorAll(e)}}function MN(e){return function(){return _N(e.apply(this,arguments))}}function SN(e){typeof e=="function"?e=MN(e):e=bN(e);for(var t=this._groups,n=t.length,i=[],r=[],s=0;s<n;++s)for(var o=t[s],a=o.length,c,l=0;l<a;++l)(c=o[l])&&(i.push(e.call(c,c.__data__,l,o)),r.push(c));return new Zn(i,r)}function wN(e){return function(){return this.matches(e)}}function o1(e){return function(t){return t.matches(e)}}var TN=Array.prototype.find;function AN(e){return function(){return TN.call(this.children,e)}}function EN(){return this.firstElementChild}function CN(e){return this.select(e==null?EN:AN(typeof e=="function"?e:o1(e)))}var RN=Array.prototype.filter;function IN(){return Array.from(this.children)}function PN(e){return function(){return RN.call(this.children,e)}}function LN(e){return this.selectAll(e==null?IN:PN(typeof e=="function"?e:o1(e)))}function NN(e){typeof e!="function"&&(e=wN(e));for(var t=this._groups,n=t.length,i=new Array(n),r=0;r<n;++r)for(var s=t[r],o=s.length,a=i[r]=[],c,l=0;l<o;++l)(c=s[l])&&e.call(c,c.__data__,l,s)&&a.push(c);return new Zn(i,this._parents)}function a1(e){return new Array(e.length)}function DN(){return new Zn(this._enter||this._groups.map(a1),this._parents)}function jf(e,t){this.ownerDocument=e.ownerDocument,this.namespaceURI=e.namespaceURI,this._next=null,this._parent=e,this.__data__=t}jf.prototype={constructor:jf,appendChild:function(e){return this._parent.insertBefore(e,this._next)},insertBefore:function(e,t){return this._parent.insertBefore(e,t)},querySelector:function(e){return this._parent.querySelector(e)},querySelectorAll:function(e){return this._parent.querySelectorAll(e)}};function FN(e){return function(){return e}}function UN(e,t,n,i,r,s){for(var o=0,a,c=t.length,l=s.length;o<l;++o)(a=t[o])?(a.__data__=s[o],i[o]=a):n[o]=new jf(e,s[o]);for(;o<c;++o)(a=t[o])&&(r[o]=a)}function ON(e,t,n,i,r,s,o){var a,c,l=new Map,u=t.length,h=s.length,f=new Array(u),d;for(a=0;a<u;++a)(c=t[a])&&(f[a]=d=o.call(c,c.__data__,a,t)+"",l.has(d)?r[a]=c:l.set(d,c));for(a=0;a<h;++a)d=o.call(e,s[a],a,s)+"",(c=l.get(d))?(i[a]=c,c.__data__=s[a],l.delete(d)):n[a]=new jf(e,s[a]);for(a=0;a<u;++a)(c=t[a])&&l.get(f[a])===c&&(r[a]=c)}function BN(e){return e.__data__}function kN(e,t){if(!arguments.length)return Array.from(this,BN);var n=t?ON:UN,i=this._parents,r=this._groups;typeof e!="function"&&(e=FN(e));for(var s=r.length,o=new Array(s),a=new Array(s),c=new Array(s),l=0;l<s;++l){var u=i[l],h=r[l],f=h.length,d=zN(e.call(u,u&&u.__data__,l,i)),p=d.length,y=a[l]=new Array(p),m=o[l]=new Array(p),g=c[l]=new Array(f);n(u,h,y,m,g,d,t);for(var _=0,S=0,v,w;_<p;++_)if(v=y[_]){for(_>=S&&(S=_+1);!(w=m[S])&&++S<p;);v._next=w||null}}return o=new Zn(o,i),o._enter=a,o._exit=c,o}function zN(e){return typeof e=="object"&&"length"in e?e:Array.from(e)}function GN(){return new Zn(this._exit||this._groups.map(a1),this._parents)}function VN(e,t,n){var i=this.enter(),r=this,s=this.exit();return typeof e=="function"?(i=e(i),i&&(i=i.selection())):i=i.append(e+""),t!=null&&(r=t(r),r&&(r=r.selection())),n==null?s.remove():n(s),i&&r?i.merge(r).order():r}function HN(e){for(var t=e.selection?e.selection():e,n=this._groups,i=t._groups,r=n.length,s=i.length,o=Math.min(r,s),a=new Array(r),c=0;c<o;++c)for(var l=n[c],u=i[c],h=l.length,f=a[c]=new Array(h),d,p=0;p<h;++p)(d=l[p]||u[p])&&(f[p]=d);for(;c<r;++c)a[c]=n[c];return new Zn(a,this._parents)}function WN(){for(var e=this._groups,t=-1,n=e.length;++t<n;)for(var i=e[t],r=i.length-1,s=i[r],o;--r>=0;)(o=i[r])&&(s&&o.compareDocumentPosition(s)^4&&s.parentNode.insertBefore(o,s),s=o);return this}function $N(e){e||(e=XN);function t(h,f){return h&&f?e(h.__data__,f.__data__):!h-!f}for(var n=this._groups,i=n.length,r=new Array(i),s=0;s<i;++s){for(var o=n[s],a=o.length,c=r[s]=new Array(a),l,u=0;u<a;++u)(l=o[u])&&(c[u]=l);c.sort(t)}return new Zn(r,this._parents).order()}function XN(e,t){return e<t?-1:e>t?1:e>=t?0:NaN}function qN(){var e=arguments[0];return arguments[0]=this,e.apply(null,arguments),this}function YN(){return Array.from(this)}function ZN(){for(var e=this._groups,t=0,n=e.length;t<n;++t)for(var i=e[t],r=0,s=i.length;r<s;++r){var o=i[r];if(o)return o}return null}function JN(){let e=0;for(let t of this)++e;return e}function KN(){return!this.node()}function QN(e){for(var t=this._groups,n=0,i=t.length;n<i;++n)for(var r=t[n],s=0,o=r.length,a;s<o;++s)(a=r[s])&&e.call(a,a.__data__,s,r);return this}function jN(e){return function(){this.removeAttribute(e)}}function tD(e){return function(){this.removeAttributeNS(e.space,e.local)}}function eD(e,t){return function(){this.setAttribute(e,t)}}function nD(e,t){return function(){this.setAttributeNS(e.space,e.local,t)}}function iD(e,t){return function(){var n=t.apply(this,arguments);n==null?this.removeAttribute(e):this.setAttribute(e,n)}}function rD(e,t){return function(){var n=t.apply(this,arguments);n==null?this.removeAttributeNS(e.space,e.local):this.setAttributeNS(e.space,e.local,n)}}function sD(e,t){var n=r1(e);if(arguments.length<2){var i=this.node();return n.local?i.getAttributeNS(n.space,n.local):i.getAttribute(n)}return this.each((t==null?n.local?tD:jN:typeof t=="function"?n.local?rD:iD:n.local?nD:eD)(n,t))}function c1(e){return e.ownerDocument&&e.ownerDocument.defaultView||e.document&&e||e.defaultView}function oD(e){return function(){this.style.removeProperty(e)}}function aD(e,t,n){return function(){this.style.setProperty(e,t,n)}}function cD(e,t,n){return function(){var i=t.apply(this,arguments);i==null?this.style.removeProperty(e):this.style.setProperty(e,i,n)}}function lD(e,t,n){return arguments.length>1?this.each((t==null?oD:typeof t=="function"?cD:aD)(e,t,n??"")):uD(this.node(),e)}function uD(e,t){return e.style.getPropertyValue(t)||c1(e).getComputedStyle(e,null).getPropertyValue(t)}function fD(e){return function(){delete this[e]}}function hD(e,t){return function(){this[e]=t}}function dD(e,t){return function(){var n=t.apply(this,arguments);n==null?delete this[e]:this[e]=n}}function pD(e,t){return arguments.length>1?this.each((t==null?fD:typeof t=="function"?dD:hD)(e,t)):this.node()[e]}function l1(e){return e.trim().split(/^|\s+/)}function zm(e){return e.classList||new u1(e)}function u1(e){this._node=e,this._names=l1(e.getAttribute("class")||"")}u1.prototype={add:function(e){var t=this._names.indexOf(e);t<0&&(this._names.push(e),this._node.setAttribute("class",this._names.join(" ")))},remove:function(e){var t=this._names.indexOf(e);t>=0&&(this._names.splice(t,1),this._node.setAttribute("class",this._names.join(" ")))},contains:function(e){return this._names.indexOf(e)>=0}};function f1(e,t){for(var n=zm(e),i=-1,r=t.length;++i<r;)n.add(t[i])}function h1(e,t){for(var n=zm(e),i=-1,r=t.length;++i<r;)n.remove(t[i])}function mD(e){return function(){f1(this,e)}}function gD(e){return function(){h1(this,e)}}function yD(e,t){return function(){(t.apply(this,arguments)?f1:h1)(this,e)}}function xD(e,t){var n=l1(e+"");if(arguments.length<2){for(var i=zm(this.node()),r=-1,s=n.length;++r<s;)if(!i.contains(n[r]))return!1;return!0}return this.each((typeof t=="function"?yD:t?mD:gD)(n,t))}function _D(){this.textContent=""}function vD(e){return function(){this.textContent=e}}function bD(e){return function(){var t=e.apply(this,arguments);this.textContent=t??""}}function MD(e){return arguments.length?this.each(e==null?_D:(typeof e=="function"?bD:vD)(e)):this.node().textContent}function SD(){this.innerHTML=""}function wD(e){return function(){this.innerHTML=e}}function TD(e){return function(){var t=e.apply(this,arguments);this.innerHTML=t??""}}function AD(e){return arguments.length?this.each(e==null?SD:(typeof e=="function"?TD:wD)(e)):this.node().innerHTML}function ED(){this.nextSibling&&this.parentNode.appendChild(this)}function CD(){return this.each(ED)}function RD(){this.previousSibling&&this.parentNode.insertBefore(this,this.parentNode.firstChild)}function ID(){return this.each(RD)}function PD(e){var t=typeof e=="function"?e:la(e);return this.select(function(){return this.appendChild(t.apply(this,arguments))})}function LD(){return null}function ND(e,t){var n=typeof e=="function"?e:la(e),i=t==null?LD:typeof t=="function"?t:s1(t);return this.select(function(){return this.insertBefore(n.apply(this,arguments),i.apply(this,arguments)||null)})}function DD(){var e=this.parentNode;e&&e.removeChild(this)}function FD(){return this.each(DD)}function UD(){var e=this.cloneNode(!1),t=this.parentNode;return t?t.insertBefore(e,this.nextSibling):e}function OD(){var e=this.cloneNode(!0),t=this.parentNode;return t?t.insertBefore(e,this.nextSibling):e}function BD(e){return this.select(e?OD:UD)}function kD(e){return arguments.length?this.property("__data__",e):this.node().__data__}function zD(e){return function(t){e.call(this,t,this.__data__)}}function GD(e){return e.trim().split(/^|\s+/).map(function(t){var n="",i=t.indexOf(".");return i>=0&&(n=t.slice(i+1),t=t.slice(0,i)),{type:t,name:n}})}function VD(e){return function(){var t=this.__on;if(t){for(var n=0,i=-1,r=t.length,s;n<r;++n)s=t[n],(!e.type||s.type===e.type)&&s.name===e.name?this.removeEventListener(s.type,s.listener,s.options):t[++i]=s;++i?t.length=i:delete this.__on}}}function HD(e,t,n){return function(){var i=this.__on,r,s=zD(t);if(i){for(var o=0,a=i.length;o<a;++o)if((r=i[o]).type===e.type&&r.name===e.name){this.removeEventListener(r.type,r.listener,r.options),this.addEventListener(r.type,r.listener=s,r.options=n),r.value=t;return}}this.addEventListener(e.type,s,n),r={type:e.type,name:e.name,value:t,listener:s,options:n},i?i.push(r):this.__on=[r]}}function WD(e,t,n){var i=GD(e+""),r,s=i.length,o;if(arguments.length<2){var a=this.node().__on;if(a){for(var c=0,l=a.length,u;c<l;++c)for(r=0,u=a[c];r<s;++r)if((o=i[r]).type===u.type&&o.name===u.name)return u.value}return}for(a=t?HD:VD,r=0;r<s;++r)this.each(a(i[r],t,n));return this}function d1(e,t,n){var i=c1(e),r=i.CustomEvent;typeof r=="function"?r=new r(t,n):(r=i.document.createEvent("Event"),n?(r.initEvent(t,n.bubbles,n.cancelable),r.detail=n.detail):r.initEvent(t,!1,!1)),e.dispatchEvent(r)}function $D(e,t){return function(){return d1(this,e,t)}}function XD(e,t){return function(){return d1(this,e,t.apply(this,arguments))}}function qD(e,t){return this.each((typeof t=="function"?XD:$D)(e,t))}function*YD(){for(var e=this._groups,t=0,n=e.length;t<n;++t)for(var i=e[t],r=0,s=i.length,o;r<s;++r)(o=i[r])&&(yield o)}var p1=[null];function Zn(e,t){this._groups=e,this._parents=t}function ZD(){return new Zn([[document.documentElement]],p1)}function JD(){return this}Zn.prototype=ZD.prototype={constructor:Zn,select:xN,selectAll:SN,selectChild:CN,selectChildren:LN,filter:NN,data:kN,enter:DN,exit:GN,join:VN,merge:HN,selection:JD,order:WN,sort:$N,call:qN,nodes:YN,node:ZN,size:JN,empty:KN,each:QN,attr:sD,style:lD,property:pD,classed:xD,text:MD,html:AD,raise:CD,lower:ID,append:PD,insert:ND,remove:FD,clone:BD,datum:kD,on:WD,dispatch:qD,[Symbol.iterator]:YD};function Ri(e){return typeof e=="string"?new Zn([[document.querySelector(e)]],[document.documentElement]):new Zn([[e]],p1)}var KD=0;function QD(){return new km}function km(){this._="@"+(++KD).toString(36)}km.prototype=QD.prototype={constructor:km,get:function(e){for(var t=this._;!(t in e);)if(!(e=e.parentNode))return;return e[t]},set:function(e,t){return e[this._]=t},remove:function(e){return this._ in e&&delete e[this._]},toString:function(){return this._}};function jD(e){let t;for(;t=e.sourceEvent;)e=t;return e}function m1(e,t){if(e=jD(e),t===void 0&&(t=e.currentTarget),t){var n=t.ownerSVGElement||t;if(n.createSVGPoint){var i=n.createSVGPoint();return i.x=e.clientX,i.y=e.clientY,i=i.matrixTransform(t.getScreenCTM().inverse()),[i.x,i.y]}if(t.getBoundingClientRect){var r=t.getBoundingClientRect();return[e.clientX-r.left-t.clientLeft,e.clientY-r.top-t.clientTop]}}return[e.pageX,e.pageY]}function da(e,t,n){e.prototype=t.prototype=n,n.constructor=e}function Wc(e,t){var n=Object.create(e.prototype);for(var i in t)n[i]=t[i];return n}function ys(){}var Js=.7,ha=1/Js,ua="\\s*([+-]?\\d+)\\s*",Vc="\\s*([+-]?(?:\\d*\\.)?\\d+(?:[eE][+-]?\\d+)?)\\s*",qi="\\s*([+-]?(?:\\d*\\.)?\\d+(?:[eE][+-]?\\d+)?)%\\s*",tF=/^#([0-9a-f]{3,8})$/,eF=new RegExp(`^rgb\\(${ua},${ua},${ua}\\)$`),nF=new RegExp(`^rgb\\(${qi},${qi},${qi}\\)$`),iF=new RegExp(`^rgba\\(${ua},${ua},${ua},${Vc}\\)$`),rF=new RegExp(`^rgba\\(${qi},${qi},${qi},${Vc}\\)$`),sF=new RegExp(`^hsl\\(${Vc},${qi},${qi}\\)$`),oF=new RegExp(`^hsla\\(${Vc},${qi},${qi},${Vc}\\)$`),g1={aliceblue:15792383,antiquewhite:16444375,aqua:65535,aquamarine:8388564,azure:15794175,beige:16119260,bisque:16770244,black:0,blanchedalmond:16772045,blue:255,blueviolet:9055202,brown:10824234,burlywood:14596231,cadetblue:6266528,chartreuse:8388352,chocolate:13789470,coral:16744272,cornflowerblue:6591981,cornsilk:16775388,crimson:14423100,cyan:65535,darkblue:139,darkcyan:35723,darkgoldenrod:12092939,darkgray:11119017,darkgreen:25600,darkgrey:11119017,darkkhaki:12433259,darkmagenta:9109643,darkolivegreen:5597999,darkorange:16747520,darkorchid:10040012,darkred:9109504,darksalmon:15308410,darkseagreen:9419919,darkslateblue:4734347,darkslategray:3100495,darkslategrey:3100495,darkturquoise:52945,darkviolet:9699539,deeppink:16716947,deepskyblue:49151,dimgray:6908265,dimgrey:6908265,dodgerblue:2003199,firebrick:11674146,floralwhite:16775920,forestgreen:2263842,fuchsia:16711935,gainsboro:14474460,ghostwhite:16316671,gold:16766720,goldenrod:14329120,gray:8421504,green:32768,greenyellow:11403055,grey:8421504,honeydew:15794160,hotpink:16738740,indianred:13458524,indigo:4915330,ivory:16777200,khaki:15787660,lavender:15132410,lavenderblush:16773365,lawngreen:8190976,lemonchiffon:16775885,lightblue:11393254,lightcoral:15761536,lightcyan:14745599,lightgoldenrodyellow:16448210,lightgray:13882323,lightgreen:9498256,lightgrey:13882323,lightpink:16758465,lightsalmon:16752762,lightseagreen:2142890,lightskyblue:8900346,lightslategray:7833753,lightslategrey:7833753,lightsteelblue:11584734,lightyellow:16777184,lime:65280,limegreen:3329330,linen:16445670,magenta:16711935,maroon:8388608,mediumaquamarine:6737322,mediumblue:205,mediumorchid:12211667,mediumpurple:9662683,mediumseagreen:3978097,mediumslateblue:8087790,mediumspringgreen:64154,mediumturquoise:4772300,mediumvioletred:13047173,midnightblue:1644912,mintcream:16121850,mistyrose:16770273,moccasin:16770229,navajowhite:16768685,navy:128,oldlace:16643558,olive:8421376,olivedrab:7048739,orange:16753920,orangered:16729344,orchid:14315734,palegoldenrod:15657130,palegreen:10025880,paleturquoise:11529966,palevioletred:14381203,papayawhip:16773077,peachpuff:16767673,peru:13468991,pink:16761035,plum:14524637,powderblue:11591910,purple:8388736,rebeccapurple:6697881,red:16711680,rosybrown:12357519,royalblue:4286945,saddlebrown:9127187,salmon:16416882,sandybrown:16032864,seagreen:3050327,seashell:16774638,sienna:10506797,silver:12632256,skyblue:8900331,slateblue:6970061,slategray:7372944,slategrey:7372944,snow:16775930,springgreen:65407,steelblue:4620980,tan:13808780,teal:32896,thistle:14204888,tomato:16737095,turquoise:4251856,violet:15631086,wheat:16113331,white:16777215,whitesmoke:16119285,yellow:16776960,yellowgreen:10145074};da(ys,pa,{copy(e){return Object.assign(new this.constructor,this,e)},displayable(){return this.rgb().displayable()},hex:y1,formatHex:y1,formatHex8:aF,formatHsl:cF,formatRgb:x1,toString:x1});function y1(){return this.rgb().formatHex()}function aF(){return this.rgb().formatHex8()}function cF(){return E1(this).formatHsl()}function x1(){return this.rgb().formatRgb()}function pa(e){var t,n;return e=(e+"").trim().toLowerCase(),(t=tF.exec(e))?(n=t[1].length,t=parseInt(t[1],16),n===6?_1(t):n===3?new Qe(t>>8&15|t>>4&240,t>>4&15|t&240,(t&15)<<4|t&15,1):n===8?th(t>>24&255,t>>16&255,t>>8&255,(t&255)/255):n===4?th(t>>12&15|t>>8&240,t>>8&15|t>>4&240,t>>4&15|t&240,((t&15)<<4|t&15)/255):null):(t=eF.exec(e))?new Qe(t[1],t[2],t[3],1):(t=nF.exec(e))?new Qe(t[1]*255/100,t[2]*255/100,t[3]*255/100,1):(t=iF.exec(e))?th(t[1],t[2],t[3],t[4]):(t=rF.exec(e))?th(t[1]*255/100,t[2]*255/100,t[3]*255/100,t[4]):(t=sF.exec(e))?M1(t[1],t[2]/100,t[3]/100,1):(t=oF.exec(e))?M1(t[1],t[2]/100,t[3]/100,t[4]):g1.hasOwnProperty(e)?_1(g1[e]):e==="transparent"?new Qe(NaN,NaN,NaN,0):null}function _1(e){return new Qe(e>>16&255,e>>8&255,e&255,1)}function th(e,t,n,i){return i<=0&&(e=t=n=NaN),new Qe(e,t,n,i)}function Xm(e){return e instanceof ys||(e=pa(e)),e?(e=e.rgb(),new Qe(e.r,e.g,e.b,e.opacity)):new Qe}function Pi(e,t,n,i){return arguments.length===1?Xm(e):new Qe(e,t,n,i??1)}function Qe(e,t,n,i){this.r=+e,this.g=+t,this.b=+n,this.opacity=+i}da(Qe,Pi,Wc(ys,{brighter(e){return e=e==null?ha:Math.pow(ha,e),new Qe(this.r*e,this.g*e,this.b*e,this.opacity)},darker(e){return e=e==null?Js:Math.pow(Js,e),new Qe(this.r*e,this.g*e,this.b*e,this.opacity)},rgb(){return this},clamp(){return new Qe(Ys(this.r),Ys(this.g),Ys(this.b),nh(this.opacity))},displayable(){return-.5<=this.r&&this.r<255.5&&-.5<=this.g&&this.g<255.5&&-.5<=this.b&&this.b<255.5&&0<=this.opacity&&this.opacity<=1},hex:v1,formatHex:v1,formatHex8:lF,formatRgb:b1,toString:b1}));function v1(){return`#${qs(this.r)}${qs(this.g)}${qs(this.b)}`}function lF(){return`#${qs(this.r)}${qs(this.g)}${qs(this.b)}${qs((isNaN(this.opacity)?1:this.opacity)*255)}`}function b1(){let e=nh(this.opacity);return`${e===1?"rgb(":"rgba("}${Ys(this.r)}, ${Ys(this.g)}, ${Ys(this.b)}${e===1?")":`, ${e})`}`}function nh(e){return isNaN(e)?1:Math.max(0,Math.min(1,e))}function Ys(e){return Math.max(0,Math.min(255,Math.round(e)||0))}function qs(e){return e=Ys(e),(e<16?"0":"")+e.toString(16)}function M1(e,t,n,i){return i<=0?e=t=n=NaN:n<=0||n>=1?e=t=NaN:t<=0&&(e=NaN),new Ii(e,t,n,i)}function E1(e){if(e instanceof Ii)return new Ii(e.h,e.s,e.l,e.opacity);if(e instanceof ys||(e=pa(e)),!e)return new Ii;if(e instanceof Ii)return e;e=e.rgb();var t=e.r/255,n=e.g/255,i=e.b/255,r=Math.min(t,n,i),s=Math.max(t,n,i),o=NaN,a=s-r,c=(s+r)/2;return a?(t===s?o=(n-i)/a+(n<i)*6:n===s?o=(i-t)/a+2:o=(t-n)/a+4,a/=c<.5?s+r:2-s-r,o*=60):a=c>0&&c<1?0:o,new Ii(o,a,c,e.opacity)}function rh(e,t,n,i){return arguments.length===1?E1(e):new Ii(e,t,n,i??1)}function Ii(e,t,n,i){this.h=+e,this.s=+t,this.l=+n,this.opacity=+i}da(Ii,rh,Wc(ys,{brighter(e){return e=e==null?ha:Math.pow(ha,e),new Ii(this.h,this.s,this.l*e,this.opacity)},darker(e){return e=e==null?Js:Math.pow(Js,e),new Ii(this.h,this.s,this.l*e,this.opacity)},rgb(){var e=this.h%360+(this.h<0)*360,t=isNaN(e)||isNaN(this.s)?0:this.s,n=this.l,i=n+(n<.5?n:1-n)*t,r=2*n-i;return new Qe(Gm(e>=240?e-240:e+120,r,i),Gm(e,r,i),Gm(e<120?e+240:e-120,r,i),this.opacity)},clamp(){return new Ii(S1(this.h),eh(this.s),eh(this.l),nh(this.opacity))},displayable(){return(0<=this.s&&this.s<=1||isNaN(this.s))&&0<=this.l&&this.l<=1&&0<=this.opacity&&this.opacity<=1},formatHsl(){let e=nh(this.opacity);return`${e===1?"hsl(":"hsla("}${S1(this.h)}, ${eh(this.s)*100}%, ${eh(this.l)*100}%${e===1?")":`, ${e})`}`}}));function S1(e){return e=(e||0)%360,e<0?e+360:e}function eh(e){return Math.max(0,Math.min(1,e||0))}function Gm(e,t,n){return(e<60?t+(n-t)*e/60:e<180?n:e<240?t+(n-t)*(240-e)/60:t)*255}var C1=Math.PI/180,R1=180/Math.PI,ih=18,I1=.96422,P1=1,L1=.82521,N1=4/29,fa=6/29,D1=3*fa*fa,uF=fa*fa*fa;function F1(e){if(e instanceof Yi)return new Yi(e.l,e.a,e.b,e.opacity);if(e instanceof Nr)return U1(e);e instanceof Qe||(e=Xm(e));var t=$m(e.r),n=$m(e.g),i=$m(e.b),r=Vm((.2225045*t+.7168786*n+.0606169*i)/P1),s,o;return t===n&&n===i?s=o=r:(s=Vm((.4360747*t+.3850649*n+.1430804*i)/I1),o=Vm((.0139322*t+.0971045*n+.7141733*i)/L1)),new Yi(116*r-16,500*(s-r),200*(r-o),e.opacity)}function sh(e,t,n,i){return arguments.length===1?F1(e):new Yi(e,t,n,i??1)}function Yi(e,t,n,i){this.l=+e,this.a=+t,this.b=+n,this.opacity=+i}da(Yi,sh,Wc(ys,{brighter(e){return new Yi(this.l+ih*(e??1),this.a,this.b,this.opacity)},darker(e){return new Yi(this.l-ih*(e??1),this.a,this.b,this.opacity)},rgb(){var e=(this.l+16)/116,t=isNaN(this.a)?e:e+this.a/500,n=isNaN(this.b)?e:e-this.b/200;return t=I1*Hm(t),e=P1*Hm(e),n=L1*Hm(n),new Qe(Wm(3.1338561*t-1.6168667*e-.4906146*n),Wm(-.9787684*t+1.9161415*e+.033454*n),Wm(.0719453*t-.2289914*e+1.4052427*n),this.opacity)}}));function Vm(e){return e>uF?Math.pow(e,1/3):e/D1+N1}function Hm(e){return e>fa?e*e*e:D1*(e-N1)}function Wm(e){return 255*(e<=.0031308?12.92*e:1.055*Math.pow(e,1/2.4)-.055)}function $m(e){return(e/=255)<=.04045?e/12.92:Math.pow((e+.055)/1.055,2.4)}function fF(e){if(e instanceof Nr)return new Nr(e.h,e.c,e.l,e.opacity);if(e instanceof Yi||(e=F1(e)),e.a===0&&e.b===0)return new Nr(NaN,0<e.l&&e.l<100?0:NaN,e.l,e.opacity);var t=Math.atan2(e.b,e.a)*R1;return new Nr(t<0?t+360:t,Math.sqrt(e.a*e.a+e.b*e.b),e.l,e.opacity)}function oh(e,t,n,i){return arguments.length===1?fF(e):new Nr(e,t,n,i??1)}function Nr(e,t,n,i){this.h=+e,this.c=+t,this.l=+n,this.opacity=+i}function U1(e){if(isNaN(e.h))return new Yi(e.l,0,0,e.opacity);var t=e.h*C1;return new Yi(e.l,Math.cos(t)*e.c,Math.sin(t)*e.c,e.opacity)}da(Nr,oh,Wc(ys,{brighter(e){return new Nr(this.h,this.c,this.l+ih*(e??1),this.opacity)},darker(e){return new Nr(this.h,this.c,this.l-ih*(e??1),this.opacity)},rgb(){return U1(this).rgb()}}));var O1=-.14861,qm=1.78277,Ym=-.29227,ah=-.90649,Hc=1.97294,w1=Hc*ah,T1=Hc*qm,A1=qm*Ym-ah*O1;function hF(e){if(e instanceof Zs)return new Zs(e.h,e.s,e.l,e.opacity);e instanceof Qe||(e=Xm(e));var t=e.r/255,n=e.g/255,i=e.b/255,r=(A1*i+w1*t-T1*n)/(A1+w1-T1),s=i-r,o=(Hc*(n-r)-Ym*s)/ah,a=Math.sqrt(o*o+s*s)/(Hc*r*(1-r)),c=a?Math.atan2(o,s)*R1-120:NaN;return new Zs(c<0?c+360:c,a,r,e.opacity)}function oi(e,t,n,i){return arguments.length===1?hF(e):new Zs(e,t,n,i??1)}function Zs(e,t,n,i){this.h=+e,this.s=+t,this.l=+n,this.opacity=+i}da(Zs,oi,Wc(ys,{brighter(e){return e=e==null?ha:Math.pow(ha,e),new Zs(this.h,this.s,this.l*e,this.opacity)},darker(e){return e=e==null?Js:Math.pow(Js,e),new Zs(this.h,this.s,this.l*e,this.opacity)},rgb(){var e=isNaN(this.h)?0:(this.h+120)*C1,t=+this.l,n=isNaN(this.s)?0:this.s*t*(1-t),i=Math.cos(e),r=Math.sin(e);return new Qe(255*(t+n*(O1*i+qm*r)),255*(t+n*(Ym*i+ah*r)),255*(t+n*(Hc*i)),this.opacity)}}));function z1(e,t,n,i,r){var s=e*e,o=s*e;return((1-3*e+3*s-o)*t+(4-6*s+3*o)*n+(1+3*e+3*s-3*o)*i+o*r)/6}function dF(e){var t=e.length-1;return function(n){var i=n<=0?n=0:n>=1?(n=1,t-1):Math.floor(n*t),r=e[i],s=e[i+1],o=i>0?e[i-1]:2*r-s,a=i<t-1?e[i+2]:2*s-r;return z1((n-i/t)*t,o,r,s,a)}}function pF(e){var t=e.length;return function(n){var i=Math.floor(((n%=1)<0?++n:n)*t),r=e[(i+t-1)%t],s=e[i%t],o=e[(i+1)%t],a=e[(i+2)%t];return z1((n-i/t)*t,r,s,o,a)}}var lh=e=>()=>e;function G1(e,t){return function(n){return e+n*t}}function mF(e,t,n){return e=Math.pow(e,n),t=Math.pow(t,n)-e,n=1/n,function(i){return Math.pow(e+i*t,n)}}function Qm(e,t){var n=t-e;return n?G1(e,n>180||n<-180?n-360*Math.round(n/360):n):lh(isNaN(e)?t:e)}function gF(e){return(e=+e)==1?je:function(t,n){return n-t?mF(t,n,e):lh(isNaN(t)?n:t)}}function je(e,t){var n=t-e;return n?G1(e,n):lh(isNaN(e)?t:e)}var Ks=(function e(t){var n=gF(t);function i(r,s){var o=n((r=Pi(r)).r,(s=Pi(s)).r),a=n(r.g,s.g),c=n(r.b,s.b),l=je(r.opacity,s.opacity);return function(u){return r.r=o(u),r.g=a(u),r.b=c(u),r.opacity=l(u),r+""}}return i.gamma=e,i})(1);function V1(e){return function(t){var n=t.length,i=new Array(n),r=new Array(n),s=new Array(n),o,a;for(o=0;o<n;++o)a=Pi(t[o]),i[o]=a.r||0,r[o]=a.g||0,s[o]=a.b||0;return i=e(i),r=e(r),s=e(s),a.opacity=1,function(c){return a.r=i(c),a.g=r(c),a.b=s(c),a+""}}}var H1=V1(dF),o7=V1(pF);function yF(e,t){t||(t=[]);var n=e?Math.min(t.length,e.length):0,i=t.slice(),r;return function(s){for(r=0;r<n;++r)i[r]=e[r]*(1-s)+t[r]*s;return i}}function xF(e){return ArrayBuffer.isView(e)&&!(e instanceof DataView)}function _F(e,t){var n=t?t.length:0,i=e?Math.min(n,e.length):0,r=new Array(i),s=new Array(n),o;for(o=0;o<i;++o)r[o]=ma(e[o],t[o]);for(;o<n;++o)s[o]=t[o];return function(a){for(o=0;o<i;++o)s[o]=r[o](a);return s}}function vF(e,t){var n=new Date;return e=+e,t=+t,function(i){return n.setTime(e*(1-i)+t*i),n}}function He(e,t){return e=+e,t=+t,function(n){return e*(1-n)+t*n}}function bF(e,t){var n={},i={},r;(e===null||typeof e!="object")&&(e={}),(t===null||typeof t!="object")&&(t={});for(r in t)r in e?n[r]=ma(e[r],t[r]):i[r]=t[r];return function(s){for(r in n)i[r]=n[r](s);return i}}var Jm=/[-+]?(?:\d+\.?\d*|\.?\d+)(?:[eE][-+]?\d+)?/g,Zm=new RegExp(Jm.source,"g");function MF(e){return function(){return e}}function SF(e){return function(t){return e(t)+""}}function wF(e,t){var n=Jm.lastIndex=Zm.lastIndex=0,i,r,s,o=-1,a=[],c=[];for(e=e+"",t=t+"";(i=Jm.exec(e))&&(r=Zm.exec(t));)(s=r.index)>n&&(s=t.slice(n,s),a[o]?a[o]+=s:a[++o]=s),(i=i[0])===(r=r[0])?a[o]?a[o]+=r:a[++o]=r:(a[++o]=null,c.push({i:o,x:He(i,r)})),n=Zm.lastIndex;return n<t.length&&(s=t.slice(n),a[o]?a[o]+=s:a[++o]=s),a.length<2?c[0]?SF(c[0].x):MF(t):(t=c.length,function(l){for(var u=0,h;u<t;++u)a[(h=c[u]).i]=h.x(l);return a.join("")})}function ma(e,t){var n=typeof t,i;return t==null||n==="boolean"?lh(t):(n==="number"?He:n==="string"?(i=pa(t))?(t=i,Ks):wF:t instanceof pa?Ks:t instanceof Date?vF:xF(t)?yF:Array.isArray(t)?_F:typeof t.valueOf!="function"&&typeof t.toString!="function"||isNaN(t)?bF:He)(e,t)}function $c(e,t){return e=+e,t=+t,function(n){return Math.round(e*(1-n)+t*n)}}var B1=180/Math.PI,Km={translateX:0,translateY:0,rotate:0,skewX:0,scaleX:1,scaleY:1};function W1(e,t,n,i,r,s){var o,a,c;return(o=Math.sqrt(e*e+t*t))&&(e/=o,t/=o),(c=e*n+t*i)&&(n-=e*c,i-=t*c),(a=Math.sqrt(n*n+i*i))&&(n/=a,i/=a,c/=a),e*i<t*n&&(e=-e,t=-t,c=-c,o=-o),{translateX:r,translateY:s,rotate:Math.atan2(t,e)*B1,skewX:Math.atan(c)*B1,scaleX:o,scaleY:a}}var ch;function TF(e){let t=new(typeof DOMMatrix=="function"?DOMMatrix:WebKitCSSMatrix)(e+"");return t.isIdentity?Km:W1(t.a,t.b,t.c,t.d,t.e,t.f)}function AF(e){return e==null||(ch||(ch=document.createElementNS("http://www.w3.org/2000/svg","g")),ch.setAttribute("transform",e),!(e=ch.transform.baseVal.consolidate()))?Km:(e=e.matrix,W1(e.a,e.b,e.c,e.d,e.e,e.f))}function $1(e,t,n,i){function r(l){return l.length?l.pop()+" ":""}function s(l,u,h,f,d,p){if(l!==h||u!==f){var y=d.push("translate(",null,t,null,n);p.push({i:y-4,x:He(l,h)},{i:y-2,x:He(u,f)})}else(h||f)&&d.push("translate("+h+t+f+n)}function o(l,u,h,f){l!==u?(l-u>180?u+=360:u-l>180&&(l+=360),f.push({i:h.push(r(h)+"rotate(",null,i)-2,x:He(l,u)})):u&&h.push(r(h)+"rotate("+u+i)}function a(l,u,h,f){l!==u?f.push({i:h.push(r(h)+"skewX(",null,i)-2,x:He(l,u)}):u&&h.push(r(h)+"skewX("+u+i)}function c(l,u,h,f,d,p){if(l!==h||u!==f){var y=d.push(r(d)+"scale(",null,",",null,")");p.push({i:y-4,x:He(l,h)},{i:y-2,x:He(u,f)})}else(h!==1||f!==1)&&d.push(r(d)+"scale("+h+","+f+")")}return function(l,u){var h=[],f=[];return l=e(l),u=e(u),s(l.translateX,l.translateY,u.translateX,u.translateY,h,f),o(l.rotate,u.rotate,h,f),a(l.skewX,u.skewX,h,f),c(l.scaleX,l.scaleY,u.scaleX,u.scaleY,h,f),l=u=null,function(d){for(var p=-1,y=f.length,m;++p<y;)h[(m=f[p]).i]=m.x(d);return h.join("")}}}var a7=$1(TF,"px, ","px)","deg)"),c7=$1(AF,", ",")",")"),EF=1e-12;function k1(e){return((e=Math.exp(e))+1/e)/2}function CF(e){return((e=Math.exp(e))-1/e)/2}function RF(e){return((e=Math.exp(2*e))-1)/(e+1)}var l7=(function e(t,n,i){function r(s,o){var a=s[0],c=s[1],l=s[2],u=o[0],h=o[1],f=o[2],d=u-a,p=h-c,y=d*d+p*p,m,g;if(y<EF)g=Math.log(f/l)/t,m=function(x){return[a+x*d,c+x*p,l*Math.exp(t*x*g)]};else{var _=Math.sqrt(y),S=(f*f-l*l+i*y)/(2*l*n*_),v=(f*f-l*l-i*y)/(2*f*n*_),w=Math.log(Math.sqrt(S*S+1)-S),b=Math.log(Math.sqrt(v*v+1)-v);g=(b-w)/t,m=function(x){var M=x*g,R=k1(w),E=l/(n*_)*(R*RF(t*M+w)-CF(w));return[a+E*d,c+E*p,l*R/k1(t*M+w)]}}return m.duration=Math.abs(g)*1e3*t/Math.SQRT2,m}return r.rho=function(s){var o=Math.max(.001,+s),a=o*o,c=a*a;return e(o,a,c)},r})(Math.SQRT2,2,4);function X1(e){return function(t,n){var i=e((t=rh(t)).h,(n=rh(n)).h),r=je(t.s,n.s),s=je(t.l,n.l),o=je(t.opacity,n.opacity);return function(a){return t.h=i(a),t.s=r(a),t.l=s(a),t.opacity=o(a),t+""}}}var q1=X1(Qm),u7=X1(je);function Y1(e,t){var n=je((e=sh(e)).l,(t=sh(t)).l),i=je(e.a,t.a),r=je(e.b,t.b),s=je(e.opacity,t.opacity);return function(o){return e.l=n(o),e.a=i(o),e.b=r(o),e.opacity=s(o),e+""}}function Z1(e){return function(t,n){var i=e((t=oh(t)).h,(n=oh(n)).h),r=je(t.c,n.c),s=je(t.l,n.l),o=je(t.opacity,n.opacity);return function(a){return t.h=i(a),t.c=r(a),t.l=s(a),t.opacity=o(a),t+""}}}var J1=Z1(Qm),f7=Z1(je);function K1(e){return(function t(n){n=+n;function i(r,s){var o=e((r=oi(r)).h,(s=oi(s)).h),a=je(r.s,s.s),c=je(r.l,s.l),l=je(r.opacity,s.opacity);return function(u){return r.h=o(u),r.s=a(u),r.l=c(Math.pow(u,n)),r.opacity=l(u),r+""}}return i.gamma=t,i})(1)}var h7=K1(Qm),uh=K1(je);function xs(e,t){t===void 0&&(t=e,e=ma);for(var n=0,i=t.length-1,r=t[0],s=new Array(i<0?0:i);n<i;)s[n]=e(r,r=t[++n]);return function(o){var a=Math.max(0,Math.min(i-1,Math.floor(o*=i)));return s[a](o-a)}}function Sn(e,t){for(var n=new Array(t),i=0;i<t;++i)n[i]=e(i/(t-1));return n}var Xc=Math.PI,jm=2*Xc,Qs=1e-6,IF=jm-Qs;function Q1(e){this._+=e[0];for(let t=1,n=e.length;t<n;++t)this._+=arguments[t]+e[t]}function PF(e){let t=Math.floor(e);if(!(t>=0))throw new Error(`invalid digits: ${e}`);if(t>15)return Q1;let n=10**t;return function(i){this._+=i[0];for(let r=1,s=i.length;r<s;++r)this._+=Math.round(arguments[r]*n)/n+i[r]}}function j1(e,t,n,i){return e===n&&t===i}function LF(e){let t=Math.floor(e);if(!(t<=15))return j1;let n=10**t,i=function(r){return Math.round(r*n)};return function(r,s,o,a){return i(r)===i(o)&&i(s)===i(a)}}var js=class{constructor(t){this._x0=this._y0=this._x1=this._y1=null,this._="",this._append=t==null?Q1:PF(t),this._equal=t==null?j1:LF(t)}moveTo(t,n){this._append`M${this._x0=this._x1=+t},${this._y0=this._y1=+n}`}closePath(){this._x1!==null&&(this._x1=this._x0,this._y1=this._y0,this._append`Z`)}lineTo(t,n){this._append`L${this._x1=+t},${this._y1=+n}`}quadraticCurveTo(t,n,i,r){this._append`Q${+t},${+n},${this._x1=+i},${this._y1=+r}`}bezierCurveTo(t,n,i,r,s,o){this._append`C${+t},${+n},${+i},${+r},${this._x1=+s},${this._y1=+o}`}arcTo(t,n,i,r,s){if(t=+t,n=+n,i=+i,r=+r,s=+s,s<0)throw new Error(`negative radius: ${s}`);let o=this._x1,a=this._y1,c=i-t,l=r-n,u=o-t,h=a-n,f=u*u+h*h;if(this._x1===null)this._append`M${this._x1=t},${this._y1=n}`;else if(f>Qs)if(!(Math.abs(h*c-l*u)>Qs)||!s)this._append`L${this._x1=t},${this._y1=n}`;else{let d=i-o,p=r-a,y=c*c+l*l,m=d*d+p*p,g=Math.sqrt(y),_=Math.sqrt(f),S=s*Math.tan((Xc-Math.acos((y+f-m)/(2*g*_)))/2),v=S/_,w=S/g;Math.abs(v-1)>Qs&&this._append`L${t+v*u},${n+v*h}`,this._append`A${s},${s},0,0,${+(h*d>u*p)},${this._x1=t+w*c},${this._y1=n+w*l}`}}arc(t,n,i,r,s,o){if(t=+t,n=+n,i=+i,o=!!o,i<0)throw new Error(`negative radius: ${i}`);let a=i*Math.cos(r),c=i*Math.sin(r),l=t+a,u=n+c,h=1^o,f=o?r-s:s-r;if(this._x1===null?this._append`M${l},${u}`:(Math.abs(this._x1-l)>Qs||Math.abs(this._y1-u)>Qs)&&this._append`L${l},${u}`,!!i){if(f<0&&(f=f%jm+jm),f>IF)this._append`A${i},${i},0,1,${h},${t-a},${n-c}A${i},${i},0,1,${h},${this._x1=l},${this._y1=u}`;else if(f>Qs){let d=t+i*Math.cos(s),p=n+i*Math.sin(s);if(f>=Xc&&this._equal(l,u,d,p)){f/=2;let y=r+f;this._append`A${i},${i},0,${+(f>=Xc)},${h},${t+i*Math.cos(y)},${n+i*Math.sin(y)}`}this._append`A${i},${i},0,${+(f>=Xc)},${h},${this._x1=d},${this._y1=p}`}}}rect(t,n,i,r){this._append`M${this._x0=this._x1=+t},${this._y0=this._y1=+n}h${i=+i}v${+r}h${-i}Z`}toString(){return this._}};function NF(){return new js}NF.prototype=js.prototype;function Zi(e=3){return new js(+e)}function DF(e){return Math.abs(e=Math.round(e))>=1e21?e.toLocaleString("en").replace(/,/g,""):e.toString(10)}function hh(e,t){if(!isFinite(e)||e===0)return null;var n=(e=t?e.toExponential(t-1):e.toExponential()).indexOf("e"),i=e.slice(0,n);return[i.length>1?i[0]+i.slice(2):i,+e.slice(n+1)]}function ga(e){return e=hh(Math.abs(e)),e?e[1]:NaN}function FF(e,t){return function(n,i){for(var r=n.length,s=[],o=0,a=e[0],c=0;r>0&&a>0&&(c+a+1>i&&(a=Math.max(1,i-c)),s.push(n.substring(r-=a,r+a)),!((c+=a+1)>i));)a=e[o=(o+1)%e.length];return s.reverse().join(t)}}function UF(e){return function(t){return t.replace(/[0-9]/g,function(n){return e[+n]})}}var OF=/^(?:(.)?([<>=^]))?([+\-( ])?([$#])?(0)?(\d+)?(,)?(\.\d+)?(~)?([a-z%])?$/i;function ya(e){if(!(t=OF.exec(e)))throw new Error("invalid format: "+e);var t;return new tg({fill:t[1],align:t[2],sign:t[3],symbol:t[4],zero:t[5],width:t[6],comma:t[7],precision:t[8]&&t[8].slice(1),trim:t[9],type:t[10]})}ya.prototype=tg.prototype;function tg(e){this.fill=e.fill===void 0?" ":e.fill+"",this.align=e.align===void 0?">":e.align+"",this.sign=e.sign===void 0?"-":e.sign+"",this.symbol=e.symbol===void 0?"":e.symbol+"",this.zero=!!e.zero,this.width=e.width===void 0?void 0:+e.width,this.comma=!!e.comma,this.precision=e.precision===void 0?void 0:+e.precision,this.trim=!!e.trim,this.type=e.type===void 0?"":e.type+""}tg.prototype.toString=function(){return this.fill+this.align+this.sign+this.symbol+(this.zero?"0":"")+(this.width===void 0?"":Math.max(1,this.width|0))+(this.comma?",":"")+(this.precision===void 0?"":"."+Math.max(0,this.precision|0))+(this.trim?"~":"")+this.type};function BF(e){t:for(var t=e.length,n=1,i=-1,r;n<t;++n)switch(e[n]){case".":i=r=n;break;case"0":i===0&&(i=n),r=n;break;default:if(!+e[n])break t;i>0&&(i=0);break}return i>0?e.slice(0,i)+e.slice(r+1):e}var dh;function kF(e,t){var n=hh(e,t);if(!n)return dh=void 0,e.toPrecision(t);var i=n[0],r=n[1],s=r-(dh=Math.max(-8,Math.min(8,Math.floor(r/3)))*3)+1,o=i.length;return s===o?i:s>o?i+new Array(s-o+1).join("0"):s>0?i.slice(0,s)+"."+i.slice(s):"0."+new Array(1-s).join("0")+hh(e,Math.max(0,t+s-1))[0]}function tM(e,t){var n=hh(e,t);if(!n)return e+"";var i=n[0],r=n[1];return r<0?"0."+new Array(-r).join("0")+i:i.length>r+1?i.slice(0,r+1)+"."+i.slice(r+1):i+new Array(r-i.length+2).join("0")}var eM={"%":(e,t)=>(e*100).toFixed(t),b:e=>Math.round(e).toString(2),c:e=>e+"",d:DF,e:(e,t)=>e.toExponential(t),f:(e,t)=>e.toFixed(t),g:(e,t)=>e.toPrecision(t),o:e=>Math.round(e).toString(8),p:(e,t)=>tM(e*100,t),r:tM,s:kF,X:e=>Math.round(e).toString(16).toUpperCase(),x:e=>Math.round(e).toString(16)};function nM(e){return e}var iM=Array.prototype.map,rM=["y","z","a","f","p","n","µ","m","","k","M","G","T","P","E","Z","Y"];function zF(e){var t=e.grouping===void 0||e.thousands===void 0?nM:FF(iM.call(e.grouping,Number),e.thousands+""),n=e.currency===void 0?"":e.currency[0]+"",i=e.currency===void 0?"":e.currency[1]+"",r=e.decimal===void 0?".":e.decimal+"",s=e.numerals===void 0?nM:UF(iM.call(e.numerals,String)),o=e.percent===void 0?"%":e.percent+"",a=e.minus===void 0?"−":e.minus+"",c=e.nan===void 0?"NaN":e.nan+"";function l(h,f){h=ya(h);var d=h.fill,p=h.align,y=h.sign,m=h.symbol,g=h.zero,_=h.width,S=h.comma,v=h.precision,w=h.trim,b=h.type;b==="n"?(S=!0,b="g"):eM[b]||(v===void 0&&(v=12),w=!0,b="g"),(g||d==="0"&&p==="=")&&(g=!0,d="0",p="=");var x=(f&&f.prefix!==void 0?f.prefix:"")+(m==="$"?n:m==="#"&&/[boxX]/.test(b)?"0"+b.toLowerCase():""),M=(m==="$"?i:/[%p]/.test(b)?o:"")+(f&&f.suffix!==void 0?f.suffix:""),R=eM[b],E=/[defgprs%]/.test(b);v=v===void 0?6:/[gprs]/.test(b)?Math.max(1,Math.min(21,v)):Math.max(0,Math.min(20,v));function C(N){var B=x,I=M,L,k,F;if(b==="c")I=R(N)+I,N="";else{N=+N;var Z=N<0||1/N<0;if(N=isNaN(N)?c:R(Math.abs(N),v),w&&(N=BF(N)),Z&&+N==0&&y!=="+"&&(Z=!1),B=(Z?y==="("?y:a:y==="-"||y==="("?"":y)+B,I=(b==="s"&&!isNaN(N)&&dh!==void 0?rM[8+dh/3]:"")+I+(Z&&y==="("?")":""),E){for(L=-1,k=N.length;++L<k;)if(F=N.charCodeAt(L),48>F||F>57){I=(F===46?r+N.slice(L+1):N.slice(L))+I,N=N.slice(0,L);break}}}S&&!g&&(N=t(N,1/0));var U=B.length+N.length+I.length,G=U<_?new Array(_-U+1).join(d):"";switch(S&&g&&(N=t(G+N,G.length?_-I.length:1/0),G=""),p){case"<":N=B+N+I+G;break;case"=":N=B+G+N+I;break;case"^":N=G.slice(0,U=G.length>>1)+B+N+I+G.slice(U);break;default:N=G+B+N+I;break}return s(N)}return C.toString=function(){return h+""},C}function u(h,f){var d=Math.max(-8,Math.min(8,Math.floor(ga(f)/3)))*3,p=Math.pow(10,-d),y=l((h=ya(h),h.type="f",h),{suffix:rM[8+d/3]});return function(m){return y(p*m)}}return{format:l,formatPrefix:u}}var fh,Ji,eg;GF({thousands:",",grouping:[3],currency:["$",""]});function GF(e){return fh=zF(e),Ji=fh.format,eg=fh.formatPrefix,fh}function sM(e){return Math.max(0,-ga(Math.abs(e)))}function oM(e,t){return Math.max(0,Math.max(-8,Math.min(8,Math.floor(ga(t)/3)))*3-ga(Math.abs(e)))}function aM(e,t){return e=Math.abs(e),t=Math.abs(t)-e,Math.max(0,ga(t)-ga(e))+1}var Ht=1e-6,AM=1e-12,Kt=Math.PI,Ie=Kt/2,cM=Kt/4,Jn=Kt*2,wn=180/Kt,Re=Kt/180,fe=Math.abs,ba=Math.atan,Fr=Math.atan2,Jt=Math.cos;var EM=Math.exp;var vh=Math.log,ng=Math.pow,Wt=Math.sin,ci=Math.sign||function(e){return e>0?1:e<0?-1:0},Dn=Math.sqrt,Mg=Math.tan;function CM(e){return e>1?0:e<-1?Kt:Math.acos(e)}function ui(e){return e>1?Ie:e<-1?-Ie:Math.asin(e)}function li(){}function bh(e,t){e&&uM.hasOwnProperty(e.type)&&uM[e.type](e,t)}var lM={Feature:function(e,t){bh(e.geometry,t)},FeatureCollection:function(e,t){for(var n=e.features,i=-1,r=n.length;++i<r;)bh(n[i].geometry,t)}},uM={Sphere:function(e,t){t.sphere()},Point:function(e,t){e=e.coordinates,t.point(e[0],e[1],e[2])},MultiPoint:function(e,t){for(var n=e.coordinates,i=-1,r=n.length;++i<r;)e=n[i],t.point(e[0],e[1],e[2])},LineString:function(e,t){ag(e.coordinates,t,0)},MultiLineString:function(e,t){for(var n=e.coordinates,i=-1,r=n.length;++i<r;)ag(n[i],t,0)},Polygon:function(e,t){fM(e.coordinates,t)},MultiPolygon:function(e,t){for(var n=e.coordinates,i=-1,r=n.length;++i<r;)fM(n[i],t)},GeometryCollection:function(e,t){for(var n=e.geometries,i=-1,r=n.length;++i<r;)bh(n[i],t)}};function ag(e,t,n){var i=-1,r=e.length-n,s;for(t.lineStart();++i<r;)s=e[i],t.point(s[0],s[1],s[2]);t.lineEnd()}function fM(e,t){var n=-1,i=e.length;for(t.polygonStart();++n<i;)ag(e[n],t,1);t.polygonEnd()}function _s(e,t){e&&lM.hasOwnProperty(e.type)?lM[e.type](e,t):bh(e,t)}var y7=new ii,x7=new ii;function cg(e){return[Fr(e[1],e[0]),ui(e[2])]}function _a(e){var t=e[0],n=e[1],i=Jt(n);return[i*Jt(t),i*Wt(t),Wt(n)]}function ph(e,t){return e[0]*t[0]+e[1]*t[1]+e[2]*t[2]}function Mh(e,t){return[e[1]*t[2]-e[2]*t[1],e[2]*t[0]-e[0]*t[2],e[0]*t[1]-e[1]*t[0]]}function ig(e,t){e[0]+=t[0],e[1]+=t[1],e[2]+=t[2]}function mh(e,t){return[e[0]*t,e[1]*t,e[2]*t]}function lg(e){var t=Dn(e[0]*e[0]+e[1]*e[1]+e[2]*e[2]);e[0]/=t,e[1]/=t,e[2]/=t}function ug(e,t){function n(i,r){return i=e(i,r),t(i[0],i[1])}return e.invert&&t.invert&&(n.invert=function(i,r){return i=t.invert(i,r),i&&e.invert(i[0],i[1])}),n}function fg(e,t){return fe(e)>Kt&&(e-=Math.round(e/Jn)*Jn),[e,t]}fg.invert=fg;function RM(e,t,n){return(e%=Jn)?t||n?ug(dM(e),pM(t,n)):dM(e):t||n?pM(t,n):fg}function hM(e){return function(t,n){return t+=e,fe(t)>Kt&&(t-=Math.round(t/Jn)*Jn),[t,n]}}function dM(e){var t=hM(e);return t.invert=hM(-e),t}function pM(e,t){var n=Jt(e),i=Wt(e),r=Jt(t),s=Wt(t);function o(a,c){var l=Jt(c),u=Jt(a)*l,h=Wt(a)*l,f=Wt(c),d=f*n+u*i;return[Fr(h*r-d*s,u*n-f*i),ui(d*r+h*s)]}return o.invert=function(a,c){var l=Jt(c),u=Jt(a)*l,h=Wt(a)*l,f=Wt(c),d=f*r-h*s;return[Fr(h*r+f*s,u*n+d*i),ui(d*n-u*i)]},o}function VF(e){e=RM(e[0]*Re,e[1]*Re,e.length>2?e[2]*Re:0);function t(n){return n=e(n[0]*Re,n[1]*Re),n[0]*=wn,n[1]*=wn,n}return t.invert=function(n){return n=e.invert(n[0]*Re,n[1]*Re),n[0]*=wn,n[1]*=wn,n},t}function HF(e,t,n,i,r,s){if(n){var o=Jt(t),a=Wt(t),c=i*n;r==null?(r=t+i*Jn,s=t-c/2):(r=mM(o,r),s=mM(o,s),(i>0?r<s:r>s)&&(r+=i*Jn));for(var l,u=r;i>0?u>s:u<s;u-=c)l=cg([o,-a*Jt(u),-a*Wt(u)]),e.point(l[0],l[1])}}function mM(e,t){t=_a(t),t[0]-=e,lg(t);var n=CM(-t[1]);return((-t[2]<0?-n:n)+Jn-Ht)%Jn}function IM(){var e=[],t;return{point:function(n,i,r){t.push([n,i,r])},lineStart:function(){e.push(t=[])},lineEnd:li,rejoin:function(){e.length>1&&e.push(e.pop().concat(e.shift()))},result:function(){var n=e;return e=[],t=null,n}}}function _h(e,t){return fe(e[0]-t[0])<Ht&&fe(e[1]-t[1])<Ht}function gh(e,t,n,i){this.x=e,this.z=t,this.o=n,this.e=i,this.v=!1,this.n=this.p=null}function PM(e,t,n,i,r){var s=[],o=[],a,c;if(e.forEach(function(p){if(!((y=p.length-1)<=0)){var y,m=p[0],g=p[y],_;if(_h(m,g)){if(!m[2]&&!g[2]){for(r.lineStart(),a=0;a<y;++a)r.point((m=p[a])[0],m[1]);r.lineEnd();return}g[0]+=2*Ht}s.push(_=new gh(m,p,null,!0)),o.push(_.o=new gh(m,null,_,!1)),s.push(_=new gh(g,p,null,!1)),o.push(_.o=new gh(g,null,_,!0))}}),!!s.length){for(o.sort(t),gM(s),gM(o),a=0,c=o.length;a<c;++a)o[a].e=n=!n;for(var l=s[0],u,h;;){for(var f=l,d=!0;f.v;)if((f=f.n)===l)return;u=f.z,r.lineStart();do{if(f.v=f.o.v=!0,f.e){if(d)for(a=0,c=u.length;a<c;++a)r.point((h=u[a])[0],h[1]);else i(f.x,f.n.x,1,r);f=f.n}else{if(d)for(u=f.p.z,a=u.length-1;a>=0;--a)r.point((h=u[a])[0],h[1]);else i(f.x,f.p.x,-1,r);f=f.p}f=f.o,u=f.z,d=!d}while(!f.v);r.lineEnd()}}}function gM(e){if(t=e.length){for(var t,n=0,i=e[0],r;++n<t;)i.n=r=e[n],r.p=i,i=r;i.n=r=e[0],r.p=i}}function rg(e){return fe(e[0])<=Kt?e[0]:ci(e[0])*((fe(e[0])+Kt)%Jn-Kt)}function WF(e,t){var n=rg(t),i=t[1],r=Wt(i),s=[Wt(n),-Jt(n),0],o=0,a=0,c=new ii;r===1?i=Ie+Ht:r===-1&&(i=-Ie-Ht);for(var l=0,u=e.length;l<u;++l)if(f=(h=e[l]).length)for(var h,f,d=h[f-1],p=rg(d),y=d[1]/2+cM,m=Wt(y),g=Jt(y),_=0;_<f;++_,p=v,m=b,g=x,d=S){var S=h[_],v=rg(S),w=S[1]/2+cM,b=Wt(w),x=Jt(w),M=v-p,R=M>=0?1:-1,E=R*M,C=E>Kt,N=m*b;if(c.add(Fr(N*R*Wt(E),g*x+N*Jt(E))),o+=C?M+R*Jn:M,C^p>=n^v>=n){var B=Mh(_a(d),_a(S));lg(B);var I=Mh(s,B);lg(I);var L=(C^M>=0?-1:1)*ui(I[2]);(i>L||i===L&&(B[0]||B[1]))&&(a+=C^M>=0?1:-1)}}return(o<-Ht||o<Ht&&c<-AM)^a&1}function LM(e,t,n,i){return function(r){var s=t(r),o=IM(),a=t(o),c=!1,l,u,h,f={point:d,lineStart:y,lineEnd:m,polygonStart:function(){f.point=g,f.lineStart=_,f.lineEnd=S,u=[],l=[]},polygonEnd:function(){f.point=d,f.lineStart=y,f.lineEnd=m,u=Dm(u);var v=WF(l,i);u.length?(c||(r.polygonStart(),c=!0),PM(u,XF,v,n,r)):v&&(c||(r.polygonStart(),c=!0),r.lineStart(),n(null,null,1,r),r.lineEnd()),c&&(r.polygonEnd(),c=!1),u=l=null},sphere:function(){r.polygonStart(),r.lineStart(),n(null,null,1,r),r.lineEnd(),r.polygonEnd()}};function d(v,w){e(v,w)&&r.point(v,w)}function p(v,w){s.point(v,w)}function y(){f.point=p,s.lineStart()}function m(){f.point=d,s.lineEnd()}function g(v,w){h.push([v,w]),a.point(v,w)}function _(){a.lineStart(),h=[]}function S(){g(h[0][0],h[0][1]),a.lineEnd();var v=a.clean(),w=o.result(),b,x=w.length,M,R,E;if(h.pop(),l.push(h),h=null,!!x){if(v&1){if(R=w[0],(M=R.length-1)>0){for(c||(r.polygonStart(),c=!0),r.lineStart(),b=0;b<M;++b)r.point((E=R[b])[0],E[1]);r.lineEnd()}return}x>1&&v&2&&w.push(w.pop().concat(w.shift())),u.push(w.filter($F))}}return f}}function $F(e){return e.length>1}function XF(e,t){return((e=e.x)[0]<0?e[1]-Ie-Ht:Ie-e[1])-((t=t.x)[0]<0?t[1]-Ie-Ht:Ie-t[1])}var yM=LM(function(){return!0},qF,ZF,[-Kt,-Ie]);function qF(e){var t=NaN,n=NaN,i=NaN,r;return{lineStart:function(){e.lineStart(),r=1},point:function(s,o){var a=s>0?Kt:-Kt,c=fe(s-t);fe(c-Kt)<Ht?(e.point(t,n=(n+o)/2>0?Ie:-Ie),e.point(i,n),e.lineEnd(),e.lineStart(),e.point(a,n),e.point(s,n),r=0):i!==a&&c>=Kt&&(fe(t-i)<Ht&&(t-=i*Ht),fe(s-a)<Ht&&(s-=a*Ht),n=YF(t,n,s,o),e.point(i,n),e.lineEnd(),e.lineStart(),e.point(a,n),r=0),e.point(t=s,n=o),i=a},lineEnd:function(){e.lineEnd(),t=n=NaN},clean:function(){return 2-r}}}function YF(e,t,n,i){var r,s,o=Wt(e-n);return fe(o)>Ht?ba((Wt(t)*(s=Jt(i))*Wt(n)-Wt(i)*(r=Jt(t))*Wt(e))/(r*s*o)):(t+i)/2}function ZF(e,t,n,i){var r;if(e==null)r=n*Ie,i.point(-Kt,r),i.point(0,r),i.point(Kt,r),i.point(Kt,0),i.point(Kt,-r),i.point(0,-r),i.point(-Kt,-r),i.point(-Kt,0),i.point(-Kt,r);else if(fe(e[0]-t[0])>Ht){var s=e[0]<t[0]?Kt:-Kt;r=n*s/2,i.point(-s,r),i.point(0,r),i.point(s,r)}else i.point(t[0],t[1])}function JF(e){var t=Jt(e),n=2*Re,i=t>0,r=fe(t)>Ht;function s(u,h,f,d){HF(d,e,n,f,u,h)}function o(u,h){return Jt(u)*Jt(h)>t}function a(u){var h,f,d,p,y;return{lineStart:function(){p=d=!1,y=1},point:function(m,g){var _=[m,g],S,v=o(m,g),w=i?v?0:l(m,g):v?l(m+(m<0?Kt:-Kt),g):0;if(!h&&(p=d=v)&&u.lineStart(),v!==d&&(S=c(h,_),(!S||_h(h,S)||_h(_,S))&&(_[2]=1)),v!==d)y=0,v?(u.lineStart(),S=c(_,h),u.point(S[0],S[1])):(S=c(h,_),u.point(S[0],S[1],2),u.lineEnd()),h=S;else if(r&&h&&i^v){var b;!(w&f)&&(b=c(_,h,!0))&&(y=0,i?(u.lineStart(),u.point(b[0][0],b[0][1]),u.point(b[1][0],b[1][1]),u.lineEnd()):(u.point(b[1][0],b[1][1]),u.lineEnd(),u.lineStart(),u.point(b[0][0],b[0][1],3)))}v&&(!h||!_h(h,_))&&u.point(_[0],_[1]),h=_,d=v,f=w},lineEnd:function(){d&&u.lineEnd(),h=null},clean:function(){return y|(p&&d)<<1}}}function c(u,h,f){var d=_a(u),p=_a(h),y=[1,0,0],m=Mh(d,p),g=ph(m,m),_=m[0],S=g-_*_;if(!S)return!f&&u;var v=t*g/S,w=-t*_/S,b=Mh(y,m),x=mh(y,v),M=mh(m,w);ig(x,M);var R=b,E=ph(x,R),C=ph(R,R),N=E*E-C*(ph(x,x)-1);if(!(N<0)){var B=Dn(N),I=mh(R,(-E-B)/C);if(ig(I,x),I=cg(I),!f)return I;var L=u[0],k=h[0],F=u[1],Z=h[1],U;k<L&&(U=L,L=k,k=U);var G=k-L,X=fe(G-Kt)<Ht,st=X||G<Ht;if(!X&&Z<F&&(U=F,F=Z,Z=U),st?X?F+Z>0^I[1]<(fe(I[0]-L)<Ht?F:Z):F<=I[1]&&I[1]<=Z:G>Kt^(L<=I[0]&&I[0]<=k)){var ct=mh(R,(-E+B)/C);return ig(ct,x),[I,cg(ct)]}}}function l(u,h){var f=i?e:Kt-e,d=0;return u<-f?d|=1:u>f&&(d|=2),h<-f?d|=4:h>f&&(d|=8),d}return LM(o,a,s,i?[0,-e]:[-Kt,e-Kt])}function KF(e,t,n,i,r,s){var o=e[0],a=e[1],c=t[0],l=t[1],u=0,h=1,f=c-o,d=l-a,p;if(p=n-o,!(!f&&p>0)){if(p/=f,f<0){if(p<u)return;p<h&&(h=p)}else if(f>0){if(p>h)return;p>u&&(u=p)}if(p=r-o,!(!f&&p<0)){if(p/=f,f<0){if(p>h)return;p>u&&(u=p)}else if(f>0){if(p<u)return;p<h&&(h=p)}if(p=i-a,!(!d&&p>0)){if(p/=d,d<0){if(p<u)return;p<h&&(h=p)}else if(d>0){if(p>h)return;p>u&&(u=p)}if(p=s-a,!(!d&&p<0)){if(p/=d,d<0){if(p>h)return;p>u&&(u=p)}else if(d>0){if(p<u)return;p<h&&(h=p)}return u>0&&(e[0]=o+u*f,e[1]=a+u*d),h<1&&(t[0]=o+h*f,t[1]=a+h*d),!0}}}}}var qc=1e9,yh=-qc;function Sg(e,t,n,i){function r(l,u){return e<=l&&l<=n&&t<=u&&u<=i}function s(l,u,h,f){var d=0,p=0;if(l==null||(d=o(l,h))!==(p=o(u,h))||c(l,u)<0^h>0)do f.point(d===0||d===3?e:n,d>1?i:t);while((d=(d+h+4)%4)!==p);else f.point(u[0],u[1])}function o(l,u){return fe(l[0]-e)<Ht?u>0?0:3:fe(l[0]-n)<Ht?u>0?2:1:fe(l[1]-t)<Ht?u>0?1:0:u>0?3:2}function a(l,u){return c(l.x,u.x)}function c(l,u){var h=o(l,1),f=o(u,1);return h!==f?h-f:h===0?u[1]-l[1]:h===1?l[0]-u[0]:h===2?l[1]-u[1]:u[0]-l[0]}return function(l){var u=l,h=IM(),f,d,p,y,m,g,_,S,v,w,b,x={point:M,lineStart:N,lineEnd:B,polygonStart:E,polygonEnd:C};function M(L,k){r(L,k)&&u.point(L,k)}function R(){for(var L=0,k=0,F=d.length;k<F;++k)for(var Z=d[k],U=1,G=Z.length,X=Z[0],st,ct,W=X[0],at=X[1];U<G;++U)st=W,ct=at,X=Z[U],W=X[0],at=X[1],ct<=i?at>i&&(W-st)*(i-ct)>(at-ct)*(e-st)&&++L:at<=i&&(W-st)*(i-ct)<(at-ct)*(e-st)&&--L;return L}function E(){u=h,f=[],d=[],b=!0}function C(){var L=R(),k=b&&L,F=(f=Dm(f)).length;(k||F)&&(l.polygonStart(),k&&(l.lineStart(),s(null,null,1,l),l.lineEnd()),F&&PM(f,a,L,s,l),l.polygonEnd()),u=l,f=d=p=null}function N(){x.point=I,d&&d.push(p=[]),w=!0,v=!1,_=S=NaN}function B(){f&&(I(y,m),g&&v&&h.rejoin(),f.push(h.result())),x.point=M,v&&u.lineEnd()}function I(L,k){var F=r(L,k);if(d&&p.push([L,k]),w)y=L,m=k,g=F,w=!1,F&&(u.lineStart(),u.point(L,k));else if(F&&v)u.point(L,k);else{var Z=[_=Math.max(yh,Math.min(qc,_)),S=Math.max(yh,Math.min(qc,S))],U=[L=Math.max(yh,Math.min(qc,L)),k=Math.max(yh,Math.min(qc,k))];KF(Z,U,e,t,n,i)?(v||(u.lineStart(),u.point(Z[0],Z[1])),u.point(U[0],U[1]),F||u.lineEnd(),b=!1):F&&(u.lineStart(),u.point(L,k),b=!1)}_=L,S=k,v=F}return x}}var hg=e=>e,sg=new ii,dg=new ii,NM,DM,pg,mg,Dr={point:li,lineStart:li,lineEnd:li,polygonStart:function(){Dr.lineStart=QF,Dr.lineEnd=tU},polygonEnd:function(){Dr.lineStart=Dr.lineEnd=Dr.point=li,sg.add(fe(dg)),dg=new ii},result:function(){var e=sg/2;return sg=new ii,e}};function QF(){Dr.point=jF}function jF(e,t){Dr.point=FM,NM=pg=e,DM=mg=t}function FM(e,t){dg.add(mg*e-pg*t),pg=e,mg=t}function tU(){FM(NM,DM)}var va=1/0,Sh=va,nl=-va,wh=nl,Th={point:eU,lineStart:li,lineEnd:li,polygonStart:li,polygonEnd:li,result:function(){var e=[[va,Sh],[nl,wh]];return nl=wh=-(Sh=va=1/0),e}};function eU(e,t){e<va&&(va=e),e>nl&&(nl=e),t<Sh&&(Sh=t),t>wh&&(wh=t)}var gg=0,yg=0,Yc=0,Ah=0,Eh=0,xa=0,xg=0,_g=0,Zc=0,UM,OM,Ki,Qi,ai={point:to,lineStart:xM,lineEnd:_M,polygonStart:function(){ai.lineStart=rU,ai.lineEnd=sU},polygonEnd:function(){ai.point=to,ai.lineStart=xM,ai.lineEnd=_M},result:function(){var e=Zc?[xg/Zc,_g/Zc]:xa?[Ah/xa,Eh/xa]:Yc?[gg/Yc,yg/Yc]:[NaN,NaN];return gg=yg=Yc=Ah=Eh=xa=xg=_g=Zc=0,e}};function to(e,t){gg+=e,yg+=t,++Yc}function xM(){ai.point=nU}function nU(e,t){ai.point=iU,to(Ki=e,Qi=t)}function iU(e,t){var n=e-Ki,i=t-Qi,r=Dn(n*n+i*i);Ah+=r*(Ki+e)/2,Eh+=r*(Qi+t)/2,xa+=r,to(Ki=e,Qi=t)}function _M(){ai.point=to}function rU(){ai.point=oU}function sU(){BM(UM,OM)}function oU(e,t){ai.point=BM,to(UM=Ki=e,OM=Qi=t)}function BM(e,t){var n=e-Ki,i=t-Qi,r=Dn(n*n+i*i);Ah+=r*(Ki+e)/2,Eh+=r*(Qi+t)/2,xa+=r,r=Qi*e-Ki*t,xg+=r*(Ki+e),_g+=r*(Qi+t),Zc+=r*3,to(Ki=e,Qi=t)}function kM(e){this._context=e}kM.prototype={_radius:4.5,pointRadius:function(e){return this._radius=e,this},polygonStart:function(){this._line=0},polygonEnd:function(){this._line=NaN},lineStart:function(){this._point=0},lineEnd:function(){this._line===0&&this._context.closePath(),this._point=NaN},point:function(e,t){switch(this._point){case 0:{this._context.moveTo(e,t),this._point=1;break}case 1:{this._context.lineTo(e,t);break}default:{this._context.moveTo(e+this._radius,t),this._context.arc(e,t,this._radius,0,Jn);break}}},result:li};var vg=new ii,og,zM,GM,Jc,Kc,il={point:li,lineStart:function(){il.point=aU},lineEnd:function(){og&&VM(zM,GM),il.point=li},polygonStart:function(){og=!0},polygonEnd:function(){og=null},result:function(){var e=+vg;return vg=new ii,e}};function aU(e,t){il.point=VM,zM=Jc=e,GM=Kc=t}function VM(e,t){Jc-=e,Kc-=t,vg.add(Dn(Jc*Jc+Kc*Kc)),Jc=e,Kc=t}var vM,Ch,bM,MM,Rh=class{constructor(t){this._append=t==null?HM:cU(t),this._radius=4.5,this._=""}pointRadius(t){return this._radius=+t,this}polygonStart(){this._line=0}polygonEnd(){this._line=NaN}lineStart(){this._point=0}lineEnd(){this._line===0&&(this._+="Z"),this._point=NaN}point(t,n){switch(this._point){case 0:{this._append`M${t},${n}`,this._point=1;break}case 1:{this._append`L${t},${n}`;break}default:{if(this._append`M${t},${n}`,this._radius!==bM||this._append!==Ch){let i=this._radius,r=this._;this._="",this._append`m0,${i}a${i},${i} 0 1,1 0,${-2*i}a${i},${i} 0 1,1 0,${2*i}z`,bM=i,Ch=this._append,MM=this._,this._=r}this._+=MM;break}}}result(){let t=this._;return this._="",t.length?t:null}};function HM(e){let t=1;this._+=e[0];for(let n=e.length;t<n;++t)this._+=arguments[t]+e[t]}function cU(e){let t=Math.floor(e);if(!(t>=0))throw new RangeError(`invalid digits: ${e}`);if(t>15)return HM;if(t!==vM){let n=10**t;vM=t,Ch=function(r){let s=1;this._+=r[0];for(let o=r.length;s<o;++s)this._+=Math.round(arguments[s]*n)/n+r[s]}}return Ch}function sl(e,t){let n=3,i=4.5,r,s;function o(a){return a&&(typeof i=="function"&&s.pointRadius(+i.apply(this,arguments)),_s(a,r(s))),s.result()}return o.area=function(a){return _s(a,r(Dr)),Dr.result()},o.measure=function(a){return _s(a,r(il)),il.result()},o.bounds=function(a){return _s(a,r(Th)),Th.result()},o.centroid=function(a){return _s(a,r(ai)),ai.result()},o.projection=function(a){return arguments.length?(r=a==null?(e=null,hg):(e=a).stream,o):e},o.context=function(a){return arguments.length?(s=a==null?(t=null,new Rh(n)):new kM(t=a),typeof i!="function"&&s.pointRadius(i),o):t},o.pointRadius=function(a){return arguments.length?(i=typeof a=="function"?a:(s.pointRadius(+a),+a),o):i},o.digits=function(a){if(!arguments.length)return n;if(a==null)n=null;else{let c=Math.floor(a);if(!(c>=0))throw new RangeError(`invalid digits: ${a}`);n=c}return t===null&&(s=new Rh(n)),o},o.projection(e).digits(n).context(t)}function ol(e){return{stream:Lh(e)}}function Lh(e){return function(t){var n=new bg;for(var i in e)n[i]=e[i];return n.stream=t,n}}function bg(){}bg.prototype={constructor:bg,point:function(e,t){this.stream.point(e,t)},sphere:function(){this.stream.sphere()},lineStart:function(){this.stream.lineStart()},lineEnd:function(){this.stream.lineEnd()},polygonStart:function(){this.stream.polygonStart()},polygonEnd:function(){this.stream.polygonEnd()}};function wg(e,t,n){var i=e.clipExtent&&e.clipExtent();return e.scale(150).translate([0,0]),i!=null&&e.clipExtent(null),_s(n,e.stream(Th)),t(Th.result()),i!=null&&e.clipExtent(i),e}function Tg(e,t,n){return wg(e,function(i){var r=t[1][0]-t[0][0],s=t[1][1]-t[0][1],o=Math.min(r/(i[1][0]-i[0][0]),s/(i[1][1]-i[0][1])),a=+t[0][0]+(r-o*(i[1][0]+i[0][0]))/2,c=+t[0][1]+(s-o*(i[1][1]+i[0][1]))/2;e.scale(150*o).translate([a,c])},n)}function WM(e,t,n){return Tg(e,[[0,0],t],n)}function $M(e,t,n){return wg(e,function(i){var r=+t,s=r/(i[1][0]-i[0][0]),o=(r-s*(i[1][0]+i[0][0]))/2,a=-s*i[0][1];e.scale(150*s).translate([o,a])},n)}function XM(e,t,n){return wg(e,function(i){var r=+t,s=r/(i[1][1]-i[0][1]),o=-s*i[0][0],a=(r-s*(i[1][1]+i[0][1]))/2;e.scale(150*s).translate([o,a])},n)}var SM=16,lU=Jt(30*Re);function wM(e,t){return+t?fU(e,t):uU(e)}function uU(e){return Lh({point:function(t,n){t=e(t,n),this.stream.point(t[0],t[1])}})}function fU(e,t){function n(i,r,s,o,a,c,l,u,h,f,d,p,y,m){var g=l-i,_=u-r,S=g*g+_*_;if(S>4*t&&y--){var v=o+f,w=a+d,b=c+p,x=Dn(v*v+w*w+b*b),M=ui(b/=x),R=fe(fe(b)-1)<Ht||fe(s-h)<Ht?(s+h)/2:Fr(w,v),E=e(R,M),C=E[0],N=E[1],B=C-i,I=N-r,L=_*B-g*I;(L*L/S>t||fe((g*B+_*I)/S-.5)>.3||o*f+a*d+c*p<lU)&&(n(i,r,s,o,a,c,C,N,R,v/=x,w/=x,b,y,m),m.point(C,N),n(C,N,R,v,w,b,l,u,h,f,d,p,y,m))}}return function(i){var r,s,o,a,c,l,u,h,f,d,p,y,m={point:g,lineStart:_,lineEnd:v,polygonStart:function(){i.polygonStart(),m.lineStart=w},polygonEnd:function(){i.polygonEnd(),m.lineStart=_}};function g(M,R){M=e(M,R),i.point(M[0],M[1])}function _(){h=NaN,m.point=S,i.lineStart()}function S(M,R){var E=_a([M,R]),C=e(M,R);n(h,f,u,d,p,y,h=C[0],f=C[1],u=M,d=E[0],p=E[1],y=E[2],SM,i),i.point(h,f)}function v(){m.point=g,i.lineEnd()}function w(){_(),m.point=b,m.lineEnd=x}function b(M,R){S(r=M,R),s=h,o=f,a=d,c=p,l=y,m.point=S}function x(){n(h,f,u,d,p,y,s,o,r,a,c,l,SM,i),m.lineEnd=v,v()}return m}}var hU=Lh({point:function(e,t){this.stream.point(e*Re,t*Re)}});function dU(e){return Lh({point:function(t,n){var i=e(t,n);return this.stream.point(i[0],i[1])}})}function pU(e,t,n,i,r){function s(o,a){return o*=i,a*=r,[t+e*o,n-e*a]}return s.invert=function(o,a){return[(o-t)/e*i,(n-a)/e*r]},s}function TM(e,t,n,i,r,s){if(!s)return pU(e,t,n,i,r);var o=Jt(s),a=Wt(s),c=o*e,l=a*e,u=o/e,h=a/e,f=(a*n-o*t)/e,d=(a*t+o*n)/e;function p(y,m){return y*=i,m*=r,[c*y-l*m+t,n-l*y-c*m]}return p.invert=function(y,m){return[i*(u*y-h*m+f),r*(d-h*y-u*m)]},p}function vs(e){return qM(function(){return e})()}function qM(e){var t,n=150,i=480,r=250,s=0,o=0,a=0,c=0,l=0,u,h=0,f=1,d=1,p=null,y=yM,m=null,g,_,S,v=hg,w=.5,b,x,M,R,E;function C(L){return M(L[0]*Re,L[1]*Re)}function N(L){return L=M.invert(L[0],L[1]),L&&[L[0]*wn,L[1]*wn]}C.stream=function(L){return R&&E===L?R:R=hU(dU(u)(y(b(v(E=L)))))},C.preclip=function(L){return arguments.length?(y=L,p=void 0,I()):y},C.postclip=function(L){return arguments.length?(v=L,m=g=_=S=null,I()):v},C.clipAngle=function(L){return arguments.length?(y=+L?JF(p=L*Re):(p=null,yM),I()):p*wn},C.clipExtent=function(L){return arguments.length?(v=L==null?(m=g=_=S=null,hg):Sg(m=+L[0][0],g=+L[0][1],_=+L[1][0],S=+L[1][1]),I()):m==null?null:[[m,g],[_,S]]},C.scale=function(L){return arguments.length?(n=+L,B()):n},C.translate=function(L){return arguments.length?(i=+L[0],r=+L[1],B()):[i,r]},C.center=function(L){return arguments.length?(s=L[0]%360*Re,o=L[1]%360*Re,B()):[s*wn,o*wn]},C.rotate=function(L){return arguments.length?(a=L[0]%360*Re,c=L[1]%360*Re,l=L.length>2?L[2]%360*Re:0,B()):[a*wn,c*wn,l*wn]},C.angle=function(L){return arguments.length?(h=L%360*Re,B()):h*wn},C.reflectX=function(L){return arguments.length?(f=L?-1:1,B()):f<0},C.reflectY=function(L){return arguments.length?(d=L?-1:1,B()):d<0},C.precision=function(L){return arguments.length?(b=wM(x,w=L*L),I()):Dn(w)},C.fitExtent=function(L,k){return Tg(C,L,k)},C.fitSize=function(L,k){return WM(C,L,k)},C.fitWidth=function(L,k){return $M(C,L,k)},C.fitHeight=function(L,k){return XM(C,L,k)};function B(){var L=TM(n,0,0,f,d,h).apply(null,t(s,o)),k=TM(n,i-L[0],r-L[1],f,d,h);return u=RM(a,c,l),x=ug(t,k),M=ug(u,x),b=wM(x,w),I()}function I(){return R=E=null,C}return function(){return t=e.apply(this,arguments),C.invert=t.invert&&N,B()}}function Ag(e){var t=0,n=Kt/3,i=qM(e),r=i(t,n);return r.parallels=function(s){return arguments.length?i(t=s[0]*Re,n=s[1]*Re):[t*wn,n*wn]},r}function mU(e){var t=Jt(e);function n(i,r){return[i*t,Wt(r)/t]}return n.invert=function(i,r){return[i/t,ui(r*t)]},n}function gU(e,t){var n=Wt(e),i=(n+Wt(t))/2;if(fe(i)<Ht)return mU(e);var r=1+n*(2*i-n),s=Dn(r)/i;function o(a,c){var l=Dn(r-2*i*Wt(c))/i;return[l*Wt(a*=i),s-l*Jt(a)]}return o.invert=function(a,c){var l=s-c,u=Fr(a,fe(l))*ci(l);return l*i<0&&(u-=Kt*ci(a)*ci(l)),[u/i,ui((r-(a*a+l*l)*i*i)/(2*i))]},o}function rl(){return Ag(gU).scale(155.424).center([0,33.6442])}function Eg(){return rl().parallels([29.5,45.5]).scale(1070).translate([480,250]).rotate([96,0]).center([-.6,38.7])}function yU(e){var t=e.length;return{point:function(n,i){for(var r=-1;++r<t;)e[r].point(n,i)},sphere:function(){for(var n=-1;++n<t;)e[n].sphere()},lineStart:function(){for(var n=-1;++n<t;)e[n].lineStart()},lineEnd:function(){for(var n=-1;++n<t;)e[n].lineEnd()},polygonStart:function(){for(var n=-1;++n<t;)e[n].polygonStart()},polygonEnd:function(){for(var n=-1;++n<t;)e[n].polygonEnd()}}}function YM(){var e,t,n=Eg(),i,r=rl().rotate([154,0]).center([-2,58.5]).parallels([55,65]),s,o=rl().rotate([157,0]).center([-3,19.9]).parallels([8,18]),a,c,l={point:function(f,d){c=[f,d]}};function u(f){var d=f[0],p=f[1];return c=null,i.point(d,p),c||(s.point(d,p),c)||(a.point(d,p),c)}u.invert=function(f){var d=n.scale(),p=n.translate(),y=(f[0]-p[0])/d,m=(f[1]-p[1])/d;return(m>=.12&&m<.234&&y>=-.425&&y<-.214?r:m>=.166&&m<.234&&y>=-.214&&y<-.115?o:n).invert(f)},u.stream=function(f){return e&&t===f?e:e=yU([n.stream(t=f),r.stream(f),o.stream(f)])},u.precision=function(f){return arguments.length?(n.precision(f),r.precision(f),o.precision(f),h()):n.precision()},u.scale=function(f){return arguments.length?(n.scale(f),r.scale(f*.35),o.scale(f),u.translate(n.translate())):n.scale()},u.translate=function(f){if(!arguments.length)return n.translate();var d=n.scale(),p=+f[0],y=+f[1];return i=n.translate(f).clipExtent([[p-.455*d,y-.238*d],[p+.455*d,y+.238*d]]).stream(l),s=r.translate([p-.307*d,y+.201*d]).clipExtent([[p-.425*d+Ht,y+.12*d+Ht],[p-.214*d-Ht,y+.234*d-Ht]]).stream(l),a=o.translate([p-.205*d,y+.212*d]).clipExtent([[p-.214*d+Ht,y+.166*d+Ht],[p-.115*d-Ht,y+.234*d-Ht]]).stream(l),h()},u.fitExtent=function(f,d){return Tg(u,f,d)},u.fitSize=function(f,d){return WM(u,f,d)},u.fitWidth=function(f,d){return $M(u,f,d)},u.fitHeight=function(f,d){return XM(u,f,d)};function h(){return e=t=null,u}return u.scale(1070)}function ZM(e){return function(t,n){var i=Jt(t),r=Jt(n),s=e(i*r);return s===1/0?[2,0]:[s*r*Wt(t),s*Wt(n)]}}function al(e){return function(t,n){var i=Dn(t*t+n*n),r=e(i),s=Wt(r),o=Jt(r);return[Fr(t*s,i*o),ui(i&&n*s/i)]}}var JM=ZM(function(e){return Dn(2/(1+e))});JM.invert=al(function(e){return 2*ui(e/2)});function KM(){return vs(JM).scale(124.75).clipAngle(180-.001)}var QM=ZM(function(e){return(e=CM(e))&&e/Wt(e)});QM.invert=al(function(e){return e});function jM(){return vs(QM).scale(79.4188).clipAngle(180-.001)}function Nh(e,t){return[e,vh(Mg((Ie+t)/2))]}Nh.invert=function(e,t){return[e,2*ba(EM(t))-Ie]};function tS(){return eS(Nh).scale(961/Jn)}function eS(e){var t=vs(e),n=t.center,i=t.scale,r=t.translate,s=t.clipExtent,o=null,a,c,l;t.scale=function(h){return arguments.length?(i(h),u()):i()},t.translate=function(h){return arguments.length?(r(h),u()):r()},t.center=function(h){return arguments.length?(n(h),u()):n()},t.clipExtent=function(h){return arguments.length?(h==null?o=a=c=l=null:(o=+h[0][0],a=+h[0][1],c=+h[1][0],l=+h[1][1]),u()):o==null?null:[[o,a],[c,l]]};function u(){var h=Kt*i(),f=t(VF(t.rotate()).invert([0,0]));return s(o==null?[[f[0]-h,f[1]-h],[f[0]+h,f[1]+h]]:e===Nh?[[Math.max(f[0]-h,o),a],[Math.min(f[0]+h,c),l]]:[[o,Math.max(f[1]-h,a)],[c,Math.min(f[1]+h,l)]])}return u()}function xh(e){return Mg((Ie+e)/2)}function xU(e,t){var n=Jt(e),i=e===t?Wt(e):vh(n/Jt(t))/vh(xh(t)/xh(e)),r=n*ng(xh(e),i)/i;if(!i)return Nh;function s(o,a){r>0?a<-Ie+Ht&&(a=-Ie+Ht):a>Ie-Ht&&(a=Ie-Ht);var c=r/ng(xh(a),i);return[c*Wt(i*o),r-c*Jt(i*o)]}return s.invert=function(o,a){var c=r-a,l=ci(i)*Dn(o*o+c*c),u=Fr(o,fe(c))*ci(c);return c*i<0&&(u-=Kt*ci(o)*ci(c)),[u/i,2*ba(ng(r/l,1/i))-Ie]},s}function nS(){return Ag(xU).scale(109.5).parallels([30,30])}function Ih(e,t){return[e,t]}Ih.invert=Ih;function iS(){return vs(Ih).scale(152.63)}function _U(e,t){var n=Jt(e),i=e===t?Wt(e):(n-Jt(t))/(t-e),r=n/i+e;if(fe(i)<Ht)return Ih;function s(o,a){var c=r-a,l=i*o;return[c*Wt(l),r-c*Jt(l)]}return s.invert=function(o,a){var c=r-a,l=Fr(o,fe(c))*ci(c);return c*i<0&&(l-=Kt*ci(o)*ci(c)),[l/i,r-ci(i)*Dn(o*o+c*c)]},s}function rS(){return Ag(_U).scale(131.154).center([0,13.9389])}var Qc=1.340264,jc=-.081106,tl=893e-6,el=.003796,Ph=Dn(3)/2,vU=12;function sS(e,t){var n=ui(Ph*Wt(t)),i=n*n,r=i*i*i;return[e*Jt(n)/(Ph*(Qc+3*jc*i+r*(7*tl+9*el*i))),n*(Qc+jc*i+r*(tl+el*i))]}sS.invert=function(e,t){for(var n=t,i=n*n,r=i*i*i,s=0,o,a,c;s<vU&&(a=n*(Qc+jc*i+r*(tl+el*i))-t,c=Qc+3*jc*i+r*(7*tl+9*el*i),n-=o=a/c,i=n*n,r=i*i*i,!(fe(o)<AM));++s);return[Ph*e*(Qc+3*jc*i+r*(7*tl+9*el*i))/Jt(n),ui(Wt(n)/Ph)]};function oS(){return vs(sS).scale(177.158)}function aS(e,t){var n=Jt(t),i=Jt(e)*n;return[n*Wt(e)/i,Wt(t)/i]}aS.invert=al(ba);function cS(){return vs(aS).scale(144.049).clipAngle(60)}function bU(e,t){var n=t*t,i=n*n;return[e*(.8707-.131979*n+i*(-.013791+i*(.003971*n-.001529*i))),t*(1.007226+n*(.015085+i*(-.044475+.028874*n-.005916*i)))]}bU.invert=function(e,t){var n=t,i=25,r;do{var s=n*n,o=s*s;n-=r=(n*(1.007226+s*(.015085+o*(-.044475+.028874*s-.005916*o)))-t)/(1.007226+s*(.015085*3+o*(-.044475*7+.028874*9*s-.005916*11*o)))}while(fe(r)>Ht&&--i>0);return[e/(.8707+(s=n*n)*(-.131979+s*(-.013791+s*s*s*(.003971-.001529*s)))),n]};function lS(e,t){return[Jt(t)*Wt(e),Wt(t)]}lS.invert=al(ui);function uS(){return vs(lS).scale(249.5).clipAngle(90+Ht)}function fS(e,t){var n=Jt(t),i=1+Jt(e)*n;return[n*Wt(e)/i,Wt(t)/i]}fS.invert=al(function(e){return 2*ba(e)});function hS(){return vs(fS).scale(250).clipAngle(142)}function dS(e,t){return[vh(Mg((Ie+t)/2)),-e]}dS.invert=function(e,t){return[-t,2*ba(EM(e))-Ie]};function pS(){var e=eS(dS),t=e.center,n=e.rotate;return e.center=function(i){return arguments.length?t([-i[1],i[0]]):(i=t(),[i[1],-i[0]])},e.rotate=function(i){return arguments.length?n([i[0],i[1],i.length>2?i[2]+90:90]):(i=n(),[i[0],i[1],i[2]-90])},n([0,0,90]).scale(159.155)}var Cg=new Date,Rg=new Date;function We(e,t,n,i){function r(s){return e(s=arguments.length===0?new Date:new Date(+s)),s}return r.floor=s=>(e(s=new Date(+s)),s),r.ceil=s=>(e(s=new Date(s-1)),t(s,1),e(s),s),r.round=s=>{let o=r(s),a=r.ceil(s);return s-o<a-s?o:a},r.offset=(s,o)=>(t(s=new Date(+s),o==null?1:Math.floor(o)),s),r.range=(s,o,a)=>{let c=[];if(s=r.ceil(s),a=a==null?1:Math.floor(a),!(s<o)||!(a>0))return c;let l;do c.push(l=new Date(+s)),t(s,a),e(s);while(l<s&&s<o);return c},r.filter=s=>We(o=>{if(o>=o)for(;e(o),!s(o);)o.setTime(o-1)},(o,a)=>{if(o>=o)if(a<0)for(;++a<=0;)for(;t(o,-1),!s(o););else for(;--a>=0;)for(;t(o,1),!s(o););}),n&&(r.count=(s,o)=>(Cg.setTime(+s),Rg.setTime(+o),e(Cg),e(Rg),Math.floor(n(Cg,Rg))),r.every=s=>(s=Math.floor(s),!isFinite(s)||!(s>0)?null:s>1?r.filter(i?o=>i(o)%s===0:o=>r.count(0,o)%s===0):r)),r}var Dh=We(()=>{},(e,t)=>{e.setTime(+e+t)},(e,t)=>t-e);Dh.every=e=>(e=Math.floor(e),!isFinite(e)||!(e>0)?null:e>1?We(t=>{t.setTime(Math.floor(t/e)*e)},(t,n)=>{t.setTime(+t+n*e)},(t,n)=>(n-t)/e):Dh);var b7=Dh.range,Ur=1e3,fi=Ur*60,Or=fi*60,Br=Or*24,Pg=Br*7,mS=Br*30,Ig=Br*365,Tn=We(e=>{e.setTime(e-e.getMilliseconds())},(e,t)=>{e.setTime(+e+t*Ur)},(e,t)=>(t-e)/Ur,e=>e.getUTCSeconds()),M7=Tn.range,eo=We(e=>{e.setTime(e-e.getMilliseconds()-e.getSeconds()*Ur)},(e,t)=>{e.setTime(+e+t*fi)},(e,t)=>(t-e)/fi,e=>e.getMinutes()),S7=eo.range,no=We(e=>{e.setUTCSeconds(0,0)},(e,t)=>{e.setTime(+e+t*fi)},(e,t)=>(t-e)/fi,e=>e.getUTCMinutes()),w7=no.range,io=We(e=>{e.setTime(e-e.getMilliseconds()-e.getSeconds()*Ur-e.getMinutes()*fi)},(e,t)=>{e.setTime(+e+t*Or)},(e,t)=>(t-e)/Or,e=>e.getHours()),T7=io.range,ro=We(e=>{e.setUTCMinutes(0,0,0)},(e,t)=>{e.setTime(+e+t*Or)},(e,t)=>(t-e)/Or,e=>e.getUTCHours()),A7=ro.range,ji=We(e=>e.setHours(0,0,0,0),(e,t)=>e.setDate(e.getDate()+t),(e,t)=>(t-e-(t.getTimezoneOffset()-e.getTimezoneOffset())*fi)/Br,e=>e.getDate()-1),E7=ji.range,Ma=We(e=>{e.setUTCHours(0,0,0,0)},(e,t)=>{e.setUTCDate(e.getUTCDate()+t)},(e,t)=>(t-e)/Br,e=>e.getUTCDate()-1),C7=Ma.range,cl=We(e=>{e.setUTCHours(0,0,0,0)},(e,t)=>{e.setUTCDate(e.getUTCDate()+t)},(e,t)=>(t-e)/Br,e=>Math.floor(e/Br)),R7=cl.range;function so(e){return We(t=>{t.setDate(t.getDate()-(t.getDay()+7-e)%7),t.setHours(0,0,0,0)},(t,n)=>{t.setDate(t.getDate()+n*7)},(t,n)=>(n-t-(n.getTimezoneOffset()-t.getTimezoneOffset())*fi)/Pg)}var tr=so(0),oo=so(1),Lg=so(2),Ng=so(3),kr=so(4),Dg=so(5),Fg=so(6),I7=tr.range,P7=oo.range,L7=Lg.range,N7=Ng.range,D7=kr.range,F7=Dg.range,U7=Fg.range;function ao(e){return We(t=>{t.setUTCDate(t.getUTCDate()-(t.getUTCDay()+7-e)%7),t.setUTCHours(0,0,0,0)},(t,n)=>{t.setUTCDate(t.getUTCDate()+n*7)},(t,n)=>(n-t)/Pg)}var er=ao(0),co=ao(1),Ug=ao(2),Og=ao(3),zr=ao(4),Bg=ao(5),kg=ao(6),O7=er.range,B7=co.range,k7=Ug.range,z7=Og.range,G7=zr.range,V7=Bg.range,H7=kg.range,lo=We(e=>{e.setDate(1),e.setHours(0,0,0,0)},(e,t)=>{e.setMonth(e.getMonth()+t)},(e,t)=>t.getMonth()-e.getMonth()+(t.getFullYear()-e.getFullYear())*12,e=>e.getMonth()),W7=lo.range,uo=We(e=>{e.setUTCDate(1),e.setUTCHours(0,0,0,0)},(e,t)=>{e.setUTCMonth(e.getUTCMonth()+t)},(e,t)=>t.getUTCMonth()-e.getUTCMonth()+(t.getUTCFullYear()-e.getUTCFullYear())*12,e=>e.getUTCMonth()),$7=uo.range,Fn=We(e=>{e.setMonth(0,1),e.setHours(0,0,0,0)},(e,t)=>{e.setFullYear(e.getFullYear()+t)},(e,t)=>t.getFullYear()-e.getFullYear(),e=>e.getFullYear());Fn.every=e=>!isFinite(e=Math.floor(e))||!(e>0)?null:We(t=>{t.setFullYear(Math.floor(t.getFullYear()/e)*e),t.setMonth(0,1),t.setHours(0,0,0,0)},(t,n)=>{t.setFullYear(t.getFullYear()+n*e)});var X7=Fn.range,Un=We(e=>{e.setUTCMonth(0,1),e.setUTCHours(0,0,0,0)},(e,t)=>{e.setUTCFullYear(e.getUTCFullYear()+t)},(e,t)=>t.getUTCFullYear()-e.getUTCFullYear(),e=>e.getUTCFullYear());Un.every=e=>!isFinite(e=Math.floor(e))||!(e>0)?null:We(t=>{t.setUTCFullYear(Math.floor(t.getUTCFullYear()/e)*e),t.setUTCMonth(0,1),t.setUTCHours(0,0,0,0)},(t,n)=>{t.setUTCFullYear(t.getUTCFullYear()+n*e)});var q7=Un.range;function gS(e,t,n,i,r,s){let o=[[Tn,1,Ur],[Tn,5,5*Ur],[Tn,15,15*Ur],[Tn,30,30*Ur],[s,1,fi],[s,5,5*fi],[s,15,15*fi],[s,30,30*fi],[r,1,Or],[r,3,3*Or],[r,6,6*Or],[r,12,12*Or],[i,1,Br],[i,2,2*Br],[n,1,Pg],[t,1,mS],[t,3,3*mS],[e,1,Ig]];function a(l,u,h){let f=u<l;f&&([l,u]=[u,l]);let d=h&&typeof h.range=="function"?h:c(l,u,h),p=d?d.range(l,+u+1):[];return f?p.reverse():p}function c(l,u,h){let f=Math.abs(u-l)/h,d=sa(([,,m])=>m).right(o,f);if(d===o.length)return e.every(zc(l/Ig,u/Ig,h));if(d===0)return Dh.every(Math.max(zc(l,u,h),1));let[p,y]=o[f/o[d-1][2]<o[d][2]/f?d-1:d];return p.every(y)}return[a,c]}var[yS,Fh]=gS(Un,uo,er,cl,ro,no),[xS,_S]=gS(Fn,lo,tr,ji,io,eo);function zg(e){if(0<=e.y&&e.y<100){var t=new Date(-1,e.m,e.d,e.H,e.M,e.S,e.L);return t.setFullYear(e.y),t}return new Date(e.y,e.m,e.d,e.H,e.M,e.S,e.L)}function Gg(e){if(0<=e.y&&e.y<100){var t=new Date(Date.UTC(-1,e.m,e.d,e.H,e.M,e.S,e.L));return t.setUTCFullYear(e.y),t}return new Date(Date.UTC(e.y,e.m,e.d,e.H,e.M,e.S,e.L))}function ll(e,t,n){return{y:e,m:t,d:n,H:0,M:0,S:0,L:0}}function MU(e){var t=e.dateTime,n=e.date,i=e.time,r=e.periods,s=e.days,o=e.shortDays,a=e.months,c=e.shortMonths,l=ul(r),u=fl(r),h=ul(s),f=fl(s),d=ul(o),p=fl(o),y=ul(a),m=fl(a),g=ul(c),_=fl(c),S={a:F,A:Z,b:U,B:G,c:null,d:TS,e:TS,f:$U,g:eO,G:iO,H:VU,I:HU,j:WU,L:IS,m:XU,M:qU,p:X,q:st,Q:CS,s:RS,S:YU,u:ZU,U:JU,V:KU,w:QU,W:jU,x:null,X:null,y:tO,Y:nO,Z:rO,"%":ES},v={a:ct,A:W,b:at,B:ft,c:null,d:AS,e:AS,f:cO,g:xO,G:vO,H:sO,I:oO,j:aO,L:LS,m:lO,M:uO,p:ot,q:rt,Q:CS,s:RS,S:fO,u:hO,U:dO,V:pO,w:mO,W:gO,x:null,X:null,y:yO,Y:_O,Z:bO,"%":ES},w={a:E,A:C,b:N,B,c:I,d:SS,e:SS,f:BU,g:MS,G:bS,H:wS,I:wS,j:DU,L:OU,m:NU,M:FU,p:R,q:LU,Q:zU,s:GU,S:UU,u:EU,U:CU,V:RU,w:AU,W:IU,x:L,X:k,y:MS,Y:bS,Z:PU,"%":kU};S.x=b(n,S),S.X=b(i,S),S.c=b(t,S),v.x=b(n,v),v.X=b(i,v),v.c=b(t,v);function b(J,gt){return function(lt){var K=[],It=-1,pt=0,Ut=J.length,Gt,ce,oe;for(lt instanceof Date||(lt=new Date(+lt));++It<Ut;)J.charCodeAt(It)===37&&(K.push(J.slice(pt,It)),(ce=vS[Gt=J.charAt(++It)])!=null?Gt=J.charAt(++It):ce=Gt==="e"?" ":"0",(oe=gt[Gt])&&(Gt=oe(lt,ce)),K.push(Gt),pt=It+1);return K.push(J.slice(pt,It)),K.join("")}}function x(J,gt){return function(lt){var K=ll(1900,void 0,1),It=M(K,J,lt+="",0),pt,Ut;if(It!=lt.length)return null;if("Q"in K)return new Date(K.Q);if("s"in K)return new Date(K.s*1e3+("L"in K?K.L:0));if(gt&&!("Z"in K)&&(K.Z=0),"p"in K&&(K.H=K.H%12+K.p*12),K.m===void 0&&(K.m="q"in K?K.q:0),"V"in K){if(K.V<1||K.V>53)return null;"w"in K||(K.w=1),"Z"in K?(pt=Gg(ll(K.y,0,1)),Ut=pt.getUTCDay(),pt=Ut>4||Ut===0?co.ceil(pt):co(pt),pt=Ma.offset(pt,(K.V-1)*7),K.y=pt.getUTCFullYear(),K.m=pt.getUTCMonth(),K.d=pt.getUTCDate()+(K.w+6)%7):(pt=zg(ll(K.y,0,1)),Ut=pt.getDay(),pt=Ut>4||Ut===0?oo.ceil(pt):oo(pt),pt=ji.offset(pt,(K.V-1)*7),K.y=pt.getFullYear(),K.m=pt.getMonth(),K.d=pt.getDate()+(K.w+6)%7)}else("W"in K||"U"in K)&&("w"in K||(K.w="u"in K?K.u%7:"W"in K?1:0),Ut="Z"in K?Gg(ll(K.y,0,1)).getUTCDay():zg(ll(K.y,0,1)).getDay(),K.m=0,K.d="W"in K?(K.w+6)%7+K.W*7-(Ut+5)%7:K.w+K.U*7-(Ut+6)%7);return"Z"in K?(K.H+=K.Z/100|0,K.M+=K.Z%100,Gg(K)):zg(K)}}function M(J,gt,lt,K){for(var It=0,pt=gt.length,Ut=lt.length,Gt,ce;It<pt;){if(K>=Ut)return-1;if(Gt=gt.charCodeAt(It++),Gt===37){if(Gt=gt.charAt(It++),ce=w[Gt in vS?gt.charAt(It++):Gt],!ce||(K=ce(J,lt,K))<0)return-1}else if(Gt!=lt.charCodeAt(K++))return-1}return K}function R(J,gt,lt){var K=l.exec(gt.slice(lt));return K?(J.p=u.get(K[0].toLowerCase()),lt+K[0].length):-1}function E(J,gt,lt){var K=d.exec(gt.slice(lt));return K?(J.w=p.get(K[0].toLowerCase()),lt+K[0].length):-1}function C(J,gt,lt){var K=h.exec(gt.slice(lt));return K?(J.w=f.get(K[0].toLowerCase()),lt+K[0].length):-1}function N(J,gt,lt){var K=g.exec(gt.slice(lt));return K?(J.m=_.get(K[0].toLowerCase()),lt+K[0].length):-1}function B(J,gt,lt){var K=y.exec(gt.slice(lt));return K?(J.m=m.get(K[0].toLowerCase()),lt+K[0].length):-1}function I(J,gt,lt){return M(J,t,gt,lt)}function L(J,gt,lt){return M(J,n,gt,lt)}function k(J,gt,lt){return M(J,i,gt,lt)}function F(J){return o[J.getDay()]}function Z(J){return s[J.getDay()]}function U(J){return c[J.getMonth()]}function G(J){return a[J.getMonth()]}function X(J){return r[+(J.getHours()>=12)]}function st(J){return 1+~~(J.getMonth()/3)}function ct(J){return o[J.getUTCDay()]}function W(J){return s[J.getUTCDay()]}function at(J){return c[J.getUTCMonth()]}function ft(J){return a[J.getUTCMonth()]}function ot(J){return r[+(J.getUTCHours()>=12)]}function rt(J){return 1+~~(J.getUTCMonth()/3)}return{format:function(J){var gt=b(J+="",S);return gt.toString=function(){return J},gt},parse:function(J){var gt=x(J+="",!1);return gt.toString=function(){return J},gt},utcFormat:function(J){var gt=b(J+="",v);return gt.toString=function(){return J},gt},utcParse:function(J){var gt=x(J+="",!0);return gt.toString=function(){return J},gt}}}var vS={"-":"",_:" ",0:"0"},tn=/^\s*\d+/,SU=/^%/,wU=/[\\^$*+?|[\]().{}]/g;function ae(e,t,n){var i=e<0?"-":"",r=(i?-e:e)+"",s=r.length;return i+(s<n?new Array(n-s+1).join(t)+r:r)}function TU(e){return e.replace(wU,"\\$&")}function ul(e){return new RegExp("^(?:"+e.map(TU).join("|")+")","i")}function fl(e){return new Map(e.map((t,n)=>[t.toLowerCase(),n]))}function AU(e,t,n){var i=tn.exec(t.slice(n,n+1));return i?(e.w=+i[0],n+i[0].length):-1}function EU(e,t,n){var i=tn.exec(t.slice(n,n+1));return i?(e.u=+i[0],n+i[0].length):-1}function CU(e,t,n){var i=tn.exec(t.slice(n,n+2));return i?(e.U=+i[0],n+i[0].length):-1}function RU(e,t,n){var i=tn.exec(t.slice(n,n+2));return i?(e.V=+i[0],n+i[0].length):-1}function IU(e,t,n){var i=tn.exec(t.slice(n,n+2));return i?(e.W=+i[0],n+i[0].length):-1}function bS(e,t,n){var i=tn.exec(t.slice(n,n+4));return i?(e.y=+i[0],n+i[0].length):-1}function MS(e,t,n){var i=tn.exec(t.slice(n,n+2));return i?(e.y=+i[0]+(+i[0]>68?1900:2e3),n+i[0].length):-1}function PU(e,t,n){var i=/^(Z)|([+-]\d\d)(?::?(\d\d))?/.exec(t.slice(n,n+6));return i?(e.Z=i[1]?0:-(i[2]+(i[3]||"00")),n+i[0].length):-1}function LU(e,t,n){var i=tn.exec(t.slice(n,n+1));return i?(e.q=i[0]*3-3,n+i[0].length):-1}function NU(e,t,n){var i=tn.exec(t.slice(n,n+2));return i?(e.m=i[0]-1,n+i[0].length):-1}function SS(e,t,n){var i=tn.exec(t.slice(n,n+2));return i?(e.d=+i[0],n+i[0].length):-1}function DU(e,t,n){var i=tn.exec(t.slice(n,n+3));return i?(e.m=0,e.d=+i[0],n+i[0].length):-1}function wS(e,t,n){var i=tn.exec(t.slice(n,n+2));return i?(e.H=+i[0],n+i[0].length):-1}function FU(e,t,n){var i=tn.exec(t.slice(n,n+2));return i?(e.M=+i[0],n+i[0].length):-1}function UU(e,t,n){var i=tn.exec(t.slice(n,n+2));return i?(e.S=+i[0],n+i[0].length):-1}function OU(e,t,n){var i=tn.exec(t.slice(n,n+3));return i?(e.L=+i[0],n+i[0].length):-1}function BU(e,t,n){var i=tn.exec(t.slice(n,n+6));return i?(e.L=Math.floor(i[0]/1e3),n+i[0].length):-1}function kU(e,t,n){var i=SU.exec(t.slice(n,n+1));return i?n+i[0].length:-1}function zU(e,t,n){var i=tn.exec(t.slice(n));return i?(e.Q=+i[0],n+i[0].length):-1}function GU(e,t,n){var i=tn.exec(t.slice(n));return i?(e.s=+i[0],n+i[0].length):-1}function TS(e,t){return ae(e.getDate(),t,2)}function VU(e,t){return ae(e.getHours(),t,2)}function HU(e,t){return ae(e.getHours()%12||12,t,2)}function WU(e,t){return ae(1+ji.count(Fn(e),e),t,3)}function IS(e,t){return ae(e.getMilliseconds(),t,3)}function $U(e,t){return IS(e,t)+"000"}function XU(e,t){return ae(e.getMonth()+1,t,2)}function qU(e,t){return ae(e.getMinutes(),t,2)}function YU(e,t){return ae(e.getSeconds(),t,2)}function ZU(e){var t=e.getDay();return t===0?7:t}function JU(e,t){return ae(tr.count(Fn(e)-1,e),t,2)}function PS(e){var t=e.getDay();return t>=4||t===0?kr(e):kr.ceil(e)}function KU(e,t){return e=PS(e),ae(kr.count(Fn(e),e)+(Fn(e).getDay()===4),t,2)}function QU(e){return e.getDay()}function jU(e,t){return ae(oo.count(Fn(e)-1,e),t,2)}function tO(e,t){return ae(e.getFullYear()%100,t,2)}function eO(e,t){return e=PS(e),ae(e.getFullYear()%100,t,2)}function nO(e,t){return ae(e.getFullYear()%1e4,t,4)}function iO(e,t){var n=e.getDay();return e=n>=4||n===0?kr(e):kr.ceil(e),ae(e.getFullYear()%1e4,t,4)}function rO(e){var t=e.getTimezoneOffset();return(t>0?"-":(t*=-1,"+"))+ae(t/60|0,"0",2)+ae(t%60,"0",2)}function AS(e,t){return ae(e.getUTCDate(),t,2)}function sO(e,t){return ae(e.getUTCHours(),t,2)}function oO(e,t){return ae(e.getUTCHours()%12||12,t,2)}function aO(e,t){return ae(1+Ma.count(Un(e),e),t,3)}function LS(e,t){return ae(e.getUTCMilliseconds(),t,3)}function cO(e,t){return LS(e,t)+"000"}function lO(e,t){return ae(e.getUTCMonth()+1,t,2)}function uO(e,t){return ae(e.getUTCMinutes(),t,2)}function fO(e,t){return ae(e.getUTCSeconds(),t,2)}function hO(e){var t=e.getUTCDay();return t===0?7:t}function dO(e,t){return ae(er.count(Un(e)-1,e),t,2)}function NS(e){var t=e.getUTCDay();return t>=4||t===0?zr(e):zr.ceil(e)}function pO(e,t){return e=NS(e),ae(zr.count(Un(e),e)+(Un(e).getUTCDay()===4),t,2)}function mO(e){return e.getUTCDay()}function gO(e,t){return ae(co.count(Un(e)-1,e),t,2)}function yO(e,t){return ae(e.getUTCFullYear()%100,t,2)}function xO(e,t){return e=NS(e),ae(e.getUTCFullYear()%100,t,2)}function _O(e,t){return ae(e.getUTCFullYear()%1e4,t,4)}function vO(e,t){var n=e.getUTCDay();return e=n>=4||n===0?zr(e):zr.ceil(e),ae(e.getUTCFullYear()%1e4,t,4)}function bO(){return"+0000"}function ES(){return"%"}function CS(e){return+e}function RS(e){return Math.floor(+e/1e3)}var Sa,hl,MO,nr,DS;SO({dateTime:"%x, %X",date:"%-m/%-d/%Y",time:"%-I:%M:%S %p",periods:["AM","PM"],days:["Sunday","Monday","Tuesday","Wednesday","Thursday","Friday","Saturday"],shortDays:["Sun","Mon","Tue","Wed","Thu","Fri","Sat"],months:["January","February","March","April","May","June","July","August","September","October","November","December"],shortMonths:["Jan","Feb","Mar","Apr","May","Jun","Jul","Aug","Sep","Oct","Nov","Dec"]});function SO(e){return Sa=MU(e),hl=Sa.format,MO=Sa.parse,nr=Sa.utcFormat,DS=Sa.utcParse,Sa}var FS="%Y-%m-%dT%H:%M:%S.%LZ";function wO(e){return e.toISOString()}var J7=Date.prototype.toISOString?wO:nr(FS);function TO(e){var t=new Date(e);return isNaN(t)?null:t}var K7=+new Date("2000-01-01T00:00:00.000Z")?TO:DS(FS);function ir(e,t){switch(arguments.length){case 0:break;case 1:this.range(e);break;default:this.range(t).domain(e);break}return this}function Oh(e,t){switch(arguments.length){case 0:break;case 1:{typeof e=="function"?this.interpolator(e):this.range(e);break}default:{this.domain(e),typeof t=="function"?this.interpolator(t):this.range(t);break}}return this}var Uh=Symbol("implicit");function Bh(){var e=new ri,t=[],n=[],i=Uh;function r(s){let o=e.get(s);if(o===void 0){if(i!==Uh)return i;e.set(s,o=t.push(s)-1)}return n[o%n.length]}return r.domain=function(s){if(!arguments.length)return t.slice();t=[],e=new ri;for(let o of s)e.has(o)||e.set(o,t.push(o)-1);return r},r.range=function(s){return arguments.length?(n=Array.from(s),r):n.slice()},r.unknown=function(s){return arguments.length?(i=s,r):i},r.copy=function(){return Bh(t,n).unknown(i)},ir.apply(r,arguments),r}function wa(){var e=Bh().unknown(void 0),t=e.domain,n=e.range,i=0,r=1,s,o,a=!1,c=0,l=0,u=.5;delete e.unknown;function h(){var f=t().length,d=r<i,p=d?r:i,y=d?i:r;s=(y-p)/Math.max(1,f-c+l*2),a&&(s=Math.floor(s)),p+=(y-p-s*(f-c))*u,o=s*(1-c),a&&(p=Math.round(p),o=Math.round(o));var m=aa(f).map(function(g){return p+s*g});return n(d?m.reverse():m)}return e.domain=function(f){return arguments.length?(t(f),h()):t()},e.range=function(f){return arguments.length?([i,r]=f,i=+i,r=+r,h()):[i,r]},e.rangeRound=function(f){return[i,r]=f,i=+i,r=+r,a=!0,h()},e.bandwidth=function(){return o},e.step=function(){return s},e.round=function(f){return arguments.length?(a=!!f,h()):a},e.padding=function(f){return arguments.length?(c=Math.min(1,l=+f),h()):c},e.paddingInner=function(f){return arguments.length?(c=Math.min(1,f),h()):c},e.paddingOuter=function(f){return arguments.length?(l=+f,h()):l},e.align=function(f){return arguments.length?(u=Math.max(0,Math.min(1,f)),h()):u},e.copy=function(){return wa(t(),[i,r]).round(a).paddingInner(c).paddingOuter(l).align(u)},ir.apply(h(),arguments)}function HS(e){var t=e.copy;return e.padding=e.paddingOuter,delete e.paddingInner,delete e.paddingOuter,e.copy=function(){return HS(t())},e}function WS(){return HS(wa.apply(null,arguments).paddingInner(1))}function AO(e){return function(){return e}}function Vg(e){return+e}var US=[0,1];function hi(e){return e}function Hg(e,t){return(t-=e=+e)?function(n){return(n-e)/t}:AO(isNaN(t)?NaN:.5)}function EO(e,t){var n;return e>t&&(n=e,e=t,t=n),function(i){return Math.max(e,Math.min(t,i))}}function CO(e,t,n){var i=e[0],r=e[1],s=t[0],o=t[1];return r<i?(i=Hg(r,i),s=n(o,s)):(i=Hg(i,r),s=n(s,o)),function(a){return s(i(a))}}function RO(e,t,n){var i=Math.min(e.length,t.length)-1,r=new Array(i),s=new Array(i),o=-1;for(e[i]<e[0]&&(e=e.slice().reverse(),t=t.slice().reverse());++o<i;)r[o]=Hg(e[o],e[o+1]),s[o]=n(t[o],t[o+1]);return function(a){var c=oa(e,a,1,i)-1;return s[c](r[c](a))}}function dl(e,t){return t.domain(e.domain()).range(e.range()).interpolate(e.interpolate()).clamp(e.clamp()).unknown(e.unknown())}function kh(){var e=US,t=US,n=ma,i,r,s,o=hi,a,c,l;function u(){var f=Math.min(e.length,t.length);return o!==hi&&(o=EO(e[0],e[f-1])),a=f>2?RO:CO,c=l=null,h}function h(f){return f==null||isNaN(f=+f)?s:(c||(c=a(e.map(i),t,n)))(i(o(f)))}return h.invert=function(f){return o(r((l||(l=a(t,e.map(i),He)))(f)))},h.domain=function(f){return arguments.length?(e=Array.from(f,Vg),u()):e.slice()},h.range=function(f){return arguments.length?(t=Array.from(f),u()):t.slice()},h.rangeRound=function(f){return t=Array.from(f),n=$c,u()},h.clamp=function(f){return arguments.length?(o=f?!0:hi,u()):o!==hi},h.interpolate=function(f){return arguments.length?(n=f,u()):n},h.unknown=function(f){return arguments.length?(s=f,h):s},function(f,d){return i=f,r=d,u()}}function $S(){return kh()(hi,hi)}function IO(e,t,n,i){var r=zc(e,t,n),s;switch(i=ya(i??",f"),i.type){case"s":{var o=Math.max(Math.abs(e),Math.abs(t));return i.precision==null&&!isNaN(s=oM(r,o))&&(i.precision=s),eg(i,o)}case"":case"e":case"g":case"p":case"r":{i.precision==null&&!isNaN(s=aM(r,Math.max(Math.abs(e),Math.abs(t))))&&(i.precision=s-(i.type==="e"));break}case"f":case"%":{i.precision==null&&!isNaN(s=sM(r))&&(i.precision=s-(i.type==="%")*2);break}}return Ji(i)}function pl(e){var t=e.domain;return e.ticks=function(n){var i=t();return ms(i[0],i[i.length-1],n??10)},e.tickFormat=function(n,i){var r=t();return IO(r[0],r[r.length-1],n??10,i)},e.nice=function(n){n==null&&(n=10);var i=t(),r=0,s=i.length-1,o=i[r],a=i[s],c,l,u=10;for(a<o&&(l=o,o=a,a=l,l=r,r=s,s=l);u-- >0;){if(l=ra(o,a,n),l===c)return i[r]=o,i[s]=a,t(i);if(l>0)o=Math.floor(o/l)*l,a=Math.ceil(a/l)*l;else if(l<0)o=Math.ceil(o*l)/l,a=Math.floor(a*l)/l;else break;c=l}return e},e}function ml(){var e=$S();return e.copy=function(){return dl(e,ml())},ir.apply(e,arguments),pl(e)}function Wg(e){var t;function n(i){return i==null||isNaN(i=+i)?t:i}return n.invert=n,n.domain=n.range=function(i){return arguments.length?(e=Array.from(i,Vg),n):e.slice()},n.unknown=function(i){return arguments.length?(t=i,n):t},n.copy=function(){return Wg(e).unknown(t)},e=arguments.length?Array.from(e,Vg):[0,1],pl(n)}function XS(e,t){e=e.slice();var n=0,i=e.length-1,r=e[n],s=e[i],o;return s<r&&(o=n,n=i,i=o,o=r,r=s,s=o),e[n]=t.floor(r),e[i]=t.ceil(s),e}function OS(e){return Math.log(e)}function BS(e){return Math.exp(e)}function PO(e){return-Math.log(-e)}function LO(e){return-Math.exp(-e)}function NO(e){return isFinite(e)?+("1e"+e):e<0?0:e}function DO(e){return e===10?NO:e===Math.E?Math.exp:t=>Math.pow(e,t)}function FO(e){return e===Math.E?Math.log:e===10&&Math.log10||e===2&&Math.log2||(e=Math.log(e),t=>Math.log(t)/e)}function kS(e){return(t,n)=>-e(-t,n)}function qS(e){let t=e(OS,BS),n=t.domain,i=10,r,s;function o(){return r=FO(i),s=DO(i),n()[0]<0?(r=kS(r),s=kS(s),e(PO,LO)):e(OS,BS),t}return t.base=function(a){return arguments.length?(i=+a,o()):i},t.domain=function(a){return arguments.length?(n(a),o()):n()},t.ticks=a=>{let c=n(),l=c[0],u=c[c.length-1],h=u<l;h&&([l,u]=[u,l]);let f=r(l),d=r(u),p,y,m=a==null?10:+a,g=[];if(!(i%1)&&d-f<m){if(f=Math.floor(f),d=Math.ceil(d),l>0){for(;f<=d;++f)for(p=1;p<i;++p)if(y=f<0?p/s(-f):p*s(f),!(y<l)){if(y>u)break;g.push(y)}}else for(;f<=d;++f)for(p=i-1;p>=1;--p)if(y=f>0?p/s(-f):p*s(f),!(y<l)){if(y>u)break;g.push(y)}g.length*2<m&&(g=ms(l,u,m))}else g=ms(f,d,Math.min(d-f,m)).map(s);return h?g.reverse():g},t.tickFormat=(a,c)=>{if(a==null&&(a=10),c==null&&(c=i===10?"s":","),typeof c!="function"&&(!(i%1)&&(c=ya(c)).precision==null&&(c.trim=!0),c=Ji(c)),a===1/0)return c;let l=Math.max(1,i*a/t.ticks().length);return u=>{let h=u/s(Math.round(r(u)));return h*i<i-.5&&(h*=i),h<=l?c(u):""}},t.nice=()=>n(XS(n(),{floor:a=>s(Math.floor(r(a))),ceil:a=>s(Math.ceil(r(a)))})),t}function $g(){let e=qS(kh()).domain([1,10]);return e.copy=()=>dl(e,$g()).base(e.base()),ir.apply(e,arguments),e}function zS(e){return function(t){return Math.sign(t)*Math.log1p(Math.abs(t/e))}}function GS(e){return function(t){return Math.sign(t)*Math.expm1(Math.abs(t))*e}}function YS(e){var t=1,n=e(zS(t),GS(t));return n.constant=function(i){return arguments.length?e(zS(t=+i),GS(t)):t},pl(n)}function Xg(){var e=YS(kh());return e.copy=function(){return dl(e,Xg()).constant(e.constant())},ir.apply(e,arguments)}function VS(e){return function(t){return t<0?-Math.pow(-t,e):Math.pow(t,e)}}function UO(e){return e<0?-Math.sqrt(-e):Math.sqrt(e)}function OO(e){return e<0?-e*e:e*e}function ZS(e){var t=e(hi,hi),n=1;function i(){return n===1?e(hi,hi):n===.5?e(UO,OO):e(VS(n),VS(1/n))}return t.exponent=function(r){return arguments.length?(n=+r,i()):n},pl(t)}function qg(){var e=ZS(kh());return e.copy=function(){return dl(e,qg()).exponent(e.exponent())},ir.apply(e,arguments),e}function Yg(){var e=[],t=[],n=[],i;function r(){var o=0,a=Math.max(1,t.length);for(n=new Array(a-1);++o<a;)n[o-1]=Kb(e,o/a);return s}function s(o){return o==null||isNaN(o=+o)?i:t[oa(n,o)]}return s.invertExtent=function(o){var a=t.indexOf(o);return a<0?[NaN,NaN]:[a>0?n[a-1]:e[0],a<n.length?n[a]:e[e.length-1]]},s.domain=function(o){if(!arguments.length)return e.slice();e=[];for(let a of o)a!=null&&!isNaN(a=+a)&&e.push(a);return e.sort(pn),r()},s.range=function(o){return arguments.length?(t=Array.from(o),r()):t.slice()},s.unknown=function(o){return arguments.length?(i=o,s):i},s.quantiles=function(){return n.slice()},s.copy=function(){return Yg().domain(e).range(t).unknown(i)},ir.apply(s,arguments)}function Zg(){var e=[.5],t=[0,1],n,i=1;function r(s){return s!=null&&s<=s?t[oa(e,s,0,i)]:n}return r.domain=function(s){return arguments.length?(e=Array.from(s),i=Math.min(e.length,t.length-1),r):e.slice()},r.range=function(s){return arguments.length?(t=Array.from(s),i=Math.min(e.length,t.length-1),r):t.slice()},r.invertExtent=function(s){var o=t.indexOf(s);return[e[o-1],e[o]]},r.unknown=function(s){return arguments.length?(n=s,r):n},r.copy=function(){return Zg().domain(e).range(t).unknown(n)},ir.apply(r,arguments)}function BO(e){return new Date(e)}function kO(e){return e instanceof Date?+e:Math.round(e)}function Jg(e,t,n,i,r,s,o,a,c,l){var u=$S(),h=u.invert,f=u.domain,d=l(".%L"),p=l(":%S"),y=l("%I:%M"),m=l("%I %p"),g=l("%a %d"),_=l("%b %d"),S=l("%B"),v=l("%Y");function w(b){return(c(b)<b?d:a(b)<b?p:o(b)<b?y:s(b)<b?m:i(b)<b?r(b)<b?g:_:n(b)<b?S:v)(b)}return u.invert=function(b){return new Date(Math.round(h(b)))},u.domain=function(b){return arguments.length?f(Array.from(b,kO)):f().map(BO)},u.ticks=function(b){var x=f();return e(x[0],x[x.length-1],b??10)},u.tickFormat=function(b,x){return x==null?w:l(x)},u.nice=function(b){var x=f();return(!b||typeof b.range!="function")&&(b=t(x[0],x[x.length-1],b??10)),b?f(XS(x,b)):u},u.copy=function(){return dl(u,Jg(e,t,n,i,r,s,o,a,c,l))},u}function JS(){return ir.apply(Jg(xS,_S,Fn,lo,tr,ji,io,eo,Tn,hl).domain([new Date(2e3,0,1),new Date(2e3,0,2)]),arguments)}function KS(){return ir.apply(Jg(yS,Fh,Un,uo,er,Ma,ro,no,Tn,nr).domain([Date.UTC(2e3,0,1),Date.UTC(2e3,0,2)]),arguments)}function zh(e,t){return t.domain(e.domain()).interpolator(e.interpolator()).clamp(e.clamp()).unknown(e.unknown())}function Gh(){var e=0,t=.5,n=1,i=1,r,s,o,a,c,l=hi,u,h=!1,f;function d(y){return y==null||isNaN(y=+y)?f:(y=.5+((y=+u(y))-s)*(i*y<i*s?a:c),l(h?Math.max(0,Math.min(1,y)):y))}d.domain=function(y){return arguments.length?([e,t,n]=y,r=u(e=+e),s=u(t=+t),o=u(n=+n),a=r===s?0:.5/(s-r),c=s===o?0:.5/(o-s),i=s<r?-1:1,d):[e,t,n]},d.clamp=function(y){return arguments.length?(h=!!y,d):h},d.interpolator=function(y){return arguments.length?(l=y,d):l};function p(y){return function(m){var g,_,S;return arguments.length?([g,_,S]=m,l=xs(y,[g,_,S]),d):[l(0),l(.5),l(1)]}}return d.range=p(ma),d.rangeRound=p($c),d.unknown=function(y){return arguments.length?(f=y,d):f},function(y){return u=y,r=y(e),s=y(t),o=y(n),a=r===s?0:.5/(s-r),c=s===o?0:.5/(o-s),i=s<r?-1:1,d}}function Kg(){var e=pl(Gh()(hi));return e.copy=function(){return zh(e,Kg())},Oh.apply(e,arguments)}function Qg(){var e=qS(Gh()).domain([.1,1,10]);return e.copy=function(){return zh(e,Qg()).base(e.base())},Oh.apply(e,arguments)}function jg(){var e=YS(Gh());return e.copy=function(){return zh(e,jg()).constant(e.constant())},Oh.apply(e,arguments)}function t0(){var e=ZS(Gh());return e.copy=function(){return zh(e,t0()).exponent(e.exponent())},Oh.apply(e,arguments)}function $t(e){for(var t=e.length/6|0,n=new Array(t),i=0;i<t;)n[i]="#"+e.slice(i*6,++i*6);return n}var QS=$t("1f77b4ff7f0e2ca02cd627289467bd8c564be377c27f7f7fbcbd2217becf"),jS=$t("7fc97fbeaed4fdc086ffff99386cb0f0027fbf5b17666666"),tw=$t("1b9e77d95f027570b3e7298a66a61ee6ab02a6761d666666"),ew=$t("4269d0efb118ff725c6cc5b03ca951ff8ab7a463f297bbf59c6b4e9498a0"),nw=$t("a6cee31f78b4b2df8a33a02cfb9a99e31a1cfdbf6fff7f00cab2d66a3d9affff99b15928"),iw=$t("fbb4aeb3cde3ccebc5decbe4fed9a6ffffcce5d8bdfddaecf2f2f2"),rw=$t("b3e2cdfdcdaccbd5e8f4cae4e6f5c9fff2aef1e2cccccccc"),sw=$t("e41a1c377eb84daf4a984ea3ff7f00ffff33a65628f781bf999999"),ow=$t("66c2a5fc8d628da0cbe78ac3a6d854ffd92fe5c494b3b3b3"),aw=$t("8dd3c7ffffb3bebadafb807280b1d3fdb462b3de69fccde5d9d9d9bc80bdccebc5ffed6f"),cw=$t("4e79a7f28e2ce1575976b7b259a14fedc949af7aa1ff9da79c755fbab0ab"),xe=e=>H1(e[e.length-1]),e0=new Array(3).concat("d8b365f5f5f55ab4ac","a6611adfc27d80cdc1018571","a6611adfc27df5f5f580cdc1018571","8c510ad8b365f6e8c3c7eae55ab4ac01665e","8c510ad8b365f6e8c3f5f5f5c7eae55ab4ac01665e","8c510abf812ddfc27df6e8c3c7eae580cdc135978f01665e","8c510abf812ddfc27df6e8c3f5f5f5c7eae580cdc135978f01665e","5430058c510abf812ddfc27df6e8c3c7eae580cdc135978f01665e003c30","5430058c510abf812ddfc27df6e8c3f5f5f5c7eae580cdc135978f01665e003c30").map($t),n0=xe(e0),i0=new Array(3).concat("af8dc3f7f7f77fbf7b","7b3294c2a5cfa6dba0008837","7b3294c2a5cff7f7f7a6dba0008837","762a83af8dc3e7d4e8d9f0d37fbf7b1b7837","762a83af8dc3e7d4e8f7f7f7d9f0d37fbf7b1b7837","762a839970abc2a5cfe7d4e8d9f0d3a6dba05aae611b7837","762a839970abc2a5cfe7d4e8f7f7f7d9f0d3a6dba05aae611b7837","40004b762a839970abc2a5cfe7d4e8d9f0d3a6dba05aae611b783700441b","40004b762a839970abc2a5cfe7d4e8f7f7f7d9f0d3a6dba05aae611b783700441b").map($t),r0=xe(i0),s0=new Array(3).concat("e9a3c9f7f7f7a1d76a","d01c8bf1b6dab8e1864dac26","d01c8bf1b6daf7f7f7b8e1864dac26","c51b7de9a3c9fde0efe6f5d0a1d76a4d9221","c51b7de9a3c9fde0eff7f7f7e6f5d0a1d76a4d9221","c51b7dde77aef1b6dafde0efe6f5d0b8e1867fbc414d9221","c51b7dde77aef1b6dafde0eff7f7f7e6f5d0b8e1867fbc414d9221","8e0152c51b7dde77aef1b6dafde0efe6f5d0b8e1867fbc414d9221276419","8e0152c51b7dde77aef1b6dafde0eff7f7f7e6f5d0b8e1867fbc414d9221276419").map($t),o0=xe(s0),a0=new Array(3).concat("998ec3f7f7f7f1a340","5e3c99b2abd2fdb863e66101","5e3c99b2abd2f7f7f7fdb863e66101","542788998ec3d8daebfee0b6f1a340b35806","542788998ec3d8daebf7f7f7fee0b6f1a340b35806","5427888073acb2abd2d8daebfee0b6fdb863e08214b35806","5427888073acb2abd2d8daebf7f7f7fee0b6fdb863e08214b35806","2d004b5427888073acb2abd2d8daebfee0b6fdb863e08214b358067f3b08","2d004b5427888073acb2abd2d8daebf7f7f7fee0b6fdb863e08214b358067f3b08").map($t),c0=xe(a0),Wh=new Array(3).concat("ef8a62f7f7f767a9cf","ca0020f4a58292c5de0571b0","ca0020f4a582f7f7f792c5de0571b0","b2182bef8a62fddbc7d1e5f067a9cf2166ac","b2182bef8a62fddbc7f7f7f7d1e5f067a9cf2166ac","b2182bd6604df4a582fddbc7d1e5f092c5de4393c32166ac","b2182bd6604df4a582fddbc7f7f7f7d1e5f092c5de4393c32166ac","67001fb2182bd6604df4a582fddbc7d1e5f092c5de4393c32166ac053061","67001fb2182bd6604df4a582fddbc7f7f7f7d1e5f092c5de4393c32166ac053061").map($t),gl=xe(Wh),l0=new Array(3).concat("ef8a62ffffff999999","ca0020f4a582bababa404040","ca0020f4a582ffffffbababa404040","b2182bef8a62fddbc7e0e0e09999994d4d4d","b2182bef8a62fddbc7ffffffe0e0e09999994d4d4d","b2182bd6604df4a582fddbc7e0e0e0bababa8787874d4d4d","b2182bd6604df4a582fddbc7ffffffe0e0e0bababa8787874d4d4d","67001fb2182bd6604df4a582fddbc7e0e0e0bababa8787874d4d4d1a1a1a","67001fb2182bd6604df4a582fddbc7ffffffe0e0e0bababa8787874d4d4d1a1a1a").map($t),u0=xe(l0),$h=new Array(3).concat("fc8d59ffffbf91bfdb","d7191cfdae61abd9e92c7bb6","d7191cfdae61ffffbfabd9e92c7bb6","d73027fc8d59fee090e0f3f891bfdb4575b4","d73027fc8d59fee090ffffbfe0f3f891bfdb4575b4","d73027f46d43fdae61fee090e0f3f8abd9e974add14575b4","d73027f46d43fdae61fee090ffffbfe0f3f8abd9e974add14575b4","a50026d73027f46d43fdae61fee090e0f3f8abd9e974add14575b4313695","a50026d73027f46d43fdae61fee090ffffbfe0f3f8abd9e974add14575b4313695").map($t),yl=xe($h),f0=new Array(3).concat("fc8d59ffffbf91cf60","d7191cfdae61a6d96a1a9641","d7191cfdae61ffffbfa6d96a1a9641","d73027fc8d59fee08bd9ef8b91cf601a9850","d73027fc8d59fee08bffffbfd9ef8b91cf601a9850","d73027f46d43fdae61fee08bd9ef8ba6d96a66bd631a9850","d73027f46d43fdae61fee08bffffbfd9ef8ba6d96a66bd631a9850","a50026d73027f46d43fdae61fee08bd9ef8ba6d96a66bd631a9850006837","a50026d73027f46d43fdae61fee08bffffbfd9ef8ba6d96a66bd631a9850006837").map($t),h0=xe(f0),d0=new Array(3).concat("fc8d59ffffbf99d594","d7191cfdae61abdda42b83ba","d7191cfdae61ffffbfabdda42b83ba","d53e4ffc8d59fee08be6f59899d5943288bd","d53e4ffc8d59fee08bffffbfe6f59899d5943288bd","d53e4ff46d43fdae61fee08be6f598abdda466c2a53288bd","d53e4ff46d43fdae61fee08bffffbfe6f598abdda466c2a53288bd","9e0142d53e4ff46d43fdae61fee08be6f598abdda466c2a53288bd5e4fa2","9e0142d53e4ff46d43fdae61fee08bffffbfe6f598abdda466c2a53288bd5e4fa2").map($t),p0=xe(d0),m0=new Array(3).concat("e5f5f999d8c92ca25f","edf8fbb2e2e266c2a4238b45","edf8fbb2e2e266c2a42ca25f006d2c","edf8fbccece699d8c966c2a42ca25f006d2c","edf8fbccece699d8c966c2a441ae76238b45005824","f7fcfde5f5f9ccece699d8c966c2a441ae76238b45005824","f7fcfde5f5f9ccece699d8c966c2a441ae76238b45006d2c00441b").map($t),g0=xe(m0),y0=new Array(3).concat("e0ecf49ebcda8856a7","edf8fbb3cde38c96c688419d","edf8fbb3cde38c96c68856a7810f7c","edf8fbbfd3e69ebcda8c96c68856a7810f7c","edf8fbbfd3e69ebcda8c96c68c6bb188419d6e016b","f7fcfde0ecf4bfd3e69ebcda8c96c68c6bb188419d6e016b","f7fcfde0ecf4bfd3e69ebcda8c96c68c6bb188419d810f7c4d004b").map($t),x0=xe(y0),_0=new Array(3).concat("e0f3dba8ddb543a2ca","f0f9e8bae4bc7bccc42b8cbe","f0f9e8bae4bc7bccc443a2ca0868ac","f0f9e8ccebc5a8ddb57bccc443a2ca0868ac","f0f9e8ccebc5a8ddb57bccc44eb3d32b8cbe08589e","f7fcf0e0f3dbccebc5a8ddb57bccc44eb3d32b8cbe08589e","f7fcf0e0f3dbccebc5a8ddb57bccc44eb3d32b8cbe0868ac084081").map($t),v0=xe(_0),b0=new Array(3).concat("fee8c8fdbb84e34a33","fef0d9fdcc8afc8d59d7301f","fef0d9fdcc8afc8d59e34a33b30000","fef0d9fdd49efdbb84fc8d59e34a33b30000","fef0d9fdd49efdbb84fc8d59ef6548d7301f990000","fff7ecfee8c8fdd49efdbb84fc8d59ef6548d7301f990000","fff7ecfee8c8fdd49efdbb84fc8d59ef6548d7301fb300007f0000").map($t),M0=xe(b0),S0=new Array(3).concat("ece2f0a6bddb1c9099","f6eff7bdc9e167a9cf02818a","f6eff7bdc9e167a9cf1c9099016c59","f6eff7d0d1e6a6bddb67a9cf1c9099016c59","f6eff7d0d1e6a6bddb67a9cf3690c002818a016450","fff7fbece2f0d0d1e6a6bddb67a9cf3690c002818a016450","fff7fbece2f0d0d1e6a6bddb67a9cf3690c002818a016c59014636").map($t),w0=xe(S0),T0=new Array(3).concat("ece7f2a6bddb2b8cbe","f1eef6bdc9e174a9cf0570b0","f1eef6bdc9e174a9cf2b8cbe045a8d","f1eef6d0d1e6a6bddb74a9cf2b8cbe045a8d","f1eef6d0d1e6a6bddb74a9cf3690c00570b0034e7b","fff7fbece7f2d0d1e6a6bddb74a9cf3690c00570b0034e7b","fff7fbece7f2d0d1e6a6bddb74a9cf3690c00570b0045a8d023858").map($t),A0=xe(T0),E0=new Array(3).concat("e7e1efc994c7dd1c77","f1eef6d7b5d8df65b0ce1256","f1eef6d7b5d8df65b0dd1c77980043","f1eef6d4b9dac994c7df65b0dd1c77980043","f1eef6d4b9dac994c7df65b0e7298ace125691003f","f7f4f9e7e1efd4b9dac994c7df65b0e7298ace125691003f","f7f4f9e7e1efd4b9dac994c7df65b0e7298ace125698004367001f").map($t),C0=xe(E0),R0=new Array(3).concat("fde0ddfa9fb5c51b8a","feebe2fbb4b9f768a1ae017e","feebe2fbb4b9f768a1c51b8a7a0177","feebe2fcc5c0fa9fb5f768a1c51b8a7a0177","feebe2fcc5c0fa9fb5f768a1dd3497ae017e7a0177","fff7f3fde0ddfcc5c0fa9fb5f768a1dd3497ae017e7a0177","fff7f3fde0ddfcc5c0fa9fb5f768a1dd3497ae017e7a017749006a").map($t),I0=xe(R0),P0=new Array(3).concat("edf8b17fcdbb2c7fb8","ffffcca1dab441b6c4225ea8","ffffcca1dab441b6c42c7fb8253494","ffffccc7e9b47fcdbb41b6c42c7fb8253494","ffffccc7e9b47fcdbb41b6c41d91c0225ea80c2c84","ffffd9edf8b1c7e9b47fcdbb41b6c41d91c0225ea80c2c84","ffffd9edf8b1c7e9b47fcdbb41b6c41d91c0225ea8253494081d58").map($t),L0=xe(P0),N0=new Array(3).concat("f7fcb9addd8e31a354","ffffccc2e69978c679238443","ffffccc2e69978c67931a354006837","ffffccd9f0a3addd8e78c67931a354006837","ffffccd9f0a3addd8e78c67941ab5d238443005a32","ffffe5f7fcb9d9f0a3addd8e78c67941ab5d238443005a32","ffffe5f7fcb9d9f0a3addd8e78c67941ab5d238443006837004529").map($t),D0=xe(N0),F0=new Array(3).concat("fff7bcfec44fd95f0e","ffffd4fed98efe9929cc4c02","ffffd4fed98efe9929d95f0e993404","ffffd4fee391fec44ffe9929d95f0e993404","ffffd4fee391fec44ffe9929ec7014cc4c028c2d04","ffffe5fff7bcfee391fec44ffe9929ec7014cc4c028c2d04","ffffe5fff7bcfee391fec44ffe9929ec7014cc4c02993404662506").map($t),U0=xe(F0),O0=new Array(3).concat("ffeda0feb24cf03b20","ffffb2fecc5cfd8d3ce31a1c","ffffb2fecc5cfd8d3cf03b20bd0026","ffffb2fed976feb24cfd8d3cf03b20bd0026","ffffb2fed976feb24cfd8d3cfc4e2ae31a1cb10026","ffffccffeda0fed976feb24cfd8d3cfc4e2ae31a1cb10026","ffffccffeda0fed976feb24cfd8d3cfc4e2ae31a1cbd0026800026").map($t),B0=xe(O0),k0=new Array(3).concat("deebf79ecae13182bd","eff3ffbdd7e76baed62171b5","eff3ffbdd7e76baed63182bd08519c","eff3ffc6dbef9ecae16baed63182bd08519c","eff3ffc6dbef9ecae16baed64292c62171b5084594","f7fbffdeebf7c6dbef9ecae16baed64292c62171b5084594","f7fbffdeebf7c6dbef9ecae16baed64292c62171b508519c08306b").map($t),z0=xe(k0),G0=new Array(3).concat("e5f5e0a1d99b31a354","edf8e9bae4b374c476238b45","edf8e9bae4b374c47631a354006d2c","edf8e9c7e9c0a1d99b74c47631a354006d2c","edf8e9c7e9c0a1d99b74c47641ab5d238b45005a32","f7fcf5e5f5e0c7e9c0a1d99b74c47641ab5d238b45005a32","f7fcf5e5f5e0c7e9c0a1d99b74c47641ab5d238b45006d2c00441b").map($t),V0=xe(G0),H0=new Array(3).concat("f0f0f0bdbdbd636363","f7f7f7cccccc969696525252","f7f7f7cccccc969696636363252525","f7f7f7d9d9d9bdbdbd969696636363252525","f7f7f7d9d9d9bdbdbd969696737373525252252525","fffffff0f0f0d9d9d9bdbdbd969696737373525252252525","fffffff0f0f0d9d9d9bdbdbd969696737373525252252525000000").map($t),W0=xe(H0),$0=new Array(3).concat("efedf5bcbddc756bb1","f2f0f7cbc9e29e9ac86a51a3","f2f0f7cbc9e29e9ac8756bb154278f","f2f0f7dadaebbcbddc9e9ac8756bb154278f","f2f0f7dadaebbcbddc9e9ac8807dba6a51a34a1486","fcfbfdefedf5dadaebbcbddc9e9ac8807dba6a51a34a1486","fcfbfdefedf5dadaebbcbddc9e9ac8807dba6a51a354278f3f007d").map($t),X0=xe($0),q0=new Array(3).concat("fee0d2fc9272de2d26","fee5d9fcae91fb6a4acb181d","fee5d9fcae91fb6a4ade2d26a50f15","fee5d9fcbba1fc9272fb6a4ade2d26a50f15","fee5d9fcbba1fc9272fb6a4aef3b2ccb181d99000d","fff5f0fee0d2fcbba1fc9272fb6a4aef3b2ccb181d99000d","fff5f0fee0d2fcbba1fc9272fb6a4aef3b2ccb181da50f1567000d").map($t),Y0=xe(q0),Z0=new Array(3).concat("fee6cefdae6be6550d","feeddefdbe85fd8d3cd94701","feeddefdbe85fd8d3ce6550da63603","feeddefdd0a2fdae6bfd8d3ce6550da63603","feeddefdd0a2fdae6bfd8d3cf16913d948018c2d04","fff5ebfee6cefdd0a2fdae6bfd8d3cf16913d948018c2d04","fff5ebfee6cefdd0a2fdae6bfd8d3cf16913d94801a636037f2704").map($t),J0=xe(Z0);function K0(e){return e=Math.max(0,Math.min(1,e)),"rgb("+Math.max(0,Math.min(255,Math.round(-4.54-e*(35.34-e*(2381.73-e*(6402.7-e*(7024.72-e*2710.57)))))))+", "+Math.max(0,Math.min(255,Math.round(32.49+e*(170.73+e*(52.82-e*(131.46-e*(176.58-e*67.37)))))))+", "+Math.max(0,Math.min(255,Math.round(81.24+e*(442.36-e*(2482.43-e*(6167.24-e*(6614.94-e*2475.67)))))))+")"}var Q0=uh(oi(300,.5,0),oi(-240,.5,1)),j0=uh(oi(-100,.75,.35),oi(80,1.5,.8)),ty=uh(oi(260,.75,.35),oi(80,1.5,.8)),Vh=oi();function ey(e){(e<0||e>1)&&(e-=Math.floor(e));var t=Math.abs(e-.5);return Vh.h=360*e-100,Vh.s=1.5-1.5*t,Vh.l=.8-.9*t,Vh+""}var Hh=Pi(),zO=Math.PI/3,GO=Math.PI*2/3;function ny(e){var t;return e=(.5-e)*Math.PI,Hh.r=255*(t=Math.sin(e))*t,Hh.g=255*(t=Math.sin(e+zO))*t,Hh.b=255*(t=Math.sin(e+GO))*t,Hh+""}function iy(e){return e=Math.max(0,Math.min(1,e)),"rgb("+Math.max(0,Math.min(255,Math.round(34.61+e*(1172.33-e*(10793.56-e*(33300.12-e*(38394.49-e*14825.05)))))))+", "+Math.max(0,Math.min(255,Math.round(23.31+e*(557.33+e*(1225.33-e*(3574.96-e*(1073.77+e*707.56)))))))+", "+Math.max(0,Math.min(255,Math.round(27.2+e*(3211.1-e*(15327.97-e*(27814-e*(22569.18-e*6838.66)))))))+")"}function Xh(e){var t=e.length;return function(n){return e[Math.max(0,Math.min(t-1,Math.floor(n*t)))]}}var ry=Xh($t("44015444025645045745055946075a46085c460a5d460b5e470d60470e6147106347116447136548146748166848176948186a481a6c481b6d481c6e481d6f481f70482071482173482374482475482576482677482878482979472a7a472c7a472d7b472e7c472f7d46307e46327e46337f463480453581453781453882443983443a83443b84433d84433e85423f854240864241864142874144874045884046883f47883f48893e49893e4a893e4c8a3d4d8a3d4e8a3c4f8a3c508b3b518b3b528b3a538b3a548c39558c39568c38588c38598c375a8c375b8d365c8d365d8d355e8d355f8d34608d34618d33628d33638d32648e32658e31668e31678e31688e30698e306a8e2f6b8e2f6c8e2e6d8e2e6e8e2e6f8e2d708e2d718e2c718e2c728e2c738e2b748e2b758e2a768e2a778e2a788e29798e297a8e297b8e287c8e287d8e277e8e277f8e27808e26818e26828e26828e25838e25848e25858e24868e24878e23888e23898e238a8d228b8d228c8d228d8d218e8d218f8d21908d21918c20928c20928c20938c1f948c1f958b1f968b1f978b1f988b1f998a1f9a8a1e9b8a1e9c891e9d891f9e891f9f881fa0881fa1881fa1871fa28720a38620a48621a58521a68522a78522a88423a98324aa8325ab8225ac8226ad8127ad8128ae8029af7f2ab07f2cb17e2db27d2eb37c2fb47c31b57b32b67a34b67935b77937b87838b9773aba763bbb753dbc743fbc7340bd7242be7144bf7046c06f48c16e4ac16d4cc26c4ec36b50c46a52c56954c56856c66758c7655ac8645cc8635ec96260ca6063cb5f65cb5e67cc5c69cd5b6ccd5a6ece5870cf5773d05675d05477d1537ad1517cd2507fd34e81d34d84d44b86d54989d5488bd6468ed64590d74393d74195d84098d83e9bd93c9dd93ba0da39a2da37a5db36a8db34aadc32addc30b0dd2fb2dd2db5de2bb8de29bade28bddf26c0df25c2df23c5e021c8e020cae11fcde11dd0e11cd2e21bd5e21ad8e219dae319dde318dfe318e2e418e5e419e7e419eae51aece51befe51cf1e51df4e61ef6e620f8e621fbe723fde725")),sy=Xh($t("00000401000501010601010802010902020b02020d03030f03031204041405041606051806051a07061c08071e0907200a08220b09240c09260d0a290e0b2b100b2d110c2f120d31130d34140e36150e38160f3b180f3d19103f1a10421c10441d11471e114920114b21114e22115024125325125527125829115a2a115c2c115f2d11612f116331116533106734106936106b38106c390f6e3b0f703d0f713f0f72400f74420f75440f764510774710784910784a10794c117a4e117b4f127b51127c52137c54137d56147d57157e59157e5a167e5c167f5d177f5f187f601880621980641a80651a80671b80681c816a1c816b1d816d1d816e1e81701f81721f817320817521817621817822817922827b23827c23827e24828025828125818326818426818627818827818928818b29818c29818e2a81902a81912b81932b80942c80962c80982d80992d809b2e7f9c2e7f9e2f7fa02f7fa1307ea3307ea5317ea6317da8327daa337dab337cad347cae347bb0357bb2357bb3367ab5367ab73779b83779ba3878bc3978bd3977bf3a77c03a76c23b75c43c75c53c74c73d73c83e73ca3e72cc3f71cd4071cf4070d0416fd2426fd3436ed5446dd6456cd8456cd9466bdb476adc4869de4968df4a68e04c67e24d66e34e65e44f64e55064e75263e85362e95462ea5661eb5760ec5860ed5a5fee5b5eef5d5ef05f5ef1605df2625df2645cf3655cf4675cf4695cf56b5cf66c5cf66e5cf7705cf7725cf8745cf8765cf9785df9795df97b5dfa7d5efa7f5efa815ffb835ffb8560fb8761fc8961fc8a62fc8c63fc8e64fc9065fd9266fd9467fd9668fd9869fd9a6afd9b6bfe9d6cfe9f6dfea16efea36ffea571fea772fea973feaa74feac76feae77feb078feb27afeb47bfeb67cfeb77efeb97ffebb81febd82febf84fec185fec287fec488fec68afec88cfeca8dfecc8ffecd90fecf92fed194fed395fed597fed799fed89afdda9cfddc9efddea0fde0a1fde2a3fde3a5fde5a7fde7a9fde9aafdebacfcecaefceeb0fcf0b2fcf2b4fcf4b6fcf6b8fcf7b9fcf9bbfcfbbdfcfdbf")),oy=Xh($t("00000401000501010601010802010a02020c02020e03021004031204031405041706041907051b08051d09061f0a07220b07240c08260d08290e092b10092d110a30120a32140b34150b37160b39180c3c190c3e1b0c411c0c431e0c451f0c48210c4a230c4c240c4f260c51280b53290b552b0b572d0b592f0a5b310a5c320a5e340a5f3609613809623909633b09643d09653e0966400a67420a68440a68450a69470b6a490b6a4a0c6b4c0c6b4d0d6c4f0d6c510e6c520e6d540f6d550f6d57106e59106e5a116e5c126e5d126e5f136e61136e62146e64156e65156e67166e69166e6a176e6c186e6d186e6f196e71196e721a6e741a6e751b6e771c6d781c6d7a1d6d7c1d6d7d1e6d7f1e6c801f6c82206c84206b85216b87216b88226a8a226a8c23698d23698f24699025689225689326679526679727669827669a28659b29649d29649f2a63a02a63a22b62a32c61a52c60a62d60a82e5fa92e5eab2f5ead305dae305cb0315bb1325ab3325ab43359b63458b73557b93556ba3655bc3754bd3853bf3952c03a51c13a50c33b4fc43c4ec63d4dc73e4cc83f4bca404acb4149cc4248ce4347cf4446d04545d24644d34743d44842d54a41d74b3fd84c3ed94d3dda4e3cdb503bdd513ade5238df5337e05536e15635e25734e35933e45a31e55c30e65d2fe75e2ee8602de9612bea632aeb6429eb6628ec6726ed6925ee6a24ef6c23ef6e21f06f20f1711ff1731df2741cf3761bf37819f47918f57b17f57d15f67e14f68013f78212f78410f8850ff8870ef8890cf98b0bf98c0af98e09fa9008fa9207fa9407fb9606fb9706fb9906fb9b06fb9d07fc9f07fca108fca309fca50afca60cfca80dfcaa0ffcac11fcae12fcb014fcb216fcb418fbb61afbb81dfbba1ffbbc21fbbe23fac026fac228fac42afac62df9c72ff9c932f9cb35f8cd37f8cf3af7d13df7d340f6d543f6d746f5d949f5db4cf4dd4ff4df53f4e156f3e35af3e55df2e661f2e865f2ea69f1ec6df1ed71f1ef75f1f179f2f27df2f482f3f586f3f68af4f88ef5f992f6fa96f8fb9af9fc9dfafda1fcffa4")),ay=Xh($t("0d088710078813078916078a19068c1b068d1d068e20068f2206902406912605912805922a05932c05942e05952f059631059733059735049837049938049a3a049a3c049b3e049c3f049c41049d43039e44039e46039f48039f4903a04b03a14c02a14e02a25002a25102a35302a35502a45601a45801a45901a55b01a55c01a65e01a66001a66100a76300a76400a76600a76700a86900a86a00a86c00a86e00a86f00a87100a87201a87401a87501a87701a87801a87a02a87b02a87d03a87e03a88004a88104a78305a78405a78606a68707a68808a68a09a58b0aa58d0ba58e0ca48f0da4910ea3920fa39410a29511a19613a19814a099159f9a169f9c179e9d189d9e199da01a9ca11b9ba21d9aa31e9aa51f99a62098a72197a82296aa2395ab2494ac2694ad2793ae2892b02991b12a90b22b8fb32c8eb42e8db52f8cb6308bb7318ab83289ba3388bb3488bc3587bd3786be3885bf3984c03a83c13b82c23c81c33d80c43e7fc5407ec6417dc7427cc8437bc9447aca457acb4679cc4778cc4977cd4a76ce4b75cf4c74d04d73d14e72d24f71d35171d45270d5536fd5546ed6556dd7566cd8576bd9586ada5a6ada5b69db5c68dc5d67dd5e66de5f65de6164df6263e06363e16462e26561e26660e3685fe4695ee56a5de56b5de66c5ce76e5be76f5ae87059e97158e97257ea7457eb7556eb7655ec7754ed7953ed7a52ee7b51ef7c51ef7e50f07f4ff0804ef1814df1834cf2844bf3854bf3874af48849f48948f58b47f58c46f68d45f68f44f79044f79143f79342f89441f89540f9973ff9983ef99a3efa9b3dfa9c3cfa9e3bfb9f3afba139fba238fca338fca537fca636fca835fca934fdab33fdac33fdae32fdaf31fdb130fdb22ffdb42ffdb52efeb72dfeb82cfeba2cfebb2bfebd2afebe2afec029fdc229fdc328fdc527fdc627fdc827fdca26fdcb26fccd25fcce25fcd025fcd225fbd324fbd524fbd724fad824fada24f9dc24f9dd25f8df25f8e125f7e225f7e425f6e626f6e826f5e926f5eb27f4ed27f3ee27f3f027f2f227f1f426f1f525f0f724f0f921"));function en(e){return function(){return e}}var pw=Math.cos;var fy=Math.min,qh=Math.sin,$e=Math.sqrt,lw=1e-12,xl=Math.PI,lG=xl/2,Qh=2*xl;function mw(e){let t=3;return e.digits=function(n){if(!arguments.length)return t;if(n==null)t=null;else{let i=Math.floor(n);if(!(i>=0))throw new RangeError(`invalid digits: ${n}`);t=i}return e},()=>new js(t)}var uG=Array.prototype.slice;function gw(e){return typeof e=="object"&&"length"in e?e:Array.from(e)}function yw(e){this._context=e}yw.prototype={areaStart:function(){this._line=0},areaEnd:function(){this._line=NaN},lineStart:function(){this._point=0},lineEnd:function(){(this._line||this._line!==0&&this._point===1)&&this._context.closePath(),this._line=1-this._line},point:function(e,t){switch(e=+e,t=+t,this._point){case 0:this._point=1,this._line?this._context.lineTo(e,t):this._context.moveTo(e,t);break;case 1:this._point=2;default:this._context.lineTo(e,t);break}}};function fo(e){return new yw(e)}function xw(e){return e[0]}function _w(e){return e[1]}function hy(e,t){var n=en(!0),i=null,r=fo,s=null,o=mw(a);e=typeof e=="function"?e:e===void 0?xw:en(e),t=typeof t=="function"?t:t===void 0?_w:en(t);function a(c){var l,u=(c=gw(c)).length,h,f=!1,d;for(i==null&&(s=r(d=o())),l=0;l<=u;++l)!(l<u&&n(h=c[l],l,c))===f&&((f=!f)?s.lineStart():s.lineEnd()),f&&s.point(+e(h,l,c),+t(h,l,c));if(d)return s=null,d+""||null}return a.x=function(c){return arguments.length?(e=typeof c=="function"?c:en(+c),a):e},a.y=function(c){return arguments.length?(t=typeof c=="function"?c:en(+c),a):t},a.defined=function(c){return arguments.length?(n=typeof c=="function"?c:en(!!c),a):n},a.curve=function(c){return arguments.length?(r=c,i!=null&&(s=r(i)),a):r},a.context=function(c){return arguments.length?(c==null?i=s=null:s=r(i=c),a):i},a}function vw(e,t,n){var i=null,r=en(!0),s=null,o=fo,a=null,c=mw(l);e=typeof e=="function"?e:e===void 0?xw:en(+e),t=typeof t=="function"?t:en(t===void 0?0:+t),n=typeof n=="function"?n:n===void 0?_w:en(+n);function l(h){var f,d,p,y=(h=gw(h)).length,m,g=!1,_,S=new Array(y),v=new Array(y);for(s==null&&(a=o(_=c())),f=0;f<=y;++f){if(!(f<y&&r(m=h[f],f,h))===g)if(g=!g)d=f,a.areaStart(),a.lineStart();else{for(a.lineEnd(),a.lineStart(),p=f-1;p>=d;--p)a.point(S[p],v[p]);a.lineEnd(),a.areaEnd()}g&&(S[f]=+e(m,f,h),v[f]=+t(m,f,h),a.point(i?+i(m,f,h):S[f],n?+n(m,f,h):v[f]))}if(_)return a=null,_+""||null}function u(){return hy().defined(r).curve(o).context(s)}return l.x=function(h){return arguments.length?(e=typeof h=="function"?h:en(+h),i=null,l):e},l.x0=function(h){return arguments.length?(e=typeof h=="function"?h:en(+h),l):e},l.x1=function(h){return arguments.length?(i=h==null?null:typeof h=="function"?h:en(+h),l):i},l.y=function(h){return arguments.length?(t=typeof h=="function"?h:en(+h),n=null,l):t},l.y0=function(h){return arguments.length?(t=typeof h=="function"?h:en(+h),l):t},l.y1=function(h){return arguments.length?(n=h==null?null:typeof h=="function"?h:en(+h),l):n},l.lineX0=l.lineY0=function(){return u().x(e).y(t)},l.lineY1=function(){return u().x(e).y(n)},l.lineX1=function(){return u().x(i).y(t)},l.defined=function(h){return arguments.length?(r=typeof h=="function"?h:en(!!h),l):r},l.curve=function(h){return arguments.length?(o=h,s!=null&&(a=o(s)),l):o},l.context=function(h){return arguments.length?(h==null?s=a=null:a=o(s=h),l):s},l}var fG=VO(fo);function bw(e){this._curve=e}bw.prototype={areaStart:function(){this._curve.areaStart()},areaEnd:function(){this._curve.areaEnd()},lineStart:function(){this._curve.lineStart()},lineEnd:function(){this._curve.lineEnd()},point:function(e,t){this._curve.point(t*Math.sin(e),t*-Math.cos(e))}};function VO(e){function t(n){return new bw(e(n))}return t._curve=e,t}var Yh=class{constructor(t,n){this._context=t,this._x=n}areaStart(){this._line=0}areaEnd(){this._line=NaN}lineStart(){this._point=0}lineEnd(){(this._line||this._line!==0&&this._point===1)&&this._context.closePath(),this._line=1-this._line}point(t,n){switch(t=+t,n=+n,this._point){case 0:{this._point=1,this._line?this._context.lineTo(t,n):this._context.moveTo(t,n);break}case 1:this._point=2;default:{this._x?this._context.bezierCurveTo(this._x0=(this._x0+t)/2,this._y0,this._x0,n,t,n):this._context.bezierCurveTo(this._x0,this._y0=(this._y0+n)/2,t,this._y0,t,n);break}}this._x0=t,this._y0=n}};function Mw(e){return new Yh(e,!0)}function Sw(e){return new Yh(e,!1)}var HO=$e(3),dy={draw(e,t){let n=$e(t+fy(t/28,.75))*.59436,i=n/2,r=i*HO;e.moveTo(0,n),e.lineTo(0,-n),e.moveTo(-r,-i),e.lineTo(r,i),e.moveTo(-r,i),e.lineTo(r,-i)}},ho={draw(e,t){let n=$e(t/xl);e.moveTo(n,0),e.arc(0,0,n,0,Qh)}},py={draw(e,t){let n=$e(t/5)/2;e.moveTo(-3*n,-n),e.lineTo(-n,-n),e.lineTo(-n,-3*n),e.lineTo(n,-3*n),e.lineTo(n,-n),e.lineTo(3*n,-n),e.lineTo(3*n,n),e.lineTo(n,n),e.lineTo(n,3*n),e.lineTo(-n,3*n),e.lineTo(-n,n),e.lineTo(-3*n,n),e.closePath()}},ww=$e(1/3),WO=ww*2,my={draw(e,t){let n=$e(t/WO),i=n*ww;e.moveTo(0,-n),e.lineTo(i,0),e.lineTo(0,n),e.lineTo(-i,0),e.closePath()}},gy={draw(e,t){let n=$e(t)*.62625;e.moveTo(0,-n),e.lineTo(n,0),e.lineTo(0,n),e.lineTo(-n,0),e.closePath()}},yy={draw(e,t){let n=$e(t-fy(t/7,2))*.87559;e.moveTo(-n,0),e.lineTo(n,0),e.moveTo(0,n),e.lineTo(0,-n)}},xy={draw(e,t){let n=$e(t),i=-n/2;e.rect(i,i,n,n)}},_y={draw(e,t){let n=$e(t)*.4431;e.moveTo(n,n),e.lineTo(n,-n),e.lineTo(-n,-n),e.lineTo(-n,n),e.closePath()}},$O=.8908130915292852,Tw=qh(xl/10)/qh(7*xl/10),XO=qh(Qh/10)*Tw,qO=-pw(Qh/10)*Tw,vy={draw(e,t){let n=$e(t*$O),i=XO*n,r=qO*n;e.moveTo(0,-n),e.lineTo(i,r);for(let s=1;s<5;++s){let o=Qh*s/5,a=pw(o),c=qh(o);e.lineTo(c*n,-a*n),e.lineTo(a*i-c*r,c*i+a*r)}e.closePath()}},cy=$e(3),by={draw(e,t){let n=-$e(t/(cy*3));e.moveTo(0,n*2),e.lineTo(-cy*n,-n),e.lineTo(cy*n,-n),e.closePath()}},YO=$e(3),My={draw(e,t){let n=$e(t)*.6824,i=n/2,r=n*YO/2;e.moveTo(0,-n),e.lineTo(r,i),e.lineTo(-r,i),e.closePath()}},di=-.5,pi=$e(3)/2,uy=1/$e(12),ZO=(uy/2+1)*3,Sy={draw(e,t){let n=$e(t/ZO),i=n/2,r=n*uy,s=i,o=n*uy+n,a=-s,c=o;e.moveTo(i,r),e.lineTo(s,o),e.lineTo(a,c),e.lineTo(di*i-pi*r,pi*i+di*r),e.lineTo(di*s-pi*o,pi*s+di*o),e.lineTo(di*a-pi*c,pi*a+di*c),e.lineTo(di*i+pi*r,di*r-pi*i),e.lineTo(di*s+pi*o,di*o-pi*s),e.lineTo(di*a+pi*c,di*c-pi*a),e.closePath()}},wy={draw(e,t){let n=$e(t-fy(t/6,1.7))*.6189;e.moveTo(-n,-n),e.lineTo(n,n),e.moveTo(-n,n),e.lineTo(n,-n)}},Aw=[ho,py,my,xy,vy,by,Sy],Ew=[ho,yy,wy,My,dy,_y,gy];function bs(){}function Zh(e,t,n){e._context.bezierCurveTo((2*e._x0+e._x1)/3,(2*e._y0+e._y1)/3,(e._x0+2*e._x1)/3,(e._y0+2*e._y1)/3,(e._x0+4*e._x1+t)/6,(e._y0+4*e._y1+n)/6)}function jh(e){this._context=e}jh.prototype={areaStart:function(){this._line=0},areaEnd:function(){this._line=NaN},lineStart:function(){this._x0=this._x1=this._y0=this._y1=NaN,this._point=0},lineEnd:function(){switch(this._point){case 3:Zh(this,this._x1,this._y1);case 2:this._context.lineTo(this._x1,this._y1);break}(this._line||this._line!==0&&this._point===1)&&this._context.closePath(),this._line=1-this._line},point:function(e,t){switch(e=+e,t=+t,this._point){case 0:this._point=1,this._line?this._context.lineTo(e,t):this._context.moveTo(e,t);break;case 1:this._point=2;break;case 2:this._point=3,this._context.lineTo((5*this._x0+this._x1)/6,(5*this._y0+this._y1)/6);default:Zh(this,e,t);break}this._x0=this._x1,this._x1=e,this._y0=this._y1,this._y1=t}};function Cw(e){return new jh(e)}function Rw(e){this._context=e}Rw.prototype={areaStart:bs,areaEnd:bs,lineStart:function(){this._x0=this._x1=this._x2=this._x3=this._x4=this._y0=this._y1=this._y2=this._y3=this._y4=NaN,this._point=0},lineEnd:function(){switch(this._point){case 1:{this._context.moveTo(this._x2,this._y2),this._context.closePath();break}case 2:{this._context.moveTo((this._x2+2*this._x3)/3,(this._y2+2*this._y3)/3),this._context.lineTo((this._x3+2*this._x2)/3,(this._y3+2*this._y2)/3),this._context.closePath();break}case 3:{this.point(this._x2,this._y2),this.point(this._x3,this._y3),this.point(this._x4,this._y4);break}}},point:function(e,t){switch(e=+e,t=+t,this._point){case 0:this._point=1,this._x2=e,this._y2=t;break;case 1:this._point=2,this._x3=e,this._y3=t;break;case 2:this._point=3,this._x4=e,this._y4=t,this._context.moveTo((this._x0+4*this._x1+e)/6,(this._y0+4*this._y1+t)/6);break;default:Zh(this,e,t);break}this._x0=this._x1,this._x1=e,this._y0=this._y1,this._y1=t}};function Iw(e){return new Rw(e)}function Pw(e){this._context=e}Pw.prototype={areaStart:function(){this._line=0},areaEnd:function(){this._line=NaN},lineStart:function(){this._x0=this._x1=this._y0=this._y1=NaN,this._point=0},lineEnd:function(){(this._line||this._line!==0&&this._point===3)&&this._context.closePath(),this._line=1-this._line},point:function(e,t){switch(e=+e,t=+t,this._point){case 0:this._point=1;break;case 1:this._point=2;break;case 2:this._point=3;var n=(this._x0+4*this._x1+e)/6,i=(this._y0+4*this._y1+t)/6;this._line?this._context.lineTo(n,i):this._context.moveTo(n,i);break;case 3:this._point=4;default:Zh(this,e,t);break}this._x0=this._x1,this._x1=e,this._y0=this._y1,this._y1=t}};function Lw(e){return new Pw(e)}function Nw(e,t){this._basis=new jh(e),this._beta=t}Nw.prototype={lineStart:function(){this._x=[],this._y=[],this._basis.lineStart()},lineEnd:function(){var e=this._x,t=this._y,n=e.length-1;if(n>0)for(var i=e[0],r=t[0],s=e[n]-i,o=t[n]-r,a=-1,c;++a<=n;)c=a/n,this._basis.point(this._beta*e[a]+(1-this._beta)*(i+c*s),this._beta*t[a]+(1-this._beta)*(r+c*o));this._x=this._y=null,this._basis.lineEnd()},point:function(e,t){this._x.push(+e),this._y.push(+t)}};var Dw=(function e(t){function n(i){return t===1?new jh(i):new Nw(i,t)}return n.beta=function(i){return e(+i)},n})(.85);function Jh(e,t,n){e._context.bezierCurveTo(e._x1+e._k*(e._x2-e._x0),e._y1+e._k*(e._y2-e._y0),e._x2+e._k*(e._x1-t),e._y2+e._k*(e._y1-n),e._x2,e._y2)}function Ty(e,t){this._context=e,this._k=(1-t)/6}Ty.prototype={areaStart:function(){this._line=0},areaEnd:function(){this._line=NaN},lineStart:function(){this._x0=this._x1=this._x2=this._y0=this._y1=this._y2=NaN,this._point=0},lineEnd:function(){switch(this._point){case 2:this._context.lineTo(this._x2,this._y2);break;case 3:Jh(this,this._x1,this._y1);break}(this._line||this._line!==0&&this._point===1)&&this._context.closePath(),this._line=1-this._line},point:function(e,t){switch(e=+e,t=+t,this._point){case 0:this._point=1,this._line?this._context.lineTo(e,t):this._context.moveTo(e,t);break;case 1:this._point=2,this._x1=e,this._y1=t;break;case 2:this._point=3;default:Jh(this,e,t);break}this._x0=this._x1,this._x1=this._x2,this._x2=e,this._y0=this._y1,this._y1=this._y2,this._y2=t}};var Fw=(function e(t){function n(i){return new Ty(i,t)}return n.tension=function(i){return e(+i)},n})(0);function Ay(e,t){this._context=e,this._k=(1-t)/6}Ay.prototype={areaStart:bs,areaEnd:bs,lineStart:function(){this._x0=this._x1=this._x2=this._x3=this._x4=this._x5=this._y0=this._y1=this._y2=this._y3=this._y4=this._y5=NaN,this._point=0},lineEnd:function(){switch(this._point){case 1:{this._context.moveTo(this._x3,this._y3),this._context.closePath();break}case 2:{this._context.lineTo(this._x3,this._y3),this._context.closePath();break}case 3:{this.point(this._x3,this._y3),this.point(this._x4,this._y4),this.point(this._x5,this._y5);break}}},point:function(e,t){switch(e=+e,t=+t,this._point){case 0:this._point=1,this._x3=e,this._y3=t;break;case 1:this._point=2,this._context.moveTo(this._x4=e,this._y4=t);break;case 2:this._point=3,this._x5=e,this._y5=t;break;default:Jh(this,e,t);break}this._x0=this._x1,this._x1=this._x2,this._x2=e,this._y0=this._y1,this._y1=this._y2,this._y2=t}};var Uw=(function e(t){function n(i){return new Ay(i,t)}return n.tension=function(i){return e(+i)},n})(0);function Ey(e,t){this._context=e,this._k=(1-t)/6}Ey.prototype={areaStart:function(){this._line=0},areaEnd:function(){this._line=NaN},lineStart:function(){this._x0=this._x1=this._x2=this._y0=this._y1=this._y2=NaN,this._point=0},lineEnd:function(){(this._line||this._line!==0&&this._point===3)&&this._context.closePath(),this._line=1-this._line},point:function(e,t){switch(e=+e,t=+t,this._point){case 0:this._point=1;break;case 1:this._point=2;break;case 2:this._point=3,this._line?this._context.lineTo(this._x2,this._y2):this._context.moveTo(this._x2,this._y2);break;case 3:this._point=4;default:Jh(this,e,t);break}this._x0=this._x1,this._x1=this._x2,this._x2=e,this._y0=this._y1,this._y1=this._y2,this._y2=t}};var Ow=(function e(t){function n(i){return new Ey(i,t)}return n.tension=function(i){return e(+i)},n})(0);function Cy(e,t,n){var i=e._x1,r=e._y1,s=e._x2,o=e._y2;if(e._l01_a>lw){var a=2*e._l01_2a+3*e._l01_a*e._l12_a+e._l12_2a,c=3*e._l01_a*(e._l01_a+e._l12_a);i=(i*a-e._x0*e._l12_2a+e._x2*e._l01_2a)/c,r=(r*a-e._y0*e._l12_2a+e._y2*e._l01_2a)/c}if(e._l23_a>lw){var l=2*e._l23_2a+3*e._l23_a*e._l12_a+e._l12_2a,u=3*e._l23_a*(e._l23_a+e._l12_a);s=(s*l+e._x1*e._l23_2a-t*e._l12_2a)/u,o=(o*l+e._y1*e._l23_2a-n*e._l12_2a)/u}e._context.bezierCurveTo(i,r,s,o,e._x2,e._y2)}function Bw(e,t){this._context=e,this._alpha=t}Bw.prototype={areaStart:function(){this._line=0},areaEnd:function(){this._line=NaN},lineStart:function(){this._x0=this._x1=this._x2=this._y0=this._y1=this._y2=NaN,this._l01_a=this._l12_a=this._l23_a=this._l01_2a=this._l12_2a=this._l23_2a=this._point=0},lineEnd:function(){switch(this._point){case 2:this._context.lineTo(this._x2,this._y2);break;case 3:this.point(this._x2,this._y2);break}(this._line||this._line!==0&&this._point===1)&&this._context.closePath(),this._line=1-this._line},point:function(e,t){if(e=+e,t=+t,this._point){var n=this._x2-e,i=this._y2-t;this._l23_a=Math.sqrt(this._l23_2a=Math.pow(n*n+i*i,this._alpha))}switch(this._point){case 0:this._point=1,this._line?this._context.lineTo(e,t):this._context.moveTo(e,t);break;case 1:this._point=2;break;case 2:this._point=3;default:Cy(this,e,t);break}this._l01_a=this._l12_a,this._l12_a=this._l23_a,this._l01_2a=this._l12_2a,this._l12_2a=this._l23_2a,this._x0=this._x1,this._x1=this._x2,this._x2=e,this._y0=this._y1,this._y1=this._y2,this._y2=t}};var kw=(function e(t){function n(i){return t?new Bw(i,t):new Ty(i,0)}return n.alpha=function(i){return e(+i)},n})(.5);function zw(e,t){this._context=e,this._alpha=t}zw.prototype={areaStart:bs,areaEnd:bs,lineStart:function(){this._x0=this._x1=this._x2=this._x3=this._x4=this._x5=this._y0=this._y1=this._y2=this._y3=this._y4=this._y5=NaN,this._l01_a=this._l12_a=this._l23_a=this._l01_2a=this._l12_2a=this._l23_2a=this._point=0},lineEnd:function(){switch(this._point){case 1:{this._context.moveTo(this._x3,this._y3),this._context.closePath();break}case 2:{this._context.lineTo(this._x3,this._y3),this._context.closePath();break}case 3:{this.point(this._x3,this._y3),this.point(this._x4,this._y4),this.point(this._x5,this._y5);break}}},point:function(e,t){if(e=+e,t=+t,this._point){var n=this._x2-e,i=this._y2-t;this._l23_a=Math.sqrt(this._l23_2a=Math.pow(n*n+i*i,this._alpha))}switch(this._point){case 0:this._point=1,this._x3=e,this._y3=t;break;case 1:this._point=2,this._context.moveTo(this._x4=e,this._y4=t);break;case 2:this._point=3,this._x5=e,this._y5=t;break;default:Cy(this,e,t);break}this._l01_a=this._l12_a,this._l12_a=this._l23_a,this._l01_2a=this._l12_2a,this._l12_2a=this._l23_2a,this._x0=this._x1,this._x1=this._x2,this._x2=e,this._y0=this._y1,this._y1=this._y2,this._y2=t}};var Gw=(function e(t){function n(i){return t?new zw(i,t):new Ay(i,0)}return n.alpha=function(i){return e(+i)},n})(.5);function Vw(e,t){this._context=e,this._alpha=t}Vw.prototype={areaStart:function(){this._line=0},areaEnd:function(){this._line=NaN},lineStart:function(){this._x0=this._x1=this._x2=this._y0=this._y1=this._y2=NaN,this._l01_a=this._l12_a=this._l23_a=this._l01_2a=this._l12_2a=this._l23_2a=this._point=0},lineEnd:function(){(this._line||this._line!==0&&this._point===3)&&this._context.closePath(),this._line=1-this._line},point:function(e,t){if(e=+e,t=+t,this._point){var n=this._x2-e,i=this._y2-t;this._l23_a=Math.sqrt(this._l23_2a=Math.pow(n*n+i*i,this._alpha))}switch(this._point){case 0:this._point=1;break;case 1:this._point=2;break;case 2:this._point=3,this._line?this._context.lineTo(this._x2,this._y2):this._context.moveTo(this._x2,this._y2);break;case 3:this._point=4;default:Cy(this,e,t);break}this._l01_a=this._l12_a,this._l12_a=this._l23_a,this._l01_2a=this._l12_2a,this._l12_2a=this._l23_2a,this._x0=this._x1,this._x1=this._x2,this._x2=e,this._y0=this._y1,this._y1=this._y2,this._y2=t}};var Hw=(function e(t){function n(i){return t?new Vw(i,t):new Ey(i,0)}return n.alpha=function(i){return e(+i)},n})(.5);function Ww(e){this._context=e}Ww.prototype={areaStart:bs,areaEnd:bs,lineStart:function(){this._point=0},lineEnd:function(){this._point&&this._context.closePath()},point:function(e,t){e=+e,t=+t,this._point?this._context.lineTo(e,t):(this._point=1,this._context.moveTo(e,t))}};function $w(e){return new Ww(e)}function uw(e){return e<0?-1:1}function fw(e,t,n){var i=e._x1-e._x0,r=t-e._x1,s=(e._y1-e._y0)/(i||r<0&&-0),o=(n-e._y1)/(r||i<0&&-0),a=(s*r+o*i)/(i+r);return(uw(s)+uw(o))*Math.min(Math.abs(s),Math.abs(o),.5*Math.abs(a))||0}function hw(e,t){var n=e._x1-e._x0;return n?(3*(e._y1-e._y0)/n-t)/2:t}function ly(e,t,n){var i=e._x0,r=e._y0,s=e._x1,o=e._y1,a=(s-i)/3;e._context.bezierCurveTo(i+a,r+a*t,s-a,o-a*n,s,o)}function Kh(e){this._context=e}Kh.prototype={areaStart:function(){this._line=0},areaEnd:function(){this._line=NaN},lineStart:function(){this._x0=this._x1=this._y0=this._y1=this._t0=NaN,this._point=0},lineEnd:function(){switch(this._point){case 2:this._context.lineTo(this._x1,this._y1);break;case 3:ly(this,this._t0,hw(this,this._t0));break}(this._line||this._line!==0&&this._point===1)&&this._context.closePath(),this._line=1-this._line},point:function(e,t){var n=NaN;if(e=+e,t=+t,!(e===this._x1&&t===this._y1)){switch(this._point){case 0:this._point=1,this._line?this._context.lineTo(e,t):this._context.moveTo(e,t);break;case 1:this._point=2;break;case 2:this._point=3,ly(this,hw(this,n=fw(this,e,t)),n);break;default:ly(this,this._t0,n=fw(this,e,t));break}this._x0=this._x1,this._x1=e,this._y0=this._y1,this._y1=t,this._t0=n}}};function Xw(e){this._context=new qw(e)}(Xw.prototype=Object.create(Kh.prototype)).point=function(e,t){Kh.prototype.point.call(this,t,e)};function qw(e){this._context=e}qw.prototype={moveTo:function(e,t){this._context.moveTo(t,e)},closePath:function(){this._context.closePath()},lineTo:function(e,t){this._context.lineTo(t,e)},bezierCurveTo:function(e,t,n,i,r,s){this._context.bezierCurveTo(t,e,i,n,s,r)}};function Yw(e){return new Kh(e)}function Zw(e){return new Xw(e)}function Jw(e){this._context=e}Jw.prototype={areaStart:function(){this._line=0},areaEnd:function(){this._line=NaN},lineStart:function(){this._x=[],this._y=[]},lineEnd:function(){var e=this._x,t=this._y,n=e.length;if(n)if(this._line?this._context.lineTo(e[0],t[0]):this._context.moveTo(e[0],t[0]),n===2)this._context.lineTo(e[1],t[1]);else for(var i=dw(e),r=dw(t),s=0,o=1;o<n;++s,++o)this._context.bezierCurveTo(i[0][s],r[0][s],i[1][s],r[1][s],e[o],t[o]);(this._line||this._line!==0&&n===1)&&this._context.closePath(),this._line=1-this._line,this._x=this._y=null},point:function(e,t){this._x.push(+e),this._y.push(+t)}};function dw(e){var t,n=e.length-1,i,r=new Array(n),s=new Array(n),o=new Array(n);for(r[0]=0,s[0]=2,o[0]=e[0]+2*e[1],t=1;t<n-1;++t)r[t]=1,s[t]=4,o[t]=4*e[t]+2*e[t+1];for(r[n-1]=2,s[n-1]=7,o[n-1]=8*e[n-1]+e[n],t=1;t<n;++t)i=r[t]/s[t-1],s[t]-=i,o[t]-=i*o[t-1];for(r[n-1]=o[n-1]/s[n-1],t=n-2;t>=0;--t)r[t]=(o[t]-r[t+1])/s[t];for(s[n-1]=(e[n]+r[n-1])/2,t=0;t<n-1;++t)s[t]=2*e[t+1]-r[t+1];return[r,s]}function Kw(e){return new Jw(e)}function td(e,t){this._context=e,this._t=t}td.prototype={areaStart:function(){this._line=0},areaEnd:function(){this._line=NaN},lineStart:function(){this._x=this._y=NaN,this._point=0},lineEnd:function(){0<this._t&&this._t<1&&this._point===2&&this._context.lineTo(this._x,this._y),(this._line||this._line!==0&&this._point===1)&&this._context.closePath(),this._line>=0&&(this._t=1-this._t,this._line=1-this._line)},point:function(e,t){switch(e=+e,t=+t,this._point){case 0:this._point=1,this._line?this._context.lineTo(e,t):this._context.moveTo(e,t);break;case 1:this._point=2;default:{if(this._t<=0)this._context.lineTo(this._x,t),this._context.lineTo(e,t);else{var n=this._x*(1-this._t)+e*this._t;this._context.lineTo(n,this._y),this._context.lineTo(n,t)}break}}this._x=e,this._y=t}};function Qw(e){return new td(e,.5)}function jw(e){return new td(e,0)}function tT(e){return new td(e,1)}function mi(e){return e!=null&&!Number.isNaN(e)}function mn(e,t){return+mi(t)-+mi(e)||pn(e,t)}function po(e,t){return+mi(t)-+mi(e)||Pr(e,t)}function _l(e){return e!=null&&`${e}`!=""}function Ry(e){return isFinite(e)?e:NaN}function mo(e){return e>0&&isFinite(e)?e:NaN}function Ta(e){return e<0&&isFinite(e)?e:NaN}function ed(e,t){if(e instanceof Date||(e=new Date(+e)),isNaN(e))return typeof t=="function"?t(e):t;let n=e.getUTCHours(),i=e.getUTCMinutes(),r=e.getUTCSeconds(),s=e.getUTCMilliseconds();return`${JO(e.getUTCFullYear(),4)}-${Gr(e.getUTCMonth()+1,2)}-${Gr(e.getUTCDate(),2)}${n||i||r||s?`T${Gr(n,2)}:${Gr(i,2)}${r||s?`:${Gr(r,2)}${s?`.${Gr(s,3)}`:""}`:""}Z`:""}`}function JO(e){return e<0?`-${Gr(-e,6)}`:e>9999?`+${Gr(e,6)}`:Gr(e,4)}function Gr(e,t){return`${e}`.padStart(t,"0")}var KO=/^(?:[-+]\d{2})?\d{4}(?:-\d{2}(?:-\d{2})?)?(?:T\d{2}:\d{2}(?::\d{2}(?:\.\d{3})?)?(?:Z|[-+]\d{2}:?\d{2})?)?$/;function vl(e,t){return KO.test(e+="")?new Date(e):typeof t=="function"?t(e):t}function Vr(e){if(e==null)return;let t=e[0],n=e[e.length-1];return Pr(t,n)}var Ea=1e3,Ss=Ea*60,ws=Ss*60,sr=ws*24,rr=sr*7,go=sr*30,Ms=sr*365,Iy=[["millisecond",1],["2 milliseconds",2],["5 milliseconds",5],["10 milliseconds",10],["20 milliseconds",20],["50 milliseconds",50],["100 milliseconds",100],["200 milliseconds",200],["500 milliseconds",500],["second",Ea],["5 seconds",5*Ea],["15 seconds",15*Ea],["30 seconds",30*Ea],["minute",Ss],["5 minutes",5*Ss],["15 minutes",15*Ss],["30 minutes",30*Ss],["hour",ws],["3 hours",3*ws],["6 hours",6*ws],["12 hours",12*ws],["day",sr],["2 days",2*sr],["week",rr],["2 weeks",2*rr],["month",go],["3 months",3*go],["6 months",6*go],["year",Ms],["2 years",2*Ms],["5 years",5*Ms],["10 years",10*Ms],["20 years",20*Ms],["50 years",50*Ms],["100 years",100*Ms]],Py=new Map([["second",Ea],["minute",Ss],["hour",ws],["day",sr],["monday",rr],["tuesday",rr],["wednesday",rr],["thursday",rr],["friday",rr],["saturday",rr],["sunday",rr],["week",rr],["month",go],["year",Ms]]),nT=new Map([["second",Tn],["minute",eo],["hour",io],["day",ji],["monday",oo],["tuesday",Lg],["wednesday",Ng],["thursday",kr],["friday",Dg],["saturday",Fg],["sunday",tr],["week",tr],["month",lo],["year",Fn]]),Ly=new Map([["second",Tn],["minute",no],["hour",ro],["day",cl],["monday",co],["tuesday",Ug],["wednesday",Og],["thursday",zr],["friday",Bg],["saturday",kg],["sunday",er],["week",er],["month",uo],["year",Un]]),Ca=Symbol("intervalDuration"),id=Symbol("intervalType");for(let[e,t]of nT)t[Ca]=Py.get(e),t[id]="time";for(let[e,t]of Ly)t[Ca]=Py.get(e),t[id]="utc";var bl=[["year",Un,"utc"],["month",uo,"utc"],["day",cl,"utc",6*go],["hour",ro,"utc",3*sr],["minute",no,"utc",6*ws],["second",Tn,"utc",30*Ss]],nd=[["year",Fn,"time"],["month",lo,"time"],["day",ji,"time",6*go],["hour",io,"time",3*sr],["minute",eo,"time",6*ws],["second",Tn,"time",30*Ss]],QO=[bl[0],nd[0],bl[1],nd[1],bl[2],nd[2],...bl.slice(3)];function iT(e){let t=`${e}`.toLowerCase();t.endsWith("s")&&(t=t.slice(0,-1));let n=1,i=/^(?:(\d+)\s+)/.exec(t);switch(i&&(t=t.slice(i[0].length),n=+i[1]),t){case"quarter":t="month",n*=3;break;case"half":t="month",n*=6;break}let r=Ly.get(t);if(!r)throw new Error(`unknown interval: ${e}`);if(n>1&&!r.every)throw new Error(`non-periodic interval: ${t}`);return[t,n]}function Ny(e){return rT(iT(e),"time")}function Ml(e){return rT(iT(e),"utc")}function rT([e,t],n){let i=(n==="time"?nT:Ly).get(e);return t>1&&(i=i.every(t),i[Ca]=Py.get(e)*t,i[id]=n),i}function Dy(e,t){if(!(t>1))return;let n=e[Ca];if(!Iy.some(([,r])=>r===n)||n%sr===0&&sr<n&&n<go)return;let[i]=Iy[sa(([,r])=>Math.log(r)).center(Iy,Math.log(n*t))];return(e[id]==="time"?Ny:Ml)(i)}function eT(e,t,n){let i=t==="time"?hl:nr;if(n==null)return i(e==="year"?"%Y":e==="month"?"%Y-%m":e==="day"?"%Y-%m-%d":e==="hour"||e==="minute"?"%Y-%m-%dT%H:%M":e==="second"?"%Y-%m-%dT%H:%M:%S":"%Y-%m-%dT%H:%M:%S.%L");let r=jO(n);switch(e){case"millisecond":return Aa(i(".%L"),i(":%M:%S"),r);case"second":return Aa(i(":%S"),i("%-I:%M"),r);case"minute":return Aa(i("%-I:%M"),i("%p"),r);case"hour":return Aa(i("%-I %p"),i("%b %-d"),r);case"day":return Aa(i("%-d"),i("%b"),r);case"month":return Aa(i("%b"),i("%Y"),r);case"year":return i("%Y")}throw new Error("unable to format time ticks")}function jO(e){return e==="left"||e==="right"?(t,n)=>`
+${t}
+${n}`:e==="top"?(t,n)=>`${n}
+${t}`:(t,n)=>`${t}
+${n}`}function t4(e){return e==="time"?nd:e==="utc"?bl:QO}function sT(e,t,n){let i=Mn(e1(t,(r,s)=>Math.abs(s-r)));if(i<1e3)return eT("millisecond","utc",n);for(let[r,s,o,a]of t4(e)){if(i>a||r==="hour"&&!i)break;if(t.every(c=>s.floor(c)>=c))return eT(r,o,n)}}function Aa(e,t,n){return(i,r,s)=>{let o=e(i,r),a=t(i,r),c=r-Vr(s);return r!==c&&s[c]!==void 0&&a===t(s[c],c)?o:n(o,a)}}var Uy=Object.getPrototypeOf(Uint8Array),e4=Object.prototype.toString;function Li(e){return e instanceof Array||e instanceof Uy}function cT(e){return e instanceof Uy&&!n4(e)}function lT(e){return e?.prototype instanceof Uy&&!i4(e)}function n4(e){return e instanceof BigInt64Array||e instanceof BigUint64Array}function i4(e){return e===BigInt64Array||e===BigUint64Array}var Oy=Symbol("reindex");function Se(e,t,n){let i=typeof t;return i==="string"?TT(e)?By(e.getChild(t),n):oT(e,ky(t),n):i==="function"?oT(e,t,n):i==="number"||t instanceof Date||i==="boolean"?de(e,Kn(t),n):typeof t?.transform=="function"?Fy(t.transform(e),n):r4(Fy(t,n),e?.[Oy])}function r4(e,t){return e!=null&&t?od(e,t):e}function oT(e,t,n){return de(e,lT(n)?(i,r)=>zy(t(i,r)):t,n)}function Fy(e,t){return t===void 0?cr(e):AT(e)?By(e,t):e instanceof t?e:t.from(e,lT(t)&&!cT(e)?zy:void 0)}function By(e,t){return e==null?e:(t===void 0||t===Array)&&c4(e.type)?Gy(aT(e)):Fy(aT(e),t)}function aT(e){return e.nullCount?e.toJSON():e.toArray()}var Ra=[null],ky=e=>t=>{let n=t[e];return n===void 0&&t.type==="Feature"?t.properties?.[e]:n},or={transform:En},pe={transform:e=>e};var uT=()=>1,fT=()=>!0,De=e=>e==null?e:`${e}`,Fe=e=>e==null?e:+e;var rd=e=>e?e[0]:void 0,Sl=e=>e?e[1]:void 0;var Kn=e=>()=>e;function hT(e){let t=+`${e}`.slice(1)/100;return(n,i)=>Ir(n,t,i)}function ar(e){return cT(e)?e:de(e,zy,Float64Array)}function zy(e){return e==null?NaN:Number(e)}function Gy(e){return de(e,Vy)}function Vy(e){return e instanceof Date&&!isNaN(e)?e:typeof e=="string"?vl(e):e==null||isNaN(e=Number(e))?void 0:new Date(e)}function On(e,t){return e===void 0&&(e=t),e===null?[void 0,"none"]:Fa(e)?[void 0,e]:[e,void 0]}function Pe(e,t){return e===void 0&&(e=t),e===null||typeof e=="number"?[void 0,e]:[e,void 0]}function Hy(e,t,n){if(e!=null)return An(e,t,n)}function An(e,t,n){let i=`${e}`.toLowerCase();if(!n.includes(i))throw new Error(`invalid ${t}: ${e}`);return i}function Hr(e){return TT(e)?e:cr(e)}function cr(e){if(e==null||Li(e))return e;if(AT(e))return By(e);if(dT(e))switch(e.type){case"FeatureCollection":return e.features;case"GeometryCollection":return e.geometries;default:return[e]}return Array.from(e)}function dT(e){switch(e?.type){case"FeatureCollection":case"GeometryCollection":case"Feature":case"LineString":case"MultiLineString":case"MultiPoint":case"MultiPolygon":case"Point":case"Polygon":case"Sphere":return!0;default:return!1}}function de(e,t,n=Array){return e==null?e:e instanceof n?e.map(t):n.from(e,t)}function Ts(e,t=Array){return e instanceof t?e.slice():t.from(e)}function Wy({x:e,x1:t,x2:n}){return e!==void 0||t!==void 0||n!==void 0}function $y({y:e,y1:t,y2:n}){return e!==void 0||t!==void 0||n!==void 0}function sd(e){return Wy(e)||$y(e)||e.interval!==void 0}function Ni(e){return e?.toString===e4}function Ia(e){return Ni(e)&&(e.type!==void 0||e.domain!==void 0)}function Pa(e){return Ni(e)&&typeof e.transform!="function"}function As(e){return Pa(e)&&e.value===void 0&&e.channel===void 0}function Xy(e,t,n,i=pe){return t===void 0&&n===void 0?(t=0,n=e===void 0?i:e):t===void 0?t=e===void 0?0:e:n===void 0&&(n=e===void 0?0:e),[t,n]}function Di(e,t){return e===void 0&&t===void 0?[rd,Sl]:[e,t]}function La({z:e,fill:t,stroke:n}={}){return e===void 0&&([e]=On(t)),e===void 0&&([e]=On(n)),e}function Es(e){return Li(e)?e.length:e?.numRows}function En(e){let t=Es(e),n=new Uint32Array(t);for(let i=0;i<t;++i)n[i]=i;return n}function od(e,t){return Li(e)?de(t,n=>e[n],e.constructor):de(t,n=>e.at(n))}function pT(e,t,n){return e.subarray?e.subarray(t,n):e.slice(t,n)}function gi(e){return e!==null&&typeof e=="object"?e.valueOf():e}function mT(e,t){if(t[e]!==void 0)return t[e];switch(e){case"x1":case"x2":e="x";break;case"y1":case"y2":e="y";break}return t[e]}function Na(e){let t;return[{transform:()=>t,label:Fi(e)},n=>t=n]}function yi(e){return e==null?[e]:Na(e)}function Fi(e,t){return typeof e=="string"?e:e&&e.label!==void 0?e.label:t}function Da(e,t){return{transform(n){let i=e.transform(n),r=t.transform(n);return Ne(i)||Ne(r)?de(i,(s,o)=>new Date((+i[o]+ +r[o])/2)):de(i,(s,o)=>(+i[o]+ +r[o])/2,Float64Array)},label:e.label}}function wl(e,t){let n=qy(t?.interval,t?.type);return n?de(e,n):e}function qy(e,t){let n=ad(e,t);return n&&(i=>mi(i)?n.floor(i):i)}function ad(e,t){if(e!=null){if(typeof e=="number")return s4(e);if(typeof e=="string")return(t==="time"?Ny:Ml)(e);if(typeof e.floor!="function")throw new Error("invalid interval; missing floor method");if(typeof e.offset!="function")throw new Error("invalid interval; missing offset method");return e}}function s4(e){e=+e,0<e&&e<1&&Number.isInteger(1/e)&&(e=-1/e);let t=Math.abs(e);return e<0?{floor:n=>Math.floor(n*t)/t,offset:(n,i=1)=>(n*t+Math.floor(i))/t,range:(n,i)=>aa(Math.ceil(n*t),i*t).map(r=>r/t)}:{floor:n=>Math.floor(n/t)*t,offset:(n,i=1)=>n+t*Math.floor(i),range:(n,i)=>aa(Math.ceil(n/t),i/t).map(r=>r*t)}}function lr(e,t){if(e=ad(e,t),e&&typeof e.range!="function")throw new Error("invalid interval: missing range method");return e}function gT(e,t){if(e=lr(e,t),e&&typeof e.ceil!="function")throw new Error("invalid interval: missing ceil method");return e}function yT(e){return Cs(e)&&typeof e?.floor=="function"&&e.floor()instanceof Date}function Cs(e){return typeof e?.range=="function"}function ur(e){return e===void 0||Pa(e)?e:{value:e}}function xT(e){return e==null?null:{transform:t=>Se(t,e,Float64Array),label:Fi(e)}}function Bn(e){return e&&typeof e[Symbol.iterator]=="function"}function cd(e){for(let t of e)if(t!=null)return typeof t!="object"||t instanceof Date}function Yy(e){for(let t of e){if(t==null)continue;let n=typeof t;return n==="string"||n==="boolean"}}function Ne(e){for(let t of e)if(t!=null)return t instanceof Date}function _T(e){for(let t of e)if(t!=null)return typeof t=="string"&&isNaN(t)&&vl(t)}function vT(e){for(let t of e)if(t!=null){if(typeof t!="string")return!1;if(t.trim())return!isNaN(t)}}function bT(e){for(let t of e)if(t!=null)return typeof t=="number"}function ld(e,t){let n;for(let i of e)if(i!=null){if(!t(i))return!1;n=!0}return n}var o4=new Set("none,currentcolor,transparent,aliceblue,antiquewhite,aqua,aquamarine,azure,beige,bisque,black,blanchedalmond,blue,blueviolet,brown,burlywood,cadetblue,chartreuse,chocolate,coral,cornflowerblue,cornsilk,crimson,cyan,darkblue,darkcyan,darkgoldenrod,darkgray,darkgreen,darkgrey,darkkhaki,darkmagenta,darkolivegreen,darkorange,darkorchid,darkred,darksalmon,darkseagreen,darkslateblue,darkslategray,darkslategrey,darkturquoise,darkviolet,deeppink,deepskyblue,dimgray,dimgrey,dodgerblue,firebrick,floralwhite,forestgreen,fuchsia,gainsboro,ghostwhite,gold,goldenrod,gray,green,greenyellow,grey,honeydew,hotpink,indianred,indigo,ivory,khaki,lavender,lavenderblush,lawngreen,lemonchiffon,lightblue,lightcoral,lightcyan,lightgoldenrodyellow,lightgray,lightgreen,lightgrey,lightpink,lightsalmon,lightseagreen,lightskyblue,lightslategray,lightslategrey,lightsteelblue,lightyellow,lime,limegreen,linen,magenta,maroon,mediumaquamarine,mediumblue,mediumorchid,mediumpurple,mediumseagreen,mediumslateblue,mediumspringgreen,mediumturquoise,mediumvioletred,midnightblue,mintcream,mistyrose,moccasin,navajowhite,navy,oldlace,olive,olivedrab,orange,orangered,orchid,palegoldenrod,palegreen,paleturquoise,palevioletred,papayawhip,peachpuff,peru,pink,plum,powderblue,purple,rebeccapurple,red,rosybrown,royalblue,saddlebrown,salmon,sandybrown,seagreen,seashell,sienna,silver,skyblue,slateblue,slategray,slategrey,snow,springgreen,steelblue,tan,teal,thistle,tomato,turquoise,violet,wheat,white,whitesmoke,yellow".split(","));function Fa(e){return typeof e!="string"?!1:(e=e.toLowerCase().trim(),/^#[0-9a-f]{3,8}$/.test(e)||/^(?:url|var|rgb|rgba|hsl|hsla|hwb|lab|lch|oklab|oklch|color|color-mix)\(.*\)$/.test(e)||o4.has(e))}function MT(e){return typeof e=="number"&&(0<=e&&e<=1||isNaN(e))}function nn(e){return e==null||yo(e)}function yo(e){return/^\s*none\s*$/i.test(e)}function ST(e){return/^\s*round\s*$/i.test(e)}function ud(e,t){return Hy(e,t,["middle","top-left","top","top-right","right","bottom-right","bottom","bottom-left","left"])}function Rs(e="middle"){return ud(e,"frameAnchor")}function wT(e={},...t){let n=e;for(let i of t)for(let r in i)if(n[r]===void 0){let s=i[r];n===e?n={...n,[r]:s}:n[r]=s}return n}function a4(e){console.warn("named iterables are deprecated; please use an object instead");let t=new Set;return Object.fromEntries(Array.from(e,n=>{let{name:i}=n;if(i==null)throw new Error("missing name");let r=`${i}`;if(r==="__proto__")throw new Error(`illegal name: ${r}`);if(t.has(r))throw new Error(`duplicate name: ${r}`);return t.add(r),[i,n]}))}function Zy(e){return Bn(e)?a4(e):e}function fd(e){return e===!0?e="frame":e===!1?e=null:!dT(e)&&e!=null&&(e=An(e,"clip",["frame","sphere"]),e==="sphere"&&(e={type:"Sphere"})),e}function TT(e){return e&&typeof e.getChild=="function"&&typeof e.toArray=="function"&&e.schema&&Array.isArray(e.schema.fields)}function AT(e){return e&&typeof e.toArray=="function"&&e.type}function c4(e){return e&&(e.typeId===8||e.typeId===10)&&e.unit===1}var xi=Symbol("position"),Qn=Symbol("color"),xo=Symbol("radius"),_o=Symbol("length"),vo=Symbol("opacity"),Ua=Symbol("symbol"),ET=Symbol("projection"),me=new Map([["x",xi],["y",xi],["fx",xi],["fy",xi],["r",xo],["color",Qn],["opacity",vo],["symbol",Ua],["length",_o],["projection",ET]]);function CT(e){return e===xi||e===ET}function RT(e){return e===xi||e===xo||e===_o||e===vo}var l4=Math.sqrt(3),u4=2/l4,f4={draw(e,t){let n=Math.sqrt(t/Math.PI),i=n*u4,r=i/2;e.moveTo(0,i),e.lineTo(n,r),e.lineTo(n,-r),e.lineTo(0,-i),e.lineTo(-n,-r),e.lineTo(-n,r),e.closePath()}},Jy=new Map([["asterisk",dy],["circle",ho],["cross",py],["diamond",my],["diamond2",gy],["hexagon",f4],["plus",yy],["square",xy],["square2",_y],["star",vy],["times",wy],["triangle",by],["triangle2",My],["wye",Sy]]);function Ky(e){return e&&typeof e.draw=="function"}function IT(e){return Ky(e)?!0:typeof e!="string"?!1:Jy.has(e.toLowerCase())}function Oa(e){if(e==null||Ky(e))return e;let t=Jy.get(`${e}`.toLowerCase());if(t)return t;throw new Error(`invalid symbol: ${e}`)}function PT(e){if(e==null||Ky(e))return[void 0,e];if(typeof e=="string"){let t=Jy.get(`${e}`.toLowerCase());if(t)return[void 0,t]}return[e,void 0]}function bo({filter:e,sort:t,reverse:n,transform:i,initializer:r,...s}={},o){if(i===void 0&&(e!=null&&(i=LT(e)),t!=null&&!As(t)&&(i=Qy(i,tx(t))),n&&(i=Qy(i,NT))),o!=null&&r!=null)throw new Error("transforms cannot be applied after initializers");return{...s,...(t===null||As(t))&&{sort:t},transform:Qy(i,o)}}function Wr({filter:e,sort:t,reverse:n,initializer:i,...r}={},s){return i===void 0&&(e!=null&&(i=LT(e)),t!=null&&!As(t)&&(i=jy(i,tx(t))),n&&(i=jy(i,NT))),{...r,...(t===null||As(t))&&{sort:t},initializer:jy(i,s)}}function Qy(e,t){return e==null?t===null?void 0:t:t==null?e===null?void 0:e:function(n,i,r){return{data:n,facets:i}=e.call(this,n,i,r),t.call(this,Hr(n),i,r)}}function jy(e,t){return e==null?t===null?void 0:t:t==null?e===null?void 0:e:function(n,i,r,...s){let o,a,c,l,u,h;return{data:a=n,facets:c=i,channels:o}=e.call(this,n,i,r,...s),{data:u=a,facets:h=c,channels:l}=t.call(this,a,c,{...r,...o},...s),{data:u,facets:h,channels:{...o,...l}}}}function h4(e,t){return(e.initializer!=null?Wr:bo)(e,t)}function LT(e){return(t,n)=>{let i=Se(t,e);return{data:t,facets:n.map(r=>r.filter(s=>i[s]))}}}function NT(e,t){return{data:e,facets:t.map(n=>n.slice().reverse())}}function DT(e,{sort:t,...n}={}){return{...(Pa(e)&&e.channel!==void 0?Wr:h4)(n,tx(e)),sort:As(t)?t:null}}function tx(e){return(typeof e=="function"&&e.length!==1?d4:p4)(e)}function d4(e){return(t,n)=>{let i=Li(t)?(r,s)=>e(t[r],t[s]):(r,s)=>e(t.get(r),t.get(s));return{data:t,facets:n.map(r=>r.slice().sort(i))}}}function p4(e){let t,n;({channel:t,value:e,order:n}={...ur(e)});let i=t?.startsWith("-");if(i&&(t=t.slice(1)),n===void 0&&(n=i?po:mn),typeof n!="function")switch(`${n}`.toLowerCase()){case"ascending":n=mn;break;case"descending":n=po;break;default:throw new Error(`invalid order: ${n}`)}return(r,s,o)=>{let a;if(t===void 0)a=Se(r,e);else{if(o===void 0)throw new Error("channel sort requires an initializer");if(a=o[t],!a)return{};a=a.value}let c=(l,u)=>n(a[l],a[u]);return{data:r,facets:s.map(l=>l.slice().sort(c))}}}function Al(e,...t){for(let{name:n}of e)if(t.includes(n))return!0;return!1}function OT(e,t,n=ex){let i=Object.entries(e);return t.title!=null&&e.title===void 0&&i.push(["title",_4]),t.href!=null&&e.href===void 0&&i.push(["href",hd]),i.filter(([,r])=>r!==void 0).map(([r,s])=>s===null?m4(r):n(r,s,t))}function ex(e,t,n,i=nx){let r;Ni(t)&&"reduce"in t&&(r=t.scale,t=t.reduce);let s=i(e,t,n),[o,a]=Na(s.label),c;return{name:e,output:r===void 0?o:{value:o,scale:r},initialize(l){s.initialize(l),c=a([])},scope(l,u){s.scope(l,u)},reduce(l,u){c.push(s.reduce(l,u))}}}function m4(e){return{name:e,initialize(){},scope(){},reduce(){}}}function nx(e,t,n,i=El){let r=mT(e,n),s=i(t,r),o,a;return{label:Fi(s===Tl?null:r,s.label),initialize(c){o=r===void 0?c:Se(c,r),s.scope==="data"&&(a=s.reduceIndex(En(c),o))},scope(c,l){s.scope===c&&(a=s.reduceIndex(l,o))},reduce(c,l){return s.scope==null?s.reduceIndex(c,o,l):s.reduceIndex(c,o,a,l)}}}function ix(e,t){return t?Xs(e,n=>t[n]):[[,e]]}function El(e,t,n=g4){if(e==null)return n(e);if(typeof e.reduceIndex=="function")return e;if(typeof e.reduce=="function"&&Ni(e))return y4(e);if(typeof e=="function")return x4(e);if(/^p\d{2}$/i.test(e))return $r(hT(e));switch(`${e}`.toLowerCase()){case"first":return hd;case"last":return v4;case"identity":return rx;case"count":return Tl;case"distinct":return b4;case"sum":return t==null?Tl:M4;case"proportion":return UT(t,"data");case"proportion-facet":return UT(t,"facet");case"deviation":return $r(Im);case"min":return $r(si);case"min-index":return $r(Zb);case"max":return $r(Mn);case"max-index":return $r(Yb);case"mean":return FT(jb);case"median":return FT(Gc);case"variance":return $r(Rm);case"mode":return $r(t1)}return n(e)}function g4(e){throw new Error(`invalid reduce: ${e}`)}function BT(e,t){for(let n in t){let i=t[n];if(i!==void 0&&!e.some(r=>r.name===n))return i}}function kT(e,t,n){if(t){let i=t.output.transform(),r=(s,o)=>mn(i[s],i[o]);e.forEach(s=>s.sort(r))}n&&e.forEach(i=>i.reverse())}function y4(e){return console.warn("deprecated reduce interface; implement reduceIndex instead."),{...e,reduceIndex:e.reduce.bind(e)}}function x4(e){return{reduceIndex(t,n,i){return e(od(n,t),i)}}}function $r(e){return{reduceIndex(t,n){return e(t,i=>n[i])}}}function FT(e){return{reduceIndex(t,n){let i=e(t,r=>n[r]);return Ne(n)?new Date(i):i}}}var rx={reduceIndex(e,t){return od(t,e)}},hd={reduceIndex(e,t){return t[e[0]]}},_4={reduceIndex(e,t){let i=ia(Lr(e,s=>s.length,s=>t[s]),Sl),r=i.slice(-5).reverse();if(r.length<i.length){let s=i.slice(0,-4);r[4]=[`… ${s.length.toLocaleString("en-US")} more`,Ci(s,Sl)]}return r.map(([s,o])=>`${s} (${o.toLocaleString("en-US")})`).join(`
+`)}},v4={reduceIndex(e,t){return t[e[e.length-1]]}},Tl={label:"Frequency",reduceIndex(e){return e.length}},b4={label:"Distinct",reduceIndex(e,t){let n=new Xi;for(let i of e)n.add(t[i]);return n.size}},M4=$r(Ci);function UT(e,t){return e==null?{scope:t,label:"Frequency",reduceIndex:(n,i,r=1)=>n.length/r}:{scope:t,reduceIndex:(n,i,r=1)=>Ci(n,s=>i[s])/r}}var zT={reduceIndex(e,t,{z:n}){return n}};function Ba(e,{scale:t,type:n,value:i,filter:r,hint:s,label:o=Fi(i)},a){return s===void 0&&typeof i?.transform=="function"&&(s=i.hint),ox(a,{scale:t,type:n,value:Se(e,i),label:o,filter:r,hint:s})}function VT(e,t){return Object.fromEntries(Object.entries(e).map(([n,i])=>[n,Ba(t,i,n)]))}function HT(e,t){let n=Object.fromEntries(Object.entries(e).map(([i,{scale:r,value:s}])=>{let o=r==null?null:t[r];return[i,o==null?s:de(s,o)]}));return n.channels=e,n}function ox(e,t){let{scale:n,value:i}=t;if(n===!0||n==="auto")switch(e){case"fill":case"stroke":case"color":t.scale=n!==!0&&ld(i,Fa)?null:"color",t.defaultScale="color";break;case"fillOpacity":case"strokeOpacity":case"opacity":t.scale=n!==!0&&ld(i,MT)?null:"opacity",t.defaultScale="opacity";break;case"symbol":n!==!0&&ld(i,IT)?(t.scale=null,t.value=de(i,Oa)):t.scale="symbol",t.defaultScale="symbol";break;default:t.scale=me.has(e)?e:null;break}else if(n===!1)t.scale=null;else if(n!=null&&!me.has(n))throw new Error(`unknown scale: ${n}`);return t}function WT(e,t,n,i,r){let{order:s,reverse:o,reduce:a=!0,limit:c}=r;for(let l in r){if(!me.has(l))continue;let{value:u,order:h=s,reverse:f=o,reduce:d=a,limit:p=c}=ur(r[l]),y=u?.startsWith("-");if(y&&(u=u.slice(1)),h=h===void 0?y!==(u==="width"||u==="height")?XT:$T:T4(h),d==null||d===!1)continue;let m=l==="fx"||l==="fy"?w4(t,i[l]):S4(n,l);if(!m)throw new Error(`missing channel for scale: ${l}`);let g=m.value,[_=0,S=1/0]=Bn(p)?p:p<0?[p]:[0,p];if(u==null)m.domain=()=>{let v=Array.from(new Xi(g));return f&&(v=v.reverse()),(_!==0||S!==1/0)&&(v=v.slice(_,S)),v};else{let v=u==="data"?e:u==="height"?GT(n,"y1","y2"):u==="width"?GT(n,"x1","x2"):sx(n,u,u==="y"?"y2":u==="x"?"x2":void 0),w=El(d===!0?"max":d,v);m.domain=()=>{let b=$b(En(g),x=>w.reduceIndex(x,v),x=>g[x]);return h&&b.sort(h),f&&b.reverse(),(_!==0||S!==1/0)&&(b=b.slice(_,S)),b.map(rd)}}}}function S4(e,t){for(let n in e){let i=e[n];if(i.scale===t)return i}}function w4(e,t){let n=e.original;if(n===e)return t;let i=t.value,r=t.value=[];for(let s=0;s<n.length;++s){let o=i[n[s][0]];for(let a of e[s])r[a]=o}return t}function GT(e,t,n){let i=sx(e,t),r=sx(e,n);return de(r,(s,o)=>Math.abs(s-i[o]),Float64Array)}function sx(e,t,n){let i=e[t];if(!i&&n!==void 0&&(i=e[n]),i)return i.value;throw new Error(`missing channel: ${t}`)}function T4(e){if(e==null||typeof e=="function")return e;switch(`${e}`.toLowerCase()){case"ascending":return $T;case"descending":return XT}throw new Error(`invalid order: ${e}`)}function $T([e,t],[n,i]){return mn(t,i)||mn(e,n)}function XT([e,t],[n,i]){return po(t,i)||mn(e,n)}function ax(e,t){let n=e[t];if(n){for(;n.source;)n=n.source;return n.source===null?null:n}}var KT=new Map([["accent",jS],["category10",QS],["dark2",tw],["observable10",ew],["paired",nw],["pastel1",iw],["pastel2",rw],["set1",sw],["set2",ow],["set3",aw],["tableau10",cw]]);function QT(e){return e!=null&&KT.has(`${e}`.toLowerCase())}var qT=new Map([...KT,["brbg",Xr(e0,n0)],["prgn",Xr(i0,r0)],["piyg",Xr(s0,o0)],["puor",Xr(a0,c0)],["rdbu",Xr(Wh,gl)],["rdgy",Xr(l0,u0)],["rdylbu",Xr($h,yl)],["rdylgn",Xr(f0,h0)],["spectral",Xr(d0,p0)],["burd",YT(Wh,gl)],["buylrd",YT($h,yl)],["blues",rn(k0,z0)],["greens",rn(G0,V0)],["greys",rn(H0,W0)],["oranges",rn(Z0,J0)],["purples",rn($0,X0)],["reds",rn(q0,Y0)],["turbo",qr(iy)],["viridis",qr(ry)],["magma",qr(sy)],["inferno",qr(oy)],["plasma",qr(ay)],["cividis",qr(K0)],["cubehelix",qr(Q0)],["warm",qr(j0)],["cool",qr(ty)],["bugn",rn(m0,g0)],["bupu",rn(y0,x0)],["gnbu",rn(_0,v0)],["orrd",rn(b0,M0)],["pubu",rn(T0,A0)],["pubugn",rn(S0,w0)],["purd",rn(E0,C0)],["rdpu",rn(R0,I0)],["ylgn",rn(N0,D0)],["ylgnbu",rn(P0,L0)],["ylorbr",rn(F0,U0)],["ylorrd",rn(O0,B0)],["rainbow",ZT(ey)],["sinebow",ZT(ny)]]);function rn(e,t){return({length:n})=>n===1?[e[3][1]]:n===2?[e[3][1],e[3][2]]:(n=Math.max(3,Math.floor(n)),n>9?Sn(t,n):e[n])}function Xr(e,t){return({length:n})=>n===2?[e[3][0],e[3][2]]:(n=Math.max(3,Math.floor(n)),n>11?Sn(t,n):e[n])}function YT(e,t){return({length:n})=>n===2?[e[3][2],e[3][0]]:(n=Math.max(3,Math.floor(n)),n>11?Sn(i=>t(1-i),n):e[n].slice().reverse())}function qr(e){return({length:t})=>Sn(e,Math.max(2,Math.floor(t)))}function ZT(e){return({length:t})=>Sn(e,Math.floor(t)+1).slice(0,-1)}function cx(e){let t=`${e}`.toLowerCase();if(!qT.has(t))throw new Error(`unknown ordinal scheme: ${t}`);return qT.get(t)}function Cl(e,t){let n=cx(e),i=typeof n=="function"?n({length:t}):n;return i.length!==t?i.slice(0,t):i}function jT(e,t="greys"){let n=new Set,[i,r]=Cl(t,2);for(let s of e)if(s!=null)if(s===!0)n.add(r);else if(s===!1)n.add(i);else return;return[...n]}var JT=new Map([["brbg",n0],["prgn",r0],["piyg",o0],["puor",c0],["rdbu",gl],["rdgy",u0],["rdylbu",yl],["rdylgn",h0],["spectral",p0],["burd",e=>gl(1-e)],["buylrd",e=>yl(1-e)],["blues",z0],["greens",V0],["greys",W0],["purples",X0],["reds",Y0],["oranges",J0],["turbo",iy],["viridis",ry],["magma",sy],["inferno",oy],["plasma",ay],["cividis",K0],["cubehelix",Q0],["warm",j0],["cool",ty],["bugn",g0],["bupu",x0],["gnbu",v0],["orrd",M0],["pubugn",w0],["pubu",A0],["purd",C0],["rdpu",I0],["ylgnbu",L0],["ylgn",D0],["ylorbr",U0],["ylorrd",B0],["rainbow",ey],["sinebow",ny]]);function ka(e){let t=`${e}`.toLowerCase();if(!JT.has(t))throw new Error(`unknown quantitative scheme: ${t}`);return JT.get(t)}var A4=new Set(["brbg","prgn","piyg","puor","rdbu","rdgy","rdylbu","rdylgn","spectral","burd","buylrd"]);function tA(e){return e!=null&&A4.has(`${e}`.toLowerCase())}var ux=e=>t=>e(1-t),lx=[0,1],eA=new Map([["number",He],["rgb",Ks],["hsl",q1],["hcl",J1],["lab",Y1]]);function fx(e){let t=`${e}`.toLowerCase();if(!eA.has(t))throw new Error(`unknown interpolator: ${t}`);return eA.get(t)}function Ga(e,t,n,{type:i,nice:r,clamp:s,zero:o,domain:a=uA(e,n),unknown:c,round:l,scheme:u,interval:h,range:f=me.get(e)===xo?I4(n,a):me.get(e)===_o?P4(n,a):me.get(e)===vo?lx:void 0,interpolate:d=me.get(e)===Qn?u==null&&f!==void 0?Ks:ka(u!==void 0?u:i==="cyclical"?"rainbow":"turbo"):l?$c:He,reverse:p}){if(a=nA(a),h=lr(h,i),(i==="cyclical"||i==="sequential")&&(i="linear"),typeof d!="function"&&(d=fx(d)),p=!!p,f!==void 0){let y=a.length,m=(f=nA(f)).length;if(y!==m){if(d.length===1)throw new Error("invalid piecewise interpolator");d=xs(d,f),f=void 0}}if(d.length===1?(p&&(d=ux(d),p=!1),f===void 0&&(f=Float64Array.from(a,(y,m)=>m/(a.length-1)),f.length===2&&(f=lx)),t.interpolate((f===lx?Kn:Rl)(d))):t.interpolate(d),o){let[y,m]=on(a);(y>0||m<0)&&(a=Ts(a),(Vr(a)||1)===Math.sign(y)?a[0]=0:a[a.length-1]=0)}return p&&(a=ca(a)),t.domain(a).unknown(c),r&&(t.nice(E4(r,i)),a=t.domain()),f!==void 0&&t.range(f),s&&t.clamp(s),{type:i,domain:a,range:f,scale:t,interpolate:d,interval:h}}function nA(e){return e=cr(e),e.length>=2?e:[e[0],e[0]]}function E4(e,t){return e===!0?void 0:typeof e=="number"?e:gT(e,t)}function iA(e,t,n){return Ga(e,ml(),t,n)}function rA(e,t,n){return hx(e,t,{...n,exponent:.5})}function hx(e,t,{exponent:n=1,...i}){return Ga(e,qg().exponent(n),t,{...i,type:"pow"})}function sA(e,t,{base:n=10,domain:i=L4(t),...r}){return Ga(e,$g().base(n),t,{...r,domain:i})}function oA(e,t,{constant:n=1,...i}){return Ga(e,Xg().constant(n),t,i)}function aA(e,t,{range:n,quantiles:i=n===void 0?5:(n=[...n]).length,n:r=i,scheme:s="rdylbu",domain:o=N4(t),unknown:a,interpolate:c,reverse:l}){return n===void 0&&(n=c!==void 0?Sn(c,r):me.get(e)===Qn?Cl(s,r):void 0),o.length>0&&(o=Yg(o,n===void 0?{length:r}:n).quantiles()),dd(e,t,{domain:o,range:n,reverse:l,unknown:a})}function cA(e,t,{range:n,n:i=n===void 0?5:(n=[...n]).length,scheme:r="rdylbu",domain:s=uA(e,t),unknown:o,interpolate:a,reverse:c}){let[l,u]=on(s),h;return n===void 0?(h=ms(l,u,i),h[0]<=l&&h.splice(0,1),h[h.length-1]>=u&&h.pop(),i=h.length+1,n=a!==void 0?Sn(a,i):me.get(e)===Qn?Cl(r,i):void 0):(h=Sn(He(l,u),i+1).slice(1,-1),l instanceof Date&&(h=h.map(f=>new Date(f)))),Vr(cr(s))<0&&h.reverse(),dd(e,t,{domain:h,range:n,reverse:c,unknown:o})}function dd(e,t,{domain:n=[0],unknown:i,scheme:r="rdylbu",interpolate:s,range:o=s!==void 0?Sn(s,n.length+1):me.get(e)===Qn?Cl(r,n.length+1):void 0,reverse:a}){n=cr(n);let c=Vr(n);if(!isNaN(c)&&!C4(n,c))throw new Error(`the ${e} scale has a non-monotonic domain`);return a&&(o=ca(o)),{type:"threshold",scale:Zg(c<0?ca(n):n,o===void 0?[]:o).unknown(i),domain:n,range:o}}function C4(e,t){for(let n=1,i=e.length,r=e[0];n<i;++n){let s=Pr(r,r=e[n]);if(s!==0&&s!==t)return!1}return!0}function lA(e){return{type:"identity",scale:RT(me.get(e))?Wg():t=>t}}function za(e,t=Ry){return e.length?[si(e,({value:n})=>n===void 0?n:si(n,t)),Mn(e,({value:n})=>n===void 0?n:Mn(n,t))]:[0,1]}function uA(e,t){let n=me.get(e);return(n===xo||n===vo||n===_o?R4:za)(t)}function R4(e){return[0,e.length?Mn(e,({value:t})=>t===void 0?t:Mn(t,Ry)):1]}function I4(e,t){let n=e.find(({radius:o})=>o!==void 0);if(n!==void 0)return[0,n.radius];let i=Ir(e,.5,({value:o})=>o===void 0?NaN:Ir(o,.25,mo)),r=t.map(o=>3*Math.sqrt(o/i)),s=30/Mn(r);return s<1?r.map(o=>o*s):r}function P4(e,t){let n=Gc(e,({value:s})=>s===void 0?NaN:Gc(s,Math.abs)),i=t.map(s=>12*s/n),r=60/Mn(i);return r<1?i.map(s=>s*r):i}function L4(e){for(let{value:t}of e)if(t!==void 0)for(let n of t){if(n>0)return za(e,mo);if(n<0)return za(e,Ta)}return[1,10]}function N4(e){let t=[];for(let{value:n}of e)if(n!==void 0)for(let i of n)t.push(i);return t}function Rl(e){return(t,n)=>i=>e(t+i*(n-t))}var dx=0,px;function fA(){let e=dx;return dx=0,px=void 0,e}function kn(e){e!==px&&(px=e,console.warn(e),++dx)}function pd(e,t,n,i,{type:r,nice:s,clamp:o,domain:a=za(i),unknown:c,pivot:l=0,scheme:u,range:h,symmetric:f=!0,interpolate:d=me.get(e)===Qn?u==null&&h!==void 0?Ks:ka(u!==void 0?u:"rdbu"):He,reverse:p}){l=+l,a=cr(a);let[y,m]=a;if(a.length>2&&kn(`Warning: the diverging ${e} scale domain contains extra elements.`),Pr(y,m)<0&&([y,m]=[m,y],p=!p),y=Math.min(y,l),m=Math.max(m,l),typeof d!="function"&&(d=fx(d)),h!==void 0&&(d=d.length===1?Rl(d)(...h):xs(d,h)),p&&(d=ux(d)),f){let g=n.apply(l),_=g-n.apply(y),S=n.apply(m)-g;_<S?y=n.invert(g-S):_>S&&(m=n.invert(g+_))}return t.domain([y,l,m]).unknown(c).interpolator(d),o&&t.clamp(o),s&&t.nice(s),{type:r,domain:[y,m],pivot:l,interpolate:d,scale:t}}function hA(e,t,n){return pd(e,Kg(),D4,t,n)}function dA(e,t,n){return mx(e,t,{...n,exponent:.5})}function mx(e,t,{exponent:n=1,...i}){return pd(e,t0().exponent(n=+n),O4(n),t,{...i,type:"diverging-pow"})}function pA(e,t,{base:n=10,pivot:i=1,domain:r=za(t,i<0?Ta:mo),...s}){return pd(e,Qg().base(n=+n),F4,t,{domain:r,pivot:i,...s})}function mA(e,t,{constant:n=1,...i}){return pd(e,jg().constant(n=+n),B4(n),t,i)}var D4={apply(e){return e},invert(e){return e}},F4={apply:Math.log,invert:Math.exp},U4={apply(e){return Math.sign(e)*Math.sqrt(Math.abs(e))},invert(e){return Math.sign(e)*(e*e)}};function O4(e){return e===.5?U4:{apply(t){return Math.sign(t)*Math.pow(Math.abs(t),e)},invert(t){return Math.sign(t)*Math.pow(Math.abs(t),1/e)}}}function B4(e){return{apply(t){return Math.sign(t)*Math.log1p(Math.abs(t/e))},invert(t){return Math.sign(t)*Math.expm1(Math.abs(t))*e}}}function gA(e,t,n,i){return Ga(e,t,n,i)}function yA(e,t,n){return gA(e,JS(),t,n)}function xA(e,t,n){return gA(e,KS(),t,n)}var Va=Symbol("ordinal");function vA(e,t,n,{type:i,interval:r,domain:s,range:o,reverse:a,hint:c}){return r=lr(r,i),s===void 0&&(s=TA(n,r,e)),(i==="categorical"||i===Va)&&(i="ordinal"),a&&(s=ca(s)),s=t.domain(s).domain(),o!==void 0&&(typeof o=="function"&&(o=o(s)),t.range(o)),{type:i,domain:s,range:o,scale:t,hint:c,interval:r}}function bA(e,t,{type:n,interval:i,domain:r,range:s,scheme:o,unknown:a,...c}){i=lr(i,n),r===void 0&&(r=TA(t,i,e));let l;if(me.get(e)===Ua)l=k4(t),s=s===void 0?z4(l):de(s,Oa);else if(me.get(e)===Qn&&(s===void 0&&(n==="ordinal"||n===Va)&&(s=jT(r,o),s!==void 0&&(o=void 0)),o===void 0&&s===void 0&&(o=n==="ordinal"?"turbo":"observable10"),o!==void 0))if(s!==void 0){let u=ka(o),h=s[0],f=s[1]-s[0];s=({length:d})=>Sn(p=>u(h+f*p),d)}else s=cx(o);if(a===Uh)throw new Error(`implicit unknown on ${e} scale is not supported`);return vA(e,Bh().unknown(a),t,{...c,type:n,domain:r,range:s,hint:l})}function MA(e,t,{align:n=.5,padding:i=.5,...r}){return wA(WS().align(n).padding(i),t,r,e)}function SA(e,t,{align:n=.5,padding:i=.1,paddingInner:r=i,paddingOuter:s=e==="fx"||e==="fy"?0:i,...o}){return wA(wa().align(n).paddingInner(r).paddingOuter(s),t,o,e)}function wA(e,t,n,i){let{round:r}=n;return r!==void 0&&e.round(r=!!r),e=vA(i,e,t,n),e.round=r,e}function TA(e,t,n){let i=new Xi;for(let{value:r,domain:s}of e){if(s!==void 0)return s();if(r!==void 0)for(let o of r)i.add(o)}if(t!==void 0){let[r,s]=on(i).map(t.floor,t);return t.range(r,t.offset(s))}if(i.size>1e4&&me.get(n)===xi)throw new Error(`implicit ordinal domain of ${n} scale has more than 10,000 values`);return ia(i,mn)}function _A(e,t){let n;for(let{hint:i}of e){let r=i?.[t];if(r!==void 0){if(n===void 0)n=r;else if(n!==r)return}}return n}function k4(e){return{fill:_A(e,"fill"),stroke:_A(e,"stroke")}}function z4(e){return nn(e.fill)?Ew:Aw}function Il(e,{label:t,inset:n=0,insetTop:i=n,insetRight:r=n,insetBottom:s=n,insetLeft:o=n,round:a,nice:c,clamp:l,zero:u,align:h,padding:f,projection:d,facet:{label:p=t}={},...y}={}){let m={};for(let[g,_]of e){let S=y[g],v=H4(g,_,{round:me.get(g)===xi?a:void 0,nice:c,clamp:l,zero:u,align:h,padding:f,projection:d,...S});if(v){let{label:w=g==="fx"||g==="fy"?p:t,percent:b,transform:x,inset:M,insetTop:R=M!==void 0?M:g==="y"?i:0,insetRight:E=M!==void 0?M:g==="x"?r:0,insetBottom:C=M!==void 0?M:g==="y"?s:0,insetLeft:N=M!==void 0?M:g==="x"?o:0}=S||{};if(x==null)x=void 0;else if(typeof x!="function")throw new Error("invalid scale transform; not a function");v.percent=!!b,v.label=w===void 0?G4(_,v):w,v.transform=x,g==="x"||g==="fx"?(v.insetLeft=+N,v.insetRight=+E):(g==="y"||g==="fy")&&(v.insetTop=+R,v.insetBottom=+C),m[g]=v}}return m}function yx(e){let t={},n={scales:t};for(let[i,r]of Object.entries(e)){let{scale:s,type:o,interval:a,label:c}=r;t[i]=q4(r),n[i]=s,s.type=o,a!=null&&(s.interval=a),c!=null&&(s.label=c)}return n}function IA(e,t){let{x:n,y:i,fx:r,fy:s}=e,o=r||s?gd(t):t;r&&AA(r,o),s&&EA(s,o);let a=r||s?xx(e,t):t;n&&AA(n,a),i&&EA(i,a)}function G4(e=[],t){let n;for(let{label:i}of e)if(i!==void 0){if(n===void 0)n=i;else if(n!==i)return}if(n!==void 0)return!fr(t)&&t.percent&&(n=`${n} (%)`),{inferred:!0,toString:()=>n}}function PA(e){return Math.sign(Vr(e.domain()))*Math.sign(Vr(e.range()))}function gd(e){let{marginTop:t,marginRight:n,marginBottom:i,marginLeft:r,width:s,height:o,facet:{marginTop:a,marginRight:c,marginBottom:l,marginLeft:u}}=e;return{marginTop:Math.max(t,a),marginRight:Math.max(n,c),marginBottom:Math.max(i,l),marginLeft:Math.max(r,u),width:s,height:o}}function xx({fx:e,fy:t},n){let{marginTop:i,marginRight:r,marginBottom:s,marginLeft:o,width:a,height:c}=gd(n);return{marginTop:i,marginRight:r,marginBottom:s,marginLeft:o,width:e?e.scale.bandwidth()+o+r:a,height:t?t.scale.bandwidth()+i+s:c,facet:{width:a,height:c}}}function AA(e,t){if(e.range===void 0){let{insetLeft:n,insetRight:i}=e,{width:r,marginLeft:s=0,marginRight:o=0}=t,a=s+n,c=r-o-i;e.range=[a,Math.max(a,c)],fr(e)||(e.range=NA(e)),e.scale.range(e.range)}LA(e)}function EA(e,t){if(e.range===void 0){let{insetTop:n,insetBottom:i}=e,{height:r,marginTop:s=0,marginBottom:o=0}=t,a=s+n,c=r-o-i;e.range=[Math.max(a,c),a],fr(e)?e.range.reverse():e.range=NA(e),e.scale.range(e.range)}LA(e)}function LA(e){e.round===void 0&&$4(e)&&V4(e)<=30&&e.scale.round(!0)}function V4({scale:e}){let t=e.domain().length,[n,i]=e.range(),r=e.paddingInner?e.paddingInner():1,s=e.paddingOuter?e.paddingOuter():e.padding(),o=t-r,a=Math.abs(i-n)/Math.max(1,o+s*2);return(a-Math.floor(a))*o}function NA(e){let t=e.scale.domain().length+_x(e);if(!(t>2))return e.range;let[n,i]=e.range;return Array.from({length:t},(r,s)=>n+s/(t-1)*(i-n))}function H4(e,t=[],n={}){let i=W4(e,t,n);if(n.type===void 0&&n.domain===void 0&&n.range===void 0&&n.interval==null&&e!=="fx"&&e!=="fy"&&fr({type:i})){let r=t.map(({value:s})=>s).filter(s=>s!==void 0);r.some(Ne)?kn(`Warning: some data associated with the ${e} scale are dates. Dates are typically associated with a "utc" or "time" scale rather than a "${Ha(i)}" scale. If you are using a bar mark, you probably want a rect mark with the interval option instead; if you are using a group transform, you probably want a bin transform instead. If you want to treat this data as ordinal, you can specify the interval of the ${e} scale (e.g., d3.utcDay), or you can suppress this warning by setting the type of the ${e} scale to "${Ha(i)}".`):r.some(_T)?kn(`Warning: some data associated with the ${e} scale are strings that appear to be dates (e.g., YYYY-MM-DD). If these strings represent dates, you should parse them to Date objects. Dates are typically associated with a "utc" or "time" scale rather than a "${Ha(i)}" scale. If you are using a bar mark, you probably want a rect mark with the interval option instead; if you are using a group transform, you probably want a bin transform instead. If you want to treat this data as ordinal, you can suppress this warning by setting the type of the ${e} scale to "${Ha(i)}".`):r.some(vT)&&kn(`Warning: some data associated with the ${e} scale are strings that appear to be numbers. If these strings represent numbers, you should parse or coerce them to numbers. Numbers are typically associated with a "linear" scale rather than a "${Ha(i)}" scale. If you want to treat this data as ordinal, you can specify the interval of the ${e} scale (e.g., 1 for integers), or you can suppress this warning by setting the type of the ${e} scale to "${Ha(i)}".`)}switch(n.type=i,i){case"diverging":case"diverging-sqrt":case"diverging-pow":case"diverging-log":case"diverging-symlog":case"cyclical":case"sequential":case"linear":case"sqrt":case"threshold":case"quantile":case"pow":case"log":case"symlog":n=md(t,n,ar);break;case"identity":switch(me.get(e)){case xi:n=md(t,n,ar);break;case Ua:n=md(t,n,X4);break}break;case"utc":case"time":n=md(t,n,Gy);break}switch(i){case"diverging":return hA(e,t,n);case"diverging-sqrt":return dA(e,t,n);case"diverging-pow":return mx(e,t,n);case"diverging-log":return pA(e,t,n);case"diverging-symlog":return mA(e,t,n);case"categorical":case"ordinal":case Va:return bA(e,t,n);case"cyclical":case"sequential":case"linear":return iA(e,t,n);case"sqrt":return rA(e,t,n);case"threshold":return dd(e,t,n);case"quantile":return aA(e,t,n);case"quantize":return cA(e,t,n);case"pow":return hx(e,t,n);case"log":return sA(e,t,n);case"symlog":return oA(e,t,n);case"utc":return xA(e,t,n);case"time":return yA(e,t,n);case"point":return MA(e,t,n);case"band":return SA(e,t,n);case"identity":return lA(e);case void 0:return;default:throw new Error(`unknown scale type: ${i}`)}}function Ha(e){return typeof e=="symbol"?e.description:e}function CA(e){return typeof e=="string"?`${e}`.toLowerCase():e}var RA={toString:()=>"projection"};function W4(e,t,{type:n,domain:i,range:r,scheme:s,pivot:o,projection:a}){if(n=CA(n),e==="fx"||e==="fy")return"band";(e==="x"||e==="y")&&a!=null&&(n=RA);for(let u of t){let h=CA(u.type);if(h!==void 0){if(n===void 0)n=h;else if(n!==h)throw new Error(`scale incompatible with channel: ${n} !== ${h}`)}}if(n===RA)return;if(n!==void 0)return n;if(i===void 0&&!t.some(({value:u})=>u!==void 0))return;let c=me.get(e);if(c===xo)return"sqrt";if(c===vo||c===_o)return"linear";if(c===Ua)return"ordinal";let l=(i??r)?.length;if(l<2||l>2)return gx(c);if(i!==void 0){if(Yy(i))return gx(c);if(Ne(i))return"utc"}else{let u=t.map(({value:h})=>h).filter(h=>h!==void 0);if(u.some(Yy))return gx(c);if(u.some(Ne))return"utc"}if(c===Qn){if(o!=null||tA(s))return"diverging";if(QT(s))return"categorical"}return"linear"}function gx(e){switch(e){case xi:return"point";case Qn:return Va;default:return"ordinal"}}function fr({type:e}){return e==="ordinal"||e==="point"||e==="band"||e===Va}function _x({type:e}){return e==="threshold"}function $4({type:e}){return e==="point"||e==="band"}function Ui(e){if(e===void 0)return!0;let t=e.domain(),n=e(t[0]);for(let i=1,r=t.length;i<r;++i)if(e(t[i])-n)return!1;return!0}function md(e,{domain:t,...n},i){for(let r of e)r.value!==void 0&&(t===void 0&&(t=r.value?.domain),r.value=i(r.value));return{domain:t===void 0?t:i(t),...n}}function X4(e){return de(e,Oa)}function DA(e){return t=>{if(!me.has(t=`${t}`))throw new Error(`unknown scale: ${t}`);return e[t]}}function q4({scale:e,type:t,domain:n,range:i,interpolate:r,interval:s,transform:o,percent:a,pivot:c}){if(t==="identity")return{type:"identity",apply:u=>u,invert:u=>u};let l=e.unknown?e.unknown():void 0;return{type:t,domain:Ts(n),...i!==void 0&&{range:Ts(i)},...o!==void 0&&{transform:o},...a&&{percent:a},...l!==void 0&&{unknown:l},...s!==void 0&&{interval:s},...r!==void 0&&{interpolate:r},...e.clamp&&{clamp:e.clamp()},...c!==void 0&&{pivot:c,symmetric:!1},...e.base&&{base:e.base()},...e.exponent&&{exponent:e.exponent()},...e.constant&&{constant:e.constant()},...e.align&&{align:e.align(),round:e.round()},...e.padding&&(e.paddingInner?{paddingInner:e.paddingInner(),paddingOuter:e.paddingOuter()}:{padding:e.padding()}),...e.bandwidth&&{bandwidth:e.bandwidth(),step:e.step()},apply:u=>e(u),...e.invert&&{invert:u=>e.invert(u)}}}function UA(e,t){let{fx:n,fy:i}=Il(e,t),r=n?.scale.domain(),s=i?.scale.domain();return r&&s?zb(r,s).map(([o,a],c)=>({x:o,y:a,i:c})):r?r.map((o,a)=>({x:o,i:a})):s?s.map((o,a)=>({y:o,i:a})):void 0}function OA(e,{x:t,y:n}){return t&&=wx(t),n&&=wx(n),e.filter(t&&n?i=>t.has(i.x)&&n.has(i.y):t?i=>t.has(i.x):i=>n.has(i.y)).sort(t&&n?(i,r)=>t.get(i.x)-t.get(r.x)||n.get(i.y)-n.get(r.y):t?(i,r)=>t.get(i.x)-t.get(r.x):(i,r)=>n.get(i.y)-n.get(r.y))}function xd(e,{fx:t,fy:n}){let i=En(e),r=t?.value,s=n?.value;return t&&n?Lr(i,o=>(o.fx=r[o[0]],o.fy=s[o[0]],o),o=>r[o],o=>s[o]):t?Lr(i,o=>(o.fx=r[o[0]],o),o=>r[o]):Lr(i,o=>(o.fy=s[o[0]],o),o=>s[o])}function BA(e,t,{marginTop:n,marginLeft:i}){let r=e?({x:o})=>e(o)-i:()=>0,s=t?({y:o})=>t(o)-n:()=>0;return function(o){this.tagName==="svg"?(this.setAttribute("x",r(o)),this.setAttribute("y",s(o))):this.setAttribute("transform",`translate(${r(o)},${s(o)})`)}}function kA(e){let t=[],n=new Uint32Array(Ci(e,i=>i.length));for(let i of e){let r=0;for(let s of e)i!==s&&(n.set(s,r),r+=s.length);t.push(n.slice(0,r))}return t}var Y4=new Map([["top",vx],["right",Sx],["bottom",bx],["left",Mx],["top-left",yd(vx,Mx)],["top-right",yd(vx,Sx)],["bottom-left",yd(bx,Mx)],["bottom-right",yd(bx,Sx)],["top-empty",J4],["right-empty",j4],["bottom-empty",K4],["left-empty",Q4],["empty",t5]]);function zA(e){if(e==null)return null;let t=Y4.get(`${e}`.toLowerCase());if(t)return t;throw new Error(`invalid facet anchor: ${e}`)}var FA=new WeakMap;function wx(e){let t=FA.get(e);return t||FA.set(e,t=new ri(de(e,(n,i)=>[n,i]))),t}function Is(e,t){return wx(e).get(t)}function Z4(e,t,n){return t=gi(t),n=gi(n),e.find(i=>Object.is(gi(i.x),t)&&Object.is(gi(i.y),n))}function _d(e,t,n){return Z4(e,t,n)?.empty}function vx(e,{y:t},{y:n}){return t?Is(t,n)===0:!0}function bx(e,{y:t},{y:n}){return t?Is(t,n)===t.length-1:!0}function Mx(e,{x:t},{x:n}){return t?Is(t,n)===0:!0}function Sx(e,{x:t},{x:n}){return t?Is(t,n)===t.length-1:!0}function J4(e,{y:t},{x:n,y:i,empty:r}){if(r)return!1;if(!t)return;let s=Is(t,i);if(s>0)return _d(e,n,t[s-1])}function K4(e,{y:t},{x:n,y:i,empty:r}){if(r)return!1;if(!t)return;let s=Is(t,i);if(s<t.length-1)return _d(e,n,t[s+1])}function Q4(e,{x:t},{x:n,y:i,empty:r}){if(r)return!1;if(!t)return;let s=Is(t,n);if(s>0)return _d(e,t[s-1],i)}function j4(e,{x:t},{x:n,y:i,empty:r}){if(r)return!1;if(!t)return;let s=Is(t,n);if(s<t.length-1)return _d(e,t[s+1],i)}function t5(e,t,{empty:n}){return n}function yd(e,t){return function(){return e.apply(null,arguments)&&t.apply(null,arguments)}}function vd(e,{channels:{fx:t,fy:n},groups:i}){return t&&n?e.map(({x:r,y:s})=>i.get(r)?.get(s)??[]):t?e.map(({x:r})=>i.get(r)??[]):e.map(({y:r})=>i.get(r)??[])}var GA=Math.PI,Yr=2*GA,Tx=.618;function VA({projection:e,inset:t=0,insetTop:n=t,insetRight:i=t,insetBottom:r=t,insetLeft:s=t}={},o){if(e==null)return;if(typeof e.stream=="function")return e;let a,c,l="frame";if(Ni(e)){let w;if({type:e,domain:c,inset:w,insetTop:n=w!==void 0?w:n,insetRight:i=w!==void 0?w:i,insetBottom:r=w!==void 0?w:r,insetLeft:s=w!==void 0?w:s,clip:l=l,...a}=e,e==null)return}typeof e!="function"&&({type:e}=Ax(e));let{width:u,height:h,marginLeft:f,marginRight:d,marginTop:p,marginBottom:y}=o,m=u-f-d-s-i,g=h-p-y-n-r;if(e=e?.({width:m,height:g,clip:l,...a}),e==null)return;l=e5(l,f,p,u-d,h-y);let _=f+s,S=p+n,v;if(c!=null){let[[w,b],[x,M]]=sl(e).bounds(c),R=Math.min(m/(x-w),g/(M-b));R>0?(_-=(R*(w+x)-m)/2,S-=(R*(b+M)-g)/2,v=ol({point(E,C){this.stream.point(E*R+_,C*R+S)}})):kn("Warning: the projection could not be fit to the specified domain; using the default scale.")}return v??=_===0&&S===0?HA():ol({point(w,b){this.stream.point(w+_,b+S)}}),{stream:w=>e.stream(v.stream(l(w)))}}function Ax(e){switch(`${e}`.toLowerCase()){case"albers-usa":return Oi(YM,.7463,.4673);case"albers":return bd(Eg,.7463,.4673);case"azimuthal-equal-area":return Oi(KM,4,4);case"azimuthal-equidistant":return Oi(jM,Yr,Yr);case"conic-conformal":return bd(nS,Yr,Yr);case"conic-equal-area":return bd(rl,6.1702,2.9781);case"conic-equidistant":return bd(rS,7.312,3.6282);case"equal-earth":return Oi(oS,5.4133,2.6347);case"equirectangular":return Oi(iS,Yr,GA);case"gnomonic":return Oi(cS,3.4641,3.4641);case"identity":return{type:HA};case"reflect-y":return{type:n5};case"mercator":return Oi(tS,Yr,Yr);case"orthographic":return Oi(uS,2,2);case"stereographic":return Oi(hS,2,2);case"transverse-mercator":return Oi(pS,Yr,Yr);default:throw new Error(`unknown projection type: ${e}`)}}function e5(e,t,n,i,r){if(e===!1||e==null||typeof e=="number")return s=>s;if(e===!0&&(e="frame"),`${e}`.toLowerCase()==="frame")return Sg(t,n,i,r);throw new Error(`unknown projection clip type: ${e}`)}function Oi(e,t,n){return{type:({width:i,height:r,rotate:s,precision:o=.15,clip:a})=>{let c=e();return o!=null&&c.precision?.(o),s!=null&&c.rotate?.(s),typeof a=="number"&&c.clipAngle?.(a),i!=null&&(c.scale(Math.min(i/t,r/n)),c.translate([i/2,r/2])),c},aspectRatio:n/t}}function bd(e,t,n){let{type:i,aspectRatio:r}=Oi(e,t,n);return{type:s=>{let{parallels:o,domain:a,width:c,height:l}=s,u=i(s);return o!=null&&(u.parallels(o),a===void 0&&c!=null&&u.fitSize([c,l],{type:"Sphere"})),u},aspectRatio:r}}var HA=Kn({stream:e=>e}),n5=Kn(ol({point(e,t){this.stream.point(e,-t)}}));function WA(e,t,n,i){let r=n[e],s=n[t],o=r.length,a=n[e]=new Float64Array(o).fill(NaN),c=n[t]=new Float64Array(o).fill(NaN),l,u=i.stream({point(h,f){a[l]=h,c[l]=f}});for(l=0;l<o;++l)u.point(r[l],s[l])}function $A({projection:e}={}){return e==null?!1:typeof e.stream=="function"?!0:(Ni(e)&&(e=e.type),e!=null)}function XA(e){if(typeof e?.stream=="function")return Tx;if(Ni(e)){let t,n;if({domain:t,type:e,...n}=e,t!=null&&e!=null){let i=typeof e=="string"?Ax(e).type:e,[[r,s],[o,a]]=sl(i({...n,width:100,height:100})).bounds(t),c=(a-s)/(o-r);return c&&isFinite(c)?c<.2?.2:c>5?5:c:Tx}}if(e!=null){if(typeof e!="function"){let{aspectRatio:t}=Ax(e);if(t)return t}return Tx}}function qA(e){let t=[],n=[],i={scale:"x",value:t},r={scale:"y",value:n},s={point(o,a){t.push(o),n.push(a)},lineStart(){},lineEnd(){},polygonStart(){},polygonEnd(){},sphere(){}};for(let o of e.value)_s(o,s);return[i,r]}function YA({x:e,y:t}){if(e||t)return e??=n=>n,t??=n=>n,ol({point(n,i){this.stream.point(e(n),t(i))}})}function Wa(e={}){let{document:t=typeof window<"u"?window.document:void 0,clip:n}=e;return{document:t,clip:fd(n)}}function se(e,{document:t}){return Ri(la(e).call(t.documentElement))}var Md=Symbol("unset");function Sd(e){return(e.length===1?i5:r5)(e)}function i5(e){let t,n=Md;return i=>(Object.is(n,i)||(n=i,t=e(i)),t)}function r5(e){let t,n;return(...i)=>((n?.length!==i.length||n.some((r,s)=>!Object.is(r,i[s])))&&(n=i,t=e(...i)),t)}var s5=Sd(e=>new Intl.NumberFormat(e)),iH=Sd((e,t)=>new Intl.DateTimeFormat(e,{timeZone:"UTC",...t&&{month:t}})),rH=Sd((e,t)=>new Intl.DateTimeFormat(e,{timeZone:"UTC",...t&&{weekday:t}}));function o5(e="en-US"){let t=s5(e);return n=>n!=null&&!isNaN(n)?t.format(n):void 0}function a5(e){return ed(e,"Invalid Date")}function c5(e="en-US"){let t=o5(e);return n=>(n instanceof Date?a5:typeof n=="number"?t:De)(n)}var hr=c5();var an=(typeof window<"u"?window.devicePixelRatio>1:typeof it>"u")?0:.5,l5=0;function JA(){return`plot-clip-${++l5}`}function KA(e,{title:t,href:n,ariaLabel:i,ariaDescription:r,ariaHidden:s,target:o,fill:a,fillOpacity:c,stroke:l,strokeWidth:u,strokeOpacity:h,strokeLinejoin:f,strokeLinecap:d,strokeMiterlimit:p,strokeDasharray:y,strokeDashoffset:m,opacity:g,mixBlendMode:_,imageFilter:S,paintOrder:v,pointerEvents:w,shapeRendering:b,channels:x},{ariaLabel:M,fill:R="currentColor",fillOpacity:E,stroke:C="none",strokeOpacity:N,strokeWidth:B,strokeLinecap:I,strokeLinejoin:L,strokeMiterlimit:k,paintOrder:F}){R===null&&(a=null,c=null),C===null&&(l=null,h=null),nn(R)?!nn(C)&&(!nn(a)||x?.fill)&&(C="none"):nn(C)&&(!nn(l)||x?.stroke)&&(R="none");let[Z,U]=On(a,R),[G,X]=Pe(c,E),[st,ct]=On(l,C),[W,at]=Pe(h,N),[ft,ot]=Pe(g);yo(ct)||(u===void 0&&(u=B),d===void 0&&(d=I),f===void 0&&(f=L),p===void 0&&!ST(f)&&(p=k),!yo(U)&&v===void 0&&(v=F));let[rt,J]=Pe(u);return R!==null&&(e.fill=Le(U,"currentColor"),e.fillOpacity=Pl(X,1)),C!==null&&(e.stroke=Le(ct,"none"),e.strokeWidth=Pl(J,1),e.strokeOpacity=Pl(at,1),e.strokeLinejoin=Le(f,"miter"),e.strokeLinecap=Le(d,"butt"),e.strokeMiterlimit=Pl(p,4),e.strokeDasharray=Le(y,"none"),e.strokeDashoffset=Le(m,"0")),e.target=De(o),e.ariaLabel=De(M),e.ariaDescription=De(r),e.ariaHidden=De(s),e.opacity=Pl(ot,1),e.mixBlendMode=Le(_,"normal"),e.imageFilter=Le(S,"none"),e.paintOrder=Le(v,"normal"),e.pointerEvents=Le(w,"auto"),e.shapeRendering=Le(b,"auto"),{title:{value:t,optional:!0,filter:null},href:{value:n,optional:!0,filter:null},ariaLabel:{value:i,optional:!0,filter:null},fill:{value:Z,scale:"auto",optional:!0},fillOpacity:{value:G,scale:"auto",optional:!0},stroke:{value:st,scale:"auto",optional:!0},strokeOpacity:{value:W,scale:"auto",optional:!0},strokeWidth:{value:rt,optional:!0},opacity:{value:ft,scale:"auto",optional:!0}}}function u5(e,t){t&&e.filter(n=>_l(t[n])).append("title").call(h5,t)}function f5(e,t){t&&e.filter(([n])=>_l(t[n])).append("title").call(d5,t)}function h5(e,t){t&&e.text(n=>hr(t[n]))}function d5(e,t){t&&e.text(([n])=>hr(t[n]))}function cn(e,{target:t,tip:n},{ariaLabel:i,title:r,fill:s,fillOpacity:o,stroke:a,strokeOpacity:c,strokeWidth:l,opacity:u,href:h}){i&&Ot(e,"aria-label",f=>i[f]),s&&Ot(e,"fill",f=>s[f]),o&&Ot(e,"fill-opacity",f=>o[f]),a&&Ot(e,"stroke",f=>a[f]),c&&Ot(e,"stroke-opacity",f=>c[f]),l&&Ot(e,"stroke-width",f=>l[f]),u&&Ot(e,"opacity",f=>u[f]),h&&QA(e,f=>h[f],t),n||u5(e,r)}function wd(e,{target:t,tip:n},{ariaLabel:i,title:r,fill:s,fillOpacity:o,stroke:a,strokeOpacity:c,strokeWidth:l,opacity:u,href:h}){i&&Ot(e,"aria-label",([f])=>i[f]),s&&Ot(e,"fill",([f])=>s[f]),o&&Ot(e,"fill-opacity",([f])=>o[f]),a&&Ot(e,"stroke",([f])=>a[f]),c&&Ot(e,"stroke-opacity",([f])=>c[f]),l&&Ot(e,"stroke-width",([f])=>l[f]),u&&Ot(e,"opacity",([f])=>u[f]),h&&QA(e,([f])=>h[f],t),n||f5(e,r)}function p5({ariaLabel:e,title:t,fill:n,fillOpacity:i,stroke:r,strokeOpacity:s,strokeWidth:o,opacity:a,href:c},{tip:l}){return[e,l?void 0:t,n,i,r,s,o,a,c].filter(u=>u!==void 0)}function m5(e,t,n){let i=Xs(e,r=>t[r]);return n===void 0&&i.size>1+e.length>>1&&kn("Warning: the implicit z channel has high cardinality. This may occur when the fill or stroke channel is associated with quantitative data rather than ordinal or categorical data. You can suppress this warning by setting the z option explicitly; if this data represents a single series, set z to null."),i.values()}function*Td(e,t,n,i){let{z:r}=n,{z:s}=i,o=p5(i,n),a=[...t,...o];for(let c of s?m5(e,s,r):[e]){let l,u;t:for(let h of c){for(let f of a)if(!mi(f[h])){u&&u.push(-1);continue t}if(l===void 0){u&&(yield u),l=o.map(f=>gi(f[h])),u=[h];continue}u.push(h);for(let f=0;f<o.length;++f)if(gi(o[f][h])!==l[f]){yield u,l=o.map(p=>gi(p[h])),u=[h];continue t}}u&&(yield u)}}function g5(e,t,n,i){let r,{clip:s=i.clip}=t;s==="frame"?(e=se("svg:g",i).each(function(){this.appendChild(e.node()),e.node=()=>this}),r=x5(i,n)):s&&(r=v5(s,i)),Ot(e,"aria-label",t.ariaLabel),Ot(e,"aria-description",t.ariaDescription),Ot(e,"aria-hidden",t.ariaHidden),Ot(e,"clip-path",r)}function y5(e){let t=new WeakMap;return(n,i)=>{let r=t.get(n);if(!r){let s=JA();Ri(n.ownerSVGElement).append("clipPath").attr("id",s).call(e,n,i),t.set(n,r=`url(#${s})`)}return r}}var x5=y5((e,t,n)=>{let{width:i,height:r,marginLeft:s,marginRight:o,marginTop:a,marginBottom:c}=n;e.append("rect").attr("x",s).attr("y",a).attr("width",i-o-s).attr("height",r-a-c)}),ZA=new WeakMap,_5={type:"Sphere"};function v5(e,t){let n,i;if((n=ZA.get(t))||ZA.set(t,n=new WeakMap),e.type==="Sphere"&&(e=_5),!(i=n.get(e))){let r=JA();Ri(t.ownerSVGElement).append("clipPath").attr("id",r).append("path").attr("d",t.path()(e)),n.set(e,i=`url(#${r})`)}return i}function Ue(e,t,n,i){g5(e,t,n,i),Ot(e,"class",t.className),Ot(e,"fill",t.fill),Ot(e,"fill-opacity",t.fillOpacity),Ot(e,"stroke",t.stroke),Ot(e,"stroke-width",t.strokeWidth),Ot(e,"stroke-opacity",t.strokeOpacity),Ot(e,"stroke-linejoin",t.strokeLinejoin),Ot(e,"stroke-linecap",t.strokeLinecap),Ot(e,"stroke-miterlimit",t.strokeMiterlimit),Ot(e,"stroke-dasharray",t.strokeDasharray),Ot(e,"stroke-dashoffset",t.strokeDashoffset),Ot(e,"shape-rendering",t.shapeRendering),Ot(e,"filter",t.imageFilter),Ot(e,"paint-order",t.paintOrder);let{pointerEvents:r=i.pointerSticky===!1?"none":void 0}=t;Ot(e,"pointer-events",r)}function Ee(e,t){b5(e,"mix-blend-mode",t.mixBlendMode),Ot(e,"opacity",t.opacity)}function QA(e,t,n){e.each(function(i){let r=t(i);if(r!=null){let s=this.ownerDocument.createElementNS(gs.svg,"a");s.setAttribute("fill","inherit"),s.setAttributeNS(gs.xlink,"href",r),n!=null&&s.setAttribute("target",n),this.parentNode.insertBefore(s,this).appendChild(this)}})}function Ot(e,t,n){n!=null&&e.attr(t,n)}function b5(e,t,n){n!=null&&e.style(t,n)}function Oe(e,t,{x:n,y:i},r=an,s=an){r+=t.dx,s+=t.dy,n?.bandwidth&&(r+=n.bandwidth()/2),i?.bandwidth&&(s+=i.bandwidth()/2),(r||s)&&e.attr("transform",`translate(${r},${s})`)}function Le(e,t){if((e=De(e))!==t)return e}function Pl(e,t){if((e=Fe(e))!==t)return e}var M5=/^-?([_a-z]|[\240-\377]|\\[0-9a-f]{1,6}(\r\n|[ \t\r\n\f])?|\\[^\r\n\f0-9a-f])([_a-z0-9-]|[\240-\377]|\\[0-9a-f]{1,6}(\r\n|[ \t\r\n\f])?|\\[^\r\n\f0-9a-f])*$/i;function $a(e){if(e===void 0)return"plot-d6a7b5";if(e=`${e}`,!M5.test(e))throw new Error(`invalid class name: ${e}`);return e}function Xa(e,t){if(typeof t=="string")e.property("style",t);else if(t!=null)for(let n of e)Object.assign(n.style,t)}function dr({frameAnchor:e},{width:t,height:n,marginTop:i,marginRight:r,marginBottom:s,marginLeft:o}){return[/left$/.test(e)?o:/right$/.test(e)?t-r:(o+t-r)/2,/^top/.test(e)?i:/^bottom/.test(e)?n-s:(i+n-s)/2]}var ge=class{constructor(t,n={},i={},r){let{facet:s="auto",facetAnchor:o,fx:a,fy:c,sort:l,dx:u=0,dy:h=0,margin:f=0,marginTop:d=f,marginRight:p=f,marginBottom:y=f,marginLeft:m=f,className:g,clip:_=r?.clip,channels:S,tip:v,render:w}=i;if(this.data=t,this.sort=As(l)?l:null,this.initializer=Wr(i).initializer,this.transform=this.initializer?i.transform:bo(i).transform,s===null||s===!1?this.facet=null:(this.facet=An(s===!0?"include":s,"facet",["auto","include","exclude","super"]),this.fx=t===Ra&&typeof a=="string"?[a]:a,this.fy=t===Ra&&typeof c=="string"?[c]:c),this.facetAnchor=zA(o),n=Zy(n),S!==void 0&&(n={...S5(S),...n}),r!==void 0&&(n={...KA(this,i,r),...n}),this.channels=Object.fromEntries(Object.entries(n).map(([b,x])=>{if(Pa(x.value)){let{value:M,label:R=x.label,scale:E=x.scale}=x.value;x={...x,label:R,scale:E,value:M}}if(t===Ra&&typeof x.value=="string"){let{value:M}=x;x={...x,value:[M]}}return[b,x]}).filter(([b,{value:x,optional:M}])=>{if(x!=null)return!0;if(M)return!1;throw new Error(`missing channel value: ${b}`)})),this.dx=+u,this.dy=+h,this.marginTop=+d,this.marginRight=+p,this.marginBottom=+y,this.marginLeft=+m,this.clip=fd(_),this.tip=w5(v),this.className=De(g),this.facet==="super"){if(a||c)throw new Error("super-faceting cannot use fx or fy");for(let b in this.channels){let{scale:x}=n[b];if(!(x!=="x"&&x!=="y"))throw new Error("super-faceting cannot use x or y")}}w!=null&&(this.render=Cx(w,this.render))}initialize(t,n,i){let r=Hr(this.data);t===void 0&&r!=null&&(t=[En(r)]);let s=t;this.transform!=null&&({facets:t,data:r}=this.transform(r,t,i),r=Hr(r)),t!==void 0&&(t.original=s);let o=VT(this.channels,r);return this.sort!=null&&WT(r,t,o,n,this.sort),{data:r,facets:t,channels:o}}filter(t,n,i){for(let r in n){let{filter:s=mi}=n[r];if(s!==null){let o=i[r];t=t.filter(a=>s(o[a]))}}return t}project(t,n,i){for(let r in t)if(t[r].scale==="x"&&/^x|x$/.test(r)){let s=r.replace(/^x|x$/,"y");s in t&&t[s].scale==="y"&&WA(r,s,n,i.projection)}}scale(t,n,i){let r=HT(t,n);return i.projection&&this.project(t,r,i),r}};function Ex(...e){return e.plot=ge.prototype.plot,e}function Cx(e,t){if(e==null)return t===null?void 0:t;if(t==null)return e===null?void 0:e;if(typeof e!="function")throw new TypeError(`invalid render transform: ${e}`);if(typeof t!="function")throw new TypeError(`invalid render transform: ${t}`);return function(n,i,r,s,o,a){return e.call(this,n,i,r,s,o,(c,l,u,h,f)=>t.call(this,c,l,u,h,f,a))}}function S5(e){return Object.fromEntries(Object.entries(Zy(e)).map(([t,n])=>(n=typeof n=="string"?{value:n,label:t}:ur(n),n.filter===void 0&&n.scale==null&&(n={...n,filter:null}),[t,n])))}function w5(e){return e===!0?"xy":e===!1||e==null?null:typeof e=="string"?An(e,"tip",["x","y","xy"]):e}function Ps(e,t){return e?.tip===!0?{...e,tip:t}:Ni(e?.tip)&&e.tip.pointer===void 0?{...e,tip:{...e.tip,pointer:t}}:e}function tE(e,t,n={}){let i=.5-an,r=.5+an,s=.5+an,o=.5-an;for(let{marginTop:y,marginRight:m,marginBottom:g,marginLeft:_}of t)y>i&&(i=y),m>r&&(r=m),g>s&&(s=g),_>o&&(o=_);let{margin:a,marginTop:c=a!==void 0?a:i,marginRight:l=a!==void 0?a:r,marginBottom:u=a!==void 0?a:s,marginLeft:h=a!==void 0?a:o}=n;c=+c,l=+l,u=+u,h=+h;let{width:f=640,height:d=T5(e,n,{width:f,marginTopDefault:i,marginRightDefault:r,marginBottomDefault:s,marginLeftDefault:o})+Math.max(0,c-i+u-s)}=n;f=+f,d=+d;let p={width:f,height:d,marginTop:c,marginRight:l,marginBottom:u,marginLeft:h};if(e.fx||e.fy){let{margin:y,marginTop:m=y!==void 0?y:c,marginRight:g=y!==void 0?y:l,marginBottom:_=y!==void 0?y:u,marginLeft:S=y!==void 0?y:h}=n.facet??{};m=+m,g=+g,_=+_,S=+S,p.facet={marginTop:m,marginRight:g,marginBottom:_,marginLeft:S}}return p}function T5({x:e,y:t,fy:n,fx:i},{projection:r,aspectRatio:s},{width:o,marginTopDefault:a,marginRightDefault:c,marginBottomDefault:l,marginLeftDefault:u}){let h=n&&n.scale.domain().length||1,f=XA(r);if(f){let p=i?i.scale.domain().length:1,y=(1.1*h-.1)/(1.1*p-.1)*f,m=Math.max(.1,Math.min(10,y));return Math.round((o-u-c)*m+a+l)}let d=t?fr(t)?t.scale.domain().length||1:Math.max(7,17/h):1;if(s!=null){if(s=+s,!(isFinite(s)&&s>0))throw new Error(`invalid aspectRatio: ${s}`);let p=jA("y",t)/(jA("x",e)*s),y=i?i.scale.bandwidth():1,m=n?n.scale.bandwidth():1,g=y*(o-u-c)-e.insetLeft-e.insetRight;return(p*g+t.insetTop+t.insetBottom)/m+a+l}return!!(t||n)*Math.max(1,Math.min(60,d*h))*20+!!i*30+60}function jA(e,t){if(!t)throw new Error(`aspectRatio requires ${e} scale`);let{type:n,domain:i}=t,r;switch(n){case"linear":case"utc":case"time":r=Number;break;case"pow":{let a=t.scale.exponent();r=c=>Math.pow(c,a);break}case"log":r=Math.log;break;case"point":case"band":return i.length;default:throw new Error(`unsupported ${e} scale for aspectRatio: ${n}`)}let[s,o]=on(i);return Math.abs(r(o)-r(s))}var eE=new WeakMap;function Rx(e,t,{x:n,y:i,px:r,py:s,maxRadius:o=40,channels:a,render:c,...l}={}){return o=+o,r!=null&&(n??=null,a={...a,px:{value:r,scale:"x"}}),s!=null&&(i??=null,a={...a,py:{value:s,scale:"y"}}),{x:n,y:i,channels:a,...l,render:Cx(function(u,h,f,d,p,y){p={...p,pointerSticky:!1};let m=p.ownerSVGElement,{data:g}=p.getMarkState(this),_=eE.get(m);_||eE.set(m,_={sticky:!1,roots:[],renders:[]});let S=_.renders.push(ct)-1,{x:v,y:w,fx:b,fy:x}=h,M=b?b(u.fx)-d.marginLeft:0,R=x?x(u.fy)-d.marginTop:0;v?.bandwidth&&(M+=v.bandwidth()/2),w?.bandwidth&&(R+=w.bandwidth()/2);let E=u.fi!=null,C;if(E){let ot=_.facetStates;ot||(_.facetStates=ot=new Map),C=ot.get(this),C||ot.set(this,C=new Map)}let[N,B]=dr(this,d),{px:I,py:L}=f,k=I?ot=>I[ot]:Px(f,N),F=L?ot=>L[ot]:Lx(f,B),Z,U,G,X;function st(ot,rt){if(E)if(X&&(X=cancelAnimationFrame(X)),ot==null)C.delete(u.fi);else{C.set(u.fi,rt),X=requestAnimationFrame(()=>{X=null;for(let[J,gt]of C)if(gt<rt||gt===rt&&J<u.fi){ot=null;break}ct(ot)});return}ct(ot)}function ct(ot){if(Z===ot&&G===_.sticky)return;Z=ot,G=p.pointerSticky=_.sticky;let rt=Z==null?[]:[Z];E&&(rt.fx=u.fx,rt.fy=u.fy,rt.fi=u.fi);let J=y(rt,h,f,d,p);if(U){if(E){let gt=U.parentNode,lt=U.getAttribute("transform"),K=J.getAttribute("transform");lt?J.setAttribute("transform",lt):J.removeAttribute("transform"),K?gt.setAttribute("transform",K):gt.removeAttribute("transform"),J.removeAttribute("aria-label"),J.removeAttribute("aria-description"),J.removeAttribute("aria-hidden")}U.replaceWith(J)}if(_.roots[S]=U=J,!(Z==null&&C?.size>1)){let gt=Z==null?null:Li(g)?g[Z]:g.get(Z);p.dispatchValue(gt)}return J}function W(ot){if(_.sticky||ot.pointerType==="mouse"&&ot.buttons===1)return;let[rt,J]=m1(ot);rt-=M,J-=R;let gt=rt<d.marginLeft||rt>d.width-d.marginRight?1:e,lt=J<d.marginTop||J>d.height-d.marginBottom?1:t,K=null,It=o*o;for(let pt of u){let Ut=gt*(k(pt)-rt),Gt=lt*(F(pt)-J),ce=Ut*Ut+Gt*Gt;ce<=It&&(K=pt,It=ce)}if(K!=null&&(e!==1||t!==1)){let pt=k(K)-rt,Ut=F(K)-J;It=pt*pt+Ut*Ut}st(K,It)}function at(ot){ot.pointerType==="mouse"&&Z!=null&&(_.sticky&&_.roots.some(rt=>rt?.contains(ot.target))||(_.sticky?(_.sticky=!1,_.renders.forEach(rt=>rt(null))):(_.sticky=!0,ct(Z)),ot.stopImmediatePropagation()))}function ft(ot){ot.pointerType==="mouse"&&(_.sticky||st(null))}return m.addEventListener("pointerenter",W),m.addEventListener("pointermove",W),m.addEventListener("pointerdown",at),m.addEventListener("pointerleave",ft),ct(null)},c)}}function nE(e){return Rx(1,1,e)}function iE(e){return Rx(1,.01,e)}function Ix(e){return Rx(.01,1,e)}function Px({x1:e,x2:t,x:n=e},i){return e&&t?r=>(e[r]+t[r])/2:n?r=>n[r]:()=>i}function Lx({y1:e,y2:t,y:n=e},i){return e&&t?r=>(e[r]+t[r])/2:n?r=>n[r]:()=>i}function Ad(e){return fr(e)&&e.interval===void 0?void 0:"tabular-nums"}function rE(e,t){let{label:n=e.label,tickSize:i=6,width:r=240,height:s=44+i,marginTop:o=18,marginRight:a=0,marginBottom:c=16+i,marginLeft:l=0,style:u,ticks:h=(r-l-a)/64,tickFormat:f,fontVariant:d=Ad(e),round:p=!0,opacity:y,className:m}=t,g=Wa(t);m=$a(m),y=Pe(y)[1],f===null&&(f=()=>null);let _=se("svg",g).attr("class",`${m}-ramp`).attr("font-family","system-ui, sans-serif").attr("font-size",10).attr("width",r).attr("height",s).attr("viewBox",`0 0 ${r} ${s}`).call(N=>N.append("style").text(`:where(.${m}-ramp) {
+  display: block;
+  height: auto;
+  height: intrinsic;
+  max-width: 100%;
+  overflow: visible;
+}
+:where(.${m}-ramp text) {
+  white-space: pre;
+}`)).call(Xa,u),S=N=>N.selectAll(".tick line").attr("y1",o+c-s),v,w=p?(N,B)=>N.rangeRound(B):(N,B)=>N.range(B),{type:b,domain:x,range:M,interpolate:R,scale:E,pivot:C}=e;if(R){let N=M===void 0?R:xs(R.length===1?Rl(R):R,M);v=w(E.copy(),Sn(He(l,r-a),Math.min(x.length+(C!==void 0),M===void 0?1/0:M.length)));let B=256,I=g.document.createElement("canvas");I.width=B,I.height=1;let L=I.getContext("2d");for(let k=0,F=B-1;k<B;++k)L.fillStyle=N(k/F),L.fillRect(k,0,1,1);_.append("image").attr("opacity",y).attr("x",l).attr("y",o).attr("width",r-l-a).attr("height",s-o-c).attr("preserveAspectRatio","none").attr("xlink:href",I.toDataURL())}else if(b==="threshold"){let N=x,B=f===void 0?I=>I:typeof f=="string"?Ji(f):f;v=w(ml().domain([-1,M.length-1]),[l,r-a]),_.append("g").attr("fill-opacity",y).selectAll().data(M).enter().append("rect").attr("x",(I,L)=>v(L-1)).attr("y",o).attr("width",(I,L)=>v(L)-v(L-1)).attr("height",s-o-c).attr("fill",I=>I),h=de(N,(I,L)=>L),f=I=>B(N[I],I)}else v=w(wa().domain(x),[l,r-a]),_.append("g").attr("fill-opacity",y).selectAll().data(x).enter().append("rect").attr("x",v).attr("y",o).attr("width",Math.max(0,v.bandwidth()-1)).attr("height",s-o-c).attr("fill",E),S=()=>{};return _.append("g").attr("transform",`translate(0,${s-c})`).call(i1(v).ticks(Array.isArray(h)?null:h,typeof f=="string"?f:void 0).tickFormat(typeof f=="function"?f:void 0).tickSize(i).tickValues(Array.isArray(h)?h:null)).attr("font-size",null).attr("font-family",null).attr("font-variant",Le(d,"normal")).call(S).call(N=>N.select(".domain").remove()),n!==void 0&&_.append("text").attr("x",l).attr("y",o-6).attr("fill","currentColor").attr("font-weight","bold").text(n),_.node()}var Nx=Math.PI/180;function Ll(e,{marker:t,markerStart:n=t,markerMid:i=t,markerEnd:r=t}={}){e.markerStart=Dx(n),e.markerMid=Dx(i),e.markerEnd=Dx(r)}function Dx(e){if(e==null||e===!1)return null;if(e===!0)return oE;if(typeof e=="function")return e;switch(`${e}`.toLowerCase()){case"none":return null;case"arrow":return sE("auto");case"arrow-reverse":return sE("auto-start-reverse");case"dot":return A5;case"circle":case"circle-fill":return oE;case"circle-stroke":return E5;case"tick":return Fx("auto");case"tick-x":return Fx(90);case"tick-y":return Fx(0)}throw new Error(`invalid marker: ${e}`)}function sE(e){return(t,n)=>se("svg:marker",n).attr("viewBox","-5 -5 10 10").attr("markerWidth",6.67).attr("markerHeight",6.67).attr("orient",e).attr("fill","none").attr("stroke",t).attr("stroke-width",1.5).attr("stroke-linecap","round").attr("stroke-linejoin","round").call(i=>i.append("path").attr("d","M-1.5,-3l3,3l-3,3")).node()}function A5(e,t){return se("svg:marker",t).attr("viewBox","-5 -5 10 10").attr("markerWidth",6.67).attr("markerHeight",6.67).attr("fill",e).attr("stroke","none").call(n=>n.append("circle").attr("r",2.5)).node()}function oE(e,t){return se("svg:marker",t).attr("viewBox","-5 -5 10 10").attr("markerWidth",6.67).attr("markerHeight",6.67).attr("fill",e).attr("stroke","var(--plot-background)").attr("stroke-width",1.5).call(n=>n.append("circle").attr("r",3)).node()}function E5(e,t){return se("svg:marker",t).attr("viewBox","-5 -5 10 10").attr("markerWidth",6.67).attr("markerHeight",6.67).attr("fill","var(--plot-background)").attr("stroke",e).attr("stroke-width",1.5).call(n=>n.append("circle").attr("r",3)).node()}function Fx(e){return(t,n)=>se("svg:marker",n).attr("viewBox","-3 -3 6 6").attr("markerWidth",6).attr("markerHeight",6).attr("orient",e).attr("stroke",t).call(i=>i.append("path").attr("d","M0,-3v6")).node()}var C5=0;function Ox(e,t,{stroke:n},i){return lE(e,t,n&&(r=>n[r]),null,i)}function aE(e,t,{stroke:n,z:i},r){return lE(e,t,n&&(([s])=>n[s]),i,r)}var Ux=1,cE=2;function R5(e,t){let n=new Uint8Array(t.length),i=e.data().filter(s=>s.length>1),r=i.length;for(let s=0,o=Md;s<r;++s){let a=i[s];if(a.length>1){let c=a[0];o!==(o=gi(t[c]))&&(n[c]|=Ux)}}for(let s=r-1,o=Md;s>=0;--s){let a=i[s];if(a.length>1){let c=a[0];o!==(o=gi(t[c]))&&(n[c]|=cE)}}return([s])=>n[s]}function lE(e,{markerStart:t,markerMid:n,markerEnd:i,stroke:r},s=()=>r,o,a){if(!t&&!n&&!i)return;let c=new Map,l=o&&R5(e,o);function u(h,f,d){return function(p){if(d&&!d(p))return;let y=s(p),m=c.get(f);m||c.set(f,m=new Map);let g=m.get(y);if(!g){let _=this.parentNode.insertBefore(f(y,a),this),S=`plot-marker-${++C5}`;_.setAttribute("id",S),m.set(y,g=`url(#${S})`)}this.setAttribute(h,g)}}t&&e.each(u("marker-start",t,l&&(h=>l(h)&Ux))),n&&l&&e.each(u("marker-start",n,h=>!(l(h)&Ux))),n&&e.each(u("marker-mid",n)),i&&e.each(u("marker-end",i,l&&(h=>l(h)&cE)))}function qa({inset:e,insetLeft:t,insetRight:n,...i}={}){return[t,n]=uE(e,t,n),{inset:e,insetLeft:t,insetRight:n,...i}}function Nl({inset:e,insetTop:t,insetBottom:n,...i}={}){return[t,n]=uE(e,t,n),{inset:e,insetTop:t,insetBottom:n,...i}}function uE(e,t,n){return e===void 0&&t===void 0&&n===void 0?an?[1,0]:[.5,.5]:[t,n]}function fE(e,{interval:t}){return e={...ur(e)},e.interval=ad(e.interval===void 0?t:e.interval),e}function Ed(e,t,n,i){let{[e]:r,[`${e}1`]:s,[`${e}2`]:o}=n,{value:a,interval:c}=fE(r,n);if(a==null||c==null&&!i)return n;let l=Fi(r);if(c==null){let d,p={transform:y=>d||(d=Se(y,a)),label:l};return{...n,[e]:void 0,[`${e}1`]:s===void 0?p:s,[`${e}2`]:o===void 0&&!(s===o&&i)?p:o}}let u,h;function f(d){return h!==void 0&&d===u?h:h=de(Se(u=d,a),p=>c.floor(p))}return t({...n,[e]:void 0,[`${e}1`]:s===void 0?{transform:f,label:l}:s,[`${e}2`]:o===void 0?{transform:d=>f(d).map(p=>c.offset(p)),label:l}:o})}function hE(e,t,n){let{[e]:i}=n,{value:r,interval:s}=fE(i,n);return r==null||s==null?n:t({...n,[e]:{label:Fi(i),transform:o=>{let a=de(Se(o,r),l=>s.floor(l)),c=a.map(l=>s.offset(l));return a.map(Ne(a)?(l,u)=>l==null||isNaN(l=+l)||(u=c[u],u==null)||isNaN(u=+u)?void 0:new Date((l+u)/2):(l,u)=>l==null||(u=c[u],u==null)?NaN:(+l+ +u)/2)}}})}function dE(e={}){return Ed("x",qa,e,!0)}function Bx(e={}){return Ed("y",Nl,e,!0)}function Cd(e={}){return Ed("x",qa,e)}function kx(e={}){return Ed("y",Nl,e)}function pE(e={}){return hE("x",qa,e)}function mE(e={}){return hE("y",Nl,e)}var gE={ariaLabel:"rule",fill:null,stroke:"currentColor"},Rd=class extends ge{constructor(t,n={}){let{x:i,y1:r,y2:s,inset:o=0,insetTop:a=o,insetBottom:c=o}=n;super(t,{x:{value:i,scale:"x",optional:!0},y1:{value:r,scale:"y",optional:!0},y2:{value:s,scale:"y",optional:!0}},Ps(n,"x"),gE),this.insetTop=Fe(a),this.insetBottom=Fe(c),Ll(this,n)}render(t,n,i,r,s){let{x:o,y:a}=n,{x:c,y1:l,y2:u}=i,{width:h,height:f,marginTop:d,marginRight:p,marginLeft:y,marginBottom:m}=r,{insetTop:g,insetBottom:_}=this;return se("svg:g",s).call(Ue,this,r,s).call(Oe,this,{x:c&&o},an,0).call(S=>S.selectAll().data(t).enter().append("line").call(Ee,this).attr("x1",c?v=>c[v]:(y+h-p)/2).attr("x2",c?v=>c[v]:(y+h-p)/2).attr("y1",l&&!Ui(a)?v=>l[v]+g:d+g).attr("y2",u&&!Ui(a)?a.bandwidth?v=>u[v]+a.bandwidth()-_:v=>u[v]-_:f-m-_).call(cn,this,i).call(Ox,this,i,s)).node()}},Id=class extends ge{constructor(t,n={}){let{x1:i,x2:r,y:s,inset:o=0,insetRight:a=o,insetLeft:c=o}=n;super(t,{y:{value:s,scale:"y",optional:!0},x1:{value:i,scale:"x",optional:!0},x2:{value:r,scale:"x",optional:!0}},Ps(n,"y"),gE),this.insetRight=Fe(a),this.insetLeft=Fe(c),Ll(this,n)}render(t,n,i,r,s){let{x:o,y:a}=n,{y:c,x1:l,x2:u}=i,{width:h,height:f,marginTop:d,marginRight:p,marginLeft:y,marginBottom:m}=r,{insetLeft:g,insetRight:_}=this;return se("svg:g",s).call(Ue,this,r,s).call(Oe,this,{y:c&&a},0,an).call(S=>S.selectAll().data(t).enter().append("line").call(Ee,this).attr("x1",l&&!Ui(o)?v=>l[v]+g:y+g).attr("x2",u&&!Ui(o)?o.bandwidth?v=>u[v]+o.bandwidth()-_:v=>u[v]-_:h-p-_).attr("y1",c?v=>c[v]:(d+f-m)/2).attr("y2",c?v=>c[v]:(d+f-m)/2).call(cn,this,i).call(Ox,this,i,s)).node()}};function Zr(e,t){let{x:n=pe,y:i,y1:r,y2:s,...o}=kx(t);return[r,s]=yE(i,r,s),new Rd(e,{...o,x:n,y1:r,y2:s})}function Dl(e,t){let{y:n=pe,x:i,x1:r,x2:s,...o}=Cd(t);return[r,s]=yE(i,r,s),new Id(e,{...o,y:n,x1:r,x2:s})}function yE(e,t,n){if(e==null){if(t===void 0){if(n!==void 0)return[0,n]}else if(n===void 0)return[0,t]}else{if(t===void 0)return n===void 0?[0,e]:[e,n];if(n===void 0)return[e,t]}return[t,n]}function Ya(e,...t){let n=t.length;for(let i=0,r=!0;i<n;++i)typeof t[i]!="function"&&(r&&(e=e.slice(),r=!1),e.splice(i,2,e[i]+t[i]+e[i+1]),t.splice(i,1),--i,--n);return i=>{let r=e[0];for(let s=0;s<n;++s)r+=t[s](i)+e[s+1];return r}}var I5={ariaLabel:"text",strokeLinejoin:"round",strokeWidth:3,paintOrder:"stroke"},ME="­",Za=class extends ge{constructor(t,n={}){let{x:i,y:r,text:s=Bn(t)&&cd(t)?pe:or,frameAnchor:o,textAnchor:a=/right$/i.test(o)?"end":/left$/i.test(o)?"start":"middle",lineAnchor:c=/^top/i.test(o)?"top":/^bottom/i.test(o)?"bottom":"middle",lineHeight:l=1,lineWidth:u=1/0,textOverflow:h,monospace:f,fontFamily:d=f?"ui-monospace, monospace":void 0,fontSize:p,fontStyle:y,fontVariant:m,fontWeight:g,rotate:_}=n,[S,v]=Pe(_,0),[w,b]=D5(p);if(super(t,{x:{value:i,scale:"x",optional:!0},y:{value:r,scale:"y",optional:!0},fontSize:{value:w,optional:!0},rotate:{value:xT(S),optional:!0},text:{value:s,filter:_l,optional:!0}},n,I5),this.rotate=v,this.textAnchor=Le(a,"middle"),this.lineAnchor=An(c,"lineAnchor",["top","middle","bottom"]),this.lineHeight=+l,this.lineWidth=+u,this.textOverflow=Gx(h),this.monospace=!!f,this.fontFamily=De(d),this.fontSize=b,this.fontStyle=De(y),this.fontVariant=De(m),this.fontWeight=De(g),this.frameAnchor=Rs(o),!(this.lineWidth>=0))throw new Error(`invalid lineWidth: ${u}`);this.splitLines=$x(this),this.clipLine=Xx(this)}render(t,n,i,r,s){let{x:o,y:a}=n,{x:c,y:l,rotate:u,text:h,title:f,fontSize:d}=i,{rotate:p}=this,[y,m]=dr(this,r);return se("svg:g",s).call(Ue,this,r,s).call(Wx,this,h,r).call(Oe,this,{x:c&&o,y:l&&a}).call(g=>g.selectAll().data(t).enter().append("text").call(Ee,this).call(P5,this,h,f).attr("transform",Ya`translate(${c?_=>c[_]:y},${l?_=>l[_]:m})${u?_=>` rotate(${u[_]})`:p?` rotate(${p})`:""}`).call(Ot,"font-size",d&&(_=>d[_])).call(cn,this,i)).node()}};function Gx(e){return e==null?null:An(e,"textOverflow",["clip","ellipsis","clip-start","clip-end","ellipsis-start","ellipsis-middle","ellipsis-end"]).replace(/^(clip|ellipsis)$/,"$1-end")}function P5(e,t,n,i){if(!n)return;let{lineAnchor:r,lineHeight:s,textOverflow:o,splitLines:a,clipLine:c}=t;e.each(function(l){let u=a(hr(n[l])??"").map(c),h=u.length,f=r==="top"?.71:r==="bottom"?1-h:(164-h*100)/200;if(h>1){let d=0;for(let p=0;p<h;++p){if(++d,!u[p])continue;let y=this.ownerDocument.createElementNS(gs.svg,"tspan");y.setAttribute("x",0),p===d-1?y.setAttribute("y",`${(f+p)*s}em`):y.setAttribute("dy",`${d*s}em`),y.textContent=u[p],this.appendChild(y),d=0}}else f&&this.setAttribute("y",`${f*s}em`),this.textContent=u[0];if(o&&!i&&u[0]!==n[l]){let d=this.ownerDocument.createElementNS(gs.svg,"title");d.textContent=n[l],this.appendChild(d)}})}function pr(e,{x:t,y:n,...i}={}){return i.frameAnchor===void 0&&([t,n]=Di(t,n)),new Za(e,{...i,x:t,y:n})}function Vx(e,{x:t=pe,...n}={}){return new Za(e,mE({...n,x:t}))}function Hx(e,{y:t=pe,...n}={}){return new Za(e,pE({...n,y:t}))}function Wx(e,t,n){Ot(e,"text-anchor",t.textAnchor),Ot(e,"font-family",t.fontFamily),Ot(e,"font-size",t.fontSize),Ot(e,"font-style",t.fontStyle),Ot(e,"font-variant",t.fontVariant===void 0?L5(n):t.fontVariant),Ot(e,"font-weight",t.fontWeight)}function L5(e){return e&&(bT(e)||Ne(e))?"tabular-nums":void 0}var N5=new Set(["inherit","initial","revert","unset","xx-small","x-small","small","medium","large","x-large","xx-large","xxx-large","larger","smaller"]);function D5(e){return e==null||typeof e=="number"?[void 0,e]:typeof e!="string"?[e,void 0]:(e=e.trim().toLowerCase(),N5.has(e)||/^[+-]?\d*\.?\d+(e[+-]?\d+)?(\w*|%)$/.test(e)?[void 0,e]:[e,void 0])}function F5(e,t,n){let i=[],r,s=0;for(let[o,a,c]of U5(e)){if(r===void 0&&(r=o),s>r&&n(e,r,a)>t&&(i.push(e.slice(r,s)+(e[s-1]===ME?"-":"")),r=o),c){i.push(e.slice(r,a)),r=void 0;continue}s=a}return i}function*U5(e){let t=0,n=0,i=e.length;for(;n<i;){let r=1;switch(e[n]){case ME:case"-":++n,yield[t,n,!1],t=n;break;case" ":for(yield[t,n,!1];e[++n]===" ";);t=n;break;case"\r":e[n+1]===`
+`&&++r;case`
+`:yield[t,n,!0],n+=r,t=n;break;default:++n;break}}yield[t,n,!0]}var xE={a:56,b:63,c:57,d:63,e:58,f:37,g:62,h:60,i:26,j:26,k:55,l:26,m:88,n:60,o:60,p:62,q:62,r:39,s:54,t:38,u:60,v:55,w:79,x:54,y:55,z:55,A:69,B:67,C:73,D:74,E:61,F:58,G:76,H:75,I:28,J:55,K:67,L:58,M:89,N:75,O:78,P:65,Q:78,R:67,S:65,T:65,U:75,V:69,W:98,X:69,Y:67,Z:67,0:64,1:48,2:62,3:64,4:66,5:63,6:65,7:58,8:65,9:65," ":29,"!":32,'"':49,"'":31,"(":39,")":39,",":31,"-":48,".":31,"/":32,":":31,";":31,"?":52,"‘":31,"’":31,"“":47,"”":47,"…":82};function Pd(e,t=0,n=e.length){let i=0;for(let r=t;r<n;r=Ja(e,r))i+=xE[e[r]]??(wE(e,r)?120:xE.e);return i}function Ld(e,t=0,n=e.length){let i=0;for(let r=t;r<n;r=Ja(e,r))i+=wE(e,r)?126:63;return i}function $x({monospace:e,lineWidth:t,textOverflow:n}){if(n!=null||t==1/0)return s=>s.split(/\r\n?|\n/g);let i=e?Ld:Pd,r=t*100;return s=>F5(s,r,i)}function Xx({monospace:e,lineWidth:t,textOverflow:n}){if(n==null||t==1/0)return s=>s;let i=e?Ld:Pd,r=t*100;switch(n){case"clip-start":return s=>vE(s,r,i,"");case"clip-end":return s=>_E(s,r,i,"");case"ellipsis-start":return s=>vE(s,r,i,Mo);case"ellipsis-middle":return s=>O5(s,r,i,Mo);case"ellipsis-end":return s=>_E(s,r,i,Mo)}}var Mo="…";function So(e,t,n,i){let r=[],s=0;for(let o=0,a=0,c=e.length;o<c;o=a){a=Ja(e,o);let l=n(e,o,a);if(s+l>t){for(s+=i;s>t&&o>0;)a=o,o=r.pop(),s-=n(e,o,a);return[o,t-s]}s+=l,r.push(o)}return[-1,0]}function _E(e,t,n,i){e=e.trim();let r=n(i),[s]=So(e,t,n,r);return s<0?e:e.slice(0,s).trimEnd()+i}function O5(e,t,n,i){e=e.trim();let r=n(e);if(r<=t)return e;let s=n(i)/2,[o,a]=So(e,t/2,n,s),[c]=So(e,r-t/2-a+s,n,-s);return c<0?i:e.slice(0,o).trimEnd()+i+e.slice(Ja(e,c)).trimStart()}function vE(e,t,n,i){e=e.trim();let r=n(e);if(r<=t)return e;let s=n(i),[o]=So(e,r-t+s,n,-s);return o<0?i:i+e.slice(Ja(e,o)).trimStart()}var zx=/[\p{Combining_Mark}\p{Emoji_Modifier}]+/uy,bE=new RegExp("\\p{Extended_Pictographic}","uy");function Ja(e,t){return t+=B5(e,t)?2:1,z5(e,t)&&(t=zx.lastIndex),k5(e,t)?Ja(e,t+1):t}function SE(e,t){return e.charCodeAt(t)<128}function B5(e,t){let n=e.charCodeAt(t);if(n>=55296&&n<56320){let i=e.charCodeAt(t+1);return i>=56320&&i<57344}return!1}function k5(e,t){return e.charCodeAt(t)===8205}function z5(e,t){return SE(e,t)?!1:(zx.lastIndex=t,zx.test(e))}function wE(e,t){return SE(e,t)?!1:(bE.lastIndex=t,bE.test(e))}var G5={ariaLabel:"vector",fill:"none",stroke:"currentColor",strokeWidth:1.5,strokeLinejoin:"round",strokeLinecap:"round"},TE=3.5,V5=TE*5,AE={draw(e,t,n){let i=t*n/V5;e.moveTo(0,0),e.lineTo(0,-t),e.moveTo(-i,i-t),e.lineTo(0,-t),e.lineTo(i,i-t)}},H5={draw(e,t,n){e.moveTo(-n,0),e.lineTo(0,-t),e.lineTo(n,0)}},W5=new Map([["arrow",AE],["spike",H5]]);function $5(e){return e&&typeof e.draw=="function"}function X5(e){if($5(e))return e;let t=W5.get(`${e}`.toLowerCase());if(t)return t;throw new Error(`invalid shape: ${e}`)}var Nd=class extends ge{constructor(t,n={}){let{x:i,y:r,r:s=TE,length:o,rotate:a,shape:c=AE,anchor:l="middle",frameAnchor:u}=n,[h,f]=Pe(o,12),[d,p]=Pe(a,0);super(t,{x:{value:i,scale:"x",optional:!0},y:{value:r,scale:"y",optional:!0},length:{value:h,scale:"length",optional:!0},rotate:{value:d,optional:!0}},n,G5),this.r=+s,this.length=f,this.rotate=p,this.shape=X5(c),this.anchor=An(l,"anchor",["start","middle","end"]),this.frameAnchor=Rs(u)}render(t,n,i,r,s){let{x:o,y:a}=n,{x:c,y:l,length:u,rotate:h}=i,{length:f,rotate:d,anchor:p,shape:y,r:m}=this,[g,_]=dr(this,r);return se("svg:g",s).call(Ue,this,r,s).call(Oe,this,{x:c&&o,y:l&&a}).call(S=>S.selectAll().data(t).enter().append("path").call(Ee,this).attr("transform",Ya`translate(${c?v=>c[v]:g},${l?v=>l[v]:_})${h?v=>` rotate(${h[v]})`:d?` rotate(${d})`:""}${p==="start"?"":p==="end"?u?v=>` translate(0,${u[v]})`:` translate(0,${f})`:u?v=>` translate(0,${u[v]/2})`:` translate(0,${f/2})`}`).attr("d",u?v=>{let w=Zi();return y.draw(w,u[v],m),w}:(()=>{let v=Zi();return y.draw(v,f,m),v})()).call(cn,this,i)).node()}};function EE(e,t={}){let{x:n=pe,...i}=t;return new Nd(e,{...i,x:n})}function CE(e,t={}){let{y:n=pe,...i}=t;return new Nd(e,{...i,y:n})}function Ls(e,t){return arguments.length<2&&!Bn(e)&&(t=e,e=null),t===void 0&&(t={}),[e,t]}function Dd({anchor:e}={},t){return e===void 0?t[0]:An(e,"anchor",t)}function RE(e){return Dd(e,["left","right"])}function IE(e){return Dd(e,["right","left"])}function PE(e){return Dd(e,["bottom","top"])}function LE(e){return Dd(e,["top","bottom"])}function Fd(){let[e,t]=Ls(...arguments);return NE("y",RE(t),e,t)}function Yx(){let[e,t]=Ls(...arguments);return NE("fy",IE(t),e,t)}function Ud(){let[e,t]=Ls(...arguments);return DE("x",PE(t),e,t)}function Zx(){let[e,t]=Ls(...arguments);return DE("fx",LE(t),e,t)}function NE(e,t,n,{color:i="currentColor",opacity:r=1,stroke:s=i,strokeOpacity:o=r,strokeWidth:a=1,fill:c=i,fillOpacity:l=r,textAnchor:u,textStroke:h,textStrokeOpacity:f,textStrokeWidth:d,tickSize:p=e==="y"?6:0,tickPadding:y,tickRotate:m,x:g,margin:_,marginTop:S=_===void 0?20:_,marginRight:v=_===void 0?t==="right"?40:0:_,marginBottom:w=_===void 0?20:_,marginLeft:b=_===void 0?t==="left"?40:0:_,label:x,labelAnchor:M,labelArrow:R,labelOffset:E,ariaLabel:C=`${e}-axis`,...N}){return p=Fe(p),y=Fe(y),m=Fe(m),M!==void 0&&(M=An(M,"labelAnchor",["center","top","bottom"])),R=VE(R),Ex(p&&!nn(s)?q5(e,t,n,{stroke:s,strokeOpacity:o,strokeWidth:a,tickSize:p,tickPadding:y,tickRotate:m,x:g,ariaLabel:C,...N}):null,nn(c)?null:Z5(e,t,n,{fill:c,fillOpacity:l,stroke:h,strokeOpacity:f,strokeWidth:d,textAnchor:u,tickSize:p,tickPadding:y,tickRotate:m,x:g,marginTop:S,marginRight:v,marginBottom:w,marginLeft:b,ariaLabel:C,...N}),!nn(c)&&x!==null?pr([],BE({fill:c,fillOpacity:l,...N},function(B,I,L,k,F){let Z=k[e],{marginTop:U,marginRight:G,marginBottom:X,marginLeft:st}=e==="y"&&F.inset||F,ct=M??(Z.bandwidth?"center":"top"),W=E??(t==="right"?G:st)-3;return ct==="center"?(this.textAnchor=void 0,this.lineAnchor=t==="right"?"bottom":"top",this.frameAnchor=t,this.rotate=-90):(this.textAnchor=t==="right"?"end":"start",this.lineAnchor=ct,this.frameAnchor=`${ct}-${t}`,this.rotate=0),this.dy=ct==="top"?3-U:ct==="bottom"?X-3:0,this.dx=t==="right"?W:-W,this.ariaLabel=`${C} label`,{facets:[[0]],channels:{text:{value:[GE(e,Z,{anchor:t,label:x,labelAnchor:ct,labelArrow:R})]}}}})):null)}function DE(e,t,n,{color:i="currentColor",opacity:r=1,stroke:s=i,strokeOpacity:o=r,strokeWidth:a=1,fill:c=i,fillOpacity:l=r,textAnchor:u,textStroke:h,textStrokeOpacity:f,textStrokeWidth:d,tickSize:p=e==="x"?6:0,tickPadding:y,tickRotate:m,y:g,margin:_,marginTop:S=_===void 0?t==="top"?30:0:_,marginRight:v=_===void 0?20:_,marginBottom:w=_===void 0?t==="bottom"?30:0:_,marginLeft:b=_===void 0?20:_,label:x,labelAnchor:M,labelArrow:R,labelOffset:E,ariaLabel:C=`${e}-axis`,...N}){return p=Fe(p),y=Fe(y),m=Fe(m),M!==void 0&&(M=An(M,"labelAnchor",["center","left","right"])),R=VE(R),Ex(p&&!nn(s)?Y5(e,t,n,{stroke:s,strokeOpacity:o,strokeWidth:a,tickSize:p,tickPadding:y,tickRotate:m,y:g,ariaLabel:C,...N}):null,nn(c)?null:J5(e,t,n,{fill:c,fillOpacity:l,stroke:h,strokeOpacity:f,strokeWidth:d,textAnchor:u,tickSize:p,tickPadding:y,tickRotate:m,y:g,marginTop:S,marginRight:v,marginBottom:w,marginLeft:b,ariaLabel:C,...N}),!nn(c)&&x!==null?pr([],BE({fill:c,fillOpacity:l,...N},function(B,I,L,k,F){let Z=k[e],{marginTop:U,marginRight:G,marginBottom:X,marginLeft:st}=e==="x"&&F.inset||F,ct=M??(Z.bandwidth?"center":"right"),W=E??(t==="top"?U:X)-3;return ct==="center"?(this.frameAnchor=t,this.textAnchor=void 0):(this.frameAnchor=`${t}-${ct}`,this.textAnchor=ct==="right"?"end":"start"),this.lineAnchor=t,this.dy=t==="top"?-W:W,this.dx=ct==="right"?G-3:ct==="left"?3-st:0,this.ariaLabel=`${C} label`,{facets:[[0]],channels:{text:{value:[GE(e,Z,{anchor:t,label:x,labelAnchor:ct,labelArrow:R})]}}}})):null)}function q5(e,t,n,{strokeWidth:i=1,strokeLinecap:r=null,strokeLinejoin:s=null,facetAnchor:o=t+(e==="y"?"-empty":""),frameAnchor:a=t,tickSize:c,inset:l=0,insetLeft:u=l,insetRight:h=l,dx:f=0,y:d=e==="y"?void 0:null,ariaLabel:p,...y}){return Ka(CE,e,n,{ariaLabel:`${p} tick`,ariaHidden:!0},{strokeWidth:i,strokeLinecap:r,strokeLinejoin:s,facetAnchor:o,frameAnchor:a,y:d,...y,dx:t==="left"?+f-an+ +u:+f+an-h,anchor:"start",length:c,shape:t==="left"?tB:eB})}function Y5(e,t,n,{strokeWidth:i=1,strokeLinecap:r=null,strokeLinejoin:s=null,facetAnchor:o=t+(e==="x"?"-empty":""),frameAnchor:a=t,tickSize:c,inset:l=0,insetTop:u=l,insetBottom:h=l,dy:f=0,x:d=e==="x"?void 0:null,ariaLabel:p,...y}){return Ka(EE,e,n,{ariaLabel:`${p} tick`,ariaHidden:!0},{strokeWidth:i,strokeLinejoin:s,strokeLinecap:r,facetAnchor:o,frameAnchor:a,x:d,...y,dy:t==="bottom"?+f-an-h:+f+an+ +u,anchor:"start",length:c,shape:t==="bottom"?Q5:j5})}function Z5(e,t,n,{facetAnchor:i=t+(e==="y"?"-empty":""),frameAnchor:r=t,tickSize:s,tickRotate:o=0,tickPadding:a=Math.max(3,9-s)+(Math.abs(o)>60?4*Math.cos(o*Nx):0),text:c,textAnchor:l=Math.abs(o)>60?"middle":t==="left"?"end":"start",lineAnchor:u=o>60?"top":o<-60?"bottom":"middle",fontVariant:h,inset:f=0,insetLeft:d=f,insetRight:p=f,dx:y=0,ariaLabel:m,y:g=e==="y"?void 0:null,..._}){return Ka(Hx,e,n,{ariaLabel:`${m} tick label`},{facetAnchor:i,frameAnchor:r,text:c,textAnchor:l,lineAnchor:u,fontVariant:h,rotate:o,y:g,..._,dx:t==="left"?+y-s-a+ +d:+y+ +s+ +a-p},function(S,v,w,b,x){h===void 0&&(this.fontVariant=zE(S)),c===void 0&&(x.text=kE(S,v,w,b,t))})}function J5(e,t,n,{facetAnchor:i=t+(e==="x"?"-empty":""),frameAnchor:r=t,tickSize:s,tickRotate:o=0,tickPadding:a=Math.max(3,9-s)+(Math.abs(o)>=10?4*Math.cos(o*Nx):0),text:c,textAnchor:l=Math.abs(o)>=10?o<0^t==="bottom"?"start":"end":"middle",lineAnchor:u=Math.abs(o)>=10?"middle":t==="bottom"?"top":"bottom",fontVariant:h,inset:f=0,insetTop:d=f,insetBottom:p=f,dy:y=0,x:m=e==="x"?void 0:null,ariaLabel:g,..._}){return Ka(Vx,e,n,{ariaLabel:`${g} tick label`},{facetAnchor:i,frameAnchor:r,text:c===void 0?null:c,textAnchor:l,lineAnchor:u,fontVariant:h,rotate:o,x:m,..._,dy:t==="bottom"?+y+ +s+ +a-p:+y-s-a+ +d},function(S,v,w,b,x){h===void 0&&(this.fontVariant=zE(S)),c===void 0&&(x.text=kE(S,v,w,b,t))})}function Fl(){let[e,t]=Ls(...arguments);return FE("y",RE(t),e,t)}function Jx(){let[e,t]=Ls(...arguments);return FE("fy",IE(t),e,t)}function Ul(){let[e,t]=Ls(...arguments);return UE("x",PE(t),e,t)}function Kx(){let[e,t]=Ls(...arguments);return UE("fx",LE(t),e,t)}function FE(e,t,n,{y:i=e==="y"?void 0:null,x:r=null,x1:s=t==="left"?r:null,x2:o=t==="right"?r:null,ariaLabel:a=`${e}-grid`,ariaHidden:c=!0,...l}){return Ka(Dl,e,n,{ariaLabel:a,ariaHidden:c},{y:i,x1:s,x2:o,...OE(l)})}function UE(e,t,n,{x:i=e==="x"?void 0:null,y:r=null,y1:s=t==="top"?r:null,y2:o=t==="bottom"?r:null,ariaLabel:a=`${e}-grid`,ariaHidden:c=!0,...l}){return Ka(Zr,e,n,{ariaLabel:a,ariaHidden:c},{x:i,y1:s,y2:o,...OE(l)})}function OE({color:e="currentColor",opacity:t=.1,stroke:n=e,strokeOpacity:i=t,strokeWidth:r=1,...s}){return{stroke:n,strokeOpacity:i,strokeWidth:r,...s}}function BE({fill:e,fillOpacity:t,fontFamily:n,fontSize:i,fontStyle:r,fontVariant:s,fontWeight:o,monospace:a,pointerEvents:c,shapeRendering:l,clip:u=!1},h){return[,e]=On(e),[,t]=Pe(t),{facet:"super",x:null,y:null,fill:e,fillOpacity:t,fontFamily:n,fontSize:i,fontStyle:r,fontVariant:s,fontWeight:o,monospace:a,pointerEvents:c,shapeRendering:l,clip:u,initializer:h}}function Ka(e,t,n,i,r,s){let o;function a(u,h,f,d,p,y){let m=u==null&&(t==="fx"||t==="fy"),{[t]:g}=d;if(!g)throw new Error(`missing scale: ${t}`);let _=g.domain(),{interval:S,ticks:v,tickFormat:w,tickSpacing:b=t==="x"?80:35}=r;if(typeof v=="string"&&HE(g)&&(S=v,v=void 0),v===void 0&&(v=lr(S,g.type)??K5(g,b)),u==null){if(Bn(v))u=cr(v);else if(Cs(v))u=qx(v,...on(_));else if(g.interval){let M=g.interval;if(g.ticks){let[R,E]=on(_),C=(E-R)/M[Ca];M=Dy(M,C/v)??M,u=qx(M,R,E)}else{u=_;let R=u.length;M=Dy(M,R/v)??M,M!==g.interval&&(u=qx(M,...on(u)))}if(M===g.interval){let R=Math.round(u.length/v);R>1&&(u=u.filter((E,C)=>C%R===0))}}else g.ticks?u=g.ticks(v):u=_;if(!g.ticks&&u.length&&u!==_){let M=new Xi(_);u=u.filter(R=>M.has(R)),u.length||kn(`Warning: the ${t}-axis ticks appear to not align with the scale domain, resulting in no ticks. Try different ticks?`)}t==="y"||t==="x"?h=[En(u)]:o[t]={scale:t,value:pe}}s?.call(this,g,u,v,w,o);let x=Object.fromEntries(Object.entries(o).map(([M,R])=>[M,{...R,value:Se(u,R.value)}]));return m&&(h=y.filterFacets(u,x)),{data:u,facets:h,channels:x}}let c=Wr(r).initializer,l=e(n,Wr({...r,initializer:a},c));return n==null?(o=l.channels,l.channels={}):o={},i!==void 0&&Object.assign(l,i),l.clip===void 0&&(l.clip=!1),l}function K5(e,t){let[n,i]=on(e.range());return(i-n)/t}function kE(e,t,n,i,r){return{value:Ol(e,t,n,i,r)}}function Ol(e,t,n,i,r){return typeof i=="function"&&!(e.type==="log"&&e.tickFormat)?i:i===void 0&&t&&Ne(t)?sT(e.type,t,r)??hr:e.tickFormat?e.tickFormat(typeof n=="number"?n:null,i):typeof i=="string"&&e.domain().length>0?(Ne(e.domain())?nr:Ji)(i):i===void 0?hr:Kn(i)}function qx(e,t,n){return e.range(t,e.offset(e.floor(n)))}var Q5={draw(e,t){e.moveTo(0,0),e.lineTo(0,t)}},j5={draw(e,t){e.moveTo(0,0),e.lineTo(0,-t)}},tB={draw(e,t){e.moveTo(0,0),e.lineTo(-t,0)}},eB={draw(e,t){e.moveTo(0,0),e.lineTo(t,0)}};function zE(e){return e.bandwidth&&!e.interval?void 0:"tabular-nums"}function GE(e,t,{anchor:n,label:i=t.label,labelAnchor:r,labelArrow:s}={}){if(!(i==null||i.inferred&&HE(t)&&/^(date|time|year)$/i.test(i))){if(i=String(i),s==="auto"&&(s=(!t.bandwidth||t.interval)&&!/[↑↓→←]/.test(i)),!s)return i;if(s===!0){let o=PA(t);o&&(s=/x$/.test(e)||r==="center"?/x$/.test(e)===o<0?"left":"right":o<0?"up":"down")}switch(s){case"left":return`← ${i}`;case"right":return`${i} →`;case"up":return n==="right"?`${i} ↑`:`↑ ${i}`;case"down":return n==="right"?`${i} ↓`:`↓ ${i}`}return i}}function VE(e="auto"){return nn(e)?!1:typeof e=="boolean"?e:An(e,"labelArrow",["auto","up","right","down","left"])}function HE(e){return Ne(e.domain())}function WE(e,t){if(t==null)return t;let n=e(t);if(!n)throw new Error(`scale not found: ${t}`);return n}function $E(e,{opacity:t,...n}={}){if(!fr(e)&&!_x(e))throw new Error(`swatches legend requires ordinal or threshold color scale (not ${e.type})`);return qE(e,n,(i,r,s,o)=>i.append("svg").attr("width",s).attr("height",o).attr("fill",r.scale).attr("fill-opacity",Pe(t)[1]).append("rect").attr("width","100%").attr("height","100%"))}function XE(e,{fill:t=e.hint?.fill!==void 0?e.hint.fill:"none",fillOpacity:n=1,stroke:i=e.hint?.stroke!==void 0?e.hint.stroke:nn(t)?"currentColor":"none",strokeOpacity:r=1,strokeWidth:s=1.5,r:o=4.5,...a}={},c){let[l,u]=On(t),[h,f]=On(i),d=WE(c,l),p=WE(c,h),y=o*o*Math.PI;return n=Pe(n)[1],r=Pe(r)[1],s=Pe(s)[1],qE(e,a,(m,g,_,S)=>m.append("svg").attr("viewBox","-8 -8 16 16").attr("width",_).attr("height",S).attr("fill",l==="color"?v=>d.scale(v):u).attr("fill-opacity",n).attr("stroke",h==="color"?v=>p.scale(v):f).attr("stroke-opacity",r).attr("stroke-width",s).append("path").attr("d",v=>{let w=Zi();return e.scale(v).draw(w,y),w}))}function qE(e,t={},n){let{columns:i,tickFormat:r,fontVariant:s=Ad(e),swatchSize:o=15,swatchWidth:a=o,swatchHeight:c=o,marginLeft:l=0,className:u,style:h,width:f}=t,d=Wa(t);u=$a(u),r=Ol(e.scale,e.domain,void 0,r);let p=se("div",d).attr("class",`${u}-swatches ${u}-swatches-${i!=null?"columns":"wrap"}`),y;return i!=null?(y=`:where(.${u}-swatches-columns .${u}-swatch) {
+  display: flex;
+  align-items: center;
+  break-inside: avoid;
+  padding-bottom: 1px;
+}
+:where(.${u}-swatches-columns .${u}-swatch::before) {
+  flex-shrink: 0;
+}
+:where(.${u}-swatches-columns .${u}-swatch-label) {
+  white-space: nowrap;
+  overflow: hidden;
+  text-overflow: ellipsis;
+}`,p.style("columns",i).selectAll().data(e.domain).enter().append("div").attr("class",`${u}-swatch`).call(n,e,a,c).call(m=>m.append("div").attr("class",`${u}-swatch-label`).attr("title",r).text(r))):(y=`:where(.${u}-swatches-wrap) {
+  display: flex;
+  align-items: center;
+  min-height: 33px;
+  flex-wrap: wrap;
+}
+:where(.${u}-swatches-wrap .${u}-swatch) {
+  display: inline-flex;
+  align-items: center;
+  margin-right: 1em;
+}`,p.selectAll().data(e.domain).enter().append("span").attr("class",`${u}-swatch`).call(n,e,a,c).append(function(){return this.ownerDocument.createTextNode(r.apply(this,arguments))})),p.call(m=>m.insert("style","*").text(`:where(.${u}-swatches) {
+  font-family: system-ui, sans-serif;
+  font-size: 10px;
+  margin-bottom: 0.5em;
+}
+:where(.${u}-swatch > svg) {
+  margin-right: 0.5em;
+  overflow: visible;
+}
+${y}`)).style("margin-left",l?`${+l}px`:null).style("width",f===void 0?null:`${+f}px`).style("font-variant",Le(s,"normal")).call(Xa,h).node()}var Qx=new Map([["symbol",XE],["color",JE],["opacity",nB]]);function YE(e,t,n={}){return(i,r)=>{if(!Qx.has(i))throw new Error(`unknown legend type: ${i}`);if(i in e)return Qx.get(i)(e[i],ZE(t,n[i],r),s=>e[s])}}function ZE({className:e,...t},{label:n,ticks:i,tickFormat:r}={},s){return wT(s,{className:e,...t},{label:n,ticks:i,tickFormat:r})}function JE(e,{legend:t=!0,...n}){if(t===!0&&(t=e.type==="ordinal"?"swatches":"ramp"),e.domain!==void 0)switch(`${t}`.toLowerCase()){case"swatches":return $E(e,n);case"ramp":return rE(e,n);default:throw new Error(`unknown legend type: ${t}`)}}function nB({type:e,interpolate:t,...n},{legend:i=!0,color:r=Pi(0,0,0),...s}){if(!t)throw new Error(`${e} opacity scales are not supported`);if(i===!0&&(i="ramp"),`${i}`.toLowerCase()!=="ramp")throw new Error(`${i} opacity legends are not supported`);return JE({type:e,...n,interpolate:iB(r)},{legend:i,...s})}function iB(e){let{r:t,g:n,b:i}=Pi(e)||Pi(0,0,0);return r=>`rgba(${t},${n},${i},${r})`}function KE(e,t,n){let i=[];for(let[r,s]of Qx){let o=n[r];if(o?.legend&&r in e){let a=s(e[r],ZE(t,e[r],o),c=>e[c]);a!=null&&i.push(a)}}return i}function Bl(e={},t="x"){return Wy(e)?e:{...e,[t]:pe}}function Od(e={},t="y"){return $y(e)?e:{...e,[t]:pe}}function QE(e,t){if(t.length===1)return{data:e,facets:t};let n=Es(e),i=new Uint8Array(n),r=0;for(let a of t)for(let c of a)i[c]&&++r,i[c]=1;if(r===0)return{data:e,facets:t};e=Ts(e);let s=e[Oy]=new Uint32Array(n+r);t=t.map(a=>Ts(a,Uint32Array));let o=n;i.fill(0);for(let a of t)for(let c=0,l=a.length;c<l;++c){let u=a[c];i[u]?(a[c]=o,e[o]=e[u],s[o]=u,++o):s[u]=u,i[u]=1}return{data:e,facets:t}}function rB(e={},t={}){arguments.length===1&&([e,t]=e2(e));let{y1:n,y:i=n,x:r,...s}=t,[o,a,c,l]=n2(i,r,"y","x",e,s);return{...o,y1:n,y:a,x1:c,x2:l,x:Da(c,l)}}function sB(e={},t={}){arguments.length===1&&([e,t]=e2(e));let{x1:n,x:i=n,y:r,...s}=t,[o,a,c,l]=n2(i,r,"x","y",e,s);return{...o,x1:n,x:a,y1:c,y2:l,y:Da(c,l)}}function kl({x:e,x1:t,x2:n,...i}={}){return i=Ps(i,"y"),t===void 0&&n===void 0?rB({x:e,...i}):([t,n]=Xy(e,t,n),{...i,x1:t,x2:n})}function Bd({y:e,y1:t,y2:n,...i}={}){return i=Ps(i,"x"),t===void 0&&n===void 0?sB({y:e,...i}):([t,n]=Xy(e,t,n),{...i,y1:t,y2:n})}function e2(e){let{offset:t,order:n,reverse:i,...r}=e;return[{offset:t,order:n,reverse:i},r]}var oB={length:!0};function n2(e,t=uT,n,i,{offset:r,order:s,reverse:o},a){if(t===null)throw new Error(`stack requires ${i}`);let c=La(a),[l,u]=yi(e),[h,f]=Na(t),[d,p]=Na(t);return h.hint=d.hint=oB,r=aB(r),s=uB(s,r,i),[bo(a,(y,m,g)=>{({data:y,facets:m}=QE(y,m));let _=e==null?void 0:u(wl(Se(y,e),g?.[n])),S=Se(y,t,Float64Array),v=Se(y,c),w=s&&s(y,_,S,v),b=Es(y),x=f(new Float64Array(b)),M=p(new Float64Array(b)),R=[];for(let E of m){let C=_?Array.from(Xs(E,N=>_[N]).values()):[E];if(w)for(let N of C)N.sort(w);for(let N of C){let B=0,I=0;o&&N.reverse();for(let L of N){let k=S[L];k<0?B=M[L]=(x[L]=B)+k:k>0?I=M[L]=(x[L]=I)+k:M[L]=x[L]=I}}R.push(C)}return r&&r(R,x,M,v),{data:y,facets:m}}),l,h,d]}function aB(e){if(e!=null){if(typeof e=="function")return e;switch(`${e}`.toLowerCase()){case"expand":case"normalize":return cB;case"center":case"silhouette":return lB;case"wiggle":return r2}throw new Error(`unknown offset: ${e}`)}}function i2(e,t){let n=0,i=0;for(let r of e){let s=t[r];s<n&&(n=s),s>i&&(i=s)}return[n,i]}function cB(e,t,n){for(let i of e)for(let r of i){let[s,o]=i2(r,n);for(let a of r){let c=1/(o-s||1);t[a]=c*(t[a]-s),n[a]=c*(n[a]-s)}}}function lB(e,t,n){for(let i of e){for(let r of i){let[s,o]=i2(r,n);for(let a of r){let c=(o+s)/2;t[a]-=c,n[a]-=c}}s2(i,t,n)}o2(e,t,n)}function r2(e,t,n,i){for(let r of e){let s=new ri,o=0;for(let a of r){let c=-1,l=a.map(d=>Math.abs(n[d]-t[d])),u=a.map(d=>{c=i?i[d]:++c;let p=n[d]-t[d],y=s.has(c)?p-s.get(c):0;return s.set(c,p),y}),h=[0,...Gb(u)];for(let d of a)t[d]+=o,n[d]+=o;let f=Ci(l);f&&(o-=Ci(l,(d,p)=>(u[p]/2+h[p])*d)/f)}s2(r,t,n)}o2(e,t,n)}function s2(e,t,n){let i=si(e,r=>si(r,s=>t[s]));for(let r of e)for(let s of r)t[s]-=i,n[s]-=i}function o2(e,t,n){let i=e.length;if(i===1)return;let r=e.map(a=>a.flat()),s=r.map(a=>(si(a,c=>t[c])+Mn(a,c=>n[c]))/2),o=si(s);for(let a=0;a<i;a++){let c=o-s[a];for(let l of r[a])t[l]+=c,n[l]+=c}}function uB(e,t,n){if(e===void 0&&t===r2)return jE(mn);if(e!=null){if(typeof e=="string"){let i=e.startsWith("-"),r=i?po:mn;switch((i?e.slice(1):e).toLowerCase()){case"value":case n:return fB(r);case"z":return hB(r);case"sum":return dB(r);case"appearance":return pB(r);case"inside-out":return jE(r)}return t2(ky(e))}if(typeof e=="function")return(e.length===1?t2:mB)(e);if(Li(e))return gB(e);throw new Error(`invalid order: ${e}`)}}function fB(e){return(t,n,i)=>(r,s)=>e(i[r],i[s])}function hB(e){return(t,n,i,r)=>(s,o)=>e(r[s],r[o])}function dB(e){return kd(e,(t,n,i,r)=>Kf(En(t),s=>Ci(s,o=>i[o]),s=>r[s]))}function pB(e){return kd(e,(t,n,i,r)=>Kf(En(t),s=>n[Lm(s,o=>i[o])],s=>r[s]))}function jE(e){return kd(e,(t,n,i,r)=>{let s=En(t),o=Kf(s,h=>n[Lm(h,f=>i[f])],h=>r[h]),a=Lr(s,h=>Ci(h,f=>i[f]),h=>r[h]),c=[],l=[],u=0;for(let h of o)u<0?(u+=a.get(h),c.push(h)):(u-=a.get(h),l.push(h));return l.reverse().concat(c)})}function t2(e){return t=>{let n=Se(t,e);return(i,r)=>mn(n[i],n[r])}}function mB(e){return t=>Li(t)?(n,i)=>e(t[n],t[i]):(n,i)=>e(t.get(n),t.get(i))}function gB(e){return kd(mn,()=>e)}function kd(e,t){return(n,i,r,s)=>{if(!s)throw new Error("missing channel: z");let o=new ri(t(n,i,r,s).map((a,c)=>[a,c]));return(a,c)=>e(o.get(s[a]),o.get(s[c]))}}var yB={ariaLabel:"rect"},zl=class extends ge{constructor(t,n={}){let{x1:i,y1:r,x2:s,y2:o}=n;super(t,{x1:{value:i,scale:"x",type:i!=null&&s==null?"band":void 0,optional:!0},y1:{value:r,scale:"y",type:r!=null&&o==null?"band":void 0,optional:!0},x2:{value:s,scale:"x",optional:!0},y2:{value:o,scale:"y",optional:!0}},n,yB),Gl(this,n),Vl(this,n)}render(t,n,i,r,s){let{x:o,y:a}=n,{x1:c,y1:l,x2:u,y2:h}=i,{marginTop:f,marginRight:d,marginBottom:p,marginLeft:y,width:m,height:g}=r,{projection:_}=s,{insetTop:S,insetRight:v,insetBottom:w,insetLeft:b}=this,{rx:x,ry:M,rx1y1:R,rx1y2:E,rx2y1:C,rx2y2:N}=this;(c||u)&&!_&&Ui(o)&&(c=u=null),(l||h)&&!_&&Ui(a)&&(l=h=null);let B=o?.bandwidth?o.bandwidth():0,I=a?.bandwidth?a.bandwidth():0;return se("svg:g",s).call(Ue,this,r,s).call(Oe,this,{},0,0).call(L=>L.selectAll().data(t).enter().call(R||E||C||N?k=>k.append("path").call(Ee,this).call(Hl,c&&u?F=>c[F]+(u[F]<c[F]?-v:b):c?F=>c[F]+b:y+b,l&&h?F=>l[F]+(h[F]<l[F]?-w:S):l?F=>l[F]+S:f+S,c&&u?F=>u[F]-(u[F]<c[F]?-b:v):c?F=>c[F]+B-v:m-d-v,l&&h?F=>h[F]-(h[F]<l[F]?-S:w):l?F=>l[F]+I-w:g-p-w,this).call(cn,this,i):k=>k.append("rect").call(Ee,this).attr("x",c?u?F=>Math.min(c[F],u[F])+b:F=>c[F]+b:y+b).attr("y",l?h?F=>Math.min(l[F],h[F])+S:F=>l[F]+S:f+S).attr("width",c?u?F=>Math.max(0,Math.abs(u[F]-c[F])+B-b-v):B-b-v:m-d-y-v-b).attr("height",l?h?F=>Math.max(0,Math.abs(l[F]-h[F])+I-S-w):I-S-w:g-f-p-S-w).call(Ot,"rx",x).call(Ot,"ry",M).call(cn,this,i))).node()}};function Gl(e,{inset:t=0,insetTop:n=t,insetRight:i=t,insetBottom:r=t,insetLeft:s=t}={}){e.insetTop=Fe(n),e.insetRight=Fe(i),e.insetBottom=Fe(r),e.insetLeft=Fe(s)}function Vl(e,{r:t,rx:n,ry:i,rx1:r=t,ry1:s=t,rx2:o=t,ry2:a=t,rx1y1:c=r!==void 0?+r:s!==void 0?+s:0,rx1y2:l=r!==void 0?+r:a!==void 0?+a:0,rx2y1:u=o!==void 0?+o:s!==void 0?+s:0,rx2y2:h=o!==void 0?+o:a!==void 0?+a:0}={}){c||l||u||h?(e.rx1y1=c,e.rx1y2=l,e.rx2y1=u,e.rx2y2=h):(e.rx=Le(n,"auto"),e.ry=Le(i,"auto"))}function Hl(e,t,n,i,r,s){let{rx1y1:o,rx1y2:a,rx2y1:c,rx2y2:l}=s;typeof t!="function"&&(t=Kn(t)),typeof n!="function"&&(n=Kn(n)),typeof i!="function"&&(i=Kn(i)),typeof r!="function"&&(r=Kn(r));let u=Math.max(Math.abs(o+c),Math.abs(a+l)),h=Math.max(Math.abs(o+a),Math.abs(c+l));e.attr("d",f=>{let d=t(f),p=n(f),y=i(f),m=r(f),g=d>y,_=p>m,S=g?y:d,v=g?d:y,w=_?m:p,b=_?p:m,x=Math.min(1,(v-S)/u,(b-w)/h),M=x*(g?_?l:c:_?a:o),R=x*(g?_?a:o:_?l:c),E=x*(g?_?o:a:_?c:l),C=x*(g?_?c:l:_?o:a);return`M${S},${w+Gd(M,C)}A${M},${M} 0 0 ${M<0?0:1} ${S+zd(M,C)},${w}H${v-zd(R,E)}A${R},${R} 0 0 ${R<0?0:1} ${v},${w+Gd(R,E)}V${b-Gd(E,R)}A${E},${E} 0 0 ${E<0?0:1} ${v-zd(E,R)},${b}H${S+zd(C,M)}A${C},${C} 0 0 ${C<0?0:1} ${S},${b-Gd(C,M)}Z`})}function zd(e,t){return t<0?e:Math.abs(e)}function Gd(e,t){return t<0?Math.abs(e):e}function jx(e,t){return new zl(e,dE(Bx(t)))}function t_(e,t={}){return sd(t)||(t={...t,y:or,x2:pe,interval:1}),new zl(e,kl(Bx(Bl(t))))}var xB={ariaLabel:"frame",fill:"none",stroke:"currentColor",clip:!1},_B={ariaLabel:"frame",fill:null,stroke:"currentColor",strokeLinecap:"square",clip:!1},e_=class extends ge{constructor(t={}){let{anchor:n=null}=t;super(Ra,void 0,t,n==null?xB:_B),this.anchor=Hy(n,"anchor",["top","right","bottom","left"]),Gl(this,t),n||Vl(this,t)}render(t,n,i,r,s){let{marginTop:o,marginRight:a,marginBottom:c,marginLeft:l,width:u,height:h}=r,{anchor:f,insetTop:d,insetRight:p,insetBottom:y,insetLeft:m}=this,{rx:g,ry:_,rx1y1:S,rx1y2:v,rx2y1:w,rx2y2:b}=this,x=l+m,M=u-a-p,R=o+d,E=h-c-y;return se(f?"svg:line":S||v||w||b?"svg:path":"svg:rect",s).datum(0).call(Ue,this,r,s).call(Ee,this).call(cn,this,i).call(Oe,this,{}).call(f==="left"?C=>C.attr("x1",x).attr("x2",x).attr("y1",R).attr("y2",E):f==="right"?C=>C.attr("x1",M).attr("x2",M).attr("y1",R).attr("y2",E):f==="top"?C=>C.attr("x1",x).attr("x2",M).attr("y1",R).attr("y2",R):f==="bottom"?C=>C.attr("x1",x).attr("x2",M).attr("y1",E).attr("y2",E):S||v||w||b?C=>C.call(Hl,x,R,M,E,this):C=>C.attr("x",x).attr("y",R).attr("width",M-x).attr("height",E-R).attr("rx",g).attr("ry",_)).node()}};function a2(e){return new e_(e)}var n_={ariaLabel:"tip",fill:"var(--plot-background)",stroke:"currentColor"},vB=new Set(["geometry","href","src","ariaLabel","scales"]),i_=class extends ge{constructor(t,n={}){n.tip&&(n={...n,tip:!1}),n.title===void 0&&Bn(t)&&cd(t)&&(n={...n,title:pe});let{x:i,y:r,x1:s,x2:o,y1:a,y2:c,anchor:l,preferredAnchor:u="bottom",monospace:h,fontFamily:f=h?"ui-monospace, monospace":void 0,fontSize:d,fontStyle:p,fontVariant:y,fontWeight:m,lineHeight:g=1,lineWidth:_=20,frameAnchor:S,format:v,textAnchor:w="start",textOverflow:b,textPadding:x=8,title:M,pointerSize:R=12,pathFilter:E="drop-shadow(0 3px 4px rgba(0,0,0,0.2))"}=n;super(t,{x:{value:s!=null&&o!=null?null:i,scale:"x",optional:!0},y:{value:a!=null&&c!=null?null:r,scale:"y",optional:!0},x1:{value:s,scale:"x",optional:o==null},y1:{value:a,scale:"y",optional:c==null},x2:{value:o,scale:"x",optional:s==null},y2:{value:c,scale:"y",optional:a==null},title:{value:M,optional:!0}},n,n_),this.anchor=ud(l,"anchor"),this.preferredAnchor=ud(u,"preferredAnchor"),this.frameAnchor=Rs(S),this.textAnchor=Le(w,"middle"),this.textPadding=+x,this.pointerSize=+R,this.pathFilter=De(E),this.lineHeight=+g,this.lineWidth=+_,this.textOverflow=Gx(b),this.monospace=!!h,this.fontFamily=De(f),this.fontSize=Fe(d),this.fontStyle=De(p),this.fontVariant=De(y),this.fontWeight=De(m);for(let C in n_)C in this.channels&&(this[C]=n_[C]);this.splitLines=$x(this),this.clipLine=Xx(this),this.format=typeof v=="string"||typeof v=="function"?{title:v}:{...v}}render(t,n,i,r,s){let o=this,{x:a,y:c,fx:l,fy:u}=n,{ownerSVGElement:h,document:f}=s,{anchor:d,monospace:p,lineHeight:y,lineWidth:m}=this,{textPadding:g,pointerSize:_,pathFilter:S}=this,{marginTop:v,marginLeft:w}=r,{x1:b,y1:x,x2:M,y2:R,x:E=b??M,y:C=x??R}=i,N=l?l(t.fx)-w:0,B=u?u(t.fy)-v:0,[I,L]=dr(this,r),k=Px(i,I),F=Lx(i,L),Z=p?Ld:Pd,U=Z(Mo),G,X;"title"in i?(G=c2.call(this,{title:i.channels.title},n),X=wB):(G=c2.call(this,i.channels,n),X=TB);let st=se("svg:g",s).call(Ue,this,r,s).call(Wx,this).call(Oe,this,{x:E&&a,y:C&&c}).call(at=>at.selectAll().data(t).enter().append("g").attr("transform",ft=>`translate(${Math.round(k(ft))},${Math.round(F(ft))})`).call(Ee,this).call(ft=>ft.append("path").attr("filter",S)).call(ft=>ft.append("text").each(function(ot){let rt=Ri(this);this.setAttribute("fill","currentColor"),this.setAttribute("fill-opacity",1),this.setAttribute("stroke","none");let J=X.call(o,ot,t,G,n,i);if(typeof J=="string")for(let gt of o.splitLines(J))ct(rt,{value:o.clipLine(gt)});else{let gt=new Set;for(let lt of J){let{label:K=""}=lt;K&&gt.has(K)||(gt.add(K),ct(rt,lt))}}})));function ct(at,{label:ft,value:ot,color:rt,opacity:J}){ft??="",ot??="";let gt=rt!=null||J!=null,lt,K=m*100,[It]=So(ft,K,Z,U);if(It>=0)ft=ft.slice(0,It).trimEnd()+Mo,lt=ot.trim(),ot="";else{(ft||!ot&&!gt)&&(ot=" "+ot);let[Ut]=So(ot,K-Z(ft),Z,U);Ut>=0&&(lt=ot.trim(),ot=ot.slice(0,Ut).trimEnd()+Mo)}let pt=at.append("tspan").attr("x",0).attr("dy",`${y}em`).text("​");ft&&pt.append("tspan").attr("font-weight","bold").text(ft),ot&&pt.append(()=>f.createTextNode(ot)),gt&&pt.append("tspan").text(" ■").attr("fill",rt).attr("fill-opacity",J).style("user-select","none"),lt&&pt.append("title").text(lt)}function W(){let{width:at,height:ft}=r.facet??r;st.selectChildren().each(function(ot){let{x:rt,width:J,height:gt}=this.getBBox();J=Math.round(J),gt=Math.round(gt);let lt=d;if(lt===void 0){let pt=k(ot)+N,Ut=F(ot)+B,Gt=pt+J+_+g*2<at,ce=pt-J-_-g*2>0,oe=Ut+gt+_+g*2<ft,Xe=Ut-gt-_-g*2>0;lt=Gt&&ce?oe&&Xe?o.preferredAnchor:Xe?"bottom":"top":oe&&Xe?Gt?"left":"right":(Gt||ce)&&(oe||Xe)?`${Xe?"bottom":"top"}-${Gt?"left":"right"}`:o.preferredAnchor}let K=this.firstChild,It=this.lastChild;if(K.setAttribute("d",SB(lt,_,g,J,gt)),rt)for(let pt of It.childNodes)pt.setAttribute("x",-rt);It.setAttribute("y",`${+bB(lt,It.childNodes.length,y).toFixed(6)}em`),It.setAttribute("transform",`translate(${MB(lt,_,g,J,gt)})`)}),st.attr("visibility",null)}return t.length&&(st.attr("visibility","hidden"),h.isConnected?Promise.resolve().then(W):typeof requestAnimationFrame<"u"&&requestAnimationFrame(W)),st.node()}};function h2(e,{x:t,y:n,...i}={}){return i.frameAnchor===void 0&&([t,n]=Di(t,n)),new i_(e,{...i,x:t,y:n})}function bB(e,t,n){return/^top(?:-|$)/.test(e)?.94-n:-.29-t*n}function MB(e,t,n,i,r){switch(e){case"middle":return[-i/2,r/2];case"top-left":return[n,t+n];case"top":return[-i/2,t/2+n];case"top-right":return[-i-n,t+n];case"right":return[-t/2-i-n,r/2];case"bottom-left":return[n,-t-n];case"bottom":return[-i/2,-t/2-n];case"bottom-right":return[-i-n,-t-n];case"left":return[n+t/2,r/2]}}function SB(e,t,n,i,r){let s=i+n*2,o=r+n*2;switch(e){case"middle":return`M${-s/2},${-o/2}h${s}v${o}h${-s}z`;case"top-left":return`M0,0l${t},${t}h${s-t}v${o}h${-s}z`;case"top":return`M0,0l${t/2},${t/2}h${(s-t)/2}v${o}h${-s}v${-o}h${(s-t)/2}z`;case"top-right":return`M0,0l${-t},${t}h${t-s}v${o}h${s}z`;case"right":return`M0,0l${-t/2},${-t/2}v${t/2-o/2}h${-s}v${o}h${s}v${t/2-o/2}z`;case"bottom-left":return`M0,0l${t},${-t}h${s-t}v${-o}h${-s}z`;case"bottom":return`M0,0l${t/2},${-t/2}h${(s-t)/2}v${-o}h${-s}v${o}h${(s-t)/2}z`;case"bottom-right":return`M0,0l${-t},${-t}h${t-s}v${-o}h${s}z`;case"left":return`M0,0l${t/2},${-t/2}v${t/2-o/2}h${s}v${o}h${-s}v${t/2-o/2}z`}}function c2(e,t){let n={},i=this.format;i=l2(i,e,"x"),i=l2(i,e,"y"),this.format=i;for(let r in i){let s=i[r];if(!(s===null||s===!1))if(r==="fx"||r==="fy")n[r]=!0;else{let o=ax(e,r);o&&(n[r]=o)}}for(let r in e){if(r in n||r in i||vB.has(r)||(r==="x"||r==="y")&&e.geometry)continue;let s=ax(e,r);if(s){if(s.scale==null&&s.defaultScale==="color")continue;n[r]=s}}this.facet&&(t.fx&&!("fx"in i)&&(n.fx=!0),t.fy&&!("fy"in i)&&(n.fy=!0));for(let r in n){let s=this.format[r];if(typeof s=="string"){let o=n[r]?.value??t[r]?.domain()??[];this.format[r]=(Ne(o)?nr:Ji)(s)}else if(s===void 0||s===!0){let o=t[r];this.format[r]=o?.bandwidth?Ol(o,o.domain()):hr}}return n}function l2(e,t,n){if(!(n in e))return e;let i=`${n}1`,r=`${n}2`;if((i in e||!(i in t))&&(r in e||!(r in t)))return e;let s=Object.entries(e),o=e[n];return s.splice(s.findIndex(([a])=>a===n)+1,0,[i,o],[r,o]),Object.fromEntries(s)}function wB(e,t,{title:n}){return this.format.title(n.value[e],e)}function*TB(e,t,n,i,r){for(let s in n){if(s==="fx"||s==="fy"){yield{label:Vd(i,n,s),value:this.format[s](t[s],e)};continue}if(s==="x1"&&"x2"in n||s==="y1"&&"y2"in n)continue;let o=n[s];if(s==="x2"&&"x1"in n)yield{label:f2(i,n,"x"),value:u2(this.format.x2,n.x1,o,e)};else if(s==="y2"&&"y1"in n)yield{label:f2(i,n,"y"),value:u2(this.format.y2,n.y1,o,e)};else{let a=o.value[e],c=o.scale;if(!mi(a)&&c==null)continue;yield{label:Vd(i,n,s),value:this.format[s](a,e),color:c==="color"?r[s][e]:null,opacity:c==="opacity"?r[s][e]:null}}}}function u2(e,t,n,i){return n.hint?.length?`${e(n.value[i]-t.value[i],i)}`:`${e(t.value[i],i)}–${e(n.value[i],i)}`}function f2(e,t,n){let i=Vd(e,t,`${n}1`,n),r=Vd(e,t,`${n}2`,n);return i===r?i:`${i}–${r}`}function Vd(e,t,n,i=n){let r=t[n],s=e[r?.scale??n];return String(s?.label??r?.label??i)}function Jr(e={}){let{facet:t,style:n,title:i,subtitle:r,caption:s,ariaLabel:o,ariaDescription:a}=e,c=$a(e.className),l=e.marks===void 0?[]:p2(e.marks);l.push(...PB(l));let u=RB(t,e),h=new Map;for(let U of l){let G=m2(U,u,e);G&&h.set(U,G)}let f=new Map;u&&Wl(f,[u],e),Wl(f,h,e);let d=p2(LB(l,f,e));for(let U of d){let G=m2(U,u,e);G&&h.set(U,G)}l.unshift(...d);let p=UA(f,e);if(p!==void 0){let U=u?vd(p,u):void 0;for(let X of l){if(X.facet===null||X.facet==="super")continue;let st=h.get(X);st!==void 0&&(st.facetsIndex=X.fx!=null||X.fy!=null?vd(p,st):U)}let G=new Set;for(let{facetsIndex:X}of h.values())X?.forEach((st,ct)=>{st?.length>0&&G.add(ct)});p.forEach(0<G.size&&G.size<p.length?(X,st)=>X.empty=!G.has(st):X=>X.empty=!1);for(let X of l)if(X.facet==="exclude"){let st=h.get(X);st!==void 0&&(st.facetsIndex=kA(st.facetsIndex))}}for(let U of me.keys())Ia(e[U])&&U!=="fx"&&U!=="fy"&&f.set(U,[]);let y=new Map;for(let U of l){if(y.has(U))throw new Error("duplicate mark; each mark must be unique");let{facetsIndex:G,channels:X}=h.get(U)??{},{data:st,facets:ct,channels:W}=U.initialize(G,X,e);o_(W,e),y.set(U,{data:st,facets:ct,channels:W})}let m=Il(Wl(f,y,e),e),g=tE(m,l,e);IA(m,g);let _=yx(m),{fx:S,fy:v}=_,w=S||v?xx(m,g):g,b=S||v?kB(_,g):g,x=Wa(e),M=x.document,R=la("svg").call(M.documentElement),E=R;x.ownerSVGElement=R,x.className=c,x.projection=VA(e,w),x.path=function(){return sl(this.projection??YA(_))},x.filterFacets=(U,G)=>vd(p,{channels:G,groups:xd(U,G)}),x.getMarkState=U=>{let G=y.get(U),X=h.get(U);return{...G,channels:{...G.channels,...X?.channels}}},x.dispatchValue=U=>{E.value!==U&&(E.value=U,E.dispatchEvent(new x.document.defaultView.Event("input",{bubbles:!0})))};let C=new Set;for(let[U,G]of y)if(U.initializer!=null){let X=U.facet==="super"?b:w,st=U.initializer(G.data,G.facets,G.channels,_,X,x);if(st.data!==void 0&&(G.data=st.data),st.facets!==void 0&&(G.facets=st.facets),st.channels!==void 0){let{fx:ct,fy:W,...at}=st.channels;CB(at),Object.assign(G.channels,at);for(let ft of Object.values(at)){let{scale:ot}=ft;ot!=null&&!CT(me.get(ot))&&(x2(ft,e),C.add(ot))}(ct!=null||W!=null)&&h.set(U,!0)}}if(C.size){let U=new Map;Wl(U,y,e,ct=>C.has(ct)),Wl(f,y,e,ct=>C.has(ct));let G=BB(Il(U,e),m),{scales:X,...st}=yx(G);Object.assign(m,G),Object.assign(_,st),Object.assign(_.scales,X)}let N,B;p!==void 0&&(N={x:S?.domain(),y:v?.domain()},p=OA(p,N),B=BA(S,v,g));for(let[U,G]of y)G.values=U.scale(G.channels,_,x);let{width:I,height:L}=g;Ri(R).attr("class",c).attr("fill","currentColor").attr("font-family","system-ui, sans-serif").attr("font-size",10).attr("text-anchor","middle").attr("width",I).attr("height",L).attr("viewBox",`0 0 ${I} ${L}`).attr("aria-label",o).attr("aria-description",a).call(U=>U.append("style").text(`:where(.${c}) {
+  --plot-background: white;
+  display: block;
+  height: auto;
+  height: intrinsic;
+  max-width: 100%;
+}
+:where(.${c} text),
+:where(.${c} tspan) {
+  white-space: pre;
+}`)).call(Xa,n);for(let U of l){let{channels:G,values:X,facets:st}=y.get(U);if(p===void 0||U.facet==="super"){let ct=null;if(st&&(ct=st[0],ct=U.filter(ct,G,X),ct.length===0))continue;let W=U.render(ct,_,X,b,x);if(W==null)continue;R.appendChild(W)}else{let ct;for(let W of p){if(!(U.facetAnchor?.(p,N,W)??!W.empty))continue;let at=null;if(st){let ot=h.has(U);if(at=st[ot?W.i:0],at=U.filter(at,G,X),at.length===0)continue;!ot&&at===st[0]&&(at=pT(at)),at.fx=W.x,at.fy=W.y,at.fi=W.i}let ft=U.render(at,_,X,w,x);if(ft!=null){(ct??=Ri(R).append("g")).append(()=>ft).datum(W);for(let ot of["aria-label","aria-description","aria-hidden","transform"])ft.hasAttribute(ot)&&(ct.attr(ot,ft.getAttribute(ot)),ft.removeAttribute(ot))}}ct?.selectChildren().each(B)}}let k=KE(m,x,e),{figure:F=i!=null||r!=null||s!=null||k.length>0}=e;F&&(E=M.createElement("figure"),E.className=`${c}-figure`,E.style.maxWidth="initial",i!=null&&E.append(d2(M,i,"h2")),r!=null&&E.append(d2(M,r,"h3")),E.append(...k,R),s!=null&&E.append(AB(M,s)),"value"in R&&(E.value=R.value,delete R.value)),E.scale=DA(_.scales),E.legend=YE(m,x,e);let Z=fA();return Z>0&&Ri(R).append("text").attr("x",I).attr("y",20).attr("dy","-1em").attr("text-anchor","end").attr("font-family","initial").text("⚠️").append("title").text(`${Z.toLocaleString("en-US")} warning${Z===1?"":"s"}. Please check the console.`),E}function d2(e,t,n){if(t.ownerDocument)return t;let i=e.createElement(n);return i.append(t),i}function AB(e,t){let n=e.createElement("figcaption");return n.append(t),n}function p2(e){return e.flat(1/0).filter(t=>t!=null).map(EB)}function EB(e){return typeof e.render=="function"?e:new s_(e)}var s_=class extends ge{constructor(t){if(typeof t!="function")throw new TypeError("invalid mark; missing render function");super(),this.render=t}render(){}};function o_(e,t){for(let n in e)x2(e[n],t);return e}function x2(e,t){let{scale:n,transform:i=!0}=e;if(n==null||!i)return;let{type:r,percent:s,interval:o,transform:a=s?c=>c==null?NaN:c*100:qy(o,r)}=t[n]??{};a!=null&&(e.value=de(e.value,a),e.transform=!1)}function CB(e){for(let t in e)ox(t,e[t])}function Wl(e,t,n,i=fT){for(let{channels:r}of t.values())for(let s in r){let o=r[s],{scale:a}=o;if(a!=null&&i(a))if(a==="projection"){if(!$A(n)){let c=n.x?.domain===void 0,l=n.y?.domain===void 0;if(c||l){let[u,h]=qA(o);c&&r_(e,"x",u),l&&r_(e,"y",h)}}}else r_(e,a,o)}return e}function r_(e,t,n){let i=e.get(t);i!==void 0?i.push(n):e.set(t,[n])}function RB(e,t){if(e==null)return;let{x:n,y:i}=e;if(n==null&&i==null)return;let r=Hr(e.data);if(r==null)throw new Error("missing facet data");let s={};n!=null&&(s.fx=Ba(r,{value:n,scale:"fx"})),i!=null&&(s.fy=Ba(r,{value:i,scale:"fy"})),o_(s,t);let o=xd(r,s);return{channels:s,groups:o,data:e.data}}function m2(e,t,n){if(e.facet===null||e.facet==="super")return;let{fx:i,fy:r}=e;if(i!=null||r!=null){let c=Hr(e.data??i??r);if(c===void 0)throw new Error(`missing facet data in ${e.ariaLabel}`);if(c===null)return;let l={};return i!=null&&(l.fx=Ba(c,{value:i,scale:"fx"})),r!=null&&(l.fy=Ba(c,{value:r,scale:"fy"})),o_(l,n),{channels:l,groups:xd(c,l)}}if(t===void 0)return;let{channels:s,groups:o,data:a}=t;if(e.facet!=="auto"||e.data===a)return{channels:s,groups:o};a.length>0&&(o.size>1||o.size===1&&s.fx&&s.fy&&[...o][0][1].size>1)&&Es(Hr(e.data))===Es(a)&&kn(`Warning: the ${e.ariaLabel} mark appears to use faceted data, but isn’t faceted. The mark data has the same length as the facet data and the mark facet option is "auto", but the mark data and facet data are distinct. If this mark should be faceted, set the mark facet option to true; otherwise, suppress this warning by setting the mark facet option to false.`)}function IB(e,t={}){return Wr({...t,x:null,y:null},(n,i,r,s,o,a)=>a.getMarkState(e))}function PB(e){let t=[];for(let n of e){let i=n.tip;if(i){i===!0?i={}:typeof i=="string"&&(i={pointer:i});let{pointer:r,preferredAnchor:s}=i;r=/^x$/i.test(r)?iE:/^y$/i.test(r)?Ix:nE,i=r(IB(n,i)),i.title=null,s===void 0&&(i.preferredAnchor=r===Ix?"left":"bottom");let o=h2(n.data,i);o.facet=n.facet,o.facetAnchor=n.facetAnchor,t.push(o)}}return t}function LB(e,t,n){let{projection:i,x:r={},y:s={},fx:o={},fy:a={},axis:c,grid:l,facet:u={},facet:{axis:h=c,grid:f}=u,x:{axis:d=c,grid:p=d===null?null:l}=r,y:{axis:y=c,grid:m=y===null?null:l}=s,fx:{axis:g=h,grid:_=g===null?null:f}=o,fy:{axis:S=h,grid:v=S===null?null:f}=a}=n;(i||!Ia(r)&&!g2("x",e))&&(d=p=null),(i||!Ia(s)&&!g2("y",e))&&(y=m=null),t.has("fx")||(g=_=null),t.has("fy")||(S=v=null),d===void 0&&(d=!$d(e,"x")),y===void 0&&(y=!$d(e,"y")),g===void 0&&(g=!$d(e,"fx")),S===void 0&&(S=!$d(e,"fy")),d===!0&&(d="bottom"),y===!0&&(y="left"),g===!0&&(g=d==="top"||d===null?"bottom":"top"),S===!0&&(S=y==="right"||y===null?"left":"right");let w=[];return Wd(w,v,Jx,a),Hd(w,S,Yx,"right","left",u,a),Wd(w,_,Kx,o),Hd(w,g,Zx,"top","bottom",u,o),Wd(w,m,Fl,s),Hd(w,y,Fd,"left","right",n,s),Wd(w,p,Ul,r),Hd(w,d,Ud,"bottom","top",n,r),w}function Hd(e,t,n,i,r,s,o){if(!t)return;let a=NB(t);o=DB(a?i:t,s,o);let{line:c}=o;(n===Fd||n===Ud)&&c&&!yo(c)&&e.push(a2(FB(o))),e.push(n(o)),a&&e.push(n({...o,anchor:r,label:null}))}function Wd(e,t,n,i){!t||yo(t)||e.push(n(UB(t,i)))}function NB(e){return/^\s*both\s*$/i.test(e)}function DB(e,t,{line:n=t.line,ticks:i,tickSize:r,tickSpacing:s,tickPadding:o,tickFormat:a,tickRotate:c,fontVariant:l,ariaLabel:u,ariaDescription:h,label:f=t.label,labelAnchor:d,labelArrow:p=t.labelArrow,labelOffset:y}){return{anchor:e,line:n,ticks:i,tickSize:r,tickSpacing:s,tickPadding:o,tickFormat:a,tickRotate:c,fontVariant:l,ariaLabel:u,ariaDescription:h,label:f,labelAnchor:d,labelArrow:p,labelOffset:y}}function FB(e){let{anchor:t,line:n}=e;return{anchor:t,facetAnchor:t+"-empty",stroke:n===!0?void 0:n}}function UB(e,{stroke:t=Fa(e)?e:void 0,ticks:n=OB(e)?e:void 0,tickSpacing:i,ariaLabel:r,ariaDescription:s}){return{stroke:t,ticks:n,tickSpacing:i,ariaLabel:r,ariaDescription:s}}function OB(e){switch(typeof e){case"number":return!0;case"string":return!Fa(e)}return Bn(e)||typeof e?.range=="function"}function $d(e,t){let n=`${t}-axis `;return e.some(i=>i.ariaLabel?.startsWith(n))}function g2(e,t){for(let n of t)for(let i in n.channels){let{scale:r}=n.channels[i];if(r===e||r==="projection")return!0}return!1}function BB(e,t){for(let n in e){let i=e[n],r=t[n];i.label===void 0&&r&&(i.label=r.label)}return e}function kB({fx:e,fy:t},n){let{marginTop:i,marginRight:r,marginBottom:s,marginLeft:o,width:a,height:c}=gd(n),l=e&&y2(e),u=t&&y2(t);return{marginTop:t?u[0]:i,marginRight:e?a-l[1]:r,marginBottom:t?c-u[1]:s,marginLeft:e?l[0]:o,inset:{marginTop:n.marginTop,marginRight:n.marginRight,marginBottom:n.marginBottom,marginLeft:n.marginLeft},width:a,height:c}}function y2(e){let t=e.domain();if(t.length===0)return[0,e.bandwidth()];let n=e(t[0]),i=e(t[t.length-1]);return i<n&&([n,i]=[i,n]),[n,i+e.bandwidth()]}var zB=new Map([["basis",Cw],["basis-closed",Iw],["basis-open",Lw],["bundle",Dw],["bump-x",Mw],["bump-y",Sw],["cardinal",Fw],["cardinal-closed",Uw],["cardinal-open",Ow],["catmull-rom",kw],["catmull-rom-closed",Gw],["catmull-rom-open",Hw],["linear",fo],["linear-closed",$w],["monotone-x",Yw],["monotone-y",Zw],["natural",Kw],["step",Qw],["step-after",tT],["step-before",jw]]);function a_(e=fo,t){if(typeof e=="function")return e;let n=zB.get(`${e}`.toLowerCase());if(!n)throw new Error(`unknown curve: ${e}`);if(t!==void 0){if("beta"in n)return n.beta(t);if("tension"in n)return n.tension(t);if("alpha"in n)return n.alpha(t)}return n}function _2(e=$l,t){return typeof e!="function"&&`${e}`.toLowerCase()==="auto"?$l:a_(e,t)}function $l(e){return fo(e)}function GB(e={y:"count"},t={}){[e,t]=WB(e,t);let{x:n,y:i}=t;return HB($B(n,t,pe),null,null,i,e,qa(t))}function VB(e,t,n={}){if(n?.interval==null)return n;let{reduce:i=hd}=n,r={filter:null};return n[t]!=null&&(r[t]=i),n[`${t}1`]!=null&&(r[`${t}1`]=i),n[`${t}2`]!=null&&(r[`${t}2`]=i),e(r,n)}function M2(e={}){return VB(GB,"y",Ps(e,"x"))}function HB(e,t,n,i,{data:r=rx,filter:s=Tl,sort:o,reverse:a,...c}={},l={}){e=v2(e),t=v2(t),c=qB(c,l),r=T2(r,pe),o=o==null?void 0:S2("sort",o,l),s=s==null?void 0:w2("filter",s,l),n!=null&&Al(c,"x","x1","x2")&&(n=null),i!=null&&Al(c,"y","y1","y2")&&(i=null);let[u,h]=yi(e),[f,d]=yi(e),[p,y]=yi(t),[m,g]=yi(t),[_,S]=n!=null?[n,"x"]:i!=null?[i,"y"]:[],[v,w]=yi(_),{x:b,y:x,z:M,fill:R,stroke:E,x1:C,x2:N,y1:B,y2:I,domain:L,cumulative:k,thresholds:F,interval:Z,...U}=l,[G,X]=yi(M),[st]=On(R),[ct]=On(E),[W,at]=yi(st),[ft,ot]=yi(ct);return{..."z"in l&&{z:G||M},..."fill"in l&&{fill:W||R},..."stroke"in l&&{stroke:ft||E},...bo(U,(rt,J,gt)=>{let lt=wl(Se(rt,_),gt?.[S]),K=Se(rt,M),It=Se(rt,st),pt=Se(rt,ct),Ut=BT(c,{z:K,fill:It,stroke:pt}),Gt=[],ce=[],oe=lt&&w([]),Xe=K&&X([]),Be=It&&at([]),Cn=pt&&ot([]),gn=e&&h([]),Rn=e&&d([]),z=t&&y([]),In=t&&g([]),_e=JB(e,t,rt),ve=0;for(let mt of c)mt.initialize(rt);o&&o.initialize(rt),s&&s.initialize(rt);for(let mt of J){let Ce=[];for(let Lt of c)Lt.scope("facet",mt);o&&o.scope("facet",mt),s&&s.scope("facet",mt);for(let[Lt,Bt]of ix(mt,Ut))for(let[P,T]of ix(Bt,lt))for(let[V,ut]of _e(T))if(Ut&&(ut.z=Lt),!(s&&!s.reduce(V,ut))){Ce.push(ve++),ce.push(r.reduceIndex(V,rt,ut)),lt&&oe.push(P),K&&Xe.push(Ut===K?Lt:K[(V.length>0?V:T)[0]]),It&&Be.push(Ut===It?Lt:It[(V.length>0?V:T)[0]]),pt&&Cn.push(Ut===pt?Lt:pt[(V.length>0?V:T)[0]]),gn&&(gn.push(ut.x1),Rn.push(ut.x2)),z&&(z.push(ut.y1),In.push(ut.y2));for(let nt of c)nt.reduce(V,ut);o&&o.reduce(V,ut)}Gt.push(Ce)}return kT(Gt,o,a),{data:ce,facets:Gt}}),...!Al(c,"x")&&(u?{x1:u,x2:f,x:Da(u,f)}:{x:b,x1:C,x2:N}),...!Al(c,"y")&&(p?{y1:p,y2:m,y:Da(p,m)}:{y:x,y1:B,y2:I}),...v&&{[S]:v},...Object.fromEntries(c.map(({name:rt,output:J})=>[rt,J]))}}function WB({cumulative:e,domain:t,thresholds:n,interval:i,...r},s){return[r,{cumulative:e,domain:t,thresholds:n,interval:i,...s}]}function $B(e,{cumulative:t,domain:n,thresholds:i,interval:r},s){return e={...ur(e)},e.domain===void 0&&(e.domain=n),e.cumulative===void 0&&(e.cumulative=t),e.thresholds===void 0&&(e.thresholds=i),e.interval===void 0&&(e.interval=r),e.value===void 0&&(e.value=s),e.thresholds=XB(e.thresholds,e.interval),e}function v2(e){if(e==null)return;let{value:t,cumulative:n,domain:i=on,thresholds:r}=e,s=o=>{let a=Se(o,t),c;if(Ne(a)||ZB(r)){a=de(a,Vy,Float64Array);let[u,h]=typeof i=="function"?i(a):i,f=typeof r=="function"&&!Cs(r)?r(a,u,h):r;typeof f=="number"&&(f=Fh(u,h,f)),Cs(f)&&(i===on&&(u=f.floor(u),h=f.offset(f.floor(h))),f=f.range(u,f.offset(h))),c=f}else{a=ar(a);let[u,h]=typeof i=="function"?i(a):i,f=typeof r=="function"&&!Cs(r)?r(a,u,h):r;if(typeof f=="number")if(i===on){let d=ra(u,h,f);if(isFinite(d))if(d>0){let p=Math.round(u/d),y=Math.round(h/d);p*d<=u||--p,y*d>h||++y;let m=y-p+1;f=new Float64Array(m);for(let g=0;g<m;++g)f[g]=(p+g)*d}else if(d<0){d=-d;let p=Math.round(u*d),y=Math.round(h*d);p/d<=u||--p,y/d>h||++y;let m=y-p+1;f=new Float64Array(m);for(let g=0;g<m;++g)f[g]=(p+g)/d}else f=[u];else f=[u]}else f=ms(u,h,f);else Cs(f)&&(i===on&&(u=f.floor(u),h=f.offset(f.floor(h))),f=f.range(u,f.offset(h)));c=f}let l=[];if(c.length===1)l.push([c[0],c[0]]);else for(let u=1;u<c.length;++u)l.push([c[u-1],c[u]]);return l.bin=(n<0?QB:n>0?KB:c_)(l,c,a),l};return s.label=Fi(t),s}function XB(e,t,n=b2){if(e===void 0)return t===void 0?n:lr(t);if(typeof e=="string"){switch(e.toLowerCase()){case"freedman-diaconis":return Qb;case"scott":return Nm;case"sturges":return qb;case"auto":return b2}return Ml(e)}return e}function qB(e,t){return OT(e,t,S2)}function S2(e,t,n){return ex(e,t,n,w2)}function w2(e,t,n){return nx(e,t,n,T2)}function T2(e,t){return El(e,t,YB)}function YB(e){switch(`${e}`.toLowerCase()){case"x":return jB;case"x1":return e6;case"x2":return n6;case"y":return t6;case"y1":return i6;case"y2":return r6;case"z":return zT}throw new Error(`invalid bin reduce: ${e}`)}function b2(e,t,n){return Math.min(200,Nm(e,t,n))}function ZB(e){return yT(e)||Bn(e)&&Ne(e)}function JB(e,t,n){let i=e?.(n),r=t?.(n);return i&&r?function*(s){let o=i.bin(s);for(let[a,[c,l]]of i.entries()){let u=r.bin(o[a]);for(let[h,[f,d]]of r.entries())yield[u[h],{data:n,x1:c,y1:f,x2:l,y2:d}]}}:i?function*(s){let o=i.bin(s);for(let[a,[c,l]]of i.entries())yield[o[a],{data:n,x1:c,x2:l}]}:function*(s){let o=r.bin(s);for(let[a,[c,l]]of r.entries())yield[o[a],{data:n,y1:c,y2:l}]}}function c_(e,t,n){return t=ar(t),i=>{let r=e.map(()=>[]);for(let s of i)r[oa(t,n[s])-1]?.push(s);return r}}function KB(e,t,n){let i=c_(e,t,n);return r=>{let s=i(r);for(let o=1,a=s.length;o<a;++o){let c=s[o-1],l=s[o];for(let u of c)l.push(u)}return s}}function QB(e,t,n){let i=c_(e,t,n);return r=>{let s=i(r);for(let o=s.length-2;o>=0;--o){let a=s[o+1],c=s[o];for(let l of a)c.push(l)}return s}}function A2(e,t){let n=(+e+ +t)/2;return e instanceof Date?new Date(n):n}var jB={reduceIndex(e,t,{x1:n,x2:i}){return A2(n,i)}},t6={reduceIndex(e,t,{y1:n,y2:i}){return A2(n,i)}},e6={reduceIndex(e,t,{x1:n}){return n}},n6={reduceIndex(e,t,{x2:n}){return n}},i6={reduceIndex(e,t,{y1:n}){return n}},r6={reduceIndex(e,t,{y2:n}){return n}};var s6={ariaLabel:"area",strokeWidth:1,strokeLinecap:"round",strokeLinejoin:"round",strokeMiterlimit:1},Xd=class extends ge{constructor(t,n={}){let{x1:i,y1:r,x2:s,y2:o,z:a,curve:c,tension:l}=n;super(t,{x1:{value:i,scale:"x"},y1:{value:r,scale:"y"},x2:{value:s,scale:"x",optional:!0},y2:{value:o,scale:"y",optional:!0},z:{value:La(n),optional:!0}},n,s6),this.z=a,this.curve=a_(c,l)}filter(t){return t}render(t,n,i,r,s){let{x1:o,y1:a,x2:c=o,y2:l=a}=i;return se("svg:g",s).call(Ue,this,r,s).call(Oe,this,n,0,0).call(u=>u.selectAll().data(Td(t,[o,a,c,l],this,i)).enter().append("path").call(Ee,this).call(wd,this,i).attr("d",vw().curve(this.curve).defined(h=>h>=0).x0(h=>o[h]).y0(h=>a[h]).x1(h=>c[h]).y1(h=>l[h]))).node()}};function l_(e,t){let{x:n=or,...i}=M2(t);return new Xd(e,Bd(Od({...i,x1:n,x2:void 0},n===or?"y2":"y")))}var o6={ariaLabel:"bar"},u_=class extends ge{constructor(t,n,i={},r=o6){super(t,n,i,r),Gl(this,i),Vl(this,i)}render(t,n,i,r,s){let{rx:o,ry:a,rx1y1:c,rx1y2:l,rx2y1:u,rx2y2:h}=this,f=this._x(n,i,r),d=this._y(n,i,r),p=this._width(n,i,r),y=this._height(n,i,r);return se("svg:g",s).call(Ue,this,r,s).call(this._transform,this,n).call(m=>m.selectAll().data(t).enter().call(c||l||u||h?g=>g.append("path").call(Ee,this).call(Hl,f,d,E2(f,p),E2(d,y),this).call(cn,this,i):g=>g.append("rect").call(Ee,this).attr("x",f).attr("width",p).attr("y",d).attr("height",y).call(Ot,"rx",o).call(Ot,"ry",a).call(cn,this,i))).node()}_x(t,{x:n},{marginLeft:i}){let{insetLeft:r}=this;return n?s=>n[s]+r:i+r}_y(t,{y:n},{marginTop:i}){let{insetTop:r}=this;return n?s=>n[s]+r:i+r}_width({x:t},{x:n},{marginRight:i,marginLeft:r,width:s}){let{insetLeft:o,insetRight:a}=this,c=n&&t?t.bandwidth():s-i-r;return Math.max(0,c-o-a)}_height({y:t},{y:n},{marginTop:i,marginBottom:r,height:s}){let{insetTop:o,insetBottom:a}=this,c=n&&t?t.bandwidth():s-i-r;return Math.max(0,c-o-a)}};function E2(e,t){return typeof e=="function"&&typeof t=="function"?n=>e(n)+t(n):typeof e=="function"?n=>e(n)+t:typeof t=="function"?n=>e+t(n):e+t}var qd=class extends u_{constructor(t,n={},i){let{x1:r,x2:s,y:o}=n;super(t,{x1:{value:r,scale:"x"},x2:{value:s,scale:"x"},y:{value:o,scale:"y",type:"band",optional:!0}},n,i)}_transform(t,n,{x:i}){t.call(Oe,n,{x:i},0,0)}_x({x:t},{x1:n,x2:i},{marginLeft:r}){let{insetLeft:s}=this;return Ui(t)?r+s:o=>Math.min(n[o],i[o])+s}_width({x:t},{x1:n,x2:i},{marginRight:r,marginLeft:s,width:o}){let{insetLeft:a,insetRight:c}=this;return Ui(t)?o-r-s-a-c:l=>Math.max(0,Math.abs(i[l]-n[l])-a-c)}};function Yd(e,t={}){return sd(t)||(t={...t,y:or,x2:pe}),new qd(e,kl(Cd(Bl(t))))}var a6={ariaLabel:"dot",fill:"none",stroke:"currentColor",strokeWidth:1.5};function c6(e){return e.sort===void 0&&e.reverse===void 0?DT({channel:"-r"},e):e}var Zd=class extends ge{constructor(t,n={}){let{x:i,y:r,r:s,rotate:o,symbol:a=ho,frameAnchor:c}=n,[l,u]=Pe(o,0),[h,f]=PT(a),[d,p]=Pe(s,h==null?3:4.5);super(t,{x:{value:i,scale:"x",optional:!0},y:{value:r,scale:"y",optional:!0},r:{value:d,scale:"r",filter:mo,optional:!0},rotate:{value:l,optional:!0},symbol:{value:h,scale:"auto",optional:!0}},c6(n),a6),this.r=p,this.rotate=u,this.symbol=f,this.frameAnchor=Rs(c);let{channels:y}=this,{symbol:m}=y;if(m){let{fill:g,stroke:_}=y;m.hint={fill:g?g.value===m.value?"color":"currentColor":this.fill??"currentColor",stroke:_?_.value===m.value?"color":"currentColor":this.stroke??"none"}}}render(t,n,i,r,s){let{x:o,y:a}=n,{x:c,y:l,r:u,rotate:h,symbol:f}=i,{r:d,rotate:p,symbol:y}=this,[m,g]=dr(this,r),_=y===ho,S=u?void 0:d*d*Math.PI;return Ta(d)&&(t=[]),se("svg:g",s).call(Ue,this,r,s).call(Oe,this,{x:c&&o,y:l&&a}).call(v=>v.selectAll().data(t).enter().append(_?"circle":"path").call(Ee,this).call(_?w=>{w.attr("cx",c?b=>c[b]:m).attr("cy",l?b=>l[b]:g).attr("r",u?b=>u[b]:d)}:w=>{w.attr("transform",Ya`translate(${c?b=>c[b]:m},${l?b=>l[b]:g})${h?b=>` rotate(${h[b]})`:p?` rotate(${p})`:""}`).attr("d",u&&f?b=>{let x=Zi();return f[b].draw(x,u[b]*u[b]*Math.PI),x}:u?b=>{let x=Zi();return y.draw(x,u[b]*u[b]*Math.PI),x}:f?b=>{let x=Zi();return f[b].draw(x,S),x}:(()=>{let b=Zi();return y.draw(b,S),b})())}).call(cn,this,i)).node()}};function Jd(e,{x:t,y:n,...i}={}){return i.frameAnchor===void 0&&([t,n]=Di(t,n)),new Zd(e,{...i,x:t,y:n})}var l6={ariaLabel:"line",fill:"none",stroke:"currentColor",strokeWidth:1.5,strokeLinecap:"round",strokeLinejoin:"round",strokeMiterlimit:1},Kd=class extends ge{constructor(t,n={}){let{x:i,y:r,z:s,curve:o,tension:a}=n;super(t,{x:{value:i,scale:"x"},y:{value:r,scale:"y"},z:{value:La(n),optional:!0}},n,l6),this.z=s,this.curve=_2(o,a),Ll(this,n)}filter(t){return t}project(t,n,i){this.curve!==$l&&super.project(t,n,i)}render(t,n,i,r,s){let{x:o,y:a}=i,{curve:c}=this;return se("svg:g",s).call(Ue,this,r,s).call(Oe,this,n).call(l=>l.selectAll().data(Td(t,[o,a],this,i)).enter().append("path").call(Ee,this).call(wd,this,i).call(aE,this,i,s).attr("d",c===$l&&s.projection?u6(s.path(),o,a):hy().curve(c).defined(u=>u>=0).x(u=>o[u]).y(u=>a[u]))).node()}};function u6(e,t,n){return t=ar(t),n=ar(n),i=>{let r=[],s=[r];for(let o of i)o===-1?(r=[],s.push(r)):r.push([t[o],n[o]]);return e({type:"MultiLineString",coordinates:s})}}function Xl(e,{x:t,y:n,...i}={}){return[t,n]=Di(t,n),new Kd(e,{...i,x:t,y:n})}ge.prototype.plot=function({marks:e=[],...t}={}){return Jr({...t,marks:[...e,this]})};function Qa(e,t,n){let i=Qt("div",{class:"told",hidden:!0});e.append(i);function r(s){let o=t.getBoundingClientRect(),a=s.clientX-o.left,c=n(a,s.clientY-o.top);if(i.hidden=c===null,c===null)return;i.replaceChildren(Qt("b",{},c.head),...c.rows.map(f6));let l=c.x??a,u=l+12+i.offsetWidth>o.width?l-12-i.offsetWidth:l+12;i.style.left=`${Math.max(0,u)}px`,i.style.top=`${Math.max(0,s.clientY-o.top-i.offsetHeight-12)}px`}t.addEventListener("pointermove",r),t.addEventListener("pointerdown",r),t.addEventListener("pointerleave",()=>{i.hidden=!0})}function f6({name:e,value:t,role:n}){let i=Qt("span",{class:"row"},Qt("i",{class:"dot"}),e,Qt("span",{class:"value"},t));return n?i.firstChild.style.background=Yn(n):i.firstChild.remove(),i}var C2={stacked:26,beside:14},h6=.36;function R2(e,t,n,i){let r=t.series.map(l=>({...l,values:n(l.values)})),s=r.flatMap(({name:l,role:u,values:h})=>t.names.map((f,d)=>({bar:d,name:l,role:u,value:h[d]}))),o=Math.min(i*h6,16+Math.max(...t.names.map(Nn))),a=d6(t,r,s.filter(({value:l})=>Number.isFinite(l)),i,o);e.replaceChildren(a),e.parentElement.querySelector(":scope > .key")?.remove(),r.length>1&&e.before(ps(r.map(l=>({...l,style:"patch"}))));let c=a.scale(t.stacked?"y":"fy");return Qa(e,a,(l,u)=>{let h=t.names.findIndex((d,p)=>u>=c.apply(p)&&u<c.apply(p)+c.bandwidth);if(h<0)return null;let f=s.filter(d=>d.bar===h);return{head:t.names[h],rows:f.map(({name:d,role:p,value:y})=>({name:d,role:p,value:Rr(y)}))}}),{}}function d6(e,t,n,i,r){let s={label:null,tickFormat:u=>ta(e.names[u],r-12),tickSize:0},o=e.stacked?1:t.length,a=44+e.names.length*(e.stacked?C2.stacked:C2.beside*o+10),c=u=>Yn(u.role),l=pr(n,{x:"value",[e.stacked?"y":"fy"]:"bar",...e.stacked?{}:{y:"name"},text:u=>Rr(u.value),textAnchor:"start",dx:5,fill:"var(--quiet)"});return Jr({width:i,height:a,marginLeft:r,marginRight:48,marginTop:6,marginBottom:36,style:{fontFamily:"inherit",fontSize:`${12}px`,background:"none",overflow:"visible"},x:{label:e.x_label,labelArrow:"none",labelAnchor:"right",ticks:Math.round(i/110),zero:!0},...e.stacked?{y:{...s,domain:e.names.map((u,h)=>h),padding:.25}}:{fy:{...s,domain:e.names.map((u,h)=>h),padding:.2},y:{axis:null,domain:t.map(({name:u})=>u),padding:.1}},marks:[Ul({stroke:"var(--rule)",strokeOpacity:1,ticks:Math.round(i/110)}),e.stacked?Yd(n,{x:"value",y:"bar",fill:c,order:t.map(({name:u})=>u),z:"name",insetRight:1}):Yd(n,{x:"value",fy:"bar",y:"name",fill:c}),t.length===1||!e.stacked?l:null,Zr([0],{stroke:"var(--faint)"})]})}function jd(e,t){let n=i=>i===null?null:t(i);return e.map(i=>({...i,x:t(i.x),y:t(i.y),low:n(i.low),high:n(i.high)}))}function p6({x:e,y:t},n){let i=-1;for(let r=0;r<e.length;r+=1)Number.isFinite(t[r])&&(i<0||Math.abs(e[r]-n)<Math.abs(e[i]-n))&&(i=r);return i}function f_(e,t){let n=p6(e,t);return n<0?NaN:e.style==="steps"&&e.x[n]>t&&n>0?e.y[n-1]:e.y[n]}function Yl(e){let t=1/0,n=-1/0;for(let i of e)for(let r of i??[])Number.isFinite(r)&&(r<t&&(t=r),r>n&&(n=r));return t<=n?[t,n]:[0,1]}var m6=24;function I2(e,t,n){if(e.length===0)return[];let i=n/(t[1]-t[0]||1),r=e.filter(({at:o,until:a})=>a>o),s=e.filter(({at:o,until:a})=>a<=o);return[t_(r,{x1:"at",x2:"until",fill:(o,a)=>a%2?"var(--stretch-other)":"var(--stretch)",title:"text"}),Zr(s,{x:"at",stroke:"var(--faint)",strokeDasharray:"2 3",title:"text"}),pr(g6(r,s,i),{x:"at",text:"shown",frameAnchor:"top",textAnchor:"start",dx:4,dy:4,fill:"var(--quiet)",fontSize:11,lineAnchor:"top"})]}function g6(e,t,n){let i=[...e,...t].sort((o,a)=>o.at-a.at),r=[],s=-1/0;return i.forEach((o,a)=>{let c=i.slice(a+1).find(({at:h})=>h>o.at)?.at??Math.max(o.until,o.at+1e9),l=(Math.min(c,o.until>o.at?o.until:c)-o.at)*n-8;if(o.at*n<s||l<m6)return;let u=ta(o.text,l);s=o.at*n+Nn(u)+8,r.push({at:o.at,shown:u})}),r}function P2(e,t,n){let i=document.createElementNS(e.namespaceURI,"line"),r=e.scale("y").range;i.setAttribute("class","play-head"),i.setAttribute("y1",r[0]),i.setAttribute("y2",r[1]),e.append(i),e.classList.add("timed");let s=({clientX:o})=>n.seek(t.invert(o-e.getBoundingClientRect().left));return e.addEventListener("click",s),{showTime(o){let[a,c]=t.domain;i.style.visibility=o<a||o>c?"hidden":"visible",i.setAttribute("transform",`translate(${t.apply(o)},0)`)}}}var y6=620,x6=6,h_={top:26,right:14,bottom:36,left:46};function N2(e,t,n,i,r){let s=jd(t.lines,n),o=!e.closest(".multiples"),a=o&&i>=y6&&s.length>1&&s.length<=x6,c={...h_,right:a?h_.right+Lb(s):h_.right},l=L2(t,s,i,c);e.replaceChildren(l);let u=16+S6(l);u>c.left&&(c.left=u,l=L2(t,s,i,c),e.replaceChildren(l)),e.parentElement.querySelector(":scope > .key")?.remove(),a?w6(l,s,i-c.right):o&&s.length>1&&e.before(ps(s));let h=l.scale("x");return Qa(e,l,f=>T6(t,s,h,f)),!t.timed||!r?{}:P2(l,h,r)}function L2(e,t,n,{top:i,right:r,bottom:s,left:o}){let[a,c]=e.limits??v6(Yl(t.flatMap(({y:h,low:f,high:d})=>[h,f,d]))),l=Math.round(Math.min(300,Math.max(190,n*.42))),u=n-o-r;return Jr({width:n,height:l,marginTop:i,marginRight:r,marginBottom:s,marginLeft:o,style:{fontFamily:"inherit",fontSize:`${12}px`,background:"none",overflow:"visible"},x:{..._6(e,t),label:e.x_label,labelArrow:"none",labelAnchor:"right"},y:{domain:[a,c],label:e.y_label,labelArrow:"none",ticks:Math.round(l/55)},marks:[...I2(e.marks,Yl(t.map(h=>h.x)),u),Fl({stroke:"var(--rule)",strokeOpacity:1,ticks:Math.round(l/55)}),a<0&&c>0?Dl([0],{stroke:"var(--faint)"}):null,...t.map(h=>b6(h)),...t.map(h=>M6(h))]})}function _6(e,t){let n=t.map(a=>a.x);if(e.x_levels.length>0)return{domain:[-.4,e.x_levels.length-1+.4],ticks:e.x_levels.map((c,l)=>l),tickFormat:c=>e.x_levels[c]??"",tickSize:0};let i=[...n,e.marks.flatMap(({at:a,until:c})=>[a,c])];if(e.x_log)return{type:"log",domain:Yl(i.map(a=>[...a].filter(c=>c>0)))};let r=n.every(a=>a.every(c=>Number.isInteger(c))),[s,o]=Yl(i);return{domain:s===o?[s-1,o+1]:[s,o],...r&&o-s<=12?{ticks:o-s,tickFormat:"d"}:{}}}function v6([e,t]){let n=t>e?.04*(t-e):Math.abs(t)*.1||1;return[e===0?0:e-n,t===0?0:t+n]}var D2=({style:e})=>e==="steps"?"step-after":"linear";function b6(e){let{x:t,low:n,high:i,role:r,style:s}=e;return n===null||i===null?null:s==="points"?Zr(t,{x:t,y1:n,y2:i,stroke:Yn(r),strokeOpacity:.6}):l_(t,{x:t,y1:n,y2:i,fill:Yn(r),fillOpacity:.2,curve:D2(e)})}function M6(e){let{x:t,y:n,role:i,style:r}=e,s=Yn(i);if(r==="points")return Jd(t,{x:t,y:n,fill:s,r:t.length>200?1.6:3});let o=Xl(t,{x:t,y:n,stroke:s,strokeWidth:1.75,strokeDasharray:r==="dashed"?"5 4":void 0,strokeLinejoin:"round",curve:D2(e)});return t.length<=30&&r==="line"?[o,Jd(t,{x:t,y:n,fill:s,r:2.5})]:o}function S6(e){let t=[...e.querySelectorAll('[aria-label="y-axis tick label"] text')];return Math.max(0,...t.map(({textContent:n})=>Nn(n)))}function w6(e,t,n){let i=e.scale("y"),[r,s]=i.range,a=t.map(c=>i.apply(f_(c,1/0))).map(c=>Number.isFinite(c)?Math.min(r,Math.max(s,c)):r);Nb(a,s,r).forEach((c,l)=>{let u=document.createElementNS(e.namespaceURI,"text");u.setAttribute("class","end"),u.setAttribute("x",n+8),u.setAttribute("y",c),u.setAttribute("dy","0.32em"),u.style.fill=Yn(t[l].role),u.textContent=t[l].name,e.append(u)})}function T6(e,t,n,i){let r=n.invert(Math.min(Math.max(i,n.range[0]),n.range[1])),s=e.x_levels.length>0?Math.round(r):r,o=t.map(c=>({name:c.name,value:Rr(f_(c,s)),role:c.role}));return{head:e.x_levels[s]??`${Rr((e.x_log||e.timed,s))} ${e.x_label}`,rows:o,x:n.apply(s)}}var A6=40,E6=.3;function F2(e,t,n,i){let r=n(t.values),s=t.x_levels.length,o=Array.from(r,(h,f)=>C6(t,h,f%s,Math.floor(f/s))),a=jd(t.contours,n),c=P6(t,o,a,i);e.replaceChildren(c),e.parentElement.querySelectorAll(":scope > .key, :scope > .ramp").forEach(h=>h.remove()),e.before(L6(t)),a.length>0&&e.before(ps(a));let[l,u]=[c.scale("x"),c.scale("y")];return Qa(e,c,(h,f)=>{let[d,p]=[Math.round(l.invert(h)),Math.round(u.invert(f))],y=t.told[p]?.[d];return y===void 0?null:{head:`${t.x_levels[d]}, ${t.y_levels[p]}`,rows:[{name:y,value:""}]}}),{}}function C6(e,t,n,i){let r=Math.min(1,Math.max(0,(t-e.low)/(e.high-e.low||1))),s=e.better==="low"?r:1-r,o=Number.isFinite(t);return{column:n,row:i,text:e.cells[i][n],fill:o?R6(s):"var(--no-value)",ink:o?I6(s):"var(--quiet)"}}function R6(e){let[t,n,i]=e<.5?["good","middling",e*2]:["middling","bad",e*2-1];return`color-mix(in oklab, var(--heat-${n}) ${(i*100).toFixed(1)}%, var(--heat-${t}))`}var I6=e=>e>.6?"var(--on-bad)":"var(--on-good)";function P6(e,t,n,i){let[r,s]=[e.x_levels.length,e.y_levels.length],o=Math.min(i*E6,18+Math.max(...e.y_levels.map(Nn))),a=(i-o-8)/r,c=t.every(({text:u})=>Nn(u)<a-4),l=Math.ceil(Math.max(...e.x_levels.map(Nn))/(a-6));return Jr({width:i,height:64+A6*s,marginLeft:o,marginRight:8,marginTop:26,marginBottom:38,style:{fontFamily:"inherit",fontSize:`${12}px`,background:"none",overflow:"visible"},x:{domain:[-.5,r-.5],label:e.x_label,labelArrow:"none",labelAnchor:"right",ticks:e.x_levels.map((u,h)=>h).filter(u=>u%l===0),tickSize:0,tickFormat:u=>e.x_levels[u]},y:{domain:[-.5,s-.5],label:e.y_label,labelArrow:"none",tickSize:0,ticks:e.y_levels.map((u,h)=>h),tickFormat:u=>ta(e.y_levels[u],o-12)},marks:[jx(t,{x1:({column:u})=>u-.5,x2:({column:u})=>u+.5,y1:({row:u})=>u-.5,y2:({row:u})=>u+.5,fill:{value:"fill",scale:null},inset:1,rx:2}),c?pr(t,{x:"column",y:"row",text:"text",fill:{value:"ink",scale:null}}):null,...n.map(({x:u,y:h,role:f,style:d})=>Xl(u,{x:u,y:h,stroke:Yn(f),strokeWidth:2.5,clip:!0,strokeDasharray:d==="dashed"?"6 4":void 0}))]})}function L6(e){let[t,n]=e.better==="low"?[e.low,e.high]:[e.high,e.low];return Qt("p",{class:"ramp"},`${e.value_label} `,Qt("span",{},Rr(t)),Qt("i",{class:"scale","aria-hidden":!0}),Qt("span",{},Rr(n)))}var N6={chart:N2,bars:R2,heat_map:F2},D6="300px";function U2(e,t,n,i){let r=new Map;for(let{element:l,part:u}of e){let h=l.querySelector(".plot");r.set(h,{place:h,part:u,width:0,plot:null})}function s(l){let u=Math.floor(l.place.clientWidth);u===0||u===l.width||(l.width=u,l.plot=N6[l.part.kind](l.place,l.part,t,u,i?n:null),l.plot.showTime?.(n.state.time))}let o=new Set,a=new ResizeObserver(l=>l.forEach(({target:u})=>{o.has(u)&&s(r.get(u))})),c=new IntersectionObserver(l=>l.forEach(({target:u,isIntersecting:h})=>{h?o.add(u):o.delete(u),h&&s(r.get(u)),h&&r.get(u).plot?.showTime?.(n.state.time)}),{rootMargin:D6});for(let l of r.keys())a.observe(l),c.observe(l);n.listen((l,{time:u})=>{l==="time"&&o.forEach(h=>r.get(h).plot?.showTime?.(u))}),addEventListener("beforeprint",()=>r.forEach(s))}document.documentElement.classList.add("scripted");var Zl=Fb(document.getElementById("numbers").textContent),tp=E_(Zl.shown),O2=[...document.querySelectorAll("[data-part]")].map(e=>({element:e,part:Zl.parts.get(e.dataset.part)})),d_=O2.filter(({part:e})=>e.kind==="hand"),F6=O2.filter(({part:e})=>e.kind!=="hand");A_(document.getElementById("bar"),Zl.trials,tp,d_.length>0);for(let{element:e,part:t}of d_)Db(e.querySelector(".stage"),C_(t,Zl.array),tp);U2(F6,Zl.array,tp,d_.length>0);tp.listen((e,{trial:t})=>{if(e==="trial")for(let n of document.querySelectorAll("[data-trial]"))n.hidden=Number(n.dataset.trial)!==t});})();

@@ -1,0 +1,137 @@
+"""What a page's script draws: charts, bars, heat maps and the hand, as it reads them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.report.numbers import Numbers
+from fesloop.report.parts import Bars, Chart, Figure3d, Fold, Frames, HeatMap, Line, Mesh, Page, Part, Solid
+
+Array = NDArray[np.float64]
+Drawn = Chart | Bars | HeatMap | Figure3d
+
+
+def drawn_numbers(page: Page) -> dict[str, Any]:
+    """Of a page, all that its script needs, fit for JSON: arrays, and parts by key, which name theirs by place.
+
+    Raises ValueError where two parts of the page have the same key.
+    """
+    numbers = Numbers()
+    parts: dict[str, dict[str, Any]] = {}
+    for part in _drawn(part for section in page.sections for part in section.parts):
+        if part.key in parts:
+            raise ValueError(f"a page's parts need keys of their own; {part.key!r} is there twice")
+        parts[part.key] = _described(part, numbers)
+    return {"trials": [int(trial) for trial in page.trials], "shown": int(page.shown), "parts": parts,
+            "arrays": numbers.kept}
+
+
+def _drawn(parts: Iterator[Part]) -> Iterator[Drawn]:
+    for part in parts:
+        if isinstance(part, Drawn):
+            yield part
+        elif isinstance(part, Fold):
+            yield from _drawn(iter(part.parts))
+
+
+def _described(part: Drawn, numbers: Numbers) -> dict[str, Any]:
+    match part:
+        case Chart():
+            return _chart(part, numbers)
+        case Bars():
+            return _bars(part, numbers)
+        case HeatMap():
+            return _heat_map(part, numbers)
+        case Figure3d():
+            return _figure(part, numbers)
+
+
+def _chart(chart: Chart, numbers: Numbers) -> dict[str, Any]:
+    return {"kind": "chart", "x_label": chart.x_label, "y_label": chart.y_label,
+            "lines": [_line(line, numbers) for line in chart.lines],
+            "marks": [{"text": mark.text, "at": float(mark.at), "until": float(mark.until)}
+                      for mark in chart.marks],
+            "timed": chart.timed, "limits": None if chart.limits is None else [*map(float, chart.limits)],
+            "x_levels": [*chart.x_levels], "x_log": chart.x_log}
+
+
+def _line(line: Line, numbers: Numbers) -> dict[str, Any]:
+    return {"name": line.name, "role": line.role, "style": line.style, "x": numbers.add(line.x),
+            "y": numbers.add(line.y), "low": None if line.low is None else numbers.add(line.low),
+            "high": None if line.high is None else numbers.add(line.high)}
+
+
+def _bars(bars: Bars, numbers: Numbers) -> dict[str, Any]:
+    return {"kind": "bars", "x_label": bars.x_label, "names": [*bars.names], "stacked": bars.stacked,
+            "series": [{"name": name, "role": bars.roles[name], "values": numbers.add(list(values))}
+                       for name, values in bars.values.items()]}
+
+
+def _heat_map(heat: HeatMap, numbers: Numbers) -> dict[str, Any]:
+    return {"kind": "heat_map", "x_label": heat.x_label, "y_label": heat.y_label,
+            "x_levels": [*heat.x_levels], "y_levels": [*heat.y_levels], "values": numbers.add(heat.values),
+            "cells": [[*row] for row in heat.cells], "told": [[*row] for row in heat.told],
+            "value_label": heat.value_label, "low": float(heat.low), "high": float(heat.high),
+            "better": heat.better, "contours": [_line(line, numbers) for line in heat.contours]}
+
+
+def _figure(figure: Figure3d, numbers: Numbers) -> dict[str, Any]:
+    return {"kind": "hand", "view": [*map(float, figure.view)],
+            "shapes": {name: [_mesh(mesh, numbers) for mesh in meshes]
+                       for name, meshes in figure.shapes.items()},
+            "objects": [_solid(solid) for solid in figure.objects],
+            "trials": {str(trial): _frames(frames, numbers) for trial, frames in figure.trials.items()}}
+
+
+def _mesh(mesh: Mesh, numbers: Numbers) -> dict[str, int]:
+    return {"vertices": numbers.add(mesh.vertices), "faces": numbers.add_whole(mesh.faces)}
+
+
+def _solid(solid: Solid) -> dict[str, Any]:
+    return {"kind": solid.kind, "half_sizes": [*map(float, solid.half_sizes)], "role": solid.role,
+            "moves": solid.moves, "pose": [*map(float, solid.pose)]}
+
+
+def _frames(frames: Frames, numbers: Numbers) -> dict[str, Any]:
+    return {"start_s": float(frames.start_s), "step_s": float(frames.step_s),
+            "hands": {name: _poses(poses, numbers) for name, poses in frames.hands.items()},
+            "objects": _poses(frames.objects, numbers)}
+
+
+def _poses(poses: Array, numbers: Numbers) -> dict[str, int]:
+    """Orientations and positions apart: each has a range of its own."""
+    return {"frames": len(poses), "bodies": poses.shape[1], "orientations": numbers.add(poses[..., :4]),
+            "positions": numbers.add(poses[..., 4:])}
+
+
+def trial_of(part: Part) -> int | None:
+    """The trial that a part is shown with; None where it is of all."""
+    return getattr(part, "trial", None)
+
+
+def alike(one: Part, other: Part) -> bool:
+    """Whether two parts are charts of the same kind of thing, to be seen beside each other."""
+    return (isinstance(one, Chart) and isinstance(other, Chart)
+            and (one.trial, one.timed, one.y_label, _names(one.lines))
+            == (other.trial, other.timed, other.y_label, _names(other.lines)))
+
+
+def _names(lines: Sequence[Line]) -> list[str]:
+    return [line.name for line in lines]
+
+
+def rows(parts: Sequence[Part]) -> list[list[Part]]:
+    """Parts in their order, those that are alike together."""
+    found: list[list[Part]] = []
+    for part in parts:
+        if found and alike(found[-1][-1], part):
+            found[-1].append(part)
+        else:
+            found.append([part])
+    return found
+
+

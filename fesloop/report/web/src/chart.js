@@ -1,0 +1,135 @@
+// Lines over a common x, drawn by Observable Plot.
+import * as Plot from "@observablehq/plot";
+import { roleColour } from "./colours.js";
+import { endPlaces, endWidth, keyRow } from "./key.js";
+import { extent, linesWith, valueAt } from "./lines.js";
+import { markMarks } from "./marks.js";
+import { createPlayHead } from "./play_head.js";
+import { tellOf } from "./told.js";
+import { number, SIZE, textWidth } from "./text.js";
+
+const ENDS_FROM = 620; // px: from this width on names stand at the lines' ends
+const ENDS_MOST = 6; // lines that have room for their names there
+const MARGIN = { top: 26, right: 14, bottom: 36, left: 46 }; // px
+
+/** Draws a chart at a width, px; where `clock` is given and x is time, a click moves the play head there. */
+export function drawChart(place, chart, array, width, clock) {
+  const lines = linesWith(chart.lines, array);
+  const alone = !place.closest(".multiples");
+  const named = alone && width >= ENDS_FROM && lines.length > 1 && lines.length <= ENDS_MOST;
+  const margins = { ...MARGIN, right: named ? MARGIN.right + endWidth(lines) : MARGIN.right };
+  let svg = plotted(chart, lines, width, margins);
+  place.replaceChildren(svg);
+  const left = 16 + widestTick(svg);
+  if (left > margins.left) {
+    margins.left = left;
+    svg = plotted(chart, lines, width, margins);
+    place.replaceChildren(svg);
+  }
+  place.parentElement.querySelector(":scope > .key")?.remove();
+  if (named) nameEnds(svg, lines, width - margins.right);
+  else if (alone && lines.length > 1) place.before(keyRow(lines));
+
+  const x = svg.scale("x");
+  tellOf(place, svg, (at) => toldAt(chart, lines, x, at));
+  if (!chart.timed || !clock) return {};
+  return createPlayHead(svg, x, clock);
+}
+
+function plotted(chart, lines, width, { top, right, bottom, left }) {
+  const [low, high] = chart.limits ?? padded(extent(lines.flatMap(({ y, low: l, high: h }) => [y, l, h])));
+  const height = Math.round(Math.min(300, Math.max(190, width * 0.42)));
+  const inner = width - left - right;
+  return Plot.plot({
+    width, height,
+    marginTop: top, marginRight: right, marginBottom: bottom, marginLeft: left,
+    style: { fontFamily: "inherit", fontSize: `${SIZE}px`, background: "none", overflow: "visible" },
+    x: { ...xScale(chart, lines), label: chart.x_label, labelArrow: "none", labelAnchor: "right" },
+    y: { domain: [low, high], label: chart.y_label, labelArrow: "none", ticks: Math.round(height / 55) },
+    marks: [
+      ...markMarks(chart.marks, extent(lines.map((line) => line.x)), inner),
+      Plot.gridY({ stroke: "var(--rule)", strokeOpacity: 1, ticks: Math.round(height / 55) }),
+      low < 0 && high > 0 ? Plot.ruleY([0], { stroke: "var(--faint)" }) : null,
+      ...lines.map((line) => band(line)),
+      ...lines.map((line) => stroke(line)),
+    ],
+  });
+}
+
+function xScale(chart, lines) {
+  const arrays = lines.map((line) => line.x);
+  if (chart.x_levels.length > 0) {
+    const last = chart.x_levels.length - 1;
+    return {
+      domain: [-0.4, last + 0.4], ticks: chart.x_levels.map((_, i) => i),
+      tickFormat: (i) => chart.x_levels[i] ?? "", tickSize: 0,
+    };
+  }
+  const ends = [...arrays, chart.marks.flatMap(({ at, until }) => [at, until])];
+  if (chart.x_log) return { type: "log", domain: extent(ends.map((all) => [...all].filter((v) => v > 0))) };
+  const whole = arrays.every((all) => all.every((value) => Number.isInteger(value)));
+  const [low, high] = extent(ends);
+  return {
+    domain: low === high ? [low - 1, high + 1] : [low, high],
+    ...(whole && high - low <= 12 ? { ticks: high - low, tickFormat: "d" } : {}),
+  };
+}
+
+/** A domain with a little room, so that no line runs along the edge. */
+function padded([low, high]) {
+  const room = high > low ? 0.04 * (high - low) : Math.abs(high) * 0.1 || 1;
+  return [low === 0 ? 0 : low - room, high === 0 ? 0 : high + room];
+}
+
+const curveOf = ({ style }) => (style === "steps" ? "step-after" : "linear");
+
+function band(line) {
+  const { x, low, high, role, style } = line;
+  if (low === null || high === null) return null;
+  if (style === "points") {
+    return Plot.ruleX(x, { x, y1: low, y2: high, stroke: roleColour(role), strokeOpacity: 0.6 });
+  }
+  return Plot.areaY(x, { x, y1: low, y2: high, fill: roleColour(role), fillOpacity: 0.2, curve: curveOf(line) });
+}
+
+function stroke(line) {
+  const { x, y, role, style } = line;
+  const colour = roleColour(role);
+  if (style === "points") return Plot.dot(x, { x, y, fill: colour, r: x.length > 200 ? 1.6 : 3 });
+  const drawn = Plot.line(x, {
+    x, y, stroke: colour, strokeWidth: 1.75, strokeDasharray: style === "dashed" ? "5 4" : undefined,
+    strokeLinejoin: "round", curve: curveOf(line),
+  });
+  const few = x.length <= 30 && style === "line";
+  return few ? [drawn, Plot.dot(x, { x, y, fill: colour, r: 2.5 })] : drawn;
+}
+
+function widestTick(svg) {
+  const ticks = [...svg.querySelectorAll('[aria-label="y-axis tick label"] text')];
+  return Math.max(0, ...ticks.map(({ textContent }) => textWidth(textContent)));
+}
+
+function nameEnds(svg, lines, x) {
+  const y = svg.scale("y");
+  const [bottom, top] = y.range;
+  const wanted = lines.map((line) => y.apply(valueAt(line, Infinity)));
+  const shown = wanted.map((at) => (Number.isFinite(at) ? Math.min(bottom, Math.max(top, at)) : bottom));
+  endPlaces(shown, top, bottom).forEach((at, i) => {
+    const text = document.createElementNS(svg.namespaceURI, "text");
+    text.setAttribute("class", "end");
+    text.setAttribute("x", x + 8);
+    text.setAttribute("y", at);
+    text.setAttribute("dy", "0.32em");
+    text.style.fill = roleColour(lines[i].role);
+    text.textContent = lines[i].name;
+    svg.append(text);
+  });
+}
+
+function toldAt(chart, lines, x, at) {
+  const value = x.invert(Math.min(Math.max(at, x.range[0]), x.range[1]));
+  const shown = chart.x_levels.length > 0 ? Math.round(value) : value;
+  const rows = lines.map((line) => ({ name: line.name, value: number(valueAt(line, shown)), role: line.role }));
+  const head = chart.x_levels[shown] ?? `${number(chart.x_log || chart.timed ? shown : shown)} ${chart.x_label}`;
+  return { head, rows, x: x.apply(shown) };
+}

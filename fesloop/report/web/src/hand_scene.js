@@ -1,0 +1,97 @@
+// The scene that the hands stand in, drawn by three.js when something in it has changed.
+import {
+  AmbientLight, Box3, Color, DirectionalLight, PerspectiveCamera, Scene, Sphere, Vector3, WebGLRenderer,
+} from "three";
+import { shownColour } from "./colours.js";
+import { handBodies, place, solidBody } from "./hand_bodies.js";
+import { createTurn } from "./hand_turn.js";
+
+const SEEN = { truth: 1, estimate: 0.5 };
+const SHARPEST = 2; // pixels a CSS pixel, at most
+const NEAR_HAND_M = 0.03; // room about what moves
+
+/** Whether this browser draws in three dimensions. */
+export function drawsInDepth() {
+  return document.createElement("canvas").getContext("webgl2") !== null;
+}
+
+/**
+ * A scene on a canvas that fills `stage`.
+ *
+ * @param figure {shapes, objects, view}
+ * @param points of the hand's motion, for the camera to hold: [x, y, z] each
+ * @returns showFrame(hands, objects): poses by hand's name and of the objects that move; showHand(name,
+ *   whether); reset(): the first view again
+ */
+export function createScene(stage, { shapes, objects, view }, points) {
+  const renderer = new WebGLRenderer({ antialias: true, alpha: true, preserveDrawingBuffer: true });
+  renderer.setPixelRatio(Math.min(devicePixelRatio, SHARPEST));
+  stage.append(renderer.domElement);
+  const scene = new Scene();
+  const camera = new PerspectiveCamera(26, 1);
+  scene.add(camera, new AmbientLight(0xffffff, 1.5));
+  const lamp = new DirectionalLight(0xffffff, 2.2);
+  lamp.position.set(-0.6, 0.9, 0.7);
+  camera.add(lamp);
+
+  const hands = Object.entries(shapes).map(([name, meshes]) => ({ name, ...handBodies(meshes, SEEN[name] ?? 1) }));
+  const solids = objects.map((object) => ({ ...object, ...solidBody(object) }));
+  hands.forEach(({ group }) => scene.add(group));
+  solids.forEach(({ body }) => scene.add(body));
+  const moving = solids.filter(({ moves }) => moves);
+
+  let drawn = 0;
+  let asked = false;
+  function draw() {
+    asked = false;
+    renderer.render(scene, camera);
+    drawn += 1;
+    stage.dataset.drawn = drawn;
+  }
+  function ask() {
+    if (!asked) requestAnimationFrame(draw);
+    asked = true;
+  }
+
+  function paint() {
+    for (const { name, material } of hands) material.color = new Color(shownColour(`hand-${name}`, stage));
+    for (const { role, material } of solids) material.color = new Color(shownColour(role, stage));
+    ask();
+  }
+  document.documentElement.addEventListener("theme", paint);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
+  paint();
+
+  const turn = createTurn(stage, camera, boundsOf(points), view, ask);
+  new ResizeObserver(() => {
+    const { clientWidth: width, clientHeight: height } = stage;
+    if (width === 0 || height === 0) return;
+    renderer.setSize(width, height, false);
+    camera.aspect = width / height;
+    turn.show();
+    draw();
+  }).observe(stage);
+
+  return {
+    showFrame(shown, objectsShown) {
+      for (const { name, group } of hands) {
+        (shown[name] ?? []).forEach((pose, i) => group.children[i] && place(group.children[i], pose));
+        if (!shown[name]) group.children.forEach((child) => { child.visible = false; });
+      }
+      objectsShown.forEach((pose, i) => moving[i] && place(moving[i].body, pose));
+      ask();
+    },
+    showHand(name, whether) {
+      hands.filter((hand) => hand.name === name).forEach(({ group }) => { group.visible = whether; });
+      ask();
+    },
+    reset: turn.reset,
+  };
+}
+
+function boundsOf(points) {
+  const box = new Box3().setFromPoints(points.filter((point) => point.every(Number.isFinite))
+    .map((point) => new Vector3(...point)));
+  if (box.isEmpty()) box.set(new Vector3(-0.1, -0.1, -0.1), new Vector3(0.1, 0.1, 0.1));
+  return box.expandByScalar(NEAR_HAND_M).getBoundingSphere(new Sphere());
+}

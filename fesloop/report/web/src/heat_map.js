@@ -1,0 +1,89 @@
+// A value in each cell of a grid, with curves over it, drawn by Observable Plot.
+import * as Plot from "@observablehq/plot";
+import { roleColour } from "./colours.js";
+import { element } from "./element.js";
+import { keyRow } from "./key.js";
+import { linesWith } from "./lines.js";
+import { number, shortened, SIZE, textWidth } from "./text.js";
+import { tellOf } from "./told.js";
+
+const CELL_HIGH = 40; // px
+const LABEL_MOST = 0.3; // of the width
+
+/** Draws a heat map at a width, px. */
+export function drawHeatMap(place, heat, array, width) {
+  const values = array(heat.values);
+  const columns = heat.x_levels.length;
+  const cells = Array.from(values, (value, i) => cell(heat, value, i % columns, Math.floor(i / columns)));
+  const contours = linesWith(heat.contours, array);
+  const svg = plotted(heat, cells, contours, width);
+  place.replaceChildren(svg);
+  place.parentElement.querySelectorAll(":scope > .key, :scope > .ramp").forEach((old) => old.remove());
+  place.before(ramp(heat));
+  if (contours.length > 0) place.before(keyRow(contours));
+  const [x, y] = [svg.scale("x"), svg.scale("y")];
+  tellOf(place, svg, (atX, atY) => {
+    const [column, row] = [Math.round(x.invert(atX)), Math.round(y.invert(atY))];
+    const told = heat.told[row]?.[column];
+    if (told === undefined) return null;
+    return { head: `${heat.x_levels[column]}, ${heat.y_levels[row]}`, rows: [{ name: told, value: "" }] };
+  });
+  return {};
+}
+
+/** A cell's colour runs from the good end (0) to the bad one (1). */
+function cell(heat, value, column, row) {
+  const along = Math.min(1, Math.max(0, (value - heat.low) / (heat.high - heat.low || 1)));
+  const bad = heat.better === "low" ? along : 1 - along;
+  const known = Number.isFinite(value);
+  return {
+    column, row, text: heat.cells[row][column],
+    fill: known ? ramped(bad) : "var(--no-value)", ink: known ? inkOn(bad) : "var(--quiet)",
+  };
+}
+
+function ramped(bad) {
+  const [from, to, share] = bad < 0.5 ? ["good", "middling", bad * 2] : ["middling", "bad", bad * 2 - 1];
+  return `color-mix(in oklab, var(--heat-${to}) ${(share * 100).toFixed(1)}%, var(--heat-${from}))`;
+}
+
+const inkOn = (bad) => (bad > 0.6 ? "var(--on-bad)" : "var(--on-good)");
+
+function plotted(heat, cells, contours, width) {
+  const [columns, rows] = [heat.x_levels.length, heat.y_levels.length];
+  const left = Math.min(width * LABEL_MOST, 18 + Math.max(...heat.y_levels.map(textWidth)));
+  const across = (width - left - 8) / columns;
+  const fits = cells.every(({ text }) => textWidth(text) < across - 4);
+  const every = Math.ceil(Math.max(...heat.x_levels.map(textWidth)) / (across - 6));
+  return Plot.plot({
+    width, height: 64 + CELL_HIGH * rows,
+    marginLeft: left, marginRight: 8, marginTop: 26, marginBottom: 38,
+    style: { fontFamily: "inherit", fontSize: `${SIZE}px`, background: "none", overflow: "visible" },
+    x: {
+      domain: [-0.5, columns - 0.5], label: heat.x_label, labelArrow: "none", labelAnchor: "right",
+      ticks: heat.x_levels.map((_, i) => i).filter((i) => i % every === 0), tickSize: 0,
+      tickFormat: (i) => heat.x_levels[i],
+    },
+    y: {
+      domain: [-0.5, rows - 0.5], label: heat.y_label, labelArrow: "none", tickSize: 0,
+      ticks: heat.y_levels.map((_, i) => i), tickFormat: (i) => shortened(heat.y_levels[i], left - 12),
+    },
+    marks: [
+      Plot.rect(cells, {
+        x1: ({ column }) => column - 0.5, x2: ({ column }) => column + 0.5,
+        y1: ({ row }) => row - 0.5, y2: ({ row }) => row + 0.5, fill: { value: "fill", scale: null }, inset: 1, rx: 2,
+      }),
+      fits ? Plot.text(cells, { x: "column", y: "row", text: "text", fill: { value: "ink", scale: null } }) : null,
+      ...contours.map(({ x, y, role, style }) => Plot.line(x, {
+        x, y, stroke: roleColour(role), strokeWidth: 2.5, clip: true,
+        strokeDasharray: style === "dashed" ? "6 4" : undefined,
+      })),
+    ],
+  });
+}
+
+function ramp(heat) {
+  const [first, last] = heat.better === "low" ? [heat.low, heat.high] : [heat.high, heat.low];
+  return element("p", { class: "ramp" }, `${heat.value_label} `, element("span", {}, number(first)),
+    element("i", { class: "scale", "aria-hidden": true }), element("span", {}, number(last)));
+}

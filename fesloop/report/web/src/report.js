@@ -1,0 +1,30 @@
+// A report comes to life: its parts are drawn, the trial is chosen, the play head links the hand and charts.
+import { createBar } from "./bar.js";
+import { createClock } from "./clock.js";
+import { createHand } from "./hand.js";
+import { handFigure } from "./hand_figure.js";
+import { readPage } from "./numbers.js";
+import { keepDrawn } from "./plots.js";
+
+document.documentElement.classList.add("scripted");
+const page = readPage(document.getElementById("numbers").textContent);
+const clock = createClock(page.shown);
+const figures = [...document.querySelectorAll("[data-part]")].map((element) => ({
+  element,
+  part: page.parts.get(element.dataset.part),
+}));
+const hands = figures.filter(({ part }) => part.kind === "hand");
+const drawings = figures.filter(({ part }) => part.kind !== "hand");
+
+createBar(document.getElementById("bar"), page.trials, clock, hands.length > 0);
+for (const { element, part } of hands) {
+  createHand(element.querySelector(".stage"), handFigure(part, page.array), clock);
+}
+keepDrawn(drawings, page.array, clock, hands.length > 0);
+
+clock.listen((what, { trial }) => {
+  if (what !== "trial") return;
+  for (const element of document.querySelectorAll("[data-trial]")) {
+    element.hidden = Number(element.dataset.trial) !== trial;
+  }
+});

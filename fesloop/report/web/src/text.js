@@ -1,0 +1,25 @@
+// How wide texts are in a figure, and numbers as texts.
+
+export const SIZE = 12; // px, of the texts in figures
+const FONT = `${SIZE}px system-ui, sans-serif`;
+const measure = document.createElement("canvas").getContext("2d");
+measure.font = FONT;
+
+/** Width of a text in a figure, px. */
+export function textWidth(text) {
+  return measure.measureText(text).width;
+}
+
+/** A text, cut so that it is no wider than so many px. */
+export function shortened(text, width) {
+  if (textWidth(text) <= width) return text;
+  let end = text.length - 1;
+  while (end > 0 && textWidth(`${text.slice(0, end)}…`) > width) end -= 1;
+  return `${text.slice(0, end).trimEnd()}…`;
+}
+
+/** A number with four digits, its minus sign a real one. */
+export function number(value) {
+  if (!Number.isFinite(value)) return "none";
+  return String(Number(value.toPrecision(4))).replace("-", "−");
+}
