@@ -14,7 +14,7 @@ from fesloop.picture.cast import cast_of
 from fesloop.picture.hand import view_of
 from fesloop.picture.held import span_ns
 from fesloop.picture.posture import Posture
-from fesloop.report.moving_hand import ESTIMATE, TRUTH, MovingHand, moving_hand
+from fesloop.report.recorded_hand import ESTIMATE, TRUTH, RecordedHand, recorded_hand
 from fesloop.report.objects import holdable, object_poses
 from fesloop.report.parts import Figure3d, Frames, Solid
 
@@ -45,7 +45,7 @@ def hand_motion(recording: Recording) -> Figure3d | None:
 
     Raises InputError for a block whose kind is not installed any more or has other parameters by now.
     """
-    hand = moving_hand(recording, cast_of(recording), recording.experiment.get("score", {}))
+    hand = recorded_hand(recording, cast_of(recording), recording.experiment.get("score", {}))
     if hand is None:
         return None
     spans = {trial: span for trial in range(recording.trials)
@@ -68,7 +68,7 @@ def hand_motion(recording: Recording) -> Figure3d | None:
     return figure if view is None else replace(figure, view=view)
 
 
-def recorded_span(recording: Recording, hand: MovingHand, trial: int) -> tuple[int, int] | None:
+def recorded_span(recording: Recording, hand: RecordedHand, trial: int) -> tuple[int, int] | None:
     """First and last instant, ns, of what tells where the hand was; None where nothing does."""
     found = [span for name in hand.sources if (span := span_ns(recording, name, trial)) is not None]
     return (min(first for first, _ in found), max(last for _, last in found)) if found else None
@@ -98,7 +98,7 @@ def view_into(postures: Mapping[str, Posture], holding: bool) -> View | None:
     return east, north, up
 
 
-def _trial(recording: Recording, hand: MovingHand, trial: int, at_ns: Instants, step_ns: int,
+def _trial(recording: Recording, hand: RecordedHand, trial: int, at_ns: Instants, step_ns: int,
            postures: Mapping[str, Posture]) -> _Trial:
     solids, poses = ([], np.empty((len(at_ns), 0, 7))) if hand.plant is None else object_poses(
         recording, hand.plant, trial, at_ns)

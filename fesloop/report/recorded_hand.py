@@ -34,7 +34,7 @@ _FLEXIONS = tuple(f"{_FINGER}_{joint}_flexion" for joint in ("mcp", "pip", "dip"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class MovingHand:
+class RecordedHand:
     """Hands that were recorded.
 
     Attributes
@@ -53,7 +53,7 @@ class MovingHand:
     plant: Player | None = None
 
 
-def moving_hand(signals: Signals, cast: Cast, score: Mapping[str, Any]) -> MovingHand | None:
+def recorded_hand(signals: Signals, cast: Cast, score: Mapping[str, Any]) -> RecordedHand | None:
     """The hands of a recording, from its parts and what it scores; None where it has none."""
     trackers = [each for each in cast.trackers if _holds_whole_hand(signals, each)]
     tracker = trackers[0] if trackers else None
@@ -77,7 +77,7 @@ def _shape(signals: Signals, name: str | None) -> tuple[int, ...] | None:
     return tuple(signals.column(name)[1].shape[1:])
 
 
-def _hand_of_plant(hand: Player, tracker: Player | None, truth: Sequence[str]) -> MovingHand:
+def _hand_of_plant(hand: Player, tracker: Player | None, truth: Sequence[str]) -> RecordedHand:
     size = hand.hand_size
     shapes = {TRUTH: segment_meshes(size)}
     text = f"A {size.side} hand of {size.hand_mm:.0f} mm as it was"
@@ -93,10 +93,10 @@ def _hand_of_plant(hand: Player, tracker: Player | None, truth: Sequence[str]) -
         return {TRUTH: true} if found is None else {TRUTH: true, ESTIMATE: found[0]}
 
     sources = [*truth, *([f"{tracker.name}.angles"] if tracker is not None else [])]
-    return MovingHand(text=f"{text}.", shapes=shapes, sources=sources, postures=postures, plant=hand)
+    return RecordedHand(text=f"{text}.", shapes=shapes, sources=sources, postures=postures, plant=hand)
 
 
-def _hand_of_tracker(tracker: Player) -> MovingHand:
+def _hand_of_tracker(tracker: Player) -> RecordedHand:
     name, size = f"{tracker.name}.angles", tracker.hand_size
 
     def postures(signals: Signals, trial: int, at_ns: Instants) -> dict[str, Posture]:
@@ -104,10 +104,10 @@ def _hand_of_tracker(tracker: Player) -> MovingHand:
         return {} if angles is None else {ESTIMATE: posture_of_angles(size, angles)}
 
     text = f"A {size.side} hand of {size.hand_mm:.0f} mm as {tracker.name} had it, its forearm at rest."
-    return MovingHand(text=text, shapes={ESTIMATE: segment_meshes(size)}, sources=[name], postures=postures)
+    return RecordedHand(text=text, shapes={ESTIMATE: segment_meshes(size)}, sources=[name], postures=postures)
 
 
-def _finger(signals: Signals, score: Mapping[str, Any]) -> MovingHand | None:
+def _finger(signals: Signals, score: Mapping[str, Any]) -> RecordedHand | None:
     """Three scored joint angles as those of an index finger; None for anything else."""
     names = {hand: str(score[hand]) for hand in (TRUTH, ESTIMATE)
              if _shape(signals, score.get(hand)) == (len(_FLEXIONS),)}
@@ -121,7 +121,7 @@ def _finger(signals: Signals, score: Mapping[str, Any]) -> MovingHand | None:
     text = f"The index finger as {names[TRUTH]} has it; the hand about it is drawn at rest."
     if ESTIMATE in names:
         text = f"{text[:-1]}. Translucent: as {names[ESTIMATE]} has it."
-    return MovingHand(text=text, shapes={hand: shapes[hand] for hand in names}, sources=list(names.values()),
+    return RecordedHand(text=text, shapes={hand: shapes[hand] for hand in names}, sources=list(names.values()),
                       postures=partial(_finger_postures, names, size))
 
 
