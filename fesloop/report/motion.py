@@ -14,9 +14,9 @@ from fesloop.picture.cast import cast_of
 from fesloop.picture.hand import view_of
 from fesloop.picture.held import span_ns
 from fesloop.picture.posture import Posture
-from fesloop.report.recorded_hand import ESTIMATE, TRUTH, RecordedHand, recorded_hand
 from fesloop.report.objects import holdable, object_poses
 from fesloop.report.parts import Figure3d, Frames, Solid
+from fesloop.report.recorded_hand import ESTIMATE, TRUTH, RecordedHand, recorded_hand
 
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]

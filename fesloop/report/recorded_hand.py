@@ -121,8 +121,8 @@ def _finger(signals: Signals, score: Mapping[str, Any]) -> RecordedHand | None:
     text = f"The index finger as {names[TRUTH]} has it; the hand about it is drawn at rest."
     if ESTIMATE in names:
         text = f"{text[:-1]}. Translucent: as {names[ESTIMATE]} has it."
-    return RecordedHand(text=text, shapes={hand: shapes[hand] for hand in names}, sources=list(names.values()),
-                      postures=partial(_finger_postures, names, size))
+    return RecordedHand(text=text, shapes={hand: shapes[hand] for hand in names},
+                        sources=list(names.values()), postures=partial(_finger_postures, names, size))
 
 
 def _finger_postures(
