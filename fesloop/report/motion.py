@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,9 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.picture.cast import cast_of
 from fesloop.picture.hand import view_of
-from fesloop.picture.held import span_ns
+from fesloop.picture.held import Signals, span_ns
 from fesloop.picture.posture import Posture
-from fesloop.report.objects import holdable, object_poses
+from fesloop.report.objects import holdable, object_poses, padded
 from fesloop.report.parts import Figure3d, Frames, Solid
 from fesloop.report.recorded_hand import ESTIMATE, TRUTH, RecordedHand, recorded_hand
 
@@ -28,14 +28,6 @@ _LOOKED_AT = 50
 """Frames of a trial by which the view is chosen."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Trial:
-    """Frames of a trial, all objects among them, whether they move or not."""
-
-    frames: Frames
-    objects: Sequence[Solid]
-
-
 def hand_motion(recording: Recording) -> Figure3d | None:
     """The true and the estimated hand, and what is about them, in every trial.
 
@@ -45,31 +37,51 @@ def hand_motion(recording: Recording) -> Figure3d | None:
 
     Raises InputError for a block whose kind is not installed any more or has other parameters by now.
     """
-    hand = recorded_hand(recording, cast_of(recording), recording.experiment.get("score", {}))
+    hand = hand_of(recording)
     if hand is None:
         return None
-    spans = {trial: span for trial in range(recording.trials)
-             if (span := recorded_span(recording, hand, trial)) is not None}
+    spans = recorded_spans(recording, hand)
     step_ns = step_between(sum(last - first for first, last in spans.values()))
-    trials: dict[int, _Trial] = {}
+    figure = figure_of(recording, hand, {trial: np.arange(first, last + 1, step_ns)
+                                         for trial, (first, last) in spans.items()}, step_ns)
+    return None if figure is None else _standing_still(figure)
+
+
+def hand_of(recording: Recording) -> RecordedHand | None:
+    """The hands of a recording; None where it has none. Raises InputError as `hand_motion` does."""
+    return recorded_hand(recording, cast_of(recording), recording.experiment.get("score", {}))
+
+
+def figure_of(signals: Signals, hand: RecordedHand, instants: Mapping[int, Instants],
+              step_ns: int) -> Figure3d | None:
+    """Hands and objects at evenly spaced instants of trials; None where nothing is recorded then."""
+    frames: dict[int, Frames] = {}
+    every: list[Solid] = []
     view: View | None = None
-    for trial, (first, last) in spans.items():
-        at_ns = np.arange(first, last + 1, step_ns)
-        postures = hand.postures(recording, trial, at_ns)
-        if postures:
-            trials[trial] = _trial(recording, hand, trial, at_ns, step_ns, postures)
-            view = view or view_into(postures, holdable(trials[trial].objects))
-    if not trials:
+    for trial, at_ns in instants.items():
+        postures = hand.postures(signals, trial, at_ns)
+        if not postures:
+            continue
+        solids, poses = object_poses(signals, hand.plant, trial, at_ns)
+        every = max(every, solids, key=len)
+        frames[trial] = Frames(start_s=float(at_ns[0]) / NS_PER_S, step_s=step_ns / NS_PER_S, objects=poses,
+                               hands={name: rows_of(posture) for name, posture in postures.items()})
+        view = view or view_into(postures, holdable(solids))
+    if not frames:
         return None
-    every = max((each.objects for each in trials.values()), key=len)
-    solids, frames = _standing_still(every, {trial: _padded(each.frames, len(every))
-                                             for trial, each in trials.items()})
-    figure = Figure3d(key="hand", trials=frames, shapes=hand.shapes, objects=solids, text=hand.text)
+    trials = {trial: replace(each, objects=padded(each.objects, len(every)))
+              for trial, each in frames.items()}
+    figure = Figure3d(key="hand", trials=trials, shapes=hand.shapes, objects=every, text=hand.text)
     return figure if view is None else replace(figure, view=view)
 
 
-def recorded_span(recording: Recording, hand: RecordedHand, trial: int) -> tuple[int, int] | None:
-    """First and last instant, ns, of what tells where the hand was; None where nothing does."""
+def recorded_spans(recording: Recording, hand: RecordedHand) -> dict[int, tuple[int, int]]:
+    """First and last instant, ns, of what tells where the hand was, by trial; without trials of nothing."""
+    found = {trial: _span(recording, hand, trial) for trial in range(recording.trials)}
+    return {trial: span for trial, span in found.items() if span is not None}
+
+
+def _span(recording: Recording, hand: RecordedHand, trial: int) -> tuple[int, int] | None:
     found = [span for name in hand.sources if (span := span_ns(recording, name, trial)) is not None]
     return (min(first for first, _ in found), max(last for _, last in found)) if found else None
 
@@ -98,26 +110,11 @@ def view_into(postures: Mapping[str, Posture], holding: bool) -> View | None:
     return east, north, up
 
 
-def _trial(recording: Recording, hand: RecordedHand, trial: int, at_ns: Instants, step_ns: int,
-           postures: Mapping[str, Posture]) -> _Trial:
-    solids, poses = ([], np.empty((len(at_ns), 0, 7))) if hand.plant is None else object_poses(
-        recording, hand.plant, trial, at_ns)
-    return _Trial(Frames(start_s=float(at_ns[0]) / NS_PER_S, step_s=step_ns / NS_PER_S, objects=poses,
-                         hands={name: rows_of(posture) for name, posture in postures.items()}), solids)
-
-
-def _padded(frames: Frames, count: int) -> Frames:
-    """Frames with a pose of so many solids; an object, which comes first, may be unknown in a whole trial."""
-    missing = np.full((len(frames.objects), count - frames.objects.shape[1], 7), np.nan)
-    return replace(frames, objects=np.concatenate([missing, frames.objects], axis=1))
-
-
-def _standing_still(
-    solids: Sequence[Solid], frames: Mapping[int, Frames]
-) -> tuple[list[Solid], dict[int, Frames]]:
-    """Solids of which those that never move have one pose, and frames without these."""
-    every = np.concatenate([each.objects for each in frames.values()])
-    moves = [not bool((every[:, i] == every[0, i]).all()) for i in range(len(solids))]
-    stood = [solid if moving else replace(solid, moves=False, pose=tuple(every[0, i].tolist()))
-             for i, (solid, moving) in enumerate(zip(solids, moves, strict=True))]
-    return stood, {trial: replace(each, objects=each.objects[:, moves]) for trial, each in frames.items()}
+def _standing_still(figure: Figure3d) -> Figure3d:
+    """The figure with solids that never move in one pose, outside of the frames."""
+    every = np.concatenate([each.objects for each in figure.trials.values()])
+    moves = [not bool((every[:, i] == every[0, i]).all()) for i in range(len(figure.objects))]
+    objects = [solid if moving else replace(solid, moves=False, pose=tuple(every[0, i].tolist()))
+               for i, (solid, moving) in enumerate(zip(figure.objects, moves, strict=True))]
+    return replace(figure, objects=objects, trials={
+        trial: replace(each, objects=each.objects[:, moves]) for trial, each in figure.trials.items()})

@@ -20,11 +20,15 @@ _KINDS = {BOX: "box", CYLINDER: "cylinder", BALL: "sphere"}
 _OBJECT, _TABLE = "series-1", "plain"
 
 
-def object_poses(signals: Signals, plant: Player, trial: int, at_ns: Instants) -> tuple[list[Solid], Array]:
+def object_poses(
+    signals: Signals, plant: Player | None, trial: int, at_ns: Instants
+) -> tuple[list[Solid], Array]:
     """Solids, object first, and their poses (t, solids, 7): orientation (w, x, y, z) and position, global, m.
 
-    NaN where it is not known.
+    NaN where one is not known; none where there is no plant.
     """
+    if plant is None:
+        return [], np.empty((len(at_ns), 0, 7))
     drawn, _ = solids_of(signals, plant, trial, at_ns)
     kinds: dict[bool, Drawn] = {each.fades: each for row in drawn for each in row}
     order = sorted(kinds)
@@ -33,6 +37,12 @@ def object_poses(signals: Signals, plant: Player, trial: int, at_ns: Instants) -
         for each in there:
             row[order.index(each.fades)] = [*each.orientation, *each.position]
     return [_solid(kinds[fades]) for fades in order], poses
+
+
+def padded(poses: Array, count: int) -> Array:
+    """Poses (t, count, 7) of so many solids; the object, which comes first, may be unknown all the time."""
+    missing = np.full((len(poses), count - poses.shape[1], 7), np.nan)
+    return np.concatenate([missing, poses], axis=1)
 
 
 def _solid(drawn: Drawn) -> Solid:
