@@ -1,0 +1,76 @@
+"""Tables of committed results, docs/results/NAME.json as `docs/keep_result.py` writes them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from markdown import cell, code, table
+
+RESULTS = Path(__file__).resolve().parents[1] / "results"
+
+
+def result(name: str, folder: Path = RESULTS) -> Iterator[str]:
+    """Lines of MyST Markdown on a result: how it was made, its tables; or that there is none."""
+    path = folder / f"{name}.json"
+    if not path.exists():
+        yield from (":::{note}", "No result is kept here: the command above makes it.", ":::", "")
+        return
+    kept = json.loads(path.read_text())
+    found = kept["found"]
+    yield from (f"{_count(found)} Made by {code(kept['command'])}, fesloop {kept['version']} "
+                f"({code(kept['commit'])}), {kept['day']}.", "")
+    yield from _comparison(found) if "paper" in found else _bench(found)
+
+
+def _count(found: Mapping[str, Any]) -> str:
+    if "paper" not in found:
+        return ""
+    holding, every = sum(row["holds"] for row in found["rows"]), len(found["rows"])
+    return f"**{holding} of {every} rows hold.**"
+
+
+def _comparison(found: Mapping[str, Any]) -> Iterator[str]:
+    """Theirs beside ours, a table for each of theirs, then what is swept."""
+    for name, group in groupby(found["rows"], key=lambda row: row["table"]):
+        rows = [(cell(row["row"]), _theirs(row["theirs"]), _ours(row["ours"]), cell(row["unit"]),
+                 "yes" if row["holds"] else "**no**") for row in group]
+        yield from (f"**{cell(name)}**", "")
+        yield from table(("", "theirs", "ours", "unit", "holds"), rows)
+    for sweep in found["sweeps"].values():
+        columns = [key for key in sweep["rows"][0] if key != "row"]
+        rows = [(cell(row["row"]), *(_figure(row[column]) for column in columns)) for row in sweep["rows"]]
+        unit = f", {cell(sweep['unit'])}" if sweep["unit"] else ""
+        yield from (f":::{{dropdown}} {cell(sweep['title'])}{unit}", "")
+        yield from table(("", *map(cell, columns)), rows)
+        yield from (":::", "")
+
+
+def _theirs(value: float | str) -> str:
+    return cell(value) if isinstance(value, str) else f"{value:g}"
+
+
+def _ours(value: Mapping[str, float | None] | str) -> str:
+    """Median and 5-95 % band, or words."""
+    if isinstance(value, str):
+        return cell(value)
+    return f"{_figure(value['median'])} ({_figure(value['low'])} to {_figure(value['high'])})"
+
+
+def _figure(value: float | None) -> str:
+    """Two decimals; what no number could be is said so."""
+    return "none" if value is None else f"{value:.2f}"
+
+
+def _bench(found: Mapping[str, Any]) -> Iterator[str]:
+    """One line a case, every key a column."""
+    columns = list(dict.fromkeys(key for row in found["rows"] for key in row))
+    rows = [[_entry(row.get(column)) for column in columns] for row in found["rows"]]
+    yield from table([cell(column) for column in columns], rows)
+
+
+def _entry(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else "" if value is None else cell(value)
