@@ -22,6 +22,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_check(commands)
     _add_run(commands)
     _add_study(commands)
+    _add_report(commands)
     _add_picture(commands)
     _add_import(commands)
     _add_export(commands)
@@ -96,6 +97,15 @@ def _add_study(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--retry-failed", action="store_true", help="run failed ones again")
     command.add_argument("--mix-versions", action="store_true",
                          help="go on with results of other code or libraries")
+    command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+
+
+def _add_report(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("report", help="a run, several side by side, or a study as one HTML file")
+    command.add_argument("sources", metavar="RUN-OR-STUDY", nargs="+",
+                         help="files that fesloop run wrote; or a study: its folder or study.sqlite")
+    command.add_argument("--out", metavar="FILE", help="the page (default: beside what it is of, such as "
+                         "runs/grasp_ilc-1.html)")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 

@@ -1,0 +1,164 @@
+"""The latency budget as time lines, and how old commands were in the run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+from fesloop.loop.latency import LatencyReport, PathLatency, StageSummary
+from fesloop.loop.wire import Wire
+from fesloop.report.parts import Drawing, Fold, Notice, Paragraph, Part, Section, Table
+from fesloop.report.run import svg
+from fesloop.report.run.known import Known
+from fesloop.report.run.stimulated import final_stimulation
+from fesloop.report.run.words import told
+
+_HORIZON_NS = 10 * NS_PER_S
+"""Of the run that stages are averaged over, as `fesloop check` does."""
+_WIDE, _LEFT, _ROW, _BAR = 440.0, 8.0, 34.0, 10.0
+_MOST_STAGES = 24
+Way = tuple[str, tuple[StageSummary, ...]]
+"""Its name, and its stages that take any time, the total last."""
+
+
+def latency_section(known: Known) -> Section:
+    """Every way from a sensor back to the patient, stage by stage, by the wiring; and ages as recorded."""
+    parts: list[Part] = []
+    if known.experiment is None:
+        parts.append(Notice(text=f"The budget cannot be computed here: {known.not_resolved}"))
+    else:
+        horizon_ns = min(known.experiment.duration_ns, _HORIZON_NS)
+        report = LatencyReport(known.experiment.wiring, horizon_ns=horizon_ns)
+        parts += _budget(known, _ways(report.paths))
+    return Section(key="latency", title="Latency budget", parts=[*parts, *_ages(known)])
+
+
+def _ways(paths: Sequence[PathLatency]) -> list[Way]:
+    """Every way through a block on which a sample acts; those that take the same time are one."""
+    found: dict[tuple[tuple[str, ...], tuple[StageSummary, ...]], list[str]] = {}
+    known: dict[tuple[tuple[str, str, Wire], ...], tuple[StageSummary, ...]] = {}
+    for path in paths:
+        through = tuple(connection.target.name for connection in path.connections)
+        key = tuple((connection.source.name, connection.target.name, _timing(connection.wire))
+                    for connection in path.connections)
+        if key not in known:
+            known[key] = tuple(stage for stage in path.summary() if stage.most_ns or stage.name == "total")
+        stages = known[key]
+        if len(through) > 1 and stages:
+            sources = found.setdefault((through, stages), [])
+            sources += [] if (name := path.connections[0].source.name) in sources else [name]
+    return [(" → ".join([", ".join(sources), *through]), stages)
+            for (through, stages), sources in found.items()]
+
+
+def _timing(wire: Wire) -> Wire:
+    """What of a wire decides when its messages arrive: its name too, where chance has a part in it."""
+    plain = wire.jitter.kind == "zero" and not wire.loss
+    return replace(wire, source="a.wire", target="a.wire") if plain else wire
+
+
+def _budget(known: Known, ways: Sequence[Way]) -> Iterator[Part]:
+    if not ways:
+        yield Paragraph(text="No way leads from the patient through blocks back to the patient.")
+        return
+    yield Paragraph(text="From the instant that a sensor captures to the instant that the patient is acted "
+                         "on, computed from the wiring. A bar is the mean, the thin line goes from the least "
+                         "to the greatest.")
+    first = _foremost(known, ways)
+    drawings = [Drawing(key=f"latency-{number}", title=name, svg=_time_line(stages), text=_in_words(stages))
+                for number, (name, stages) in enumerate([first, *(way for way in ways if way is not first)])]
+    yield drawings[0]
+    if drawings[1:]:
+        yield Fold(title=f"{len(drawings) - 1} more ways", parts=drawings[1:])
+
+
+def _foremost(known: Known, ways: Sequence[Way]) -> Way:
+    """The way through what is scored as the estimate, the slowest such; else the slowest."""
+    estimate = str(known.score.get("estimate") or "").partition(".")[0]
+    through = [way for way in ways if estimate and f" {estimate} " in way[0]]
+    return max(through or ways, key=lambda way: way[1][-1].mean_ns)
+
+
+def _time_line(stages: Sequence[StageSummary]) -> str:
+    """One stage below the other, each from where the one before it ends."""
+    shown = stages[:-1][:_MOST_STAGES]
+    longest = max(stages[-1].most_ns, sum(stage.mean_ns for stage in shown) + _overhang(shown), 1)
+    scale = (_WIDE - 2.0 * _LEFT) / longest
+    pieces: list[str] = []
+    begin = 0.0
+    for number, stage in enumerate([*shown, stages[-1]]):
+        total = number == len(shown)
+        start = 0.0 if total else begin
+        pieces += _stage(stage, start * scale + _LEFT, scale, _ROW * number, total)
+        begin += stage.mean_ns
+    height = _ROW * (len(shown) + 1)
+    return svg.drawing(_WIDE, height + 30.0, [*_grid(longest, scale, height), *pieces])
+
+
+def _overhang(stages: Sequence[StageSummary]) -> float:
+    """By how much a greatest goes beyond the sum of means."""
+    ends = np.cumsum([0.0, *(stage.mean_ns for stage in stages)])
+    beyond = [begin + stage.most_ns - ends[-1] for begin, stage in zip(ends, stages, strict=False)]
+    return max(0.0, *beyond) if beyond else 0.0
+
+
+def _stage(stage: StageSummary, x: float, scale: float, y: float, total: bool) -> Iterator[str]:
+    least, mean, most = stage.least_ns, stage.mean_ns, stage.most_ns
+    role = "fill-plain" if total else "fill-tracker" if stage.name.startswith("wire") else "fill-controller"
+    spread = "" if least == most else f" ({_ms(least)} to {_ms(most)})"
+    words = f"{stage.name.removeprefix('wire ').replace('->', ' → ')}: {_ms(mean)}{spread} ms"
+    yield svg.text(_LEFT, y + 14.0, words, size=11.5, bold=total)
+    middle = y + 19.0 + 0.5 * _BAR
+    yield svg.rect(x, y + 19.0, max(mean * scale, 1.0), _BAR, role, radius=1.5, told=words)
+    if least < most:
+        yield svg.line((x + least * scale, middle), (x + most * scale, middle), "stroke-plain", width=1.5)
+        for end in (least, most):
+            yield svg.line((x + end * scale, middle - 4.0), (x + end * scale, middle + 4.0), "stroke-plain")
+
+
+def _grid(longest_ns: float, scale: float, height: float) -> Iterator[str]:
+    """Upright lines at round milliseconds, and the axis below."""
+    longest = longest_ns / NS_PER_MS
+    step = next((size * 10.0**power for power in range(-4, 7) for size in (1, 2, 5)
+                 if longest / (size * 10.0**power) <= 6.0), longest)
+    for number in range(int(longest / step) + 1):
+        x = _LEFT + number * step * NS_PER_MS * scale
+        yield svg.line((x, 0.0), (x, height + 4.0), "stroke-plain faint", width=0.4)
+        yield svg.text(x, height + 16.0, f"{number * step:g}", kind="faint", size=11.0,
+                       anchor="start" if number == 0 else "middle")
+    yield svg.text(_WIDE - _LEFT, height + 28.0, "ms after the capture", kind="faint", size=11.0,
+                   anchor="end")
+
+
+def _in_words(stages: Sequence[StageSummary]) -> str:
+    return "; ".join(f"{stage.name} {_ms(stage.least_ns)} to {_ms(stage.most_ns)} ms, "
+                     f"mean {_ms(stage.mean_ns)}" for stage in stages)
+
+
+def _ms(time_ns: float) -> str:
+    return f"{time_ns / NS_PER_MS:.3g}"
+
+
+def _ages(known: Known) -> Iterator[Part]:
+    """How old the newest capture behind each value was when that left its block, as it was in the run."""
+    rows = []
+    for name in dict.fromkeys([known.scored("estimate"), final_stimulation(known)]):
+        ages = _age_ms(known, name) if name else np.empty(0)
+        if ages.size:
+            rows.append([name, str(ages.size), *(told(float(value)) for value in
+                                                 (ages.min(), *np.percentile(ages, (50, 99)), ages.max()))])
+    if rows:
+        yield Table(title="Age of the newest capture behind each value that left, in the run, ms", rows=rows,
+                    columns=["signal", "values", "least", "median", "99 %", "greatest"])
+
+
+def _age_ms(known: Known, name: str) -> np.ndarray:
+    """(n,), over all trials, of values that derive from a capture."""
+    found = []
+    for trial in range(known.begun):
+        for table in known.recording.tables([name], trial):
+            found += [(piece.left_ns - piece.newest_ns)[piece.newest_ns >= 0] for piece in table.pieces()]
+    return np.concatenate(found) / NS_PER_MS if found else np.empty(0)

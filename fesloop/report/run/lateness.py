@@ -1,0 +1,58 @@
+"""How a run kept in step with the wall clock."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any
+
+from fesloop.loop.clock import NS_PER_MS
+from fesloop.realtime.lateness import realtime_summary
+from fesloop.report.parts import Bars, Chart, Part, Section, Table
+from fesloop.report.run.known import Known
+from fesloop.report.run.thinning import thinned
+from fesloop.report.run.words import told
+
+
+def lateness_section(known: Known) -> Section | None:
+    """None for a run that was not in real time."""
+    summary = realtime_summary(known.recording)
+    if not summary:
+        return None
+    return Section(key="lateness", title="In step with the wall clock",
+                   parts=[_table(summary), _histogram(summary), *_courses(known)])
+
+
+def _table(summary: dict[str, Any]) -> Table:
+    rows = [["missed deadlines", f"{summary['missed']} of {summary['deadlines']}, later than "
+             f"{summary['period_ms']:g} ms ({summary['policy']})"]]
+    for key, words in (("late_ms", "work began late"), ("took_ms", "work took")):
+        rows.append([words, ", ".join(f"{name} {told(value)} ms" for name, value in summary[key].items())])
+    rows += [[f"instants {action}", str(count)] for action, count in summary["done"].items()]
+    rows += [["garbage collections", f"{summary['collections']:g}, the longest "
+              f"{told(summary['worst_collection_ms'])} ms"],
+             ["memory", summary["memory"]], ["scheduling", summary["scheduling"]]]
+    return Table(columns=["", ""], rows=rows)
+
+
+def _histogram(summary: dict[str, Any]) -> Bars:
+    starts, counts = summary["histogram"].values()
+    names = [f"{low:g} to {high:g} ms" for low, high in pairwise(starts)]
+    return Bars(key="lateness-histogram", title="How late work began", x_label="instants",
+                names=[*names, f"{starts[-1]:g} ms or more"], values={"instants": counts},
+                roles={"instants": "plain"}, stacked=False,
+                text="Number of instants by how late their work began.")
+
+
+def _courses(known: Known) -> Iterator[Part]:
+    """Lateness over each drawn trial."""
+    rows = known.recording.instants
+    for trial in known.trials:
+        mine = rows[rows["trial"] == trial]
+        late = thinned([(mine["time_ns"], mine["late_ns"] / NS_PER_MS)], len(mine))
+        took = thinned([(mine["time_ns"], mine["took_ns"] / NS_PER_MS)], len(mine))
+        if late is not None and took is not None:
+            yield Chart(key=f"lateness-{trial}", title="Lateness over time", x_label="time, s", y_label="ms",
+                        lines=[late.line("began late", "series-0"), took.line("took", "series-1")],
+                        trial=trial, timed=True,
+                        text=f"How late work began and how long it took in trial {trial}.")

@@ -1,0 +1,69 @@
+"""The result in one figure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from fesloop.experiment.metrics.joints import held
+from fesloop.report.parts import Bars, Chart, Paragraph, Part, Section
+from fesloop.report.run.known import Known
+from fesloop.report.run.thinning import thinned
+from fesloop.report.run.trials import learning_curve
+
+
+def result_section(known: Known) -> Section | None:
+    """None where nothing was scored."""
+    parts = [part for part in (_figure(known), *_remarks(known)) if part is not None]
+    return Section(key="result", title="Result", parts=parts) if parts else None
+
+
+def _figure(known: Known) -> Part | None:
+    """Of what the sentence says first."""
+    return learning_curve(known, "result") or _error_course(known) or _orientations(known)
+
+
+def _remarks(known: Known) -> Iterator[Part]:
+    """What the numbers are."""
+    if "joint_rmse_deg" in known.metrics:
+        yield Paragraph(text="Tracking error: true joint angles against the reference, root mean square over "
+                        "time and over all scored joints.")
+    if "held" in known.metrics:
+        grasp = known.score["grasp"]
+        yield Paragraph(text=f"Held: the object stayed within {grasp['within_mm']:g} mm of where it was at "
+                        f"{grasp['from_s']:g} s until {grasp['until_s']:g} s, its table taken away.")
+
+
+def _error_course(known: Known) -> Part | None:
+    """Error over the only trial, RMS over the joints."""
+    truth, reference = known.scored("truth"), known.scored("reference")
+    if not (truth and reference and known.begun == 1):
+        return None
+    (table,) = known.recording.tables([truth], 0)
+    wanted = known.recording.column(reference, 0)
+    pieces = ((piece.times_ns, np.degrees(np.sqrt(np.mean(np.square(
+        piece.values[0] - held(wanted, piece.times_ns)), axis=1)))) for piece in table.pieces())
+    found = thinned(pieces, table.count)
+    if found is None:
+        return None
+    return Chart(key="result", title="Error over time, RMS over all scored joints", x_label="time, s",
+                 y_label="error, deg", lines=[found.line("truth against reference", "truth")],
+                 marks=known.scored_while(), trial=0, timed=True,
+                 text="Distance of the true joint angles from the reference over the trial.")
+
+
+def _orientations(known: Known) -> Part | None:
+    """Errors of a tracker on a recording that was played, by segment."""
+    errors = known.metrics.get("orientation_rmse_deg")
+    if not isinstance(errors, dict) or not errors:
+        return None
+    parts = [part for part in ("heading", "inclination", "total")
+             if all(isinstance(each, dict) and part in each for each in errors.values())]
+    values = {part: [each[part] if math.isfinite(each[part]) else 0.0 for each in errors.values()]
+              for part in parts}
+    roles = {part: f"series-{number}" for number, part in enumerate(parts)}
+    return Bars(key="result", title="Error of the tracker's orientations, RMS", x_label="error, deg",
+                names=list(errors), values=values, roles=roles, stacked=False,
+                text="Error of each orientation against the recording's reference.")

@@ -1,0 +1,163 @@
+"""The result of a run in one sentence: what was measured, and no more than that."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from fesloop.report.run.known import Known
+from fesloop.report.run.words import counted, listed, told
+
+_BROKEN_OFF = {"running": "The run is not over, or was killed; of what it had recorded: ",
+               "failed": "The run failed; of what it had recorded: ",
+               "interrupted": "The run was interrupted; of what it had recorded: "}
+
+
+def sentence_of(known: Known) -> str:
+    """What came of the run, exactly: from its metrics, and saying what is not claimed."""
+    status = known.recording.status
+    before = _BROKEN_OFF.get(status, "" if status == "done" else f"The run ended as {status!r}: ")
+    if not known.begun:
+        return f"{before}nothing was recorded." if before else "Nothing was recorded."
+    findings = list(_findings(known))
+    if not findings:
+        findings = [f"{counted(known.begun, 'trial')} recorded, of which nothing was scored"]
+    text = "; ".join(findings)
+    return f"{before}{text if before else text[:1].upper() + text[1:]}."
+
+
+def _findings(known: Known) -> Iterator[str]:
+    """What was found, the most important first."""
+    yield from _tracking(known)
+    yield from _grasp(known)
+    yield from _grip(known)
+    yield from _search(known.metrics)
+    yield from _played(known)
+    yield from _tracker(known)
+    yield from _fingertips(known)
+    yield from _decline(known)
+
+
+def _tracking(known: Known) -> Iterator[str]:
+    errors = known.per_trial("joint_rmse_deg")
+    finite = [error for error in errors if math.isfinite(error)]
+    if not errors:
+        return
+    over = _over(known)
+    if not finite:
+        yield f"no tracking error is known: there is nothing to score in {counted(len(errors), 'trial')}"
+    elif len(errors) == 1:
+        yield f"the tracking error{over} was {told(finite[0])} deg RMS"
+    else:
+        yield _course(errors, over)
+
+
+def _course(errors: list[float], over: str) -> str:
+    """From the first to the last trial, and the least between where that is less."""
+    first, last = errors[0], errors[-1]
+    if not (math.isfinite(first) and math.isfinite(last)):
+        known = [error for error in errors if math.isfinite(error)]
+        return (f"the tracking error{over} was between {told(min(known))} and {told(max(known))} deg RMS in "
+                f"{len(known)} of {counted(len(errors), 'trial')}; in the others it is not known")
+    way = "fell" if last < first else "rose" if last > first else "did not change"
+    least = min(error for error in errors if math.isfinite(error))
+    text = (f"the tracking error{over} {way} from {told(first)} deg RMS in the first of {len(errors)} trials "
+            f"to {told(last)} deg in the last")
+    if told(least) != told(min(first, last)):
+        text += f" (the least, {told(least)} deg, in trial {errors.index(least)})"
+    return text
+
+
+def _over(known: Known) -> str:
+    """The while that is scored, where that is a part of the trial."""
+    after, until = known.score.get("after_s") or 0.0, known.score.get("until_s")
+    if until is not None:
+        return f" from {after:g} to {until:g} s"
+    return f" after the first {after:g} s" if after else ""
+
+
+def _grasp(known: Known) -> Iterator[str]:
+    held = known.metrics.get("held")
+    if not isinstance(held, list) or not held:
+        return
+    told_of = [each for each in held if each is not None]
+    if not told_of:
+        yield "whether the object was held is not known: no trial lasted long enough"
+    elif len(held) == 1:
+        yield "the object was held" if held[0] else "the object was not held"
+    else:
+        among = f", the last one {'' if held[-1] else 'not '}among them"
+        last = "" if held[-1] is None or all(told_of) else among
+        yield f"the object was held in {sum(told_of)} of {len(held)} trials{last}"
+
+
+def _grip(known: Known) -> Iterator[str]:
+    errors = [error for error in known.per_trial("grip_force_rmse_n") if math.isfinite(error)]
+    if errors:
+        which = "" if len(errors) == 1 else " in the last trial"
+        yield f"grip force was {told(errors[-1])} N RMS from what was wanted{which}"
+
+
+def _search(metrics: Mapping[str, Any]) -> Iterator[str]:
+    queries = metrics.get("queries")
+    if not isinstance(queries, list) or not queries:
+        return
+    minutes = metrics.get("minutes", [math.nan])[0]
+    over = f"in {told(minutes)} minutes" if math.isfinite(minutes) else "and had not ended"
+    text = f"the search asked {queries[0]} times {over}"
+    found = metrics.get("found_elements")
+    if found:
+        share = metrics.get("of_optimum", [math.nan])[0]
+        of_best = f", {100.0 * share:.0f} % of the best that there is" if math.isfinite(share) else ""
+        elements = f"element{'s' if len(found[0]) != 1 else ''} {listed(list(map(str, found[0])))}"
+        text += (f", and recommends {elements} at {told(metrics['found_ma'][0])} mA "
+                 f"(quality {told(metrics['found_quality'][0])}{of_best})")
+    yield text
+
+
+def played_by(known: Known) -> list[str]:
+    """Blocks that play a recording in a run whose patient answers to nothing."""
+    blocks = known.recording.experiment.get("blocks", {})
+    if known.scored("truth") or (known.cast is not None and known.cast.hand is not None):
+        return []
+    return [name for name, table in blocks.items() if "recording" in table]
+
+
+def _played(known: Known) -> Iterator[str]:
+    players = played_by(known)
+    errors = known.metrics.get("orientation_rmse_deg")
+    if isinstance(errors, dict) and errors:
+        totals = [each["total"] for each in errors.values()
+                  if isinstance(each, dict) and math.isfinite(each.get("total", math.nan))]
+        if totals:
+            yield (f"the tracker's orientations were {told(min(totals))} to {told(max(totals))} deg RMS from "
+                   "the recording's reference")
+    if players:
+        yield ("a recording was played, which cannot answer to stimulation: no tracking error is claimed")
+
+
+def _tracker(known: Known) -> Iterator[str]:
+    errors = [error for error in known.per_trial("tracker_rmse_deg") if math.isfinite(error)]
+    if errors:
+        which = "" if len(errors) == 1 else " in the last trial"
+        yield f"the tracker's own error{which} was {told(errors[-1])} deg RMS"
+
+
+def _fingertips(known: Known) -> Iterator[str]:
+    errors = known.metrics.get("fingertip_rmse_mm")
+    if isinstance(errors, dict) and errors:
+        parts = []
+        for tracker, tips in errors.items():
+            last = [values[-1] for values in tips.values() if values and math.isfinite(values[-1])]
+            if last:
+                parts.append(f"{tracker} by {told(min(last))} to {told(max(last))} mm")
+        if parts:
+            yield f"fingertips were off (RMS, by finger): {listed(parts)}"
+
+
+def _decline(known: Known) -> Iterator[str]:
+    declines = [value for value in known.per_trial("decline_pct") if math.isfinite(value)]
+    if declines:
+        signal = (known.score.get("cycles") or {}).get("signal", "the signal")
+        yield f"the peak of `{signal}` fell by {told(declines[-1])} % from the first cycle to the last"

@@ -1,0 +1,54 @@
+"""Whose the error was: what the controller could not see, and what it saw and did not put right."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from fesloop.report.parts import Bars, Chart, Line, Paragraph, Part, Section
+from fesloop.report.run.known import Known
+from fesloop.report.run.words import joint_label, told
+
+_WORDS = {"total": ("what the patient sees", "truth"), "tracker": ("not seen by the controller", "tracker"),
+          "controller": ("seen, not put right", "controller")}
+_ABOUT = ("Truth minus reference is truth minus estimate (the tracker's share, latency included) plus "
+          "estimate minus reference (the controller's share), at every instant. Root mean squares of the two "
+          "do not add up to that of the sum: their squares do where the two are not correlated, and where "
+          "they cancel each may be greater than the sum.")
+
+
+def split_section(known: Known) -> Section | None:
+    """None where the score does not name truth, estimate and reference."""
+    split = known.metrics.get("split_rmse_deg")
+    if not isinstance(split, dict):
+        return None
+    return Section(key="split", title="Error: the tracker's share and the controller's",
+                   parts=[Paragraph(text=_ABOUT), *_parts(known, split)])
+
+
+def _parts(known: Known, split: dict[str, list[float]]) -> Iterator[Part]:
+    if known.begun > 1:
+        number = np.arange(float(known.begun))
+        lines = [Line(name=words, role=role, x=number, y=np.array(split[part]))
+                 for part, (words, role) in _WORDS.items()]
+        yield Chart(key="split", title="Error by trial, RMS over all scored joints", x_label="trial",
+                    y_label="error, deg", lines=lines,
+                    text="; ".join(f"{words}: {told(split[part][-1])} deg in the last trial"
+                                   for part, (words, _) in _WORDS.items()))
+    joints: dict[str, Any] = known.metrics.get("joints") or {}
+    for trial in known.trials:
+        yield Bars(key=f"split-joints-{trial}", title="Error by joint, RMS", x_label="error, deg",
+                   names=["all", *map(joint_label, joints)],
+                   values={words: [_at(split[part], trial), *(_at(each[f"split_{part}_deg"], trial)
+                                                              for each in joints.values())]
+                           for part, (words, _) in _WORDS.items()},
+                   roles=dict(_WORDS.values()), stacked=False, trial=trial,
+                   text=f"Error of each joint in trial {trial}, and its two shares.")
+
+
+def _at(values: list[float], trial: int) -> float:
+    """A bar's length; none where the error is not known."""
+    value = values[trial]
+    return value if np.isfinite(value) else 0.0

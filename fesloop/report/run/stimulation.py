@@ -1,0 +1,97 @@
+"""Stimulation: what each channel was told over time, and what each element of the arrays was given."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from fesloop.report.parts import Chart, Drawing, Notice, Paragraph, Part, Section
+from fesloop.report.run.arrays import arrays_svg
+from fesloop.report.run.known import Known
+from fesloop.report.run.stimulated import element_charge, final_stimulation
+from fesloop.report.run.thinning import Course, course
+from fesloop.report.run.words import counted, listed, told
+
+_MOST_CHANNELS = 8
+"""Of a chart: as many as have colours of their own."""
+_SHOWN = (("Current", "current, mA", 1e3), ("Pulse width", "width, µs", 1e6))
+
+
+def stimulation_section(known: Known) -> Section | None:
+    """None for a run that stimulates nothing."""
+    name = final_stimulation(known)
+    arrays = known.cast is not None and known.cast.electrodes is not None
+    if not name and not arrays:
+        return None
+    parts: list[Part] = []
+    if name:
+        parts.append(Paragraph(text=f"As told by `{name}`, the last signal before the patient."))
+        for trial in known.trials:
+            parts += _channels(known, name, trial)
+    else:
+        parts.append(Notice(text="The channels are not shown: no stimulation is recorded."))
+    return Section(key="stimulation", title="Stimulation", parts=[*parts, *_arrays(known)])
+
+
+def _channels(known: Known, name: str, trial: int) -> Iterator[Part]:
+    """Current and pulse width of every channel that is used in a trial."""
+    found = course(known.recording, name, trial)
+    if found is None or found.mean.ndim != 3 or found.mean.shape[2] != 2:
+        return
+    highest = found.mean if found.high is None else found.high
+    charged = np.nan_to_num(highest[..., 0] * highest[..., 1]).max(axis=0) > 0.0
+    used = np.flatnonzero(charged).tolist()
+    if not used:
+        yield Paragraph(text=f"In trial {trial} no channel gave a pulse.")
+        return
+    idle = sorted(set(range(len(charged))) - set(used))
+    rest = f"; idle: {listed([str(channel) for channel in idle])}" if idle else ""
+    for port, (title, label, factor) in enumerate(_SHOWN):
+        lines = [found.line(f"channel {channel}", f"channel-{channel % _MOST_CHANNELS}", (channel, port),
+                            factor, "steps") for channel in used]
+        yield Chart(key=f"stimulation-{port}-{trial}", title=title, x_label="time, s", y_label=label,
+                    lines=lines, trial=trial, timed=True,
+                    text=f"{title} of {counted(len(used), 'channel')} in trial {trial}{rest}.")
+
+
+def _arrays(known: Known) -> Iterator[Part]:
+    """The arrays of each drawn trial, in one scale of charge."""
+    if known.cast is None or known.cast.electrodes is None:
+        return
+    given = {trial: element_charge(known, trial) for trial in known.trials}
+    highest = max((float(each[0].max()) for each in given.values() if each is not None), default=0.0)
+    if all(each is None for each in given.values()):
+        yield Notice(text="Elements are not coloured: the stimulator's charges are not recorded, or how its "
+                          "channels lie on the elements is not.")
+    for trial, each in given.items():
+        charge, shares = (None, None) if each is None else each
+        strongest = _strongest(known, trial)
+        yield Drawing(key=f"arrays-{trial}", title=_title(charge), trial=trial,
+                      svg=arrays_svg(known.cast.electrodes.part, charge, highest, shares, strongest),
+                      text=_in_words(charge))
+
+
+def _title(charge: np.ndarray | None) -> str:
+    if charge is None:
+        return "The arrays on the unrolled forearm"
+    return f"Charge of each element in the trial, one phase: {1e6 * charge.sum():.3g} µC in all"
+
+
+def _strongest(known: Known, trial: int) -> np.ndarray | None:
+    """Greatest activation of each muscle in a trial, (29,)."""
+    name = f"{known.cast.muscles}.activation" if known.cast is not None and known.cast.muscles else ""
+    found: Course | None = course(known.recording, name, trial) if name in known.signals else None
+    if found is None or found.mean.ndim != 2:
+        return None
+    highest = found.mean if found.high is None else found.high
+    return np.asarray(np.nan_to_num(highest).max(axis=0))
+
+
+def _in_words(charge: np.ndarray | None) -> str:
+    text = "Elements of the arrays on the unrolled forearm, the elbow at the top, and the motor points."
+    if charge is not None and charge.any():
+        most = np.argsort(-charge)[:3]
+        text += " Most charge: " + listed([f"element {element} ({told(1e6 * float(charge[element]))} µC)"
+                                           for element in most.tolist() if charge[element] > 0.0]) + "."
+    return text
