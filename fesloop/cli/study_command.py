@@ -12,6 +12,7 @@ from pathlib import Path
 
 from fesloop.cli.output import print_json, print_table
 from fesloop.cli.study_progress import StudyProgress, duration_text
+from fesloop.cli.what_next import tell_what_next
 from fesloop.errors import FesloopError, InputError
 from fesloop.study.design.study import Study
 from fesloop.study.design.study_file import read_study
@@ -57,6 +58,7 @@ def _run(study: Study, args: Namespace) -> int:
     figures = _draw(results, study, summary.store.parent)
     for path in figures:
         print(path, file=sys.stderr)
+    tell_what_next(summary.store, study.try_next)
     if args.json:
         print_json({**summary.as_table(), "figures": [str(path) for path in figures]})
     else:
@@ -93,18 +95,22 @@ def _show_cost(study: Study, found: Cost) -> None:
 
 
 def _draw(results: StudyResults, study: Study, folder: Path) -> list[Path]:
-    """The study's figures."""
+    """The study's figures, and beside them theory's lines, for reports."""
     if not study.figures:
         return []
     from fesloop.study.figures.drawing import draw
+    from fesloop.study.figures.kept_overlays import keep_overlays
     from fesloop.study.figures.theory_overlays import theory_overlays
 
-    drawn = []
+    drawn, theory = [], {}
     for figure in study.figures:
         try:
-            drawn.append(draw(results, figure, folder, theory_overlays(study, figure)))
+            theory[figure.name] = theory_overlays(study, figure)
+            drawn.append(draw(results, figure, folder, theory[figure.name]))
         except FesloopError as fault:
             print(f"fesloop: figure {figure.name} is not drawn: {fault}", file=sys.stderr)
+    if any(theory.values()):
+        keep_overlays(folder, results.about.get("created", ""), theory)
     return drawn
 
 

@@ -101,7 +101,8 @@ class Study:
     figures: drawn when it ends.
     form, cost: which form of the file this is, "" for the file itself, and what it costs.
     folder: that paths start from; None for a shipped study.
-    document: its tables, settled, as a file of it would say.
+    try_next: commands that go on from it, for people.
+    document: its tables but for [guide], settled, as a file of it would say.
 
     Raises InputErrors naming every fault.
     """
@@ -113,6 +114,7 @@ class Study:
     form: str = ""
     cost: str = ""
     folder: Path | None = None
+    try_next: tuple[str, ...] = ()
     document: Mapping[str, Any]
 
     def __post_init__(self) -> None:

@@ -54,6 +54,8 @@ def study_of(document: Mapping[str, Any], form: str = "", folder: Path | None = 
     # TOML's dates and times: no key takes one, so they are the text they were.
     settled, cost = _in_form(json.loads(json.dumps(document, default=str)), form)
     _check(settled)
+    # What is said to people is no part of what is run, nor of what its results are held against.
+    try_next = settled.pop("guide", {}).get("try_next", [])
     faults: list[InputError] = []
 
     def made(cls: type[Any], values: Mapping[str, Any], where: str) -> Any:
@@ -72,7 +74,7 @@ def study_of(document: Mapping[str, Any], form: str = "", folder: Path | None = 
     if faults:
         raise InputErrors(faults)
     return Study(about=about, axes=axes, prepare=prepare, figures=figures, form=form, cost=cost,
-                 folder=folder, document=settled)
+                 folder=folder, document=settled, try_next=tuple(try_next))
 
 
 def described_studies() -> dict[str, dict[str, str]]:
@@ -132,6 +134,7 @@ def _check(document: Mapping[str, Any]) -> None:
     figure: Any = table(Figure, {})
     form = closed("Study", {
         "study": Required[table(About, {})], "axes": NotRequired[dict[str, axis]],
+        "guide": NotRequired[closed("StudyGuide", {"try_next": Required[list[str]]})],
         "prepare": NotRequired[dict[str, preparation]], "figures": NotRequired[list[figure]]})
     try:
         TypeAdapter(form).validate_json(json.dumps(document))

@@ -7,6 +7,7 @@ from typing import Any
 
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.study.design.cells import Cell, cells_of
 from fesloop.study.design.figure_specs import Figure
@@ -35,8 +36,9 @@ def theory_overlays(study: Study, figure: Figure) -> list[Overlay]:
         return []
     rows = _Rows(study, figure)
     told = _critical if figure.theory == "critical_latency" else _at_rest
-    return [overlay for panel in rows.levels(figure.panels) for line in rows.levels(figure.by)
-            for overlay in told(rows, panel, line)]
+    with one_blas_thread():
+        return [overlay for panel in rows.levels(figure.panels) for line in rows.levels(figure.by)
+                for overlay in told(rows, panel, line)]
 
 
 class _Rows:

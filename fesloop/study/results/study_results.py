@@ -23,7 +23,7 @@ from fesloop.study.results.estimates import Estimate, estimates
 from fesloop.study.results.repeats import drawn_axes, groups_of
 from fesloop.study.results.run_columns import FAILED, WAITING, RunColumns, run_columns
 from fesloop.study.results.summary import SummaryRow, summary_rows
-from fesloop.study.store.reading import read_store, store_path
+from fesloop.study.store.reading import StoreRows, read_store, store_path
 
 
 def load(path: str | Path) -> StudyResults:
@@ -32,7 +32,11 @@ def load(path: str | Path) -> StudyResults:
     Raises InputError for what is no study's store, is damaged, or of another version.
     """
     store = store_path(path)
-    rows = read_store(store)
+    return results_of(store, read_store(store))
+
+
+def results_of(store: Path, rows: StoreRows) -> StudyResults:
+    """Results of the rows of a store. Raises InputError where these do not hang together."""
     try:
         study = json.loads(rows.about["study"])
         declared = list(study.get("study", {}).get("metrics", {}))

@@ -14,7 +14,7 @@ from fesloop.study.store.file import FILE, FORMAT
 
 _BUSY_S = 30.0
 """Chosen: a coordinator holds its lock for the milliseconds of one commit, longer on a slow shared disk."""
-_TABLES = {
+TABLES = {
     "cells": "SELECT cell, levels FROM cells ORDER BY cell",
     "runs": "SELECT cell, replicate, seed, id FROM runs ORDER BY cell, replicate",
     "results": "SELECT id, status, cause, metrics, wall_s, recording FROM results",
@@ -94,7 +94,7 @@ def _read(path: Path, mode: str) -> StoreRows:
         # One transaction, so that all tables are of one instant, whatever is written meanwhile.
         store.execute("BEGIN")
         about = _about(path, store)
-        found = {name: store.execute(query).fetchall() for name, query in _TABLES.items()}
+        found = {name: store.execute(query).fetchall() for name, query in TABLES.items()}
         store.execute("COMMIT")
     return StoreRows(about, found["cells"], found["runs"], found["results"])
 
@@ -109,7 +109,7 @@ def _about(path: Path, store: sqlite3.Connection) -> dict[str, str]:
     if about.get("format") != FORMAT:
         raise InputError(str(path), f"is of the format {about.get('format')!r}", f"{FORMAT!r}",
                          "read it with the version of fesloop that wrote it")
-    lacking = sorted(_TABLES.keys() - there)
+    lacking = sorted(TABLES.keys() - there)
     if lacking:
         raise InputError(str(path), f"is damaged: there is no table {', '.join(lacking)}",
                          "a study's store, as `fesloop study` writes it")

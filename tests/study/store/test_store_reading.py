@@ -115,7 +115,7 @@ def test_what_is_written_between_two_tables_is_not_read(store, monkeypatch):
                 with closing(file), contextlib.suppress(sqlite3.OperationalError):
                     add_cell(file, 10 + number)
 
-    monkeypatch.setattr(store_reading, "_TABLES", Disturbed(store_reading._TABLES))
+    monkeypatch.setattr(store_reading, "TABLES", Disturbed(store_reading.TABLES))
     results = load(store)
     assert (results.planned, results.finished, results.axes) == (4, 4, {"latency_ms": (0, 20)})
 
