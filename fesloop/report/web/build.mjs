@@ -3,7 +3,7 @@ import { readFileSync, writeFileSync } from "node:fs";
 import { build } from "esbuild";
 
 const ASSETS = new URL("../assets/", import.meta.url).pathname;
-const ENTRIES = ["src/report.js"];
+const ENTRIES = ["src/report.js", "src/view.js"];
 
 const made = await build({
   entryPoints: ENTRIES,
@@ -17,9 +17,11 @@ const made = await build({
   metafile: true,
 });
 
-/** Packages that came into the bundles, in the order of their names. */
-function bundled(inputs) {
-  const names = Object.keys(inputs).map((path) => path.match(/node_modules\/((?:@[^/]+\/)?[^/]+)\//)?.[1]);
+/** Packages of which something came into the bundles, in the order of their names. */
+function bundled(outputs) {
+  const inputs = outputs.flatMap((output) => Object.entries(output.inputs));
+  const names = inputs.filter(([, { bytesInOutput }]) => bytesInOutput > 0).map(([path]) =>
+    path.match(/node_modules\/((?:@[^/]+\/)?[^/]+)\//)?.[1]);
   return [...new Set(names.filter(Boolean))].sort();
 }
 
@@ -31,7 +33,7 @@ function licence(name) {
   return `${name} ${version} (${license})\n\n${text}\n`;
 }
 
-const names = bundled(made.metafile.inputs);
+const names = bundled(Object.values(made.metafile.outputs));
 writeFileSync(`${ASSETS}licences.txt`, names.map(licence).join("\n\n"));
 for (const [path, { bytes }] of Object.entries(made.metafile.outputs)) {
   console.log(`${path}: ${bytes} bytes, of ${names.join(", ")}`);

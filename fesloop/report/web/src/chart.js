@@ -2,7 +2,7 @@
 import * as Plot from "@observablehq/plot";
 import { roleColour } from "./colours.js";
 import { endPlaces, endWidth, keyRow } from "./key.js";
-import { extent, linesWith, valueAt } from "./lines.js";
+import { extent, lastValue, linesWith, valueAt } from "./lines.js";
 import { markMarks } from "./marks.js";
 import { createPlayHead } from "./play_head.js";
 import { tellOf } from "./told.js";
@@ -29,6 +29,7 @@ export function drawChart(place, chart, array, width, clock) {
   place.parentElement.querySelector(":scope > .key")?.remove();
   if (named) nameEnds(svg, lines, width - margins.right);
   else if (alone && lines.length > 1) place.before(keyRow(lines));
+  moveLabel(svg, margins.right - MARGIN.right);
 
   const x = svg.scale("x");
   tellOf(place, svg, (at) => toldAt(chart, lines, x, at));
@@ -112,7 +113,7 @@ function widestTick(svg) {
 function nameEnds(svg, lines, x) {
   const y = svg.scale("y");
   const [bottom, top] = y.range;
-  const wanted = lines.map((line) => y.apply(valueAt(line, Infinity)));
+  const wanted = lines.map((line) => y.apply(lastValue(line)));
   const shown = wanted.map((at) => (Number.isFinite(at) ? Math.min(bottom, Math.max(top, at)) : bottom));
   endPlaces(shown, top, bottom).forEach((at, i) => {
     const text = document.createElementNS(svg.namespaceURI, "text");
@@ -126,10 +127,15 @@ function nameEnds(svg, lines, x) {
   });
 }
 
+/** Brings the label of x under the end of its axis. */
+function moveLabel(svg, by) {
+  svg.querySelector('[aria-label="x-axis label"]')?.setAttribute("transform", `translate(${-by},0)`);
+}
+
 function toldAt(chart, lines, x, at) {
   const value = x.invert(Math.min(Math.max(at, x.range[0]), x.range[1]));
   const shown = chart.x_levels.length > 0 ? Math.round(value) : value;
   const rows = lines.map((line) => ({ name: line.name, value: number(valueAt(line, shown)), role: line.role }));
-  const head = chart.x_levels[shown] ?? `${number(chart.x_log || chart.timed ? shown : shown)} ${chart.x_label}`;
+  const head = chart.x_levels[shown] ?? `${number(shown)} ${chart.x_label}`;
   return { head, rows, x: x.apply(shown) };
 }

@@ -1,6 +1,7 @@
 // The hand in motion: as it was (solid) and as the tracker had it (translucent), played by a clock.
 import { playButton, timeShown } from "./bar.js";
 import { element } from "./element.js";
+import { createDock } from "./dock.js";
 import { framesOf } from "./hand_figure.js";
 import { posesAt } from "./hand_pose.js";
 import { createScene, drawsInDepth } from "./hand_scene.js";
@@ -28,9 +29,10 @@ export function createHand(stage, figure, clock) {
   const scene = createScene(stage, figure, placesOf(figure.motions));
   const tools = element("div", { class: "tools" }, shownHands(figure, scene), element("button",
     { type: "button", class: "quiet", onclick: scene.reset }, "Reset view"));
-  stage.before(tools);
+  createDock(stage);
+  stage.parentElement.before(tools);
   if (clock) {
-    stage.after(transport(clock));
+    stage.parentElement.after(transport(clock));
     follow(stage, figure, clock, scene);
   }
   return scene;
@@ -39,7 +41,7 @@ export function createHand(stage, figure, clock) {
 /** Shows what the clock says. */
 function follow(stage, { motions }, clock, scene) {
   const gone = element("p", { class: "gone", hidden: true }, "The hand's motion in this trial is not in this report.");
-  stage.after(gone);
+  stage.parentElement.after(gone);
 
   function show() {
     const motion = motions.get(clock.state.trial);
@@ -75,7 +77,7 @@ function follow(stage, { motions }, clock, scene) {
 }
 
 /** Play, a slider over the trial, its time and the speed. */
-function transport(clock) {
+export function transport(clock) {
   const slider = element("input", { type: "range", min: 0, max: 1000, value: 0, step: 1, "aria-label": "Time in the trial" });
   slider.addEventListener("input", () => {
     const [first, last] = clock.state.span;
@@ -105,7 +107,7 @@ function shownHands({ shapes }, scene) {
 }
 
 function placesOf(motions) {
-  return [...motions.values()].flatMap(({ hands, objects }) => [...Object.values(hands), objects].flatMap((poses) => {
+  return [...motions.values()].flatMap(({ hands }) => Object.values(hands).flatMap((poses) => {
     const every = Math.max(1, Math.floor(poses.frames / SAMPLED));
     const frames = Array.from({ length: Math.ceil(poses.frames / every) }, (_, i) => i * every);
     return frames.flatMap((frame) => posesAt(poses, frame).map((pose) => pose.slice(4)));

@@ -11,9 +11,13 @@ const GEOMETRY = {
   plane: () => new PlaneGeometry(2, 2),
 };
 
+// Where a translucent hand lies on the solid one, the solid one is seen: what is translucent is a difference.
+const BEHIND = { polygonOffsetFactor: 2, polygonOffsetUnits: 2 };
+
 /** A hand's segments; `seen` of 1 is solid, less is translucent. */
 export function handBodies(meshes, seen) {
-  const material = new MeshLambertMaterial({ transparent: seen < 1, opacity: seen });
+  const behind = seen < 1 ? { transparent: true, opacity: seen, polygonOffset: true, ...BEHIND } : {};
+  const material = new MeshLambertMaterial(behind);
   const group = new Group();
   for (const { vertices, faces } of meshes) {
     const geometry = new BufferGeometry();
@@ -29,7 +33,7 @@ export function handBodies(meshes, seen) {
 /** Something else that is seen; one that does not move is put where it stands. */
 export function solidBody({ kind, half_sizes, moves, pose }) {
   const geometry = GEOMETRY[kind]().scale(...half_sizes.map((size) => size || 1));
-  const material = new MeshLambertMaterial({ side: kind === "plane" ? DoubleSide : undefined });
+  const material = new MeshLambertMaterial(kind === "plane" ? { side: DoubleSide } : {});
   const body = new Mesh(geometry, material);
   if (!moves) place(body, pose);
   return { body, material };

@@ -5,10 +5,11 @@ import {
 import { shownColour } from "./colours.js";
 import { handBodies, place, solidBody } from "./hand_bodies.js";
 import { createTurn } from "./hand_turn.js";
+import { createSharpness } from "./sharpness.js";
 
-const SEEN = { truth: 1, estimate: 0.5 };
-const SHARPEST = 2; // pixels a CSS pixel, at most
-const NEAR_HAND_M = 0.03; // room about what moves
+const SEEN = { truth: 1, estimate: 0.55 };
+const ABOUT_HAND_M = 0.04; // room about the origins of a hand's segments
+const SOFTENED = 0.25; // share of paper in the colour of what is not a hand
 
 /** Whether this browser draws in three dimensions. */
 export function drawsInDepth() {
@@ -25,7 +26,6 @@ export function drawsInDepth() {
  */
 export function createScene(stage, { shapes, objects, view }, points) {
   const renderer = new WebGLRenderer({ antialias: true, alpha: true, preserveDrawingBuffer: true });
-  renderer.setPixelRatio(Math.min(devicePixelRatio, SHARPEST));
   stage.append(renderer.domElement);
   const scene = new Scene();
   const camera = new PerspectiveCamera(26, 1);
@@ -40,13 +40,15 @@ export function createScene(stage, { shapes, objects, view }, points) {
   solids.forEach(({ body }) => scene.add(body));
   const moving = solids.filter(({ moves }) => moves);
 
-  let drawn = 0;
+  let frames = 0;
   let asked = false;
+  const drawn = createSharpness(renderer, draw);
   function draw() {
     asked = false;
     renderer.render(scene, camera);
-    drawn += 1;
-    stage.dataset.drawn = drawn;
+    frames += 1;
+    stage.dataset.frames = frames;
+    drawn();
   }
   function ask() {
     if (!asked) requestAnimationFrame(draw);
@@ -55,7 +57,10 @@ export function createScene(stage, { shapes, objects, view }, points) {
 
   function paint() {
     for (const { name, material } of hands) material.color = new Color(shownColour(`hand-${name}`, stage));
-    for (const { role, material } of solids) material.color = new Color(shownColour(role, stage));
+    const paper = new Color(shownColour("paper", stage));
+    for (const { role, material } of solids) {
+      material.color = new Color(shownColour(role === "plain" ? "surface" : role, stage)).lerp(paper, SOFTENED);
+    }
     ask();
   }
   document.documentElement.addEventListener("theme", paint);
@@ -93,5 +98,5 @@ function boundsOf(points) {
   const box = new Box3().setFromPoints(points.filter((point) => point.every(Number.isFinite))
     .map((point) => new Vector3(...point)));
   if (box.isEmpty()) box.set(new Vector3(-0.1, -0.1, -0.1), new Vector3(0.1, 0.1, 0.1));
-  return box.expandByScalar(NEAR_HAND_M).getBoundingSphere(new Sphere());
+  return box.expandByScalar(ABOUT_HAND_M).getBoundingSphere(new Sphere());
 }

@@ -74,10 +74,13 @@ function plotted(heat, cells, contours, width) {
         y1: ({ row }) => row - 0.5, y2: ({ row }) => row + 0.5, fill: { value: "fill", scale: null }, inset: 1, rx: 2,
       }),
       fits ? Plot.text(cells, { x: "column", y: "row", text: "text", fill: { value: "ink", scale: null } }) : null,
-      ...contours.map(({ x, y, role, style }) => Plot.line(x, {
-        x, y, stroke: roleColour(role), strokeWidth: 2.5, clip: true,
-        strokeDasharray: style === "dashed" ? "6 4" : undefined,
-      })),
+      ...contours.flatMap(({ x, y, role, style }) => [
+        Plot.line(x, { x, y, stroke: "var(--paper)", strokeWidth: 5, strokeOpacity: 0.8, clip: true }),
+        Plot.line(x, {
+          x, y, stroke: roleColour(role), strokeWidth: 2.25, clip: true,
+          strokeDasharray: style === "dashed" ? "6 4" : undefined,
+        }),
+      ]),
     ],
   });
 }

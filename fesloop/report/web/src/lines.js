@@ -24,6 +24,11 @@ export function valueAt(line, at) {
   return line.style === "steps" && line.x[i] > at && i > 0 ? line.y[i - 1] : line.y[i];
 }
 
+/** Last value of a line, at its end; NaN where it has none. */
+export function lastValue({ y }) {
+  return y.findLast(Number.isFinite) ?? NaN;
+}
+
 /** Lowest and highest finite number of arrays; [0, 1] where there is none. */
 export function extent(arrays) {
   let low = Infinity;

@@ -1,0 +1,39 @@
+// How finely a scene is drawn: as the screen is, and coarser while motion would be slow (no graphics card).
+const FINEST = 2; // pixels a CSS pixel
+const COARSEST = 0.5;
+const SLOW_MS = 50; // between two frames, below 20 a second
+const STILL_MS = 300; // without a frame, after which what stands still is drawn finely again
+const SMOOTHED = 0.8; // share of what was in the mean of the time between frames
+const COARSER = 0.8; // times, each time that frames are slow
+
+/** Follows how fast frames come; `redraw` draws once. `drawn()` is to be called after each frame. */
+export function createSharpness(renderer, redraw) {
+  const fine = Math.min(devicePixelRatio, FINEST);
+  let moving = fine;
+  let mean = 0;
+  let last = -Infinity;
+  let still = 0;
+  renderer.setPixelRatio(fine);
+
+  function refine() {
+    renderer.setPixelRatio(fine);
+    mean = 0;
+    last = -Infinity;
+    redraw();
+  }
+
+  return function drawn() {
+    const now = performance.now();
+    const between = now - last;
+    last = now;
+    clearTimeout(still);
+    if (between > STILL_MS) return;
+    mean = mean === 0 ? between : SMOOTHED * mean + (1 - SMOOTHED) * between;
+    if (mean > SLOW_MS && moving > COARSEST) {
+      moving = Math.max(COARSEST, moving * COARSER);
+      mean = 0;
+    }
+    if (renderer.getPixelRatio() !== moving) renderer.setPixelRatio(moving);
+    if (moving < fine) still = setTimeout(refine, STILL_MS);
+  };
+}
