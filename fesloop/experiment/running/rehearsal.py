@@ -15,7 +15,7 @@ from fesloop.loop.wiring import Node, Wiring
 
 _MOMENT_NS = NS_PER_S // 10
 _LONGEST_WALL_S = 1.0
-"""No stretch of the rehearsal begins later, however dense the ticks are."""
+"""Where the wall clock does not count, no stretch of the rehearsal begins later, however dense the ticks are."""
 _rehearsed: set[frozenset[type[Any]]] = set()
 """Classes of the parts of every loop that this process has rehearsed: their kernels are loaded."""
 
@@ -25,8 +25,10 @@ def rehearse(experiment: Experiment, realtime: bool) -> None:
 
     A loop of the same kinds of parts needs it once in a process. Where the wall clock decides what comes of
     the run (in real time, or where steps are measured) it is done each time, for another parameter may lead
-    to another kernel; elsewhere such a kernel costs some wall time and changes nothing. Not where a device
-    would notice, unless it has a stand-in. Whatever goes wrong here does so again in the run, which tells.
+    to another kernel; elsewhere such a kernel costs some wall time and changes nothing. There it lasts until
+    a message has been all the way round, for blocks may call other kernels once they have heard one. Not
+    where a device would notice, unless it has a stand-in. Whatever goes wrong here does so again in the run,
+    which tells.
     """
     wiring = with_stand_ins(experiment.wiring)
     originals = zip(wiring.nodes, experiment.wiring.nodes, strict=True)
@@ -34,15 +36,24 @@ def rehearse(experiment: Experiment, realtime: bool) -> None:
         return
     parts = frozenset(type(node.part) for node in wiring.nodes)
     measured = any(node.execution.kind == "measured" for node in wiring.nodes)
-    if parts in _rehearsed and not (realtime or measured or experiment.record.timed):
+    wall_counts = bool(realtime or measured or experiment.record.timed)
+    if parts in _rehearsed and not wall_counts:
         return
     _rehearsed.add(parts)
+    until = _MOMENT_NS + (_way_round_ns(wiring) if wall_counts else 0)
     began, done = time.perf_counter(), 0
     with suppress(Exception):
-        loop = Loop(wiring, recorder=Recorder())
-        while done < _MOMENT_NS and time.perf_counter() - began < _LONGEST_WALL_S:
+        loop = Loop(wiring, recorder=Recorder(experiment.record.plant_rate))
+        while done < until and (wall_counts or time.perf_counter() - began < _LONGEST_WALL_S):
             done = max(1, 4 * done)
-            loop.run_until(min(done, _MOMENT_NS))
+            loop.run_until(min(done, until))
+
+
+def _way_round_ns(wiring: Wiring) -> int:
+    """No message takes longer through the wires and blocks of the loop, each passed once."""
+    wires = [connection.wire for connection in wiring.connections]
+    return (sum(wire.latency_ns + (wire.jitter.most_ns or 0) for wire in wires)
+            + sum(node.execution.most_ns or 0 for node in wiring.nodes))
 
 
 def with_stand_ins(wiring: Wiring) -> Wiring:
