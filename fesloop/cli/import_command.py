@@ -25,6 +25,7 @@ def execute(args: Namespace) -> int:
         print_json(told)
     else:
         rate = "uneven instants" if recording.rate is None else f"{float(recording.rate):.9g} Hz"
-        print(f"{args.target}: {len(recording.sensors)} sensors, {recording.samples} samples, {rate}, from "
+        sensors = "1 sensor" if len(recording.sensors) == 1 else f"{len(recording.sensors)} sensors"
+        print(f"{args.target}: {sensors}, {recording.samples} samples, {rate}, from "
               f"{recording.source} ({recording.source_format})")
     return 0

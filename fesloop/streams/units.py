@@ -30,15 +30,15 @@ SI: Mapping[str, str] = {"gyr": "rad/s", "acc": "m/s^2", "mag": "T", "angle": "r
 """The unit of each quantity here."""
 
 
-def factor(quantity: str, unit: str, where: str) -> float:
+def factor(quantity: str, unit: str, where: str, remedy: str = "state the unit in a layout") -> float:
     """By what to multiply numbers of a quantity ("gyr", "acc", "mag", "angle", "time") to have them in SI.
 
-    Case and blanks do not matter. Raises InputError for a unit that is not known.
+    Case and blanks do not matter. Raises InputError, with that remedy, for a unit that is not known.
     """
     names = _NAMES[quantity]
     folded = "".join(unit.split()).lower()
     if folded not in names:
         shown = dict.fromkeys(name for name in names if name.isascii())
         raise InputError(where, f"{unit!r} is no unit of {quantity}" if unit.strip() else "states no unit",
-                         ", ".join(shown), "state the unit in a layout")
+                         ", ".join(shown), remedy)
     return names[folded]

@@ -41,7 +41,7 @@ def read_described(path: Path, layout_path: Path) -> MotionRecording:
     layout = read_layout(layout_path)
     source_format, source = _source(path, layout, layout_path)
     units = {"gyr": layout.units.gyr, "acc": layout.units.acc, "mag": layout.units.mag}
-    scales = {kind: factor(kind, unit, f"{layout_path}: units.{kind}") for kind, unit in units.items()}
+    scales = {kind: factor(kind, unit, f"{layout_path}: units.{kind}", "") for kind, unit in units.items()}
     sensors: dict[str, dict[str, Array]] = {}
     for name, sensor in layout.sensors.items():
         for kind, place in (("gyr", sensor.gyr), ("acc", sensor.acc), ("mag", sensor.mag)):
@@ -72,7 +72,7 @@ def _time_base(source: Source, rate: str | int | float | None, time: Place | Non
                layout: Layout, where: str) -> tuple[Stamps, Fraction | None]:
     """Stamps and exact rate from what the layout says of time."""
     if time is not None:
-        unit_s = factor("time", layout.units.time, f"{where}units.time")
+        unit_s = factor("time", layout.units.time, f"{where}units.time", "")
         return stamps_of_times(source.columns(time, 1, f"{where}time")[:, 0], unit_s, f"{where}time")
     try:
         stated = Fraction(str(rate))
@@ -130,7 +130,11 @@ class _Table:
         each = place if isinstance(place, tuple) else (place,)
         if len(each) != count:
             raise InputError(where, f"names {len(each)} columns", f"{count}")
-        return self._table.values[:, [self._number(column, where) for column in each]]
+        numbers = [self._number(column, where) for column in each]
+        if len(set(numbers)) < count:
+            raise InputError(where, f"names the same column twice: {', '.join(map(str, each))}",
+                             f"{count} different ones")
+        return self._table.values[:, numbers]
 
     def _number(self, column: str | int, where: str) -> int:
         names, most = self._table.names, self._table.values.shape[1]
@@ -139,8 +143,8 @@ class _Table:
                 raise InputError(where, f"column {column}", f"1 to {most} of {self._where}")
             return column - 1
         if names.count(column) != 1:
-            found = "stands twice" if column in names else "is no column"
-            raise InputError(where, f"{column!r} {found} of {self._where}",
+            found = "stands twice in" if column in names else "is no column of"
+            raise InputError(where, f"{column!r} {found} {self._where}",
                              ", ".join(names[:12]) or "numbers", did_you_mean(column, names))
         return names.index(column)
 

@@ -137,6 +137,8 @@ class Layout:
             for name in pair:
                 if name not in self.sensors:
                     raise InputError("pairs", f"{name!r} is no sensor", ", ".join(self.sensors))
+            if pair[0] == pair[1]:
+                raise InputError("pairs", f"{pair[0]!r} stands beside itself", "two different sensors")
         given = [each.orientation is not None for each in self.sensors.values()]
         if any(given) and not all(given):
             name = list(self.sensors)[given.index(False)]

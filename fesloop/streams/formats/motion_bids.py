@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -65,7 +66,7 @@ def _files(path: Path) -> dict[str, Path]:
     if not path.is_dir():
         raise InputError(str(path), "there is no such file", _ALLOWED)
     files = []
-    for file in path.rglob(f"*{ENDING}"):
+    for file in _below(path):
         files.append(file)
         if len(files) > _MOST_FILES:
             raise InputError(str(path), f"holds more than {_MOST_FILES} recordings", _ALLOWED)
@@ -77,6 +78,15 @@ def _files(path: Path) -> dict[str, Path]:
                          + ", ".join(file.name for file in sorted(files)[:4]), "one",
                          "give the path of one *_motion.tsv")
     return {entities(file).get("tracksys", file.name): file for file in sorted(files)}
+
+
+def _below(folder: Path) -> Iterator[Path]:
+    """Every *_motion.tsv below a folder; raises InputError where what is there goes while it is looked for."""
+    try:
+        yield from folder.rglob(f"*{ENDING}")
+    except OSError as fault:
+        raise InputError(str(folder), f"cannot be searched: {fault.filename}: {fault.strerror}", _ALLOWED,
+                         "name the folder of one recording") from None
 
 
 def _but_system(file: Path) -> dict[str, str]:

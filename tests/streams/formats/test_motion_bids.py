@@ -104,6 +104,15 @@ def test_faults_are_named_with_file_and_place(tmp_path, suffix, old, new, words)
     refused(path, "sub-01", *words)
 
 
+def test_a_folder_that_changes_while_it_is_searched_is_refused(tmp_path, monkeypatch):
+    def gone(self, pattern):
+        raise FileNotFoundError(2, "No such file or directory", f"{self}/gone")
+        yield
+
+    monkeypatch.setattr(Path, "rglob", gone)
+    refused(tmp_path, "cannot be searched", "gone: No such file")
+
+
 def test_recordings_of_a_folder_are_told_apart(tmp_path):
     path = bids_files.write_dataset(tmp_path)
     for file in list(path.parent.iterdir()):
