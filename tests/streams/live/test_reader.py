@@ -1,6 +1,7 @@
 """What a reader hands to the loop, whatever its source does; the loop's inlet on top of it."""
 
 import time
+from itertools import count
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.streams.live.description import Picked
 from fesloop.streams.live.inlet import LslInlet
 from fesloop.streams.live.inlet_state import InletState
-from fesloop.streams.live.reader import StreamReader
+from fesloop.streams.live.reader import _BACKLOG, StreamReader
 from fesloop.streams.live.source import StreamLost
 
 PERIOD = 10 * NS_PER_MS
@@ -174,7 +175,7 @@ def test_the_thread_finds_a_lost_stream_again():
     now = ORIGIN
     plan = [pulled(now + 1, 0.0), StreamLost(), pulled(now + PERIOD, 1.0)]
     source = PlannedSource(plan, reopenings=["", "another stream", "another stream", None])
-    reader = StreamReader(source, PERIOD, clock=lambda: now + NS_PER_S)
+    reader = StreamReader(source, PERIOD, clock=count(now + NS_PER_S, 2 * NS_PER_S).__next__)
     reader.attach(present(ORIGIN))
     reader.start()
     until = time.monotonic() + 10.0
@@ -189,6 +190,30 @@ def test_the_thread_finds_a_lost_stream_again():
         "stream_lost", "stream_differs", "stream_found"]
     assert "another stream" in notes[1].detail
     assert source.closed == 1
+
+
+def test_a_loop_that_lags_far_behind_loses_the_oldest_samples_and_is_told():
+    reader = sound_reader(Now())
+    reader.attach(present(ORIGIN))
+    for k in range(_BACKLOG + 3):
+        reader.hear(np.full(1, float(k)), ORIGIN + k * PERIOD, ORIGIN + k * PERIOD)
+    taken = []
+    while (sample := reader.take()) is not None:
+        taken.append(int(sample.values[0]))
+    assert taken == list(range(3, _BACKLOG + 3))
+    assert [note.status for note in reader.notes()] == ["overrun"]
+
+
+def test_a_trial_hears_of_nothing_that_was_odd_before_it_but_of_what_still_is():
+    reader = sound_reader(Now())
+    for k in range(30):
+        reader.hear(np.zeros(1), ORIGIN + 2 * k * PERIOD, ORIGIN + 2 * k * PERIOD)
+    began = ORIGIN + 60 * PERIOD
+    reader.hear(np.zeros(1), ORIGIN, began - 1)
+    reader.attach(present(began))
+    assert [note[:2] for note in reader.notes()] == [(began, "rate_changed")]
+    reader.hear(np.zeros(1), ORIGIN, began + 1)
+    assert [note.status for note in reader.notes()] == ["stamp_behind"]
 
 
 def test_one_status_is_told_once_a_second_and_counted():

@@ -7,7 +7,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
-from fesloop.streams.live.stamps import AHEAD_NS, PATIENCE_NS, CaptureStamps, RateWatch
+from fesloop.streams.live.stamps import PATIENCE_NS, CaptureStamps, RateWatch
 
 PERIOD = 10 * NS_PER_MS
 START = 1000 * NS_PER_S
@@ -68,9 +68,9 @@ def test_repetitions_are_left_out_for_ever():
 
 
 def test_a_stamp_just_ahead_counts_as_now_and_one_far_ahead_not_at_all():
-    judge = CaptureStamps(PERIOD).judge
-    assert judge(START + AHEAD_NS, START) == (START, "", "")
-    assert judge(START + PERIOD + AHEAD_NS + 1, START + PERIOD).status == "stamp_ahead"
+    judge, ahead = CaptureStamps(PERIOD).judge, 2 * NS_PER_MS
+    assert judge(START + ahead, START) == (START, "", "")
+    assert judge(START + PERIOD + ahead + 1, START + PERIOD).status == "stamp_ahead"
 
 
 def test_a_clock_set_back_is_followed_after_a_second_and_told():
@@ -84,6 +84,23 @@ def test_a_clock_set_back_is_followed_after_a_second_and_told():
     assert verdicts[200].captured_ns == arrivals[200]
     assert [v.captured_ns for v in verdicts[201:]] == arrivals[201:].tolist()
     assert arrivals[200] - arrivals[100] >= PATIENCE_NS
+
+
+def test_stamps_that_leap_on_and_on_are_no_clock_set_anew():
+    arrivals = steady(300)
+    stamps = arrivals - TRANSIT
+    stamps[100:] += 2 * NS_PER_S * np.arange(1, 201)
+    assert {v.status for v in judged(stamps, arrivals)[100:]} == {"stamp_ahead"}
+
+
+def test_a_clock_set_anew_twice_is_doubted_twice():
+    arrivals = steady(400)
+    stamps = arrivals - TRANSIT
+    stamps[100:] -= 600 * NS_PER_S
+    stamps[201:] += NS_PER_S // 2
+    verdicts = judged(stamps, arrivals)
+    assert [k for k, v in enumerate(verdicts) if v.status == "clock_reset"] == [200, 301]
+    assert all(v.captured_ns is None for v in verdicts[201:301])
 
 
 def test_what_is_missing_is_told_with_its_length():
@@ -113,6 +130,21 @@ def test_a_sender_may_make_up_for_a_stall(stalled, after):
     burst = [sent[-1] + (stalled + 1) * PERIOD + k * 50_000 for k in range(stalled)]
     later = [sent[-1] + (stalled + 2 + k) * PERIOD for k in range(200)]
     assert not any(watch.note(stamp)[0] for stamp in [*sent, *burst, *later])
+
+
+def test_twice_the_rate_is_told_soon_however_long_the_rate_was_right():
+    watch = RateWatch(PERIOD)
+    for k in range(5000):
+        watch.note(START + k * PERIOD)
+    last = START + 4999 * PERIOD
+    told = [watch.note(last + k * PERIOD // 2)[0] for k in range(1, 201)]
+    assert [status for status in told if status] == ["rate_changed"]
+
+
+def test_arrivals_that_are_a_little_too_close_are_told():
+    watch = RateWatch(PERIOD, by_sender=False)
+    told = [watch.note(START + k * PERIOD * 3 // 4)[0] for k in range(150)]
+    assert [status for status in told if status] == ["rate_changed"]
 
 
 def test_a_wrong_rate_is_named():
