@@ -24,6 +24,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_study(commands)
     _add_report(commands)
     _add_picture(commands)
+    _add_view(commands)
     _add_import(commands)
     _add_export(commands)
     _add_reproduce(commands)
@@ -118,6 +119,20 @@ def _add_picture(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--out", metavar="DIR", default="pictures",
                          help="folder of the pictures (default: pictures)")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+
+
+def _add_view(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("view", help="watch the hand of a recording, a running loop or a stream")
+    command.add_argument("source", metavar="RUN.h5", nargs="?",
+                         help="a file that fesloop run wrote, or is writing")
+    command.add_argument("--stream", metavar="NAME", help="in its place a live stream (Lab Streaming Layer) "
+                         "of joint angles or of segments' orientations")
+    command.add_argument("--side", choices=("left", "right"), default="right",
+                         help="of the hand that a stream is of (default: right)")
+    command.add_argument("--network", choices=("loopback", "lab"), default="loopback",
+                         help="where the stream comes from: this machine (default), or other computers too")
+    command.add_argument("--port", type=int, metavar="N", default=0, help="of the page (default: a free one)")
+    command.add_argument("--open", action="store_true", help="open a browser")
 
 
 def _add_import(commands: _Commands[argparse.ArgumentParser]) -> None:

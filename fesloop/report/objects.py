@@ -17,7 +17,7 @@ from fesloop.report.parts import Solid
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]
 _KINDS = {BOX: "box", CYLINDER: "cylinder", BALL: "sphere"}
-_OBJECT, _TABLE = "series-1", "plain"
+_OBJECT, _TABLE = "object", "surface"
 
 
 def object_poses(

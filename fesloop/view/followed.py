@@ -1,0 +1,137 @@
+"""A recording that is being written, followed: what its loop did a moment ago."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from threading import Lock
+
+import numpy as np
+
+from fesloop.errors import InputError
+from fesloop.experiment.recording.reading import Recording
+from fesloop.loop.clock import NS_PER_S
+from fesloop.report.motion import figure_of, hand_of, rows_of
+from fesloop.report.objects import object_poses, padded
+from fesloop.report.recorded_hand import RecordedHand
+from fesloop.view.growing import GrowingRecording
+from fesloop.view.head import Head
+from fesloop.view.played import NO_HAND, WITH_HAND
+from fesloop.view.shown import Play, Shown, Span, Start
+
+_FIRST_ROWS_S, _LOOK_S = 30.0, 0.05
+"""How long to wait for the first rows of a run, and how often to look for them."""
+_SILENT_NS = 2 * NS_PER_S
+"""Without new rows for so long something is wrong: a run writes every .4 to .8 s."""
+_LOOKED_AT = 20
+"""Frames of what is there at first, by which the page places its camera."""
+RUNNING = "running"
+
+
+class FollowedRecording:
+    """What was shown last, and how far that is behind.
+
+    Parameters
+    ----------
+    path: of the recording.
+    clock: the machine's monotonic one, ns.
+
+    Raises InputError for a file that is no recording, holds no hand, or into which nothing is written.
+    """
+
+    def __init__(self, path: Path, clock: Callable[[], int] = time.monotonic_ns) -> None:
+        self._path, self._clock, self._lock = path, clock, Lock()
+        with Recording(path) as recording:
+            hand = hand_of(recording)
+            self.title = f"{recording.name}, seed {recording.seed}"
+        if hand is None:
+            raise InputError(str(path), NO_HAND, WITH_HAND)
+        self.spans: Mapping[int, Span] = {}
+        self._hand = hand
+        self._rows = GrowingRecording(path, list(dict.fromkeys(
+            name.partition(".")[0] for name in hand.sources)))
+        try:
+            trial, newest_ns = _first_rows(self._rows, hand, path)
+            times, _ = self._rows.column(hand.sources[0], trial)
+            at_ns = np.linspace(times[0], newest_ns, _LOOKED_AT).astype(np.int64)
+            figure = figure_of(self._rows, hand, {trial: at_ns}, NS_PER_S)
+            if figure is None:
+                raise InputError(str(path), NO_HAND, WITH_HAND)
+        except BaseException:
+            self._rows.close()
+            raise
+        self.figure = figure
+        self._head, self._grown_ns, self._origins = Head(), clock(), dict[int, int | None]()
+        self._last = self._frame("")
+
+    def play(self, start: Start) -> Play:
+        """From now on; where somebody wants to start does not matter."""
+        before: Shown | None = None
+
+        def at(elapsed_s: float) -> Shown | None:
+            nonlocal before
+            with self._lock:
+                shown = self._shown()
+            seen, before = before, shown
+            return None if shown is seen else shown
+
+        return at
+
+    def _shown(self) -> Shown:
+        """What is to be seen now; the same object as long as nothing of it changes."""
+        now_ns = self._clock()
+        if self._rows.refresh():
+            self._grown_ns = now_ns
+        newest = self._rows.newest(self._hand.sources)
+        assert newest is not None
+        self._head.move(now_ns, newest, self._end_of)
+        note = self._note(now_ns, newest)
+        last = self._last
+        if (self._head.trial, self._head.time_ns / NS_PER_S, note) != (last.trial, last.time_s, last.note):
+            self._last = self._frame(note)
+        return self._last
+
+    def _end_of(self, trial: int) -> int | None:
+        times, _ = self._rows.column(self._hand.sources[0], trial)
+        return int(times[-1]) if times.size else None
+
+    def _note(self, now_ns: int, newest: tuple[int, int]) -> str:
+        """How far behind this is."""
+        head = self._head
+        silent_ns = now_ns - self._grown_ns
+        if silent_ns > _SILENT_NS:
+            status = self._rows.status
+            return (f"nothing was written for {silent_ns // NS_PER_S} s" if status == RUNNING
+                    else f"the run has ended: {status}")
+        if self._origins.get(head.trial) is None:
+            self._origins[head.trial] = self._rows.origin_ns(head.trial)
+        origin_ns = self._origins[head.trial]
+        if origin_ns is not None:
+            return f"{(now_ns - origin_ns - head.time_ns) / NS_PER_S:.1f} s behind the loop"
+        return f"the run is at {newest[1] / NS_PER_S:.1f} s of trial {newest[0]}, not in real time"
+
+    def _frame(self, note: str) -> Shown:
+        trial, at_ns = self._head.trial, np.array([self._head.time_ns], dtype=np.int64)
+        postures = self._hand.postures(self._rows, trial, at_ns)
+        _, poses = object_poses(self._rows, self._hand.plant, trial, at_ns)
+        return Shown(trial=trial, time_s=self._head.time_ns / NS_PER_S, note=note,
+                     hands={name: rows_of(posture)[0] for name, posture in postures.items()},
+                     objects=padded(poses, len(self.figure.objects))[0])
+
+    def close(self) -> None:
+        """Let the file go."""
+        self._rows.close()
+
+
+def _first_rows(rows: GrowingRecording, hand: RecordedHand, path: Path) -> tuple[int, int]:
+    """Up to where the recording is known, once it is anywhere."""
+    until = time.monotonic() + _FIRST_ROWS_S
+    while time.monotonic() < until:
+        newest = rows.newest(hand.sources)
+        if newest is not None:
+            return newest
+        time.sleep(_LOOK_S)
+        rows.refresh()
+    raise InputError(str(path), f"nothing of a hand was written into it for {_FIRST_ROWS_S:g} s",
+                     remedy="look again once the run goes on")
