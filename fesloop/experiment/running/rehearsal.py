@@ -15,7 +15,7 @@ from fesloop.loop.wiring import Node, Wiring
 
 _MOMENT_NS = NS_PER_S // 10
 _LONGEST_WALL_S = 1.0
-"""Where the wall clock does not count, no stretch of the rehearsal begins later, however dense the ticks are."""
+"""Where the wall clock does not count, no stretch of the rehearsal begins later, however dense ticks are."""
 _rehearsed: set[frozenset[type[Any]]] = set()
 """Classes of the parts of every loop that this process has rehearsed: their kernels are loaded."""
 

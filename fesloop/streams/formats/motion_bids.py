@@ -81,7 +81,7 @@ def _files(path: Path) -> dict[str, Path]:
 
 
 def _below(folder: Path) -> Iterator[Path]:
-    """Every *_motion.tsv below a folder; raises InputError where what is there goes while it is looked for."""
+    """Every *_motion.tsv below a folder; raises InputError where it changes while it is searched."""
     try:
         yield from folder.rglob(f"*{ENDING}")
     except OSError as fault:
