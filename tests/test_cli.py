@@ -41,6 +41,18 @@ def test_run_without_json_prints_the_recording_alone(capsys, tmp_path):
     assert Path(out.strip()).is_file()
 
 
+def test_a_run_ends_with_where_its_report_is_and_what_to_try_next(capsys, tmp_path):
+    shown = ["--out", str(tmp_path), "--set", "experiment.duration_s=1"]
+    code, out, err = run(capsys, "run", "finger_control", *shown)
+    report, *following = err.splitlines()[-3:]
+    assert code == 0
+    assert report == f"report: fesloop report {out.strip()}"
+    assert following == ["next:   fesloop run finger_control --set control=pid --set latency_ms=100",
+                         f"next:   fesloop run hil_twin --set recording={out.strip()}"]
+    _, out, err = run(capsys, "run", out.strip(), "--out", str(tmp_path))
+    assert err.splitlines()[-1] == f"report: fesloop report {out.strip()}"
+
+
 @pytest.mark.parametrize("arguments", [
     ("run", SMALL, "--set", "blocks.pid.gain=1"),
     ("run", SMALL, "--set", 'wires.1.latency_ms="0.01"'),
@@ -156,8 +168,19 @@ def test_list_names_every_shipped_experiment_and_kind(capsys):
     assert code == 0
     assert {"finger_ilc", "replay"} <= set(told["experiments"])
     assert all(told["kinds"].values())
+    for each in told["experiments"].values():
+        assert each["takes_s"] > 0.0
+        assert each["job"]
+        assert each["description"]
+    assert told["experiments"]["array_search_gp"]["needs"] == ["extra search"]
     _, out, _ = run(capsys, "list")
-    assert "finger_ilc" in out
+    lines = [line.split() for line in out.splitlines()]
+    for name, each in told["experiments"].items():
+        row = next(line for line in lines if line[:1] == [name])
+        assert row[1].isdigit()
+        assert row[2] in ("s", "min", "h")
+        for need in each["needs"]:
+            assert need.split()[0] in row
 
 
 def test_the_schema_accepts_shipped_files_and_refuses_a_typing_error(capsys):
@@ -196,8 +219,9 @@ def python(code, cwd=None):
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=cwd, check=False)
 
 
-@pytest.mark.parametrize("code", ["import fesloop", "from fesloop.cli import main; main(['--help'])"])
-def test_import_and_help_load_nothing_heavy(code):
+@pytest.mark.parametrize("code", ["import fesloop", "from fesloop.cli import main; main([])",
+                                  "from fesloop.cli import main; main(['--help'])"])
+def test_import_greeting_and_help_load_nothing_heavy(code):
     heavy = "print([m for m in ('numpy', 'numba', 'scipy', 'h5py', 'pydantic', 'rich') if m in sys.modules])"
     done = python(f"import atexit, sys; atexit.register(exec, {heavy!r}, {{'sys': sys}})\n{code}")
     assert done.returncode == 0

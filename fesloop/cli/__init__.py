@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
+from fesloop.cli.greeting import GREETING
 from fesloop.cli.parser import make_parser
 from fesloop.errors import InputError, RunError
 
@@ -18,8 +19,15 @@ thread each as well."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command and give its exit code; a mistake of the user's ends in one line a fault."""
-    args = make_parser().parse_args(argv)
+    """Run a command and give its exit code; a mistake of the user's ends in one line a fault.
+
+    Without a command it greets.
+    """
+    given = sys.argv[1:] if argv is None else argv
+    if not given:
+        print(GREETING, end="")
+        return DONE
+    args = make_parser().parse_args(given)
     for name in _BLAS_THREADS:
         os.environ.setdefault(name, "1")
     try:

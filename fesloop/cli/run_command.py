@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from fesloop.cli.output import print_json, print_table, progress_bar
+from fesloop.cli.what_next import tell_what_next
 from fesloop.errors import InputError
-from fesloop.experiment.files.parse import load
+from fesloop.experiment.files.guide import guide_of
+from fesloop.experiment.files.parse import load_picked
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.running.trial import Result, run
 from fesloop.loop.realtime import Pacing
@@ -25,7 +27,7 @@ def execute(args: Namespace) -> int:
     """Run, print the summary, and give the exit code that the run's status stands for."""
     pacing = _pacing(args)
     with progress_bar(args.experiment) as bar:
-        experiment = load(args.experiment, args.settings, args.seed)
+        experiment, picked = load_picked(args.experiment, args.settings, args.seed)
         if not pacing:
             result = run(experiment, Path(args.out), progress=bar)
     if pacing:  # nothing is drawn beside it, which takes tens of ms
@@ -33,6 +35,8 @@ def execute(args: Namespace) -> int:
     if result.cause:
         print(f"fesloop: {result.cause}", file=sys.stderr)
     _summarise(result)
+    guide = guide_of(picked.document) if result.status == "done" else None
+    tell_what_next(result.recording, guide.next_commands(str(result.recording)) if guide else ())
     if args.json:
         print_json(result.as_table())
     else:

@@ -10,6 +10,7 @@ from pydantic import Discriminator, TypeAdapter
 from typing_extensions import is_typeddict
 
 from fesloop.experiment import registry
+from fesloop.experiment.files.guide import Guide
 from fesloop.experiment.files.patients import CHOICE
 from fesloop.experiment.files.schema import Kinds, checked, closed, table
 from fesloop.experiment.wanted import Record, Score
@@ -37,6 +38,7 @@ def experiment_table(kinds: Kinds) -> Any:
         "score": NotRequired[table(Score, kinds)],
         "aliases": NotRequired[Aliases],
         "variants": NotRequired[dict[str, dict[str, str | option]]],
+        "guide": NotRequired[table(Guide, kinds)],
     })
 
 

@@ -1,8 +1,11 @@
 """Shipped studies: every level of every axis, in every form, makes an experiment. About 25 s."""
 
+import shlex
+
 import pytest
 
 import fesloop
+from fesloop.cli.parser import make_parser
 from fesloop.study.design.cells import cells_of
 from fesloop.study.design.kept_metrics import KeptMetric
 from fesloop.study.design.study_file import described_studies, read_study
@@ -57,3 +60,17 @@ def test_metrics_are_those_of_a_run(name, tmp_path):
     metrics = fesloop.load(cell.experiment, cell.settings).run(tmp_path).metrics
     for metric, path in study.about.metrics.items():
         assert KeptMetric.parse(metric, path).of(metrics) is not None
+
+
+@pytest.mark.parametrize("name", described_studies())
+def test_each_says_what_to_try_next_which_is_no_part_of_it(name):
+    study = read_study(name)
+    assert 1 <= len(study.try_next) <= 2
+    assert "guide" not in study.document
+    for command in study.try_next:
+        args = make_parser().parse_args(shlex.split(command)[1:])
+        if args.command == "study":
+            assert read_study(args.study, args.form).about.name == args.study
+        else:
+            pytest.importorskip("sklearn", reason="the extra `search`")
+            assert fesloop.load(args.experiment, args.settings).name == args.experiment

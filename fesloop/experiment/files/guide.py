@@ -1,0 +1,54 @@
+"""`[guide]`: what an experiment file says to people of its run; no part of experiment or fingerprint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from fesloop.errors import InputError
+from fesloop.experiment.files.schema import make
+
+Job = Literal["closed_loop", "array_search", "hardware", "trackers"]
+Need = Literal["extra lsl", "extra myohand", "extra search", "extra stimulator", "a recording", "a run",
+               "an error process", "a live stream", "real time", "a C compiler"]
+RUN = "RUN.h5"
+"""Stands for the recording of the run in commands to try next."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Guide:
+    """The table [guide] of an experiment file.
+
+    Attributes
+    ----------
+    job: what it is for.
+    takes_s: about how long `fesloop run` takes as the file stands, s of wall time of one free core, code
+        compiled; `fesloop bench shipped` measures it.
+    needs: what must be there: extras of fesloop, input, a way to run.
+    needs_with: what a setting needs beyond, such as {"plant=myohand" = "extra myohand"}.
+    try_next: commands that go on from its run, whose recording `RUN.h5` stands for, and `RECORDING` for one
+        of the user's.
+    """
+
+    job: Job
+    takes_s: float
+    needs: tuple[Need, ...] = ()
+    needs_with: dict[str, Need] = field(default_factory=dict)
+    try_next: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.takes_s > 0.0:
+            raise InputError("takes_s", f"{self.takes_s:g}", "seconds above 0")
+
+    def next_commands(self, recording: str) -> list[str]:
+        """Commands to try next, with the recording of the run in them."""
+        return [command.replace(RUN, recording) for command in self.try_next]
+
+
+def guide_of(document: Mapping[str, Any]) -> Guide | None:
+    """What a sound document says to people; None if it says nothing."""
+    if "guide" not in document:
+        return None
+    guide: Guide = make(Guide, document["guide"], {}, "guide")
+    return guide
