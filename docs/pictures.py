@@ -73,10 +73,10 @@ SHOTS = {
         drawn="courses", settings=("log={runs}/given.log",), options=("--realtime",)),
     "hil_replay": Shot(drawn="courses", settings=("recording={recordings}/wrist/circle-250.npz",)),
     "replay": Shot(drawn="courses", settings=(
-        "recording={recordings}/broad/21_undisturbed_fast_combined.mat",)),
-    "kortier2014": Shot(drawn="hand", settings=("motion=kortier_circles",)),
-    "salchow2019": Shot(drawn="hand", settings=("motion=P1", "duration_s=32")),
-    "tracker_hour": Shot(drawn="hand", settings=("duration_s=90",)),
+        "recording={recordings}/wrist/circle-250.npz", "tracker=constrained")),
+    "kortier2014": Shot(drawn="hand", settings=("motion=kortier_circles",), at_s=(9.0, 11.0, 13.0, 15.0)),
+    "salchow2019": Shot(drawn="hand", settings=("motion=P1", "duration_s=32"), at_s=(6.0, 12.0, 18.0, 24.0)),
+    "tracker_hour": Shot(drawn="hand", settings=("duration_s=90",), at_s=(20.0, 40.0, 60.0, 80.0)),
     "hold_grip_force": Shot(drawn="hand", at_s=(1.0, 6.0, 20.0, 39.0)),
     "fatigue": Shot(drawn="arrays", at_s=(60.2,)),
     "identify_patient": Shot(drawn="courses"),
@@ -156,8 +156,8 @@ def _posture(axes: Axes, recording: Recording, trial: int) -> None:
     """First row of what is scored: as wanted, true, and as the tracker has it."""
     score = recording.experiment["score"]
     known = {role: score[role] for role in ("truth", "reference", "estimate") if score.get(role)}
-    if "truth" not in known and "estimate" not in known:
-        known["estimate"] = next(name for name in recording.signals if name.endswith(".angles"))
+    if not known:
+        known = {"reference": "reference.angles", "estimate": "tracker.angles"}
     looks = {"truth": (BLACK, "-"), "reference": (BLUE, "--"), "estimate": (ORANGE, "-")}
     for role, name in known.items():
         signal = recording.signal(name, trial)
@@ -165,16 +165,16 @@ def _posture(axes: Axes, recording: Recording, trial: int) -> None:
         rows = signal.values.reshape(len(signal.times_ns), -1)
         axes.plot(signal.times_ns / 1e9, np.degrees(rows[:, 0]), style, color=colour, linewidth=1.3,
                   label=f"{role} ({name.partition('.')[0]})")
-    axes.legend(fontsize=8, frameon=False, ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
-    tidy(axes, "s", "deg", "first joint" if recording.trials == 1 else f"first joint, trial {trial}")
+    axes.legend(fontsize=8, frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0.0, 1.0))
+    tidy(axes, "s", "deg" if recording.trials == 1 else f"deg, trial {trial}")
 
 
 def _stimulation(axes: Axes, recording: Recording, trial: int) -> None:
     """Charge of each channel's pulses."""
-    names = [name for name in recording.signals if name.endswith(".stimulation")]
+    names = [name for name in (*recording.signals, *recording.inputs) if name.endswith(".stimulation")]
     signal = recording.signal(next((name for name in names if name.startswith("safety")), names[0]), trial)
     for channel, pulses in enumerate(np.moveaxis(signal.values, 1, 0)):
-        axes.step(signal.times_ns / 1e9, pulses.prod(axis=1) / 1e3, where="post", linewidth=1.0,
+        axes.step(signal.times_ns / 1e9, pulses.prod(axis=1) * 1e6, where="post", linewidth=1.0,
                   color=channel_colour(channel))
     tidy(axes, "s", "charge of a pulse, uC", f"{signal.name}, by channel")
 

@@ -13,8 +13,8 @@ def kinds_of(package: str) -> list[str]:
 
 
 def block_pages(package: str) -> Iterator[str]:
-    """Lines of MyST Markdown, headings counted from 1."""
+    """Lines of MyST Markdown, to stand under a heading of the first level."""
     for kind in kinds_of(package):
         block = registry.find(kind)
         name = f"{block.__module__}.{block.__qualname__}"
-        yield from (f"# `{kind}`", "", "```{eval-rst}", f".. autoclass:: {name}", "```", "")
+        yield from (f"## `{kind}`", "", "```{eval-rst}", f".. autoclass:: {name}", "```", "")

@@ -1,4 +1,4 @@
-"""The project's docstrings as reStructuredText: prose, and `Parameters` and `Attributes` told as `name: text`.
+"""The project's docstrings as reStructuredText: prose, and parameters and attributes told as `name: text`.
 
 Nothing in a docstring is markup but what is said here: a word in backticks is code, `doi 10...` a link, an
 indented block is shown as it stands, lines that begin with "- " or "1. " are a list. All else is text, so

@@ -45,9 +45,9 @@ def passages(text: str) -> list[Passage]:
 
 
 def experiment_page(name: str) -> Iterator[str]:
-    """Lines of MyST Markdown, headings counted from 1."""
+    """Lines of MyST Markdown, to stand under a heading of the second level."""
     document = read(name)[1]
-    yield from (f"# {name}", "", cell(document["experiment"]["description"]) + ".", "")
+    yield from (f"### {name}", "", cell(document["experiment"]["description"]) + ".", "")
     yield from _picture(name)
     commands = 0
     for passage in passages(files("fesloop.experiment").joinpath("shipped", f"{name}.toml").read_text()):
@@ -81,9 +81,9 @@ def _picture(name: str) -> Iterator[str]:
 
 def _told(shown: Mapping[str, Any]) -> str:
     """What a picture shows, in words."""
-    return {"hand": "The hand at four instants, a tracker's estimate in orange where there is one",
-            "arrays": "The electrode arrays on the unrolled forearm and what they recruit",
-            "courses": "The first joint that is scored, and what is stimulated or what each trial came to",
+    return {"hand": "The hand; a tracker's estimate in orange where there is one",
+            "arrays": "The electrode arrays on the unrolled forearm, and what they recruit",
+            "courses": "The first joint, and what is stimulated or what each trial came to",
             }[shown["drawn"]]
 
 

@@ -1,77 +1,56 @@
-"""Directives that write parts of pages when the site is built, from what the project holds itself."""
+"""Writes parts of pages when the site is built, from what the project holds itself.
+
+In a page, fenced blocks of these names stand for what is made of their argument or their lines:
+
+    {block-kinds} PACKAGE     every block kind of a package
+    {experiments}             the shipped experiments that its lines name
+    {result} NAME             a committed result
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from block_kinds import block_pages
-from docutils import nodes
 from experiment_pages import experiment_page
-from result_tables import RESULTS, result
+from result_tables import result
 from sphinx.application import Sphinx
-from sphinx.util.docutils import SphinxDirective
+from sphinx.environment import BuildEnvironment
+
+_FENCE = re.compile(r"^```\{(block-kinds|experiments|result)\} ?(.*)\n((?:.*\n)*?)```$", re.MULTILINE)
+_LINK = re.compile(r"\[([^\[\]]+)\]\((\.\.?/[^)#\s]+)\)")
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """As Sphinx asks of an extension."""
-    app.add_directive("block-kinds", BlockKinds)
-    app.add_directive("experiments", Experiments)
-    app.add_directive("result", Result)
-    app.connect("source-read", _without_folders)
+    app.connect("source-read", _process)
+    app.connect("env-get-outdated", _with_generated_parts)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
-def _without_folders(app: Sphinx, page: str, source: list[str]) -> None:
-    """Links to folders of the sources lead nowhere on a site: their text alone stays."""
-    here = Path(app.env.doc2path(page)).parent
-
-    def text_or_link(match: re.Match[str]) -> str:
-        return match[1] if (here / match[2]).is_dir() else match[0]
-
-    source[0] = re.sub(r"\[([^\[\]]+)\]\((\.\.?/[^)#\s]+)\)", text_or_link, source[0])
-
-
-class Generated(SphinxDirective):
-    """A directive whose content is Markdown made of its arguments."""
-
-    def markdown(self) -> Iterable[str]:
-        """Lines, headings counted from 1 below where the directive stands."""
-        raise NotImplementedError
-
-    def run(self) -> list[nodes.Node]:
-        """The nodes that Sphinx puts in the directive's place."""
-        return self.parse_text_to_nodes("\n".join(self.markdown()), allow_section_headings=True)
+def written_out(text: str) -> str:
+    """A page with its generated parts in place."""
+    makers: dict[str, Callable[[str, list[str]], Iterable[str]]] = {
+        "block-kinds": lambda argument, lines: block_pages(argument),
+        "experiments": lambda argument, lines: (line for name in lines for line in experiment_page(name)),
+        "result": lambda argument, lines: result(argument)}
+    return _FENCE.sub(lambda match: "\n".join(makers[match[1]](match[2], match[3].split())), text)
 
 
-class BlockKinds(Generated):
-    """Every block kind of a package."""
-
-    required_arguments: ClassVar[int] = 1
-
-    def markdown(self) -> Iterable[str]:
-        """See `block_pages`."""
-        return block_pages(self.arguments[0])
+def without_folders(text: str, folder: Path) -> str:
+    """A page whose links to folders of the sources, which lead nowhere on a site, are their text alone."""
+    return _LINK.sub(lambda match: match[1] if (folder / match[2]).is_dir() else match[0], text)
 
 
-class Experiments(Generated):
-    """The shipped experiments that its content names, a line each."""
-
-    has_content: ClassVar[bool] = True
-
-    def markdown(self) -> Iterable[str]:
-        """See `experiment_page`."""
-        return [line for name in self.content if name.strip() for line in experiment_page(name.strip())]
+def _process(app: Sphinx, page: str, source: list[str]) -> None:
+    source[0] = without_folders(written_out(source[0]), Path(app.env.doc2path(page)).parent)
 
 
-class Result(Generated):
-    """A committed result."""
-
-    required_arguments: ClassVar[int] = 1
-
-    def markdown(self) -> Iterable[str]:
-        """See `result`."""
-        self.env.note_dependency(str(RESULTS / f"{self.arguments[0]}.json"))
-        return result(self.arguments[0])
+def _with_generated_parts(
+    app: Sphinx, env: BuildEnvironment, added: set[str], changed: set[str], removed: set[str]
+) -> list[str]:
+    """Pages that are read anew by every build, as what they are made of may have changed."""
+    return [page for page in env.found_docs if _FENCE.search(Path(env.doc2path(page)).read_text())]

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from docstrings import DOI, doi_address, found_doi
 
-_NUMBER = re.compile(r"-?[\d.]+(\s|$)")
+_NUMBER = re.compile(r"-?[\d.]+( \(.*\))?")
 _MARKUP = re.compile(r"([\\|*_<>\[\]$`])")
 
 
@@ -24,7 +24,7 @@ def code(text: object) -> str:
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
     """Lines of a table whose cells are Markdown already; numbers stand to the right."""
     columns = [[row[i] for row in rows] for i in range(len(head))]
-    numeric = [bool(rows) and all(_NUMBER.match(each) for each in column) for column in columns]
+    numeric = [bool(rows) and all(_NUMBER.fullmatch(each) for each in column) for column in columns]
     yield "| " + " | ".join(head) + " |"
     yield "|" + "|".join("---:" if each else "---" for each in numeric) + "|"
     yield from ("| " + " | ".join(row) + " |" for row in rows)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
-from itertools import groupby
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from markdown import cell, code, table
 
 RESULTS = Path(__file__).resolve().parents[1] / "results"
+_LONG = 12
+"""Rows of a table that is folded away (chosen: more than a small screen has)."""
 
 
 def result(name: str, folder: Path = RESULTS) -> Iterator[str]:
@@ -35,18 +36,26 @@ def _count(found: Mapping[str, Any]) -> str:
 
 def _comparison(found: Mapping[str, Any]) -> Iterator[str]:
     """Theirs beside ours, a table for each of theirs, then what is swept."""
-    for name, group in groupby(found["rows"], key=lambda row: row["table"]):
+    for name in dict.fromkeys(row["table"] for row in found["rows"]):
+        group = [row for row in found["rows"] if row["table"] == name]
         rows = [(cell(row["row"]), _theirs(row["theirs"]), _ours(row["ours"]), cell(row["unit"]),
                  "yes" if row["holds"] else "**no**") for row in group]
-        yield from (f"**{cell(name)}**", "")
-        yield from table(("", "theirs", "ours", "unit", "holds"), rows)
+        holding = sum(row["holds"] for row in group)
+        yield from _folded(f"{cell(name)}: {holding} of {len(group)} hold",
+                           table(("", "theirs", "ours", "unit", "holds"), rows), len(rows))
     for sweep in found["sweeps"].values():
         columns = [key for key in sweep["rows"][0] if key != "row"]
         rows = [(cell(row["row"]), *(_figure(row[column]) for column in columns)) for row in sweep["rows"]]
         unit = f", {cell(sweep['unit'])}" if sweep["unit"] else ""
-        yield from (f":::{{dropdown}} {cell(sweep['title'])}{unit}", "")
-        yield from table(("", *map(cell, columns)), rows)
-        yield from (":::", "")
+        yield from _folded(f"{cell(sweep['title'])}{unit}", table(("", *map(cell, columns)), rows), _LONG + 1)
+
+
+def _folded(title: str, lines: Iterable[str], length: int) -> Iterator[str]:
+    """A table under its title; one that is long is folded away."""
+    if length <= _LONG:
+        yield from (f"**{title}**", "", *lines)
+    else:
+        yield from (f":::{{dropdown}} {title}", "", *lines, ":::", "")
 
 
 def _theirs(value: float | str) -> str:
