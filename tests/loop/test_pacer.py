@@ -99,6 +99,12 @@ def test_a_skipped_tick_is_an_event_and_its_readers_hold_what_they_had():
     assert read == [(0, 0.0), (10, 1.0), (20, 2.0), (50, 5.0), *((10 * k, float(k)) for k in range(6, 10))]
 
 
+def test_what_is_a_period_late_is_skipped_and_what_is_less_is_not():
+    wall = Wall()
+    loop, _ = paced([worker(wall, 1, 1, 24, *[1] * 9)], wall, "skip", 80 * MS)
+    assert [index for index, _, _ in loop.states()["work"].steps] == [0, 1, 2, 4, 5, 6, 7]
+
+
 WORKS = st.lists(st.integers(0, 45 * MS) | st.integers(0, 9 * MS), min_size=1, max_size=12)
 
 

@@ -69,6 +69,38 @@ def test_cycles_wait_for_leisure_and_are_collected_then(at_once):
         assert kept_back.worst_ns > 0
 
 
+class Stopwatch:
+    """Wall clock and working time that a test moves; a collection takes `works_ns`."""
+
+    def __init__(self):
+        self.now_ns = self.worked_ns = self.works_ns = 0
+
+    def monotonic_ns(self):
+        return self.now_ns
+
+    def thread_time_ns(self):
+        return self.worked_ns
+
+    def collect(self):
+        self.now_ns += self.works_ns
+        self.worked_ns += self.works_ns
+
+
+def test_leisure_is_twice_the_longest_that_a_collection_has_ever_worked(at_once, monkeypatch):
+    watch = Stopwatch()
+    monkeypatch.setattr(garbage, "time", watch)
+    with Garbage() as kept_back:
+        monkeypatch.setattr(garbage.gc, "collect", watch.collect)
+        watch.works_ns = 5_000_000
+        kept_back.collect_in(LEISURE)
+        watch.works_ns = 1_000_000
+        kept_back.collect_in(LEISURE)
+        kept_back.collect_in(9_999_999)
+        assert kept_back.collections == 2
+        kept_back.collect_in(10_000_000)
+        assert (kept_back.collections, kept_back.worst_ns) == (3, 5_000_000)
+
+
 def test_without_leisure_they_are_collected_in_the_end(at_once, monkeypatch):
     with Garbage() as kept_back:
         made = cycle()

@@ -36,6 +36,14 @@ def experiment():
     return Experiment(name="slow", nodes=nodes, wires=(Wire("slow.y", "sink.u"),), duration_s=0.3)
 
 
+def test_a_run_collects_where_it_has_leisure(tmp_path, monkeypatch):
+    monkeypatch.setattr("fesloop.realtime.garbage._OFTEN_NS", 0)
+    monkeypatch.setattr("fesloop.realtime.garbage._AT_LAST_NS", 0)
+    told = experiment().run(tmp_path, realtime=True).realtime
+    assert told["collections"] > 10
+    assert told["worst_collection_ms"] > 0.0
+
+
 def test_a_late_instant_is_in_the_rows_the_summary_and_the_counts(tmp_path):
     result = experiment().run(tmp_path, realtime=True)
     with Recording(result.recording) as recording:
