@@ -2,6 +2,8 @@
 
 import re
 import shlex
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -52,3 +54,9 @@ def test_every_table_of_settings_is_toml(page):
 def test_every_link_leads_to_a_file_that_is_there(page):
     for target in re.findall(r"\]\(([^)#\s]+)", page.read_text()):
         assert target.startswith("https://") or (page.parent / target).exists(), target
+
+
+def test_the_drawing_of_the_worked_example_is_the_one_that_the_loop_gives(tmp_path):
+    target = tmp_path / "time_line.svg"
+    subprocess.run([sys.executable, ROOT / "docs/_drawings/time_line.py", target], check=True, timeout=120)
+    assert target.read_text() == (ROOT / "docs/time_line.svg").read_text()
