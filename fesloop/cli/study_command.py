@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fesloop.cli.output import print_json, print_table
-from fesloop.cli.study_progress import StudyProgress, duration_text
+from fesloop.cli.study_progress import StudyProgress
 from fesloop.cli.what_next import tell_what_next
 from fesloop.errors import FesloopError, InputError
 from fesloop.study.design.study import Study
@@ -19,6 +19,7 @@ from fesloop.study.design.study_file import read_study
 from fesloop.study.engine.coordinator import Summary, run_study
 from fesloop.study.engine.cost import Cost, cost
 from fesloop.study.results.estimates import Estimate
+from fesloop.study.results.quantities import duration_text
 from fesloop.study.results.study_results import StudyResults, load
 
 _SHOWN = 10

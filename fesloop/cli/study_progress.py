@@ -8,6 +8,8 @@ import time
 from collections import deque
 from collections.abc import Mapping
 
+from fesloop.study.results.quantities import duration_text
+
 _EVERY_S = 15.0
 """Between lines where there is no terminal."""
 _RENEW_S = 0.5
@@ -74,12 +76,3 @@ class StudyProgress:
 
 def _rate_text(rate: float) -> str:
     return f"{rate:.1f} a second" if rate >= 1.0 else f"{60.0 * rate:.1f} a minute"
-
-
-def duration_text(seconds: float) -> str:
-    """In the unit that a person would take."""
-    if seconds < 90.0:
-        return f"{seconds:.0f} s"
-    if seconds < 5400.0:
-        return f"{seconds / 60.0:.0f} min"
-    return f"{seconds / 3600.0:.1f} h" if seconds < 172800.0 else f"{seconds / 86400.0:.1f} days"

@@ -19,3 +19,12 @@ def with_unit(quantity: str, unit: str) -> str:
     """As it stands beside an axis."""
     raised = unit.replace("^2", "²").replace("^3", "³")
     return f"{quantity}, {raised}" if unit else quantity
+
+
+def duration_text(seconds: float) -> str:
+    """In the unit that a person would take."""
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    if seconds < 5400.0:
+        return f"{seconds / 60.0:.0f} min"
+    return f"{seconds / 3600.0:.1f} h" if seconds < 172800.0 else f"{seconds / 86400.0:.1f} days"

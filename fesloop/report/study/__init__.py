@@ -1,0 +1,1 @@
+"""The report of a study: from its store to a page."""
