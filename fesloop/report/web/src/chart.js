@@ -10,14 +10,20 @@ import { number, SIZE, textWidth } from "./text.js";
 
 const ENDS_FROM = 620; // px: from this width on names stand at the lines' ends
 const ENDS_MOST = 6; // lines that have room for their names there
+const ENDS_SHARE = 0.26; // of the width, that names take there at most
+const MARKS_HIGH = 14; // px, of the row of marks' names
 const MARGIN = { top: 26, right: 14, bottom: 36, left: 46 }; // px
 
 /** Draws a chart at a width, px; where `clock` is given and x is time, a click moves the play head there. */
 export function drawChart(place, chart, array, width, clock) {
   const lines = linesWith(chart.lines, array);
   const alone = !place.closest(".multiples");
-  const named = alone && width >= ENDS_FROM && lines.length > 1 && lines.length <= ENDS_MOST;
-  const margins = { ...MARGIN, right: named ? MARGIN.right + endWidth(lines) : MARGIN.right };
+  const named = alone && width >= ENDS_FROM && lines.length > 1 && lines.length <= ENDS_MOST
+    && endWidth(lines) <= ENDS_SHARE * width;
+  const margins = {
+    ...MARGIN, top: MARGIN.top + (chart.marks.length > 0 ? MARKS_HIGH : 0),
+    right: MARGIN.right + (named ? endWidth(lines) : 0),
+  };
   let svg = plotted(chart, lines, width, margins);
   place.replaceChildren(svg);
   const left = 16 + widestTick(svg);
@@ -129,7 +135,8 @@ function nameEnds(svg, lines, x) {
 
 /** Brings the label of x under the end of its axis. */
 function moveLabel(svg, by) {
-  svg.querySelector('[aria-label="x-axis label"]')?.setAttribute("transform", `translate(${-by},0)`);
+  const label = svg.querySelector('[aria-label="x-axis label"]');
+  label?.setAttribute("transform", `translate(${-by},0) ${label.getAttribute("transform") ?? ""}`);
 }
 
 function toldAt(chart, lines, x, at) {

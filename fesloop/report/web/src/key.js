@@ -4,6 +4,7 @@ import { roleColour } from "./colours.js";
 import { textWidth } from "./text.js";
 
 const LINE_HEIGHT = 15; // px
+const BOLD = 1.12; // width of semibold letters, times that of upright ones (chosen: a little more than most)
 
 /** A row of names, each with a stroke or a patch of its colour. */
 export function keyRow(entries) {
@@ -16,7 +17,7 @@ export function keyRow(entries) {
 
 /** Width that names at the lines' ends take, px. */
 export function endWidth(lines) {
-  return 14 + Math.max(...lines.map(({ name }) => textWidth(name)));
+  return 14 + BOLD * Math.max(...lines.map(({ name }) => textWidth(name)));
 }
 
 /** Where names stand at the lines' ends: as near to their line as they can be without touching, px. */

@@ -17,8 +17,8 @@ export function markMarks(marks, ends, width) {
     }),
     Plot.ruleX(moments, { x: "at", stroke: "var(--faint)", strokeDasharray: "2 3", title: "text" }),
     Plot.text(named(stretches, moments, across), {
-      x: "at", text: "shown", frameAnchor: "top", textAnchor: "start", dx: 4, dy: 4, fill: "var(--quiet)",
-      fontSize: 11, lineAnchor: "top",
+      x: "at", text: "shown", frameAnchor: "top", textAnchor: "start", dx: 1, dy: -4, fill: "var(--quiet)",
+      fontSize: 11, lineAnchor: "bottom",
     }),
   ];
 }

@@ -18,8 +18,8 @@ export function shortened(text, width) {
   return `${text.slice(0, end).trimEnd()}…`;
 }
 
-/** A number with four digits, its minus sign a real one. */
-export function number(value) {
+/** A number with so many digits, its minus sign a real one. */
+export function number(value, digits = 4) {
   if (!Number.isFinite(value)) return "none";
-  return String(Number(value.toPrecision(4))).replace("-", "−");
+  return String(Number(value.toPrecision(digits))).replace("-", "−");
 }
