@@ -16,8 +16,10 @@ _RULE = re.compile(r"-{3,}")
 _ENTRY = re.compile(r"(\*{0,2}[A-Za-z_]\w*(?:, \*{0,2}[A-Za-z_]\w*)*): ?(.*)")
 _ITEM = re.compile(r"(?:[-*]|\d+\.) ")
 _CODE = re.compile(r"(`+[^`]+`+)")
-DOI = re.compile(r"\bdoi[: ]\s*(10\.\d{4,9}/[^\s`]*[^\s`.,:;])")
-_MARKUP = re.compile(r"([\\*|_<>])")
+DOI = re.compile(r"\bdoi[: ]\s*(10\.\d{4,9}/[^\s`\"']*[^\s`\"'.,:;])")
+_MARKUP = re.compile(r"([\\*|_<>@:])")
+_AS_TEXT = "\\ "
+"""Before a paragraph: whatever it begins with, it is no list, table or comment."""
 
 
 def as_rst(lines: Sequence[str], types: Mapping[str, str]) -> list[str]:
@@ -101,7 +103,7 @@ def _prose(block: list[str]) -> list[str]:
     if block[0].startswith("  "):
         return ["::", "", *(f"    {line}" for line in block)]
     if not any(_ITEM.match(line) for line in block):
-        return [as_text(" ".join(block))]
+        return [_AS_TEXT + as_text(" ".join(block))]
     items: list[list[str]] = []
     for line in block:
         if _ITEM.match(line) or not items:
@@ -111,7 +113,7 @@ def _prose(block: list[str]) -> list[str]:
     for item in items:
         marker = _ITEM.match(item[0])
         text = " ".join(item)
-        lines += [as_text(text), ""] if marker is None else [f"- {as_text(text[marker.end():])}"]
+        lines += [_AS_TEXT + as_text(text), ""] if marker is None else [f"- {as_text(text[marker.end():])}"]
     return lines
 
 
@@ -120,13 +122,13 @@ def _listed(lines: Sequence[str], types: Mapping[str, str]) -> list[str]:
     found: list[str] = []
     for names, text in _entries(lines, types):
         if not names:
-            found += [as_text(text), ""]
+            found += [_AS_TEXT + as_text(text), ""]
             continue
         bare = [name.lstrip("*") for name in names]
         known = list(dict.fromkeys(types[name] for name in bare if name in types))
         of_type = f" : ``{', '.join(known)}``" if known else ""
         found += [", ".join(f"**{_plain(name)}**" for name in names) + of_type,
-                  f"    {as_text(text) or chr(92) + ' '}", ""]
+                  f"    {_AS_TEXT}{as_text(text)}", ""]
     return found
 
 

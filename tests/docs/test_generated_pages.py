@@ -1,0 +1,94 @@
+"""Parts of pages that are made when the site is built: all that there is stands in them, and is right."""
+
+import re
+import shlex
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from block_kinds import block_pages, kinds_of
+from experiment_pages import commands_of, experiment_page, passages
+
+import fesloop
+import fesloop.study
+from fesloop.cli.parser import make_parser
+from fesloop.cli.reproduce_command import PAPERS
+from fesloop.experiment import registry
+from fesloop.experiment.files.parse import read, shipped
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+PACKAGES = ("controllers", "plants", "estimators", "fesloop")
+
+
+def fenced(page, name):
+    return re.findall(rf"^```\{{{name}\}} ?(.*)\n((?:.*\n)*?)```$", (DOCS / page).read_text(), re.MULTILINE)
+
+
+def test_every_shipped_experiment_has_its_place_once():
+    named = Counter(name for _, lines in fenced("experiments.md", "experiments") for name in lines.split())
+    assert named == Counter(shipped())
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_every_command_of_an_experiments_page_is_one_of_the_program(name):
+    every = list(commands_of(name))
+    assert every
+    for command in every:
+        assert not command.endswith("\\")
+        words = shlex.split(command)
+        assert words[0] == "fesloop"
+        make_parser().parse_args(words[1:])
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_a_page_has_every_variant_and_every_short_name(name):
+    text, document = "\n".join(experiment_page(name)), read(name)[1]
+    for alias in document.get("aliases", {}):
+        assert f"| `{alias}` |" in text
+    for variant, table in document.get("variants", {}).items():
+        assert f"| `{variant}=...` |" in text
+        for option in set(table) - {"default"} | {table["default"]}:
+            assert f"| `{option}` |" in text
+
+
+def test_a_comment_is_prose_and_commands():
+    text = ("# One line,\n# and one.\n#\n#     fesloop run a \\\n#         --set b=c\n#     fesloop list\n#\n"
+            "# Then.\n\n# Not.")
+    found = [(each.is_command, each.lines) for each in passages(text)]
+    assert found == [(False, ("One line,", "and one.")),
+                     (True, ("fesloop run a \\", "    --set b=c", "fesloop list")),
+                     (False, ("Then.",))]
+
+
+def test_every_picture_is_small_and_told_of():
+    import json
+
+    pictures = {path.stem: path.stat().st_size for path in (DOCS / "_pictures").glob("*.png")}
+    assert set(pictures) == set(json.loads((DOCS / "_pictures" / "shown.json").read_text()))
+    assert set(pictures) <= set(shipped())
+    assert max(pictures.values()) < 120_000
+
+
+def test_every_block_kind_is_in_the_reference():
+    pages = {package: "\n".join(block_pages(package)) for package in PACKAGES}
+    for kind in registry.kinds():
+        block = registry.find(kind)
+        package = block.__module__.partition(".")[0]
+        assert kind in kinds_of(package)
+        assert f"## `{kind}`" in pages[package]
+        assert f"autoclass:: {block.__module__}.{block.__qualname__}" in pages[package]
+    shown = {argument for page in (DOCS / "reference").glob("*.md")
+             for argument, _ in fenced(page.relative_to(DOCS), "block-kinds")}
+    assert shown == set(PACKAGES)
+
+
+@pytest.mark.parametrize(("module", "page"), [(fesloop, "fesloop.md"), (fesloop.study, "studies.md")])
+def test_every_public_name_is_in_the_reference(module, page):
+    told = re.findall(r"^\.\. auto\w+:: (\w+)$", (DOCS / "reference" / page).read_text(), re.MULTILINE)
+    assert sorted(told) == sorted(module.__all__)
+
+
+def test_every_paper_has_its_place_on_the_page_of_validation():
+    shown = [name for name, _ in fenced("validation.md", "result")]
+    assert shown == re.findall(r"fesloop reproduce (\w+)", (DOCS / "validation.md").read_text())
+    assert set(shown) == set(PAPERS)
