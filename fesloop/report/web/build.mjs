@@ -10,7 +10,7 @@ const made = await build({
   bundle: true,
   minify: true,
   format: "iife",
-  target: ["chrome111", "firefox113", "safari16.4"],
+  target: ["chrome123", "firefox120", "safari17.5"],
   outdir: ASSETS,
   charset: "utf8",
   legalComments: "none",

@@ -1,4 +1,5 @@
 // The bar that stays in sight: which trial, whether it plays, light or dark.
+import { setTheme } from "./colours.js";
 import { element, sign } from "./element.js";
 
 const PLAY = "M8 5v14l11-7z";
@@ -8,7 +9,7 @@ const ON = "M8.5 5.5 15 12l-6.5 6.5";
 
 /** Fills the page's bar; `played`: whether there is something that plays. */
 export function createBar(place, trials, clock, played) {
-  if (trials.length > 1) place.append(trialChooser(trials, clock));
+  if (trials.length > 1) place.append(trialChooser(trials, clock), trialPrinted(clock));
   if (played) place.append(playButton(clock), timeShown(clock));
   place.append(themeChooser());
 }
@@ -57,6 +58,15 @@ function trialChooser(trials, clock) {
   return element("div", { class: "chooser" }, element("label", { for: "trial" }, "Trial"), back, select, on);
 }
 
+/** On paper nothing can be chosen: it is said which trial is shown. */
+function trialPrinted(clock) {
+  const printed = element("p", { class: "printed" });
+  const show = () => { printed.textContent = `Shown: trial ${clock.state.trial}.`; };
+  clock.listen((what) => what === "trial" && show());
+  show();
+  return printed;
+}
+
 function stepButton(label, path, onclick) {
   return element("button", { type: "button", class: "step", "aria-label": label, onclick }, sign(path));
 }
@@ -65,10 +75,7 @@ function themeChooser() {
   const select = element("select", { id: "theme", "aria-label": "Colours" },
     ...["as the system", "light", "dark"].map((name) => element("option", { value: name }, name)));
   select.addEventListener("change", () => {
-    const root = document.documentElement;
-    if (select.value === "as the system") delete root.dataset.theme;
-    else root.dataset.theme = select.value;
-    root.dispatchEvent(new Event("theme"));
+    setTheme(select.value === "as the system" ? undefined : select.value);
   });
   return element("div", { class: "theme" }, select);
 }

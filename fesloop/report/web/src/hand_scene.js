@@ -2,7 +2,7 @@
 import {
   AmbientLight, Box3, Color, DirectionalLight, PerspectiveCamera, Scene, Sphere, Vector3, WebGLRenderer,
 } from "three";
-import { shownColour } from "./colours.js";
+import { onRepaint, shownColour } from "./colours.js";
 import { handBodies, place, solidBody } from "./hand_bodies.js";
 import { createTurn } from "./hand_turn.js";
 import { createSharpness } from "./sharpness.js";
@@ -56,18 +56,17 @@ export function createScene(stage, { shapes, objects, view }, points) {
   }
 
   function paint() {
-    for (const { name, material } of hands) material.color = new Color(shownColour(`hand-${name}`, stage));
-    const paper = new Color(shownColour("paper", stage));
+    for (const { name, material } of hands) material.color = new Color(shownColour(`hand-${name}`));
+    const paper = new Color(shownColour("paper"));
     for (const { role, material } of solids) {
-      material.color = new Color(shownColour(role === "plain" ? "surface" : role, stage)).lerp(paper, SOFTENED);
+      material.color = new Color(shownColour(role === "plain" ? "surface" : role)).lerp(paper, SOFTENED);
     }
-    ask();
+    draw(); // at once: a page that is about to be printed does not wait
   }
-  document.documentElement.addEventListener("theme", paint);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", paint);
-  paint();
+  onRepaint(paint);
 
   const turn = createTurn(stage, camera, boundsOf(points), view, ask);
+  paint();
   new ResizeObserver(() => {
     const { clientWidth: width, clientHeight: height } = stage;
     if (width === 0 || height === 0) return;

@@ -1,5 +1,6 @@
 // A report comes to life: its parts are drawn, the trial is chosen, the play head links the hand and charts.
 import { createBar } from "./bar.js";
+import { printLight } from "./colours.js";
 import { createClock } from "./clock.js";
 import { followContents } from "./contents.js";
 import { createHand } from "./hand.js";
@@ -27,6 +28,7 @@ for (const group of document.querySelectorAll(".multiples")) {
   const { part } = drawings.find(({ element }) => group.contains(element));
   if (part.lines.length > 1) group.prepend(keyRow(part.lines));
 }
+printLight();
 keepDrawn(drawings, page.array, clock, hands.length > 0);
 
 clock.listen((what, { trial }) => {
