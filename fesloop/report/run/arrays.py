@@ -14,11 +14,12 @@ from fesloop.picture.labels import placed_labels
 from fesloop.report.run import svg
 
 Array = NDArray[np.float64]
-_SCALE = 2.0
+_SCALE = 2.6
 """Pixels a mm, where the page is as wide as the drawing."""
 _AROUND_MM, _POINT_MM = 12.0, 2.0
-_LARGER = 1.55
+_LARGER = 1.7
 """Letters are so much larger than those of the printed picture, whose labels keep out of each other's way."""
+_LETTER, _HEIGHT = 7.2, 13.0
 _FIRST_DEG = -90.0
 _ACTIVE = 0.05
 """Muscles below this activation are not named (chosen): there are more than there is room for."""
@@ -81,19 +82,20 @@ def _elements(places: Array, charge: Array | None, highest: float, shares: Array
                 channel = int(np.argmax(shares[:, element]))
                 role, told = f"channel-{channel % 8}", f"{told}, channel {channel}"
             yield svg.circle(x, y, radius, f"fill-{role}", opacity=0.2 + 0.8 * given / highest, told=told)
-        yield svg.text(x, y + 0.9 * radius, str(element), kind="faint", size=7.5, anchor="middle")
+        yield svg.text(x, y + 0.85 * radius, str(element), kind="faint", size=9.0, anchor="middle")
 
 
 def _points(spots: dict[str, Array], strongest: Array | None) -> Iterator[str]:
-    """Motor points; muscles that were active by name, with their greatest activation."""
+    """Motor points, filled where the muscle was active, whose name then stands there."""
     active = {name: float(strongest[muscle(name)]) for name in spots
               if strongest is not None and strongest[muscle(name)] >= _ACTIVE}
     for name, (x, y) in spots.items():
         share = active.get(name)
         told = f"motor point of {name}" + (f", activated to {100.0 * share:.0f} %" if share else "")
         yield svg.circle(x, y, _SCALE * _POINT_MM, "fill-plain" if share else "paper stroke-plain", told=told)
-    texts = {name: f"{name} {100.0 * share:.0f} %" for name, share in active.items()}
-    shrunk = {name: spots[name] / (_SCALE * _LARGER) for name in texts}
-    for name, (x, y) in placed_labels(shrunk, texts, _POINT_MM / _LARGER).items():
-        yield svg.text(_SCALE * _LARGER * x, _SCALE * _LARGER * y + 3.5, texts[name], size=10.5,
-                       anchor="middle", bold=True)
+    shrunk = {name: spots[name] / (_SCALE * _LARGER) for name in active}
+    for name, place in placed_labels(shrunk, {name: name for name in active}, _POINT_MM / _LARGER).items():
+        x, y = (_SCALE * _LARGER * place).tolist()
+        wide = _LETTER * len(name)
+        yield svg.rect(x - 0.5 * wide, y - 0.5 * _HEIGHT, wide, _HEIGHT, "paper", radius=3.0, opacity=0.75)
+        yield svg.text(x, y + 4.0, name, size=11.5, anchor="middle", bold=True)

@@ -33,16 +33,17 @@ def _events(events: Sequence[Event]) -> Iterator[Part]:
     rows = [[*key, str(counts[key]), _when(event), _when(last[key]), event.detail]
             for key, event in first.items()]
     yield Table(title="By block and status", rows=rows,
-                columns=["where", "status", "times", "first", "last", "what was told first"])
+                columns=["where", "status", "times", "first (trial: time)", "last", "what was told first"])
     shown = events[:_MOST_TOLD]
     which = counted(len(events), "event") if len(shown) == len(events) else \
         f"The first {len(shown)} of {len(events)} events"
-    yield Fold(title=which, parts=[Table(columns=["when", "where", "status", "detail"], rows=[
+    yield Fold(title=which, parts=[Table(columns=["trial: time", "where", "status", "detail"], rows=[
         [_when(event), event.where, event.status, event.detail] for event in shown])])
 
 
 def _when(event: Event) -> str:
-    return f"trial {event.trial}, {seconds(event.time_ns):.3f} s"
+    # Spaces that no line breaks at: columns are narrow on a telephone.
+    return f"{event.trial}:\N{NO-BREAK SPACE}{seconds(event.time_ns):.3f}\N{NO-BREAK SPACE}s"
 
 
 def _messages(known: Known) -> Iterator[Part]:

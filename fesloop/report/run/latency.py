@@ -143,7 +143,7 @@ def _ms(time_ns: float) -> str:
 
 
 def _ages(known: Known) -> Iterator[Part]:
-    """How old the newest capture behind each value was when that left its block, as it was in the run."""
+    """How old the oldest capture behind each value was when that left its block, as it was in the run."""
     rows = []
     for name in dict.fromkeys([known.scored("estimate"), final_stimulation(known)]):
         ages = _age_ms(known, name) if name else np.empty(0)
@@ -151,7 +151,7 @@ def _ages(known: Known) -> Iterator[Part]:
             rows.append([name, str(ages.size), *(told(float(value)) for value in
                                                  (ages.min(), *np.percentile(ages, (50, 99)), ages.max()))])
     if rows:
-        yield Table(title="Age of the newest capture behind each value that left, in the run, ms", rows=rows,
+        yield Table(title="In the run: age of the oldest capture behind each value that left, ms", rows=rows,
                     columns=["signal", "values", "least", "median", "99 %", "greatest"])
 
 
@@ -160,5 +160,5 @@ def _age_ms(known: Known, name: str) -> np.ndarray:
     found = []
     for trial in range(known.begun):
         for table in known.recording.tables([name], trial):
-            found += [(piece.left_ns - piece.newest_ns)[piece.newest_ns >= 0] for piece in table.pieces()]
+            found += [(piece.left_ns - piece.oldest_ns)[piece.oldest_ns >= 0] for piece in table.pieces()]
     return np.concatenate(found) / NS_PER_MS if found else np.empty(0)

@@ -89,14 +89,16 @@ def _facts(known: Known) -> Iterator[tuple[str, str]]:
     lasts = f" of {known.duration_s:g} s" if known.duration_s is not None else ""
     planned = about.get("trials", known.begun)
     begun = "" if planned == known.begun else f", {known.begun} begun"
-    yield "experiment", f"{recording.name}: {counted(planned, 'trial')}{lasts}{begun}"
+    numbered = ", numbered from 0" if planned > 1 else ""
+    yield "experiment", f"{recording.name}: {counted(planned, 'trial')}{lasts}{numbered}{begun}"
     patient = recording.experiment.get("patient")
     if patient:
         yield "patient", describe({**patient, "file": Path(patient["file"]).stem})
     yield "seed", str(recording.seed)
     yield "status", recording.status
     wall = recording.wall
-    yield "run", f"{wall.get('started', '?')}, {wall.get('seconds', 0.0):.1f} s on {wall.get('machine', '?')}"
+    started = str(wall.get("started", "?")).replace("T", " ").replace("+00:00", " UTC")
+    yield "run", f"{started}, {wall.get('seconds', 0.0):.1f} s on {wall.get('machine', '?')}"
     versions = recording.versions
     yield "versions", ", ".join(f"{name} {versions[name]}" for name in ("fesloop", "python", "numpy")
                                 if name in versions)

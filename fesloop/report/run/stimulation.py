@@ -15,6 +15,7 @@ from fesloop.report.run.words import counted, listed, told
 
 _MOST_CHANNELS = 8
 """Of a chart: as many as have colours of their own."""
+_MC = 1e-3
 _SHOWN = (("Current", "current, mA", 1e3), ("Pulse width", "width, µs", 1e6))
 
 
@@ -27,8 +28,11 @@ def stimulation_section(known: Known) -> Section | None:
     parts: list[Part] = []
     if name:
         parts.append(Paragraph(text=f"As told by `{name}`, the last signal before the patient."))
-        for trial in known.trials:
-            parts += _channels(known, name, trial)
+        charts = {trial: list(_channels(known, name, trial)) for trial in known.trials}
+        parts += [chart for each in charts.values() for chart in each]
+        idle = [str(trial) for trial, each in charts.items() if not each]
+        if idle:
+            parts.append(Paragraph(text=f"No channel gave a pulse in trial {listed(idle)}."))
     else:
         parts.append(Notice(text="The channels are not shown: no stimulation is recorded."))
     return Section(key="stimulation", title="Stimulation", parts=[*parts, *_arrays(known)])
@@ -42,9 +46,6 @@ def _channels(known: Known, name: str, trial: int) -> Iterator[Part]:
     highest = found.mean if found.high is None else found.high
     charged = np.nan_to_num(highest[..., 0] * highest[..., 1]).max(axis=0) > 0.0
     used = np.flatnonzero(charged).tolist()
-    if not used:
-        yield Paragraph(text=f"In trial {trial} no channel gave a pulse.")
-        return
     idle = sorted(set(range(len(charged))) - set(used))
     rest = f"; idle: {listed([str(channel) for channel in idle])}" if idle else ""
     for port, (title, label, factor) in enumerate(_SHOWN):
@@ -75,7 +76,9 @@ def _arrays(known: Known) -> Iterator[Part]:
 def _title(charge: np.ndarray | None) -> str:
     if charge is None:
         return "The arrays on the unrolled forearm"
-    return f"Charge of each element in the trial, one phase: {1e6 * charge.sum():.3g} µC in all"
+    total = float(charge.sum())
+    in_all = f"{told(1e3 * total)} mC" if total >= _MC else f"{told(1e6 * total)} µC"
+    return f"Charge of each element in the trial, one phase: {in_all} in all"
 
 
 def _strongest(known: Known, trial: int) -> np.ndarray | None:

@@ -12,7 +12,7 @@ from fesloop.report.run.loop_order import columns
 
 _WIDE, _HIGH, _PITCH = 146.0, 40.0, 62.0
 """Of a block, and from one to the next below (chosen)."""
-_GUTTER, _BETWEEN = 50.0, 108.0
+_GUTTER, _BETWEEN = 40.0, 98.0
 """Beside the columns, and between them."""
 _LANE, _LETTER, _LINE = 8.0, 5.6, 12.0
 """Between wires side by side; width of a letter and height of a line of a label."""
