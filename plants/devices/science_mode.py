@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from fesloop.errors import InputError
@@ -54,7 +55,7 @@ class ScienceMode:
 
     @staticmethod
     def check(port: str, channels: int, hertz: float) -> None:
-        """Raise InputError where the library is missing, or the device cannot do it."""
+        """Raise InputError where library or port are missing, or the device cannot do it."""
         if find_spec("pysciencemode") is None or find_spec("serial") is None:
             raise InputError("driver", "`science_mode` needs pysciencemode, which is not installed",
                              remedy="pip install 'fesloop[stimulator]'")
@@ -66,6 +67,8 @@ class ScienceMode:
         if channels == ScienceMode.preset.channels and hertz > _ALL_CHANNELS_MOST_HZ:
             raise InputError("frequency_hz", f"{hertz:g}", f"at most {_ALL_CHANNELS_MOST_HZ:g} with "
                              f"{channels} channels")
+        if not Path(port).exists():
+            raise InputError("port", f"there is no {port}", "the serial port of the device, plugged in")
 
     def open(self) -> None:
         """Answer the device's Init, and set channels and frequency."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import select
 import termios
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 
 import serial
@@ -52,18 +52,16 @@ class ScienceModeLine:
         A device that another program has just left takes 1.2 s to notice, and says Init every 500 ms.
         """
         until = time.monotonic() + patience_s
-        while True:
+        frame = None
+        while frame is None and time.monotonic() < until:
             try:
-                frame = self._await(until)
+                frame = next((each for each in self._arriving(until) if _is_init(each)), None)
             except DeviceFault as fault:
                 if fault.status != "wrong_checksum":
-                    raise
-                continue  # the first bytes may be the end of a frame whose beginning nobody read
-            if frame is None:
-                raise DeviceFault("no_answer", f"no Init within {patience_s:g} s: is the device on, and in "
-                                  "ScienceMode?")
-            if frame.command == Rehastim2Commands.Init.value and frame.number not in _MISBUILT:
-                break
+                    raise  # but the first bytes may be the end of a frame whose beginning nobody read
+        if frame is None:
+            raise DeviceFault("no_answer", f"no Init within {patience_s:g} s: is the device on, and in "
+                              "ScienceMode?")
         if frame.content[:1] != bytes([_VERSION]):
             raise DeviceFault("refused", f"the device speaks version {frame.content.hex()} of the protocol, "
                               f"not {_VERSION}")
@@ -75,8 +73,7 @@ class ScienceModeLine:
         """Send a command and wait for its answer, which must be one of those that are fine."""
         self._write(packet_construction(self._next_number(), command, list(content)))
         wanted = Rehastim2Commands[f"{command}Ack"].value
-        until = time.monotonic() + self._answer_s
-        while (frame := self._await(until)) is not None:
+        for frame in self._arriving(time.monotonic() + self._answer_s):
             if frame.command == wanted:
                 result = _signed(frame)
                 if result not in fine:
@@ -89,7 +86,7 @@ class ScienceModeLine:
     def listen(self) -> None:
         """Heed what the device has said by itself, and give a sign of life where it is due."""
         now = time.monotonic()
-        while (frame := self._await(now)) is not None:
+        for frame in self._arriving(now):
             _heed(frame)
         if now - self._said_s > _ALIVE_S:
             self._write(packet_construction(self._next_number(), "Watchdog"))
@@ -117,18 +114,30 @@ class ScienceModeLine:
             raise DeviceFault("unplugged", f"the line is gone: {fault}") from None
         self._said_s = time.monotonic()
 
-    def _await(self, until_s: float) -> Frame | None:
-        """The next frame; None where none has come by then."""
-        while (frame := self._frames.next()) is None:
-            left_s = max(0.0, until_s - time.monotonic())
+    def _arriving(self, until_s: float) -> Iterator[Frame]:
+        """Frames as they come until then.
+
+        Later the line is read once at most, for what came in time, however much a device goes on saying.
+        """
+        over = False
+        while True:
+            while (frame := self._frames.next()) is not None:
+                yield frame
+            if over:
+                return
+            left_s = until_s - time.monotonic()
+            over = left_s <= 0.0
             try:
-                ready, _, _ = select.select([self._port], [], [], left_s)
+                ready, _, _ = select.select([self._port], [], [], max(0.0, left_s))
                 if not ready:
-                    return None
+                    return
                 self._frames.feed(self._port.read(_MOST_BYTES))
             except (OSError, serial.SerialException) as fault:
                 raise DeviceFault("unplugged", f"the line is gone: {fault}") from None
-        return frame
+
+
+def _is_init(frame: Frame) -> bool:
+    return frame.command == Rehastim2Commands.Init.value and frame.number not in _MISBUILT
 
 
 def _heed(frame: Frame) -> None:

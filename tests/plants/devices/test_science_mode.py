@@ -145,6 +145,62 @@ def test_half_a_frame_does_not_hide_the_answer_to_a_stop(tmp_path):
         assert device.log.rows()[-1][1] == "stop"
 
 
+class Flooding:
+    """A port on which there is always more: a ms of the clock passes with every read."""
+
+    def __init__(self, clock, said):
+        self.clock, self.said, self.reads_s = clock, said, []
+
+    def write(self, frame):
+        pass
+
+    def read(self, most):
+        self.reads_s.append(self.clock[0])
+        self.clock[0] += 0.001
+        assert len(self.reads_s) < 1000, "the line is read for ever"
+        return self.said
+
+
+@pytest.fixture
+def flooded(monkeypatch):
+    """A line whose device never stops saying the same; answers are waited for 20 ms."""
+    clock = [100.0]
+    monkeypatch.setattr(science_mode_line.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(science_mode_line.select, "select", lambda ports, *_: (ports, [], []))
+
+    def line(said):
+        port = Flooding(clock, said)
+        monkeypatch.setattr(science_mode_line.serial, "Serial", lambda *_, **__: port)
+        return science_mode_line.ScienceModeLine("flooded", 0.02), port
+
+    return line
+
+
+WATCHDOG_ACK, HALF = framed(1, 5, ()), framed(1, 33, [0] * 60)[:-40]
+
+
+@pytest.mark.parametrize("said", [WATCHDOG_ACK, HALF[:1], b"\x00"])
+def test_a_device_that_floods_the_line_stretches_no_answer(flooded, said):
+    """After the deadline the line is read once, for what came in time."""
+    line, port = flooded(said)
+    with pytest.raises(DeviceFault, match=r"no_answer: .* within 20 ms"):
+        line.ask("StopChannelListMode", [])
+    assert port.reads_s[-1] < 100.0 + 0.02 + 0.0015
+    assert sum(at >= 100.02 for at in port.reads_s) <= 1
+    port.reads_s.clear()
+    line.listen()
+    assert len(port.reads_s) <= 1
+
+
+def test_a_device_that_says_nothing_but_rubbish_is_given_up_in_time(flooded):
+    damaged = bytearray(WATCHDOG_ACK)
+    damaged[2] ^= 0x04
+    line, port = flooded(bytes(damaged))
+    with pytest.raises(DeviceFault, match="no_answer: no Init"):
+        line.connect(0.05)
+    assert port.reads_s[-1] < 100.05 + 0.0015
+
+
 def test_a_slow_device_is_waited_for(tmp_path):
     with parts.device(tmp_path) as device, parts.kept("science_mode", device.port) as kept:
         device.go_wrong("slow 20")
@@ -160,7 +216,7 @@ def test_a_port_that_is_not_there_is_named(tmp_path):
 
 @pytest.mark.parametrize(("port", "channels", "hertz", "fault"), [
     ("", 4, 40.0, "port: is missing"), ("/dev/x", 4, 30.0, "multiple of 0.5 ms"),
-    ("/dev/x", 8, 50.0, "at most 40 with 8 channels")])
+    ("/dev/x", 8, 50.0, "at most 40 with 8 channels"), ("/dev/nothing", 4, 40.0, "port: there is no")])
 def test_what_the_device_cannot_do_is_refused(port, channels, hertz, fault):
     with pytest.raises(InputError, match=fault):
         ScienceMode.check(port, channels, hertz)
