@@ -9,6 +9,8 @@ import jsonschema
 import pytest
 
 from fesloop.cli import main
+from fesloop.experiment.files.parse import read
+from fesloop.experiment.files.toml_text import toml_text
 from fesloop.experiment.recording.reading import Recording
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -162,6 +164,21 @@ def test_check_names_what_can_be_set_by_a_short_name_and_whose_hand_it_is_in_one
     assert json.loads(out)["aliases"]["brace"] == "blocks.hand.splint_deg"
 
 
+def test_check_cautions_where_a_device_waits_for_code_and_where_its_port_is_not_there(capsys, tmp_path):
+    document = read("finger_fmu")[1]
+    document["blocks"]["device"] = {"kind": "stimulator_device", "rate": "50",
+                                    "port": str(tmp_path / "no" / "log")}
+    document["wires"].append({"from": "safety.stimulation", "to": "device.stimulation"})
+    (tmp_path / "both.toml").write_text(toml_text(document))
+    code, out, _ = run(capsys, "check", str(tmp_path / "both.toml"), "--json")
+    told = {(each["node"], each["status"]): each["detail"] for each in json.loads(out)["cautions"]}
+    assert code == 0
+    assert "without a rehearsal" in told["finger", "not_rehearsed"]
+    assert told["device", "not_ready"].startswith(f"port: there is no folder {tmp_path / 'no'}")
+    _, out, _ = run(capsys, "check", "finger_fmu", "--json")
+    assert json.loads(out)["cautions"] == []
+
+
 def test_list_names_every_shipped_experiment_and_kind(capsys):
     code, out, _ = run(capsys, "list", "--json")
     told = json.loads(out)
@@ -184,8 +201,6 @@ def test_list_names_every_shipped_experiment_and_kind(capsys):
 
 
 def test_the_schema_accepts_shipped_files_and_refuses_a_typing_error(capsys):
-    from fesloop.experiment.files.parse import read
-
     _, out, _ = run(capsys, "schema")
     schema = json.loads(out)
     document = read(SMALL)[1]

@@ -14,9 +14,11 @@ from fesloop.experiment import registry
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load_picked
 from fesloop.experiment.files.patients import describe
+from fesloop.experiment.running.rehearsal import without_stand_in
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.latency import LatencyReport, PathLatency
+from fesloop.loop.realtime import is_live
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node
 
@@ -93,12 +95,16 @@ def _option_rows(table: dict[str, Any], picked: str) -> list[tuple[str, str]]:
 
 
 def _cautions(experiment: Experiment) -> list[tuple[str, str, str]]:
-    """(node, status, detail): what blocks fear of their own parameters."""
+    """(node, status, detail): what blocks fear of their own parameters, and of each other in real time."""
     told = []
     for node in experiment.wiring.nodes:
         if hasattr(node.part, "cautions"):
             context = Context(node.name, experiment.seed, clock=node.clock)
             told += [(node.name, status, detail) for status, detail in node.part.cautions(context)]
+    if any(is_live(node) for node in experiment.wiring.nodes):
+        told += [(name, "not_rehearsed", "it is let go at the end and has no stand-in: the run begins "
+                  "without a rehearsal, and code is compiled while devices and streams wait")
+                 for name in without_stand_in(experiment.wiring)]
     return told
 
 

@@ -145,11 +145,20 @@ class StimulatorDevice:
                            "pulses a second", "the same for both")]
 
     def cautions(self, context: Context) -> list[tuple[str, str]]:
-        """Where current goes, and when it ends if something fails."""
+        """Where current goes, when it ends if something fails, and what a run would lack now."""
         kept_ms, alone_ms = self.stated_ms
         where = f" at {self.port}" if self.port else ""
-        return [("device", f"commands go to `{self.driver}`{where}; zero current at most {kept_ms:g} ms "
+        told = [("device", f"commands go to `{self.driver}`{where}; zero current at most {kept_ms:g} ms "
                  f"after the last fresh command, {alone_ms:g} ms where keeper or line are cut off")]
+        try:
+            self._check_driver()
+        except InputError as fault:
+            told.append(("not_ready", str(fault)))
+        return told
+
+    def _check_driver(self) -> None:
+        """Raise InputError for what the driver says now that the device cannot do, or that is missing."""
+        find_driver(self.driver).check(self.port, self.channels, float(parse_rate(self.frequency_hz)))
 
     def stand_in(self) -> DeviceStandIn:
         """The same ports, and nothing behind them."""
@@ -162,13 +171,13 @@ class StimulatorDevice:
         it does not answer.
         """
         driver: type[StimulatorDriver] = find_driver(self.driver)
-        hertz = float(parse_rate(self.frequency_hz))
         try:
-            driver.check(self.port, self.channels, hertz)
+            self._check_driver()
         except InputError as fault:
             raise InputError(f"blocks.{context.name}.{fault.where}", fault.found, fault.allowed,
                              fault.remedy) from None
-        terms = Terms(driver=driver_place(self.driver), port=self.port, channels=self.channels, hertz=hertz,
+        terms = Terms(driver=driver_place(self.driver), port=self.port, channels=self.channels,
+                      hertz=float(parse_rate(self.frequency_hz)),
                       charge_max=self.limits.charge_max, hold_ms=self.hold_ms, loop=os.getpid())
         device = KeptDevice.started(context.name, terms, driver.answer_ms, driver.open_s)
         return DeviceInUse(device, [0] * self.channels)

@@ -16,37 +16,49 @@ from fesloop.loop.wiring import Node, Wiring
 _MOMENT_NS = NS_PER_S // 10
 _LONGEST_WALL_S = 1.0
 """Where the wall clock does not count, no stretch of the rehearsal begins later, however dense ticks are."""
-_rehearsed: set[frozenset[type[Any]]] = set()
-"""Classes of the parts of every loop that this process has rehearsed: their kernels are loaded."""
 
 
-def rehearse(experiment: Experiment, realtime: bool) -> None:
-    """Load the kernels of a run, where that has yet to be done.
+class Rehearsals:
+    """Rehearsals of runs in this process.
 
-    A loop of the same kinds of parts needs it once in a process. Where the wall clock decides what comes of
-    the run (in real time, or where steps are measured) it is done each time, for another parameter may lead
-    to another kernel; elsewhere such a kernel costs some wall time and changes nothing. There it lasts until
-    a message has been all the way round, for blocks may call other kernels once they have heard one. Not
-    where a device would notice, unless it has a stand-in. Whatever goes wrong here does so again in the run,
-    which tells.
+    They remember of which kinds of parts each loop was: the kernels of those are loaded.
     """
-    wiring = with_stand_ins(experiment.wiring)
-    originals = zip(wiring.nodes, experiment.wiring.nodes, strict=True)
-    if any(hasattr(node.part, "close") and node.part is before.part for node, before in originals):
-        return
-    parts = frozenset(type(node.part) for node in wiring.nodes)
-    measured = any(node.execution.kind == "measured" for node in wiring.nodes)
-    wall_counts = bool(realtime or measured or experiment.record.timed)
-    if parts in _rehearsed and not wall_counts:
-        return
-    _rehearsed.add(parts)
-    until = _MOMENT_NS + (_way_round_ns(wiring) if wall_counts else 0)
-    began, done = time.perf_counter(), 0
-    with suppress(Exception):
-        loop = Loop(wiring, recorder=Recorder(experiment.record.plant_rate))
-        while done < until and (wall_counts or time.perf_counter() - began < _LONGEST_WALL_S):
-            done = max(1, 4 * done)
-            loop.run_until(min(done, until))
+
+    def __init__(self) -> None:
+        self._rehearsed: set[frozenset[type[Any]]] = set()
+
+    def rehearse(self, experiment: Experiment, realtime: bool) -> None:
+        """Load the kernels of a run, where that has yet to be done.
+
+        A loop of the same kinds of parts needs it once in a process. Where the wall clock decides what comes
+        of the run (in real time, or where steps are measured) it is done each time, for another parameter may
+        lead to another kernel; elsewhere such a kernel costs some wall time and changes nothing. There it
+        lasts until a message has been all the way round, for blocks may call other kernels once they have
+        heard one. Not where a device would notice, unless it has a stand-in. Whatever goes wrong here does so
+        again in the run, which tells.
+        """
+        if without_stand_in(experiment.wiring):
+            return
+        wiring = with_stand_ins(experiment.wiring)
+        parts = frozenset(type(node.part) for node in wiring.nodes)
+        measured = any(node.execution.kind == "measured" for node in wiring.nodes)
+        wall_counts = bool(realtime or measured or experiment.record.timed)
+        if parts in self._rehearsed and not wall_counts:
+            return
+        self._rehearsed.add(parts)
+        until = _MOMENT_NS + (_way_round_ns(wiring) if wall_counts else 0)
+        began, done = time.perf_counter(), 0
+        with suppress(Exception):
+            loop = Loop(wiring, recorder=Recorder(experiment.record.plant_rate))
+            while done < until and (wall_counts or time.perf_counter() - began < _LONGEST_WALL_S):
+                done = max(1, 4 * done)
+                loop.run_until(min(done, until))
+
+
+def without_stand_in(wiring: Wiring) -> list[str]:
+    """Names of the nodes that would notice a rehearsal, which is left out for them."""
+    return [node.name for node in wiring.nodes
+            if hasattr(node.part, "close") and not hasattr(node.part, "stand_in")]
 
 
 def _way_round_ns(wiring: Wiring) -> int:

@@ -17,7 +17,7 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.writing import RecordingWriter
 from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.running.interrupts import interruptible
-from fesloop.experiment.running.rehearsal import rehearse
+from fesloop.experiment.running.rehearsal import Rehearsals
 from fesloop.experiment.running.timing import timed
 from fesloop.experiment.running.under_way import Progress, UnderWay
 from fesloop.loop.clock import NS_PER_S
@@ -69,18 +69,19 @@ class Result:
 
 @one_blas_thread()
 def run(experiment: Experiment, out: Path, *, realtime: bool | Pacing = False,
-        progress: Progress | None = None) -> Result:
+        progress: Progress | None = None, rehearsals: Rehearsals | None = None) -> Result:
     """Run every trial, record into a new file in the folder `out`, and score the file.
 
-    `realtime` keeps it in step with the wall clock, as a `Pacing` says or as that is by default. A failure
-    or Ctrl-C ends the run with that status; what was recorded until then is kept. Raises InputError, and
-    leaves nothing behind, where the run cannot start.
+    `realtime` keeps it in step with the wall clock, as a `Pacing` says or as that is by default. Whoever runs
+    many gives all the same `rehearsals`, so that a loop is rehearsed once. A failure or Ctrl-C ends the run
+    with that status; what was recorded until then is kept. Raises InputError, and leaves nothing behind, where
+    the run cannot start.
     """
     pacing = Pacing() if realtime is True else realtime or None
     if pacing is None:
         _refuse_live(experiment)
     wiring, timed_blocks = timed(experiment.wiring, experiment.record.timed)
-    rehearse(experiment, pacing is not None)
+    (rehearsals or Rehearsals()).rehearse(experiment, pacing is not None)
     loop = Loop(wiring, recorder=Recorder(experiment.record.plant_rate))
     with closing(loop), in_step_with_wall(loop, pacing) as in_step:
         writer = RecordingWriter(out, experiment, in_step.facts if in_step else None)

@@ -13,7 +13,7 @@ import socket
 import traceback
 import zlib
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
@@ -24,6 +24,7 @@ from fesloop.errors import FesloopError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import from_document
 from fesloop.experiment.running.blas import one_blas_thread
+from fesloop.experiment.running.rehearsal import Rehearsals
 from fesloop.experiment.running.trial import run
 from fesloop.study.design.kept_metrics import KeptMetric
 from fesloop.study.store.versions import version_text
@@ -82,7 +83,7 @@ def _ending(document: bytes, seed: int, folder: Path, metrics: Sequence[KeptMetr
             ) -> tuple[str, str, dict[str, float | None]]:
     """Status, cause and metrics of a run whose recording goes into a folder."""
     try:
-        result = run(experiment_of(document, seed), folder)
+        result = run(experiment_of(document, seed), folder, rehearsals=_rehearsals())
         if result.status == "interrupted":
             raise KeyboardInterrupt
         numbers = {each.name: each.of(result.metrics) for each in metrics} if result.status == "done" else {}
@@ -112,6 +113,12 @@ def experiment_of(document: bytes, seed: int) -> Experiment:
 @lru_cache(maxsize=1)
 def _of_cell(document: bytes) -> Experiment:
     return from_document(json.loads(zlib.decompress(document)))
+
+
+@cache
+def _rehearsals() -> Rehearsals:
+    """Of all runs of this worker."""
+    return Rehearsals()
 
 
 def scratch_folder() -> str | None:

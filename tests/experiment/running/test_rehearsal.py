@@ -17,7 +17,7 @@ SHORT = ["experiment.duration_s=0.6"]
 
 @pytest.fixture
 def loops(monkeypatch):
-    """Loops that rehearsals make, in a process that has rehearsed nothing."""
+    """Loops that rehearsals make."""
     made = []
 
     class Counted(rehearsal.Loop):
@@ -25,7 +25,6 @@ def loops(monkeypatch):
             made.append(given)
             super().__init__(*given, **named)
 
-    monkeypatch.setattr(rehearsal, "_rehearsed", set())
     monkeypatch.setattr(rehearsal, "Loop", Counted)
     return made
 
@@ -33,9 +32,12 @@ def loops(monkeypatch):
 def test_the_same_parts_are_rehearsed_once(loops, tmp_path):
     first, again = (fesloop.load("finger_pid_latency", [*SHORT, *more])
                     for more in ((), ("latency_ms=20",)))
+    rehearsals = rehearsal.Rehearsals()
     for experiment in (first, first.with_seed(9), again):
-        trial.run(experiment, tmp_path)
+        trial.run(experiment, tmp_path, rehearsals=rehearsals)
     assert len(loops) == 1
+    trial.run(first, tmp_path)
+    assert len(loops) == 2
 
 
 @pytest.mark.parametrize(("settings", "realtime"), [
@@ -43,8 +45,9 @@ def test_the_same_parts_are_rehearsed_once(loops, tmp_path):
     ([], True)])
 def test_where_the_wall_clock_counts_every_run_is_rehearsed(loops, tmp_path, settings, realtime):
     experiment = fesloop.load("finger_pid_latency", [*SHORT, *settings])
+    rehearsals = rehearsal.Rehearsals()
     for count in (1, 2):
-        trial.run(experiment, tmp_path, realtime=realtime)
+        trial.run(experiment, tmp_path, realtime=realtime, rehearsals=rehearsals)
         assert len(loops) == count
 
 
@@ -56,15 +59,15 @@ def test_where_the_wall_clock_counts_a_message_goes_all_the_way_round(loops, mon
     reached = []
     monkeypatch.setattr(rehearsal, "_LONGEST_WALL_S", longest_s)
     monkeypatch.setattr(rehearsal.Loop, "run_until", lambda loop, until_ns: reached.append(until_ns))
-    rehearsal.rehearse(fesloop.load("finger_pid_latency", SHORT), realtime)
+    rehearsal.Rehearsals().rehearse(fesloop.load("finger_pid_latency", SHORT), realtime)
     assert max(reached, default=0) == until_ms * 1_000_000
 
 
 def test_a_rehearsal_changes_no_run(loops, tmp_path):
     experiment = fesloop.load("finger_pid_latency", SHORT)
-    digests = set()
+    digests, rehearsals = set(), rehearsal.Rehearsals()
     for _ in range(2):
-        with fesloop.Recording(trial.run(experiment, tmp_path).recording) as recording:
+        with fesloop.Recording(trial.run(experiment, tmp_path, rehearsals=rehearsals).recording) as recording:
             digests.add(recording.digest())
     assert len(digests) == len(loops) == 1
 
@@ -78,7 +81,7 @@ def live_experiment(duration_s=0.3):
 def test_a_live_stream_is_rehearsed_with_its_stand_in(loops):
     experiment = live_experiment()
     assert [str(node.clock) for node in rehearsal.with_stand_ins(experiment.wiring).nodes] == ["100 Hz"] * 2
-    rehearsal.rehearse(experiment, realtime=True)
+    rehearsal.Rehearsals().rehearse(experiment, realtime=True)
     (given,) = loops
     assert [type(node.part) for node in given[0].nodes] == [StandIn, Sink]
     plain = fesloop.load("finger_pid_latency", SHORT).wiring
@@ -91,7 +94,7 @@ def test_a_device_without_a_stand_in_is_not_rehearsed(loops):
             """Let go."""
 
     node = Node("device", Device(clock=RateClock.from_rate("100")))
-    rehearsal.rehearse(Experiment(name="device", nodes=(node,), duration_s=1.0), realtime=True)
+    rehearsal.Rehearsals().rehearse(Experiment(name="device", nodes=(node,), duration_s=1.0), realtime=True)
     assert not loops
 
 

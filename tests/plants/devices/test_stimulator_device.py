@@ -176,7 +176,9 @@ def test_a_hold_shorter_than_two_periods_is_a_fault():
 
 def test_check_states_the_time_to_zero_current():
     device = StimulatorDevice(driver="science_mode", port="/dev/x", channels=2)
-    (_, told), = device.cautions(Context("device"))
+    (_, told), (status, missing) = device.cautions(Context("device"))
+    assert status == "not_ready"
+    assert missing.startswith("port: there is no /dev/x; ")
     assert told == ("commands go to `science_mode` at /dev/x; zero current at most 250 ms after the last "
                     "fresh command, 1250 ms where keeper or line are cut off")
 
