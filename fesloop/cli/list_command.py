@@ -9,7 +9,6 @@ from dataclasses import asdict
 from typing import Any
 
 from fesloop.cli.output import print_json, print_table
-from fesloop.cli.study_progress import duration_text
 from fesloop.errors import InputError
 from fesloop.experiment import registry
 from fesloop.experiment.files.guide import Guide, guide_of
@@ -17,6 +16,7 @@ from fesloop.experiment.files.parse import read, shipped
 from fesloop.experiment.files.patients import presets
 from fesloop.experiment.files.variants import listed
 from fesloop.study.design.study_file import described_studies
+from fesloop.study.results.quantities import duration_text
 
 _JOBS = {"closed_loop": "A closed loop around a virtual patient",
          "array_search": "Electrodes searched for on arrays",

@@ -74,8 +74,8 @@ def run(experiment: Experiment, out: Path, *, realtime: bool | Pacing = False,
 
     `realtime` keeps it in step with the wall clock, as a `Pacing` says or as that is by default. Whoever runs
     many gives all the same `rehearsals`, so that a loop is rehearsed once. A failure or Ctrl-C ends the run
-    with that status; what was recorded until then is kept. Raises InputError, and leaves nothing behind, where
-    the run cannot start.
+    with that status; what was recorded until then is kept. Raises InputError, and leaves nothing behind,
+    where the run cannot start.
     """
     pacing = Pacing() if realtime is True else realtime or None
     if pacing is None:
