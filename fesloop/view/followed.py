@@ -12,13 +12,13 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S
-from fesloop.report.motion import figure_of, hand_of, rows_of
-from fesloop.report.objects import object_poses, padded
+from fesloop.report.motion import figure_of, hand_of
 from fesloop.report.recorded_hand import RecordedHand
 from fesloop.view.growing import GrowingRecording
 from fesloop.view.head import Head
 from fesloop.view.played import NO_HAND, WITH_HAND
-from fesloop.view.shown import Play, Shown, Span, Start
+from fesloop.view.poses import AHEAD, Seen, poses_at
+from fesloop.view.shown import FRAME_S, Play, Shown, Span, Start
 
 _FIRST_ROWS_S, _LOOK_S = 30.0, 0.05
 """How long to wait for the first rows of a run, and how often to look for them."""
@@ -26,6 +26,7 @@ _SILENT_NS = 2 * NS_PER_S
 """Without new rows for so long something is wrong: a run writes every .4 to .8 s."""
 _LOOKED_AT = 20
 """Frames of what is there at first, by which the page places its camera."""
+_GRID_NS = round(FRAME_S * NS_PER_S)
 RUNNING = "running"
 
 
@@ -63,7 +64,8 @@ class FollowedRecording:
             raise
         self.figure = figure
         self._head, self._grown_ns, self._origins = Head(), clock(), dict[int, int | None]()
-        self._last = self._frame("")
+        self._made: dict[tuple[int, int], Seen] = {}
+        self._last = self._frame("", 0)
 
     def play(self, start: Start) -> Play:
         """From now on; where somebody wants to start does not matter."""
@@ -86,10 +88,10 @@ class FollowedRecording:
         newest = self._rows.newest(self._hand.sources)
         assert newest is not None
         self._head.move(now_ns, newest, self._end_of)
-        note = self._note(now_ns, newest)
-        last = self._last
-        if (self._head.trial, self._head.time_ns / NS_PER_S, note) != (last.trial, last.time_s, last.note):
-            self._last = self._frame(note)
+        known_ns = newest[1] if newest[0] == self._head.trial else self._head.time_ns
+        frame = self._frame(self._note(now_ns, newest), known_ns)
+        if (frame.trial, frame.time_s, frame.note) != (self._last.trial, self._last.time_s, self._last.note):
+            self._last = frame
         return self._last
 
     def _end_of(self, trial: int) -> int | None:
@@ -111,13 +113,17 @@ class FollowedRecording:
             return f"{(now_ns - origin_ns - head.time_ns) / NS_PER_S:.1f} s behind the loop"
         return f"the run is at {newest[1] / NS_PER_S:.1f} s of trial {newest[0]}, not in real time"
 
-    def _frame(self, note: str) -> Shown:
-        trial, at_ns = self._head.trial, np.array([self._head.time_ns], dtype=np.int64)
-        postures = self._hand.postures(self._rows, trial, at_ns)
-        _, poses = object_poses(self._rows, self._hand.plant, trial, at_ns)
-        return Shown(trial=trial, time_s=self._head.time_ns / NS_PER_S, note=note,
-                     hands={name: rows_of(posture)[0] for name, posture in postures.items()},
-                     objects=padded(poses, len(self.figure.objects))[0])
+    def _frame(self, note: str, known_ns: int) -> Shown:
+        """At the last instant of the frames' grid before the head; so that several can be made together."""
+        trial, number = self._head.trial, self._head.time_ns // _GRID_NS
+        if (trial, number) not in self._made:
+            numbers = range(number, max(number, min(number + AHEAD - 1, known_ns // _GRID_NS)) + 1)
+            seen = poses_at(self._rows, self._hand, trial, [each * _GRID_NS for each in numbers],
+                            len(self.figure.objects))
+            self._made = {(trial, each): poses for each, poses in zip(numbers, seen, strict=True)}
+        hands, objects = self._made[trial, number]
+        time_s = number * _GRID_NS / NS_PER_S
+        return Shown(trial=trial, time_s=time_s, note=note, hands=hands, objects=objects)
 
     def close(self) -> None:
         """Let the file go."""

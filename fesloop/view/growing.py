@@ -28,7 +28,7 @@ class GrowingStream:
 
     def refresh(self) -> bool:
         """Read what was added; whether anything was."""
-        self._dataset.id.refresh()
+        self._dataset.refresh()
         count = int(self._dataset.shape[0])
         if count == self._read:
             return False
@@ -87,7 +87,7 @@ class GrowingRecording:
     def status(self) -> str:
         """running, done, failed, interrupted."""
         with undamaged(self._path):
-            self._status.id.refresh()
+            self._status.refresh()
             return bytes(self._status[()]).decode(errors="replace")
 
     def origin_ns(self, trial: int) -> int | None:
@@ -95,7 +95,7 @@ class GrowingRecording:
         if self._origins is None:
             return None
         with undamaged(self._path):
-            self._origins.id.refresh()
+            self._origins.refresh()
             told = {int(row["trial"]): int(row["monotonic_ns"]) for row in self._origins[()]}
         return told.get(trial)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from threading import Lock
 
@@ -11,9 +11,9 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S
-from fesloop.report.motion import figure_of, hand_of, recorded_spans, rows_of
-from fesloop.report.objects import object_poses, padded
-from fesloop.view.shown import Play, Shown, Span, Start
+from fesloop.report.motion import figure_of, hand_of, recorded_spans
+from fesloop.view.poses import AHEAD, poses_at
+from fesloop.view.shown import FRAME_S, Play, Shown, Span, Start
 
 NO_HAND = "holds no hand"
 WITH_HAND = "a recording of a hand, of a tracker with its 23 angles, or of a finger whose three are scored"
@@ -60,27 +60,42 @@ class PlayedRecording:
             raise InputError("trial", f"{start.trial}", ", ".join(map(str, self.spans)))
         if not 0.0 <= start.speed <= _FASTEST:
             raise InputError("speed", f"{start.speed:g}", f"0 to {_FASTEST:g}")
-        shown_s: float | None = None
+        return _Playing(self._frames, start, span).at
 
-        def at(elapsed_s: float) -> Shown | None:
-            nonlocal shown_s
-            time_s = min(max(start.at_s, span.first_s) + start.speed * elapsed_s, span.last_s)
-            if time_s == shown_s:
-                return None
-            shown_s = time_s
-            return self._frame(start.trial, time_s)
-
-        return at
-
-    def _frame(self, trial: int, time_s: float) -> Shown:
-        at_ns = np.array([round(time_s * NS_PER_S)], dtype=np.int64)
+    def _frames(self, trial: int, times_s: list[float]) -> list[Shown]:
+        """Of several instants."""
+        at_ns = [round(time_s * NS_PER_S) for time_s in times_s]
         with self._lock:
-            postures = self._hand.postures(self._recording, trial, at_ns)
-            _, poses = object_poses(self._recording, self._hand.plant, trial, at_ns)
-        return Shown(trial=trial, time_s=time_s, hands={name: rows_of(posture)[0]
-                                                        for name, posture in postures.items()},
-                     objects=padded(poses, len(self.figure.objects))[0])
+            seen = poses_at(self._recording, self._hand, trial, at_ns, len(self.figure.objects))
+        return [Shown(trial=trial, time_s=time_s, hands=each.hands, objects=each.objects)
+                for time_s, each in zip(times_s, seen, strict=True)]
 
     def close(self) -> None:
         """Let the file go."""
         self._recording.close()
+
+
+class _Playing:
+    """Frames on their way to one viewer."""
+
+    def __init__(self, frames: Callable[[int, list[float]], list[Shown]], start: Start, span: Span) -> None:
+        self._frames, self._start, self._span = frames, start, span
+        self._made: dict[float, Shown] = {}
+        self._before: float | None = None
+
+    def at(self, elapsed_s: float) -> Shown | None:
+        """What is seen so many seconds after the start, frame by frame; None while nothing changes."""
+        number = int(elapsed_s / FRAME_S)
+        time_s = self._time(number)
+        if time_s == self._before:
+            return None
+        if time_s not in self._made:
+            ahead = AHEAD if self._start.speed > 0.0 else 1
+            times = list(dict.fromkeys(self._time(number + each) for each in range(ahead)))
+            self._made = dict(zip(times, self._frames(self._start.trial, times), strict=True))
+        self._before = time_s
+        return self._made[time_s]
+
+    def _time(self, number: int) -> float:
+        played = max(self._start.at_s, self._span.first_s) + self._start.speed * FRAME_S * number
+        return min(played, self._span.last_s)

@@ -18,11 +18,10 @@ from urllib.parse import parse_qs, urlsplit
 
 from fesloop.errors import FesloopError, InputError
 from fesloop.view.page import page_html, policy
-from fesloop.view.shown import Play, Source, Start
+from fesloop.view.shown import FRAME_S, Play, Source, Start
 
 LOOPBACK = "127.0.0.1"
 _NAMES = (LOOPBACK, "localhost")
-_PERIOD_S = 1.0 / 30.0
 _SILENT_S = 2.0
 """After so long without a frame a comment is sent, so that a browser that is gone is noticed."""
 _BUFFER_BYTES = 2**15
@@ -69,6 +68,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     server: ViewServer
     timeout = _SLOWEST_S
+    server_version, sys_version = "fesloop", ""
 
     def do_GET(self) -> None:
         """The page, or frames."""
@@ -114,7 +114,7 @@ class _Handler(BaseHTTPRequestHandler):
             elif now - sent > _SILENT_S:
                 self.wfile.write(b": nothing new\n\n")
                 sent = now
-            time.sleep(max(0.0, now + _PERIOD_S - time.monotonic()))
+            time.sleep(max(0.0, now + FRAME_S - time.monotonic()))
 
     def _answer(self, status: HTTPStatus, kind: str, body: bytes) -> None:
         self._head(status, kind, len(body))

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from fesloop.report.parts import Figure3d
 
 Array = NDArray[np.float64]
+FRAME_S = 1.0 / 30.0
+"""Between two frames, at the least."""
 _DIGITS = 5
 """Of a pose's numbers (chosen: a hundredth of a millimetre, and of a milliradian)."""
 
