@@ -72,8 +72,7 @@ SHOTS = {
     "hil_dry_stimulator": Shot(
         drawn="courses", settings=("log={runs}/given.log",), options=("--realtime",)),
     "hil_replay": Shot(drawn="courses", settings=("recording={recordings}/wrist/circle-250.npz",)),
-    "replay": Shot(drawn="courses", settings=(
-        "recording={recordings}/wrist/circle-250.npz", "tracker=constrained")),
+    "replay": Shot(drawn="courses", settings=("recording={recordings}/wrist/circle-250.npz",)),
     "kortier2014": Shot(drawn="hand", settings=("motion=kortier_circles",), at_s=(9.0, 11.0, 13.0, 15.0)),
     "salchow2019": Shot(drawn="hand", settings=("motion=P1", "duration_s=32"), at_s=(6.0, 12.0, 18.0, 24.0)),
     "tracker_hour": Shot(drawn="hand", settings=("duration_s=90",), at_s=(20.0, 40.0, 60.0, 80.0)),
