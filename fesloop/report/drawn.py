@@ -114,7 +114,10 @@ def trial_of(part: Part) -> int | None:
 
 
 def alike(one: Part, other: Part) -> bool:
-    """Whether two parts are charts of the same kind of thing, to be seen beside each other."""
+    """Whether two parts are charts, or maps, of the same kind of thing, to be seen beside each other."""
+    if isinstance(one, HeatMap) and isinstance(other, HeatMap):
+        return ((one.x_label, one.y_label, one.value_label, one.low, one.high)
+                == (other.x_label, other.y_label, other.value_label, other.low, other.high))
     return (isinstance(one, Chart) and isinstance(other, Chart)
             and (one.trial, one.timed, one.y_label, _names(one.lines))
             == (other.trial, other.timed, other.y_label, _names(other.lines)))

@@ -12,6 +12,7 @@ from fesloop.report.parts import Bars, Paragraph, Part, Section, Table
 from fesloop.report.run.words import counted
 from fesloop.report.study.shown import Shown
 from fesloop.study.results.axis_levels import level_text
+from fesloop.study.results.quantities import with_unit
 from fesloop.study.results.run_columns import FAILED
 
 _MOST_ROWS = 60
@@ -28,7 +29,7 @@ def cells_section(shown: Shown) -> Section | None:
     axes = list(dict.fromkeys(axis for row in rows for axis in row.levels))
     whole = all(len(row.levels) == len(rows[0].levels) for row in rows) and len(axes) == len(rows[0].levels)
     intervals = len(shown.results.metrics) <= 4
-    table = Table(columns=[*(shown.axis(axis)[0] for axis in axes), "runs", "failed",
+    table = Table(columns=[*(with_unit(*shown.axis(axis)) for axis in axes), "runs", "failed",
                            *(shown.metric_label(metric) for metric in shown.results.metrics)],
                   rows=[[*(level_text(row.levels[axis]) if axis in row.levels else "all" for axis in axes),
                          str(row.planned - row.waiting), str(row.failed),

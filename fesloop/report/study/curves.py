@@ -26,7 +26,7 @@ def curves(content: Content) -> Iterator[Chart]:
                  if (line := _line(content, content.on(panel, level), place, level)) is not None]
         heading = content.level_label(figure.panels, panel)
         yield Chart(
-            key=f"figure-{figure.name}-{number}", title=heading or content.title,
+            key=f"figure-{figure.name}-{number}", title=heading or content.metric_label,
             x_label=content.axis_label(figure.x), y_label=content.metric_label,
             lines=[*lines, *_theory(content, panel, limits)], limits=limits,
             x_levels=[] if content.x.numeric and not _even(content) else

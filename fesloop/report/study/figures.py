@@ -10,6 +10,7 @@ import numpy as np
 from fesloop.errors import FesloopError, InputErrors
 from fesloop.experiment.files.schema import make
 from fesloop.report.parts import Chart, Line, Notice, Paragraph, Part, Section
+from fesloop.report.run.words import listed
 from fesloop.report.study.curves import curves
 from fesloop.report.study.heat_maps import heat_maps
 from fesloop.report.study.shown import Shown
@@ -20,6 +21,7 @@ from fesloop.study.figures.kept_overlays import kept_overlays
 from fesloop.study.figures.overlays import Overlay
 from fesloop.study.figures.theory_overlays import theory_overlays
 from fesloop.study.results.axis_levels import is_numeric
+from fesloop.study.results.quantities import called
 
 _MOST_LINES, _MOST_METRICS = 8, 4
 """Curves of a chart, and charts, that are chosen where a study's file asks for none (chosen)."""
@@ -39,7 +41,7 @@ def figure_sections(shown: Shown) -> Iterator[Section]:
         try:
             figure: Figure = make(Figure, table, {}, f"figures[{number}]")
             content, notices = _content(shown, figure, kept)
-            title = content.title
+            title = _title(content)
             parts = [*_parts(shown, content), *notices]
         except (FesloopError, LookupError, TypeError, ValueError) as fault:
             parts.append(Notice(text=f"This figure cannot be shown: {_line(fault)}"))
@@ -124,6 +126,14 @@ def _points(content: Content) -> Iterator[Chart]:
             x_levels=[] if scale.numeric else [str(level) for level in scale.levels],
             x_log=scale.kind == "log",
             text=f"{content.metric_label} at {len(value)} points that were drawn.")
+
+
+def _title(content: Content) -> str:
+    """The figure's own, else what it shows over which axes."""
+    figure = content.figure
+    metric, _ = called(figure.metric, figure.label)
+    over = [content.axis_label(axis).partition(",")[0] for axis in (figure.x, figure.y) if axis is not None]
+    return figure.title or _upper(f"{metric} over {listed(over)}")
 
 
 def _upper(text: str) -> str:

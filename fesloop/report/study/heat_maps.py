@@ -29,7 +29,7 @@ def heat_maps(shown: Shown, content: Content) -> Iterator[HeatMap]:
         values, cells, told = _grid(shown, content, panel)
         heading = content.level_label(figure.panels, panel)
         yield HeatMap(
-            key=f"figure-{figure.name}-{number}", title=heading or content.title,
+            key=f"figure-{figure.name}-{number}", title=heading or content.metric_label,
             x_label=content.axis_label(figure.x), y_label=content.axis_label(str(figure.y)),
             x_levels=_texts(content.x), y_levels=_texts(content.y)[::_way(content)],
             values=values, cells=cells, told=told, value_label=content.metric_label, low=low, high=high,

@@ -17,11 +17,12 @@ _MOST_EACH = 4
 """Levels of text up to which each is compared with each; beyond, each with the first (chosen)."""
 _MOST_METRICS = 8
 """Metrics that are compared (chosen: a page that is read)."""
-_TOLD = ("Runs of one replicate met the same noise in every cell, so a difference between two levels is known "
-         "better than either value. Each row is the first level less the second, over pairs of runs that differ "
-         "in nothing else; values are independent of each other, and pairs may be several a value. p is "
-         "two-sided and stands as it is: of twenty comparisons of what does not differ, one comes below 0.05.")
-_COLUMNS = ("less", "difference", "95 % interval", "p", "values", "pairs", "left out")
+_TOLD = (
+    "Runs of one replicate met the same noise in every cell, so a difference between two levels is known "
+    "better than either value. Each row is the first level less the second, over pairs of runs that differ "
+    "in nothing else; values are independent of each other, and pairs may be several a value. p is two-sided "
+    "and stands as it is: of twenty comparisons of what does not differ, one is below 0.05.")
+_COLUMNS = ("less", "difference", "95 % interval", "p", "values", "pairs")
 
 
 def paired_section(shown: Shown) -> Section | None:
@@ -41,10 +42,12 @@ def _of_axis(shown: Shown, axis: str, metrics: list[str]) -> Iterator[Part]:
         if found:
             name = with_unit(*shown.metric_name(metric)) if found[0].statistic != "share" else \
                 shown.metric_name(metric)[0]
+            lost = any(each.dropped for each in found)
             tables.append(Table(
-                title=f"{shown.axis(axis)[0]}: {name}, {found[0].statistic} "
+                title=f"{with_unit(*shown.axis(axis))}: difference in {name}, {found[0].statistic} "
                       f"({found[0].interval}; p: {found[0].test})",
-                columns=["level", *_COLUMNS], rows=[_row(axis, each) for each in found]))
+                columns=["level", *_COLUMNS, *(["left out"] if lost else [])],
+                rows=[_row(axis, each)[:None if lost else -1] for each in found]))
     yield from tables[:1]
     if len(tables) > 1:
         more = counted(len(tables) - 1, "more metric")
