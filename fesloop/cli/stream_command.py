@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 from fesloop.cli.output import print_json
+from fesloop.errors import InputError
 from fesloop.streams.files import open_recording
 from fesloop.streams.live.library import open_library
 from fesloop.streams.live.played import inertial
@@ -21,6 +22,8 @@ HAND = "hand"
 
 def execute(args: Namespace) -> int:
     """Play until the recording ends, the time is over, or somebody stops it."""
+    if args.duration is not None and not args.duration > 0.0:
+        raise InputError("--duration", f"{args.duration:g}", "seconds above 0")
     faults = tuple(SenderFault.parse(text) for text in args.fault)
     open_library(args.network)
     if args.recording == HAND:

@@ -52,6 +52,9 @@ class SenderFault:
             value = float(match["value"] or _VALUES.get(match["kind"], 0.0))
         except ValueError:
             raise InputError("--fault", f"{text!r}", FORM) from None
+        if match["value"] and match["kind"] not in _VALUES:
+            raise InputError("--fault", f"{text!r}: {match['kind']} takes no VALUE",
+                             f"{', '.join(_VALUES)} do")
         if match["kind"] == "rate" and value <= 0.0:
             raise InputError("--fault", f"{text!r}", "a rate above 0 times the usual one")
         return cls(match["kind"], start, length, value)

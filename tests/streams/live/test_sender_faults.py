@@ -54,7 +54,7 @@ def test_every_kind_can_be_said():
 
 
 @pytest.mark.parametrize("text", ["", "stop", "stop@", "halt@3", "stop@1+x", "rate@1x0", "stop@1..2",
-                                  "nan@-1"])
+                                  "nan@-1", "stop@1+1x3"])
 def test_what_is_no_fault_is_refused(text):
     with pytest.raises(InputError, match="--fault"):
         SenderFault.parse(text)
