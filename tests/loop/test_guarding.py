@@ -53,6 +53,11 @@ def test_a_device_without_its_guard_is_refused(through):
         wired(through=through)
 
 
+def test_a_device_to_which_nothing_leads_is_refused():
+    with pytest.raises(InputError, match=r"device\.u"):
+        Wiring([Node("guard", Guard(names=()), "50"), Node("device", Device(), "50")], [])
+
+
 @pytest.mark.parametrize("wire", [{"latency_ms": 1.0}, {"loss": 0.1},
                                   {"jitter": Duration(kind="uniform", low_ms=0.0, high_ms=1.0)}])
 def test_nothing_lies_between_guard_and_device(wire):

@@ -108,6 +108,8 @@ def test_a_device_that_was_just_in_use_is_taken_over(tmp_path):
         for _ in range(2):
             with parts.kept("science_mode", device.port) as kept:
                 parts.command(kept, 0.1)
+        events = [row[1] for row in device.log.rows()]
+    assert [event for event in events if event in ("give", "stop")] == ["give", "stop"] * 2
 
 
 def test_an_idle_device_stays_connected(tmp_path):

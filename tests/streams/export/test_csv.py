@@ -37,7 +37,8 @@ def test_every_run_reads_back_exactly(made, tmp_path_factory):
                 signal = recording.signal(name, trial)
                 rows = len(signal.times_ns)
                 values = signal.values.reshape(rows, int(np.prod(signal.values.shape[1:])))
-                stamps = np.stack([signal.times_ns, signal.left_ns, signal.oldest_ns, signal.newest_ns], 1)
+                stamps = np.stack([signal.indices, signal.times_ns, signal.left_ns, signal.oldest_ns,
+                                   signal.newest_ns], 1)
                 assert any(_holds(names, table, name.partition(".")[2], values, stamps)
                            for names, table in tables)
             with (out / f"{prefix}events.csv").open(encoding="utf-8", newline="") as file:
@@ -56,7 +57,7 @@ def _holds(names, table, port, values, stamps):
         return False
     same(found, values)
     back = np.rint(np.nan_to_num(table[:, 1:5], nan=-1e-9) * 1e9)
-    return np.array_equal(back, stamps)
+    return np.array_equal(np.column_stack([table[:, 0], back]), stamps)
 
 
 def test_the_header_names_columns_and_their_units(tmp_path):
