@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
@@ -9,7 +10,10 @@ import pytest
 import fesloop
 from fesloop.cli import main
 from fesloop.errors import InputError
-from fesloop.tracker_error.fitting import fit_error
+from fesloop.experiment.recording.reading import Recording
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+from fesloop.tracker_error.fitting import PLAYER, fit_error, fit_measured
+from fesloop.tracker_error.measured_errors import measured_errors
 
 HINGES = ("seg2-seg3.x", "seg3-seg4.y", "seg4-seg5.z")
 
@@ -39,6 +43,20 @@ def test_its_reference_is_found_late(chain):
     assert all(series.lead_s > 0.005 for series in chain.process.series if series.name in HINGES)
 
 
+def test_what_the_reference_is_late_by_is_taken_off(recordings, tmp_path):
+    """Of an error that leads, `lead * rate`, as much less as is taken off the reference's stamps."""
+    path = recordings / "chain5" / "trial1.npz"
+    settings = [f"recording={path}", "tracker=constrained", "blocks.recording.duration_s=30"]
+
+    def leads_ms(late_ms):
+        found = {each.name: each for each in measured_errors(run, late_ms * NS_PER_MS).records}
+        known = [(found[name].known, found[name]) for name in HINGES]
+        return [1e3 * np.polyfit(each.rate[at], each.error[at], 1)[0] for at, each in known]
+
+    with Recording(fesloop.load(PLAYER, settings).run(tmp_path).recording) as run:
+        np.testing.assert_allclose(np.subtract(leads_ms(0), leads_ms(20)), 20.0, atol=2.0)
+
+
 def test_the_wrist_errs_as_the_process_says(recordings):
     found = fit_error(str(recordings / "wrist" / "circle-250.npz"))
     judged, = found.judgements
@@ -49,19 +67,15 @@ def test_the_wrist_errs_as_the_process_says(recordings):
 
 def test_the_second_half_tells_the_process_nothing(recordings):
     """With what comes after the middle replaced by the reference's own mirror, the process stays as it is."""
-    from fesloop.experiment.recording.reading import Recording
-    from fesloop.tracker_error.fitting import PLAYER, fit_measured
-    from fesloop.tracker_error.measured_errors import measured_errors
-
     path = recordings / "wrist" / "circle-250.npz"
     experiment = fesloop.load(PLAYER, [f"recording={path}"])
-    from tempfile import TemporaryDirectory
     with TemporaryDirectory() as folder, Recording(experiment.run(folder).recording) as run:
         measured = measured_errors(run)
     plain = fit_measured(measured)
     for record in measured.records:
         late = record.times_s >= measured.cut_s
         record.error[late] = 5.0 * record.error[late][::-1]
+    measured.lost[measured.estimates.times_ns >= measured.cut_s * NS_PER_S] = True
     assert fit_measured(measured).process == plain.process
 
 
@@ -97,8 +111,6 @@ def test_of_a_replay_no_tracking_error_is_claimed(recordings, tmp_path):
 
 
 def test_hil_replay_takes_one_joint_of_a_whole_body_and_records_its_commands(recordings, tmp_path):
-    from fesloop.experiment.recording.reading import Recording
-
     path = recordings / "body16" / "qmt_full_body_example_data.mat"
     settings = [f"recording={path}", "pairs=[[14, 13]]", "blocks.recording.duration_s=6"]
     result = fesloop.load("hil_replay", settings).run(tmp_path)
