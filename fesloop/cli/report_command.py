@@ -49,16 +49,28 @@ def _page(sources: Sequence[Path], progress: Callable[[float], None]) -> tuple[s
             raise InputError(str(sources[1]), "stands beside a study", "one study, or one or more runs")
         return "study", _made("study", "study_page")(study)
     if len(sources) == 1:
-        from fesloop.report.run.opening import readable
-        from fesloop.report.run.page import run_page
-
-        with readable(sources[0]) as (recording, notices):
-            return "run", run_page(recording, notices, progress)
+        return "run", _run(sources[0], progress)
     from fesloop.experiment.recording.reading import Recording
 
     with ExitStack() as stack:
         recordings = [stack.enter_context(Recording(each)) for each in sources]
         return "comparison", _made("comparison", "comparison_page")(recordings)
+
+
+def _run(source: Path, progress: Callable[[float], None]) -> Page:
+    """A run's page; of another HDF5 file what is in it."""
+    from fesloop.report.run.contents import contents_page
+    from fesloop.report.run.opening import readable
+    from fesloop.report.run.page import run_page
+
+    with ExitStack() as stack:
+        try:
+            recording, notices = stack.enter_context(readable(source))
+        except InputError as fault:
+            if not source.is_file():
+                raise
+            return contents_page(source, fault)
+        return run_page(recording, notices, progress)
 
 
 def _made(room: str, name: str) -> Callable[[Any], Page]:

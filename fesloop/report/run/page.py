@@ -17,6 +17,7 @@ from fesloop.report.run.known import Known, known_of
 from fesloop.report.run.latency import latency_section
 from fesloop.report.run.lateness import lateness_section
 from fesloop.report.run.result import result_section
+from fesloop.report.run.search import search_sections
 from fesloop.report.run.sentence import sentence_of
 from fesloop.report.run.split import split_section
 from fesloop.report.run.stimulation import stimulation_section
@@ -27,9 +28,18 @@ from fesloop.report.run.words import counted
 
 Progress = Callable[[float], None]
 Build = Callable[[Known], Section | None]
+
+
+def _search_section(known: Known) -> Section | None:
+    """None for a run in which nothing searched."""
+    parts = [part for section in search_sections(known.recording) for part in section.parts]
+    return Section(key="search", title="The search", parts=parts) if parts else None
+
+
 _SECTIONS: tuple[tuple[str, str, Build], ...] = (
     ("result", "Result", result_section),
     ("hand", "The hand", hand_section),
+    ("search", "The search", _search_section),
     ("trials", "Error per trial", trials_section),
     ("tracking", "Tracking by joint", tracking_section),
     ("split", "Error: the tracker's share and the controller's", split_section),

@@ -6,12 +6,17 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fesloop.experiment.metrics.joints import held
-from fesloop.report.parts import Bars, Chart, Paragraph, Part, Section
+from fesloop.hand.muscles import muscle
+from fesloop.report.parts import Bars, Chart, Mark, Paragraph, Part, Section
 from fesloop.report.run.known import Known
 from fesloop.report.run.thinning import thinned
+from fesloop.report.run.tracker import tip_course
 from fesloop.report.run.trials import learning_curve
+
+Array = NDArray[np.float64]
 
 
 def result_section(known: Known) -> Section | None:
@@ -22,7 +27,8 @@ def result_section(known: Known) -> Section | None:
 
 def _figure(known: Known) -> Part | None:
     """Of what the sentence says first."""
-    return learning_curve(known, "result") or _error_course(known) or _orientations(known)
+    return (learning_curve(known, "result") or _error_course(known) or _orientations(known)
+            or _fingertips(known) or _cycles(known))
 
 
 def _remarks(known: Known) -> Iterator[Part]:
@@ -67,3 +73,40 @@ def _orientations(known: Known) -> Part | None:
     return Bars(key="result", title="Error of the tracker's orientations, RMS", x_label="error, deg",
                 names=list(errors), values=values, roles=roles, stacked=False,
                 text="Error of each orientation against the recording's reference.")
+
+
+def _fingertips(known: Known) -> Part | None:
+    """How far trackers' fingertips are off, over the last trial."""
+    trackers = (known.score.get("trackers") or ()) if known.begun else ()
+    courses = [(tracker, tip_course(known, tracker, known.last)) for tracker in trackers]
+    lines = [found.line(tracker, f"series-{number % 8}") for number, (tracker, found) in enumerate(courses)
+             if found is not None]
+    if not lines:
+        return None
+    return Chart(key="result", title="Error of the fingertips over time, RMS over them", x_label="time, s",
+                 y_label="error, mm", lines=lines,
+                 text="Distance of each tracker's fingertips from the true ones.")
+
+
+def _cycles(known: Known) -> Part | None:
+    """The signal whose peaks fade, over the last trial."""
+    cycles = known.score.get("cycles")
+    name = str((cycles or {}).get("signal", ""))
+    if not cycles or name not in known.signals or not known.begun:
+        return None
+    one = muscle(cycles["muscle"]) if cycles.get("muscle") else None
+    (table,) = known.recording.tables([name], known.last)
+
+    def counted(values: Array) -> Array:
+        flat = values.reshape(len(values), -1)
+        return np.asarray(flat.sum(axis=1) if one is None else flat[:, one])
+
+    found = thinned(((piece.times_ns, counted(piece.values[0])) for piece in table.pieces()), table.count)
+    if found is None:
+        return None
+    what = f"of {cycles['muscle']}" if one is not None else "in all"
+    marks = [Mark(text=f"cycle {number}", at=number * cycles["cycle_s"], until=number * cycles["cycle_s"])
+             for number in (0, cycles["count"] - 1)]
+    return Chart(key="result", title=f"{name} {what}", x_label="time, s", y_label=table.signals[0].unit,
+                 lines=[found.line(name, "truth")], marks=marks, trial=known.last, timed=True,
+                 text=f"{name} {what}, whose peaks are compared cycle by cycle.")

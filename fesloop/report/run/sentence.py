@@ -10,6 +10,7 @@ from fesloop.report.run.known import Known
 from fesloop.report.run.words import counted, listed, told
 
 _BROKEN_OFF = {"running": "The run is not over, or was killed; of what it had recorded: ",
+               "damaged": "The file is damaged; of what is left of it: ",
                "failed": "The run failed; of what it had recorded: ",
                "interrupted": "The run was interrupted; of what it had recorded: "}
 
@@ -50,10 +51,15 @@ def _tracking(known: Known) -> Iterator[str]:
     elif len(errors) == 1:
         yield f"the tracking error{over} was {told(finite[0])} deg RMS"
     else:
-        yield _course(errors, over)
+        yield _course(errors, over, _in_last(known))
 
 
-def _course(errors: list[float], over: str) -> str:
+def _in_last(known: Known) -> str:
+    """The last trial, which a run that broke off has a part of."""
+    return "in the last" if known.recording.status == "done" else "in what there is of the last"
+
+
+def _course(errors: list[float], over: str, in_last: str) -> str:
     """From the first to the last trial, and the least between where that is less."""
     first, last = errors[0], errors[-1]
     if not (math.isfinite(first) and math.isfinite(last)):
@@ -63,7 +69,7 @@ def _course(errors: list[float], over: str) -> str:
     way = "fell" if last < first else "rose" if last > first else "did not change"
     least = min(error for error in errors if math.isfinite(error))
     text = (f"the tracking error{over} {way} from {told(first)} deg RMS in the first of {len(errors)} trials "
-            f"to {told(last)} deg in the last")
+            f"to {told(last)} deg {in_last}")
     if told(least) != told(min(first, last)):
         text += f" (the least, {told(least)} deg, in trial {errors.index(least)})"
     return text
@@ -95,7 +101,7 @@ def _grasp(known: Known) -> Iterator[str]:
 def _grip(known: Known) -> Iterator[str]:
     errors = [error for error in known.per_trial("grip_force_rmse_n") if math.isfinite(error)]
     if errors:
-        which = "" if len(errors) == 1 else " in the last trial"
+        which = "" if len(errors) == 1 else f" {_in_last(known)} trial"
         yield f"grip force was {told(errors[-1])} N RMS from what was wanted{which}"
 
 
@@ -140,7 +146,7 @@ def _played(known: Known) -> Iterator[str]:
 def _tracker(known: Known) -> Iterator[str]:
     errors = [error for error in known.per_trial("tracker_rmse_deg") if math.isfinite(error)]
     if errors:
-        which = "" if len(errors) == 1 else " in the last trial"
+        which = "" if len(errors) == 1 else f" {_in_last(known)} trial"
         yield f"the tracker's own error{which} was {told(errors[-1])} deg RMS"
 
 
@@ -159,5 +165,7 @@ def _fingertips(known: Known) -> Iterator[str]:
 def _decline(known: Known) -> Iterator[str]:
     declines = [value for value in known.per_trial("decline_pct") if math.isfinite(value)]
     if declines:
-        signal = (known.score.get("cycles") or {}).get("signal", "the signal")
-        yield f"the peak of `{signal}` fell by {told(declines[-1])} % from the first cycle to the last"
+        cycles = known.score.get("cycles") or {}
+        of_one = f" ({cycles['muscle']})" if cycles.get("muscle") else ""
+        yield (f"the peak of `{cycles.get('signal', 'the signal')}`{of_one} fell by {told(declines[-1])} % from "
+               "the first cycle to the last")

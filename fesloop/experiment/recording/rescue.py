@@ -1,0 +1,154 @@
+"""What is left of a recording whose file was cut short or damaged, as a recording of its own."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from fesloop.errors import InputError
+from fesloop.experiment.recording.file import lengthen
+from fesloop.experiment.recording.form import ALLOWED, undamaged
+
+_STREAMS = ("blocks", "plants", "inputs", "events", "messages", "wall/step_ns", "wall/instants",
+            "wall/origins")
+_STATUS = np.array(b"damaged", "S16")
+_BEGINNING = b"\x89HDF\r\n\x1a\n\x03"
+"""Signature and version of the superblock of a file in SWMR mode (HDF5 File Format Specification, II.A)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rescued:
+    """A sound recording with what was left.
+
+    Attributes
+    ----------
+    path: of it, whose status is "damaged"; it goes when the context is left.
+    losses: what is missing, a sentence each.
+    """
+
+    path: Path
+    losses: Sequence[str]
+
+
+@contextmanager
+def rescued(path: Path) -> Iterator[Rescued]:
+    """A copy of a damaged recording with the rows of each stream up to the first that is lost.
+
+    Every stream is there from a run's first moment on; what a cut takes away is the ends of some. Raises
+    InputError for a file that is no HDF5 file, or has lost what it says of the run as a whole.
+    """
+    with tempfile.TemporaryDirectory(prefix="fesloop-rescue-") as folder:
+        padded, whole = Path(folder) / "padded.h5", Path(folder) / path.name
+        try:
+            size = path.stat().st_size
+            with path.open("rb") as file:
+                if file.read(len(_BEGINNING)) != _BEGINNING:
+                    raise InputError(str(path), "does not begin as a recording does", ALLOWED)
+            shutil.copyfile(path, padded)
+        except OSError as fault:
+            raise InputError(str(path), f"cannot be copied to look what is left: {fault}", ALLOWED) from None
+        lengthen(padded)
+        with undamaged(path):
+            losses = _copied(padded, whole, size)
+        short = padded.stat().st_size
+        cut = [f"The file was cut short: {size:,} of {short:,} bytes are there."] if size < short else []
+        padded.unlink()
+        yield Rescued(whole, [*cut, *losses])
+
+
+def _copied(source: Path, target: Path, size: int) -> list[str]:
+    """Copy what can be read, and lies within the first `size` bytes; what is lost."""
+    losses = []
+    with _opened(source) as old, h5py.File(target, "w", libver="latest") as new:
+        for key, value in old.attrs.items():
+            new.attrs[key] = value
+        new.create_dataset("experiment", data=old["experiment"][()])
+        new.create_dataset("status", data=_STATUS)
+        _copy_wall(old, new.create_group("wall"))
+        for path, dataset in _datasets(old):
+            kept = _copy_rows(dataset, new, path, size)
+            if kept < dataset.shape[0]:
+                losses.append(f"Of `{path}` {kept:,} of {dataset.shape[0]:,} rows are left.")
+        losses += _without_trials(new)
+    return losses
+
+
+def _without_trials(new: h5py.File) -> list[str]:
+    """Take out what is told of trials that nothing else is left of; what that was."""
+    last = [int(dataset[-1]["trial"]) for path, dataset in _datasets(new)
+            if path.startswith(("blocks/", "plants/", "inputs/")) and dataset.shape[0]]
+    begun = max(last, default=-1) + 1
+    losses = []
+    for name in ("messages", "events"):
+        kept = int(np.searchsorted(new[name]["trial"], begun)) if name in new else 0
+        if name in new and kept < new[name].shape[0]:
+            losses.append(f"Of trials from {begun} on nothing but `{name}` is left, which is not shown.")
+            new[name].resize(kept, axis=0)
+    return losses
+
+
+def _opened(path: Path) -> h5py.File:
+    """The file, also one whose writer never closed it."""
+    try:
+        return h5py.File(path, "r")
+    except OSError:
+        return h5py.File(path, "r", swmr=True)
+
+
+def _copy_wall(old: h5py.File, wall: h5py.Group) -> None:
+    """Single numbers and texts of the wall clock, those that are left."""
+    with suppress(OSError, RuntimeError, KeyError):
+        for key, value in old["wall"].attrs.items():
+            wall.attrs[key] = value
+    for name in list(old["wall"]):
+        with suppress(OSError, RuntimeError, KeyError):
+            item = old["wall"][name]
+            if isinstance(item, h5py.Dataset) and item.shape == ():
+                wall.create_dataset(name, data=item[()])
+
+
+def _datasets(file: h5py.File) -> Iterator[tuple[str, h5py.Dataset]]:
+    """Every stream and table, by its path."""
+    for start in _STREAMS:
+        item = file.get(start)
+        if isinstance(item, h5py.Dataset):
+            yield start, item
+        elif item is not None:
+            found: list[str] = []
+            item.visit(found.append)
+            yield from ((f"{start}/{name}", item[name]) for name in found
+                        if isinstance(item[name], h5py.Dataset))
+
+
+def _copy_rows(dataset: h5py.Dataset, new: h5py.File, path: str, size: int) -> int:
+    """Rows up to the first chunk that is lost; how many."""
+    chunk = dataset.chunks[0]
+    made = new.create_dataset(path, shape=(0,), maxshape=(None,), chunks=(chunk,), dtype=dataset.dtype)
+    for key, value in dataset.attrs.items():
+        made.attrs[key] = value
+    for first in range(0, dataset.shape[0], chunk):
+        rows = _chunk_rows(dataset, first, min(first + chunk, dataset.shape[0]), size)
+        if rows is None:
+            break
+        made.resize(first + len(rows), axis=0)
+        made[first:] = rows
+    return int(made.shape[0])
+
+
+def _chunk_rows(dataset: h5py.Dataset, first: int, stop: int, size: int) -> Any:
+    """Rows of one chunk; None where it is lost."""
+    try:
+        place = dataset.id.get_chunk_info_by_coord((first,))
+        if place.byte_offset is None or place.byte_offset + place.size > size:
+            return None
+        return dataset[first:stop]
+    except (OSError, RuntimeError, ValueError):
+        return None
