@@ -15,12 +15,20 @@ from sphinx.application import Sphinx
 def setup(app: Sphinx) -> dict[str, Any]:
     """As Sphinx asks of an extension."""
     app.connect("autodoc-process-docstring", _process)
+    app.connect("autodoc-process-signature", _signature)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
 
 
 def _process(app: Sphinx, what: str, name: str, shown: Any, options: Any, lines: list[str]) -> None:
     """Write a docstring's lines anew, in place, as autodoc wants it."""
     lines[:] = as_rst([line.rstrip() for line in lines], types_of(shown))
+
+
+def _signature(
+    app: Sphinx, what: str, name: str, shown: Any, options: Any, signature: str | None, returned: str | None
+) -> tuple[str, None] | None:
+    """None for a contract, which nobody makes objects of."""
+    return ("", None) if getattr(shown, "_is_protocol", False) else None
 
 
 def types_of(shown: Any) -> dict[str, str]:

@@ -3,6 +3,7 @@
 In a page, fenced blocks of these names stand for what is made of their argument or their lines:
 
     {block-kinds} PACKAGE     every block kind of a package
+    {commands}                every command of the program
     {experiments}             the shipped experiments that its lines name
     {result} NAME             a committed result
 """
@@ -15,12 +16,14 @@ from pathlib import Path
 from typing import Any
 
 from block_kinds import block_pages
+from command_pages import command_pages
 from experiment_pages import experiment_page
 from result_tables import result
 from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
 
-_FENCE = re.compile(r"^```\{(block-kinds|experiments|result)\} ?(.*)\n((?:.*\n)*?)```$", re.MULTILINE)
+_FENCE = re.compile(r"^```\{(block-kinds|commands|experiments|result)\} ?(.*)\n((?:.*\n)*?)```$",
+                    re.MULTILINE)
 _LINK = re.compile(r"\[([^\[\]]+)\]\((\.\.?/[^)#\s]+)\)")
 
 
@@ -35,6 +38,7 @@ def written_out(text: str) -> str:
     """A page with its generated parts in place."""
     makers: dict[str, Callable[[str, list[str]], Iterable[str]]] = {
         "block-kinds": lambda argument, lines: block_pages(argument),
+        "commands": lambda argument, lines: command_pages(),
         "experiments": lambda argument, lines: (line for name in lines for line in experiment_page(name)),
         "result": lambda argument, lines: result(argument)}
     return _FENCE.sub(lambda match: "\n".join(makers[match[1]](match[2], match[3].split())), text)

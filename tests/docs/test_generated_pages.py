@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from block_kinds import block_pages, kinds_of
+from command_pages import command_pages
 from experiment_pages import commands_of, experiment_page, passages
 
 import fesloop
@@ -86,6 +87,17 @@ def test_every_block_kind_is_in_the_reference():
 def test_every_public_name_is_in_the_reference(module, page):
     told = re.findall(r"^\.\. auto\w+:: (\w+)$", (DOCS / "reference" / page).read_text(), re.MULTILINE)
     assert sorted(told) == sorted(module.__all__)
+
+
+def test_every_command_is_told_of_with_its_options():
+    text = "\n".join(command_pages())
+    every = re.findall(r"^    ([a-z][a-z-]*) ", make_parser().format_help(), re.MULTILINE)
+    assert {"run", "study", "report"} <= set(every)
+    for name in every:
+        assert f"\n## fesloop {name}\n" in f"\n{text}"
+    assert "## fesloop fmu build" in text
+    assert "| `--late` |" in text
+    assert "| `--out` | folder of the recording (default: runs) |" in text
 
 
 def test_every_paper_has_its_place_on_the_page_of_validation():
