@@ -35,17 +35,16 @@ class FollowedRecording:
 
     Parameters
     ----------
-    path: of the recording.
+    recording: as it is now; it may be closed afterwards.
     clock: the machine's monotonic one, ns.
 
-    Raises InputError for a file that is no recording, holds no hand, or into which nothing is written.
+    Raises InputError for a recording that holds no hand, or into which nothing is written.
     """
 
-    def __init__(self, path: Path, clock: Callable[[], int] = time.monotonic_ns) -> None:
-        self._path, self._clock, self._lock = path, clock, Lock()
-        with Recording(path) as recording:
-            hand = hand_of(recording)
-            self.title = f"{recording.name}, seed {recording.seed}"
+    def __init__(self, recording: Recording, clock: Callable[[], int] = time.monotonic_ns) -> None:
+        self._clock, self._lock, path = clock, Lock(), recording.path
+        hand = hand_of(recording)
+        self.title = f"{recording.name}, seed {recording.seed}"
         if hand is None:
             raise InputError(str(path), NO_HAND, WITH_HAND)
         self.spans: Mapping[int, Span] = {}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from threading import Lock
 
 import numpy as np
@@ -23,21 +22,13 @@ _FASTEST = 100.0
 
 
 class PlayedRecording:
-    """A recording that is complete, or whose writer was killed.
+    """A recording that is complete, or whose writer was killed; it is closed with this.
 
-    Raises InputError for a file that is none, and for one without a hand.
+    Raises InputError for one without a hand.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._recording = Recording(path)
-        self._lock = Lock()
-        try:
-            self._begin(path)
-        except BaseException:
-            self._recording.close()
-            raise
-
-    def _begin(self, path: Path) -> None:
+    def __init__(self, recording: Recording) -> None:
+        self._recording, self._lock, path = recording, Lock(), recording.path
         hand = hand_of(self._recording)
         spans_ns = {} if hand is None else recorded_spans(self._recording, hand)
         if hand is None or not spans_ns:

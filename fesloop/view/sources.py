@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
+from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
 from fesloop.view.followed import RUNNING, FollowedRecording
 from fesloop.view.played import PlayedRecording
@@ -12,6 +13,9 @@ from fesloop.view.shown import Source
 
 _ALIVE_S = 10.0
 """A run that has written nothing for so long was killed (chosen: it writes every .4 to .8 s)."""
+_PATIENCE_S, _PAUSE_S = 3.0, 0.05
+"""For so long a file that is being written is opened again and again: between two of its writer's steps HDF5
+can find it shorter than it says."""
 
 
 def open_recording(path: Path) -> Source:
@@ -19,8 +23,29 @@ def open_recording(path: Path) -> Source:
 
     Raises InputError for a file that is none, or holds no hand.
     """
-    with Recording(path) as recording:
-        running = recording.status == RUNNING
-    if running and time.time() - path.stat().st_mtime < _ALIVE_S:
-        return FollowedRecording(path)
-    return PlayedRecording(path)
+    recording = _opened(path)
+    try:
+        if recording.status != RUNNING or not _fresh(path):
+            return PlayedRecording(recording)
+        source = FollowedRecording(recording)
+    except BaseException:
+        recording.close()
+        raise
+    recording.close()
+    return source
+
+
+def _opened(path: Path) -> Recording:
+    until = time.monotonic() + _PATIENCE_S
+    while True:
+        try:
+            return Recording(path)
+        except InputError:
+            if not path.is_file() or not _fresh(path) or time.monotonic() > until:
+                raise
+        time.sleep(_PAUSE_S)
+
+
+def _fresh(path: Path) -> bool:
+    """Whether something was written to a file lately."""
+    return time.time() - path.stat().st_mtime < _ALIVE_S
