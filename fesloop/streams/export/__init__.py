@@ -72,6 +72,9 @@ def export(run: str | Path, format: str, out: str | Path | None = None, trial: i
         single = target.suffix.lower() == f".{format}"
         if single:
             _require_one_file(target, format, selection)
+        elif target.suffix.lower()[1:] in FORMATS:
+            raise InputError(f"--out {target}", f"ends as files of another format do than {format}",
+                             f"a folder, or a name that ends in .{format}")
         with published(target, single) as folder:
             notes = writer.write(selection, folder)
     files = (target,) if single else tuple(sorted(path for path in target.rglob("*") if path.is_file()))
