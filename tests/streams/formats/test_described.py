@@ -179,6 +179,7 @@ LAYOUT_FAULTS = [
     ("[units]", "[text]\nheader = 0\n[units]", ("line 1: column", "'t' is no number")),
     ("[units]", "[units", ("is not TOML",)),
     ('gyr = "deg/s"', 'gyr = "rad/s"', ("forearm: gyr", )),
+    ("[5, 6, 7]", "[5, 6, 7]\norientation = [2, 3, 4, 5]", ("sensors.hand.orientation", "others have it")),
 ]
 
 
@@ -207,6 +208,16 @@ def test_faults_of_tables_are_named_with_line_and_column(tmp_path):
     refused(paths, "holds no row")
     paths[0].write_bytes(b"\xff\xfe")
     refused(paths, "not UTF-8")
+
+
+@pytest.mark.parametrize(("instant", "words"), [
+    (60.0, "sample 7 does not come after"), (50.0, "sample 7 does not come after"), (np.nan, "not finite")])
+def test_instants_that_do_not_increase_are_refused(tmp_path, instant, words):
+    values = table()
+    values[7, 0] = instant
+    layout = LAYOUT.replace('rate = "2000/7"', 'time = "t"').replace("[units]", '[units]\ntime = "ms"')
+    assert opened(written(tmp_path, layout)).rate == 100
+    refused(written(tmp_path, layout, values), words)
 
 
 def test_several_faults_of_a_layout_are_named_at_once(tmp_path):

@@ -104,6 +104,12 @@ def test_faults_are_named_with_file_and_place(tmp_path, suffix, old, new, words)
     refused(path, "sub-01", *words)
 
 
+def test_a_table_has_one_channel_of_instants_at_most(tmp_path):
+    path = bids_files.write_dataset(tmp_path, latency=True)
+    change(path, "channels.tsv", "forearm_gyr_x\tx\tGYRO", "forearm_gyr_x\tx\tLATENCY")
+    refused(path, "has 2 channels LATENCY")
+
+
 def test_a_folder_that_changes_while_it_is_searched_is_refused(tmp_path, monkeypatch):
     def gone(self, pattern):
         raise FileNotFoundError(2, "No such file or directory", f"{self}/gone")
