@@ -2,6 +2,7 @@
 
 In a page, fenced blocks of these names stand for what is made of their argument or their lines:
 
+    {benches}                 every committed result of a bench
     {block-kinds} PACKAGE     every block kind of a package
     {commands}                every command of the program
     {experiments}             the shipped experiments that its lines name
@@ -18,11 +19,11 @@ from typing import Any
 from block_kinds import block_pages
 from command_pages import command_pages
 from experiment_pages import experiment_page
-from result_tables import result
+from result_tables import benches, result
 from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
 
-_FENCE = re.compile(r"^```\{(block-kinds|commands|experiments|result)\} ?(.*)\n((?:.*\n)*?)```$",
+_FENCE = re.compile(r"^```\{(benches|block-kinds|commands|experiments|result)\} ?(.*)\n((?:.*\n)*?)```$",
                     re.MULTILINE)
 _LINK = re.compile(r"\[([^\[\]]+)\]\((\.\.?/[^)#\s]+)\)")
 
@@ -37,6 +38,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
 def written_out(text: str) -> str:
     """A page with its generated parts in place."""
     makers: dict[str, Callable[[str, list[str]], Iterable[str]]] = {
+        "benches": lambda argument, lines: benches(),
         "block-kinds": lambda argument, lines: block_pages(argument),
         "commands": lambda argument, lines: command_pages(),
         "experiments": lambda argument, lines: (line for name in lines for line in experiment_page(name)),

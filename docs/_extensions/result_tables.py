@@ -27,6 +27,17 @@ def result(name: str, folder: Path = RESULTS) -> Iterator[str]:
     yield from _comparison(found) if "paper" in found else _bench(found)
 
 
+def benches(folder: Path = RESULTS) -> Iterator[str]:
+    """Every kept result of a bench, to stand under a heading of the second level; or that there is none."""
+    names = [path.stem for path in sorted(folder.glob("*.json"))
+             if "bench" in json.loads(path.read_text())["found"]]
+    if not names:
+        yield from (":::{note}", "No result of a bench is kept here: figures are those of your machine.",
+                    ":::", "")
+    for name in names:
+        yield from (f"### {name}", "", *result(name, folder))
+
+
 def _count(found: Mapping[str, Any]) -> str:
     if "paper" not in found:
         return ""

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from result_tables import RESULTS, result
+from result_tables import RESULTS, benches, result
 
 from fesloop.cli.parser import make_parser
 from fesloop.reproduce.comparison import Band, Row
@@ -44,6 +44,13 @@ def test_a_bench_has_a_line_a_case(tmp_path):
 
 def test_what_is_not_kept_is_said(tmp_path):
     assert "No result is kept here" in "\n".join(result("it", tmp_path))
+    assert "No result of a bench is kept" in "\n".join(benches(tmp_path))
+
+
+def test_benches_are_told_of_and_papers_are_not_among_them(tmp_path):
+    written(tmp_path, {"bench": "it", "rows": [{"case": "a"}]})
+    (tmp_path / "paper.json").write_text(json.dumps({"found": {"paper": "paper", "rows": []}}))
+    assert [line for line in benches(tmp_path) if line.startswith("###")] == ["### it"]
 
 
 @pytest.mark.parametrize("path", KEPT, ids=lambda path: path.stem)
