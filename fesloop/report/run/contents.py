@@ -8,7 +8,7 @@ from typing import Any
 import h5py
 
 from fesloop.errors import InputError
-from fesloop.report.parts import Notice, Page, Section, Table
+from fesloop.report.parts import Notice, Page, Part, Section, Table
 from fesloop.report.run.words import counted
 
 _MOST_ROWS, _LONGEST = 400, 120
@@ -25,9 +25,10 @@ def contents_page(path: Path, fault: InputError) -> Page:
             items, attributes = _listed(file)
     except (OSError, RuntimeError):
         raise fault from None
-    parts = [Notice(text=f"This is no recording that can be read here: {fault}. What it holds is listed."),
-             Table(title="Items", columns=["name", "what it is"], rows=items[:_MOST_ROWS]),
-             Table(title="Attributes", columns=["of", "name", "value"], rows=attributes[:_MOST_ROWS])]
+    parts: list[Part] = [
+        Notice(text=f"This is no recording that can be read here: {fault}. What it holds is listed."),
+        Table(title="Items", columns=["name", "what it is"], rows=items[:_MOST_ROWS]),
+        Table(title="Attributes", columns=["of", "name", "value"], rows=attributes[:_MOST_ROWS])]
     left_out = max(len(items) - _MOST_ROWS, 0) + max(len(attributes) - _MOST_ROWS, 0)
     if left_out:
         parts.append(Notice(text=f"{counted(left_out, 'row')} are left out."))

@@ -94,7 +94,7 @@ def _grasp(known: Known) -> Iterator[str]:
         yield "the object was held" if held[0] else "the object was not held"
     else:
         among = f", the last one {'' if held[-1] else 'not '}among them"
-        last = "" if held[-1] is None or all(told_of) else among
+        last = among if held[-1] is not None and any(told_of) and not all(told_of) else ""
         yield f"the object was held in {sum(told_of)} of {len(held)} trials{last}"
 
 
@@ -167,5 +167,5 @@ def _decline(known: Known) -> Iterator[str]:
     if declines:
         cycles = known.score.get("cycles") or {}
         of_one = f" ({cycles['muscle']})" if cycles.get("muscle") else ""
-        yield (f"the peak of `{cycles.get('signal', 'the signal')}`{of_one} fell by {told(declines[-1])} % from "
-               "the first cycle to the last")
+        yield (f"the peak of `{cycles.get('signal', 'the signal')}`{of_one} fell by {told(declines[-1])} % "
+               "from the first cycle to the last")

@@ -151,8 +151,10 @@ def _drawn_block(name: str, table: Mapping[str, Any], rate: str, corner: Point) 
     kind = str(table.get("kind", ""))
     below = " · ".join(part for part in (kind if kind != name else "", rate) if part)
     yield svg.rect(x, y, _WIDE, _HIGH, "paper stroke-plain", radius=6.0, told=f"{name}: {kind}, {rate}")
-    yield svg.text(x + 0.5 * _WIDE, y + 17.0, _cut(name), size=13.0, anchor="middle", bold=True)
-    yield svg.text(x + 0.5 * _WIDE, y + 32.0, _cut(below), kind="faint", size=11.0, anchor="middle")
+    yield svg.text(x + 0.5 * _WIDE, y + (17.0 if below else 24.0), _cut(name), size=13.0, anchor="middle",
+                   bold=True)
+    if below:
+        yield svg.text(x + 0.5 * _WIDE, y + 32.0, _cut(below), kind="faint", size=11.0, anchor="middle")
 
 
 def _cut(words: str) -> str:

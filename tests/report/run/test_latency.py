@@ -1,0 +1,42 @@
+"""The budget on the page is that of the wiring; ages are those of the recording."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fesloop.experiment.recording.reading import Recording
+from fesloop.report.parts import Drawing, Notice, Table
+from fesloop.report.run.known import known_of
+from fesloop.report.run.latency import latency_section
+
+
+@pytest.fixture(scope="module")
+def section(learning):
+    with Recording(learning) as recording:
+        yield latency_section(known_of(recording))
+
+
+def test_the_foremost_way_is_through_the_tracker_and_adds_up(section):
+    first = next(part for part in section.parts if isinstance(part, Drawing))
+    assert first.title == "patient → imus → tracker → controller → safety → patient"
+    # The file gives 20 ms to the controller and 5 ms to the patient; all blocks tick together.
+    assert "tracker.angles → controller.measured: 20 ms" in first.svg
+    assert "total: 25 ms" in first.svg
+    assert first.text.endswith("total 25 to 25 ms, mean 25")
+
+
+def test_ages_are_as_recorded(section, learning):
+    table = next(part for part in section.parts if isinstance(part, Table))
+    row = next(row for row in table.rows if row[0] == "safety.stimulation")
+    with Recording(learning) as recording:
+        ages = np.concatenate([(signal.left_ns - signal.oldest_ns)[signal.oldest_ns >= 0]
+                               for signal in (recording.signal(row[0], trial) for trial in range(3))])
+    assert row[1] == str(len(ages))
+    assert float(row[3]) == pytest.approx(np.median(ages) / 1e6, rel=1e-2)
+
+
+def test_where_it_cannot_be_computed_it_says_why(learning):
+    with Recording(learning) as recording:
+        section = latency_section(replace(known_of(recording), experiment=None, not_resolved="no such kind"))
+    assert any(isinstance(part, Notice) and "cannot be computed" in part.text for part in section.parts)

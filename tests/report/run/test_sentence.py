@@ -1,0 +1,68 @@
+"""The sentence says what was measured, and no more."""
+
+import math
+from types import SimpleNamespace
+
+import pytest
+
+from fesloop.report.run.known import Known
+from fesloop.report.run.sentence import sentence_of
+
+
+def run_of(metrics, score=(), status="done", trials=1, blocks=()):
+    recording = SimpleNamespace(status=status, experiment={"blocks": dict(blocks)})
+    return Known(recording, trials, tuple(range(trials)), None, metrics, dict(score), (), frozenset())
+
+
+@pytest.mark.parametrize(("errors", "words"), [
+    ([4.0], "The tracking error was 4.00 deg RMS."),
+    ([9.0, 3.0, 2.0],
+     "The tracking error fell from 9.00 deg RMS in the first of 3 trials to 2.00 deg in the last."),
+    ([2.0, 9.0],
+     "The tracking error rose from 2.00 deg RMS in the first of 2 trials to 9.00 deg in the last."),
+    ([9.0, 1.0, 2.0], "The tracking error fell from 9.00 deg RMS in the first of 3 trials to 2.00 deg in the "
+                      "last (the least, 1.00 deg, in trial 1)."),
+    ([9.0, math.nan], "The tracking error was between 9.00 and 9.00 deg RMS in 1 of 2 trials; in the others "
+                      "it is not known."),
+    ([math.nan], "No tracking error is known: there is nothing to score in 1 trial."),
+])
+def test_how_the_error_went(errors, words):
+    assert sentence_of(run_of({"joint_rmse_deg": errors}, trials=len(errors))) == words
+
+
+def test_the_while_that_is_scored_is_said():
+    told = sentence_of(run_of({"joint_rmse_deg": [4.0]}, {"after_s": 2.0, "until_s": 4.4}))
+    assert told == "The tracking error from 2 to 4.4 s was 4.00 deg RMS."
+
+
+@pytest.mark.parametrize(("held", "words"), [
+    ([True], "The object was held."),
+    ([False], "The object was not held."),
+    ([None], "Whether the object was held is not known: no trial lasted long enough."),
+    ([True, True], "The object was held in 2 of 2 trials."),
+    ([False, True, True], "The object was held in 2 of 3 trials, the last one among them."),
+    ([True, False], "The object was held in 1 of 2 trials, the last one not among them."),
+    ([False, False], "The object was held in 0 of 2 trials."),
+])
+def test_whether_the_object_was_held(held, words):
+    assert sentence_of(run_of({"held": held}, trials=len(held))) == words
+
+
+def test_of_a_recording_that_was_played_no_tracking_error_is_claimed():
+    told = sentence_of(run_of({}, blocks={"recording": {"kind": "replay", "recording": "a.mat"}}))
+    assert "no tracking error is claimed" in told
+    assert "deg" not in told
+
+
+@pytest.mark.parametrize(("status", "beginning"), [
+    ("running", "The run is not over, or was killed"), ("failed", "The run failed"),
+    ("interrupted", "The run was interrupted"), ("damaged", "The file is damaged")])
+def test_a_run_that_broke_off_claims_no_whole_last_trial(status, beginning):
+    told = sentence_of(run_of({"joint_rmse_deg": [9.0, 2.0]}, status=status, trials=2))
+    assert told.startswith(beginning)
+    assert told.endswith("to 2.00 deg in what there is of the last.")
+
+
+def test_what_was_not_scored_is_said():
+    assert sentence_of(run_of({}, trials=3)) == "3 trials recorded, of which nothing was scored."
+    assert sentence_of(run_of({}, trials=0)) == "Nothing was recorded."

@@ -1,0 +1,62 @@
+"""Few points stand for many rows: means between extremes, nothing lost, whatever the pieces."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fesloop.experiment.recording.reading import Recording
+from fesloop.report.run.thinning import course, thinned
+
+VALUES = st.lists(st.floats(-1e6, 1e6) | st.just(np.nan), min_size=1, max_size=200)
+
+
+def pieces_of(values, cuts):
+    """The rows in pieces, some of them empty."""
+    edges = [0, *sorted(min(cut, len(values)) for cut in cuts), len(values)]
+    times = np.arange(len(values), dtype=np.int64) * 1_000_000
+    return [(times[a:b], values[a:b]) for a, b in pairwise(edges)]
+
+
+@given(VALUES, st.lists(st.integers(0, 200), max_size=4), st.integers(1, 50))
+def test_no_peak_is_lost_and_the_mean_is_kept(values, cuts, points):
+    rows = np.array(values)[:, np.newaxis]
+    found = thinned(pieces_of(rows, cuts), len(rows), points)
+    assert len(found.mean) <= points
+    per_point = -(-len(rows) // points)
+    groups = [rows[first:first + per_point, 0] for first in range(0, len(rows), per_point)]
+    assert found.seconds == pytest.approx([0.001 * per_point * i for i in range(len(groups))])
+    for i, group in enumerate(groups):
+        known = group[~np.isnan(group)]
+        if not known.size:
+            assert np.isnan(found.mean[i, 0])
+            continue
+        assert found.mean[i, 0] == pytest.approx(known.mean(), rel=1e-9, abs=1e-9)
+        if found.low is None:
+            assert per_point == 1
+        else:
+            assert (found.low[i, 0], found.high[i, 0]) == (known.min(), known.max())
+
+
+def test_rows_that_are_few_stay_as_they_are():
+    rows = np.array([[3.0], [1.0], [2.0]])
+    found = thinned(pieces_of(rows, []), 3, 3)
+    assert found.low is None
+    assert (found.mean == rows).all()
+
+
+def test_nothing_comes_of_nothing():
+    assert thinned([], 0) is None
+
+
+def test_a_line_is_one_component_in_another_unit(learning):
+    with Recording(learning) as recording:
+        angles = course(recording, "patient.angles", 1, 50)
+        line = angles.line("PIP", "truth", 1, 2.0)
+        every = recording.signal("patient.angles", 1).values[:, 1]
+    assert line.low.min() == 2.0 * every.min()
+    assert line.high.max() == 2.0 * every.max()
+    assert (line.low <= line.y).all()
+    assert (line.y <= line.high).all()
