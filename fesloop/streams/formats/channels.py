@@ -116,7 +116,8 @@ def recording_of(
                 raise InputError(place, f"has shape {samples.shape}", f"({stamps_ns.size}, 3)")
             _PLAUSIBLE[kind](samples, place)
             stacked[kind].append(samples)
-    gyr, acc, mag = (np.stack(stacked[kind], axis=1) if kind in stacked else None
+    # Columns of a table lie apart in memory, and filters take samples that lie together.
+    gyr, acc, mag = (np.ascontiguousarray(np.stack(stacked[kind], axis=1)) if kind in stacked else None
                      for kind in ("gyr", "acc", "mag"))
     assert gyr is not None
     assert acc is not None
