@@ -26,7 +26,7 @@ for (const { element, part } of hands) {
 }
 for (const group of document.querySelectorAll(".multiples")) {
   const { part } = drawings.find(({ element }) => group.contains(element));
-  if (part.lines.length > 1) group.prepend(keyRow(part.lines));
+  if (part.kind === "chart" && part.lines.length > 1) group.prepend(keyRow(part.lines));
 }
 printLight();
 keepDrawn(drawings, page.array, clock, hands.length > 0);
