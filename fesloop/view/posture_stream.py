@@ -83,16 +83,17 @@ class PostureStream:
 
     def play(self, start: Start) -> Play:
         """From now on; where somebody wants to start does not matter."""
-        before: tuple[Pulled | None, str] = None, ""
+        before: Pulled | None = None
+        noted = ""
 
         def at(elapsed_s: float) -> Shown | None:
-            nonlocal before
+            nonlocal before, noted
             with self._lock:
                 pulled, said = self._newest, self._said
             note = said or _age(pulled)
-            if (pulled, note) == before:
+            if pulled is before and note == noted:
                 return None
-            before = pulled, note
+            before, noted = pulled, note
             return self._frame(pulled, note)
 
         return at

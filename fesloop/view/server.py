@@ -10,6 +10,7 @@ from __future__ import annotations
 import errno
 import select
 import socket
+import sys
 import time
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -60,7 +61,9 @@ class ViewServer(ThreadingHTTPServer):
         return f"http://{LOOPBACK}:{self.server_port}/"
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A browser that goes away is no error of ours."""
+        """A browser that goes away is no error of ours; anything else is."""
+        if not isinstance(sys.exception(), OSError):
+            super().handle_error(request, client_address)
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -94,8 +97,6 @@ class _Handler(BaseHTTPRequestHandler):
         self._head(HTTPStatus.OK, "text/event-stream; charset=utf-8")
         try:
             self._send(play)
-        except (OSError, ValueError):
-            return
         except FesloopError as fault:
             self.wfile.write(_event("fault", " ".join(str(fault).split())))
 
