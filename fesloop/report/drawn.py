@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ Drawn = Chart | Bars | HeatMap | Figure3d
 
 
 def drawn_numbers(page: Page) -> dict[str, Any]:
-    """Of a page, all that its script needs, fit for JSON: arrays, and parts by key, which name theirs by place.
+    """All that a page's script needs, fit for JSON: arrays, and parts by key, which name theirs by place.
 
     Raises ValueError where two parts of the page have the same key.
     """

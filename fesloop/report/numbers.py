@@ -14,7 +14,9 @@ Array = NDArray[np.float64]
 Encoded = Mapping[str, str | float | int]
 
 _FEW = 64
-"""Up to so many numbers stay as they are (chosen: a bar's or a short line's are read, a long line's drawn)."""
+"""Up to so many numbers stay as they are (chosen: those of bars and short lines are read, not only seen)."""
+_HUGE = 1e300
+"""From here on differences of numbers may overflow."""
 _LEVELS = 65534
 """Of 16 bits, with one left for what is no number."""
 _NONE = -32768
@@ -52,12 +54,13 @@ def encoded(values: Array) -> Encoded:
     The levels divide the numbers' range: what is read back is off by at most half of its 65534th part.
     """
     finite = values[np.isfinite(values)]
-    if len(values) > 2 and _even(values):
+    spaced = len(finite) > 0 and not np.isinf(values).any() and float(np.abs(finite).max()) < _HUGE
+    if spaced and len(values) > 2 and _even(values):
         return {"from": float(values[0]), "to": float(values[-1]), "count": len(values)}
-    if len(values) <= _FEW or len(finite) == 0 or np.isinf(values).any():
+    if not spaced or len(values) <= _FEW:
         return _bytes("f8", values)
     low = float(finite.min())
-    step = float(finite.max()) / _LEVELS - low / _LEVELS or 1.0
+    step = (float(finite.max()) - low) / _LEVELS or 1.0
     with np.errstate(invalid="ignore"):
         levels = np.where(np.isfinite(values), np.rint((values - low) / step) - 32767, _NONE)
     return {**_bytes("i2", levels), "low": low, "step": step}

@@ -32,7 +32,8 @@ def write_page(page: Page, path: Path) -> None:
     try:
         path.write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
-        raise InputError(str(path), error.strerror or str(error), "", "give a file that can be written") from error
+        found = error.strerror or str(error)
+        raise InputError(str(path), found, "", "give a file that can be written") from error
 
 
 def page_html(page: Page) -> str:
@@ -64,8 +65,9 @@ def asset(name: str) -> str:
 
 def _environment() -> Environment:
     made = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    made.globals.update(kind_of=lambda part: type(part).__name__, rows=rows, trial_of=trial_of, numeric=numeric,
-                        checked_svg=lambda part: Markup(checked_svg(part)))
+    made.globals.update(
+        kind_of=lambda part: type(part).__name__, rows=rows, trial_of=trial_of, numeric=numeric,
+        checked_svg=lambda part: Markup(checked_svg(part)))
     return made
 
 

@@ -4,7 +4,7 @@ const COARSEST = 0.5;
 const SLOW_MS = 50; // between two frames, below 20 a second
 const STILL_MS = 300; // without a frame, after which what stands still is drawn finely again
 const SMOOTHED = 0.8; // share of what was in the mean of the time between frames
-const COARSER = 0.8; // times, each time that frames are slow
+const COARSER = 0.9; // times, at least, each time that frames are slow
 
 /** Follows how fast frames come; `redraw` draws once. `drawn()` is to be called after each frame. */
 export function createSharpness(renderer, redraw) {
@@ -30,7 +30,7 @@ export function createSharpness(renderer, redraw) {
     if (between > STILL_MS) return;
     mean = mean === 0 ? between : SMOOTHED * mean + (1 - SMOOTHED) * between;
     if (mean > SLOW_MS && moving > COARSEST) {
-      moving = Math.max(COARSEST, moving * COARSER);
+      moving = Math.max(COARSEST, moving * Math.min(COARSER, Math.sqrt(SLOW_MS / mean))); // pixels go as its square
       mean = 0;
     }
     if (renderer.getPixelRatio() !== moving) renderer.setPixelRatio(moving);

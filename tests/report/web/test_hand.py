@@ -1,0 +1,178 @@
+"""The moving hand: it plays, is scrubbed, turned, and chosen by trial."""
+
+import re
+from dataclasses import replace
+
+import pytest
+from browser_parts import until
+from made_up_pages import FRAMES, STEP_S, hand, page
+
+from fesloop.report.parts import Section
+
+LAST_S = (FRAMES - 1) * STEP_S
+_WINDOWS, _WINDOW_MS = 6, 1500
+"""How often the frame rate is measured at most (other tests share the machine), and how long."""
+
+
+@pytest.fixture
+def shown(opened):
+    """The made-up page with its hand in view."""
+    found = opened(page())
+    found.locator(".stage").scroll_into_view_if_needed()
+    still(found)
+    return found
+
+
+def still(shown):
+    """Wait until the scene stands, and what was drawn coarsely (on a slow machine) is drawn finely again."""
+    before = None
+    while before != (before := frames(shown)):
+        shown.wait_for_timeout(500)
+    until(shown, "(([canvas]) => canvas.width === canvas.clientWidth)(document.querySelectorAll('canvas'))")
+
+
+def pixels(shown):
+    """The canvas as it is."""
+    still(shown)
+    return shown.evaluate("document.querySelector('.stage canvas').toDataURL()")
+
+
+def time_s(shown):
+    """Time at the play head."""
+    return float(re.match(r"[\d.]+", shown.locator(".transport .time").inner_text())[0])
+
+
+def frames(shown):
+    return int(shown.locator(".stage").get_attribute("data-frames"))
+
+
+def test_the_hand_is_drawn(shown):
+    colours = shown.evaluate("""() => {
+        const canvas = document.querySelector('.stage canvas');
+        const {width, height} = canvas;
+        const flat = Object.assign(document.createElement('canvas'), {width, height});
+        const context = flat.getContext('2d');
+        context.drawImage(canvas, 0, 0);
+        const seen = new Set();
+        const {data} = context.getImageData(0, 0, flat.width, flat.height);
+        let filled = 0;
+        for (let i = 0; i < data.length; i += 4) {
+            if (data[i + 3] > 0) filled += 1;
+            seen.add(data[i] << 16 | data[i + 1] << 8 | data[i + 2]);
+        }
+        return {colours: seen.size, share: filled / (flat.width * flat.height)};
+    }""")
+    assert colours["colours"] > 100
+    assert colours["share"] > 0.03
+
+
+def test_it_plays_at_ten_frames_a_second_or_more_and_stops_at_the_end(shown):
+    shown.locator(".transport select").select_option("0.1")
+    shown.locator(".transport .play").click()
+    rates = []
+    while len(rates) < _WINDOWS and max(rates, default=0.0) < 10.0:
+        before = frames(shown)
+        shown.wait_for_timeout(_WINDOW_MS)
+        rates.append((frames(shown) - before) / _WINDOW_MS * 1000)
+    assert max(rates) >= 10.0, rates
+    assert 0.1 * len(rates) * _WINDOW_MS / 1000 * 0.8 < time_s(shown) < LAST_S
+    shown.locator(".transport select").select_option("2")
+    shown.get_by_role("button", name="Play").first.wait_for(timeout=10_000)
+    assert time_s(shown) == LAST_S
+
+
+def test_it_pauses_and_both_buttons_tell(shown):
+    shown.locator(".transport .play").click()
+    assert shown.get_by_role("button", name="Pause").count() == 2
+    shown.locator(".bar .play").click()
+    assert shown.get_by_role("button", name="Play", exact=True).count() == 2
+    before = time_s(shown)
+    shown.wait_for_timeout(300)
+    assert time_s(shown) == before
+
+
+def test_space_plays_and_pauses_where_the_hand_has_the_focus(shown):
+    shown.locator(".stage").focus()
+    shown.keyboard.press("Space")
+    assert shown.get_by_role("button", name="Pause").count() == 2
+    shown.keyboard.press("Space")
+    assert shown.get_by_role("button", name="Pause").count() == 0
+
+
+def test_it_is_scrubbed_by_the_keyboard(shown):
+    first = pixels(shown)
+    slider = shown.get_by_role("slider", name="Time in the trial")
+    slider.press("End")
+    assert time_s(shown) == LAST_S
+    assert slider.get_attribute("aria-valuetext") == "2.00 s of 2.00 s"
+    last = pixels(shown)
+    assert last != first
+    slider.press("Home")
+    assert time_s(shown) == 0.0
+    assert pixels(shown) == first
+
+
+def test_it_is_turned_by_the_mouse_and_the_keyboard_and_set_back(shown):
+    first = pixels(shown)
+    box = shown.locator(".stage").bounding_box()
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    shown.mouse.move(*middle)
+    shown.mouse.down()
+    shown.mouse.move(middle[0] + 80, middle[1] + 30, steps=3)
+    shown.mouse.up()
+    turned = pixels(shown)
+    assert turned != first
+    shown.mouse.move(middle[0], middle[1])
+    assert pixels(shown) == turned
+    shown.get_by_role("button", name="Reset view").click()
+    assert pixels(shown) == first
+    shown.locator(".stage").press("ArrowLeft")
+    assert pixels(shown) not in (first, turned)
+    shown.locator(".stage").press("Home")
+    assert pixels(shown) == first
+    shown.locator(".stage").press("+")
+    assert pixels(shown) != first
+
+
+def test_each_hand_can_be_left_out(shown):
+    both = pixels(shown)
+    boxes = shown.locator(".tools input")
+    boxes.nth(1).uncheck()
+    truth = pixels(shown)
+    boxes.nth(0).uncheck()
+    neither = pixels(shown)
+    assert len({both, truth, neither}) == 3
+    boxes.nth(0).check()
+    assert pixels(shown) == truth
+
+
+def test_another_trial_moves_as_it_did(shown):
+    shown.get_by_role("slider", name="Time in the trial").press("End")
+    third = pixels(shown)
+    shown.locator("#trial").select_option("1")
+    assert time_s(shown) == 0.0
+    shown.get_by_role("slider", name="Time in the trial").press("End")
+    assert pixels(shown) != third
+
+
+def test_scrolled_past_it_stands_small_at_the_side(shown):
+    wide = shown.locator(".stage").bounding_box()["width"]
+    shown.locator("#what").scroll_into_view_if_needed()
+    until(shown, "document.querySelector('.stage').classList.contains('docked')")
+    box = shown.locator(".stage").bounding_box()
+    assert box["width"] < wide / 3
+    assert 0 <= box["y"] < 900
+
+
+def test_a_trial_whose_motion_is_not_there_is_said_so(opened):
+
+
+
+    whole = hand()
+    found = opened(page(sections=[Section(key="motion", title="The hand", parts=[
+        replace(whole, trials={trial: whole.trials[trial] for trial in (2, 3)})])]))
+    assert found.locator(".gone").is_hidden()
+    found.locator("#trial").select_option("1")
+    assert found.locator(".gone").is_visible()
+    found.locator("#trial").select_option("2")
+    assert found.locator(".gone").is_hidden()
