@@ -22,7 +22,7 @@ _TOLD = (
     "better than either value. Each row is the first level less the second, over pairs of runs that differ "
     "in nothing else; values are independent of each other, and pairs may be several a value. p is two-sided "
     "and stands as it is: of twenty comparisons of what does not differ, one is below 0.05.")
-_COLUMNS = ("less", "difference", "95 % interval", "p", "values", "pairs")
+_COLUMNS = ("second", "difference", "95 % interval", "p", "values", "pairs")
 
 
 def paired_section(shown: Shown) -> Section | None:
@@ -46,7 +46,7 @@ def _of_axis(shown: Shown, axis: str, metrics: list[str]) -> Iterator[Part]:
             tables.append(Table(
                 title=f"{with_unit(*shown.axis(axis))}: difference in {name}, {found[0].statistic} "
                       f"({found[0].interval}; p: {found[0].test})",
-                columns=["level", *_COLUMNS, *(["left out"] if lost else [])],
+                columns=["first", *_COLUMNS, *(["left out"] if lost else [])],
                 rows=[_row(axis, each)[:None if lost else -1] for each in found]))
     yield from tables[:1]
     if len(tables) > 1:
