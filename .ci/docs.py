@@ -1,9 +1,9 @@
 """Do what the pages of docs/ show: `docs.py PAGE...` follows each page in a scratch folder of its own.
 
 A fenced block under a line that is a name in backquotes is a file, and is written. Blocks of `sh` are run by
-bash, which stops at the first command that fails, blocks of `python` without a name by Python. Commands that
-need hardware, a file of yours or hours stand in blocks of `console`, behind `$ `, and are not run. Without a
-PAGE: every page that has something to run. Ends with 1 at the first page that fails.
+bash, which stops at the first command that fails, blocks of `python` without a name by Python. What needs
+hardware, a file of yours or hours stands in blocks of `console`, behind `$ `, or of `py`, and is not run.
+Without a PAGE: every page that has something to run. Ends with 1 at the first page that fails.
 """
 
 import re
@@ -17,7 +17,7 @@ from typing import NamedTuple
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 _FENCE = re.compile(r"(?:^`(?P<file>[\w./-]+)`\n\n)?^```(?P<language>\w+)\n(?P<text>.*?)^```$",
                     re.MULTILINE | re.DOTALL)
-_RUN = {"sh": ["bash", "-euo", "pipefail", "-xs"], "python": [sys.executable, "-"]}
+_RUN = {"sh": ["bash", "-euxo", "pipefail"], "python": [sys.executable]}
 
 
 class Step(NamedTuple):
@@ -46,7 +46,11 @@ def follow(page: Path, folder: Path) -> bool:
     for step in steps(page):
         if step.file:
             write(step, folder)
-        elif subprocess.run(_RUN[step.language], input=step.text, text=True, cwd=folder).returncode:
+            continue
+        # A file and not the standard input: processes that Python starts read their parent's again.
+        script = folder / f"page_step.{step.language}"
+        script.write_text(step.text)
+        if subprocess.run([*_RUN[step.language], script.name], cwd=folder).returncode:
             print(f"{page}: failed in\n{step.text}", file=sys.stderr)
             return False
     return True
