@@ -14,6 +14,8 @@ from fesloop.loop.run import Loop
 from fesloop.loop.wiring import Node, Wiring
 
 _MOMENT_NS = NS_PER_S // 10
+_LONGEST_NS = 2 * NS_PER_S
+"""Of simulated time, whatever wires take (chosen: a loop that keeps pace needs no longer for it)."""
 _LONGEST_WALL_S = 1.0
 """Where the wall clock does not count, no stretch of the rehearsal begins later, however dense ticks are."""
 
@@ -33,8 +35,8 @@ class Rehearsals:
         A loop of the same kinds of parts needs it once in a process. Where the wall clock decides what comes
         of the run (in real time, or where steps are measured) it is done each time, for another parameter may
         lead to another kernel; elsewhere such a kernel costs some wall time and changes nothing. There it
-        lasts until a message has been all the way round, for blocks may call other kernels once they have
-        heard one. Not where a device would notice, unless it has a stand-in. Whatever goes wrong here does so
+        lasts until a message has been all the way round, two simulated seconds at most: blocks may call other
+        kernels once they have heard one. Not where a device would notice, unless it has a stand-in. Whatever goes wrong here does so
         again in the run, which tells.
         """
         if without_stand_in(experiment.wiring):
@@ -46,7 +48,7 @@ class Rehearsals:
         if parts in self._rehearsed and not wall_counts:
             return
         self._rehearsed.add(parts)
-        until = _MOMENT_NS + (_way_round_ns(wiring) if wall_counts else 0)
+        until = min(_MOMENT_NS + (_way_round_ns(wiring) if wall_counts else 0), _LONGEST_NS)
         began, done = time.perf_counter(), 0
         with suppress(Exception):
             loop = Loop(wiring, recorder=Recorder(experiment.record.plant_rate))

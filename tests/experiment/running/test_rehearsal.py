@@ -51,15 +51,16 @@ def test_where_the_wall_clock_counts_every_run_is_rehearsed(loops, tmp_path, set
         assert len(loops) == count
 
 
-@pytest.mark.parametrize(("realtime", "longest_s", "until_ms"), [
-    (True, 0.0, 100 + 30 + 5), (False, 0.0, 0), (False, 60.0, 100)])
-def test_where_the_wall_clock_counts_a_message_goes_all_the_way_round(loops, monkeypatch, realtime, longest_s,
-                                                                     until_ms):
+@pytest.mark.parametrize(("realtime", "latency_ms", "longest_s", "until_ms"), [
+    (True, 30, 0.0, 100 + 30 + 5), (True, 1e6, 0.0, 2000), (False, 30, 0.0, 0), (False, 30, 60.0, 100)])
+def test_where_the_wall_clock_counts_a_message_goes_all_the_way_round(loops, monkeypatch, realtime, latency_ms,
+                                                                     longest_s, until_ms):
     """However long compiling takes: a run's first ticks would wait for what has not been called."""
     reached = []
     monkeypatch.setattr(rehearsal, "_LONGEST_WALL_S", longest_s)
     monkeypatch.setattr(rehearsal.Loop, "run_until", lambda loop, until_ns: reached.append(until_ns))
-    rehearsal.Rehearsals().rehearse(fesloop.load("finger_pid_latency", SHORT), realtime)
+    experiment = fesloop.load("finger_pid_latency", [*SHORT, f"latency_ms={latency_ms}"])
+    rehearsal.Rehearsals().rehearse(experiment, realtime)
     assert max(reached, default=0) == until_ms * 1_000_000
 
 
