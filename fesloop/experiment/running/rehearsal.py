@@ -36,8 +36,8 @@ class Rehearsals:
         of the run (in real time, or where steps are measured) it is done each time, for another parameter may
         lead to another kernel; elsewhere such a kernel costs some wall time and changes nothing. There it
         lasts until a message has been all the way round, two simulated seconds at most: blocks may call other
-        kernels once they have heard one. Not where a device would notice, unless it has a stand-in. Whatever goes wrong here does so
-        again in the run, which tells.
+        kernels once they have heard one. Not where a device would notice, unless it has a stand-in. Whatever
+        goes wrong here does so again in the run, which tells.
         """
         if without_stand_in(experiment.wiring):
             return

@@ -53,8 +53,8 @@ def test_where_the_wall_clock_counts_every_run_is_rehearsed(loops, tmp_path, set
 
 @pytest.mark.parametrize(("realtime", "latency_ms", "longest_s", "until_ms"), [
     (True, 30, 0.0, 100 + 30 + 5), (True, 1e6, 0.0, 2000), (False, 30, 0.0, 0), (False, 30, 60.0, 100)])
-def test_where_the_wall_clock_counts_a_message_goes_all_the_way_round(loops, monkeypatch, realtime, latency_ms,
-                                                                     longest_s, until_ms):
+def test_where_the_wall_clock_counts_a_message_goes_all_the_way_round(
+        loops, monkeypatch, realtime, latency_ms, longest_s, until_ms):
     """However long compiling takes: a run's first ticks would wait for what has not been called."""
     reached = []
     monkeypatch.setattr(rehearsal, "_LONGEST_WALL_S", longest_s)
