@@ -5,7 +5,8 @@ from __future__ import annotations
 import inspect
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from typing import Any, Literal, get_args, get_origin
 
 from docstrings import as_rst
@@ -36,10 +37,9 @@ def types_of(shown: Any) -> dict[str, str]:
     annotations: dict[str, Any] = {}
     for owner in reversed(getattr(shown, "__mro__", (shown,))):
         annotations |= getattr(owner, "__annotations__", {})
-    try:
+    parameters: Iterable[inspect.Parameter] = ()
+    with suppress(TypeError, ValueError):  # what has no signature is told by its annotations alone
         parameters = inspect.signature(shown).parameters.values()
-    except (TypeError, ValueError):
-        parameters = ()
     annotations |= {each.name: each.annotation for each in parameters
                     if each.annotation is not inspect.Parameter.empty}
     names = vars(sys.modules[shown.__module__]) if getattr(shown, "__module__", None) in sys.modules else {}

@@ -56,9 +56,9 @@ def _comparison(found: Mapping[str, Any]) -> Iterator[str]:
                            table(("", "theirs", "ours", "unit", "holds"), rows), len(rows))
     for sweep in found["sweeps"].values():
         columns = [key for key in sweep["rows"][0] if key != "row"]
-        rows = [(cell(row["row"]), *(_figure(row[column]) for column in columns)) for row in sweep["rows"]]
+        values = [(cell(row["row"]), *(_figure(row[column]) for column in columns)) for row in sweep["rows"]]
         unit = f", {cell(sweep['unit'])}" if sweep["unit"] else ""
-        yield from _folded(f"{cell(sweep['title'])}{unit}", table(("", *map(cell, columns)), rows), _LONG + 1)
+        yield from _folded(f"{cell(sweep['title'])}{unit}", table(("", *map(cell, columns)), values), _LONG + 1)
 
 
 def _folded(title: str, lines: Iterable[str], length: int) -> Iterator[str]:
