@@ -58,7 +58,8 @@ def _comparison(found: Mapping[str, Any]) -> Iterator[str]:
         columns = [key for key in sweep["rows"][0] if key != "row"]
         values = [(cell(row["row"]), *(_figure(row[column]) for column in columns)) for row in sweep["rows"]]
         unit = f", {cell(sweep['unit'])}" if sweep["unit"] else ""
-        yield from _folded(f"{cell(sweep['title'])}{unit}", table(("", *map(cell, columns)), values), _LONG + 1)
+        title = f"{cell(sweep['title'])}{unit}"
+        yield from _folded(title, table(("", *map(cell, columns)), values), _LONG + 1)
 
 
 def _folded(title: str, lines: Iterable[str], length: int) -> Iterator[str]:
