@@ -47,8 +47,7 @@ def _found(shown: Shown) -> str:
     name, unit = shown.metric_name(shown.metric)
     if not cells:
         return f"No run gave {name}." if shown.results.finished else ""
-    ordered = sorted(cells, key=lambda cell: cell.value)
-    low, high = ordered[0], ordered[-1]
+    low, high = (end(cells, key=lambda cell: cell.value) for end in (min, max))
     whole = f", 95 % intervals by {low.interval}" if np.isfinite(low.high - low.low) else ""
     if len(cells) == 1 or low.value == high.value:
         return f"{_upper(name)} is {_told(shown, low, unit)}{' everywhere' if len(cells) > 1 else ''}."
