@@ -33,6 +33,8 @@ def test_stamps_are_waited_for_as_they_are_and_messages_are_not_but_count():
     assert waits_for_arrivals(follower.clock)
     assert paced_clocks((stream, follower, Node("slow", Source(), "10"))) == (RateClock.from_rate("10"),)
     assert shortest_period_ns((stream, Node("slow", Source(), "10"))) == 10_000_000
+    swift = Node("swift", Source(), RateClock.from_rate("1000", arrivals="emg"))
+    assert shortest_period_ns((swift, stream)) == 5_000_000
     assert paced_clocks((Node("stamps", Source(), stamps), stream)) == (stamps,)
     assert list(instants((stamps,))) == [3, 9_000_000, 21_000_000]
     assert [is_live(node) for node in (stream, follower, *rates("10"))] == [True, True, False]

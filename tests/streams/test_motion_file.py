@@ -13,6 +13,7 @@ from recording_files import CONTENTS, write
 
 from fesloop.errors import InputError
 from fesloop.streams.files import open_recording
+from fesloop.streams.importing import import_recording
 from fesloop.streams.motion_file import read_motion_file, write_motion_file
 from fesloop.streams.recording import MotionRecording, Reference
 
@@ -48,6 +49,12 @@ def test_what_is_written_comes_back_bit_for_bit(tmp_path, kind):
         assert file.attrs["format"] == "fesloop motion 1"
         np.testing.assert_array_equal(file["gyr"][:], recording.gyr)
         assert json.loads(file.attrs["sensors"]) == list(recording.sensors)
+
+
+def test_a_motion_file_that_is_imported_keeps_its_first_source(tmp_path):
+    import_recording(write(tmp_path, next(iter(CONTENTS))), tmp_path / "first.h5")
+    import_recording(tmp_path / "first.h5", tmp_path / "second.h5")
+    assert open_recording(tmp_path / "second.h5").source == "trial.dat"
 
 
 @given(values=st.lists(DOUBLES, min_size=12, max_size=12), steps=st.lists(st.integers(1, 2**40), max_size=3),

@@ -2,6 +2,7 @@
 
 import time
 from itertools import count
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from streams_live_parts import PlannedSource, present, pulled, tick_at
 from fesloop.errors import InputError
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+from fesloop.streams.live import inlet as inlet_module
 from fesloop.streams.live.description import Picked
 from fesloop.streams.live.inlet import LslInlet
 from fesloop.streams.live.inlet_state import InletState
@@ -226,6 +228,16 @@ def test_one_status_is_told_once_a_second_and_counted():
     notes = reader.notes()
     assert [note.status for note in notes] == ["stamp_repeated"] * 2
     assert "99 times more" in notes[1].detail
+
+
+def test_a_stream_that_does_not_fit_is_let_go(monkeypatch):
+    source = PlannedSource()
+    source.info = SimpleNamespace(nominal_srate=lambda: 50.0)
+    monkeypatch.setattr(inlet_module, "find", lambda wanted: source.info)
+    monkeypatch.setattr(inlet_module, "LslSource", lambda wanted, info: source)
+    with pytest.raises(InputError, match="states a rate of 50 Hz"):
+        LslInlet(stream="imus", sensors=1).init(Context("sensors"))
+    assert source.closed == 1
 
 
 def test_a_stand_in_has_the_same_ports_and_a_clock_of_its_own():

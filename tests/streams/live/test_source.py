@@ -143,6 +143,9 @@ def test_a_loss_lasts_until_the_same_stream_is_open_again(library):
     for _ in range(2):
         with pytest.raises(StreamLost, match=r"5 channels.*not those of before"):
             stream.reopen()
+    library.found = [Info(), Info()]
+    with pytest.raises(StreamLost, match=r"'imus'.*, 'imus'"):
+        stream.reopen()
     library.found, library.opens = [Info()], False
     with pytest.raises(StreamLost, match="'imus'"):
         stream.reopen()
