@@ -15,16 +15,16 @@ from controllers.ilc_bank import BankRule, explained
 from controllers.ilc_checks import check, faults
 from controllers.ilc_convergence import Condition, condition_of
 from controllers.ilc_laws import LawName, Learning
-from controllers.ilc_limits import Limits, pulses_of
-from controllers.ilc_newton import AllocatedCurves
+from controllers.ilc_learning import learning_of
+from controllers.ilc_limits import pulses_of
 from controllers.ilc_notes import note
-from controllers.ilc_points import Point, heeded
+from controllers.ilc_points import Point
 from controllers.ilc_programme import SolverName
 from controllers.ilc_trial import SeenTrial
 from controllers.period import period_ns
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
-from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
+from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.loop.guard import is_finite
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.status import StatusLatch
@@ -167,21 +167,7 @@ class Ilc:
 
     def learning(self, period: int, model: SampledModel | None = None) -> Learning:
         """The learning law at a period in ns, by the nominal model or another."""
-        nyquist_hz = 0.5 * NS_PER_S / period
-        if self.cutoff_hz >= nyquist_hz:
-            raise InputError("cutoff_hz", f"{self.cutoff_hz}", f"below {nyquist_hz:g}, half the block's rate")
-        muscles, outputs, allocation = self.model.inputs, self.model.outputs, self.allocation()
-        samples = duration_ns(self.duration_s, NS_PER_S, "duration_s") // period + 1
-        limits = Limits(reach=np.minimum(self.drive_max, allocation.reach()), slew=self.slew,
-                        allocation=allocation, charge_c=1e-6 * self.trial_charge_max_uc)
-        return Learning(
-            law=self.law, model=model or self.sampled(self.model, period), samples=samples, limits=limits,
-            first=limits.within(np.tile(np.array(self.first_drive or (0.0,) * muscles), (samples, 1))),
-            output_weight=np.array(self.output_weight or (1.0,) * outputs),
-            points=heeded(self.points, samples, outputs, period), curves=AllocatedCurves(allocation),
-            change_weight=self.change_weight, forgetting=self.forgetting, step=self.gradient_step,
-            gain=self.gain, lead=round(self.lead_ms * NS_PER_MS / period), cutoff=self.cutoff_hz / nyquist_hz,
-            solver=self.solver)
+        return learning_of(self, period, model)
 
     def condition(self, context: Context) -> Condition:
         """Whether the law converges on its nominal model, and with what margin."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from controllers import safety_kernel as kernel
 from controllers.period import period_ns
+from controllers.safety_dose import Dose
 from controllers.safety_watchdog import SOUND, Watchdog, WatchState
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
@@ -36,27 +37,20 @@ class SafetyState:
 
     Attributes
     ----------
-    limits, budgets: as `limit_pulses` and `limit_dose` take them; never written to.
-    phases: pulses that the device gives of each message.
+    limits: as `limit_pulses` takes them; never written to.
+    dose: charge given, and its budgets.
     charges: (channels,), charge per phase of the tick before, C.
     accepted: (channels, 2), the last pulses let through from good input.
-    given: (ticks of a second, channels), C of each message, by its number modulo their count.
-    total: (channels,), C since the run began.
     ramp_from_ns: when the ramp to zero began; NEVER while the input is good.
     stopped: whether the emergency stop was ever on.
-    index, time_ns, hit: of the tick before, its instant, and bits of what was limited then.
+    hit: bits of what was limited in the tick before.
     """
 
     limits: Array
-    budgets: Array
-    phases: float
+    dose: Dose
     charges: Array
     accepted: Array
-    given: Array
-    total: Array
     watch: WatchState
-    index: int = -1
-    time_ns: int = 0
     ramp_from_ns: int = NEVER
     stopped: bool = False
     hit: int = 0
@@ -165,15 +159,16 @@ class Safety:
                           for key, scale in zip((*_LIMITS, *_BUDGETS), scales, strict=True)], axis=1)
         period = period_ns(context)
         ticks = math.ceil(NS_PER_S / period)
-        return SafetyState(
-            np.ascontiguousarray(every[:, :5]), np.ascontiguousarray(every[:, 5:]),
-            self.frequency_hz * period / NS_PER_S, np.zeros(self.channels), np.zeros((self.channels, 2)),
-            np.zeros((ticks, self.channels)), np.zeros(self.channels), WatchState())
+        dose = Dose(budgets=np.ascontiguousarray(every[:, 5:]), frequency_hz=self.frequency_hz,
+                    phases=self.frequency_hz * period / NS_PER_S, given=np.zeros((ticks, self.channels)),
+                    total=np.zeros(self.channels))
+        return SafetyState(np.ascontiguousarray(every[:, :5]), dose, np.zeros(self.channels),
+                           np.zeros((self.channels, 2)), WatchState())
 
     def next_trial(self, state: SafetyState, context: Context) -> SafetyState:
         """As at first, but for the charge that was given and the emergency stop."""
         fresh = self.init(context)
-        fresh.total[:] = state.total
+        fresh.dose.total[:] = state.dose.total
         fresh.stopped = state.stopped
         return fresh
 
@@ -186,7 +181,7 @@ class Safety:
             pulses = np.zeros((self.channels, 2))
             state.charges = np.zeros(self.channels)
             return (pulses,)
-        self._book_repeated(state, tick.time_ns)
+        state.dose.book_repeated(state.charges, tick.time_ns)
         trouble = self._trouble(state, stimulation, posture, sd, tick.time_ns)
         if trouble != SOUND:
             state.latch.put(tick, trouble[0], True, trouble[1])
@@ -196,7 +191,7 @@ class Safety:
                 state.ramp_from_ns = NEVER
                 state.latch.holding.clear()
             hit, pulses = kernel.limit_pulses(cast(Array, stimulation.value), state.limits, state.charges)
-        hit |= self._limit_dose(state, pulses, tick.index)
+        hit |= state.dose.limit(pulses, state.charges, tick.index)
         if trouble == SOUND:
             state.accepted = pulses
         if hit != state.hit:
@@ -227,25 +222,6 @@ class Safety:
         pulses: Array = state.accepted * (1.0, share) if share > 0.0 else np.zeros((self.channels, 2))
         kernel.fall(pulses, state.charges)
         return pulses
-
-    def _book_repeated(self, state: SafetyState, now_ns: int) -> None:
-        """Add what the device gave after the period of the tick before, where this one comes later."""
-        pulses = self.frequency_hz * (now_ns - state.time_ns) / NS_PER_S - state.phases
-        if state.index >= 0 and pulses > kernel.ROUND_OFF * state.phases:
-            state.given[state.index % len(state.given)] += pulses * state.charges
-            state.total += pulses * state.charges
-        state.time_ns = now_ns
-
-    def _limit_dose(self, state: SafetyState, pulses: Array, index: int) -> int:
-        """Shorten what the budgets do not hold, and book the rest; bits of what was limited."""
-        ticks = len(state.given)
-        for skipped in range(max(state.index + 1, index - ticks + 1), index + 1):
-            state.given[skipped % ticks] = 0.0
-        hit: int = kernel.limit_dose(pulses, state.charges, state.phases, state.given.sum(axis=0),
-                                     state.total, state.budgets)
-        state.given[index % ticks] = state.phases * state.charges
-        state.index = index
-        return hit
 
     def _report(self, state: SafetyState, hit: int, tick: Tick) -> None:
         """Tell the limitations that begin with this tick."""

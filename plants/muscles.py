@@ -10,24 +10,17 @@ from typing import Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.errors import InputError
 from fesloop.hand.muscles import MUSCLES
 from fesloop.loop.block import Context
-from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
+from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.signals import Port, Value
-from plants.checks import require_not_negative, require_positive
+from plants.muscle_constants import Constants, constants_of
 from plants.muscle_models.courses import follow, held_drives, limit_pulses
 from plants.muscle_models.ding import Ding2003, Ding2007
 from plants.muscle_models.fitness import MuscleFatigue
 from plants.muscle_models.lags import Hammerstein, Riener, TwoLags
-from plants.muscle_models.patient_drive import (
-    MuscleTremor,
-    StretchReflex,
-    greatest_efforts,
-    trembling,
-    within,
-)
-from plants.muscle_state import EFFORT, PULSES, REFLEX, Contraction, MusclesState
+from plants.muscle_models.patient_drive import MuscleTremor, StretchReflex, trembling, within
+from plants.muscle_state import EFFORT, PULSES, REFLEX, MusclesState
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -92,32 +85,10 @@ class Muscles:
     natural_rad_s: float = 25.0
     reflex: StretchReflex | None = None
     tremor: MuscleTremor | None = None
-    _contraction: Contraction = field(init=False, repr=False, compare=False)
-    _natural: TwoLags = field(init=False, repr=False, compare=False)
-    _delays_ns: tuple[int, int, int] = field(init=False, repr=False, compare=False)
-    _sides: Array = field(init=False, repr=False, compare=False)
-    _efforts: Array = field(init=False, repr=False, compare=False)
+    _constants: Constants = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        models: dict[str, Hammerstein | Riener | Ding2003 | Ding2007] = {
-            "hammerstein": self.hammerstein, "riener": self.riener, "ding2003": self.ding2003,
-            "ding2007": self.ding2007}
-        if self.model not in models:
-            raise InputError("muscles.model", f"{self.model!r}", ", ".join(models))
-        if self.model == "ding2003" and self.fatigue is not None:
-            raise InputError("muscles.fatigue", "the fitness equation beside model ding2003",
-                             "no `fatigue` there", "that model tires by its own equations: ding2003.fatigue")
-        if not 0.0 <= self.wear_per_trial < 1.0:
-            raise InputError("muscles.wear_per_trial", f"{self.wear_per_trial}", "from 0 to below 1")
-        require_positive("muscles", self, "fusion_hz", "natural_rad_s")
-        require_not_negative("muscles", self, "rest_between_trials_s", "delay_growth")
-        object.__setattr__(self, "_efforts", greatest_efforts(self.voluntary_limit, self.voluntary_limits))
-        delay = duration_ns(self.delay_ms, NS_PER_MS, "muscles.delay_ms")
-        reflex = duration_ns(self.reflex.delay_ms, NS_PER_MS, "reflex.delay_ms") if self.reflex else 0
-        object.__setattr__(self, "_delays_ns", (delay, delay, delay + reflex))
-        object.__setattr__(self, "_contraction", models[self.model].contraction())
-        object.__setattr__(self, "_natural", TwoLags(1.0 / self.natural_rad_s, 1.0 / self.natural_rad_s))
-        object.__setattr__(self, "_sides", self.tremor.sides() if self.tremor else np.zeros(len(MUSCLES)))
+        object.__setattr__(self, "_constants", constants_of(self))
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -148,16 +119,16 @@ class Muscles:
 
     def init(self, context: Context) -> MusclesState:
         """At rest, the muscles fresh."""
-        return MusclesState(self._contraction.start(), self._natural.start(), np.ones(len(MUSCLES)),
-                            self._waves(context))
+        return MusclesState(self._constants.contraction.start(), self._constants.natural.start(),
+                            np.ones(len(MUSCLES)), self._waves(context))
 
     def next_trial(self, state: MusclesState, context: Context) -> MusclesState:
         """At rest again; fatigue as the pause between the trials left it."""
         rest_s, fitness = self.rest_between_trials_s, self._fitness(state, state.now_ns)
         if self.fatigue is not None:
             fitness = self.fatigue.after(fitness, np.zeros(len(MUSCLES)), rest_s)
-        rested = self._contraction.rested(state.stimulated, rest_s)
-        following = MusclesState(rested, self._natural.start(), fitness, self._waves(context))
+        rested = self._constants.contraction.rested(state.stimulated, rest_s)
+        following = MusclesState(rested, self._constants.natural.start(), fitness, self._waves(context))
         following.left = (1.0 - self.wear_per_trial) * state.left
         return following
 
@@ -169,7 +140,7 @@ class Muscles:
         self._send(state, inputs, start_ns)
         while state.arriving and state.arriving[0][0] <= stop_ns:
             self._take(state, *state.arriving.pop(0))
-        self._contraction.advance(state.stimulated, stop_ns)
+        self._constants.contraction.advance(state.stimulated, stop_ns)
         state.now_ns = stop_ns
 
     def read(self, state: MusclesState, inputs: Sequence[Value]) -> tuple[Value, ...]:
@@ -202,7 +173,7 @@ class Muscles:
 
     def _follow(self, state: MusclesState, times_ns: Sequence[int], activation: Array, fit: Array) -> None:
         """Fill `activation` and `fit` (n, 29) at `times_ns`, between which nothing reaches the muscles."""
-        lags, drawn = self._contraction, state.stimulated
+        lags, drawn = self._constants.contraction, state.stimulated
         if isinstance(lags, TwoLags) and self.tremor is None and state.natural.idle:
             follow(drawn.levels, drawn.drive, (lags.first_s, lags.second_s), drawn.since_ns, state.fitness,
                    state.effort, self.fatigue.rates if self.fatigue else (0.0, 0.0, 0.0), state.since_ns,
@@ -225,7 +196,7 @@ class Muscles:
         if velocity is not seen[2] and self.reflex is not None:
             self._send_one(state, REFLEX, self.reflex.drive(velocity), time_ns)
         if voluntary is not seen[3]:
-            self._send_one(state, EFFORT, within(voluntary, self._efforts), time_ns)
+            self._send_one(state, EFFORT, within(voluntary, self._constants.efforts), time_ns)
 
     def _send_one(self, state: MusclesState, signal: int, value: Array, time_ns: int) -> None:
         if value.tobytes() == state.sent[signal].tobytes():
@@ -233,10 +204,10 @@ class Muscles:
         state.sent[signal] = value
         if self.delay_growth > 0.0:
             lost = 1.0 - self._outputs(state)[1]
-            late = np.rint(self._delays_ns[PULSES] * self.delay_growth * lost).astype(np.int64)
-            state.send_late(time_ns + self._delays_ns[signal], late, signal, value)
+            late = np.rint(self._constants.delays_ns[PULSES] * self.delay_growth * lost).astype(np.int64)
+            state.send_late(time_ns + self._constants.delays_ns[signal], late, signal, value)
         else:
-            state.send(time_ns + self._delays_ns[signal], signal, value)
+            state.send(time_ns + self._constants.delays_ns[signal], signal, value)
 
     def _take(self, state: MusclesState, time_ns: int, signal: int, value: Array, some: Flags | None) -> None:
         """Let a signal act from `time_ns` on, on some muscles or on all."""
@@ -247,10 +218,10 @@ class Muscles:
         drive, effort, natural = held_drives(
             state.acting[PULSES], state.acting[EFFORT], state.acting[REFLEX], self.fusion_hz, weight)
         if signal == PULSES:
-            self._contraction.change(state.stimulated, time_ns, acting, drive)
+            self._constants.contraction.change(state.stimulated, time_ns, acting, drive)
             if self.fatigue is not None:
                 state.effort = effort
-        self._natural.change(state.natural, time_ns, state.acting[PULSES], natural)
+        self._constants.natural.change(state.natural, time_ns, state.acting[PULSES], natural)
 
     def _fitness(self, state: MusclesState, time_ns: int) -> Array:
         """What the fitness equation gives at an instant, (29,); ones without it."""
@@ -261,11 +232,11 @@ class Muscles:
     def _outputs(self, state: MusclesState) -> tuple[Array, Array]:
         """(activation, fitness) of the instant that the state is of."""
         now, fitness = state.now_ns, self._fitness(state, state.now_ns)
-        activation, capacity = self._contraction.look(state.stimulated, now)
+        activation, capacity = self._constants.contraction.look(state.stimulated, now)
         if self.tremor is not None or not state.natural.idle:
-            natural, _ = self._natural.look(state.natural, now)
+            natural, _ = self._constants.natural.look(state.natural, now)
             if self.tremor is not None:
-                natural += trembling(state.waves, self._sides, now)
+                natural += trembling(state.waves, self._constants.sides, now)
             natural *= capacity
             activation += natural
         np.minimum(activation, 1.0, out=activation)

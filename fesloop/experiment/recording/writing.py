@@ -20,11 +20,7 @@ start, with its trial as a column:
 from __future__ import annotations
 
 import json
-import platform
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import UTC, datetime
-from functools import cache
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +29,7 @@ import numpy as np
 
 from fesloop.errors import InputError, RunError
 from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.recording.description import STATUS_TYPE, describe, describe_wall
 from fesloop.experiment.recording.file import (
     ROOM_BYTES,
     append,
@@ -64,10 +61,7 @@ from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wiring import Node
 
-FORMAT = "fesloop recording 1"
-STATUS_TYPE = np.dtype("S16")
 _CHUNK_BYTES = 32768
-_PACKAGES = ("fesloop", "numpy", "scipy", "numba", "h5py", "vqf", "osqp", "daqp", "fmpy")
 
 
 class RecordingWriter:
@@ -96,8 +90,12 @@ class RecordingWriter:
 
     def _make_datasets(self, experiment: Experiment, realtime: Mapping[str, str | float] | None) -> None:
         """Everything that the file will hold, empty."""
-        self._describe(experiment)
-        self._describe_wall(experiment, realtime)
+        describe(self._file, experiment)
+        describe_wall(self._file, realtime)
+        self._paced = None if realtime is None else (
+            self._dataset("wall/instants", INSTANTS), self._dataset("wall/origins", ORIGINS))
+        self._step_times = {name: self._dataset(f"wall/step_ns/{name}", np.dtype("<i8"))
+                            for name in experiment.record.timed}
         wiring = experiment.wiring
         plants = [node for node in wiring.nodes if node.is_plant]
         self._kept = {node.name: [number for number, port in enumerate(node.part.outputs)
@@ -113,33 +111,6 @@ class RecordingWriter:
         self._events = self._dataset("events", EVENT)
         self._messages = self._dataset("messages", MESSAGES)
         self._full = False
-
-    def _describe(self, experiment: Experiment) -> None:
-        """Everything that is known before the first tick."""
-        file = self._file
-        file.attrs["format"] = FORMAT
-        file.attrs["name"] = experiment.name
-        file.attrs["seed"] = experiment.seed
-        file.attrs["fingerprint"] = experiment.fingerprint()
-        file.attrs["versions"] = json.dumps(_versions())
-        file.attrs["wires"] = json.dumps([wire.name for wire in experiment.wires])
-        file.create_dataset("experiment", data=experiment.as_json())
-        file.create_dataset("status", data=np.array(b"running", STATUS_TYPE))
-
-    def _describe_wall(self, experiment: Experiment, realtime: Mapping[str, str | float] | None) -> None:
-        """What depends on the machine and the hour."""
-        wall = self._file.create_group("wall")
-        wall.attrs["started"] = datetime.now(UTC).isoformat(timespec="seconds")
-        wall.attrs["machine"] = platform.platform()
-        wall.attrs.update(realtime or {})
-        for name in ("seconds", "worst_late_s", "worst_collection_ms"):
-            wall.create_dataset(name, data=0.0)
-        for name in ("deadlines", "missed_deadlines", "collections"):
-            wall.create_dataset(name, data=0)
-        self._paced = None if realtime is None else (
-            self._dataset("wall/instants", INSTANTS), self._dataset("wall/origins", ORIGINS))
-        self._step_times = {name: self._dataset(f"wall/step_ns/{name}", np.dtype("<i8"))
-                            for name in experiment.record.timed}
 
     def _ports(self, node: Node) -> list[Port]:
         """The outputs that are recorded."""
@@ -243,14 +214,3 @@ class RecordingWriter:
         except RunError:
             lengthen(self.path)
             raise
-
-
-@cache
-def _versions() -> Mapping[str, str]:
-    found = {"python": platform.python_version()}
-    for package in _PACKAGES:
-        try:
-            found[package] = metadata.version(package)
-        except metadata.PackageNotFoundError:
-            found[package] = "absent"
-    return found
