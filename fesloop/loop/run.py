@@ -17,17 +17,14 @@ import numpy as np
 
 from fesloop.errors import RunError, SnapshotError
 from fesloop.loop.agenda import Agenda
+from fesloop.loop.assembly import assembled
 from fesloop.loop.clock import Clock, RateClock
-from fesloop.loop.exchange import publishers, sampled_in_order
+from fesloop.loop.exchange import sampled_in_order
 from fesloop.loop.latency import LatencyReport
-from fesloop.loop.order import Sampling
-from fesloop.loop.plant_ports import PlantInputs, PlantRecord
-from fesloop.loop.plants import ExactStation, GridStation, PlantStation
 from fesloop.loop.publish import Sampler
 from fesloop.loop.record import Recorder
 from fesloop.loop.snapshot import Snapshot
 from fesloop.loop.stations import BlockStation
-from fesloop.loop.wire import Link
 from fesloop.loop.wiring import Node, Wiring
 
 
@@ -62,14 +59,11 @@ class Loop:
 
     def _start(self, states: dict[str, Any]) -> None:
         """Put everything at t = 0 with the given states."""
-        wiring = self.wiring
         self._open = states
         self.now = -1
-        self._links = [Link(c.wire, wiring.seed, self.trial) for c in wiring.connections]
-        self._plants = {n.name: self._plant_station(n, states[n.name]) for n in wiring.nodes if n.is_plant}
-        self._samplers = [self._sampler(s) for s in wiring.order if isinstance(s, Sampling)]
-        self._publishers = publishers(wiring, self._samplers)
-        self._blocks = [self._block_station(n, states[n.name]) for n in wiring.order if isinstance(n, Node)]
+        made = assembled(self.wiring, self.trial, states, self.recorder, self._events)
+        self._links, self._plants, self._blocks = made.links, made.plants, made.blocks
+        self._samplers, self._publishers = made.samplers, made.publishers
         self._schedule()
 
     def _schedule(self) -> None:
@@ -79,39 +73,6 @@ class Loop:
         ordered = sampled_in_order(self.wiring)
         self._agenda = Agenda((number, station) for number, station in enumerate(stations)
                               if not isinstance(station, Sampler) or station.plant.name in ordered)
-
-    def _incoming(self, node: Node) -> tuple[tuple[int, Link], ...]:
-        pairs = zip(self.wiring.connections, self._links, strict=True)
-        return tuple((c.target_port, link) for c, link in pairs if c.target is node)
-
-    def _plant_station(self, node: Node, state: Any) -> PlantStation:
-        plant, recorder = node.plant, self.recorder
-        input_rows = rows = clock = None
-        if recorder is not None:
-            input_rows = recorder.inputs.setdefault(node.name, [])
-            rows = recorder.plants.setdefault(node.name, [])
-            clock = recorder.plant_clock
-        inputs = PlantInputs(plant, self._incoming(node), input_rows)
-        sampled = {c.source_port for c in self.wiring.connections if c.source is node and c.heard}
-        record = PlantRecord(node.name, plant, rows, clock, sampled)
-        if plant.grid is None:
-            return ExactStation(node.name, plant, state, inputs, record)
-        return GridStation(node.name, plant, state, inputs, record, plant.grid)
-
-    def _sampler(self, sampling: Sampling) -> Sampler:
-        members = {id(c) for c in sampling.connections}
-        pairs = zip(self.wiring.connections, self._links, strict=True)
-        outgoing = tuple((c.source_port, link) for c, link in pairs if id(c) in members)
-        return Sampler(self._plants[sampling.plant.name], sampling.clock, outgoing, sampling.observing)
-
-    def _block_station(self, node: Node, state: Any) -> BlockStation:
-        pairs = list(zip(self.wiring.connections, self._links, strict=True))
-        outgoing = tuple((c.source_port, link) for c, link in pairs if c.source is node)
-        read = {c.source.name for c, _ in pairs if c.target is node}
-        sampled = {id(p): p for name, p in self._publishers.items() if name in read}
-        rows = None if self.recorder is None else self.recorder.blocks.setdefault(node.name, [])
-        return BlockStation(node, state, self.wiring.seed, self.trial, self._incoming(node), outgoing,
-                            tuple(sampled.values()), rows, self._events)
 
     def run_until(self, time_ns: int) -> None:
         """Do everything due at or before `time_ns` that has not been done.

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
-from difflib import get_close_matches
-from typing import Any, cast
+from dataclasses import dataclass
+from typing import cast
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.loop.block import Block, Context, Plant
@@ -14,9 +13,10 @@ from fesloop.loop.clock import NS_PER_MS, Clock, RateClock, duration_ns
 from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.fitting import fit_faults
 from fesloop.loop.guarding import guard_faults
+from fesloop.loop.open_sizes import resolved
 from fesloop.loop.order import firing_order
-from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
+from fesloop.loop.wire_ends import doubled_inputs, end_faults, open_inputs
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,11 +147,11 @@ class Wiring:
         by_name = {node.name: node for node in declared}
         faults: list[InputError] = []
         for wire in wires:
-            faults += _end_faults(wire, by_name)
-        faults += _doubled_inputs(wires)
+            faults += end_faults(wire, by_name)
+        faults += doubled_inputs(wires)
         _raise(faults)
-        _raise(_open_inputs(declared, wires))
-        self.nodes = _resolved(declared, wires)
+        _raise(open_inputs(declared, wires))
+        self.nodes = resolved(declared, wires)
         by_name = {node.name: node for node in self.nodes}
         self.connections = tuple(_connect(wire, by_name) for wire in wires)
         for end in self.connections:
@@ -179,90 +179,6 @@ def _raise(faults: Sequence[InputError]) -> None:
         raise InputErrors(list(faults))
 
 
-def _ports(node: Node, outgoing: bool) -> tuple[Port, ...]:
-    return node.part.outputs if outgoing else node.part.inputs
-
-
-def _end_faults(wire: Wire, nodes: dict[str, Node]) -> list[InputError]:
-    """Ends of a wire that do not exist."""
-    faults = []
-    for end, outgoing in ((wire.source, True), (wire.target, False)):
-        name, port = end.split(".")
-        kind = "output" if outgoing else "input"
-        if name not in nodes:
-            faults.append(_unknown(wire, f"there is no node {name!r}", name, list(nodes)))
-        else:
-            names = [p.name for p in _ports(nodes[name], outgoing)]
-            if port not in names:
-                faults.append(_unknown(wire, f"{name!r} has no {kind} port {port!r}", port, names))
-    return faults
-
-
-def _unknown(wire: Wire, found: str, name: str, known: list[str]) -> InputError:
-    close = get_close_matches(name, known, 1)
-    remedy = f"did you mean {close[0]!r}?" if close else ""
-    return InputError(f"wire {wire.name}", found, ", ".join(known) or "none", remedy)
-
-
-def _doubled_inputs(wires: Sequence[Wire]) -> list[InputError]:
-    """Inputs with two wires."""
-    faults = []
-    first: dict[str, Wire] = {}
-    for wire in wires:
-        if wire.target in first:
-            faults.append(InputError(f"wire {wire.name}",
-                                     f"{wire.target!r} already has a wire from {first[wire.target].source!r}",
-                                     "one wire into a port", "remove one of the two"))
-        first.setdefault(wire.target, wire)
-    return faults
-
-
-def _resolved(nodes: list[Node], wires: list[Wire]) -> tuple[Node, ...]:
-    """Nodes with every open size settled from what is wired to it, sources first."""
-    current = {node.name: node for node in nodes}
-    wired = {wire.target for wire in wires}
-    progress = True
-    while progress:
-        progress = False
-        for name, node in current.items():
-            open_inputs = {port.name for port in node.part.inputs
-                           if not port.resolved and f"{name}.{port.name}" in wired}
-            if not open_inputs or not hasattr(node.part, "resolve"):
-                continue
-            shapes = _incoming_shapes(node, wires, current)
-            if open_inputs <= shapes.keys():
-                part = _resolve(node, shapes)
-                if any(not port.resolved for port in part.inputs):
-                    raise InputError(name, "leaves open a size that its wires settle",
-                                     "resolve() gives every input a size")
-                current[name] = replace(node, part=part)
-                progress = any(not p.resolved for p in node.part.inputs + node.part.outputs)
-    return tuple(current[node.name] for node in nodes)
-
-
-def _resolve(node: Node, shapes: dict[str, tuple[int, ...]]) -> Any:
-    """The node's part for the sizes that are wired to it; its faults get the node's name for the part's."""
-    part: Any = node.part
-    try:
-        return part.resolve(shapes)
-    except InputError as fault:
-        place = fault.where.removeprefix(f"{type(part).__name__.lower()}.")
-        raise InputError(f"{node.name}.{place}", fault.found, fault.allowed, fault.remedy) from None
-
-
-def _incoming_shapes(node: Node, wires: list[Wire], nodes: dict[str, Node]) -> dict[str, tuple[int, ...]]:
-    """Known shapes of what is wired to a node, by input name."""
-    shapes: dict[str, tuple[int, ...]] = {}
-    for wire in wires:
-        target, input_name = wire.target.split(".")
-        if target == node.name:
-            source, output_name = wire.source.split(".")
-            port = next(p for p in nodes[source].part.outputs if p.name == output_name)
-            if port.resolved:
-                shapes[input_name] = cast(tuple[int, ...], port.shape)
-    return shapes
-
-
 def _connect(wire: Wire, nodes: dict[str, Node]) -> Connection:
     """The wire with its ends."""
     source_name, output = wire.source.split(".")
@@ -285,12 +201,3 @@ def _connect(wire: Wire, nodes: dict[str, Node]) -> Connection:
                          "above 0, so that the plants exchange simultaneously")
     heard = not target.is_plant or given not in getattr(target.part, "ignores", ())
     return Connection(wire, source, target, source_port, target_port, wire.clock or target.clock, heard)
-
-
-def _open_inputs(nodes: Sequence[Node], wires: Sequence[Wire]) -> list[InputError]:
-    """Inputs that need a wire and have none."""
-    wired = {wire.target for wire in wires}
-    return [InputError(f"{node.name}.{port.name}", "this input has no wire", "one wire",
-                       f'add a wire to "{node.name}.{port.name}"')
-            for node in nodes for port in node.part.inputs
-            if not port.optional and f"{node.name}.{port.name}" not in wired]
