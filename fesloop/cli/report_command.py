@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import importlib
 import sys
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,8 +15,6 @@ from fesloop.errors import InputError
 
 if TYPE_CHECKING:
     from fesloop.report.parts import Page, Section
-
-_STORE = "study.sqlite"
 
 
 def execute(args: Namespace) -> int:
@@ -43,18 +41,20 @@ def execute(args: Namespace) -> int:
 
 def _page(sources: Sequence[Path], progress: Callable[[float], None]) -> tuple[str, Page]:
     """What kind of report it is, and the page."""
-    study = _study(sources[0])
-    if study is not None:
+    if any(_is_study(source) for source in sources):
         if len(sources) > 1:
-            raise InputError(str(sources[1]), "stands beside a study", "one study, or one or more runs")
-        return "study", _made("study", "study_page")(study)
+            raise InputError(str(sources[1]), "stands beside another source",
+                             "one study, or one or more runs")
+        from fesloop.report.study.page import study_page
+
+        return "study", study_page(sources[0])
     if len(sources) == 1:
         return "run", _run(sources[0], progress)
-    from fesloop.experiment.recording.reading import Recording
+    return "comparison", _comparison(sources)
 
-    with ExitStack() as stack:
-        recordings = [stack.enter_context(Recording(each)) for each in sources]
-        return "comparison", _made("comparison", "comparison_page")(recordings)
+
+def _is_study(source: Path) -> bool:
+    return source.is_dir() or source.suffix == ".sqlite"
 
 
 def _run(source: Path, progress: Callable[[float], None]) -> Page:
@@ -73,24 +73,19 @@ def _run(source: Path, progress: Callable[[float], None]) -> Page:
         return run_page(recording, notices, progress)
 
 
-def _made(room: str, name: str) -> Callable[[Any], Page]:
-    """The function that makes a kind of page."""
-    try:
-        module = importlib.import_module(f"fesloop.report.{room}.page")
-    except ModuleNotFoundError:
-        raise InputError(f"report of a {room}", "is not there yet", "one run") from None
-    made: Callable[[Any], Page] = getattr(module, name)
-    return made
+def _comparison(sources: Sequence[Path]) -> Page:
+    """The page of several runs; what is missing of a damaged file stands at its head."""
+    from fesloop.report.comparison.page import comparison_page
+    from fesloop.report.parts import Notice, Section
+    from fesloop.report.run.opening import readable
 
-
-def _study(source: Path) -> Path | None:
-    """The store of a study, where that, its folder or a file beside it was given."""
-    if source.is_dir():
-        if not (source / _STORE).is_file():
-            raise InputError(str(source), f"is a folder without a {_STORE}",
-                             "a recording, or the folder of a study")
-        return source / _STORE
-    return source if source.suffix == ".sqlite" else None
+    with ExitStack() as stack:
+        opened = [(source, *stack.enter_context(readable(source))) for source in sources]
+        page = comparison_page([recording for _, recording, _ in opened])
+    lost = [Notice(text=f"{source.name}: {text}") for source, _, notices in opened for text in notices]
+    if not lost:
+        return page
+    return replace(page, sections=[Section(key="damaged", title="Damaged files", parts=lost), *page.sections])
 
 
 def _out(sources: Sequence[Path], given: str | None) -> Path:
@@ -101,7 +96,7 @@ def _out(sources: Sequence[Path], given: str | None) -> Path:
             raise InputError(f"--out {given}", "is no name of a page", "a name that ends in .html")
         return out
     first = sources[0]
-    if first.is_dir() or first.suffix == ".sqlite":
+    if _is_study(first):
         return (first if first.is_dir() else first.parent) / "report.html"
     if len(sources) == 1:
         return first.with_suffix(".html")

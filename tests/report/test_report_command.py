@@ -46,3 +46,17 @@ def test_what_cannot_be_done_is_refused_in_one_line(copied, tmp_path, capsys, ar
     assert main(["report", *given]) == 2
     assert capsys.readouterr().err.count("\n") == 1
     assert (tmp_path / "finger-1.h5").read_bytes() == before
+
+
+def test_several_runs_are_compared(copied, recording, tmp_path, capsys):
+    assert main(["report", str(copied), str(recording), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["kind"] == "comparison"
+    assert told["report"] == str(tmp_path / "finger-1_and_1_more.html")
+
+
+def test_of_several_runs_a_damaged_one_says_what_it_lost(copied, recording, tmp_path, capsys):
+    cut = tmp_path / "cut.h5"
+    cut.write_bytes(recording.read_bytes()[:recording.stat().st_size * 3 // 4])
+    assert main(["report", str(copied), str(cut)]) == 0
+    assert "cut.h5: The file was cut short" in capsys.readouterr().err

@@ -30,15 +30,19 @@ def _events(events: Sequence[Event]) -> Iterator[Part]:
     for event in events:
         first.setdefault((event.where, event.status), event)
         last[event.where, event.status] = event
-    rows = [[*key, str(counts[key]), _when(event), _when(last[key]), event.detail]
-            for key, event in first.items()]
-    yield Table(title="By block and status", rows=rows,
-                columns=["where", "status", "times", "first (trial: time)", "last", "what was told first"])
+    rows = [[_what(event), str(counts[key]), _when(event), _when(last[key])] for key, event in first.items()]
+    yield Table(title="By block and status, with what was told first", rows=rows,
+                columns=["what", "times", "first (trial: time)", "last"])
     shown = events[:_MOST_TOLD]
     which = counted(len(events), "event") if len(shown) == len(events) else \
         f"The first {len(shown)} of {len(events)} events"
-    yield Fold(title=which, parts=[Table(columns=["trial: time", "where", "status", "detail"], rows=[
-        [_when(event), event.where, event.status, event.detail] for event in shown])])
+    yield Fold(title=which, parts=[Table(columns=["trial: time", "what"], rows=[
+        [_when(event), _what(event)] for event in shown])])
+
+
+def _what(event: Event) -> str:
+    detail = f": {event.detail}" if event.detail else ""
+    return f"{event.where} `{event.status}`{detail}"
 
 
 def _when(event: Event) -> str:

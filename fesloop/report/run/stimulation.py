@@ -63,6 +63,8 @@ def _arrays(known: Known) -> Iterator[Part]:
     given = {trial: element_charge(known, trial) for trial in known.trials}
     highest = max((float(each[0].max()) for each in given.values() if each is not None), default=0.0)
     if all(each is None for each in given.values()):
+        if known.score.get("search"):
+            return
         yield Notice(text="Elements are not coloured: the stimulator's charges are not recorded, or how its "
                           "channels lie on the elements is not.")
     for trial, each in given.items():

@@ -17,6 +17,8 @@ from fesloop.report.run.thinning import Course, thinned
 from fesloop.report.run.words import joint_label, listed, told
 
 Array = NDArray[np.float64]
+_MOST_PCT = 98.0
+"""Of values decide on an axis (chosen: a tracker that finds its way at the start hides all that follows)."""
 
 
 def tracker_section(known: Known) -> Section | None:
@@ -43,9 +45,11 @@ def _joints(known: Known) -> Iterator[Part]:
     for trial in known.trials if estimate and truth else ():
         lines = _error_lines(known, estimate, truth, trial)
         if lines:
-            yield Chart(key=f"tracker-course-{trial}", title="Tracker's error over time, RMS over joints",
-                        x_label="time, s", y_label="deg", lines=lines, marks=known.scored_while(),
-                        trial=trial, timed=True,
+            high, cut = _most(lines)
+            yield Chart(key=f"tracker-course-{trial}",
+                        title=f"Tracker's error over time, RMS over joints{cut}", x_label="time, s",
+                        y_label="deg", lines=lines, marks=known.scored_while(), trial=trial, timed=True,
+                        limits=(0.0, high),
                         text=f"Distance of the estimate from the truth in trial {trial}.")
 
 
@@ -64,6 +68,17 @@ def _error_lines(known: Known, estimate: str, truth: str, trial: int) -> list[Li
         if told_of is not None:
             lines.append(told_of.line("its standard deviation, as it says", "estimate", style="dashed"))
     return lines
+
+
+def _most(lines: list[Line]) -> tuple[float, str]:
+    """The upper end of the axis: above all values, or above most where few are far higher; and whether so."""
+    values = np.concatenate([line.y if line.high is None else line.high for line in lines])
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return 1.0, ""
+    most, greatest = 1.5 * float(np.percentile(known, _MOST_PCT)), 1.05 * float(known.max())
+    return (most, f" (peaks up to {told(float(known.max()))} deg cut off)") if 0.0 < most < greatest \
+        else (greatest or 1.0, "")
 
 
 def _rms_deg(values: Array) -> Array:

@@ -18,7 +18,8 @@ _MOST_ROWS, _MOST_JOINTS = 60, 8
 def trials_section(known: Known) -> Section | None:
     """None where nothing has a number a trial."""
     parts = [*_curves(known), *_tables(known)]
-    return Section(key="trials", title="Error per trial", parts=parts) if parts else None
+    title = "Error per trial" if known.begun > 1 else "Metrics"
+    return Section(key="trials", title=title, parts=parts) if parts else None
 
 
 def learning_curve(known: Known, key: str) -> Chart | None:
@@ -75,8 +76,12 @@ def _tables(known: Known) -> Iterator[Part]:
         shown = [*shown[:_MOST_ROWS // 2], *shown[-_MOST_ROWS // 2:]]
     rows = [[str(trial), *(told(values[trial]) for values in columns.values())] for trial in shown]
     left_out = known.begun - len(shown)
-    title = "Metrics" + (f" (without {left_out} trials in the middle)" if left_out else "")
-    yield Table(title=title, columns=["trial", *columns], rows=rows)
+    title = "By trial" + (f" (without {left_out} trials in the middle)" if left_out else "")
+    if known.begun > 1:
+        yield Table(title=title, columns=["trial", *columns], rows=rows)
+    else:
+        values = [[label, told(metric[0])] for label, metric in columns.items()]
+        yield Table(columns=["metric", "value"], rows=values)
 
 
 def _by_trial(name: str, metric: Any, trials: int) -> Iterator[tuple[str, list[Any]]]:

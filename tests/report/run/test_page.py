@@ -51,7 +51,7 @@ def test_its_numbers_are_the_run_s(page, learning):
         truth = np.degrees(recording.signal("patient.angles", 2).values)
     curve = next(part for part in parts_of(page, Chart) if part.key == "result")
     assert curve.lines[0].y.tolist() == metrics["joint_rmse_deg"]
-    table = next(part for part in parts_of(page, Table) if part.title == "Metrics")
+    table = next(part for part in parts_of(page, Table) if part.title == "By trial")
     column = table.columns.index("joint RMSE, deg")
     assert [float(row[column]) for row in table.rows] == pytest.approx(metrics["joint_rmse_deg"], rel=5e-3)
     pip = next(part for part in parts_of(page, Chart) if part.key == "tracking-scored-1-2")
