@@ -55,8 +55,9 @@ def _page(results: StudyResults, lost: list[str]) -> Page:
     if lost:
         notes = [Notice(text=each) for each in lost]
         sections.insert(0, Section(key="lost", title="What could not be read", parts=notes))
-    return Page(title=f"{results.name}: a study", sentence=_sentence(shown), facts=list(_facts(results)),
-                sections=sections)
+    damaged = "Its store is damaged; this is of what can be read. " if lost else ""
+    return Page(title=f"{results.name}: a study", sentence=f"{damaged}{_sentence(shown)}",
+                facts=list(_facts(results)), sections=sections)
 
 
 def _sentence(shown: Shown) -> str:
