@@ -21,6 +21,7 @@ What latency, trackers and patients do to any of these is a study (extra
 
 fesloop list            every experiment, how long it takes and what it needs
 fesloop check NAME      how an experiment is wired, and its latency budget
+fesloop report RUN.h5   a run, several, or a study as one page to read and share
 fesloop --help          all commands
 Documentation: README.md and docs/ where fesloop's sources are.
 """
