@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 
-from markdown import cell, code, table
+from markdown_text import cell, code, table
 
 from fesloop.cli.parser import make_parser
 

@@ -9,7 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from markdown import cell, code, table, with_links
+from markdown_text import cell, code, table, with_links
 
 from fesloop.experiment.files.parse import read
 from fesloop.experiment.files.variants import listed

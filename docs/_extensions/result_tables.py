@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from markdown import cell, code, table
+from markdown_text import cell, code, table
 
 RESULTS = Path(__file__).resolve().parents[1] / "results"
 _LONG = 12
