@@ -76,10 +76,10 @@ def _budget(known: Known, ways: Sequence[Way]) -> Iterator[Part]:
 
 
 def _foremost(known: Known, ways: Sequence[Way]) -> Way:
-    """The way through what is scored as the estimate, the slowest such; else the slowest."""
+    """The way through what is scored as the estimate, the slowest and longest such; else of all."""
     estimate = str(known.score.get("estimate") or "").partition(".")[0]
     through = [way for way in ways if estimate and f" {estimate} " in way[0]]
-    return max(through or ways, key=lambda way: way[1][-1].mean_ns)
+    return max(through or ways, key=lambda way: (way[1][-1].mean_ns, way[0].count("→")))
 
 
 def _time_line(stages: Sequence[StageSummary]) -> str:
@@ -107,12 +107,12 @@ def _overhang(stages: Sequence[StageSummary]) -> float:
 
 def _stage(stage: StageSummary, x: float, scale: float, y: float, total: bool) -> Iterator[str]:
     least, mean, most = stage.least_ns, stage.mean_ns, stage.most_ns
-    role = "fill-plain" if total else "fill-tracker" if stage.name.startswith("wire") else "fill-controller"
+    role = "plain" if total else "series-0" if stage.name.startswith("wire") else "series-2"
     spread = "" if least == most else f" ({_ms(least)} to {_ms(most)})"
     words = f"{stage.name.removeprefix('wire ').replace('->', ' → ')}: {_ms(mean)}{spread} ms"
     yield svg.text(_LEFT, y + 14.0, words, size=11.5, bold=total)
     middle = y + 19.0 + 0.5 * _BAR
-    yield svg.rect(x, y + 19.0, max(mean * scale, 1.0), _BAR, role, radius=1.5, told=words)
+    yield svg.rect(x, y + 19.0, max(mean * scale, 1.0), _BAR, f"fill-{role}", radius=1.5, told=words)
     if least < most:
         yield svg.line((x + least * scale, middle), (x + most * scale, middle), "stroke-plain", width=1.5)
         for end in (least, most):

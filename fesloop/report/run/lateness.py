@@ -13,6 +13,8 @@ from fesloop.report.run.known import Known
 from fesloop.report.run.thinning import thinned
 from fesloop.report.run.words import told
 
+_QUANTILES = {"p50": "median", "p99": "99 % within", "worst": "at most"}
+
 
 def lateness_section(known: Known) -> Section | None:
     """None for a run that was not in real time."""
@@ -27,7 +29,8 @@ def _table(summary: dict[str, Any]) -> Table:
     rows = [["missed deadlines", f"{summary['missed']} of {summary['deadlines']}, later than "
              f"{summary['period_ms']:g} ms ({summary['policy']})"]]
     for key, words in (("late_ms", "work began late"), ("took_ms", "work took")):
-        rows.append([words, ", ".join(f"{name} {told(value)} ms" for name, value in summary[key].items())])
+        rows.append([words, ", ".join(f"{_QUANTILES[name]} {told(value)} ms"
+                                      for name, value in summary[key].items())])
     rows += [[f"instants {action}", str(count)] for action, count in summary["done"].items()]
     rows += [["garbage collections", f"{summary['collections']:g}, the longest "
               f"{told(summary['worst_collection_ms'])} ms"],

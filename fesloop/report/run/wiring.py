@@ -184,14 +184,16 @@ def _spots(way: _Way, wide: float) -> Iterator[Point]:
         yield x + 0.5 * wide + 4.0, 0.5 * (start + end)
         return
     (x0, y0), (x1, y1) = (way.points[0], way.points[-1]) if way.side == "across" else way.points[1:3]
+    beside = _GUTTER - 0.5 * wide - 1.0
+    total = 2.0 * (_GUTTER + _WIDE) + _BETWEEN
     for share in (0.5, 0.35, 0.65, 0.25, 0.75):
         x, y = x0 + share * (x1 - x0), y0 + share * (y1 - y0)
-        inside = {"left": 0.5 * wide + 1.0, "right": -0.5 * wide - 1.0}.get(way.side)
-        if inside is None:
-            yield x, y
+        if way.side == "left":
+            yield max(min(x, beside), 0.5 * wide), y
+        elif way.side == "right":
+            yield min(max(x, total - beside), total - 0.5 * wide), y
         else:
-            total = 2.0 * (_GUTTER + _WIDE) + _BETWEEN
-            yield (max(x, inside) if way.side == "left" else min(x, total + inside)), y
+            yield x, y
 
 
 def _shared(one: tuple[float, float, float, float], other: tuple[float, float, float, float]) -> float:
