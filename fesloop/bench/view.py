@@ -35,11 +35,16 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.running.trial import run as run_experiment
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.realtime import Pacing
+from fesloop.view.growing import GrowingRecording
 
 Stamps = NDArray[np.int64]
-_FULL_S, _FULL_TURN_S, _SHORT_S, _SHORT_TURN_S = 600.0, 20.0, 48.0, 8.0
+_FULL, _SHORT = (30, 20.0), (4, 8.0)
+"""How many turns, and how long one is, s."""
 _WARM_UP_NS = 2 * NS_PER_S
-"""Of the run, that are not counted."""
+"""Of the run, before the first turn."""
+_STARTING_S, _TIMES = 120.0, 2.0
+"""The run could go on for so long, and so many times the turns; it ends with the last of them."""
+_EXPERIMENT = "tracker_hour"
 _STARTS_S, _LOOK_S = 120.0, 0.05
 _DRAWS = 1000
 _SEED = 1
@@ -56,64 +61,74 @@ class _Turn:
     seconds: float = 0.0
 
 
-def run(seconds: float | None = None, turn_s: float | None = None, short: bool = False, priority: int = 0,
-        progress: Callable[[float], None] | None = None) -> dict[str, Any]:
-    """The bench of so many seconds in turns of so many, or its short form; the loop asks for the priority.
+def run(count: int | None = None, turn_s: float | None = None, short: bool = False, priority: int = 0,
+        progress: Callable[[float], None] | None = None, experiment: str = _EXPERIMENT) -> dict[str, Any]:
+    """The bench of so many turns of so many seconds, or its short form; the loop asks for the priority.
 
-    Raises RunError if the run or a viewer fails, or if no turn of a kind came about.
+    Raises RunError if the run or a viewer fails.
     """
-    seconds = seconds or (_SHORT_S if short else _FULL_S)
-    turn_s = turn_s or (_SHORT_TURN_S if short else _FULL_TURN_S)
+    usual = _SHORT if short else _FULL
+    count, turn_s = count or usual[0], turn_s or usual[1]
     core = min(os.sched_getaffinity(0))
     with TemporaryDirectory(prefix="fesloop-bench-") as made:
         folder = Path(made)
-        loop = get_context("spawn").Process(target=_paced, args=(made, seconds, priority, core), daemon=True)
+        loop = get_context("spawn").Process(target=_paced, args=(
+            experiment, made, _STARTING_S + _TIMES * count * turn_s, priority, core), daemon=True)
         loop.start()
         try:
-            turns = _take_turns(loop, folder, seconds, turn_s, progress or (lambda share: None))
+            _begun(loop, folder)
+            turns = _take_turns(loop, _recording(folder), count, turn_s, progress or (lambda share: None))
         finally:
             loop.kill()
             loop.join()
         with Recording(_recording(folder)) as recording:
             rows, origins = recording.instants, recording.origins
     instants = origins["monotonic_ns"][rows["trial"]] + rows["time_ns"]
-    counted = rows["time_ns"] >= _WARM_UP_NS
-    late = [_late(rows["late_ns"][counted], instants[counted], turn) for turn in turns]
-    return _result(turns, late, seconds)
+    return _result(turns, [_late(rows["late_ns"], instants, turn) for turn in turns])
 
 
-def _paced(folder: str, seconds: float, priority: int, core: int) -> None:
+def _paced(experiment: str, folder: str, seconds: float, priority: int, core: int) -> None:
     """The run, on its core."""
     os.sched_setaffinity(0, {core})
-    experiment = load("tracker_hour", [f"experiment.duration_s={seconds}"])
-    run_experiment(experiment, Path(folder), realtime=Pacing(priority=priority))
+    loaded = load(experiment, [f"experiment.duration_s={seconds}"])
+    run_experiment(loaded, Path(folder), realtime=Pacing(priority=priority))
 
 
 def _recording(folder: Path) -> Path:
     return next(iter(sorted(folder.glob("[!.]*.h5"))))
 
 
-def _take_turns(loop: Any, folder: Path, seconds: float, turn_s: float,
-                progress: Callable[[float], None]) -> list[_Turn]:
-    """Watch every other while, from when the run has begun to its end."""
+def _begun(loop: Any, folder: Path) -> None:
+    """Wait until the run is under way."""
     until = time.monotonic() + _STARTS_S
-    while not any(folder.glob("[!.]*.h5")):
+    rows: GrowingRecording | None = None
+    origin_ns: int | None = None
+    while origin_ns is None or time.monotonic_ns() < origin_ns + _WARM_UP_NS:
         if not loop.is_alive() or time.monotonic() > until:
             raise RunError("bench view: the run did not begin; what it said is above")
         time.sleep(_LOOK_S)
+        if rows is None and any(folder.glob("[!.]*.h5")):
+            rows = GrowingRecording(_recording(folder), [])
+        origin_ns = rows.origin_ns(0) if rows is not None else None
+    if rows is not None:
+        rows.close()
+
+
+def _take_turns(loop: Any, recording: Path, count: int, turn_s: float,
+                progress: Callable[[float], None]) -> list[_Turn]:
+    """Watch every other while."""
     turns: list[_Turn] = []
-    began = time.monotonic()
-    while loop.is_alive():
+    while len(turns) < count:
         turn = _Turn(bool(len(turns) % 2), time.monotonic_ns())
         if turn.watched:
-            _watch(turn, _recording(folder), turn_s)
+            _watch(turn, recording, turn_s)
         else:
             loop.join(turn_s)
+        if not loop.is_alive():
+            raise RunError("bench view: the run ended; what it said is above")
         turn.ended_ns = time.monotonic_ns()
         turns.append(turn)
-        progress(min(1.0, (time.monotonic() - began) / seconds))
-    if loop.exitcode:
-        raise RunError("bench view: the run failed; what it said is above")
+        progress(len(turns) / count)
     return turns
 
 
@@ -153,17 +168,17 @@ def _late(late_ns: Stamps, instants_ns: Stamps, turn: _Turn) -> Stamps:
     return late_ns[(instants_ns >= turn.began_ns) & (instants_ns < turn.ended_ns)]
 
 
-def _result(turns: Sequence[_Turn], late: Sequence[Stamps], seconds: float) -> dict[str, Any]:
+def _result(turns: Sequence[_Turn], late: Sequence[Stamps]) -> dict[str, Any]:
     with_viewer = [each for turn, each in zip(turns, late, strict=True) if turn.watched and len(each)]
     without = [each for turn, each in zip(turns, late, strict=True) if not turn.watched and len(each)]
     if not with_viewer or not without:
-        raise RunError("bench view: the run was over before both kinds of turns had come")
+        raise RunError("bench view: no instant in one kind of turn")
     watched, alone = np.concatenate(with_viewer), np.concatenate(without)
     chances = np.random.default_rng(_SEED)
     ratios = [_p99(_drawn(with_viewer, chances)) / _p99(_drawn(without, chances)) for _ in range(_DRAWS)]
     low, high = np.percentile(ratios, [2.5, 97.5])
     told = sum(turn.seconds for turn in turns)
-    rows = [_row(f"tracker at 100 Hz, {seconds:g} s: begun late, watched", watched, alone),
+    rows = [_row(f"tracker at 100 Hz, {len(turns)} turns: begun late, watched", watched, alone),
             _row("begun late, not watched", alone, None)]
     return {"bench": "view", "rows": rows,
             "p99_ratio": {"ratio": _p99(watched) / _p99(alone), "low": float(low), "high": float(high)},

@@ -16,6 +16,8 @@ _ALIVE_S = 10.0
 _PATIENCE_S, _PAUSE_S = 3.0, 0.05
 """For so long a file that is being written is opened again and again: between two of its writer's steps HDF5
 can find it shorter than it says."""
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+"""With which HDF5 begins (HDF5 File Format Specification 3.0, II.A)."""
 
 
 def open_recording(path: Path) -> Source:
@@ -40,10 +42,15 @@ def _opened(path: Path) -> Recording:
     while True:
         try:
             return Recording(path)
-        except InputError:
-            if not path.is_file() or not _fresh(path) or time.monotonic() > until:
+        except InputError as fault:
+            if "damaged" not in fault.found or time.monotonic() > until or not _may_be_growing(path):
                 raise
         time.sleep(_PAUSE_S)
+
+
+def _may_be_growing(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(len(_SIGNATURE)) == _SIGNATURE and _fresh(path)
 
 
 def _fresh(path: Path) -> bool:

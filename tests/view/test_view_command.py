@@ -1,0 +1,92 @@
+"""`fesloop view`: what it refuses, and how it runs and ends."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import pytest
+from view_parts import ToldSource, events, serving
+
+from controllers.reference import MinimumJerk
+from fesloop import Experiment
+from fesloop.cli import main
+from fesloop.experiment.files.parse import load
+from fesloop.experiment.running.trial import run
+from fesloop.loop.wiring import Node
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    settings = ["experiment.duration_s=1", "score.after_s=0"]
+    return Path(run(load("finger_control", settings), tmp_path_factory.mktemp("runs")).recording)
+
+
+@pytest.fixture
+def niceness(monkeypatch):
+    """What the command asks for; this process stays as it is."""
+    asked = []
+    monkeypatch.setattr(os, "nice", asked.append)
+    return asked
+
+
+def refused(capsys, *args):
+    """The one line that the command ends with."""
+    assert main(["view", *args]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1
+    return lines[0]
+
+
+@pytest.mark.usefixtures("niceness")
+class TestRefused:
+    def test_nothing_and_two_things(self, capsys, path):
+        assert "nothing to show" in refused(capsys)
+        assert "both" in refused(capsys, str(path), "--stream", "postures")
+
+    def test_what_is_no_recording(self, capsys, tmp_path):
+        text, other, half = (tmp_path / name for name in ("text.h5", "other.h5", "half.h5"))
+        text.write_text("no recording")
+        with h5py.File(other, "w") as file:
+            file["numbers"] = [1, 2]
+        for file in (tmp_path / "absent.h5", text, other, tmp_path):
+            assert str(file) in refused(capsys, str(file))
+        half.write_bytes(other.read_bytes()[:500])
+        assert str(half) in refused(capsys, str(half))
+
+    def test_a_recording_without_a_hand(self, capsys, tmp_path):
+        reference = Node("reference", MinimumJerk(times_s=(0.0,), angles_deg=((10.0, 20.0, 30.0),)), "100")
+        found = Experiment(name="none", nodes=(reference,), duration_s=0.1).run(tmp_path)
+        assert "holds no hand" in refused(capsys, str(found.recording))
+
+    def test_a_port_that_is_taken(self, capsys, path):
+        with serving(ToldSource()) as server:
+            port = str(server.server_port)
+            assert f"--port {port}: is taken" in refused(capsys, str(path), "--port", port)
+        assert "--port 99999" in refused(capsys, str(path), "--port", "99999")
+
+    def test_a_stream_without_pylsl(self, capsys, monkeypatch):
+        monkeypatch.setattr("fesloop.streams.live.library._opened", {})
+        monkeypatch.setitem(sys.modules, "pylsl", None)
+        assert "pip install 'fesloop[lsl]'" in refused(capsys, "--stream", "postures")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_serves_at_the_lowest_priority_until_it_is_ended(path, number):
+    process = subprocess.Popen([sys.executable, "-m", "fesloop", "view", str(path)],
+                               stderr=subprocess.PIPE, text=True)
+    said = process.stderr.readline()
+    port = int(re.search(r"http://127\.0\.0\.1:(\d+)/", said)[1])
+    assert os.getpriority(os.PRIO_PROCESS, process.pid) == 19
+    with events(port) as frames:
+        assert len(next(frames)["hands"]["truth"]) == 17
+        process.send_signal(number)
+        began = time.monotonic()
+        rest = process.communicate(timeout=30.0)[1]
+    assert process.returncode == 0
+    assert time.monotonic() - began < 20.0
+    assert "Traceback" not in rest
