@@ -22,18 +22,22 @@ export function createSharpness(renderer, redraw) {
     redraw();
   }
 
+  function follow(between) {
+    mean = mean === 0 ? between : SMOOTHED * mean + (1 - SMOOTHED) * between;
+    if (mean > SLOW_MS && moving > COARSEST) {
+      const fewer = Math.min(COARSER, Math.sqrt(SLOW_MS / mean)); // pixels go as the square
+      moving = Math.max(COARSEST, moving * fewer);
+      mean = 0;
+    }
+    if (renderer.getPixelRatio() !== moving) renderer.setPixelRatio(moving);
+  }
+
   return function drawn() {
     const now = performance.now();
     const between = now - last;
     last = now;
+    if (between < STILL_MS) follow(between);
     clearTimeout(still);
-    if (between > STILL_MS) return;
-    mean = mean === 0 ? between : SMOOTHED * mean + (1 - SMOOTHED) * between;
-    if (mean > SLOW_MS && moving > COARSEST) {
-      moving = Math.max(COARSEST, moving * Math.min(COARSER, Math.sqrt(SLOW_MS / mean))); // pixels go as its square
-      mean = 0;
-    }
-    if (renderer.getPixelRatio() !== moving) renderer.setPixelRatio(moving);
-    if (moving < fine) still = setTimeout(refine, STILL_MS);
+    if (renderer.getPixelRatio() < fine) still = setTimeout(refine, STILL_MS);
   };
 }
