@@ -22,11 +22,17 @@ from PIL import Image
 
 from fesloop import InputError, Recording
 from fesloop.picture.draw import draw
-from fesloop.picture.palette import BLACK, BLUE, ORANGE, channel_colour, tidy
+from fesloop.picture.palette import BLACK, BLUE, GREEN, ORANGE, VERMILION, channel_colour, tidy
+from fesloop.report.parts import Drawing
+from fesloop.report.run.search import search_sections
 
 PICTURES = Path(__file__).resolve().parent / "_pictures"
 SHOWN = PICTURES / "shown.json"
 MOST_BYTES = 120_000
+_STYLE = ("text { font-family: sans-serif; fill: #262626 } text.faint { fill: #666 } .paper { fill: #fff } "
+          f".stroke-plain {{ stroke: #777 }} .fill-series-0 {{ fill: {BLUE} }} "
+          f".fill-series-1 {{ fill: {VERMILION} }} .fill-theory {{ fill: {GREEN} }}")
+"""Of drawings that stand by themselves; a report gives them its own."""
 _WIDE = 1200
 """Pixels of a picture's width, two for each that a page gives it (chosen)."""
 
@@ -38,12 +44,12 @@ class Shot:
     Attributes
     ----------
     settings: of `fesloop run`; `{recordings}` is the folder of recordings, `{runs}` that of runs here.
-    drawn: the hand at some instants, arrays at the last of them, or time courses.
+    drawn: the hand at some instants, arrays at the last of them, time courses, or what a search found.
     at_s: instants; empty where `fesloop picture` chooses. trial: which; -1 the last.
     after: experiments whose runs it needs. options: of `fesloop run` besides.
     """
 
-    drawn: Literal["hand", "arrays", "courses"]
+    drawn: Literal["hand", "arrays", "courses", "search"]
     settings: tuple[str, ...] = ()
     at_s: tuple[float, ...] = ()
     trial: int = -1
@@ -81,10 +87,10 @@ SHOTS = {
     "identify_patient": Shot(drawn="courses"),
     "identify_grasp": Shot(drawn="courses"),
     "recruitment_sweep": Shot(drawn="arrays", settings=("elements=[16, 43]", "duration_s=8"), at_s=(2.75,)),
-    "array_search_gp": Shot(drawn="arrays"),
-    "array_search_two_phase": Shot(drawn="arrays"),
-    "array_search_magnets": Shot(drawn="arrays"),
-    "array_search_exhaustive": Shot(drawn="arrays"),
+    "array_search_gp": Shot(drawn="search"),
+    "array_search_two_phase": Shot(drawn="search"),
+    "array_search_magnets": Shot(drawn="search"),
+    "array_search_exhaustive": Shot(drawn="search"),
 }
 
 
@@ -109,16 +115,22 @@ def picture(name: str, shot: Shot, folder: Path) -> dict[str, Any]:
     for before in shot.after:
         if not any((folder / "runs").glob(f"{before}-*.h5")):
             run(before, Shot(drawn="courses"), folder)
-    result = run(name, shot, folder)
+    return drawn_of(name, shot, run(name, shot, folder), folder)
+
+
+def drawn_of(name: str, shot: Shot, result: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Draw a run by what `fesloop run --json` said of it; what the page says of its picture."""
     with Recording(result["recording"]) as recording:
         trial = range(recording.trials)[shot.trial]
-        if shot.drawn == "courses":
+        if shot.drawn == "search":
+            (PICTURES / f"{name}.svg").write_text(search_svg(recording))
+        elif shot.drawn == "courses":
             drawn = folder / f"{name}.png"
             courses(recording, trial, result["metrics"]).savefig(drawn)
+            keep(drawn, PICTURES / f"{name}.png")
         else:
             pictures = draw(recording, folder, shot.at_s, trial).pictures
-            drawn = [path for path in pictures if f"_{shot.drawn}" in path.stem][-1]
-    keep(drawn, PICTURES / f"{name}.png")
+            keep([path for path in pictures if f"_{shot.drawn}" in path.stem][-1], PICTURES / f"{name}.png")
     settings = [each for each in shot.settings if "{" not in each]
     words = [*(f"--set {each}" for each in settings), *shot.options]
     return {"command": " ".join(["fesloop run", name, *words]), "drawn": shot.drawn, "trial": trial,
@@ -149,6 +161,14 @@ def courses(recording: Recording, trial: int, metrics: dict[str, Any]) -> Figure
     else:
         _stimulation(right, recording, trial)
     return figure
+
+
+def search_svg(recording: Recording) -> str:
+    """The arrays by how good each element was: the report's drawing, with colours of its own."""
+    sections = search_sections(recording)
+    drawing = next(part for section in sections for part in section.parts if isinstance(part, Drawing))
+    start = drawing.svg.index(">") + 1
+    return f"{drawing.svg[:start]}<style>{_STYLE}</style>{drawing.svg[start:]}\n"
 
 
 def _posture(axes: Axes, recording: Recording, trial: int) -> None:

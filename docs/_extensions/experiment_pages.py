@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
@@ -73,9 +74,9 @@ def _shown(passage: Passage) -> Iterator[str]:
 
 def _picture(name: str) -> Iterator[str]:
     """The picture, where there is one, with what was run for it."""
-    if (PICTURES / f"{name}.png").exists():
+    for path in PICTURES.glob(f"{name}.*g"):
         shown = json.loads((PICTURES / "shown.json").read_text())[name]
-        yield from (f"```{{figure}} /_pictures/{name}.png", f":alt: {_told(shown)}", "",
+        yield from (f"```{{figure}} /_pictures/{path.name}", f":alt: {_told(shown)}", "",
                     f"{_told(shown)}: `{shown['command']}`", "```", "")
 
 
@@ -83,6 +84,7 @@ def _told(shown: Mapping[str, Any]) -> str:
     """What a picture shows, in words."""
     return {"hand": "The hand; a tracker's estimate in orange where there is one",
             "arrays": "The electrode arrays on the unrolled forearm, and what they recruit",
+            "search": "What each element of the arrays was good for at best; ringed is what was found",
             "courses": "The first joint, and what is stimulated or what each trial came to",
             }[shown["drawn"]]
 
@@ -95,7 +97,7 @@ def _facts(name: str, document: Mapping[str, Any]) -> Iterator[str]:
     facts = [f"Lasts {lasts}" if trials == 1 else f"Has {trials} trials of {lasts}"]
     if guide:
         facts.append(f"takes about {guide['takes_s']:g} s")
-        facts += [f"needs {each}" for each in guide.get("needs", [])]
+        facts += ["needs " + re.sub(r"^extra (\w+)$", r"the extra `\1`", each) for each in guide.get("needs", [])]
     yield from ("; ".join(facts) + ".", "")
     if guide.get("try_next"):
         yield from ("Then try:", "", "```console", *(f"$ {each}" for each in guide["try_next"]), "```", "")
