@@ -102,12 +102,12 @@ def known_of(recording: Recording) -> Known:
         lacks.append(f"How many trials there are is not known: {fault}")
     try:
         cast = cast_of(recording)
-    except (FesloopError, LookupError, TypeError, AttributeError) as fault:
+    except Exception as fault:  # noqa: BLE001 - as in `fesloop.report.run.page`
         lacks.append(f"Which block is the hand, and which its tracker, is not known: {_line(fault)}")
     if begun:
         try:
             metrics = metrics_of(recording)
-        except (FesloopError, LookupError, TypeError, ValueError) as fault:
+        except Exception as fault:  # noqa: BLE001 - as in `fesloop.report.run.page`
             lacks.append(f"Nothing is scored: {_line(fault)}")
     score = recording.experiment.get("score")
     experiment, not_resolved = _resolved(recording)
@@ -119,7 +119,7 @@ def _resolved(recording: Recording) -> tuple[Experiment | None, str]:
     """The experiment of a recording; why there is none: a kind that is not installed, a file that is gone."""
     try:
         return from_document(document_of(recording.path), recording.name), ""
-    except (FesloopError, LookupError, TypeError, ValueError) as fault:
+    except Exception as fault:  # noqa: BLE001 - as in `fesloop.report.run.page`
         return None, _line(fault)
 
 

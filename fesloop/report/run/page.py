@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from fesloop.errors import FesloopError
 from fesloop.experiment.files.patients import describe
 from fesloop.experiment.recording.reading import Recording
@@ -59,11 +61,12 @@ def run_page(recording: Recording, notices: Sequence[str] = (),
 
     `notices`: what is known to be missing of the file. `progress` is told the fraction done.
     """
-    known = known_of(recording)
     sections = []
-    for number, (key, title, build) in enumerate(_SECTIONS):
-        sections += list(_built(known, key, title, build))
-        progress((number + 1) / len(_SECTIONS))
+    with np.errstate(all="ignore"):  # a damaged file may hold any number
+        known = known_of(recording)
+        for number, (key, title, build) in enumerate(_SECTIONS):
+            sections += list(_built(known, key, title, build))
+            progress((number + 1) / len(_SECTIONS))
     said = [*notices, *known.lacks]
     if said:
         notes = [Notice(text=each) for each in said]

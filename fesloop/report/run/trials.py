@@ -39,7 +39,7 @@ def learning_curve(known: Known, key: str) -> Chart | None:
 
 def _above(lines: list[Line]) -> float:
     """The upper end of an axis that begins at 0."""
-    highest = max((float(np.nanmax(line.y)) for line in lines if np.isfinite(line.y).any()), default=1.0)
+    highest = max((float(line.y[np.isfinite(line.y)].max(initial=0.0)) for line in lines), default=0.0)
     return 1.05 * highest or 1.0
 
 

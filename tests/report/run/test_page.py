@@ -68,6 +68,11 @@ def test_every_trial_has_its_own_charts(page):
     assert len(keys) == len(set(keys))
 
 
+def test_no_line_has_more_points_than_a_chart_has_pixels(page):
+    lengths = [len(line.x) for part in parts_of(page, Chart) for line in part.lines]
+    assert 300 < max(lengths) <= 600  # the patient has 6000 rows a trial
+
+
 def test_it_can_be_written(page, tmp_path):
     write_page(page, tmp_path / "run.html")
     assert page.sentence in html.unescape((tmp_path / "run.html").read_text())
