@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.kinematics import Poses
 from fesloop.hand.rest import RESTING_DEG
 from fesloop.hand.skeleton import hand_tree
 from fesloop.picture.cast import Cast, Player
@@ -90,7 +91,9 @@ def _hand_of_plant(hand: Player, tracker: Player | None, truth: Sequence[str]) -
         if true is None:
             return {}
         found = estimated_posture(signals, tracker, trial, at_ns, true) if tracker is not None else None
-        return {TRUTH: true} if found is None else {TRUTH: true, ESTIMATE: found[0]}
+        if tracker is None or found is None:
+            return {TRUTH: true}
+        return {TRUTH: true, ESTIMATE: _once_told(found[0], signals, f"{tracker.name}.angles", trial, at_ns)}
 
     sources = [*truth, *([f"{tracker.name}.angles"] if tracker is not None else [])]
     return RecordedHand(text=f"{text}.", shapes=shapes, sources=sources, postures=postures, plant=hand)
@@ -101,7 +104,9 @@ def _hand_of_tracker(tracker: Player) -> RecordedHand:
 
     def postures(signals: Signals, trial: int, at_ns: Instants) -> dict[str, Posture]:
         angles = values_at(signals, name, trial, at_ns)
-        return {} if angles is None else {ESTIMATE: posture_of_angles(size, angles)}
+        if angles is None:
+            return {}
+        return {ESTIMATE: _once_told(posture_of_angles(size, angles), signals, name, trial, at_ns)}
 
     text = f"A {size.side} hand of {size.hand_mm:.0f} mm as {tracker.name} had it, its forearm at rest."
     return RecordedHand(text=text, shapes={ESTIMATE: segment_meshes(size)}, sources=[name], postures=postures)
@@ -137,5 +142,14 @@ def _finger_postures(
         if values is not None:
             angles = np.tile(resting, (len(at_ns), 1))
             angles[:, columns] = values
-            found[hand] = posture_of_angles(size, angles)
+            found[hand] = _once_told(posture_of_angles(size, angles), signals, name, trial, at_ns)
     return found
+
+
+def _once_told(posture: Posture, signals: Signals, name: str, trial: int, at_ns: Instants) -> Posture:
+    """Not a number before a signal's first value of the trial."""
+    times, _ = signals.column(name, trial)
+    early = (at_ns < times[0])[:, np.newaxis, np.newaxis]
+    poses = posture.poses
+    return Posture(posture.size, Poses(np.where(early, np.nan, poses.orientation),
+                                       np.where(early, np.nan, poses.position)))

@@ -136,13 +136,13 @@ def test_a_recording_without_a_hand_has_none(tmp_path):
 class Told:
     """Signals that somebody thought of."""
 
-    def __init__(self, **columns):
+    def __init__(self, late=None, **columns):
         self.columns = {name.replace("_", ".", 1): values for name, values in columns.items()}
-        self.signals = list(self.columns)
+        self.signals, self.late = list(self.columns), late or {}
 
     def column(self, name, trial=0):
         values = self.columns[name]
-        return 10_000_000 * np.arange(len(values)), values
+        return 10_000_000 * (np.arange(len(values)) + self.late.get(name, 0)), values
 
 
 TRACKER = Player("tracker", SimpleNamespace(size=HandSize(side="left")))
@@ -176,6 +176,15 @@ def test_what_a_tracker_does_not_know_is_not_a_number_and_no_more_than_that():
     unknown = {tree.names[k] for k in np.flatnonzero(lost[1])}
     assert unknown == {"F3m", "F3d"}
     assert not lost[[0, 2]].any()
+    assert np.isfinite(rows_of(postures["truth"])).all()
+
+
+def test_before_its_first_estimate_a_tracker_knows_nothing():
+    signals = Told({"tracker.angles": 2}, tracker_angles=np.zeros((2, 23)), hand_angles=np.zeros((4, 23)))
+    hand = recorded_hand(signals, cast(HAND, (TRACKER,)), {})
+    postures = hand.postures(signals, 0, 10_000_000 * np.arange(4))
+    assert np.isnan(rows_of(postures["estimate"])).all(axis=(1, 2)).tolist() == [True, True, False, False]
+    assert np.isfinite(rows_of(postures["estimate"])[2:]).all()
     assert np.isfinite(rows_of(postures["truth"])).all()
 
 
