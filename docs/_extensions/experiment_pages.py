@@ -97,7 +97,8 @@ def _facts(name: str, document: Mapping[str, Any]) -> Iterator[str]:
     facts = [f"Lasts {lasts}" if trials == 1 else f"Has {trials} trials of {lasts}"]
     if guide:
         facts.append(f"takes about {guide['takes_s']:g} s")
-        facts += ["needs " + re.sub(r"^extra (\w+)$", r"the extra `\1`", each) for each in guide.get("needs", [])]
+        needs = [re.sub(r"^extra (\w+)$", r"the extra `\1`", each) for each in guide.get("needs", [])]
+        facts += [f"needs {each}" for each in needs]
     yield from ("; ".join(facts) + ".", "")
     if guide.get("try_next"):
         yield from ("Then try:", "", "```console", *(f"$ {each}" for each in guide["try_next"]), "```", "")
