@@ -9,7 +9,7 @@ A virtual patient's paralysed hand learns to grasp through a tracker:
   the error of each trial, what of it is the tracker's, and what was held.
 
 Electrodes that open the hand are searched for on arrays on the forearm:
-    fesloop run array_search_two_phase              (about 60 s)
+    fesloop run array_search_two_phase              (about 70 s)
   what was found, how well it does, queries and minutes of the patient's time.
 
 The same controllers beside hardware, in step with the wall clock:
