@@ -176,3 +176,29 @@ def test_a_trial_whose_motion_is_not_there_is_said_so(opened):
     assert found.locator(".gone").is_visible()
     found.locator("#trial").select_option("2")
     assert found.locator(".gone").is_hidden()
+
+
+def test_one_finger_turns_and_two_zoom(opened):
+    shown = opened(page(), width=400, has_touch=True)
+    shown.locator(".stage").scroll_into_view_if_needed()
+    first = pixels(shown)
+    box = shown.locator(".stage").bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    touch = shown.context.new_cdp_session(shown)
+
+    def put(kind, *points):
+        places = [{"x": a, "y": b} for a, b in points]
+        touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": places})
+
+    def moved(*ways):
+        put("touchStart", *(way[0] for way in ways))
+        for step in (0.25, 0.5, 0.75, 1.0):
+            put("touchMove", *((a + step * (c - a), b + step * (d - b)) for (a, b), (c, d) in ways))
+        put("touchEnd")
+        return pixels(shown)
+
+    turned = moved(((x - 60, y), (x + 60, y)))
+    assert turned != first
+    shown.get_by_role("button", name="Reset view").tap()
+    assert pixels(shown) == first
+    assert moved(((x - 20, y), (x - 90, y)), ((x + 20, y), (x + 90, y))) not in (first, turned)

@@ -68,8 +68,9 @@ export function createTurn(stage, camera, bounds, view, changed) {
     if (!before) return;
     const apart = spread(pointers);
     pointers.set(event.pointerId, [event.clientX, event.clientY]);
-    if (pointers.size === 1) turn((event.clientX - before[0]) * TURN, (event.clientY - before[1]) * TURN);
-    else if (apart > 0) zoom(spread(pointers) / apart);
+    const share = TURN / pointers.size;
+    turn((event.clientX - before[0]) * share, (event.clientY - before[1]) * share);
+    if (apart > 0) zoom(spread(pointers) / apart);
   });
   for (const end of ["pointerup", "pointercancel"]) {
     stage.addEventListener(end, (event) => pointers.delete(event.pointerId));
