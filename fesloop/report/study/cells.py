@@ -17,6 +17,8 @@ from fesloop.study.results.run_columns import FAILED
 
 _MOST_ROWS = 60
 """Cells that are listed one by one; of more, levels of each axis (chosen)."""
+_MOST_INTERVALS = 4
+"""Metrics whose intervals there is room for (chosen)."""
 _MOST_CAUSES, _MOST_LEVELS = 20, 4
 """Causes that are listed, and levels that are named as where they happened (chosen)."""
 
@@ -28,7 +30,8 @@ def cells_section(shown: Shown) -> Section | None:
         return None
     axes = list(dict.fromkeys(axis for row in rows for axis in row.levels))
     whole = all(len(row.levels) == len(rows[0].levels) for row in rows) and len(axes) == len(rows[0].levels)
-    intervals = len(shown.results.metrics) <= 4
+    intervals = len(shown.results.metrics) <= _MOST_INTERVALS and any(
+        np.isfinite(each.high - each.low) for row in rows for each in row.metrics.values())
     table = Table(columns=[*(with_unit(*shown.axis(axis)) for axis in axes), "runs", "failed",
                            *(shown.metric_label(metric) for metric in shown.results.metrics)],
                   rows=[[*(level_text(row.levels[axis]) if axis in row.levels else "all" for axis in axes),

@@ -11,6 +11,7 @@ from fesloop.errors import FesloopError, InputErrors
 from fesloop.experiment.files.schema import make
 from fesloop.report.parts import Chart, Line, Notice, Paragraph, Part, Section
 from fesloop.report.run.words import listed
+from fesloop.report.study.beside_theory import beside_theory
 from fesloop.report.study.curves import curves
 from fesloop.report.study.heat_maps import heat_maps
 from fesloop.report.study.shown import Shown
@@ -110,8 +111,12 @@ def _parts(shown: Shown, content: Content) -> Iterator[Part]:
     else:
         yield from _points(content)
     starred = content.figure.kind == "heat_map" and any(cell.failed for cell in content.cells)
-    yield Paragraph(text=f"{_upper(content.caption(intervals=True))}."
+    known = any(np.isfinite(cell.high - cell.low) for cell in content.cells)
+    yield Paragraph(text=f"{_upper(content.caption(intervals=known))}."
                     + (" A star: some runs failed; a cross: all did." if starred else ""))
+    beside = beside_theory(content)
+    if beside:
+        yield Paragraph(text=beside)
 
 
 def _points(content: Content) -> Iterator[Chart]:

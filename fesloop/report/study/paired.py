@@ -22,7 +22,7 @@ _TOLD = (
     "better than either value. Each row is the first level less the second, over pairs of runs that differ "
     "in nothing else; values are independent of each other, and pairs may be several a value. p is two-sided "
     "and stands as it is: of twenty comparisons of what does not differ, one is below 0.05.")
-_COLUMNS = ("second", "difference", "95 % interval", "p", "values", "pairs")
+_COLUMNS = ("first", "second", "difference", "95 % interval", "p", "values", "pairs", "left out")
 
 
 def paired_section(shown: Shown) -> Section | None:
@@ -42,16 +42,23 @@ def _of_axis(shown: Shown, axis: str, metrics: list[str]) -> Iterator[Part]:
         if found:
             name = with_unit(*shown.metric_name(metric)) if found[0].statistic != "share" else \
                 shown.metric_name(metric)[0]
-            lost = any(each.dropped for each in found)
-            tables.append(Table(
-                title=f"{with_unit(*shown.axis(axis))}: difference in {name}, {found[0].statistic} "
-                      f"({found[0].interval}; p: {found[0].test})",
-                columns=["first", *_COLUMNS, *(["left out"] if lost else [])],
-                rows=[_row(axis, each)[:None if lost else -1] for each in found]))
+            judged = f" ({found[0].interval}; p: {found[0].test})" if any(each.units > 1 for each in found) \
+                else ", of one value each: how sure it is is not known"
+            tables.append(_told_in(Table(
+                title=f"{with_unit(*shown.axis(axis))}: difference in {name}, {found[0].statistic}{judged}",
+                columns=_COLUMNS, rows=[_row(axis, each) for each in found])))
     yield from tables[:1]
     if len(tables) > 1:
         more = counted(len(tables) - 1, "more metric")
         yield Fold(title=f"{shown.axis(axis)[0]}: {more}", parts=tables[1:])
+
+
+def _told_in(table: Table) -> Table:
+    """The table without columns that tell nothing."""
+    told = [number for number in range(len(table.columns))
+            if any(row[number] not in ("", "-") for row in table.rows)]
+    return Table(title=table.title, columns=[table.columns[number] for number in told],
+                 rows=[[row[number] for number in told] for row in table.rows])
 
 
 def _compared(shown: Shown, axis: str, metric: str) -> Iterator[Comparison]:

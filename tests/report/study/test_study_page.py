@@ -11,6 +11,11 @@ from fesloop.report.page import page_html
 from fesloop.report.parts import Bars, Chart, Code, Fold, HeatMap, Notice, Paragraph, Table
 from fesloop.report.study.page import study_page
 from fesloop.study import load
+from fesloop.study.figures.kept_overlays import keep_overlays
+from fesloop.study.figures.overlays import Overlay
+
+CREATED = "2026-01-01T00:00:00+00:00"
+CURVES = {"name": "curves", "kind": "curves", "metric": "error_deg", "x": "latency_ms", "by": "law"}
 
 
 def parts_of(page, kind):
@@ -80,9 +85,6 @@ def test_theory_lies_between_the_levels_where_it_belongs(with_theory):
 
 
 def test_theory_of_another_store_is_not_drawn(with_theory):
-    from fesloop.study.figures.kept_overlays import keep_overlays
-    from fesloop.study.figures.overlays import Overlay
-
     keep_overlays(with_theory.parent, "another day", {"map": [Overlay(label="theory", x=[30.0])]})
     assert not any(each.contours for each in parts_of(study_page(with_theory), HeatMap))
 
@@ -142,6 +144,24 @@ def test_nothing_is_said_of_failures_where_there_were_none(make):
 
 def error_of(levels):
     return 1.0 + levels["latency_ms"]
+
+
+def test_simulation_is_told_beside_theory(make):
+    cost = {**CURVES, "theory": "stationary_cost"}
+    path = make(figures=[cost])
+    # The mean of both laws' replicates over jitter under mpc is 1.275 + 0.1 latency.
+    keep_overlays(path.parent, CREATED, {"curves": [
+        Overlay(label="exact", x=[0.0, 20.0], y=[1.0, 4.0], line="mpc")]})
+    told = [part.text for part in parts_of(study_page(path), Paragraph)]
+    assert "Simulation lies -18.1 to +27.5 % off theory at 2 cells; theory lies within 2 of 2 intervals." \
+        in told
+
+
+def test_one_value_each_has_no_interval(make):
+    page = study_page(make(lambda levels, replicate: {"error_deg": error_of(levels)}, replicates=1))
+    tables = [part for part in section(page, "comparisons").parts if isinstance(part, Table)]
+    assert all("95 % interval" not in table.columns for table in tables)
+    assert not [part.text for part in parts_of(page, Paragraph) if "interval" in part.text]
 
 
 def test_what_was_run_is_there_to_be_run_again(make):
