@@ -39,12 +39,13 @@ def study_page(path: str | Path) -> Page:
     store = store_path(path)
     try:
         return _page(load(store), [])
-    except InputError:
+    except InputError as fault:
         found = salvaged(store)
-        if not found.lost:
+        if not found.lost and "damaged" not in fault.found:
             raise  # as when it stays locked: nothing of it is lost
+        lost = found.lost or [str(fault)]
     try:
-        return _page(results_of(store, found.rows), found.lost)
+        return _page(results_of(store, found.rows), lost)
     except InputError:
         return _unreadable(store, found)
 

@@ -73,11 +73,16 @@ def read_store(path: Path) -> StoreRows:
 def _needs_rollback(path: Path, fault: sqlite3.OperationalError) -> bool:
     """Whether a killed writer's journal is in the way, which only one who may write can play back."""
     codes = (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN)
-    return (fault.sqlite_errorcode & 0xFF) in codes and Path(f"{path}-journal").exists()
+    return _code(fault) in codes and Path(f"{path}-journal").exists()
+
+
+def _code(fault: sqlite3.Error) -> int:
+    """SQLite's own; 0 where Python is at fault with what it read, as of text that is no UTF-8."""
+    return getattr(fault, "sqlite_errorcode", 0) & 0xFF
 
 
 def _refusal(path: Path, fault: sqlite3.DatabaseError) -> InputError:
-    code = fault.sqlite_errorcode & 0xFF
+    code = _code(fault)
     if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
         return InputError(str(path), f"stayed locked for {_BUSY_S:.0f} s", "",
                           "another process writes to it without end: try again when that is over")

@@ -126,6 +126,14 @@ def test_a_study_that_does_not_say_what_it_asks_is_told(tmp_path):
     assert any("Nor does it say" in text for text in notices(page))
 
 
+def test_text_that_is_none_is_replaced_and_said(tmp_path):
+    path = write(tmp_path / "a.sqlite", lambda levels, replicate: "why")
+    tell(path, "UPDATE results SET cause = CAST(X'ff41' AS TEXT) WHERE id = 'run 3 0'")
+    page = study_page(path)
+    assert any("is damaged" in text for text in notices(page))
+    assert "�A" in page_html(page)
+
+
 def test_rows_that_do_not_fit_are_left_out_and_counted(tmp_path):
     path = write(tmp_path / "a.sqlite")
     tell(path, "UPDATE cells SET levels = 'nonsense' WHERE cell < 10")
