@@ -51,7 +51,7 @@ def _rate(known: Known, name: str, table: Mapping[str, Any]) -> str:
         node = known.experiment.wiring.node(name)
         if node.is_plant:
             return f"steps at {node.plant.grid}" if node.plant.grid else "continuous"
-        return str(node.clock)
+        return str(node.clock).rpartition("stamps, ")[2]
     if "rate" in table:
         return f"{table['rate']} Hz"
     if "clock" in table:

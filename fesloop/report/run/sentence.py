@@ -98,11 +98,22 @@ def _grasp(known: Known) -> Iterator[str]:
         yield f"the object was held in {sum(told_of)} of {len(held)} trials{last}"
 
 
+def _newest(known: Known, name: str) -> tuple[float, str]:
+    """A metric of the last trial that it is known of, and which that is, where there are several."""
+    values = known.per_trial(name)
+    finite = [trial for trial, value in enumerate(values) if math.isfinite(value)]
+    if not finite:
+        return math.nan, ""
+    if len(values) == 1:
+        return values[0], ""
+    last = finite[-1] == len(values) - 1
+    return values[finite[-1]], f" {_in_last(known)} trial" if last else f" in trial {finite[-1]}"
+
+
 def _grip(known: Known) -> Iterator[str]:
-    errors = [error for error in known.per_trial("grip_force_rmse_n") if math.isfinite(error)]
-    if errors:
-        which = "" if len(errors) == 1 else f" {_in_last(known)} trial"
-        yield f"grip force was {told(errors[-1])} N RMS from what was wanted{which}"
+    error, which = _newest(known, "grip_force_rmse_n")
+    if math.isfinite(error):
+        yield f"grip force was {told(error)} N RMS from what was wanted{which}"
 
 
 def _search(metrics: Mapping[str, Any]) -> Iterator[str]:
@@ -144,10 +155,9 @@ def _played(known: Known) -> Iterator[str]:
 
 
 def _tracker(known: Known) -> Iterator[str]:
-    errors = [error for error in known.per_trial("tracker_rmse_deg") if math.isfinite(error)]
-    if errors:
-        which = "" if len(errors) == 1 else f" {_in_last(known)} trial"
-        yield f"the tracker's own error{which} was {told(errors[-1])} deg RMS"
+    error, which = _newest(known, "tracker_rmse_deg")
+    if math.isfinite(error):
+        yield f"the tracker's own error{which} was {told(error)} deg RMS"
 
 
 def _fingertips(known: Known) -> Iterator[str]:

@@ -39,6 +39,8 @@ def _parts(known: Known, split: dict[str, list[float]]) -> Iterator[Part]:
                                    for part, (words, _) in _WORDS.items()))
     joints: dict[str, Any] = known.metrics.get("joints") or {}
     for trial in known.trials:
+        if not np.isfinite(split["total"][trial]):
+            continue
         yield Bars(key=f"split-joints-{trial}", title="Error by joint, RMS", x_label="error, deg",
                    names=["all", *map(joint_label, joints)],
                    values={words: [_at(split[part], trial), *(_at(each[f"split_{part}_deg"], trial)

@@ -36,6 +36,8 @@ def _joints(known: Known) -> Iterator[Part]:
     joints: dict[str, Any] = known.metrics.get("joints") or {}
     errors = {name: each["tracker_rmse_deg"] for name, each in joints.items() if "tracker_rmse_deg" in each}
     for trial in known.trials if errors else ():
+        if not any(math.isfinite(values[trial]) for values in errors.values()):
+            continue
         yield Bars(key=f"tracker-joints-{trial}", title="Tracker's error by joint, RMS", x_label="error, deg",
                    names=[joint_label(name) for name in errors],
                    values={"estimate against truth": [_shown(values[trial]) for values in errors.values()]},
@@ -44,7 +46,7 @@ def _joints(known: Known) -> Iterator[Part]:
     estimate, truth = known.scored("estimate"), known.scored("truth")
     for trial in known.trials if estimate and truth else ():
         lines = _error_lines(known, estimate, truth, trial)
-        if lines:
+        if any(np.isfinite(line.y).any() for line in lines):
             high, cut = _most(lines)
             yield Chart(key=f"tracker-course-{trial}",
                         title=f"Tracker's error over time, RMS over joints{cut}", x_label="time, s",

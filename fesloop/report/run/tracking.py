@@ -108,7 +108,8 @@ def _limits(lines: Sequence[Line]) -> tuple[float, float] | None:
     """All of reference and truth, and of an estimate that goes astray what it is most of the time."""
     ends: list[float] = []
     for line in lines:
-        finite = line.y[np.isfinite(line.y)]
+        values = line.y if line.low is None or line.high is None else np.concatenate([line.low, line.high])
+        finite = values[np.isfinite(values)]
         if finite.size:
             ends += (np.percentile(finite, [2.0, 98.0]).tolist() if line.role == "estimate"
                      else [float(finite.min()), float(finite.max())])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 _UNITS = {"deg": "deg", "ms": "ms", "s": "s", "min": "min", "mm": "mm", "cm": "cm", "hz": "Hz", "ma": "mA",
-          "us": "µs", "ut": "µT", "n": "N", "nc": "nC", "percent": "%"}
+          "us": "µs", "ut": "µT", "n": "N", "nc": "nC", "uc": "µC",
+          "pct": "%", "percent": "%"}
 """Ends of names in fesloop, each with its unit."""
 
 
