@@ -1,0 +1,51 @@
+"""What follows the documentation's pages writes what they name, runs what they run, and says where one fails."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+RUNNER = Path(__file__).resolve().parents[1] / ".ci" / "docs.py"
+PAGE = """# A page
+
+`notes/a.txt`
+
+```text
+seven
+```
+
+```sh
+cat notes/a.txt > copy.txt
+```
+
+```console
+$ false
+```
+
+```python
+from pathlib import Path
+
+assert Path("copy.txt").read_text() == "seven\\n"
+print("as it should be")
+```
+"""
+
+
+def follow(page, text):
+    page.write_text(text)
+    return subprocess.run([sys.executable, RUNNER, page], capture_output=True, text=True, timeout=60)
+
+
+def test_files_are_written_and_what_is_to_be_run_is_run_in_order(tmp_path):
+    done = follow(tmp_path / "page.md", PAGE)
+    assert done.returncode == 0, done.stderr
+    assert "as it should be" in done.stdout
+    assert "page.md: ok" in done.stdout
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["page.md"]
+
+
+def test_a_page_ends_where_a_command_fails_and_says_which(tmp_path):
+    done = follow(tmp_path / "page.md", PAGE.replace("cat notes/a.txt", "cat notes/b.txt"))
+    assert done.returncode == 1
+    assert "page.md: failed in" in done.stderr
+    assert "cat notes/b.txt > copy.txt" in done.stderr
+    assert "as it should be" not in done.stdout
