@@ -1,4 +1,4 @@
-"""What follows the documentation's pages writes what they name, runs what they run, and says where one fails."""
+"""What follows the pages of docs/ writes what they name, runs what they run, and says where one fails."""
 
 import subprocess
 import sys
