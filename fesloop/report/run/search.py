@@ -99,7 +99,7 @@ def _arrays(recording: Recording, asked: Sequence[Asked], trial: int, shown: int
     yield Drawing(
         key=f"search-quality-{trial}", trial=shown, svg=quality_svg(player.part, qualities, found),
         title="What each element, and each joined pair, was good for at best; ringed: what was found; "
-              "white: not asked",
+              "empty: not asked",
         text=f"{counted(len(qualities), 'electrode')} asked. The best was {_electrode(best)}, of quality "
              f"{qualities[best]:.2f}; the search found {_electrode(found) if found else 'none'}.")
     if len(qualities) > MOST_STEPS:
