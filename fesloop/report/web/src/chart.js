@@ -94,9 +94,11 @@ function band(line) {
   const { x, low, high, role, style } = line;
   if (low === null || high === null) return null;
   if (style === "points") {
-    return Plot.ruleX(x, { x, y1: low, y2: high, stroke: roleColour(role), strokeOpacity: 0.6 });
+    return Plot.ruleX(x, { x, y1: low, y2: high, stroke: roleColour(role), strokeOpacity: 0.6, clip: true });
   }
-  return Plot.areaY(x, { x, y1: low, y2: high, fill: roleColour(role), fillOpacity: 0.2, curve: curveOf(line) });
+  return Plot.areaY(x, {
+    x, y1: low, y2: high, fill: roleColour(role), fillOpacity: 0.2, curve: curveOf(line), clip: true,
+  });
 }
 
 function stroke(line) {
@@ -105,7 +107,7 @@ function stroke(line) {
   if (style === "points") return Plot.dot(x, { x, y, fill: colour, r: x.length > 200 ? 1.6 : 3 });
   const drawn = Plot.line(x, {
     x, y, stroke: colour, strokeWidth: 1.75, strokeDasharray: style === "dashed" ? "5 4" : undefined,
-    strokeLinejoin: "round", curve: curveOf(line),
+    strokeLinejoin: "round", curve: curveOf(line), clip: true,
   });
   const few = x.length <= 30 && style === "line";
   return few ? [drawn, Plot.dot(x, { x, y, fill: colour, r: 2.5 })] : drawn;
