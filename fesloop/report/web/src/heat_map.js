@@ -9,6 +9,7 @@ import { tellOf } from "./told.js";
 
 const CELL_HIGH = 40; // px
 const LABEL_MOST = 0.3; // of the width
+const LEVEL_MOST = 140; // px, of a column's name
 
 /** Draws a heat map at a width, px. */
 export function drawHeatMap(place, heat, array, width) {
@@ -47,22 +48,30 @@ function ramped(bad) {
   return `color-mix(in oklab, var(--heat-${to}) ${(share * 100).toFixed(1)}%, var(--heat-${from}))`;
 }
 
-const inkOn = (bad) => (bad > 0.6 ? "var(--on-bad)" : "var(--on-good)");
+/** Texts change their colour where the next stands out more: by WCAG's contrast, 4.5 or more throughout. */
+function inkOn(bad) {
+  if (bad < 0.5) return "var(--on-good)";
+  return bad < 0.88 ? "var(--on-middling)" : "var(--on-bad)";
+}
 
 function plotted(heat, cells, contours, width) {
   const [columns, rows] = [heat.x_levels.length, heat.y_levels.length];
   const left = Math.min(width * LABEL_MOST, 18 + Math.max(...heat.y_levels.map(textWidth)));
   const across = (width - left - 8) / columns;
   const fits = cells.every(({ text }) => textWidth(text) < across - 4);
-  const every = Math.ceil(Math.max(...heat.x_levels.map(textWidth)) / (across - 6));
+  const widest = Math.min(LEVEL_MOST, Math.max(...heat.x_levels.map(textWidth)));
+  const upright = widest > across - 6;
+  const every = Math.ceil((upright ? SIZE + 2 : 1) / across);
+  const below = upright ? widest + 30 : 38;
   return Plot.plot({
-    width, height: 64 + CELL_HIGH * rows,
-    marginLeft: left, marginRight: 8, marginTop: 26, marginBottom: 38,
+    width, height: 26 + below + CELL_HIGH * rows,
+    marginLeft: left, marginRight: 8, marginTop: 26, marginBottom: below,
     style: { fontFamily: "inherit", fontSize: `${SIZE}px`, background: "none", overflow: "visible" },
     x: {
       domain: [-0.5, columns - 0.5], label: heat.x_label, labelArrow: "none", labelAnchor: "right",
       ticks: heat.x_levels.map((_, i) => i).filter((i) => i % every === 0), tickSize: 0,
-      tickFormat: (i) => heat.x_levels[i],
+      tickFormat: (i) => shortened(heat.x_levels[i], LEVEL_MOST), tickRotate: upright ? -90 : 0,
+      labelOffset: below - 4,
     },
     y: {
       domain: [-0.5, rows - 0.5], label: heat.y_label, labelArrow: "none", tickSize: 0,
