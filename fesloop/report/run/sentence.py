@@ -148,10 +148,15 @@ def _played(known: Known) -> Iterator[str]:
         totals = [each["total"] for each in errors.values()
                   if isinstance(each, dict) and math.isfinite(each.get("total", math.nan))]
         if totals:
-            yield (f"the tracker's orientations were {told(min(totals))} to {told(max(totals))} deg RMS from "
-                   "the recording's reference")
+            yield f"the tracker's orientations were {_range(totals)} deg RMS from the recording's reference"
     if players:
-        yield ("a recording was played, which cannot answer to stimulation: no tracking error is claimed")
+        yield "a recording was played, which cannot answer to stimulation: no tracking error is claimed"
+
+
+def _range(values: list[float]) -> str:
+    """From the least to the greatest; one where they look the same."""
+    least, greatest = told(min(values)), told(max(values))
+    return least if least == greatest else f"{least} to {greatest}"
 
 
 def _tracker(known: Known) -> Iterator[str]:
@@ -167,7 +172,7 @@ def _fingertips(known: Known) -> Iterator[str]:
         for tracker, tips in errors.items():
             last = [values[-1] for values in tips.values() if values and math.isfinite(values[-1])]
             if last:
-                parts.append(f"{tracker} by {told(min(last))} to {told(max(last))} mm")
+                parts.append(f"{tracker} by {_range(last)} mm")
         if parts:
             yield f"fingertips were off (RMS, by finger): {listed(parts)}"
 
