@@ -6,11 +6,12 @@ import { extent, lastValue, linesWith, valueAt } from "./lines.js";
 import { markMarks } from "./marks.js";
 import { createPlayHead } from "./play_head.js";
 import { tellOf } from "./told.js";
-import { number, SIZE, textWidth } from "./text.js";
+import { number, shortened, SIZE, textWidth } from "./text.js";
 
 const ENDS_FROM = 620; // px: from this width on names stand at the lines' ends
 const ENDS_MOST = 6; // lines that have room for their names there
 const ENDS_SHARE = 0.26; // of the width, that names take there at most
+const LEVEL_MOST = 140; // px, of a kind's name
 const MARKS_HIGH = 14; // px, of the row of marks' names
 const MARGIN = { top: 26, right: 14, bottom: 36, left: 46 }; // px
 
@@ -45,13 +46,14 @@ export function drawChart(place, chart, array, width, clock) {
 
 function plotted(chart, lines, width, { top, right, bottom, left }) {
   const [low, high] = chart.limits ?? padded(extent(lines.flatMap(({ y, low: l, high: h }) => [y, l, h])));
-  const height = Math.round(Math.min(300, Math.max(190, width * 0.42)));
   const inner = width - left - right;
+  const turned = turnedLevels(chart.x_levels, inner);
+  const height = Math.round(Math.min(300, Math.max(190, width * 0.42))) + turned.height;
   return Plot.plot({
     width, height,
-    marginTop: top, marginRight: right, marginBottom: bottom, marginLeft: left,
+    marginTop: top, marginRight: right, marginBottom: bottom + turned.height, marginLeft: left,
     style: { fontFamily: "inherit", fontSize: `${SIZE}px`, background: "none", overflow: "visible" },
-    x: { ...xScale(chart, lines), label: chart.x_label, labelArrow: "none", labelAnchor: "right" },
+    x: { ...xScale(chart, lines), ...turned.options, label: chart.x_label, labelArrow: "none", labelAnchor: "right" },
     y: { domain: [low, high], label: chart.y_label, labelArrow: "none", ticks: Math.round(height / 55) },
     marks: [
       ...markMarks(chart.marks, extent(lines.map((line) => line.x)), inner),
@@ -61,6 +63,17 @@ function plotted(chart, lines, width, { top, right, bottom, left }) {
       ...lines.map((line) => stroke(line)),
     ],
   });
+}
+
+/** Kinds whose names do not fit side by side stand upright; `height` is what that takes, px. */
+function turnedLevels(levels, width) {
+  const widest = Math.max(0, ...levels.map(textWidth));
+  if (widest <= width / levels.length - 6 || levels.length === 0) return { options: {}, height: 0 };
+  const long = Math.min(LEVEL_MOST, widest);
+  return {
+    options: { tickRotate: -90, tickFormat: (i) => shortened(levels[i] ?? "", long), labelOffset: long + 28 },
+    height: long,
+  };
 }
 
 function xScale(chart, lines) {
