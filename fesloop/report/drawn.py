@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -106,35 +106,3 @@ def _poses(poses: Array, numbers: Numbers) -> dict[str, int]:
     """Orientations and positions apart: each has a range of its own."""
     return {"frames": len(poses), "bodies": poses.shape[1], "orientations": numbers.add(poses[..., :4]),
             "positions": numbers.add(poses[..., 4:])}
-
-
-def trial_of(part: Part) -> int | None:
-    """The trial that a part is shown with; None where it is of all."""
-    return getattr(part, "trial", None)
-
-
-def alike(one: Part, other: Part) -> bool:
-    """Whether two parts are charts, or maps, of the same kind of thing, to be seen beside each other."""
-    if isinstance(one, HeatMap) and isinstance(other, HeatMap):
-        return ((one.x_label, one.y_label, one.value_label, one.low, one.high)
-                == (other.x_label, other.y_label, other.value_label, other.low, other.high))
-    return (isinstance(one, Chart) and isinstance(other, Chart)
-            and (one.trial, one.timed, one.y_label, _names(one.lines))
-            == (other.trial, other.timed, other.y_label, _names(other.lines)))
-
-
-def _names(lines: Sequence[Line]) -> list[str]:
-    return [line.name for line in lines]
-
-
-def rows(parts: Sequence[Part]) -> list[list[Part]]:
-    """Parts in their order, those that are alike together."""
-    found: list[list[Part]] = []
-    for part in parts:
-        if found and alike(found[-1][-1], part):
-            found[-1].append(part)
-        else:
-            found.append([part])
-    return found
-
-

@@ -14,8 +14,9 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from fesloop.errors import InputError
+from fesloop.report.arrangement import rows, trial_of
 from fesloop.report.drawing import checked_svg
-from fesloop.report.drawn import drawn_numbers, rows, trial_of
+from fesloop.report.drawn import drawn_numbers
 from fesloop.report.parts import Page, Table
 
 _DIGITS = frozenset("0123456789")

@@ -10,7 +10,8 @@ import pytest
 from made_up_pages import error, joint, page
 
 from fesloop.errors import InputError
-from fesloop.report.drawn import drawn_numbers, rows
+from fesloop.report.arrangement import rows
+from fesloop.report.drawn import drawn_numbers
 from fesloop.report.page import as_json, asset, page_html, write_page
 from fesloop.report.parts import Chart, Code, Fold, Line, Notice, Paragraph, Section, Table
 
