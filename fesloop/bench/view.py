@@ -42,7 +42,7 @@ _FULL, _SHORT = (30, 20.0), (4, 8.0)
 """How many turns, and how long one is, s."""
 _WARM_UP_NS = 2 * NS_PER_S
 """Of the run, before the first turn."""
-_STARTING_S, _TIMES = 120.0, 2.0
+_STARTING_S, _TIMES = 120.0, 5.0
 """The run could go on for so long, and so many times the turns; it ends with the last of them."""
 _EXPERIMENT = "tracker_hour"
 _STARTS_S, _LOOK_S = 120.0, 0.05

@@ -24,9 +24,11 @@ _FIRST_ROWS_S, _LOOK_S = 30.0, 0.05
 """How long to wait for the first rows of a run, and how often to look for them."""
 _SILENT_NS = 2 * NS_PER_S
 """Without new rows for so long something is wrong: a run writes every .4 to .8 s."""
+_LATE_NS = 2 * NS_PER_S
+"""What a run is behind the wall clock when it has just written and keeps up is less: the writing."""
 _LOOKED_AT = 20
 """Frames of what is there at first, by which the page places its camera."""
-_GRID_NS = round(FRAME_S * NS_PER_S)
+_PER_S = round(1.0 / FRAME_S)
 RUNNING = "running"
 
 
@@ -35,7 +37,7 @@ class FollowedRecording:
 
     Parameters
     ----------
-    recording: as it is now; it may be closed afterwards.
+    recording: as it is now; it is closed, for of a file that is open twice HDF5 reads wrong chunks.
     clock: the machine's monotonic one, ns.
 
     Raises InputError for a recording that holds no hand, or into which nothing is written.
@@ -49,6 +51,7 @@ class FollowedRecording:
             raise InputError(str(path), NO_HAND, WITH_HAND)
         self.spans: Mapping[int, Span] = {}
         self._hand = hand
+        recording.close()
         self._rows = GrowingRecording(path, list(dict.fromkeys(
             name.partition(".")[0] for name in hand.sources)))
         try:
@@ -109,24 +112,38 @@ class FollowedRecording:
             self._origins[head.trial] = self._rows.origin_ns(head.trial)
         origin_ns = self._origins[head.trial]
         if origin_ns is not None:
-            return f"{(now_ns - origin_ns - head.time_ns) / NS_PER_S:.1f} s behind the loop"
+            # The loop is late by itself where it is behind the wall clock when it has just written.
+            late_ns = max(0, self._grown_ns - origin_ns - newest[1]) if newest[0] == head.trial else 0
+            behind_ns = now_ns - origin_ns - head.time_ns - late_ns
+            late = f"; the loop itself is {late_ns / NS_PER_S:.0f} s late" if late_ns > _LATE_NS else ""
+            return f"{behind_ns / NS_PER_S:.1f} s behind the loop{late}"
         return f"the run is at {newest[1] / NS_PER_S:.1f} s of trial {newest[0]}, not in real time"
 
     def _frame(self, note: str, known_ns: int) -> Shown:
         """At the last instant of the frames' grid before the head; so that several can be made together."""
-        trial, number = self._head.trial, self._head.time_ns // _GRID_NS
+        trial, number = self._head.trial, _number(self._head.time_ns)
         if (trial, number) not in self._made:
-            numbers = range(number, max(number, min(number + AHEAD - 1, known_ns // _GRID_NS)) + 1)
-            seen = poses_at(self._rows, self._hand, trial, [each * _GRID_NS for each in numbers],
+            numbers = range(number, max(number, min(number + AHEAD - 1, _number(known_ns))) + 1)
+            seen = poses_at(self._rows, self._hand, trial, [_instant_ns(each) for each in numbers],
                             len(self.figure.objects))
             self._made = {(trial, each): poses for each, poses in zip(numbers, seen, strict=True)}
         hands, objects = self._made[trial, number]
-        time_s = number * _GRID_NS / NS_PER_S
+        time_s = _instant_ns(number) / NS_PER_S
         return Shown(trial=trial, time_s=time_s, note=note, hands=hands, objects=objects)
 
     def close(self) -> None:
         """Let the file go."""
         self._rows.close()
+
+
+def _number(time_ns: int) -> int:
+    """Of the frame that is shown then."""
+    return time_ns * _PER_S // NS_PER_S
+
+
+def _instant_ns(number: int) -> int:
+    """The first at which a frame is shown."""
+    return -(-number * NS_PER_S // _PER_S)
 
 
 def _first_rows(rows: GrowingRecording, hand: RecordedHand, path: Path) -> tuple[int, int]:

@@ -30,7 +30,7 @@ class GrowingStream:
         """Read what was added; whether anything was."""
         self._dataset.refresh()
         count = int(self._dataset.shape[0])
-        if count == self._read:
+        if count <= self._read:
             return False
         added = self._dataset[max(self._read, count - _MOST_ROWS):count]
         self.rows = np.concatenate([self.rows, added])[-_MOST_ROWS:]

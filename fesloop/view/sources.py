@@ -29,12 +29,10 @@ def open_recording(path: Path) -> Source:
     try:
         if recording.status != RUNNING or not _fresh(path):
             return PlayedRecording(recording)
-        source = FollowedRecording(recording)
+        return FollowedRecording(recording)
     except BaseException:
         recording.close()
         raise
-    recording.close()
-    return source
 
 
 def _opened(path: Path) -> Recording:
