@@ -77,11 +77,14 @@ class GrowingRecording:
         return rows["time_ns"][first:stop], rows[port][first:stop]
 
     def newest(self, names: Sequence[str]) -> tuple[int, int] | None:
-        """Trial and instant, ns, up to which all of these signals that go on are known; None for nothing."""
-        ends = [(int(rows[-1]["trial"]), int(rows[-1]["time_ns"])) for name in names
-                if len(rows := self._streams[name.partition(".")[0]].rows)]
-        trial = max((trial for trial, _ in ends), default=-1)
-        return min((end for end in ends if end[0] == trial), default=None)
+        """Trial and instant, ns, up to which these signals are known, as far as they are known in that trial.
+
+        The trial is the first signal's, which tells where the hand is; None while nothing of it is known.
+        """
+        ends = [(int(rows[-1]["trial"]), int(rows[-1]["time_ns"])) if len(rows) else (-1, 0)
+                for rows in (self._streams[name.partition(".")[0]].rows for name in names)]
+        trial = ends[0][0]
+        return None if trial < 0 else min(end for end in ends if end[0] == trial)
 
     @property
     def status(self) -> str:
