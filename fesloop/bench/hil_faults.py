@@ -98,7 +98,7 @@ def _read(path: Path, struck_ns: int) -> tuple[float, str]:
     try:
         with Recording(path) as recording:
             until_ns = struck_ns - int(recording.origins["monotonic_ns"][0])
-            last_ns = int(recording.signal("safety.stimulation").times_ns[-1])
+            last_ns = int(recording.signal("safety.stimulation").times_ns.max(initial=0))
             told = " ".join(f"{event.status}: {event.detail}" for event in recording.events
                             if event.time_ns >= until_ns)
     except (FesloopError, IndexError):

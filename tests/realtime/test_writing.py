@@ -4,6 +4,7 @@ import fesloop
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.writing import RecordingWriter
 from fesloop.experiment.running import trial
+from fesloop.realtime.in_step import InStep
 
 NAME = "finger_pid_latency"
 SHORT = ["experiment.duration_s=1.2"]
@@ -41,3 +42,20 @@ def test_a_disk_that_fills_up_between_two_pieces_ends_the_run(tmp_path, monkeypa
     assert "the disk is full" in result.cause
     with Recording(result.recording) as recording:
         assert recording.status == "failed"
+
+
+def test_when_a_trial_began_stands_in_the_file_from_its_first_instant_on(tmp_path, monkeypatch):
+    seen, advance = [], InStep.advance
+
+    def looked(self, stop_ns):
+        done = advance(self, stop_ns)
+        if not seen:
+            with Recording(next(tmp_path.glob("[!.]*.h5"))) as recording:
+                seen.append(recording.origins["monotonic_ns"].tolist())
+        return done
+
+    monkeypatch.setattr(InStep, "advance", looked)
+    result = fesloop.load(NAME, SHORT).run(tmp_path, realtime=True)
+    with Recording(result.recording) as recording:
+        assert seen == [recording.origins["monotonic_ns"].tolist()]
+        assert len(seen[0]) == 1
