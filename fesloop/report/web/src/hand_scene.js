@@ -42,13 +42,14 @@ export function createScene(stage, { shapes, objects, view }, points) {
 
   let frames = 0;
   let asked = false;
-  const drawn = createSharpness(renderer, draw);
+  const sharpness = createSharpness(renderer, draw);
   function draw() {
     asked = false;
+    sharpness.prepare();
     renderer.render(scene, camera);
     frames += 1;
     stage.dataset.frames = frames;
-    drawn();
+    sharpness.drawn();
   }
   function ask() {
     if (!asked) requestAnimationFrame(draw);

@@ -6,17 +6,25 @@ const STILL_MS = 300; // without a frame, after which what stands still is drawn
 const SMOOTHED = 0.8; // share of what was in the mean of the time between frames
 const COARSER = 0.9; // times, at least, each time that frames are slow
 
-/** Follows how fast frames come; `redraw` draws once. `drawn()` is to be called after each frame. */
+/**
+ * Follows how fast frames come; `redraw` draws once.
+ *
+ * @returns prepare(): before each frame, for a canvas is empty once it has another number of pixels; drawn(): after it
+ */
 export function createSharpness(renderer, redraw) {
   const fine = Math.min(devicePixelRatio, FINEST);
   let moving = fine;
+  let wanted = fine;
   let mean = 0;
   let last = -Infinity;
   let still = 0;
-  renderer.setPixelRatio(fine);
+
+  function prepare() {
+    if (renderer.getPixelRatio() !== wanted) renderer.setPixelRatio(wanted);
+  }
 
   function refine() {
-    renderer.setPixelRatio(fine);
+    wanted = fine;
     mean = 0;
     last = -Infinity;
     redraw();
@@ -29,15 +37,17 @@ export function createSharpness(renderer, redraw) {
       moving = Math.max(COARSEST, moving * fewer);
       mean = 0;
     }
-    if (renderer.getPixelRatio() !== moving) renderer.setPixelRatio(moving);
+    wanted = moving;
   }
 
-  return function drawn() {
+  function drawn() {
     const now = performance.now();
     const between = now - last;
     last = now;
     if (between < STILL_MS) follow(between);
     clearTimeout(still);
-    if (renderer.getPixelRatio() < fine) still = setTimeout(refine, STILL_MS);
-  };
+    if (wanted < fine) still = setTimeout(refine, STILL_MS);
+  }
+
+  return { prepare, drawn };
 }
