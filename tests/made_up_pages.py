@@ -2,23 +2,20 @@
 
 import numpy as np
 
+from fesloop.report.figure3d import Figure3d, Frames, Mesh, Solid
 from fesloop.report.parts import (
     Bars,
     Chart,
     Code,
     Drawing,
-    Figure3d,
     Fold,
-    Frames,
     HeatMap,
     Line,
     Mark,
-    Mesh,
     Notice,
     Page,
     Paragraph,
     Section,
-    Solid,
     Table,
 )
 

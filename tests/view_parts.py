@@ -8,7 +8,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from fesloop.errors import InputError
-from fesloop.report.parts import Figure3d, Frames, Mesh
+from fesloop.report.figure3d import Figure3d, Frames, Mesh
 from fesloop.view.server import ViewServer
 from fesloop.view.shown import Shown, Span
 

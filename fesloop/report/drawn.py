@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.report.figure3d import Figure3d, Frames, Mesh, Solid
 from fesloop.report.numbers import Numbers
-from fesloop.report.parts import Bars, Chart, Figure3d, Fold, Frames, HeatMap, Line, Mesh, Page, Part, Solid
+from fesloop.report.parts import Bars, Chart, Fold, HeatMap, Line, Page, Part
 
 Array = NDArray[np.float64]
 Drawn = Chart | Bars | HeatMap | Figure3d

@@ -14,7 +14,7 @@ from fesloop.hand.kinematics import AT_REFERENCE, Poses
 from fesloop.hand.skeleton import hand_tree
 from fesloop.picture.distance_kernels import flesh_distances
 from fesloop.picture.flesh import Flesh, flesh
-from fesloop.report.parts import Mesh
+from fesloop.report.figure3d import Mesh
 from fesloop.report.surface_net import surface_net
 
 Array = NDArray[np.float64]

@@ -14,8 +14,8 @@ from fesloop.picture.cast import cast_of
 from fesloop.picture.hand import view_of
 from fesloop.picture.held import Signals, span_ns
 from fesloop.picture.posture import Posture
+from fesloop.report.figure3d import Figure3d, Frames, Solid
 from fesloop.report.objects import holdable, object_poses, padded
-from fesloop.report.parts import Figure3d, Frames, Solid
 from fesloop.report.recorded_hand import ESTIMATE, TRUTH, RecordedHand, recorded_hand
 
 Array = NDArray[np.float64]

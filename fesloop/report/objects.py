@@ -12,7 +12,7 @@ from fesloop.picture.distance_kernels import BALL, BOX, CYLINDER
 from fesloop.picture.held import Signals
 from fesloop.picture.render import Solid as Drawn
 from fesloop.picture.scene import solids_of
-from fesloop.report.parts import Solid
+from fesloop.report.figure3d import Solid
 
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]

@@ -21,8 +21,8 @@ from fesloop.hand.skeleton import hand_tree
 from fesloop.picture.cast import Cast, Player
 from fesloop.picture.held import Signals, values_at
 from fesloop.picture.posture import Posture, estimated_posture, posture_of_angles, true_posture
+from fesloop.report.figure3d import Mesh
 from fesloop.report.hand_mesh import NOTHING, segment_meshes
-from fesloop.report.parts import Mesh
 
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.report.parts import Mesh
+from fesloop.report.figure3d import Mesh
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]

@@ -15,9 +15,9 @@ from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.loop.clock import NS_PER_S
 from fesloop.picture.posture import posture_of_angles
+from fesloop.report.figure3d import Figure3d, Frames
 from fesloop.report.hand_mesh import segment_meshes
 from fesloop.report.motion import view_into
-from fesloop.report.parts import Figure3d, Frames
 from fesloop.report.recorded_hand import ESTIMATE
 from fesloop.streams.live.description import channels_of
 from fesloop.streams.live.library import Network
