@@ -84,7 +84,7 @@ class Bars:
     Attributes
     ----------
     names: of the bars. values: by series (name in the key, in the order in which they are stacked), one a
-        bar. roles: of the series. stacked: whether they add up.
+        bar; NaN where there is none. roles: of the series. stacked: whether they add up.
     """
 
     key: str

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -67,8 +66,7 @@ def _orientations(known: Known) -> Part | None:
         return None
     parts = [part for part in ("heading", "inclination", "total")
              if all(isinstance(each, dict) and part in each for each in errors.values())]
-    values = {part: [each[part] if math.isfinite(each[part]) else 0.0 for each in errors.values()]
-              for part in parts}
+    values = {part: [each[part] for each in errors.values()] for part in parts}
     roles = {part: f"series-{number}" for number, part in enumerate(parts)}
     return Bars(key="result", title="Error of the tracker's orientations, RMS", x_label="error, deg",
                 names=list(errors), values=values, roles=roles, stacked=False,

@@ -43,14 +43,8 @@ def _parts(known: Known, split: dict[str, list[float]]) -> Iterator[Part]:
             continue
         yield Bars(key=f"split-joints-{trial}", title="Error by joint, RMS", x_label="error, deg",
                    names=["all", *map(joint_label, joints)],
-                   values={words: [_at(split[part], trial), *(_at(each[f"split_{part}_deg"], trial)
-                                                              for each in joints.values())]
+                   values={words: [split[part][trial], *(each[f"split_{part}_deg"][trial]
+                                                         for each in joints.values())]
                            for part, (words, _) in _WORDS.items()},
                    roles=dict(_WORDS.values()), stacked=False, trial=trial,
                    text=f"Error of each joint in trial {trial}, and its two shares.")
-
-
-def _at(values: list[float], trial: int) -> float:
-    """A bar's length; none where the error is not known."""
-    value = values[trial]
-    return value if np.isfinite(value) else 0.0

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.experiment.metrics.joints import held
+from fesloop.experiment.recording.signal_table import SignalTable
 from fesloop.loop.clock import NS_PER_S
 from fesloop.report.parts import Bars, Chart, Line, Paragraph, Part, Section, Table
 from fesloop.report.run.known import Known
@@ -40,7 +41,7 @@ def _joints(known: Known) -> Iterator[Part]:
             continue
         yield Bars(key=f"tracker-joints-{trial}", title="Tracker's error by joint, RMS", x_label="error, deg",
                    names=[joint_label(name) for name in errors],
-                   values={"estimate against truth": [_shown(values[trial]) for values in errors.values()]},
+                   values={"estimate against truth": [values[trial] for values in errors.values()]},
                    roles={"estimate against truth": "tracker"}, stacked=False, trial=trial,
                    text=f"Error of the tracker at each joint in trial {trial}.")
     estimate, truth = known.scored("estimate"), known.scored("truth")
@@ -59,17 +60,23 @@ def _error_lines(known: Known, estimate: str, truth: str, trial: int) -> list[Li
     """Error as it was and, where the tracker tells it, its standard deviation as it thought."""
     wanted = known.recording.column(truth, trial)
     (table,) = known.recording.tables([estimate], trial)
-    found = thinned(((piece.newest_ns, _rms_deg(piece.values[0] - held(wanted, piece.newest_ns)))
-                     for piece in table.pieces()), table.count)
+    found = thinned(((captured, _rms_deg(values - held(wanted, captured)))
+                     for captured, values in _derived(table)), table.count)
     lines = [] if found is None else [found.line("estimate against truth", "tracker")]
     deviation = _deviation(known, estimate)
     if deviation and lines:
         (table,) = known.recording.tables([deviation], trial)
-        told_of = thinned(((piece.newest_ns, _rms_deg(piece.values[0])) for piece in table.pieces()),
-                          table.count)
+        told_of = thinned(((captured, _rms_deg(values)) for captured, values in _derived(table)), table.count)
         if told_of is not None:
             lines.append(told_of.line("its standard deviation, as it says", "estimate", style="dashed"))
     return lines
+
+
+def _derived(table: SignalTable) -> Iterator[tuple[NDArray[np.int64], Array]]:
+    """Captures, ns, and values of the rows that derive from one: no other has a place in time here."""
+    for piece in table.pieces():
+        there = piece.newest_ns >= 0
+        yield piece.newest_ns[there], piece.values[0][there]
 
 
 def _most(lines: list[Line]) -> tuple[float, str]:
@@ -103,11 +110,11 @@ def _fingertips(known: Known) -> Iterator[Part]:
     roles = {tracker: f"series-{number % 8}" for number, tracker in enumerate(errors)}
     tips = list(next(iter(errors.values())))
     for trial in known.trials:
-        yield Bars(key=f"tracker-tips-{trial}", title="Error of the fingertips, RMS", x_label="error, mm",
-                   names=tips, values={tracker: [_shown(values[trial]) for values in each.values()]
-                                       for tracker, each in errors.items()},
-                   roles=roles, stacked=False, trial=trial,
-                   text=f"Error of each fingertip by tracker in trial {trial}.")
+        sizes = {tracker: [values[trial] for values in each.values()] for tracker, each in errors.items()}
+        if any(math.isfinite(size) for each in sizes.values() for size in each):
+            yield Bars(key=f"tracker-tips-{trial}", title="Error of the fingertips, RMS", x_label="error, mm",
+                       names=tips, values=sizes, roles=roles, stacked=False, trial=trial,
+                       text=f"Error of each fingertip by tracker in trial {trial}.")
         lines = [found.line(tracker, roles[tracker]) for tracker in errors
                  if (found := tip_course(known, tracker, trial)) is not None]
         if lines:
@@ -158,8 +165,3 @@ def _step_times(known: Known) -> Iterator[Part]:
     if isinstance(times, dict) and times:
         yield Table(title="Time that a step took on this machine, µs", columns=["block", "median", "99 %"],
                     rows=[[block, told(each["median"]), told(each["p99"])] for block, each in times.items()])
-
-
-def _shown(value: float) -> float:
-    """A bar's length; none where the error is not known."""
-    return value if math.isfinite(value) else 0.0
