@@ -47,6 +47,12 @@ def test_evenly_spaced_numbers_take_three_numbers():
     assert encoded(np.linspace(0.5, 2.5, 1000)) == {"from": 0.5, "to": 2.5, "count": 1000}
 
 
+def test_numbers_that_are_almost_evenly_spaced_are_kept_as_they_are():
+    values = np.linspace(0.0, 1.0, 1000)
+    values[500] += 5e-5
+    assert np.abs(read(encoded(values)) - values).max() <= 1.0 / 65534
+
+
 def test_a_number_among_many_equal_ones_is_kept():
     values = np.full(100, 3.0)
     values[40] = np.nan

@@ -40,6 +40,13 @@ def test_no_peak_is_lost_and_the_mean_is_kept(values, cuts, points):
             assert (found.low[i, 0], found.high[i, 0]) == (known.min(), known.max())
 
 
+@pytest.mark.parametrize("cut", range(1, 10))
+def test_a_point_of_rows_in_two_pieces_is_the_mean_of_all_of_them(cut):
+    rows = np.arange(1.0, 11.0)[:, np.newaxis]
+    found = thinned(pieces_of(rows, [cut]), 10, 2)
+    assert found.mean[:, 0].tolist() == [3.0, 8.0]
+
+
 def test_rows_that_are_few_stay_as_they_are():
     rows = np.array([[3.0], [1.0], [2.0]])
     found = thinned(pieces_of(rows, []), 3, 3)
