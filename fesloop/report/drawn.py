@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,8 @@ Drawn = Chart | Bars | HeatMap | Figure3d
 
 def drawn_numbers(page: Page) -> dict[str, Any]:
     """All that a page's script needs, fit for JSON: arrays, and parts by key, which name theirs by place.
+
+    Limits, marks and points that are not finite, as a damaged file may make them, are left out.
 
     Raises ValueError where two parts of the page have the same key.
     """
@@ -52,18 +55,23 @@ def _described(part: Drawn, numbers: Numbers) -> dict[str, Any]:
 
 
 def _chart(chart: Chart, numbers: Numbers) -> dict[str, Any]:
+    limits = None if chart.limits is None or not np.isfinite(chart.limits).all() else \
+        [*map(float, chart.limits)]
     return {"kind": "chart", "x_label": chart.x_label, "y_label": chart.y_label,
-            "lines": [_line(line, numbers) for line in chart.lines],
+            "lines": [_line(line, numbers, limits) for line in chart.lines],
             "marks": [{"text": mark.text, "at": float(mark.at), "until": float(mark.until)}
-                      for mark in chart.marks],
-            "timed": chart.timed, "limits": None if chart.limits is None else [*map(float, chart.limits)],
+                      for mark in chart.marks if np.isfinite([mark.at, mark.until]).all()],
+            "timed": chart.timed, "limits": limits,
             "x_levels": [*chart.x_levels], "x_log": chart.x_log}
 
 
-def _line(line: Line, numbers: Numbers) -> dict[str, Any]:
-    return {"name": line.name, "role": line.role, "style": line.style, "x": numbers.add(line.x),
-            "y": numbers.add(line.y), "low": None if line.low is None else numbers.add(line.low),
-            "high": None if line.high is None else numbers.add(line.high)}
+def _line(line: Line, numbers: Numbers, limits: Sequence[float] | None = None) -> dict[str, Any]:
+    """`limits`: of y, beyond which nothing is seen; None where all of it is."""
+    seen = math.inf if limits is None else limits[1] - limits[0]
+    y, low, high = (None if each is None else numbers.add(np.where(np.isfinite(each), each, np.nan), seen)
+                    for each in (line.y, line.low, line.high))
+    return {"name": line.name, "role": line.role, "style": line.style, "x": numbers.add(line.x), "y": y,
+            "low": low, "high": high}
 
 
 def _bars(bars: Bars, numbers: Numbers) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -21,6 +22,8 @@ _LEVELS = 65534
 """Of 16 bits, with one left for what is no number."""
 _NONE = -32768
 """In 16 bits: NaN."""
+_FAR = 50.0
+"""Times what is seen (chosen: a level is then a 1300th of it, less than a pixel of a chart's height)."""
 _EVEN = 1e-9
 """Share of the span by which evenly spaced numbers may be off (rounding of a few hundred additions)."""
 
@@ -32,9 +35,9 @@ class Numbers:
     kept: list[Encoded] = field(default_factory=list)
     places: dict[str, int] = field(default_factory=dict)
 
-    def add(self, values: ArrayLike) -> int:
-        """Place of an array's numbers, in C order."""
-        return self._place(encoded(np.asarray(values, dtype=np.float64).ravel()))
+    def add(self, values: ArrayLike, seen: float = math.inf) -> int:
+        """Place of an array's numbers, in C order; `seen`: range of those that are looked at."""
+        return self._place(encoded(np.asarray(values, dtype=np.float64).ravel(), seen))
 
     def add_whole(self, values: ArrayLike) -> int:
         """Place of whole numbers from 0 on."""
@@ -48,10 +51,11 @@ class Numbers:
         return self.places[key]
 
 
-def encoded(values: Array) -> Encoded:
+def encoded(values: Array, seen: float = math.inf) -> Encoded:
     """As evenly spaced, as 64-bit floats, or as 16-bit levels; (n,).
 
     The levels divide the numbers' range: what is read back is off by at most half of its 65534th part.
+    Numbers that go far beyond what is `seen` of them are floats: levels would be too coarse for the others.
     """
     finite = values[np.isfinite(values)]
     spaced = len(finite) > 0 and not np.isinf(values).any() and float(np.abs(finite).max()) < _HUGE
@@ -59,8 +63,10 @@ def encoded(values: Array) -> Encoded:
         return {"from": float(values[0]), "to": float(values[-1]), "count": len(values)}
     if not spaced or len(values) <= _FEW:
         return _bytes("f8", values)
-    low = float(finite.min())
-    step = (float(finite.max()) - low) / _LEVELS or 1.0
+    low, span = float(finite.min()), float(np.ptp(finite))
+    if span > _FAR * seen:
+        return _bytes("f8", values)
+    step = span / _LEVELS or 1.0
     with np.errstate(invalid="ignore"):
         levels = np.where(np.isfinite(values), np.rint((values - low) / step) - 32767, _NONE)
     return {**_bytes("i2", levels), "low": low, "step": step}

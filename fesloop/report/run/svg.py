@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from xml.sax.saxutils import escape, quoteattr
 
 _HEAD = 7.0
 """Length of an arrow's head."""
+_NO_LETTERS = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""What is no Char of XML 1.0 (W3C Recommendation, fifth edition, production 2)."""
 Point = tuple[float, float]
 
 
@@ -22,7 +25,7 @@ def text(x: float, y: float, words: str, *, kind: str = "ink", size: float = 12.
     """Words; (x, y) is on their base line."""
     weight = ' font-weight="600"' if bold else ""
     return (f'<text x="{_n(x)}" y="{_n(y)}" class="{kind}" font-size="{_n(size)}" '
-            f'text-anchor="{anchor}"{weight}>{escape(words)}</text>')
+            f'text-anchor="{anchor}"{weight}>{_escaped(words)}</text>')
 
 
 def rect(x: float, y: float, width: float, height: float, kind: str, *, radius: float = 0.0,
@@ -63,7 +66,12 @@ def arrow_head(before: Point, tip: Point, kind: str) -> str:
 
 
 def _title(told: str) -> str:
-    return f"<title>{escape(told)}</title>" if told else ""
+    return f"<title>{_escaped(told)}</title>" if told else ""
+
+
+def _escaped(words: str) -> str:
+    """Words as XML takes them, what it has no place for replaced."""
+    return escape(_NO_LETTERS.sub("\N{REPLACEMENT CHARACTER}", words))
 
 
 def _opacity(opacity: float) -> str:

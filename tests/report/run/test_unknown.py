@@ -23,7 +23,8 @@ def test_an_error_that_is_not_known_is_no_bar_of_length_nought():
     shares = ("total", "tracker", "controller")
     joints = {"MCP": {f"split_{share}_deg": [1.0] for share in shares},
               "PIP": {f"split_{share}_deg": [math.nan] for share in shares}}
-    section = split_section(known_with({"split_rmse_deg": {share: [1.0] for share in shares}, "joints": joints}))
+    every = {share: [1.0] for share in shares}
+    section = split_section(known_with({"split_rmse_deg": every, "joints": joints}))
     (bars,) = (part for part in section.parts if isinstance(part, Bars))
     for values in bars.values.values():
         assert values[:2] == [1.0, 1.0]

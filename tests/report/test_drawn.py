@@ -1,0 +1,53 @@
+"""What a page's script is given can be drawn, whatever a damaged file held."""
+
+import base64
+from dataclasses import replace
+
+import numpy as np
+from made_up_pages import drawing, error, page
+
+from fesloop.report.drawn import drawn_numbers
+from fesloop.report.page import write_page
+from fesloop.report.parts import Mark, Paragraph, Section
+from fesloop.report.run import svg
+
+
+def drawn(chart):
+    """A chart as a script is given it, and the page's arrays."""
+    found = drawn_numbers(page(sections=[Section(key="one", title="One", parts=[chart])]))
+    return found["parts"][chart.key], found["arrays"]
+
+
+def test_limits_and_marks_that_are_no_numbers_are_left_out():
+    marks = [Mark(text="nowhere", at=np.nan, until=1.0), Mark(text="here", at=1.0, until=np.float64(2.0))]
+    chart, _ = drawn(replace(error(), limits=(0.0, np.inf), marks=marks))
+    assert chart["limits"] is None
+    assert chart["marks"] == [{"text": "here", "at": 1.0, "until": 2.0}]
+
+
+def test_a_point_that_is_infinite_is_a_gap():
+    line = replace(error().lines[0], x=np.arange(3.0), y=np.array([1.0, np.inf, 2.0]), low=None, high=None)
+    chart, arrays = drawn(replace(error(), lines=[line]))
+    values = np.frombuffer(base64.b64decode(arrays[chart["lines"][0]["y"]]["f8"]))
+    assert np.array_equal(values, [1.0, np.nan, 2.0], equal_nan=True)
+
+
+def test_one_value_far_outside_of_what_is_seen_makes_no_steps_of_the_others():
+    y = np.sin(np.arange(600.0))
+    y[300] = 1e9
+    line = replace(error().lines[0], x=np.arange(600.0), y=y, low=None, high=None)
+    chart, arrays = drawn(replace(error(), lines=[line], limits=(-1.0, 1.0)))
+    assert np.array_equal(np.frombuffer(base64.b64decode(arrays[chart["lines"][0]["y"]]["f8"])), y)
+    chart, arrays = drawn(replace(error(), lines=[line], limits=None))
+    assert "i2" in arrays[chart["lines"][0]["y"]]
+
+
+def test_names_with_letters_that_no_file_takes_are_written(tmp_path):
+    words = "a\x01b\ud800c\u2028"
+    picture = drawing(svg.drawing(9.0, 9.0, [svg.text(0.0, 0.0, words), svg.rect(0.0, 0.0, 1.0, 1.0, "ink",
+                                                                               told=words)]))
+    path = tmp_path / "page.html"
+    write_page(page(title=words, sections=[Section(key="one", title=words, parts=[
+        Paragraph(text=words), picture])]), path)
+    text = path.read_text(encoding="utf-8")
+    assert text.count("a\N{REPLACEMENT CHARACTER}b\N{REPLACEMENT CHARACTER}c") == 2
