@@ -46,7 +46,7 @@ def rescued(path: Path) -> Iterator[Rescued]:
     InputError for a file that is no HDF5 file, or has lost what it says of the run as a whole.
     """
     with tempfile.TemporaryDirectory(prefix="fesloop-rescue-") as folder:
-        padded, whole = Path(folder) / "padded.h5", Path(folder) / path.name
+        padded, whole = Path(folder) / f"{path.name}.padded", Path(folder) / path.name
         try:
             size = path.stat().st_size
             with path.open("rb") as file:

@@ -44,6 +44,15 @@ def test_it_is_a_recording_of_its_own(whole, tmp_path):
         assert len(left.messages) <= left.trials
 
 
+@pytest.mark.parametrize("name", ["padded.h5", "whole.h5"])
+def test_a_file_may_have_any_name(whole, tmp_path, name):
+    path = tmp_path / name
+    path.write_bytes(whole.read_bytes()[:whole.stat().st_size // 2])
+    with rescued(path) as found, Recording(found.path) as left:
+        assert found.path.name == name
+        assert left.trials
+
+
 def test_a_file_that_has_lost_its_beginning_is_refused(whole, tmp_path):
     path = tmp_path / "late.h5"
     path.write_bytes(whole.read_bytes()[1000:])
