@@ -1,8 +1,8 @@
 """The viewer's server: a page, and frames as server-sent events, for browsers on this machine alone.
 
 It listens on 127.0.0.1, answers no page of another name (a foreign page could have its own name resolve to
-this machine: DNS rebinding) and takes nothing but GET. Frames are made when they are sent: a browser that
-is slow gets fewer.
+this machine: DNS rebinding), sends no frames into one, and takes nothing but GET. Frames are made when they
+are sent: a browser that is slow gets fewer.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import sys
 import time
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from threading import BoundedSemaphore
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
@@ -29,6 +30,11 @@ _BUFFER_BYTES = 2**15
 """Of a connection on its way out (chosen: some ten frames): what is older than that is of no use."""
 _SLOWEST_S = 10.0
 """A browser that takes nothing for so long is given up."""
+_MOST = 32
+"""Connections at once (chosen: a browser opens up to six): without a bound they could take all that the
+machine has, and what waits for one more would never rest."""
+_OWN = (None, "same-origin", "none")
+"""Values of Sec-Fetch-Site (W3C, Fetch Metadata Request Headers) of what is no foreign page's."""
 
 
 class ViewServer(ThreadingHTTPServer):
@@ -54,11 +60,26 @@ class ViewServer(ThreadingHTTPServer):
             raise InputError(f"--port {port}", "is taken" if taken else f"cannot be had: {fault}",
                              "a free one, 1024 to 65535", "leave it out for any") from None
         self.hosts = {f"{name}:{self.server_port}" for name in _NAMES}
+        self._free = BoundedSemaphore(_MOST)
 
     @property
     def address(self) -> str:
         """For a browser."""
         return f"http://{LOOPBACK}:{self.server_port}/"
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """In a thread of its own; where there are too many connections the new one is closed."""
+        if self._free.acquire(blocking=False):
+            super().process_request(request, client_address)
+        else:
+            self.shutdown_request(request)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Make room for another when this one is over."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._free.release()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """A browser that goes away is no error of ours; anything else is."""
@@ -75,14 +96,18 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """The page, or frames."""
-        path = urlsplit(self.path)
+        try:
+            path = urlsplit(self.path)
+        except ValueError:
+            self._refuse(HTTPStatus.BAD_REQUEST, "that is no address")
+            return
         origin = self.headers.get("Origin")
         if self.headers.get("Host") not in self.server.hosts or (
                 origin is not None and origin.removeprefix("http://") not in self.server.hosts):
             self._refuse(HTTPStatus.MISDIRECTED_REQUEST, "this viewer answers its own page alone")
         elif path.path == "/":
             self._answer(HTTPStatus.OK, "text/html; charset=utf-8", self.server.page)
-        elif path.path == "/frames":
+        elif path.path == "/frames" and self.headers.get("Sec-Fetch-Site") in _OWN:
             self._frames(path.query)
         else:
             self._refuse(HTTPStatus.NOT_FOUND, "there is / and /frames")

@@ -1,5 +1,6 @@
 """The viewer's server: who may ask, what is answered, and what slow or vanishing browsers do to it."""
 
+import contextlib
 import itertools
 import json
 import socket
@@ -44,6 +45,46 @@ def test_a_foreign_page_gets_no_frames(server):
     assert asked(server, "/frames", Origin="http://evil.example")[0] == 421
     assert asked(server, "/frames", Origin="null")[0] == 421
     assert asked(server, "/", Host=f"localhost:{port}", Origin=f"http://localhost:{port}")[0] == 200
+
+
+def test_a_foreign_page_cannot_have_frames_as_a_picture_either(server):
+    # No Origin comes with what a page embeds.
+    for site in ("cross-site", "same-site"):
+        assert asked(server, "/frames", **{"Sec-Fetch-Site": site})[0] == 404
+    assert asked(server, "/", **{"Sec-Fetch-Site": "cross-site"})[0] == 200  # a link to the viewer
+
+
+def test_what_is_no_address_is_refused_and_said_nowhere_else(server, capfd):
+    with socket.create_connection(("127.0.0.1", server.server_port), timeout=10.0) as odd:
+        odd.sendall(f"GET http://[ HTTP/1.0\r\nHost: 127.0.0.1:{server.server_port}\r\n\r\n".encode())
+        assert odd.recv(100).split()[1] == b"400"
+    assert capfd.readouterr().err == ""
+
+
+def test_connections_are_bounded_and_free_again_when_they_are_over():
+    with serving(ToldSource()) as server:
+        address = ("127.0.0.1", server.server_port)
+        idle = [socket.create_connection(address, timeout=10.0) for _ in range(40)]
+        assert [connection.recv(1) for connection in idle[32:]] == [b""] * 8
+        for connection in idle:
+            connection.close()
+        deadline = time.monotonic() + 10.0
+        while time.monotonic() < deadline:
+            with contextlib.suppress(OSError):
+                if asked(server, "/")[0] == 200:
+                    break
+        assert asked(server, "/")[0] == 200
+
+
+def test_a_viewer_that_has_nothing_new_is_heard_of_nonetheless():
+    source = ToldSource()
+    source.play = lambda start: lambda elapsed_s: None
+    with serving(source) as server, socket.create_connection(
+            ("127.0.0.1", server.server_port), timeout=10.0) as silent:
+        silent.sendall(f"GET /frames HTTP/1.0\r\nHost: 127.0.0.1:{server.server_port}\r\n\r\n".encode())
+        text = b""
+        while b": nothing new" not in text:
+            text += silent.recv(1000)
 
 
 def test_the_page_may_run_its_script_and_ask_its_server_alone(server):
