@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,23 +32,40 @@ def element_charge(known: Known, trial: int) -> tuple[Array, Array | None] | Non
     """Charge (elements,), C, of one phase of all pulses in a trial; and (channels, elements) shares of it.
 
     The shares are of what each channel gave, None where that is not known. None where charges are not
-    recorded, or how channels lie on elements is not.
+    recorded, or how channels lie on elements is not, or how often they give pulses.
     """
     if known.cast is None or known.cast.stimulator is None:
         return None
     name = known.cast.stimulator.name
     if f"{name}.charge" in known.signals:
-        by_channel = _by_channel(known, trial)
-        if by_channel is not None:
-            return by_channel.sum(axis=0), by_channel
+        pulses, by_channel = _pulses_a_row(known, f"{name}.charge", trial), _by_channel(known, trial)
+        if pulses is not None and by_channel is not None:
+            return pulses * by_channel.sum(axis=0), pulses * by_channel
     if f"{name}.element_charge" in known.signals:
+        pulses = _pulses_a_row(known, f"{name}.element_charge", trial)
         total = _sum(known, f"{name}.element_charge", trial)
-        return None if total is None else (total, None)
+        return None if pulses is None or total is None else (pulses * total, None)
     return None
 
 
+def _pulses_a_row(known: Known, name: str, trial: int) -> float | None:
+    """Pulses of a channel that a row of the stimulator's charges counts for; None where that is not known.
+
+    Less than one: the charge of a pulse stands in the rows of every slot until the channel's next pulse.
+    """
+    assert known.cast is not None
+    assert known.cast.stimulator is not None
+    part = known.cast.stimulator.part
+    if not hasattr(part, "frequency_hz"):
+        return None
+    first = next(known.recording.tables([name], trial)[0].pieces(), None)
+    if first is None or len(first.times_ns) < 2:
+        return None
+    return float(Fraction(part.frequency_hz)) * 1e-9 * float(first.times_ns[1] - first.times_ns[0])
+
+
 def _by_channel(known: Known, trial: int) -> Array | None:
-    """(channels, elements), C: the channels' charges, shared out as the multiplexing was at each pulse."""
+    """(channels, elements), C, summed over rows: the channels' charges, shared out as was switched."""
     cast = known.cast
     assert cast is not None
     assert cast.stimulator is not None

@@ -16,6 +16,8 @@ from fesloop.report.run.words import counted, listed, told
 _MOST_CHANNELS = 8
 """Of a chart: as many as have colours of their own."""
 _MC = 1e-3
+_LEGEND = ("Elements on the unrolled forearm have the colour of the channel that gave them most, the deeper "
+           "the more charge. Dots are motor points, filled and named where their muscle was active.")
 _SHOWN = (("Current", "current, mA", 1e3), ("Pulse width", "width, µs", 1e6))
 
 
@@ -67,6 +69,8 @@ def _arrays(known: Known) -> Iterator[Part]:
             return
         yield Notice(text="Elements are not coloured: the stimulator's charges are not recorded, or how its "
                           "channels lie on the elements is not.")
+    else:
+        yield Paragraph(text=_LEGEND)
     for trial, each in given.items():
         charge, shares = (None, None) if each is None else each
         strongest = _strongest(known, trial)
