@@ -105,7 +105,7 @@ def _last(value: Any) -> Any:
 def _which(table: dict[str, Any]) -> str:
     """What the cells of a table are of, where that must be said."""
     lists = [item for row in table.values() for item in row.values() if isinstance(item, list)]
-    return f", trial {len(lists[0])}" if lists and len(lists[0]) > 1 else ""
+    return f", last trial ({len(lists[0]) - 1}, counted from 0)" if lists and len(lists[0]) > 1 else ""
 
 
 def _text(value: Any) -> str:
