@@ -1,0 +1,107 @@
+"""Numbers in a page's sections against the recording and the metrics, computed another way."""
+
+import math
+import re
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fesloop.experiment.recording.reading import Event, Recording
+from fesloop.loop.latency import StageSummary
+from fesloop.report.parts import Bars, Line, Paragraph, Table
+from fesloop.report.run import events, fatigue, latency, tracker, tracking
+from fesloop.report.run.known import known_of
+from fesloop.report.run.split import split_section
+
+
+@pytest.fixture(scope="module")
+def known(learning):
+    with Recording(learning) as recording:
+        yield known_of(recording)
+
+
+def test_the_shares_of_each_trial_are_its_own(known):
+    bars = {part.trial: part for part in split_section(known).parts if isinstance(part, Bars)}
+    split, joints = known.metrics["split_rmse_deg"], known.metrics["joints"].values()
+    for trial in range(3):
+        for part, shown in zip(("total", "tracker", "controller"), bars[trial].values.values(), strict=True):
+            assert shown == [split[part][trial], *(each[f"split_{part}_deg"][trial] for each in joints)]
+
+
+def test_a_tracker_is_held_against_the_truth_of_its_capture(known):
+    chart = next(part for part in tracker.tracker_section(known).parts
+                 if getattr(part, "key", "") == "tracker-course-1")
+    truth = known.recording.signal(known.score["truth"], 1)
+    estimate = known.recording.signal(known.score["estimate"], 1)
+    seconds, errors = [], []
+    for capture, values in zip(estimate.newest_ns, estimate.values, strict=True):
+        if capture >= truth.times_ns[0]:
+            then = truth.values[truth.times_ns <= capture][-1]
+            seconds.append(capture / 1e9)
+            errors.append(math.degrees(math.sqrt(np.mean((values - then) ** 2))))
+    line = chart.lines[0]
+    assert line.high is None  # 600 rows in 600 points
+    there = np.isfinite(line.y)
+    assert line.x[there] == pytest.approx(seconds)
+    assert line.y[there] == pytest.approx(errors)
+
+
+def test_limits_hold_all_of_the_truth_and_not_what_an_estimate_does_now_and_then():
+    x, wave = np.arange(600.0), np.sin(np.arange(600.0))
+    truth, estimate = 20.0 * wave, 20.0 * wave
+    truth[7], estimate[9] = 60.0, 9000.0
+    lines = [Line(name=role, role=role, x=x, y=y) for role, y in (("truth", truth), ("estimate", estimate))]
+    low, high = tracking._limits(lines)
+    assert -40.0 < low < -20.0
+    assert 60.0 < high < 80.0
+
+
+def test_events_are_counted_with_the_first_and_the_last_of_their_kind():
+    told = [Event(0, 1_000_000_000, "imu", "lost", ""), Event(0, 2_000_000_000, "imu", "lost", "again"),
+            Event(1, 500_000_000, "wire", "late", ""), Event(3, 250_000_000, "imu", "lost", "")]
+    table = next(part for part in events._events(told) if isinstance(part, Table))
+    assert [[cell.replace("\N{NO-BREAK SPACE}", " ") for cell in row] for row in table.rows] == [
+        ["imu `lost`", "3", "0: 1.000 s", "3: 0.250 s"], ["wire `late`", "1", "1: 0.500 s", "1: 0.500 s"]]
+
+
+def test_of_many_events_of_one_kind_the_first_are_told_and_all_are_counted():
+    told = [Event(0, number, "imu", "lost", "") for number in range(1000)]
+    table, fold = events._events(told)
+    assert [row[1] for row in table.rows] == ["1000"]
+    assert fold.title == "The first 400 of 1000 events"
+    assert Counter(len(part.rows) for part in fold.parts) == {400: 1}
+
+
+def test_the_weakest_muscle_is_that_of_the_last_trial(known, monkeypatch):
+    ends = np.ones((2, 3))
+    ends[0, 0], ends[1, 2] = 0.2, 0.4
+    monkeypatch.setattr(fatigue, "_end", lambda known, name, trial: ends[trial])
+    monkeypatch.setattr(fatigue, "course", lambda *_: None)
+    parts = list(fatigue._parts(replace(known, begun=2), "patient.fitness"))
+    assert "the least is 0.400 (muscle 2)" in next(part.text for part in parts if isinstance(part, Paragraph))
+    chart = next(part for part in parts if getattr(part, "key", "") == "fatigue-trials")
+    assert {line.name: line.y.tolist() for line in chart.lines} == {
+        "muscle 0": [0.2, 1.0], "muscle 2": [1.0, 0.4]}
+
+
+def test_a_stage_begins_where_the_means_of_those_before_it_end():
+    stages = (StageSummary("one", 0, 4e6, 9_000_000), StageSummary("two", 0, 6e6, 7_000_000),
+              StageSummary("total", 0, 10e6, 16_000_000))
+    shown = latency._time_line(stages)
+    found = re.findall(r'<rect x="([\d.]+)" y="[\d.]+" width="([\d.]+)"', shown)
+    bars = [tuple(map(float, each)) for each in found]
+    left, scale = latency._LEFT, bars[2][1] / 10.0
+    assert [x for x, _ in bars] == pytest.approx([left, left + 4.0 * scale, left], abs=0.1)
+    assert [wide for _, wide in bars] == pytest.approx([4.0 * scale, 6.0 * scale, 10.0 * scale], abs=0.1)
+
+
+def test_the_way_that_is_shown_first_is_the_slowest_through_the_estimate(known):
+    def way(name, mean_ns):
+        return name, (StageSummary("total", 0, mean_ns, 1),)
+
+    ways = [way("patient → imus → tracker → controller", 5e6),
+            way("patient → slow → tracker → controller", 9e6),
+            way("patient → camera → controller", 50e6)]
+    assert latency._foremost(known, ways) == ways[1]
