@@ -64,8 +64,9 @@ def _course(errors: list[float], over: str, in_last: str) -> str:
     first, last = errors[0], errors[-1]
     if not (math.isfinite(first) and math.isfinite(last)):
         known = [error for error in errors if math.isfinite(error)]
-        return (f"the tracking error{over} was between {told(min(known))} and {told(max(known))} deg RMS in "
-                f"{len(known)} of {counted(len(errors), 'trial')}; in the others it is not known")
+        others = "other" if len(errors) - len(known) == 1 else "others"
+        return (f"the tracking error{over} was {_range(known)} deg RMS in {len(known)} of "
+                f"{counted(len(errors), 'trial')} (in the {others} it is not known)")
     way = "fell" if last < first else "rose" if last > first else "did not change"
     least = min(error for error in errors if math.isfinite(error))
     text = (f"the tracking error{over} {way} from {told(first)} deg RMS in the first of {len(errors)} trials "
@@ -95,7 +96,9 @@ def _grasp(known: Known) -> Iterator[str]:
     else:
         among = f", the last one {'' if held[-1] else 'not '}among them"
         last = among if held[-1] is not None and any(told_of) and not all(told_of) else ""
-        yield f"the object was held in {sum(told_of)} of {len(held)} trials{last}"
+        unknown = len(held) - len(told_of)
+        rest = f" (of {unknown} it is not known)" if unknown else ""
+        yield f"the object was held in {sum(told_of)} of {len(held)} trials{rest}{last}"
 
 
 def _newest(known: Known, name: str) -> tuple[float, str]:

@@ -22,8 +22,9 @@ def run_of(metrics, score=(), status="done", trials=1, blocks=()):
      "The tracking error rose from 2.00 deg RMS in the first of 2 trials to 9.00 deg in the last."),
     ([9.0, 1.0, 2.0], "The tracking error fell from 9.00 deg RMS in the first of 3 trials to 2.00 deg in the "
                       "last (the least, 1.00 deg, in trial 1)."),
-    ([9.0, math.nan], "The tracking error was between 9.00 and 9.00 deg RMS in 1 of 2 trials; in the others "
-                      "it is not known."),
+    ([9.0, math.nan], "The tracking error was 9.00 deg RMS in 1 of 2 trials (in the other it is not known)."),
+    ([math.nan, 9.0, 4.0, math.nan], "The tracking error was 4.00 to 9.00 deg RMS in 2 of 4 trials (in the "
+                                     "others it is not known)."),
     ([math.nan], "No tracking error is known: there is nothing to score in 1 trial."),
 ])
 def test_how_the_error_went(errors, words):
@@ -43,6 +44,7 @@ def test_the_while_that_is_scored_is_said():
     ([False, True, True], "The object was held in 2 of 3 trials, the last one among them."),
     ([True, False], "The object was held in 1 of 2 trials, the last one not among them."),
     ([False, False], "The object was held in 0 of 2 trials."),
+    ([False, None], "The object was held in 0 of 2 trials (of 1 it is not known)."),
 ])
 def test_whether_the_object_was_held(held, words):
     assert sentence_of(run_of({"held": held}, trials=len(held))) == words
