@@ -49,6 +49,13 @@ def test_a_trial_is_shown_to_its_end_before_the_next():
     assert seen[-1][0] == 1
 
 
+def test_a_trial_of_which_much_is_left_is_not_shown_to_its_end():
+    head = Head()
+    head.move(0, (0, 2 * S), lambda trial: None)
+    head.move(33 * MS, (1, S // 2), {0: 4 * S, 1: S // 2}.get)
+    assert (head.trial, head.time_ns) == (1, 0)  # 2.9 s were left, and .5 s are there of the next
+
+
 @given(st.lists(st.tuples(st.integers(0, 2 * S), st.integers(0, 1), st.integers(0, 3 * S)), max_size=40))
 def test_whatever_comes_it_is_at_something_known_and_goes_back_in_no_trial(steps):
     head, now, trial, ends = Head(), 0, 0, {0: 0}

@@ -15,7 +15,8 @@ from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import dorsal_points
 from fesloop.loop.wiring import Node
-from fesloop.view.shown import Start
+from fesloop.view.played import _Playing
+from fesloop.view.shown import Shown, Span, Start
 from fesloop.view.sources import open_recording
 from plants.moving_hand import MovingHand
 
@@ -99,3 +100,13 @@ def test_a_hand_alone_has_no_objects_about_it(tmp_path):
     found = open_recording(Path(experiment.run(tmp_path).recording))
     assert found.play(Start(at_s=0.5))(0.0).objects.shape == (0, 7)
     found.close()
+
+
+@pytest.mark.parametrize(("at_s", "elapsed_s", "shown_s"), [
+    (0.0, 0.0, 2.0), (2.5, 0.0, 2.5), (2.5, 0.2, 2.7), (2.5, 9.0, 3.0), (9.0, 0.0, 3.0)])
+def test_what_is_asked_for_outside_of_a_trial_is_its_first_or_last_frame(at_s, elapsed_s, shown_s):
+    def frames(trial, times_s):
+        return [Shown(trial=trial, time_s=time_s, hands={}, objects=np.empty((0, 7))) for time_s in times_s]
+
+    playing = _Playing(frames, Start(trial=0, at_s=at_s), Span(first_s=2.0, last_s=3.0))
+    assert playing.at(elapsed_s).time_s == pytest.approx(shown_s)
