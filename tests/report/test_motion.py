@@ -17,9 +17,10 @@ from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.homogeneous import segment_matrices
 from fesloop.hand.rest import RESTING_DEG
 from fesloop.hand.skeleton import dorsal_points, hand_tree
-from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.wiring import Node
 from fesloop.picture.cast import Cast, Player
+from fesloop.report import motion
 from fesloop.report.motion import hand_motion, rows_of, step_between
 from fesloop.report.recorded_hand import recorded_hand
 
@@ -54,6 +55,14 @@ def test_frames_are_even_and_reach_to_the_end(grasp):
         assert last - 0.04 < 0.04 * (len(frames.objects) - 1) <= last
         assert {name: len(poses) for name, poses in frames.hands.items()} == {
             "truth": len(frames.objects), "estimate": len(frames.objects)}
+
+
+@pytest.mark.parametrize(("last_ms", "frames"), [(0, 1), (79, 2), (80, 3)])
+def test_the_last_instant_has_its_frame_also_of_a_trial_of_one(grasp, monkeypatch, last_ms, frames):
+    recording, _ = grasp
+    monkeypatch.setattr(motion, "recorded_spans", lambda recording, hand: {1: (0, last_ms * NS_PER_MS)})
+    figure = hand_motion(recording)
+    assert {trial: len(each.hands["truth"]) for trial, each in figure.trials.items()} == {1: frames}
 
 
 @pytest.mark.parametrize("trial", [0, 1])
