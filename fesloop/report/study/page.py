@@ -86,7 +86,7 @@ def _facts(results: StudyResults) -> Iterator[tuple[str, str]]:
     if about.get("design", "grid") != "grid":
         yield "design", str(about["design"])
     yield "seeds", f"from {about.get('seed', 1)} on"
-    yield "begun", results.about.get("created", "?")
+    yield "begun", str(results.about.get("created", "?")).replace("T", " ").replace("+00:00", " UTC")
 
 
 def _unreadable(path: Path, found: Salvage) -> Page:
