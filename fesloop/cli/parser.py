@@ -127,9 +127,9 @@ def _add_view(commands: _Commands[argparse.ArgumentParser]) -> None:
                          help="a file that fesloop run wrote, or is writing")
     command.add_argument("--stream", metavar="NAME", help="in its place a live stream (Lab Streaming Layer) "
                          "of joint angles or of segments' orientations")
-    command.add_argument("--side", choices=("left", "right"), default="right",
+    command.add_argument("--side", choices=("left", "right"),
                          help="of the hand that a stream is of (default: right)")
-    command.add_argument("--network", choices=("loopback", "lab"), default="loopback",
+    command.add_argument("--network", choices=("loopback", "lab"),
                          help="where the stream comes from: this machine (default), or other computers too")
     command.add_argument("--port", type=int, metavar="N", default=0, help="of the page (default: a free one)")
     command.add_argument("--open", action="store_true", help="open a browser")

@@ -30,6 +30,7 @@ def execute(args: Namespace) -> int:
     if (args.source is None) == (args.stream is None):
         raise InputError("view", "both a recording and a stream" if args.source else "nothing to show",
                          "a recording, or --stream NAME")
+    _require_fitting(args)
     os.nice(_NICE)
     source = _source(args)
     try:
@@ -44,6 +45,13 @@ def execute(args: Namespace) -> int:
     return 0
 
 
+def _require_fitting(args: Namespace) -> None:
+    """A recording knows whose hand it is of, and comes from no network."""
+    for option, value in (("--side", args.side), ("--network", args.network)):
+        if args.source is not None and value is not None:
+            raise InputError(option, f"{value}, of a recording", "with --stream alone", "leave it out")
+
+
 def _source(args: Namespace) -> Source:
     if args.stream is None:
         from fesloop.view.sources import open_recording
@@ -51,7 +59,7 @@ def _source(args: Namespace) -> Source:
         return open_recording(Path(args.source))
     from fesloop.view.posture_stream import PostureStream
 
-    return PostureStream(args.stream, args.side, args.network)
+    return PostureStream(args.stream, args.side or "right", args.network or "loopback")
 
 
 @contextmanager
