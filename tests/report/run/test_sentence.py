@@ -20,6 +20,7 @@ def run_of(metrics, score=(), status="done", trials=1, blocks=()):
      "The tracking error fell from 9.00 deg RMS in the first of 3 trials to 2.00 deg in the last."),
     ([2.0, 9.0],
      "The tracking error rose from 2.00 deg RMS in the first of 2 trials to 9.00 deg in the last."),
+    ([2.0011, 2.0012], "The tracking error was 2.00 deg RMS in the first of 2 trials and in the last."),
     ([9.0, 1.0, 2.0], "The tracking error fell from 9.00 deg RMS in the first of 3 trials to 2.00 deg in the "
                       "last (the least, 1.00 deg, in trial 1)."),
     ([9.0, math.nan], "The tracking error was 9.00 deg RMS in 1 of 2 trials (in the other it is not known)."),
