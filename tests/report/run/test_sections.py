@@ -11,7 +11,7 @@ import pytest
 from fesloop.experiment.recording.reading import Event, Recording
 from fesloop.loop.latency import StageSummary
 from fesloop.report.parts import Bars, Line, Paragraph, Table
-from fesloop.report.run import events, fatigue, latency, tracker, tracking
+from fesloop.report.run import events, fatigue, latency, result, tracker, tracking
 from fesloop.report.run.known import known_of
 from fesloop.report.run.split import split_section
 
@@ -105,3 +105,19 @@ def test_the_way_that_is_shown_first_is_the_slowest_through_the_estimate(known):
             way("patient → slow → tracker → controller", 9e6),
             way("patient → camera → controller", 50e6)]
     assert latency._foremost(known, ways) == ways[1]
+
+
+def test_the_error_of_an_only_trial_is_that_of_each_instant(recorded):
+    with Recording(recorded("finger_control", "experiment.duration_s=2", "score.after_s=0")) as recording:
+        section = result.result_section(known_of(recording))
+        score = recording.experiment["score"]
+        truth, wanted = (recording.signal(score[key]) for key in ("truth", "reference"))
+    line = next(part for part in section.parts if getattr(part, "key", "") == "result").lines[0]
+    errors = [math.degrees(math.sqrt(np.mean((values - wanted.values[wanted.times_ns <= now][-1]) ** 2)))
+              if wanted.times_ns[0] <= now else math.nan
+              for now, values in zip(truth.times_ns, truth.values, strict=True)]
+    assert (line.low is None) == (len(errors) <= 600)
+    per_point = -(-len(errors) // 600)
+    groups = [errors[first:first + per_point] for first in range(0, len(errors), per_point)]
+    assert line.y == pytest.approx([np.mean(group) for group in groups])
+    assert line.high == pytest.approx([max(group) for group in groups])
