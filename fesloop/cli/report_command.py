@@ -45,12 +45,20 @@ def _page(sources: Sequence[Path], progress: Callable[[float], None]) -> tuple[s
         if len(sources) > 1:
             raise InputError(str(sources[1]), "stands beside another source",
                              "one study, or one or more runs")
+        _require_no_runs(sources[0])
         from fesloop.report.study.page import study_page
 
         return "study", study_page(sources[0])
     if len(sources) == 1:
         return "run", _run(sources[0], progress)
     return "comparison", _comparison(sources)
+
+
+def _require_no_runs(folder: Path) -> None:
+    """A folder of recordings is no study, and which of them stand side by side is for their reader to say."""
+    if any(folder.glob("*.h5")) and not any(folder.glob("*.sqlite")):
+        raise InputError(str(folder), "is a folder of recordings", "recordings by name, or a study's folder",
+                         f"fesloop report {folder}/NAME.h5")
 
 
 def _is_study(source: Path) -> bool:

@@ -48,6 +48,11 @@ def test_what_cannot_be_done_is_refused_in_one_line(copied, tmp_path, capsys, ar
     assert (tmp_path / "finger-1.h5").read_bytes() == before
 
 
+def test_a_folder_of_recordings_is_told_what_it_is(copied, capsys):
+    assert main(["report", str(copied.parent)]) == 2
+    assert "is a folder of recordings" in capsys.readouterr().err
+
+
 def test_several_runs_are_compared(copied, recording, tmp_path, capsys):
     assert main(["report", str(copied), str(recording), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
