@@ -69,12 +69,12 @@ def _course(errors: list[float], over: str, in_last: str) -> str:
                 f"{counted(len(errors), 'trial')} (in the {others} it is not known)")
     least = min(error for error in errors if math.isfinite(error))
     if told(first) == told(last):
-        text = (f"the tracking error{over} was {told(first)} deg RMS in the first of {len(errors)} trials and "
-                f"{in_last}")
+        text = (f"the tracking error{over} was {told(first)} deg RMS in the first of {len(errors)} trials "
+                f"and {in_last}")
     else:
         way = "fell" if last < first else "rose"
-        text = (f"the tracking error{over} {way} from {told(first)} deg RMS in the "
-                f"first of {len(errors)} trials to {told(last)} deg {in_last}")
+        text = (f"the tracking error{over} {way} from {told(first)} deg RMS in the first of {len(errors)} "
+                f"trials to {told(last)} deg {in_last}")
     if told(least) != told(min(first, last)):
         text += f" (the least, {told(least)} deg, in trial {errors.index(least)})"
     return text
