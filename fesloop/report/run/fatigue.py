@@ -31,21 +31,25 @@ def fatigue_section(known: Known) -> Section | None:
 
 
 def _parts(known: Known, name: str) -> Iterator[Part]:
-    ends = np.array([end for trial in range(known.begun) if (end := _end(known, name, trial)) is not None])
-    if not ends.size:
+    by_trial = {trial: end for trial in range(known.begun)
+                if (end := _end(known, name, trial)) is not None and np.isfinite(end).all()}
+    if not by_trial:
         yield Notice(text=f"Not shown: nothing of {name} is there.")
         return
+    ends = np.array(list(by_trial.values()))
     least = ends.min(axis=0)
     tired = [int(number) for number in np.argsort(least)[:_MOST_MUSCLES] if least[number] < 1.0 - _TIRED]
     if not tired:
         yield Paragraph(text=f"No muscle lost more than {100.0 * _TIRED:g} % of its strength.")
         return
+    last = max(by_trial)
+    which = "the last trial" if last == known.last else f"trial {last}"
     names = MUSCLES if len(MUSCLES) == len(least) else tuple(f"muscle {i}" for i in range(len(least)))
-    yield Paragraph(text=f"Strength that is left, 1 when fresh: at the end of the last trial the least is "
+    yield Paragraph(text=f"Strength that is left, 1 when fresh: at the end of {which} the least is "
                          f"{told(float(ends[-1].min()))} ({names[int(ends[-1].argmin())]}). The "
                          f"{len(tired)} that tired most are drawn.")
     if len(ends) > 1:
-        number = np.arange(float(len(ends)))
+        number = np.array(list(by_trial), dtype=np.float64)
         lines = [Line(name=names[each], role=f"series-{k}", x=number, y=ends[:, each])
                  for k, each in enumerate(tired)]
         yield Chart(key="fatigue-trials", title="Strength that is left at the end of each trial", lines=lines,

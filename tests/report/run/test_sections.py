@@ -86,6 +86,16 @@ def test_the_weakest_muscle_is_that_of_the_last_trial(known, monkeypatch):
         "muscle 0": [0.2, 1.0], "muscle 2": [1.0, 0.4]}
 
 
+def test_a_trial_of_whose_end_nothing_is_known_is_left_out(known, monkeypatch):
+    ends = np.array([[0.9, 1.0], [np.nan, np.nan], [0.8, 1.0], [np.nan, 1.0]])
+    monkeypatch.setattr(fatigue, "_end", lambda known, name, trial: ends[trial])
+    monkeypatch.setattr(fatigue, "course", lambda *_: None)
+    parts = list(fatigue._parts(replace(known, begun=4), "patient.fitness"))
+    assert "at the end of trial 2 the least is 0.800" in parts[0].text
+    (line,) = parts[1].lines
+    assert (line.x.tolist(), line.y.tolist()) == ([0.0, 2.0], [0.9, 0.8])
+
+
 def test_a_stage_begins_where_the_means_of_those_before_it_end():
     stages = (StageSummary("one", 0, 4e6, 9_000_000), StageSummary("two", 0, 6e6, 7_000_000),
               StageSummary("total", 0, 10e6, 16_000_000))
