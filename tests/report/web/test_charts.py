@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_up_pages import page
 
-from fesloop.report.parts import Chart, Line, Section
+from fesloop.report.parts import Bars, Chart, Line, Section
 
 
 def drawn(shown, key):
@@ -33,6 +33,14 @@ def test_no_figure_is_empty(opened, key, shapes, count, width):
         assert box["width"] * box["height"] > 4
         assert svg["x"] <= box["x"]
         assert box["x"] + box["width"] <= min(svg["x"] + svg["width"], width) + 1
+
+
+def test_bars_have_three_digits_and_counts_none_after_the_point(opened):
+    bars = Bars(key="told", title="told", x_label="error, deg", names=["a", "b", "c"],
+                values={"error": [1.301, 0.0499, 12.0]}, roles={"error": "plain"}, stacked=False)
+    figure = drawn(opened(page(sections=[Section(key="a", title="a", parts=[bars])])), "told")
+    texts = figure.locator("[aria-label=text] text").all_text_contents()
+    assert texts == ["1.30", "0.0499", "12"]
 
 
 def test_a_number_that_is_not_known_is_a_gap(opened):

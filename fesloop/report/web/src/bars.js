@@ -2,7 +2,7 @@
 import * as Plot from "@observablehq/plot";
 import { roleColour } from "./colours.js";
 import { keyRow } from "./key.js";
-import { number, shortened, SIZE, textWidth } from "./text.js";
+import { measured, number, shortened, SIZE, textWidth } from "./text.js";
 import { tellOf } from "./told.js";
 
 const BAR = { stacked: 26, beside: 14 }; // px, with the space about it
@@ -38,7 +38,7 @@ function plotted(bars, series, cells, width, left) {
   const colour = (cell) => roleColour(cell.role);
   const shown = Plot.text(cells, {
     x: "value", [bars.stacked ? "y" : "fy"]: "bar", ...(bars.stacked ? {} : { y: "name" }),
-    text: (cell) => number(cell.value, 3), textAnchor: "start", dx: 5, fill: "var(--quiet)",
+    text: (cell) => measured(cell.value), textAnchor: "start", dx: 5, fill: "var(--quiet)",
   });
   return Plot.plot({
     width, height, marginLeft: left, marginRight: 48, marginTop: 6, marginBottom: 36,

@@ -23,3 +23,9 @@ export function number(value, digits = 4) {
   if (!Number.isFinite(value)) return "none";
   return String(Number(value.toPrecision(digits))).replace("-", "−");
 }
+
+/** A measured number with so many digits, zeros at its end among them, as tables show it; counts as they are. */
+export function measured(value, digits = 3) {
+  if (!Number.isFinite(value) || Number.isInteger(value) || Math.abs(value) >= 10 ** digits) return number(value, digits);
+  return value.toPrecision(digits).replace("-", "−");
+}
