@@ -4,6 +4,7 @@ import math
 import re
 from collections import Counter
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import pytest
 from fesloop.experiment.recording.reading import Event, Recording
 from fesloop.loop.latency import StageSummary
 from fesloop.report.parts import Bars, Line, Paragraph, Table
-from fesloop.report.run import events, fatigue, latency, result, tracker, tracking
+from fesloop.report.run import events, fatigue, latency, lateness, result, tracker, tracking, trials
 from fesloop.report.run.known import known_of
 from fesloop.report.run.split import split_section
 
@@ -131,3 +132,19 @@ def test_the_error_of_an_only_trial_is_that_of_each_instant(recorded):
     groups = [errors[first:first + per_point] for first in range(0, len(errors), per_point)]
     assert line.y == pytest.approx([np.mean(group) for group in groups])
     assert line.high == pytest.approx([max(group) for group in groups])
+
+
+def test_lateness_is_in_milliseconds_by_trial():
+    rows = np.array([(0, 0, 0, 0), (1, 10**9, 2_500_000, 1_000_000), (1, 2 * 10**9, 0, 500_000)],
+                    dtype=[(name, "i8") for name in ("trial", "time_ns", "late_ns", "took_ns")])
+    (chart,) = lateness._courses(SimpleNamespace(recording=SimpleNamespace(instants=rows), trials=(1,)))
+    late, took = chart.lines
+    assert (late.x.tolist(), late.y.tolist(), took.y.tolist()) == ([1.0, 2.0], [2.5, 0.0], [1.0, 0.5])
+
+
+def test_of_many_trials_the_first_and_the_last_stand_in_the_table():
+    metrics = {"joint_rmse_deg": [float(trial) for trial in range(200)]}
+    (table,) = trials._tables(SimpleNamespace(metrics=metrics, begun=200))
+    assert [int(row[0]) for row in table.rows] == [*range(30), *range(170, 200)]
+    assert [float(row[1]) for row in table.rows] == [*range(30), *range(170, 200)]
+    assert "140 trials" in table.title
