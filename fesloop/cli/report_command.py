@@ -108,7 +108,8 @@ def _out(sources: Sequence[Path], given: str | None) -> Path:
         return (first if first.is_dir() else first.parent) / "report.html"
     if len(sources) == 1:
         return first.with_suffix(".html")
-    return first.with_name(f"{first.stem}_and_{len(sources) - 1}_more.html")
+    others = sources[1].stem if len(sources) == 2 else f"{len(sources) - 1}_more"
+    return first.with_name(f"{first.stem}_and_{others}.html")
 
 
 def _notes(sections: Sequence[Section]) -> Iterator[str]:

@@ -57,7 +57,7 @@ def test_several_runs_are_compared(copied, recording, tmp_path, capsys):
     assert main(["report", str(copied), str(recording), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["kind"] == "comparison"
-    assert told["report"] == str(tmp_path / "finger-1_and_1_more.html")
+    assert told["report"] == str(tmp_path / f"finger-1_and_{recording.stem}.html")
 
 
 def test_of_several_runs_a_damaged_one_says_what_it_lost(copied, recording, tmp_path, capsys):

@@ -17,6 +17,8 @@ _GUTTER, _BETWEEN = 40.0, 98.0
 _LANE, _LETTER, _LINE = 8.0, 5.6, 12.0
 """Between wires side by side; width of a letter and height of a line of a label."""
 _MOST_LETTERS = 25
+_JITTERS = ("ms", "low_ms", "high_ms", "mean_ms", "sd_ms")
+"""Keys of a duration; a jitter of which all are zero is none."""
 Point = tuple[float, float]
 
 
@@ -130,7 +132,7 @@ def _label(wires: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
     """What the slowest of some wires takes, and loses; nothing for none."""
     wire = max(wires, key=lambda each: float(each.get("latency_ms", 0.0)))
     lines = [f"{wire['latency_ms']:g} ms"] if wire.get("latency_ms") else []
-    if any(each.get("jitter", {}).get("kind", "zero") != "zero" for each in wires):
+    if any(each.get("jitter", {}).get(key) for each in wires for key in _JITTERS):
         lines.append("+ jitter")
     loss = max(float(each.get("loss", 0.0)) for each in wires)
     return (*lines, f"{100.0 * loss:g} % lost") if loss else tuple(lines)

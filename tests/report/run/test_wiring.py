@@ -36,6 +36,16 @@ def test_all_of_it_is_there(name):
     assert len(list(root.iter(f"{SVG}polygon"))) == len(pairs)
 
 
+@pytest.mark.parametrize(("jitter", "told"), [
+    ({"kind": "zero"}, False), ({"kind": "uniform", "low_ms": 0.0, "high_ms": 0.0}, False),
+    ({"kind": "uniform", "low_ms": -2.0, "high_ms": 0.0}, True),
+    ({"kind": "exponential", "mean_ms": 3.0, "high_ms": 9.0}, True)])
+def test_a_jitter_is_told_where_there_is_some(jitter, told):
+    wires = [{"from": "a.out", "to": "b.in", "latency_ms": 10.0, "jitter": jitter}]
+    root = ElementTree.fromstring(wiring_svg({"a": {"kind": "pid"}, "b": {"kind": "safety"}}, wires, {}))
+    assert ("+ jitter" in [each.text for each in root.iter(f"{SVG}text")]) == told
+
+
 @pytest.mark.parametrize("name", ["grasp_ilc", "finger_ilc"])
 def test_blocks_stand_apart_and_inside(name):
     _, root = drawn(name)
