@@ -21,7 +21,7 @@ def told(endings, folders):
                             text=True).stdout.split("\n")
     every = listed if any(listed) else [str(path.relative_to(ROOT)) for path in ROOT.rglob("*.*")]
     return sorted(name for name in every if name.endswith(endings) and (ROOT / name).is_file()
-                  and ("/" not in name or name.startswith(folders)))
+                  and ("/" not in name or name.startswith(folders)) and "/node_modules/" not in name)
 
 
 TOLD = told((".md", ".py", ".toml"), ("docs/", "fesloop/", "plants/", "estimators/", "controllers/"))

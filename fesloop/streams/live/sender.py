@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -66,7 +67,8 @@ class StreamSender:
         nothing, sent, row = np.full(rows.shape[1], np.nan).tolist(), 0, 0
         start = due = time.monotonic()
         begins(round(start * NS_PER_S))
-        while going_on() and (self.repeat or row < len(rows)) and (seconds is None or due - start < seconds):
+        last_s = math.inf if seconds is None else seconds - 0.5 / rate_hz  # sums of periods are not exact
+        while going_on() and (self.repeat or row < len(rows)) and due - start < last_s:
             while (ahead := due - time.monotonic()) > 0.0 and going_on():
                 time.sleep(min(ahead, _NAP_S))
             time_s = due - start

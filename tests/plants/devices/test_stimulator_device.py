@@ -209,9 +209,13 @@ def test_a_run_that_is_not_paced_is_refused(tmp_path):
 
 def test_a_device_that_does_not_open_leaves_no_recording(tmp_path):
     pytest.importorskip("pysciencemode")
-    settings = ["driver=science_mode", f"port={tmp_path / 'nothing'}"]
+    with pytest.raises(InputError, match=r"blocks\.device\.port: there is no .*nothing"):
+        fesloop.load(NAME, ["driver=science_mode", f"port={tmp_path / 'nothing'}"]).run(
+            tmp_path / "runs", realtime=True)
+    (tmp_path / "no_line").touch()
     with pytest.raises(RunError, match="device: the device does not open: unplugged"):
-        fesloop.load(NAME, settings).run(tmp_path / "runs", realtime=True)
+        fesloop.load(NAME, ["driver=science_mode", f"port={tmp_path / 'no_line'}"]).run(
+            tmp_path / "runs", realtime=True)
     assert not list(tmp_path.glob("runs/*"))
 
 
