@@ -14,6 +14,8 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
+from patience import patient
+
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 _FENCE = re.compile(r"(?:^`(?P<file>[\w./-]+)`\n\n)?^```(?P<language>\w+)\n(?P<text>.*?)^```$",
                     re.MULTILINE | re.DOTALL)
@@ -49,7 +51,7 @@ def follow(page: Path, folder: Path) -> bool:
             continue
         # A file and not the standard input: processes that Python starts read their parent's again.
         script = folder / f"page_step.{step.language}"
-        script.write_text(step.text)
+        script.write_text(patient(step.text) if step.language == "sh" else step.text)
         if subprocess.run([*_RUN[step.language], script.name], cwd=folder).returncode:
             print(f"{page}: failed in\n{step.text}", file=sys.stderr)
             return False

@@ -49,3 +49,16 @@ def test_a_page_ends_where_a_command_fails_and_says_which(tmp_path):
     assert "page.md: failed in" in done.stderr
     assert "cat notes/b.txt > copy.txt" in done.stderr
     assert "as it should be" not in done.stdout
+
+
+def test_what_runs_in_real_time_gets_a_second_try(tmp_path):
+    folder = tmp_path / ".ci"
+    folder.mkdir()
+    for name in ("docs.py", "patience.py"):
+        (folder / name).write_text((RUNNER.parent / name).read_text())
+    page = tmp_path / "page.md"
+    page.write_text("```sh\nfesloop() { test -e tried || ! touch tried; }\nfesloop run a --realtime\n```\n")
+    done = subprocess.run([sys.executable, str(folder / "docs.py"), str(page)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    page.write_text("```sh\nfesloop() { test -e tried || ! touch tried; }\nfesloop run a\n```\n")
+    assert subprocess.run([sys.executable, str(folder / "docs.py"), str(page)]).returncode == 1
