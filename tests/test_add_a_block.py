@@ -26,7 +26,9 @@ def docs_runner():
     """The script that follows pages."""
     spec = importlib.util.spec_from_file_location("docs_runner", ROOT / ".ci" / "docs.py")
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(ROOT / ".ci")
+        spec.loader.exec_module(module)
     return module
 
 
