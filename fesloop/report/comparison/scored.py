@@ -115,9 +115,19 @@ def sentence_of(runs: Sequence[Compared]) -> str:
         known = {name: error for name, error in errors.items() if np.isfinite(error)}
         if len(known) > 1:
             best, worst = min(known, key=known.__getitem__), max(known, key=known.__getitem__)
-            last = " in the last trial" if any(run.known.begun > 1 for run in runs) else ""
+            last = _in_last_trial([run for run in runs if run.name in known])
             if known[best] == known[worst]:
                 return f"{begin} {title} is {told(known[best])} deg RMS in all of them{last}."
             return (f"{begin} {title} is least in {best}, {told(known[best])} deg RMS{last}, and greatest in "
                     f"{worst}, {told(known[worst])} deg.")
     return f"{begin} They have no error of joints in common."
+
+
+def _in_last_trial(runs: Sequence[Compared]) -> str:
+    """Which trial is meant; runs of as many trials share it, of others each has its own."""
+    begun = [run.known.begun for run in runs]
+    if max(begun) == 1:
+        return ""
+    if min(begun) == max(begun):
+        return f" in the last of {counted(begun[0], 'trial')}"
+    return f" in the last trial of each ({listed([f'{run.known.last} of {run.name}' for run in runs])})"

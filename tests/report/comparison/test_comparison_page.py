@@ -71,6 +71,15 @@ def test_the_sentence_names_the_least_and_the_greatest_error(pid, late):
     assert f"greatest in {worst}, {greatest:.2f} deg" in page.sentence
 
 
+def test_the_sentence_says_which_trials_it_compares(pid, run):
+    two = run("finger_ilc", "trials=2", *SHORT)
+    other = run("finger_ilc", "trials=2", "law=phase_lead", *SHORT)
+    assert "in the last of 2 trials" in page_of(two, other).sentence
+    page = page_of(pid, two)
+    (one, _), (later, _) = page.facts[:2]
+    assert f"in the last trial of each (0 of {one} and 1 of {later})" in page.sentence
+
+
 def test_one_key_that_differs_is_one_row(pid, late):
     (table,) = of(page_of(pid, late), "differences", Table)
     assert [row[1:] for row in table.rows] == [["0.0", "100.0"]]
