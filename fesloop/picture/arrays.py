@@ -11,27 +11,17 @@ from fesloop.hand.muscles import muscle
 from fesloop.picture.labels import placed_labels
 from fesloop.picture.muscle_bars import draw_muscles
 from fesloop.picture.palette import FAINT, INK, channel_colour, tidy
+from fesloop.picture.unrolled import CUT_DEG, motor_points, unrolled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
-_FIRST_DEG = -90.0
-"""Where the skin is cut open: on the ulnar side, so that the back and the front each stay whole."""
 _DORSAL, _VOLAR = "#f8efe6", "#f1e3d6"
 _EMPTY = "#fffdfa"
 _POINT_MM, _AROUND_MM = 2.4, 14.0
 """Radius of a motor point's sign, and the skin shown beyond elements and motor points."""
-
-
-def unrolled(places: Array, radius_mm: float) -> Array:
-    """Places (n, 2 or more): around and along, mm, the former brought to one turn from the cut on."""
-    turn = 2.0 * np.pi * radius_mm
-    first = np.deg2rad(_FIRST_DEG) * radius_mm
-    found = np.array(places, dtype=np.float64)
-    found[:, 0] = first + np.mod(found[:, 0] - first, turn)
-    return found
 
 
 def arrays_figure(
@@ -55,7 +45,7 @@ def arrays_figure(
                                wspace=0.16)
     skin, bars = figure.add_subplot(grid[0]), figure.add_subplot(grid[1])
     figure.text(0.015, 0.975, title, ha="left", va="top", fontsize=12, color=INK)
-    places, points = unrolled(electrodes.places, electrodes.radius_mm), _motor_points(electrodes)
+    places, points = unrolled(electrodes.places, electrodes.radius_mm), motor_points(electrodes)
     draw_skin(skin, electrodes.radius_mm, places, points)
     if shares is not None:
         draw_channels(skin, places, shares)
@@ -68,16 +58,6 @@ def arrays_figure(
     return figure
 
 
-def _motor_points(electrodes: Any) -> dict[str, Array]:
-    """Place (2,) of each muscle's motor point on the unrolled skin, mm."""
-    points = getattr(electrodes, "motor_points", ())
-    if not points:
-        return {}
-    found = unrolled(np.array([[np.deg2rad(point.around_deg) * electrodes.radius_mm, point.along_mm]
-                               for point in points]), electrodes.radius_mm)
-    return {point.muscle: place for point, place in zip(points, found, strict=True)}
-
-
 def draw_skin(axes: Axes, radius_mm: float, places: Array, points: dict[str, Array]) -> None:
     """The skin between the elbow, at the top, and the wrist, as far as something is on it or under it."""
     per_deg = np.deg2rad(1.0) * radius_mm
@@ -87,7 +67,7 @@ def draw_skin(axes: Axes, radius_mm: float, places: Array, points: dict[str, Arr
         axes.axvspan(first * per_deg, (first + 180.0) * per_deg, color=colour, zorder=0, linewidth=0)
         axes.text((first + 3.0) * per_deg, low + 2.0, name, ha="left", va="top", fontsize=11, color=FAINT,
                   fontweight="bold", zorder=1)
-    axes.set_xlim(_FIRST_DEG * per_deg, (_FIRST_DEG + 360.0) * per_deg)
+    axes.set_xlim(CUT_DEG * per_deg, (CUT_DEG + 360.0) * per_deg)
     axes.set_ylim(high, low)
     axes.set_aspect("equal")
     degrees = np.arange(-90, 271, 45)

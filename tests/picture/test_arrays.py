@@ -7,9 +7,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Wedge
 
 from fesloop.hand.muscles import EXTRINSIC, MUSCLES, muscle
-from fesloop.picture.arrays import arrays_figure, draw_elements, unrolled
+from fesloop.picture.arrays import arrays_figure, draw_elements
 from fesloop.picture.labels import placed_labels
 from fesloop.picture.palette import channel_colour
+from fesloop.picture.unrolled import unrolled
 from plants.electrode_arrays import ElectrodeArray
 from plants.electrodes import Electrodes
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.hand.muscles import muscle
-from fesloop.picture.arrays import unrolled
 from fesloop.picture.labels import placed_labels
+from fesloop.picture.unrolled import CUT_DEG, motor_points, unrolled
 from fesloop.report.run import svg
 
 Array = NDArray[np.float64]
@@ -20,7 +20,6 @@ _AROUND_MM, _POINT_MM = 12.0, 2.0
 _LARGER = 1.7
 """Letters are so much larger than those of the printed picture, whose labels keep out of each other's way."""
 _LETTER, _HEIGHT = 7.2, 13.0
-_FIRST_DEG = -90.0
 _ACTIVE = 0.05
 """Muscles below this activation are not named (chosen): there are more than there is room for."""
 
@@ -36,10 +35,10 @@ def arrays_svg(electrodes: Any, charge: Array | None, highest: float, shares: Ar
     charge: (elements,), C. highest: that of the deepest colour. shares: (channels, elements), C, of each
         channel. strongest: (29,), greatest activation of each muscle. None for what is not known.
     """
-    places, points = unrolled(electrodes.places, electrodes.radius_mm), _motor_points(electrodes)
+    places, points = unrolled(electrodes.places, electrodes.radius_mm), motor_points(electrodes)
     along = np.concatenate([places[:, 1], [place[1] for place in points.values()]])
     turn = 2.0 * np.pi * electrodes.radius_mm
-    corner = np.array([np.deg2rad(_FIRST_DEG) * electrodes.radius_mm, along.min() - _AROUND_MM])
+    corner = np.array([np.deg2rad(CUT_DEG) * electrodes.radius_mm, along.min() - _AROUND_MM])
     size = np.array([turn, along.max() + _AROUND_MM - corner[1]])
     places = np.column_stack((_SCALE * (places[:, :2] - corner), _SCALE * places[:, 2]))
     spots = {name: _SCALE * (place - corner) for name, place in points.items()}
@@ -47,16 +46,6 @@ def arrays_svg(electrodes: Any, charge: Array | None, highest: float, shares: Ar
     pieces = [*_skin(wide, high), *_elements(places, charge, highest, shares),
               *_points(spots, strongest)]
     return svg.drawing(wide, high + 20.0, pieces)
-
-
-def _motor_points(electrodes: Any) -> dict[str, Array]:
-    """Place (2,) of each muscle's motor point on the unrolled skin, mm."""
-    points = getattr(electrodes, "motor_points", ())
-    if not points:
-        return {}
-    found = unrolled(np.array([[np.deg2rad(point.around_deg) * electrodes.radius_mm, point.along_mm]
-                               for point in points]), electrodes.radius_mm)
-    return {point.muscle: place for point, place in zip(points, found, strict=True)}
 
 
 def _skin(wide: float, high: float) -> Iterator[str]:

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.experiment.metrics.search import Asked
-from fesloop.picture.arrays import unrolled
+from fesloop.picture.unrolled import CUT_DEG, unrolled
 from fesloop.report.run import svg
 
 Array = NDArray[np.float64]
 Electrode = tuple[int, ...]
 _SCALE = 2.6
 """Pixels a mm, where the page is as wide as the drawing."""
-_AROUND_MM, _FIRST_DEG = 17.0, -90.0
+_AROUND_MM = 17.0
 _PALEST, _DEEPEST = 0.12, 0.7
 """Opacities of quality 0 and of the best: numbers stay readable on the deepest (chosen)."""
 _STOP = 10.0
@@ -76,7 +76,7 @@ class _Skin:
 
     def __init__(self, electrodes: Any) -> None:
         places = unrolled(electrodes.places, electrodes.radius_mm)
-        first = np.deg2rad(_FIRST_DEG) * electrodes.radius_mm
+        first = np.deg2rad(CUT_DEG) * electrodes.radius_mm
         corner = np.array([first, places[:, 1].min() - _AROUND_MM])
         self.wide = _SCALE * 2.0 * np.pi * electrodes.radius_mm
         self.high = _SCALE * float(np.ptp(places[:, 1]) + 2.0 * _AROUND_MM)
