@@ -84,7 +84,9 @@ def test_a_viewer_that_has_nothing_new_is_heard_of_nonetheless():
         silent.sendall(f"GET /frames HTTP/1.0\r\nHost: 127.0.0.1:{server.server_port}\r\n\r\n".encode())
         text = b""
         while b": nothing new" not in text:
-            text += silent.recv(1000)
+            received = silent.recv(1000)
+            assert received, f"the server hung up after {text!r}"
+            text += received
 
 
 def test_the_page_may_run_its_script_and_ask_its_server_alone(server):
