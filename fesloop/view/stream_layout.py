@@ -55,8 +55,9 @@ def layout_of(channels: Sequence[Channel], count: int, size: HandSize, where: st
     labels = [channel.label for channel in channels]
     if not any(label in freedoms or label in _FINGER or _segment(label) in names for label in labels):
         labels = _unnamed(count, size, where)
-    angles = {_FINGER.get(label, label): number for number, label in enumerate(labels)}
-    angles = {name: number for name, number in angles.items() if name in freedoms}
+    labels = [_FINGER.get(label, label) for label in labels]
+    _require_apart([label for label in labels if label in freedoms or _segment(label) in names], where)
+    angles = {name: number for number, name in enumerate(labels) if name in freedoms}
     if angles:
         units = [channels[number].unit if channels else "" for number in angles.values()]
         factors = np.array([factor("angle", unit or "rad", f"{where}: unit") for unit in units])
@@ -68,6 +69,14 @@ def layout_of(channels: Sequence[Channel], count: int, size: HandSize, where: st
         raise InputError(where, f"lacks a part of the orientation of {lacking[0]}", "w, x, y, z of each")
     known = {name: numbers for name, numbers in parts.items() if min(numbers) >= 0}
     return StreamLayout(_of_orientations(size, known), True)
+
+
+def _require_apart(labels: Sequence[str], where: str) -> None:
+    """Raise InputError where two channels are the same part of a hand."""
+    twice = [label for number, label in enumerate(labels) if label in labels[:number]]
+    if twice:
+        raise InputError(where, f"has {labels.count(twice[0])} channels of {twice[0]}", "one",
+                         "give each a label of its own at the sender")
 
 
 def _segment(label: str) -> str:

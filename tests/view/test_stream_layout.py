@@ -108,3 +108,19 @@ def test_what_is_lost_is_not_a_number_and_what_hangs_on_it():
 def test_channels_of_something_else_are_refused(channels, count):
     with pytest.raises(InputError, match="stream"):
         layout_of(channels, count, SIZE, "stream")
+
+
+@pytest.mark.parametrize(("labels", "named"), [
+    (["F2_mcp_flexion", "F2_pip_flexion", "F2_mcp_flexion"], "2 channels of F2_mcp_flexion"),
+    (["MCP", "PIP", "F2_mcp_flexion"], "2 channels of F2_mcp_flexion"),
+    ([f"F2p {part}" for part in "wxyz"] + ["F2p w"], "2 channels of F2p w")])
+def test_two_channels_of_the_same_are_refused(labels, named):
+    with pytest.raises(InputError, match=f"stream: has {named}; allowed: one; give each a label"):
+        layout_of(labelled(labels), len(labels), SIZE, "stream")
+
+
+def test_channels_of_something_else_may_be_called_alike():
+    layout = layout_of(labelled(["battery", "F2_pip_flexion", "battery"]), 3, SIZE, "stream")
+    posture = RESTING.copy()
+    posture[TREE.freedom("F2_pip_flexion")] = 0.7
+    require(layout.poses_of(np.array([9.0, 0.7, 9.0])), posture)

@@ -96,15 +96,16 @@ def pick_inertial(channels: Sequence[Channel], count: int, wanted: Sequence[Kind
         return _declared_triads(count, wanted, sensors, declared, where)
     if len(channels) != count:
         raise InputError(where, f"describes {len(channels)} channels and has {count}", "one each")
-    axes, found = _axes(channels), []
-    for sensor, _, _ in axes:
-        if sensor not in found:
-            found.append(sensor)
+    axes = _axes(channels)
+    found = list(dict.fromkeys(sensor for sensor, _, _ in axes))
     chosen = list(names) or found
     absent = [name for name in chosen if name not in found]
     if absent:
         raise InputError(where, f"has no sensor {absent[0]!r}", ", ".join(found) or "labels such as "
                          "F2p_gyr_x")
+    for (sensor, kind, axis), numbers in axes.items():
+        if sensor in chosen and kind in wanted:
+            _require_one(numbers, channels, f"{sensor} {kind} {axis}".strip(), where)
     if len(chosen) != sensors:
         raise InputError(where, f"has {len(chosen)} sensors ({', '.join(found)})", f"sensors = {sensors}",
                          "name those that are wanted in sensor_names")
@@ -114,8 +115,8 @@ def pick_inertial(channels: Sequence[Channel], count: int, wanted: Sequence[Kind
                    if (sensor, kind, axis) not in axes]
         if missing:
             raise InputError(where, f"has no channel {missing[0]!r}", f"{kind} x, y, z of every sensor")
-        numbers = np.array([[axes[sensor, kind, axis] for axis in _AXES] for sensor in chosen])
-        picked[kind] = Picked(numbers, _factors(channels, numbers, kind, declared, where))
+        triads = np.array([[axes[sensor, kind, axis][0] for axis in _AXES] for sensor in chosen])
+        picked[kind] = Picked(triads, _factors(channels, triads, kind, declared, where))
     return picked
 
 
@@ -135,18 +136,29 @@ def pick_angles(channels: Sequence[Channel], count: int, joints: Sequence[str], 
     absent = [joint for joint in joints if joint not in labels]
     if absent:
         raise InputError(where, f"has no channel {absent[0]!r}", ", ".join(labels))
+    for joint in joints:
+        _require_one([k for k, label in enumerate(labels) if label == joint], channels, joint, where)
     numbers = np.array([labels.index(joint) for joint in joints])
     return Picked(numbers, _factors(channels, numbers, "angle", declared, where))
 
 
-def _axes(channels: Sequence[Channel]) -> dict[tuple[str, Kind, str], int]:
+def _axes(channels: Sequence[Channel]) -> dict[tuple[str, Kind, str], list[int]]:
     """Channel numbers by (sensor, kind, axis); what is neither of the three kinds is left out."""
-    axes: dict[tuple[str, Kind, str], int] = {}
+    axes: dict[tuple[str, Kind, str], list[int]] = {}
     for number, channel in enumerate(channels):
         read = read_label(channel.label, channel.type)
         if read is not None:
-            axes.setdefault(read, number)
+            axes.setdefault(read, []).append(number)
     return axes
+
+
+def _require_one(numbers: Sequence[int], channels: Sequence[Channel], meant: str, where: str) -> None:
+    """Raise InputError where several channels of a stream are the one that is meant."""
+    if len(numbers) > 1:
+        told = " and ".join(f"{channels[number].label!r} (number {number + 1})" for number in numbers[:2])
+        raise InputError(where, f"has {len(numbers)} channels of {meant}: {told}"
+                         + (" and others" if len(numbers) > 2 else ""), "one",
+                         "give each a label of its own at the sender")
 
 
 def read_label(label: str, channel_type: str = "") -> tuple[str, Kind, str] | None:

@@ -100,6 +100,10 @@ class LslInlet:
                              f"{self.sensors}, one a sensor")
         if self.holds == "posture" and not self.joints:
             raise InputError("joints", "no joint is named", "one or more names")
+        for key in ("sensor_names", "joints"):
+            names = getattr(self, key)
+            if len(set(names)) < len(names):
+                raise InputError(key, f"a name stands twice: {', '.join(names)}", "different names")
         if duration_ns(self.silent_ms, NS_PER_MS, "silent_ms") < NS_PER_MS:
             raise InputError("silent_ms", f"{self.silent_ms}", "1 or more")
         wanted = Wanted(name=self.stream, type=self.stream_type, source_id=self.source_id,

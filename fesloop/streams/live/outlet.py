@@ -79,6 +79,10 @@ class LslOutlet:
         if len(self.column_labels) not in (0, self.columns):
             raise InputError("column_labels", f"{len(self.column_labels)} names",
                              f"{self.columns}, one a column, or none")
+        for key in ("labels", "column_labels"):
+            names = getattr(self, key)
+            if len(set(names)) < len(names):
+                raise InputError(key, f"a name stands twice: {', '.join(names)}", "different names")
 
     @property
     def inputs(self) -> tuple[Port, ...]:

@@ -96,6 +96,37 @@ def test_what_does_not_fit_is_refused_with_what_would(change, parts):
         assert part in str(refused.value)
 
 
+@pytest.mark.parametrize(("first", "second"), [
+    ("F2p_gyr_x", "F2p_gyr_x"), ("F2p_gyr_x", "F2p GyrX")])
+def test_two_channels_that_are_the_same_are_refused_where_they_are_wanted(first, second):
+    """Of a sensor or a kind that is left out it does not matter which is which."""
+    channels = [*described(["hand", "F2p"]), Channel(second, "deg/s", "GYR")]
+    numbers = [k + 1 for k, channel in enumerate(channels) if channel.label in (first, second)]
+    assert len(numbers) == 2
+
+    def pick(*names, kinds=("gyr", "acc"), sensors=2):
+        return pick_inertial(channels, len(channels), kinds, sensors, names, Declared(), "stream name 'imus'")
+
+    for sensors in (2, 3):
+        with pytest.raises(InputError) as refused:
+            pick(sensors=sensors)
+        assert str(refused.value) == (
+            f"stream name 'imus': has 2 channels of F2p gyr x: {first!r} (number {numbers[0]}) and "
+            f"{second!r} (number {numbers[1]}); allowed: one; give each a label of its own at the sender")
+    assert pick("hand", sensors=1)["gyr"].channels.tolist() == [[3, 4, 5]]
+    assert set(pick(kinds=("acc", "mag"))) == {"acc", "mag"}
+
+
+def test_an_angle_that_is_there_twice_is_refused_where_it_is_wanted():
+    channels = [Channel(label, "rad", "") for label in ("mcp", "pip", "dip", "pip", "pip")]
+    with pytest.raises(InputError) as refused:
+        pick_angles(channels, 5, ("mcp", "pip"), Declared(), "stream name 'posture'")
+    assert str(refused.value) == (
+        "stream name 'posture': has 3 channels of pip: 'pip' (number 2) and 'pip' (number 4) and others; "
+        "allowed: one; give each a label of its own at the sender")
+    assert pick_angles(channels, 5, ("dip", "mcp"), Declared(), "stream").channels.tolist() == [2, 0]
+
+
 def test_units_belong_to_quantities():
     assert factor("acc", "mg", "") == pytest.approx(9.80665e-3)
     assert factor("mag", "mG", "") == pytest.approx(1e-7)
