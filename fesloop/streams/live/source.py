@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -18,7 +20,9 @@ _BUFFER_S = 5
 _CLOCK_EVERY_NS = 2 * NS_PER_S
 """How often the offset between the clocks is asked for again: LSL itself measures it anew every 2 s."""
 _CLOCK_WAIT_S = 5.0
-_SEARCH_S = 1.0
+_SEARCH_S, _GLANCE_S = 1.0, 0.5
+"""How long to look for one stream, and for all that there are, at a time (chosen: what is there answers in
+half a second, and who waits hears soon what for)."""
 _BRACKETS = 5
 _LONGEST_S = 4e9
 """Beyond, ns do not fit into 64 bits; seconds since 1970 do."""
@@ -95,26 +99,45 @@ def describe(info: Any) -> str:
             f"{info.channel_count()} channels, {info.nominal_srate():g} Hz)")
 
 
-def find(wanted: Wanted) -> Any:
+def _say(text: str) -> None:
+    """To whoever sits in front of a run that waits."""
+    print(f"fesloop: {text}", file=sys.stderr, flush=True)
+
+
+def find(wanted: Wanted, say: Callable[[str], None] = _say) -> Any:
     """The description of the one stream that is wanted.
+
+    While it does not answer, `say` is given a line with what is waited for and which streams there are, at
+    first after a second and a half, and again when there are others.
 
     Raises InputError where none answers in time, naming those that are there, or where more than one fits.
     """
     pylsl = open_library(wanted.network)
-    found = wanted.search(pylsl, wanted.timeout_s)
-    if len(found) == 1:
-        return found[0]
-    if found:
-        raise InputError(str(wanted), f"{len(found)} streams fit: {', '.join(map(describe, found))}", "one",
-                         "name its source_id")
-    there = pylsl.resolve_streams(_SEARCH_S)
-    silent = f"does not answer within {wanted.timeout_s:g} s"
+    left_s, there, said = wanted.timeout_s, [], None
+    while left_s > 0.0:
+        found = wanted.search(pylsl, min(wanted.timeout_s, _SEARCH_S))
+        if len(found) == 1:
+            return found[0]
+        if found:
+            raise InputError(str(wanted), f"{len(found)} streams fit: {', '.join(map(describe, found))}",
+                             "one", "name its source_id")
+        there = pylsl.resolve_streams(_GLANCE_S)
+        left_s -= _SEARCH_S + _GLANCE_S
+        names = {describe(info) for info in there}
+        if left_s > 0.0 and names != said:
+            said = names
+            say(str(_absent(wanted, there, f"does not answer yet; waiting for it {left_s:.0f} s more")))
+    raise _absent(wanted, there, f"does not answer within {wanted.timeout_s:g} s")
+
+
+def _absent(wanted: Wanted, there: Sequence[Any], found: str) -> InputError:
+    """That a stream does not answer, which do, and what to do about it."""
     if there:
         remedy = did_you_mean(wanted.name, [info.name() for info in there]) if wanted.name else ""
-        raise InputError(str(wanted), silent, ", ".join(map(describe, there)), remedy)
+        return InputError(str(wanted), found, ", ".join(map(describe, there)), remedy)
     remedy = ('start its sender on this machine, or say network = "lab" for streams of other computers'
               if wanted.network == "loopback" else "start its sender")
-    raise InputError(str(wanted), f"{silent}, nor does any other", remedy=remedy)
+    return InputError(str(wanted), f"{found}, nor does any other", remedy=remedy)
 
 
 class LslSource:

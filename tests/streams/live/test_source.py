@@ -55,16 +55,19 @@ class Library:
 
     def __init__(self):
         self.found, self.pulls, self.correction_s, self.opens = [Info()], [], 0.0, True
+        self.there, self.passed_s = [Info("elsewhere", 7)], 0.0
 
     def local_clock(self):
         return time.monotonic() + AHEAD_S
 
     def resolve_bypred(self, predicate, minimum, timeout):
         self.predicate = predicate
+        self.passed_s += 0.0 if self.found else timeout
         return list(self.found)
 
     def resolve_streams(self, wait_s):
-        return [Info("elsewhere", 7)]
+        self.passed_s += wait_s
+        return list(self.there)
 
     def StreamInlet(self, info, **options):  # noqa: N802 (pylsl's name)
         def act():
@@ -162,3 +165,40 @@ def test_what_cannot_be_opened_is_refused(library, found, opens, named):
     library.found, library.opens = found, opens
     with pytest.raises(InputError, match=named):
         opened(library)
+
+
+def test_who_waits_is_told_what_for_and_what_there_is_instead(library, capsys):
+    """Soon, in one line each time that there is something new, and no longer than was said."""
+    library.found, library.there, said = [], [Info("imus")], []
+
+    def say(text):
+        said.append((library.passed_s, text))
+        if len(said) == 1:
+            library.there.append(Info("hands"))
+
+    with pytest.raises(InputError, match=r"'imuz': does not answer within 20 s; allowed: 'imus'.*'hands'"):
+        find(Wanted(name="imuz", timeout_s=20.0), say)
+    assert library.passed_s == pytest.approx(20.0, abs=1.5)
+    assert [passed_s for passed_s, _ in said] == [1.5, 3.0]
+    assert "stream name 'imuz': does not answer yet; waiting for it 18 s more" in said[0][1]
+    assert "did you mean 'imus'?" in said[0][1]
+    assert "'hands'" in said[1][1]
+    assert all("\n" not in text for _, text in said)
+
+    library.there = []
+    with pytest.raises(InputError, match="nor does any other"):
+        find(Wanted(name="imuz"))
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.startswith("fesloop: stream name 'imuz': does not answer yet")
+    assert printed.err.count("\n") == 1
+
+
+def test_a_stream_that_comes_while_it_is_waited_for_is_found(library):
+    late, library.found = library.found, []
+    assert find(Wanted(name="imus"), lambda text: library.found.extend(late)) is late[0]
+
+
+def test_nobody_is_told_of_a_stream_that_answers(library, capsys):
+    find(Wanted(name="imus"))
+    assert capsys.readouterr().err == ""
