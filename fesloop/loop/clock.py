@@ -46,7 +46,7 @@ def parse_rate(rate: str | int | float | Fraction, where: str = "rate") -> Fract
 def duration_ns(value: str | int | float | Decimal, unit_ns: int, where: str) -> int:
     """A duration in units of `unit_ns` (1_000_000 for ms), through its decimal text, to the nearest ns.
 
-    Raises InputError for a negative, non-finite or non-numeric value.
+    Raises InputError for a negative, non-finite or non-numeric value, and for one of 146 years or more.
     """
     if isinstance(value, bool):
         raise InputError(where, f"{value!r} is not a duration", "a number")
@@ -54,8 +54,12 @@ def duration_ns(value: str | int | float | Decimal, unit_ns: int, where: str) ->
         exact = Decimal(str(value)) * unit_ns
     except InvalidOperation:
         raise InputError(where, f"{value!r} is not a duration", "a number") from None
-    if not exact.is_finite() or not 0 <= exact < FOREVER:
-        raise InputError(where, f"{value!r} is not a duration", "zero or more, up to 146 years")
+    if not exact.is_finite():
+        raise InputError(where, f"{value!r} is not a duration", "a finite number, zero or more")
+    if exact < 0:
+        raise InputError(where, f"{value!r} is negative", "zero or more")
+    if exact >= FOREVER:
+        raise InputError(where, f"{value!r} is longer than any run", f"below {FOREVER / unit_ns:.3g}")
     return int(exact.to_integral_value())
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError, RunError
 from fesloop.loop.block import Block, Context, Tick
-from fesloop.loop.clock import NS_PER_MS, duration_ns, parse_rate
+from fesloop.loop.clock import NS_PER_MS, parse_rate
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.status import StatusLatch
 from fesloop.loop.surroundings import Surroundings
@@ -89,7 +89,6 @@ class StimulatorDevice:
     def __post_init__(self) -> None:
         device = find_driver(self.driver).preset
         require_positive("stimulator_device", self, "charge_max_uc")
-        duration_ns(self.hold_ms, NS_PER_MS, "hold_ms")
         if not _HOLD_RANGE_MS[0] <= self.hold_ms <= _HOLD_RANGE_MS[1]:
             raise InputError("hold_ms", f"{self.hold_ms:g}",
                              f"{_HOLD_RANGE_MS[0]:g} to {_HOLD_RANGE_MS[1]:g}")

@@ -104,8 +104,9 @@ class LslInlet:
             names = getattr(self, key)
             if len(set(names)) < len(names):
                 raise InputError(key, f"a name stands twice: {', '.join(names)}", "different names")
-        if duration_ns(self.silent_ms, NS_PER_MS, "silent_ms") < NS_PER_MS:
-            raise InputError("silent_ms", f"{self.silent_ms}", "1 or more")
+        if not self.silent_ms >= 1.0:
+            raise InputError("silent_ms", f"{self.silent_ms:g}", "1 or more")
+        duration_ns(self.silent_ms, NS_PER_MS, "silent_ms")
         wanted = Wanted(name=self.stream, type=self.stream_type, source_id=self.source_id,
                         timeout_s=self.timeout_s, network=self.network)
         arrivals = " ".join(["lsl:" + (self.stream or self.source_id or self.stream_type),

@@ -159,7 +159,9 @@ def test_the_cause_comes_with_its_instant(tmp_path):
 
 @pytest.mark.parametrize(("parameters", "fault"), [
     ({"driver": "dri"}, "there is no stimulator driver 'dri'.*did you mean 'dry'"),
-    ({"hold_ms": 5.0}, "hold_ms: 5; allowed: 20 to 1000"), ({"hold_ms": float("nan")}, "hold_ms"),
+    ({"hold_ms": 5.0}, "hold_ms: 5; allowed: 20 to 1000"),
+    ({"hold_ms": -5}, "hold_ms: -5; allowed: 20 to 1000"),
+    *(({"hold_ms": float(text)}, f"hold_ms: {text}; allowed: 20 to 1000") for text in ("nan", "inf")),
     ({"channels": 9}, "channels: 9"), ({"frequency_hz": "100"}, "frequency_hz: 100"),
     ({"frequency_hz": "fast"}, "frequency_hz"), ({"charge_max_uc": 0.0}, "charge_max_uc")])
 def test_bad_parameters_are_named(parameters, fault):

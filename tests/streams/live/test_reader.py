@@ -257,7 +257,9 @@ def test_a_stand_in_has_the_same_ports_and_a_clock_of_its_own():
     ({"stream": "a", "sensors": 2, "sensor_names": ("x", "x")}, "sensor_names: a name stands twice"),
     ({"stream": "a", "holds": "posture"}, "joints"),
     ({"stream": "a", "holds": "posture", "joints": ("pip", "pip")}, "joints: a name stands twice"),
-    ({"stream": "a", "sensors": 1, "silent_ms": 0.5}, "silent_ms"),
+    *(({"stream": "a", "sensors": 1, "silent_ms": ms}, f"silent_ms: {ms:g}; allowed: 1 or more")
+      for ms in (0.5, -3.0, float("nan"))),
+    ({"stream": "a", "sensors": 1, "silent_ms": float("inf")}, "silent_ms: inf"),
     ({"stream": "it's", "sensors": 1}, "name"),
     ({"stream": "a", "sensors": 1, "nominal_rate": "fast"}, "nominal_rate"),
 ])
