@@ -32,7 +32,7 @@ MISTAKES = {
         "a muscle inside the hand",
     'blocks.muscles.model="hill"': "'hammerstein', 'riener', 'ding2003' or 'ding2007'",
     'blocks.muscles.model="ding2003"': "ding2003.fatigue",
-    "blocks.muscles.delay_ms=-1.0": "blocks.muscles.delay_ms: -1.0 is not a duration",
+    "blocks.muscles.delay_ms=-1.0": "blocks.muscles.delay_ms: -1.0 is negative",
     'blocks.muscles.reflex.muscles=["FDP"]': "did you mean 'FDP5'?",
     "blocks.muscles.tremor={band_hz=[12.0, 4.0]}": "the lower frequency, then the upper",
     "blocks.hand.object={position_m=[0.0, 0.05, 0.0]}": "blocks.hand.object: reaches 64.7 mm into hand",
