@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
-from pathlib import Path
 from typing import Any
 
 from fesloop.cli.output import print_made, print_table, progress_bar
+from fesloop.cli.target import free_target
 
 _AHEAD_MS = 1.0
 """Worth telling (chosen)."""
@@ -17,11 +17,11 @@ def execute(args: Namespace) -> int:
     """Fit a tracker's error process to the first half of a recording; show how it stands up to the second."""
     from fesloop.tracker_error.fitting import fit_error
 
+    path = free_target(args.target, args.target)
     settings = tuple(args.settings) + ((f"tracker={args.tracker}",) if args.tracker else ())
     with progress_bar(f"fit-error {args.recording}") as bar:
         found = fit_error(args.recording, settings=settings, reference_late_ms=args.reference_late,
                           seed=args.seed or 0, progress=bar)
-    path = Path(args.target)
     found.process.save(path)
     print_made("process", path, found.report(), _print, as_json=args.json)
     return 0

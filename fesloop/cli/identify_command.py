@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
-from pathlib import Path
 from typing import Any
 
 from fesloop.cli.output import print_made, print_table, progress_bar
+from fesloop.cli.target import free_target
 from fesloop.experiment.identifying import identifier
 
 
 def execute(args: Namespace) -> int:
     """Make the model file of a recording's patient; show how well it predicts what it was not fitted to."""
+    path = free_target(args.out, f"--out {args.out}")
     with progress_bar(f"identify {args.recording}"):
         found = identifier()(args.recording, measured=args.measured, method=args.method)
-    path = Path(args.out)
     found.model.save(path)
     print_made("model", path, found.report(), _print, as_json=args.json)
     return 0

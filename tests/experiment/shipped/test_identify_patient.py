@@ -18,8 +18,9 @@ def recording(tmp_path_factory):
 
 
 def identified(recording, capsys, *options):
-    assert main(["identify", str(recording), "--out", str(recording.parent / "model.toml"), "--json",
-                 *options]) == 0
+    path = recording.parent / "model.toml"
+    path.unlink(missing_ok=True)
+    assert main(["identify", str(recording), "--out", str(path), "--json", *options]) == 0
     return json.loads(capsys.readouterr().out)
 
 
