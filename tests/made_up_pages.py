@@ -16,6 +16,7 @@ from fesloop.report.parts import (
     Page,
     Paragraph,
     Section,
+    Strips,
     Table,
 )
 
@@ -73,6 +74,18 @@ def joint(name, trial):
                  text="The angle rises.")
 
 
+CHANNELS = 8
+
+
+def channels(count=CHANNELS):
+    """Currents that begin one after the other and are all as high: in one frame one would hide the others."""
+    x = np.linspace(0.0, 2.0, 201)
+    return Strips(key="channels", title="Current", x_label="time, s", y_label="current, mA", timed=True,
+                  trial=3, limits=(0.0, 25.0), text="All up to 20 mA.",
+                  lines=[Line(name=f"channel {number}", role=f"channel-{number % 8}", style="steps", x=x,
+                              y=np.where(x > 0.1 * number, 20.0, 0.0)) for number in range(count)])
+
+
 def error():
     """One point a trial."""
     return Chart(key="error", title="Error per trial", x_label="trial", y_label="error, deg",
@@ -127,6 +140,7 @@ def page(**other):
         Section(key="tracking", title="Tracking by joint", parts=[
             Paragraph(text="Angles of `index` and `middle`."), *joints,
             Fold(title="Other joints", parts=[joint("wrist", trial) for trial in TRIALS])]),
+        Section(key="stimulation", title="Stimulation", parts=[channels()]),
         Section(key="shares", title="Shares", parts=[*bars(), metrics]),
         Section(key="study", title="Study", parts=[heat_map()]),
         Section(key="what", title="What was run", parts=[

@@ -1,4 +1,4 @@
-"""What a page's script draws: charts, bars, heat maps and the hand, as it reads them."""
+"""What a page's script draws: charts, strips, bars, heat maps and the hand, as it reads them."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from fesloop.report.figure3d import Figure3d, Frames, Mesh, Solid
 from fesloop.report.numbers import Numbers
-from fesloop.report.parts import Bars, Chart, Fold, HeatMap, Line, Page, Part
+from fesloop.report.parts import Bars, Chart, Fold, HeatMap, Line, Page, Part, Strips
 
 Array = NDArray[np.float64]
-Drawn = Chart | Bars | HeatMap | Figure3d
+Drawn = Chart | Strips | Bars | HeatMap | Figure3d
 
 
 def drawn_numbers(page: Page) -> dict[str, Any]:
@@ -46,6 +46,8 @@ def _described(part: Drawn, numbers: Numbers) -> dict[str, Any]:
     match part:
         case Chart():
             return _chart(part, numbers)
+        case Strips():
+            return _strips(part, numbers)
         case Bars():
             return _bars(part, numbers)
         case HeatMap():
@@ -55,14 +57,25 @@ def _described(part: Drawn, numbers: Numbers) -> dict[str, Any]:
 
 
 def _chart(chart: Chart, numbers: Numbers) -> dict[str, Any]:
-    limits = None if chart.limits is None or not np.isfinite(chart.limits).all() else \
-        [*map(float, chart.limits)]
+    limits = _limits(chart.limits)
     return {"kind": "chart", "x_label": chart.x_label, "y_label": chart.y_label,
             "lines": [_line(line, numbers, limits) for line in chart.lines],
             "marks": [{"text": mark.text, "at": float(mark.at), "until": float(mark.until)}
                       for mark in chart.marks if np.isfinite([mark.at, mark.until]).all()],
             "timed": chart.timed, "limits": limits,
             "x_levels": [*chart.x_levels], "x_log": chart.x_log}
+
+
+def _strips(strips: Strips, numbers: Numbers) -> dict[str, Any]:
+    limits = _limits(strips.limits)
+    return {"kind": "strips", "x_label": strips.x_label, "y_label": strips.y_label,
+            "lines": [_line(line, numbers, limits) for line in strips.lines], "timed": strips.timed,
+            "limits": limits}
+
+
+def _limits(ends: tuple[float, float] | None) -> list[float] | None:
+    """Of an axis; None where they are no numbers."""
+    return None if ends is None or not np.isfinite(ends).all() else [float(ends[0]), float(ends[1])]
 
 
 def _line(line: Line, numbers: Numbers, limits: Sequence[float] | None = None) -> dict[str, Any]:
@@ -81,10 +94,11 @@ def _bars(bars: Bars, numbers: Numbers) -> dict[str, Any]:
 
 
 def _heat_map(heat: HeatMap, numbers: Numbers) -> dict[str, Any]:
+    low, high = (None, None) if heat.lack else (float(heat.low), float(heat.high))
     return {"kind": "heat_map", "x_label": heat.x_label, "y_label": heat.y_label,
             "x_levels": [*heat.x_levels], "y_levels": [*heat.y_levels], "values": numbers.add(heat.values),
             "cells": [[*row] for row in heat.cells], "told": [[*row] for row in heat.told],
-            "value_label": heat.value_label, "low": float(heat.low), "high": float(heat.high),
+            "value_label": heat.value_label, "low": low, "high": high,
             "better": heat.better, "contours": [_line(line, numbers) for line in heat.contours]}
 
 

@@ -78,6 +78,29 @@ class Chart:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Strips:
+    """Lines over a common x, each in a strip of its own below the other: those that in one frame would lie
+    on each other, as channels of a stimulator do.
+
+    Attributes
+    ----------
+    lines: one a strip, whose name stands over it. limits: of y, in every strip, so that they compare; None
+        where the lines say.
+    The others are those of a chart.
+    """
+
+    key: str
+    title: str
+    x_label: str
+    y_label: str
+    lines: Sequence[Line]
+    trial: int | None = None
+    timed: bool = False
+    limits: tuple[float, float] | None = None
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Bars:
     """Shares or sizes by name, side by side or stacked; horizontal.
 
@@ -107,7 +130,8 @@ class HeatMap:
     x_levels, y_levels: texts of the columns and, from below, the rows. values: (rows, columns); NaN where
         there is none. cells: what stands in each cell, and what is told of it when pointed at.
     contours: curves over it, x and y in columns and rows counted from 0 (theory's bound, say).
-    low, high: ends of the colour scale. better: "low" or "high", which end is the good one.
+    low, high: ends of the colour scale; without numbers there no cell has a colour. better: "low" or "high",
+        which end is the good one.
     """
 
     key: str
@@ -125,6 +149,15 @@ class HeatMap:
     better: str = "low"
     contours: Sequence[Line] = ()
     text: str = ""
+
+    @property
+    def lack(self) -> str:
+        """Why no cell has a colour, a sentence; empty where that is not so."""
+        if not np.isfinite(self.values).any():
+            return "No cell has a value."
+        if not np.isfinite([self.low, self.high]).all():
+            return "Cells have no colours: between which values these would lie is not known."
+        return ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -181,7 +214,7 @@ class Code:
     text: str
 
 
-Part = (Chart | Bars | HeatMap | Table | Drawing | Paragraph | Notice | Fold | Code | Figure3d)
+Part = (Chart | Strips | Bars | HeatMap | Table | Drawing | Paragraph | Notice | Fold | Code | Figure3d)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,7 +4,8 @@ import base64
 from dataclasses import replace
 
 import numpy as np
-from made_up_pages import drawing, error, page
+import pytest
+from made_up_pages import channels, drawing, error, heat_map, page
 
 from fesloop.report.drawn import drawn_numbers
 from fesloop.report.page import write_page
@@ -51,3 +52,32 @@ def test_names_with_letters_that_no_file_takes_are_written(tmp_path):
         Paragraph(text=words), picture])]), path)
     text = path.read_text(encoding="utf-8")
     assert text.count("a\N{REPLACEMENT CHARACTER}b\N{REPLACEMENT CHARACTER}c") == 2
+
+
+@pytest.mark.parametrize(("low", "high", "given", "why"), [
+    (np.nan, np.nan, np.nan, "No cell has a value."), (1.0, 6.0, np.nan, "No cell has a value."),
+    (np.nan, 6.0, 2.0, "Cells have no colours"), (-np.inf, np.inf, 2.0, "Cells have no colours")])
+def test_a_map_without_ends_of_its_colours_is_written_with_a_note(tmp_path, low, high, given, why):
+    heat = replace(heat_map(), low=low, high=high, values=np.full((2, 3), given))
+    assert heat.lack.startswith(why)
+    told, _ = drawn(heat)
+    assert (told["low"], told["high"]) == (None, None)
+    path = tmp_path / "page.html"
+    write_page(page(sections=[Section(key="one", title="One", parts=[heat])]), path)
+    assert f'<p class="notice" role="note">{heat.lack}</p>' in path.read_text(encoding="utf-8")
+
+
+def test_a_map_with_ends_has_its_colours_and_no_note():
+    told, _ = drawn(heat_map())
+    assert (told["low"], told["high"]) == (1.0, 6.0)
+    assert heat_map().lack == ""
+
+
+def test_strips_are_given_with_all_their_lines():
+    told, _ = drawn(channels(3))
+    assert told["kind"] == "strips"
+    assert [line["name"] for line in told["lines"]] == ["channel 0", "channel 1", "channel 2"]
+    assert told["limits"] == [0.0, 25.0]
+    assert told["timed"]
+    without, _ = drawn(replace(channels(1), limits=(0.0, np.nan)))
+    assert without["limits"] is None

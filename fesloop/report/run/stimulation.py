@@ -6,15 +6,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fesloop.report.parts import Chart, Drawing, Notice, Paragraph, Part, Section
+from fesloop.report.parts import Drawing, Notice, Paragraph, Part, Section, Strips
 from fesloop.report.run.arrays import arrays_svg
 from fesloop.report.run.known import Known
 from fesloop.report.run.stimulated import element_charge, final_stimulation
 from fesloop.report.run.thinning import Course, course
-from fesloop.report.run.words import counted, listed, told
+from fesloop.report.run.words import listed, told
 
-_MOST_CHANNELS = 8
-"""Of a chart: as many as have colours of their own."""
+_COLOURS = 8
+"""As many channels as have colours of their own."""
 _MC = 1e-3
 _LEGEND = ("Elements on the unrolled forearm have the colour of the channel that gave them most, the deeper "
            "the more charge. Dots are motor points, filled and named where their muscle was active.")
@@ -48,14 +48,18 @@ def _channels(known: Known, name: str, trial: int) -> Iterator[Part]:
     highest = found.mean if found.high is None else found.high
     charged = np.nan_to_num(highest[..., 0] * highest[..., 1]).max(axis=0) > 0.0
     used = np.flatnonzero(charged).tolist()
+    if not used:
+        return
     idle = sorted(set(range(len(charged))) - set(used))
     rest = f"; idle: {listed([str(channel) for channel in idle])}" if idle else ""
     for port, (title, label, factor) in enumerate(_SHOWN):
-        lines = [found.line(f"channel {channel}", f"channel-{channel % _MOST_CHANNELS}", (channel, port),
-                            factor, "steps") for channel in used]
-        yield Chart(key=f"stimulation-{port}-{trial}", title=title, x_label="time, s", y_label=label,
-                    lines=lines, trial=trial, timed=True,
-                    text=f"{title} of {counted(len(used), 'channel')} in trial {trial}{rest}.")
+        lines = [found.line(f"channel {channel}", f"channel-{channel % _COLOURS}", (channel, port), factor,
+                            "steps") for channel in used]
+        most = [float(np.nanmax(line.y if line.high is None else line.high)) for line in lines]
+        greatest = listed([f"{line.name} up to {told(each)}" for line, each in zip(lines, most, strict=True)])
+        yield Strips(key=f"stimulation-{port}-{trial}", title=title, x_label="time, s", y_label=label,
+                     lines=lines, trial=trial, timed=True, limits=(0.0, 1.05 * max(most)),
+                     text=f"{label}, in trial {trial}: {greatest}{rest}.")
 
 
 def _arrays(known: Known) -> Iterator[Part]:

@@ -9,7 +9,7 @@ import pytest
 
 from fesloop.experiment.recording.reading import Recording
 from fesloop.hand.muscles import MUSCLES
-from fesloop.report.parts import Chart, Drawing
+from fesloop.report.parts import Drawing, Strips
 from fesloop.report.run.fatigue import fatigue_section
 from fesloop.report.run.known import known_of
 from fesloop.report.run.stimulated import element_charge, final_stimulation
@@ -59,7 +59,7 @@ def test_the_arrays_show_each_element_and_what_it_was_given(known):
 def test_channels_are_drawn_as_they_were_told(known):
     name = final_stimulation(known)
     values = known.recording.signal(name, 0).values
-    charts = {part.title: part for part in stimulation_section(known).parts if isinstance(part, Chart)}
+    charts = {part.title: part for part in stimulation_section(known).parts if isinstance(part, Strips)}
     used = np.flatnonzero((values[..., 0] * values[..., 1]).any(axis=0))
     assert [line.name for line in charts["Current"].lines] == [f"channel {channel}" for channel in used]
     assert charts["Pulse width"].y_label == "width, µs"

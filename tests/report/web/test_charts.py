@@ -1,12 +1,13 @@
 """Charts, bars and heat maps: none is empty, all follow the trial, the play head and the width."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_up_pages import page
+from made_up_pages import CHANNELS, channels, heat_map, page
 
-from fesloop.report.parts import Bars, Chart, Line, Section
+from fesloop.report.parts import Bars, Chart, Line, Section, Strips
 
 
 def drawn(shown, key):
@@ -21,8 +22,8 @@ def drawn(shown, key):
 @pytest.mark.parametrize(("key", "shapes", "count"), [
     ("error", "[aria-label=line] path", 1), ("kinds", "[aria-label=dot] circle", 2),
     ("decades", "[aria-label=line] path", 1), ("index-3", "[aria-label=line] path", 3),
-    ("stacked", "[aria-label=bar] rect", 4), ("beside", "[aria-label=bar] rect", 4),
-    ("heat", "[aria-label=rect] rect", 6)])
+    ("channels", "[aria-label=line] path", CHANNELS), ("stacked", "[aria-label=bar] rect", 4),
+    ("beside", "[aria-label=bar] rect", 4), ("heat", "[aria-label=rect] rect", 6)])
 def test_no_figure_is_empty(opened, key, shapes, count, width):
     figure = drawn(opened(page(), width=width), key)
     marks = figure.locator(shapes)
@@ -137,12 +138,69 @@ def test_names_stand_at_lines_ends_where_there_is_room(opened):
     assert narrow.locator(".key li").all_inner_texts() == ["one", "other"]
 
 
+@pytest.mark.parametrize("width", [1280, 400])
+def test_strips_lie_below_each_other_each_under_its_name(opened, width):
+    figure = drawn(opened(page(), width=width), "channels")
+    paths = figure.locator("[aria-label=line] path")
+    boxes = [paths.nth(i).bounding_box() for i in range(CHANNELS)]
+    texts = figure.locator("svg text")
+    names = {texts.nth(i).text_content(): texts.nth(i).bounding_box() for i in range(texts.count())}
+    ends = [box["y"] + box["height"] for box in boxes]
+    for number, box in enumerate(boxes):
+        name = names[f"channel {number}"]
+        assert name["y"] < box["y"]
+        assert name["x"] + name["width"] <= width
+        if number:
+            assert ends[number - 1] < box["y"]
+            assert ends[number - 1] <= name["y"] + 2
+    heights = [box["height"] for box in boxes]
+    assert max(heights) - min(heights) < 1.0
+    assert min(heights) > 20
+    assert {text for text in names if text[0].isdigit()} >= {"0", "20"}
+
+
+@pytest.mark.parametrize("count", [1, 2, 20])
+def test_strips_are_as_high_as_they_can_be_read(opened, count):
+    shown = opened(page(sections=[Section(key="a", title="a", parts=[channels(count)])]), width=400)
+    figure = drawn(shown, "channels")
+    box = figure.locator("[aria-label=line] path").first.bounding_box()
+    assert 20 < box["height"] < 80
+
+
+def test_the_play_head_goes_through_all_strips(opened):
+    shown = opened(page())
+    figure = drawn(shown, "channels")
+    paths = figure.locator("[aria-label=line] path")
+    boxes = [paths.nth(i).bounding_box() for i in (0, CHANNELS - 1)]
+    shown.mouse.click(boxes[1]["x"] + 0.75 * boxes[1]["width"], boxes[1]["y"] + 10)
+    assert shown.locator(".bar .time").inner_text().startswith("1.5")
+    head = figure.locator(".play-head").bounding_box()
+    assert head["y"] <= boxes[0]["y"]
+    assert head["y"] + head["height"] >= boxes[1]["y"] + boxes[1]["height"] - 1
+    told = re.sub(r"\s+", " ", figure.locator(".told").inner_text())
+    assert told.startswith("1.5")
+    assert all(f"channel {number} 20" in told for number in range(CHANNELS))
+
+
+@pytest.mark.parametrize("values", [np.nan, 5.0])
+def test_a_map_whose_colours_have_no_ends_is_drawn_empty_and_says_so(opened, values):
+    empty = replace(heat_map(), values=np.full((2, 3), values), low=np.nan, high=np.nan)
+    shown = opened(page(sections=[Section(key="a", title="a", parts=[empty])]))
+    figure = drawn(shown, "heat")
+    cells = figure.locator("[aria-label=rect] rect")
+    assert {cells.nth(i).get_attribute("fill") for i in range(cells.count())} == {"var(--no-value)"}
+    assert figure.locator(".ramp").count() == 0
+    assert figure.locator(".notice").inner_text() == empty.lack != ""
+    assert shown.locator("svg text", has_text="NaN").count() == 0
+
+
 @pytest.mark.parametrize("y", [
     [], [np.nan] * 3, [1.0], [2.0, 2.0], [np.inf, 1.0, -np.inf], [1e308, -1e308, 0.0]])
 def test_numbers_that_make_no_line_make_no_trouble(opened, y):
     line = Line(name="odd", role="plain", x=np.arange(float(len(y))), y=np.array(y))
     charts = [Chart(key=f"odd-{log}", title="odd", x_label="x", y_label="y", lines=[line], x_log=log)
               for log in (False, True)]
-    shown = opened(page(sections=[Section(key="a", title="a", parts=charts)]))
-    for log in (False, True):
-        assert "NaN" not in drawn(shown, f"odd-{log}").locator(".plot").inner_html()
+    strips = Strips(key="odd-strips", title="odd", x_label="x", y_label="y", lines=[line, line])
+    shown = opened(page(sections=[Section(key="a", title="a", parts=[*charts, strips])]))
+    for which in (False, True, "strips"):
+        assert "NaN" not in drawn(shown, f"odd-{which}").locator(".plot").inner_html()

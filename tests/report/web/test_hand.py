@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from browser_parts import until
 from made_up_pages import FRAMES, STEP_S, hand, page
@@ -176,6 +177,73 @@ def test_a_trial_whose_motion_is_not_there_is_said_so(opened):
     assert found.locator(".gone").is_visible()
     found.locator("#trial").select_option("2")
     assert found.locator(".gone").is_hidden()
+
+
+@pytest.mark.parametrize("moves", [True, False])
+@pytest.mark.parametrize("width", [1280, 400])
+def test_the_camera_holds_what_is_far_from_the_hand(opened, width, moves):
+    """A cup half a metre beside the hand, which comes to it in the third trial's last frames alone."""
+    whole = hand()
+    cup = np.tile([1.0, 0.0, 0.0, 0.0, 0.5, -0.1, 0.0], (FRAMES, 1, 1))
+    cup[-3:, 0, 4:] = 0.1
+    (solid,) = whole.objects
+    frames = replace(whole.trials[3], objects=cup if moves else cup[:, :0])
+    figure = replace(whole, trials={3: frames},
+                     objects=[solid if moves else replace(solid, moves=False, pose=tuple(cup[0, 0]))])
+    shown = opened(page(sections=[Section(key="motion", title="The hand", parts=[figure])], trials=(),
+                        shown=3), width=width)
+    shown.locator(".stage").scroll_into_view_if_needed()
+    assert inside(shown)
+    boxes = shown.locator(".tools input")
+    for i in (0, 1):
+        boxes.nth(i).uncheck()
+    assert inside(shown)
+    shown.get_by_role("slider", name="Time in the trial").press("End")
+    assert inside(shown)
+
+
+def inside(shown):
+    """Whether something is drawn, and nothing of it at the picture's edge."""
+    still(shown)
+    return shown.evaluate("""() => {
+        const canvas = document.querySelector('.stage canvas');
+        const {width, height} = canvas;
+        const flat = Object.assign(document.createElement('canvas'), {width, height});
+        const context = flat.getContext('2d');
+        context.drawImage(canvas, 0, 0);
+        const {data} = context.getImageData(0, 0, width, height);
+        let seen = 0, edge = 0;
+        for (let i = 0; i < width * height; i += 1) {
+            if (data[4 * i + 3] === 0) continue;
+            seen += 1;
+            const [x, y] = [i % width, Math.floor(i / width)];
+            if (x < 2 || y < 2 || x >= width - 2 || y >= height - 2) edge += 1;
+        }
+        return seen > 100 && edge === 0;
+    }""")
+
+
+def test_a_cup_that_falls_far_does_not_make_the_hand_small(opened):
+    whole = hand()
+    (solid,) = whole.objects
+    fallen = np.tile([1.0, 0.0, 0.0, 0.0, 0.1, 0.1, 0.0], (FRAMES, 1, 1))
+    fallen[:, 0, 6] = -np.linspace(0.0, 20.0, FRAMES)
+    figure = replace(whole, objects=[solid], trials={3: replace(whole.trials[3], objects=fallen)})
+    shown = opened(page(sections=[Section(key="motion", title="The hand", parts=[figure])], trials=(),
+                        shown=3))
+    shown.locator(".stage").scroll_into_view_if_needed()
+    still(shown)
+    share = shown.evaluate("""() => {
+        const canvas = document.querySelector('.stage canvas');
+        const {width, height} = canvas;
+        const flat = Object.assign(document.createElement('canvas'), {width, height});
+        const context = flat.getContext('2d');
+        context.drawImage(canvas, 0, 0);
+        const {data} = context.getImageData(0, 0, width, height);
+        const filled = data.filter((_, i) => i % 4 === 3).reduce((sum, alpha) => sum + (alpha > 0), 0);
+        return filled / (width * height);
+    }""")
+    assert share > 0.005
 
 
 def test_one_finger_turns_and_two_zoom(opened):

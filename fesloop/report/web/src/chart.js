@@ -1,12 +1,14 @@
 // Lines over a common x, drawn by Observable Plot.
 import * as Plot from "@observablehq/plot";
 import { roleColour } from "./colours.js";
-import { endPlaces, endWidth, keyRow } from "./key.js";
-import { extent, lastValue, linesWith, valueAt } from "./lines.js";
+import { shape } from "./element.js";
+import { END_STROKE, endPlaces, endWidth, keyRow } from "./key.js";
+import { bandMark, strokeMark } from "./line_marks.js";
+import { extent, lastValue, linesWith, toldAt } from "./lines.js";
 import { markMarks } from "./marks.js";
 import { createPlayHead } from "./play_head.js";
 import { tellOf } from "./told.js";
-import { number, shortened, SIZE, textWidth } from "./text.js";
+import { shortened, SIZE, textWidth, widestTick } from "./text.js";
 
 const ENDS_FROM = 620; // px: from this width on names stand at the lines' ends
 const ENDS_MOST = 6; // lines that have room for their names there
@@ -41,7 +43,7 @@ export function drawChart(place, chart, array, width, clock) {
   const x = svg.scale("x");
   tellOf(place, svg, (at) => toldAt(chart, lines, x, at));
   if (!chart.timed || !clock) return {};
-  return createPlayHead(svg, x, clock);
+  return createPlayHead(svg, x, clock, svg.scale("y").range);
 }
 
 function plotted(chart, lines, width, { top, right, bottom, left }) {
@@ -59,8 +61,8 @@ function plotted(chart, lines, width, { top, right, bottom, left }) {
       ...markMarks(chart.marks, extent(lines.map((line) => line.x)), inner),
       Plot.gridY({ stroke: "var(--rule)", strokeOpacity: 1, ticks: Math.round(height / 55) }),
       low < 0 && high > 0 ? Plot.ruleY([0], { stroke: "var(--faint)" }) : null,
-      ...lines.map((line) => band(line)),
-      ...lines.map((line) => stroke(line)),
+      ...lines.map((line) => bandMark(line)),
+      ...lines.map((line) => strokeMark(line)),
     ],
   });
 }
@@ -101,48 +103,14 @@ function padded([low, high]) {
   return [low === 0 ? 0 : low - room, high === 0 ? 0 : high + room];
 }
 
-const curveOf = ({ style }) => (style === "steps" ? "step-after" : "linear");
-
-function band(line) {
-  const { x, low, high, role, style } = line;
-  if (low === null || high === null) return null;
-  if (style === "points") {
-    return Plot.ruleX(x, { x, y1: low, y2: high, stroke: roleColour(role), strokeOpacity: 0.6, clip: true });
-  }
-  return Plot.areaY(x, {
-    x, y1: low, y2: high, fill: roleColour(role), fillOpacity: 0.2, curve: curveOf(line), clip: true,
-  });
-}
-
-function stroke(line) {
-  const { x, y, role, style } = line;
-  const colour = roleColour(role);
-  if (style === "points") return Plot.dot(x, { x, y, fill: colour, r: x.length > 200 ? 1.6 : 3 });
-  const drawn = Plot.line(x, {
-    x, y, stroke: colour, strokeWidth: 1.75, strokeDasharray: style === "dashed" ? "5 4" : undefined,
-    strokeLinejoin: "round", curve: curveOf(line), clip: true,
-  });
-  const few = x.length <= 30 && style === "line";
-  return few ? [drawn, Plot.dot(x, { x, y, fill: colour, r: 2.5 })] : drawn;
-}
-
-function widestTick(svg) {
-  const ticks = [...svg.querySelectorAll('[aria-label="y-axis tick label"] text')];
-  return Math.max(0, ...ticks.map(({ textContent }) => textWidth(textContent)));
-}
-
 function nameEnds(svg, lines, x) {
   const y = svg.scale("y");
   const [bottom, top] = y.range;
   const wanted = lines.map((line) => y.apply(lastValue(line)));
   const shown = wanted.map((at) => (Number.isFinite(at) ? Math.min(bottom, Math.max(top, at)) : bottom));
   endPlaces(shown, top, bottom).forEach((at, i) => {
-    const text = document.createElementNS(svg.namespaceURI, "text");
-    text.setAttribute("class", "end");
-    text.setAttribute("x", x + 8);
-    text.setAttribute("y", at);
-    text.setAttribute("dy", "0.32em");
-    text.style.fill = roleColour(lines[i].role);
+    svg.append(shape("line", { x1: x + 6, x2: x + 6 + END_STROKE, y1: at, y2: at, class: "of-end", stroke: roleColour(lines[i].role) }));
+    const text = shape("text", { class: "end", x: x + 12 + END_STROKE, y: at, dy: "0.32em" });
     text.textContent = lines[i].name;
     svg.append(text);
   });
@@ -152,12 +120,4 @@ function nameEnds(svg, lines, x) {
 function moveLabel(svg, by) {
   const label = svg.querySelector('[aria-label="x-axis label"]');
   label?.setAttribute("transform", `translate(${-by},0) ${label.getAttribute("transform") ?? ""}`);
-}
-
-function toldAt(chart, lines, x, at) {
-  const value = x.invert(Math.min(Math.max(at, x.range[0]), x.range[1]));
-  const shown = chart.x_levels.length > 0 ? Math.round(value) : value;
-  const rows = lines.map((line) => ({ name: line.name, value: number(valueAt(line, shown)), role: line.role }));
-  const head = chart.x_levels[shown] ?? `${number(shown)} ${chart.x_label}`;
-  return { head, rows, x: x.apply(shown) };
 }

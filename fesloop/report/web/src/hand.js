@@ -3,13 +3,13 @@ import { playButton, timeShown } from "./bar.js";
 import { element } from "./element.js";
 import { createDock } from "./dock.js";
 import { framesOf } from "./hand_figure.js";
+import { placesOf } from "./hand_places.js";
 import { posesAt } from "./hand_pose.js";
 import { createScene, drawsInDepth } from "./hand_scene.js";
 import { keyRow } from "./key.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
 const NAMES = { truth: "true hand", estimate: "as the tracker had it" };
-const SAMPLED = 24; // frames of each motion that the camera holds
 
 /**
  * Draws hands into `stage` and, where there is a clock, controls under it.
@@ -26,7 +26,7 @@ export function createHand(stage, figure, clock) {
   stage.tabIndex = 0;
   stage.setAttribute("role", "application");
   stage.setAttribute("aria-roledescription", "hand that can be turned: arrows turn, plus and minus zoom, Home resets");
-  const scene = createScene(stage, figure, placesOf(figure.motions));
+  const scene = createScene(stage, figure, placesOf(figure));
   const tools = element("div", { class: "tools" }, shownHands(figure, scene), element("button",
     { type: "button", class: "quiet", onclick: scene.reset }, "Reset view"));
   createDock(stage);
@@ -104,12 +104,4 @@ function shownHands({ shapes }, scene) {
     entry.replaceChildren(element("label", {}, box, ...entry.childNodes));
   });
   return row;
-}
-
-function placesOf(motions) {
-  return [...motions.values()].flatMap(({ hands }) => Object.values(hands).flatMap((poses) => {
-    const every = Math.max(1, Math.floor(poses.frames / SAMPLED));
-    const frames = Array.from({ length: Math.ceil(poses.frames / every) }, (_, i) => i * every);
-    return frames.flatMap((frame) => posesAt(poses, frame).map((pose) => pose.slice(4)));
-  }));
 }

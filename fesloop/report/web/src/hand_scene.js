@@ -1,6 +1,6 @@
 // The scene that the hands stand in, drawn by three.js when something in it has changed.
 import {
-  AmbientLight, Box3, Color, DirectionalLight, PerspectiveCamera, Scene, Sphere, Vector3, WebGLRenderer,
+  AmbientLight, Color, DirectionalLight, PerspectiveCamera, Scene, WebGLRenderer,
 } from "three";
 import { onRepaint, shownColour } from "./colours.js";
 import { handBodies, place, solidBody } from "./hand_bodies.js";
@@ -8,7 +8,6 @@ import { createTurn } from "./hand_turn.js";
 import { createSharpness } from "./sharpness.js";
 
 const SEEN = { truth: 1, estimate: 0.55 };
-const ABOUT_HAND_M = 0.04; // room about the origins of a hand's segments
 const SOFTENED = 0.25; // share of paper in the colour of what is not a hand
 
 /** Whether this browser draws in three dimensions. */
@@ -20,11 +19,11 @@ export function drawsInDepth() {
  * A scene on a canvas that fills `stage`.
  *
  * @param figure {shapes, objects, view}
- * @param points of the hand's motion, for the camera to hold: [x, y, z] each
+ * @param places that the camera has to hold at first
  * @returns showFrame(hands, objects): poses by hand's name and of the objects that move; showHand(name,
  *   whether); reset(): the first view again
  */
-export function createScene(stage, { shapes, objects, view }, points) {
+export function createScene(stage, { shapes, objects, view }, places) {
   const renderer = new WebGLRenderer({ antialias: true, alpha: true, preserveDrawingBuffer: true });
   stage.append(renderer.domElement);
   const scene = new Scene();
@@ -66,7 +65,7 @@ export function createScene(stage, { shapes, objects, view }, points) {
   }
   onRepaint(paint);
 
-  const turn = createTurn(stage, camera, boundsOf(points), view, ask);
+  const turn = createTurn(stage, camera, places, view, ask);
   paint();
   new ResizeObserver(() => {
     const { clientWidth: width, clientHeight: height } = stage;
@@ -92,11 +91,4 @@ export function createScene(stage, { shapes, objects, view }, points) {
     },
     reset: turn.reset,
   };
-}
-
-function boundsOf(points) {
-  const box = new Box3().setFromPoints(points.filter((point) => point.every(Number.isFinite))
-    .map((point) => new Vector3(...point)));
-  if (box.isEmpty()) box.set(new Vector3(-0.1, -0.1, -0.1), new Vector3(0.1, 0.1, 0.1));
-  return box.expandByScalar(ABOUT_HAND_M).getBoundingSphere(new Sphere());
 }

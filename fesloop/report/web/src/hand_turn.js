@@ -1,5 +1,6 @@
 // Turning and zooming: by mouse, by one and two fingers, by the keyboard.
-import { MathUtils, Vector3 } from "three";
+import { Vector3 } from "three";
+import { framedFrom } from "./hand_framed.js";
 
 const TURN = 0.008; // rad a px
 const TURN_KEY = 0.12; // rad a press
@@ -7,27 +8,26 @@ const ZOOM_KEY = 1.15; // times a press
 const STEEPEST = 1.5; // rad, from level: the camera never tips over
 
 /**
- * Lets the camera be moved round what is at the middle of `bounds` (a sphere).
+ * Lets the camera be moved round the middle of some places, all of which it holds at first.
  *
  * @param stage the element that is pulled at
+ * @param places points that are to be seen; where there are none, those about the origin
  * @param view direction from the camera into the scene
  * @param changed called when the camera has moved
  */
-export function createTurn(stage, camera, bounds, view, changed) {
+export function createTurn(stage, camera, places, view, changed) {
   const start = anglesOf(new Vector3(...view));
+  const framed = framedFrom(places, outwards(start));
   const now = { ...start, zoom: 1 };
   const pointers = new Map();
 
   function show() {
-    const flat = Math.cos(now.elevation);
-    const out = new Vector3(flat * Math.cos(now.azimuth), flat * Math.sin(now.azimuth), Math.sin(now.elevation));
-    const narrow = Math.min(1, camera.aspect);
-    const far = bounds.radius / Math.sin(MathUtils.degToRad(camera.fov / 2)) / narrow / now.zoom;
-    camera.position.copy(bounds.center).addScaledVector(out, far);
-    camera.near = Math.max(far - 4 * bounds.radius, far / 100);
-    camera.far = far + 6 * bounds.radius;
+    const far = framed.distance(camera.fov, camera.aspect) / now.zoom;
+    camera.position.copy(framed.middle).addScaledVector(outwards(now), far);
+    camera.near = Math.max(far - 4 * framed.radius, far / 100);
+    camera.far = far + 6 * framed.radius;
     camera.up.set(0, 0, 1);
-    camera.lookAt(bounds.center);
+    camera.lookAt(framed.middle);
     camera.updateProjectionMatrix();
     changed();
   }
@@ -82,6 +82,12 @@ export function createTurn(stage, camera, bounds, view, changed) {
   }, { passive: false });
 
   return { show, reset };
+}
+
+/** Towards the camera. */
+function outwards({ azimuth, elevation }) {
+  const flat = Math.cos(elevation);
+  return new Vector3(flat * Math.cos(azimuth), flat * Math.sin(azimuth), Math.sin(elevation));
 }
 
 function anglesOf(view) {

@@ -20,7 +20,7 @@ export function drawHeatMap(place, heat, array, width) {
   const svg = plotted(heat, cells, contours, width);
   place.replaceChildren(svg);
   place.parentElement.querySelectorAll(":scope > .key, :scope > .ramp").forEach((old) => old.remove());
-  place.before(ramp(heat));
+  if (heat.low !== null) place.before(ramp(heat));
   if (contours.length > 0) place.before(keyRow(contours));
   const [x, y] = [svg.scale("x"), svg.scale("y")];
   tellOf(place, svg, (atX, atY) => {
@@ -32,11 +32,11 @@ export function drawHeatMap(place, heat, array, width) {
   return {};
 }
 
-/** A cell's colour runs from the good end (0) to the bad one (1). */
+/** A cell's colour runs from the good end (0) to the bad one (1); without ends it has none. */
 function cell(heat, value, column, row) {
   const along = Math.min(1, Math.max(0, (value - heat.low) / (heat.high - heat.low || 1)));
   const bad = heat.better === "low" ? along : 1 - along;
-  const known = Number.isFinite(value);
+  const known = heat.low !== null && Number.isFinite(value);
   return {
     column, row, text: heat.cells[row][column],
     fill: known ? ramped(bad) : "var(--no-value)", ink: known ? inkOn(bad) : "var(--quiet)",

@@ -3,6 +3,7 @@ import { element } from "./element.js";
 import { roleColour } from "./colours.js";
 import { textWidth } from "./text.js";
 
+export const END_STROKE = 10; // px, of a line's colour before its name at its end
 const LINE_HEIGHT = 15; // px
 const BOLD = 1.12; // width of semibold letters, times that of upright ones (chosen: a little more than most)
 
@@ -17,7 +18,7 @@ export function keyRow(entries) {
 
 /** Width that names at the lines' ends take, px. */
 export function endWidth(lines) {
-  return 14 + BOLD * Math.max(...lines.map(({ name }) => textWidth(name)));
+  return 18 + END_STROKE + BOLD * Math.max(...lines.map(({ name }) => textWidth(name)));
 }
 
 /** Where names stand at the lines' ends: as near to their line as they can be without touching, px. */

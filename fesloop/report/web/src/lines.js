@@ -1,4 +1,5 @@
 // A chart's lines with their numbers, and what of them is nearest to an x.
+import { number } from "./text.js";
 
 /** Lines with arrays in place of the arrays' places. */
 export function linesWith(lines, array) {
@@ -41,4 +42,12 @@ export function extent(arrays) {
     }
   }
   return low <= high ? [low, high] : [0, 1];
+}
+
+/** What is told of lines where x, a scale, stands at so many px. */
+export function toldAt({ x_label, x_levels = [] }, lines, x, at) {
+  const value = x.invert(Math.min(Math.max(at, x.range[0]), x.range[1]));
+  const shown = x_levels.length > 0 ? Math.round(value) : value;
+  const rows = lines.map((line) => ({ name: line.name, value: number(valueAt(line, shown)), role: line.role }));
+  return { head: x_levels[shown] ?? `${number(shown)} ${x_label}`, rows, x: x.apply(shown) };
 }

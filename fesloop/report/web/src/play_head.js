@@ -1,9 +1,8 @@
 // The play head in a chart over time: it stands where the hand is, and a click moves both.
 
-/** Adds a play head to a drawn chart; `x` is its scale. */
-export function createPlayHead(svg, x, clock) {
+/** Adds a play head to a drawn chart; `x` is its scale, `heights` [from, to], px. */
+export function createPlayHead(svg, x, clock, heights) {
   const head = document.createElementNS(svg.namespaceURI, "line");
-  const heights = svg.scale("y").range;
   head.setAttribute("class", "play-head");
   head.setAttribute("y1", heights[0]);
   head.setAttribute("y2", heights[1]);

@@ -2,12 +2,13 @@
 import { drawBars } from "./bars.js";
 import { drawChart } from "./chart.js";
 import { drawHeatMap } from "./heat_map.js";
+import { drawStrips } from "./strips.js";
 
-const DRAW = { chart: drawChart, bars: drawBars, heat_map: drawHeatMap };
+const DRAW = { chart: drawChart, bars: drawBars, heat_map: drawHeatMap, strips: drawStrips };
 const MARGIN = "300px"; // drawn a little before it comes into view
 
 /**
- * @param figures [{element, part}], of charts, bars and heat maps
+ * @param figures [{element, part}], of charts, strips, bars and heat maps
  * @param array the page's arrays by place
  * @param clock the play head
  * @param played whether something plays, so that charts over time show the play head

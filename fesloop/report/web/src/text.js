@@ -10,6 +10,12 @@ export function textWidth(text) {
   return measure.measureText(text).width;
 }
 
+/** Width of the widest number along the y axis of what Plot drew, px. */
+export function widestTick(svg) {
+  const ticks = [...svg.querySelectorAll('[aria-label="y-axis tick label"] text')];
+  return Math.max(0, ...ticks.map(({ textContent }) => textWidth(textContent)));
+}
+
 /** A text, cut so that it is no wider than so many px. */
 export function shortened(text, width) {
   if (textWidth(text) <= width) return text;
