@@ -18,6 +18,9 @@ SLOWEST_HZ, FASTEST_HZ = 1.0, 100_000.0
 _SIMPLE = 1000
 _ROUNDING_S = 1e-6
 """Stamps that differ by no more from evenly spaced ones are evenly spaced, and rounded."""
+_STATED_AGREES = 0.05
+"""By how much a stated rate may differ from that of the stamps (chosen: sensors' clocks are within 1 %; what
+is of another unit or another table is further off)."""
 
 
 def exact_rate(hertz: float, where: str, uncertainty: float = 1e-9) -> Fraction:
@@ -70,6 +73,22 @@ def stamps_of_times(times: Array, unit_s: float, place: str) -> tuple[NDArray[np
     if np.abs((times - times[0]) * unit_s - even).max() <= _ROUNDING_S:
         return stamps_of_rate(times.size, rate), rate
     return stamps, None
+
+
+def require_stated_rate(stated_hz: float, times_s: Array, where: str) -> None:
+    """Raise InputError where stamps (n,), s, are at another rate than a file states; 0 states none.
+
+    It may be that of the whole, which bursts leave as it is, or that of a step, which gaps do. Stamps that do
+    not increase are left to `stamps_of_times`.
+    """
+    steps = np.diff(times_s)
+    if stated_hz <= 0.0 or not steps.size or not (steps > 0.0).all():
+        return
+    whole, single = 1.0 / float(steps.mean()), 1.0 / float(np.median(steps))
+    if all(abs(stated_hz / stamped - 1.0) > _STATED_AGREES for stamped in (whole, single)):
+        raise InputError(where, f"states {stated_hz:g} Hz, the stamps are at {whole:.4g} Hz",
+                         f"the rate of the stamps, within {100.0 * _STATED_AGREES:g} %",
+                         "mend whichever is wrong")
 
 
 def simplest_rate(stamps_ns: NDArray[np.int64]) -> Fraction:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.streams.checks import Array
 from fesloop.streams.containers.text_table import TextForm, read_table, read_text
-from fesloop.streams.timebase import exact_rate
+from fesloop.streams.timebase import exact_rate, require_stated_rate
 from fesloop.streams.units import factor
 
 ENDING = "_motion.tsv"
@@ -30,13 +31,14 @@ _LEVELS = 4
 
 @dataclass(frozen=True, slots=True)
 class BidsChannel:
-    """A row of *_channels.tsv; see BIDS for what the columns mean."""
+    """A row of *_channels.tsv; see BIDS for what the columns mean. `sampling_frequency`, Hz: 0 for none."""
 
     name: str
     component: str
     type: str
     tracked_point: str
     units: str
+    sampling_frequency: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,41 +70,66 @@ def read_system(path: Path) -> TrackingSystem:
 
     Raises InputError, naming file and key or line, for what is missing or does not fit.
     """
-    channels = _read_channels(_beside(path, "channels.tsv"))
+    described = _beside(path, "channels.tsv")
+    channels = _read_channels(described)
     values = read_table(path, _TABLE).values
     if values.shape[1] != len(channels):
         raise InputError(str(path), f"has {values.shape[1]} columns, its channels are {len(channels)}",
                          "a row of *_channels.tsv for each column")
-    return TrackingSystem(entities(path).get("tracksys", path.name), channels,
-                          _instants(path, channels, values), values)
+    times = _instants(path, channels, values)
+    require_stated_rate(max(channel.sampling_frequency for channel in channels), times,
+                        f"{described}: sampling_frequency")
+    return TrackingSystem(entities(path).get("tracksys", path.name), channels, times, values)
 
 
 def _beside(path: Path, suffix: str) -> Path:
+    """The file that describes another; raises InputError where there is none."""
+    found = _find_beside(path, suffix)
+    if found is None:
+        wanted = path.with_name(path.name.removesuffix(ENDING) + f"_{suffix}")
+        raise InputError(str(wanted), f"is missing, {path.name} needs it", "a complete Motion-BIDS recording")
+    return found
+
+
+def _find_beside(path: Path, suffix: str) -> Path | None:
     """The file that describes another: beside it, or above it under a name with fewer parts."""
     own = set(path.name.removesuffix(ENDING).split("_"))
     for folder in [path.parent, *path.absolute().parents[1:_LEVELS]]:
         for candidate in sorted(folder.glob(f"*_{suffix}")):
             if set(candidate.name.removesuffix(f"_{suffix}").split("_")) <= own:
                 return candidate
-    wanted = path.with_name(path.name.removesuffix(ENDING) + f"_{suffix}")
-    raise InputError(str(wanted), f"is missing, {path.name} needs it", "a complete Motion-BIDS recording")
+    return None
 
 
 def _read_channels(path: Path) -> tuple[BidsChannel, ...]:
     rows = [line.split("\t") for line in read_text(path, "a table of channels").splitlines() if line.strip()]
     names = [name.strip() for name in rows[0]] if rows else []
     for key in _REQUIRED:
-        if key not in names:
-            raise InputError(f"{path}: {key}", "is no column", ", ".join(_REQUIRED))
+        if names.count(key) != 1:
+            raise InputError(f"{path}: {key}", "is a column twice" if key in names else "is no column",
+                             ", ".join(_REQUIRED))
     channels = []
     for line, row in enumerate(rows[1:], start=2):
         if len(row) != len(names):
             raise InputError(f"{path}: line {line}", f"has {len(row)} columns, the first has {len(names)}",
                              "rows of equal length")
-        channels.append(BidsChannel(*(row[names.index(key)].strip() for key in _REQUIRED)))
+        told = dict(zip(names, (cell.strip() for cell in row), strict=True))
+        channels.append(BidsChannel(*(told[key] for key in _REQUIRED), _hertz(told, f"{path}: line {line}")))
     if not channels:
         raise InputError(str(path), "names no channel", "one or more")
     return tuple(channels)
+
+
+def _hertz(told: Mapping[str, str], where: str) -> float:
+    """What a row says of its channel's rate, in a column that BIDS leaves open; 0 for nothing."""
+    text = told.get("sampling_frequency", _MISSING[0])
+    try:
+        hertz = 0.0 if text in _MISSING else float(text)
+    except ValueError:
+        hertz = math.nan
+    if not (math.isfinite(hertz) and hertz >= 0.0):
+        raise InputError(f"{where}: sampling_frequency", f"{text[:40]!r} is no rate", "Hz, or n/a")
+    return hertz
 
 
 def _instants(path: Path, channels: tuple[BidsChannel, ...], values: Array) -> Array:
@@ -112,15 +139,25 @@ def _instants(path: Path, channels: tuple[BidsChannel, ...], values: Array) -> A
         raise InputError(str(path), f"has {len(latencies)} channels LATENCY", "one or none")
     if latencies:
         unit = channels[latencies[0]].units
-        return values[:, latencies[0]] * factor("time", unit, f"{path}: units of LATENCY")
+        times = values[:, latencies[0]] * factor("time", unit, f"{path}: units of LATENCY")
+        description = _find_beside(path, "motion.json")
+        if description is not None:
+            key, stated = _sampling_frequency(description)
+            require_stated_rate(stated or 0.0, times, f"{description}: {key}")
+        return times
     description = _beside(path, "motion.json")
+    key, stated = _sampling_frequency(description)
+    if stated is None:
+        raise InputError(f"{description}: {key}", "is missing, or no number", "Hz")
+    return np.arange(len(values)) / float(exact_rate(stated, f"{description}: {key}"))
+
+
+def _sampling_frequency(description: Path) -> tuple[str, float | None]:
+    """Under which key a description states a rate, and the rate, Hz; None where it states none."""
     told = _read_description(description)
     key = "SamplingFrequencyEffective" if _is_number(told.get("SamplingFrequencyEffective")) else (
         "SamplingFrequency")
-    if not _is_number(told.get(key)):
-        raise InputError(f"{description}: {key}", "is missing, or no number", "Hz")
-    rate = exact_rate(float(told[key]), f"{description}: {key}")
-    return np.arange(len(values)) / float(rate)
+    return key, float(told[key]) if _is_number(told.get(key)) else None
 
 
 def _is_number(value: Any) -> bool:

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from fesloop.errors import InputError, did_you_mean
+from fesloop.loop.clock import NS_PER_S
 from fesloop.streams import checks
 from fesloop.streams.checks import Array
 from fesloop.streams.containers.reading import head_of, is_container, read_container
@@ -22,6 +23,9 @@ from fesloop.streams.recording import MotionRecording, Reference, Stamps
 from fesloop.streams.timebase import exact_rate, stamps_of_rate, stamps_of_times
 from fesloop.streams.units import SI, factor
 
+_RATES_AGREE = 1e-3
+"""By how much samples and as many orientations may differ in length (chosen: a rate written with four digits
+is within it, 59.94 for 60 Hz is not)."""
 _ALLOWED = "a text file with a table of numbers, a .mat, .npz, HDF5 or XDF file"
 
 
@@ -101,8 +105,10 @@ def _reference(source: Source, layout: Layout, stamps: Stamps, layout_path: Path
     checks.equal_lengths({f"{name}.orientation": len(rows) for name, rows in zip(places, each, strict=True)},
                          str(layout_path))
     if wanted.rate is not None or wanted.time is not None:
-        stamps, _ = _time_base(source, wanted.rate, wanted.time, len(each[0]), layout,
-                               f"{layout_path}: reference.")
+        own, _ = _time_base(source, wanted.rate, wanted.time, len(each[0]), layout,
+                            f"{layout_path}: reference.")
+        _require_same_pace(own, stamps, layout, str(layout_path))
+        stamps = own
     if len(each[0]) != stamps.size:
         raise InputError(f"{layout_path}: reference", f"has {len(each[0])} orientations for {stamps.size} "
                          "instants", "one each", "state reference.rate or reference.time")
@@ -115,6 +121,23 @@ def _reference(source: Source, layout: Layout, stamps: Stamps, layout_path: Path
         scored = marks > 0.0
     return Reference(stamps_ns=stamps, orientation=np.stack(each, axis=1), scored=scored,
                      sensor_frames=wanted.sensor_frames, north=wanted.north)
+
+
+def _require_same_pace(reference: Stamps, samples: Stamps, layout: Layout, where: str) -> None:
+    """Raise InputError where a stated rate lets orientations take longer, or less long, than as many samples.
+
+    Rows of a table, and matrices of as many rows, are of the same instants; what has another number of rows
+    is another system's, which may have begun and ended at other instants. So is what brings stamps of its
+    own, in the file, beside samples that do.
+    """
+    key = "reference.rate" if layout.reference.rate is not None else "rate"
+    if (layout.rate is None and layout.reference.rate is None) or reference.size != samples.size:
+        return
+    lasting_s, samples_s = int(reference[-1]) / NS_PER_S, int(samples[-1]) / NS_PER_S
+    if abs(lasting_s - samples_s) > _RATES_AGREE * samples_s:
+        raise InputError(f"{where}: {key}", f"lets {reference.size} orientations last {lasting_s:.6g} s and "
+                         f"as many samples {samples_s:.6g} s", f"the same, within {100.0 * _RATES_AGREE:g} %",
+                         "mend the rate; the reference takes that of the samples where none is given")
 
 
 class _Table:

@@ -192,6 +192,41 @@ def test_faults_of_layouts_are_named_with_their_key(tmp_path, old, new, words):
     refused(written(tmp_path, layout, values if "rad/s" in new else None), *words)
 
 
+ORIENTED = LAYOUT.replace("acc = [5, 6, 7]", "acc = [5, 6, 7]\norientation = [14, 15, 16, 17]").replace(
+    'acc = ["b0", "b1", "b2"]', 'acc = ["b0", "b1", "b2"]\norientation = [14, 15, 16, 17]')
+
+
+@pytest.mark.parametrize(("samples", "reference", "key"), [
+    ('rate = "2000/7"', "rate = 285.7143", ""), ('rate = "2000/7"', 'time = "t"', "rate"),
+    ('rate = "2000/7"', "rate = 50", "reference.rate"), ("rate = 100", 'time = "t"', ""),
+    ('time = "t"', "rate = 100.05", ""), ('time = "t"', "rate = 100.2", "reference.rate"),
+    ('time = "t"', "rate = 60", "reference.rate"), ('time = "t"', 'time = "t"', "")])
+def test_a_table_has_one_rate(tmp_path, samples, reference, key):
+    """Its stamps are at 100 Hz; what is stated for one half of its columns must hold for the other."""
+    layout = ORIENTED.replace('rate = "2000/7"', samples).replace("[units]", '[units]\ntime = "ms"')
+    unit = np.tile([1.0, 0.0, 0.0, 0.0], (SAMPLES, 1))
+    paths = written(tmp_path, f"{layout}\n[reference]\n{reference}\n", np.hstack([table(), unit]),
+                    names=[*NAMES, "qw", "qx", "qy", "qz"])
+    if key:
+        refused(paths, f"layout.toml: {key}: lets {SAMPLES} orientations last", "the same, within 0.1 %")
+    else:
+        assert opened(paths).reference.stamps_ns.size == SAMPLES
+
+
+def test_as_many_rows_of_another_rate_are_refused_and_fewer_are_not(tmp_path):
+    """Half as many at half the rate are another system's."""
+    path, layout = tmp_path / "lab.mat", tmp_path / "layout.toml"
+    content = variables()
+    for rows, rate, taken in ((SAMPLES, 50, False), (SAMPLES // 2, 50, True), (SAMPLES, 100, True)):
+        savemat(path, {**content, "turns": content["all"][:rows, 3:], "scored": content["scored"][:rows]})
+        layout.write_text(MATLAB.replace('{variable = "all", columns = [4, 5, 6, 7]}', '"turns"')
+                          + f"rate = {rate}\n")
+        if taken:
+            assert len(opened((path, layout)).reference.orientation) == rows
+        else:
+            refused((path, layout), "reference.rate: lets")
+
+
 def test_faults_of_tables_are_named_with_line_and_column(tmp_path):
     paths = written(tmp_path)
     text = paths[0].read_text().splitlines()

@@ -12,6 +12,7 @@ from recording_files import SAMPLES
 
 from fesloop.errors import InputError
 from fesloop.streams.files import open_recording
+from fesloop.streams.timebase import require_stated_rate
 
 VALIDATOR = Path(sys.executable).with_name("bids-validator-deno")
 
@@ -92,6 +93,8 @@ FAULTS = [
     ("motion.json", '"SamplingFrequencyEffective": 100', '"SamplingFrequencyEffective": 0',
      ("sampling rate",)),
     ("motion.json", "{", "[", ("motion.json: is no JSON",)),
+    ("channels.tsv", "tracked_point\tunits", "units\tunits", ("channels.tsv: tracked_point: is no column",)),
+    ("channels.tsv", "name\tcomponent", "name\tname", ("channels.tsv: name: is a column twice",)),
     ("motion.tsv", "n/a", "lost", ("line 5: column", "'lost' is no number")),
     ("motion.tsv", "\t", "\t\t", ("line 1: column 2", "'' is no number")),
 ]
@@ -108,6 +111,57 @@ def test_a_table_has_one_channel_of_instants_at_most(tmp_path):
     path = bids_files.write_dataset(tmp_path, latency=True)
     change(path, "channels.tsv", "forearm_gyr_x\tx\tGYRO", "forearm_gyr_x\tx\tLATENCY")
     refused(path, "has 2 channels LATENCY")
+
+
+def with_frequencies(path, numbers):
+    """Write a column sampling_frequency beside the channels', of these numbers again and again."""
+    beside = path.with_name(path.name.replace("motion.tsv", "channels.tsv"))
+    header, *rows = beside.read_text().splitlines()
+    each = [numbers[k % len(numbers)] for k in range(len(rows))]
+    beside.write_text("\n".join([f"{header}\tsampling_frequency", *(
+        f"{row}\t{number}" for row, number in zip(rows, each, strict=True))]) + "\n")
+
+
+@pytest.mark.parametrize(("key", "other", "left"), [
+    ("SamplingFrequencyEffective", "SamplingFrequency", "40"),
+    ("SamplingFrequency", "SamplingFrequencyEffective", '"n/a"')])
+def test_a_rate_that_is_not_that_of_the_stamps_is_refused(tmp_path, key, other, left):
+    """The stamps are at 100 Hz; of two rates that are stated the effective one counts."""
+    path = bids_files.write_dataset(tmp_path, latency=True)
+    change(path, "motion.json", f'"{other}": 100', f'"{other}": {left}')
+    beside = path.with_name(path.name.replace("motion.tsv", "motion.json"))
+    text = beside.read_text()
+    for stated, taken in ((95.5, True), (104.5, True), (50, False), (0.1, False), (0, True)):
+        beside.write_text(text.replace(f'"{key}": 100', f'"{key}": {stated}'))
+        if taken:
+            assert open_recording(path).rate == 100
+        else:
+            refused(path, f"{beside}: {key}: states {stated} Hz, the stamps are at 100 Hz", "within 5 %")
+
+
+@pytest.mark.parametrize("latency", [True, False])
+@pytest.mark.parametrize(("numbers", "words"), [
+    (("100", "50", "n/a"), ()), (("n/a",), ()), (("50", "60"), ("states 60 Hz", "at 100 Hz")),
+    (("100", "fast"), ("line 3: sampling_frequency: 'fast' is no rate",)), (("-1",), ("'-1' is no rate",)),
+    (("nan",), ("'nan' is no rate",))])
+def test_the_channels_own_rates_are_held_against_the_stamps(tmp_path, latency, numbers, words):
+    path = bids_files.write_dataset(tmp_path, latency)
+    with_frequencies(path, numbers)
+    if words:
+        refused(path, "channels.tsv", *words)
+    else:
+        assert open_recording(path).rate == 100
+
+
+def test_gaps_and_bursts_are_no_other_rate(tmp_path):
+    """A third of the samples lost, or handed on two by two: 100 Hz is stated, and true."""
+    even = 0.01 * np.arange(SAMPLES)
+    lossy = 0.01 * np.flatnonzero(np.arange(2 * SAMPLES) % 8 < 5)[:SAMPLES]
+    bursts = even - np.where(np.arange(SAMPLES) % 2, 0.0099, 0.0)
+    for times in (lossy, bursts):
+        require_stated_rate(100.0, times, "file")
+        with pytest.raises(InputError, match="file: states 200 Hz, the stamps are at"):
+            require_stated_rate(200.0, times, "file")
 
 
 def test_a_folder_that_changes_while_it_is_searched_is_refused(tmp_path, monkeypatch):
