@@ -19,8 +19,8 @@ HERE = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 class ToldSource:
     """One triangle that moves east by a metre a second; `play` fails as it is told to."""
 
-    def __init__(self, spans=None, padding=""):
-        self.title, self.padding = "somebody's <hand>", padding
+    def __init__(self, spans=None, padding="", notices=()):
+        self.title, self.padding, self.notices = "somebody's <hand>", padding, notices
         self.spans = {0: Span(first_s=0.0, last_s=9.0)} if spans is None else spans
         frames = Frames(start_s=0.0, step_s=1.0, hands={"truth": HERE[np.newaxis, np.newaxis]},
                         objects=np.empty((1, 0, 7)))

@@ -35,6 +35,8 @@ def execute(args: Namespace) -> int:
     source = _source(args)
     try:
         server = ViewServer(source, args.port)
+        for notice in source.notices:
+            print(f"fesloop: {notice}", file=sys.stderr)
         with _ending(server):
             print(f"{source.title}: {server.address}\nCtrl-C ends it", file=sys.stderr, flush=True)
             if args.open:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from threading import Lock
 
@@ -50,6 +50,7 @@ class FollowedRecording:
         if hand is None:
             raise InputError(str(path), NO_HAND, WITH_HAND)
         self.spans: Mapping[int, Span] = {}
+        self.notices: Sequence[str] = ()
         self._hand = hand
         recording.close()
         self._rows = GrowingRecording(path, list(dict.fromkeys(

@@ -36,6 +36,6 @@ def page_html(source: Source) -> str:
     template = files("fesloop.view").joinpath("assets", "view.html.jinja").read_text(encoding="utf-8")
     made = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     return made.from_string(template).render(
-        page=page, figure=figure, style=Markup(asset("page.css")), script=Markup(asset(_SCRIPT)),
-        licences=Markup(asset("licences.txt")), numbers=Markup(as_json(drawn_numbers(page))),
-        spans=Markup(as_json(spans)))
+        page=page, figure=figure, notices=source.notices, style=Markup(asset("page.css")),
+        script=Markup(asset(_SCRIPT)), licences=Markup(asset("licences.txt")),
+        numbers=Markup(as_json(drawn_numbers(page))), spans=Markup(as_json(spans)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from threading import Lock
 
 import numpy as np
@@ -22,13 +22,20 @@ _FASTEST = 100.0
 
 
 class PlayedRecording:
-    """A recording that is complete, or whose writer was killed; it is closed with this.
+    """A recording that is complete, or whose writer was killed, or what is left of one.
+
+    Parameters
+    ----------
+    recording: opened.
+    notices: what is missing of it, a sentence each.
+    release: lets it go; called once, when this is closed.
 
     Raises InputError for one without a hand.
     """
 
-    def __init__(self, recording: Recording) -> None:
+    def __init__(self, recording: Recording, notices: Sequence[str], release: Callable[[], None]) -> None:
         self._recording, self._lock, path = recording, Lock(), recording.path
+        self.notices, self._release = notices, release
         hand = hand_of(self._recording)
         spans_ns = {} if hand is None else recorded_spans(self._recording, hand)
         if hand is None or not spans_ns:
@@ -63,7 +70,7 @@ class PlayedRecording:
 
     def close(self) -> None:
         """Let the file go."""
-        self._recording.close()
+        self._release()
 
 
 class _Playing:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from threading import Event, Lock, Thread
 from typing import Literal
@@ -53,6 +53,7 @@ class PostureStream:
             raise
         self.title = f"stream {name}"
         self.spans: Mapping[int, Span] = {}
+        self.notices: Sequence[str] = ()
         self.figure = _figure(size, name, turns=self._layout.turns)
         self._began_ns = time.monotonic_ns()
         self._newest: Pulled | None = None

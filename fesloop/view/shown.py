@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -78,6 +78,10 @@ class Source(Protocol):
     @property
     def title(self) -> str:
         """What is shown, in a few words."""
+
+    @property
+    def notices(self) -> Sequence[str]:
+        """What cannot be shown, and why, a sentence each."""
 
     @property
     def figure(self) -> Figure3d:

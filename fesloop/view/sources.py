@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
+from fesloop.report.run.opening import readable
+from fesloop.study.store.file import FILE
 from fesloop.view.followed import RUNNING, FollowedRecording
 from fesloop.view.played import PlayedRecording
 from fesloop.view.shown import Source
@@ -16,22 +19,73 @@ _ALIVE_S = 10.0
 _PATIENCE_S, _PAUSE_S = 3.0, 0.05
 """For so long a file that is being written is opened again and again: between two of its writer's steps HDF5
 can find it shorter than it says."""
+_MOST_NAMED = 5
+"""Recordings of a folder that are named (chosen)."""
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 """With which HDF5 begins (HDF5 File Format Specification 3.0, II.A)."""
 
 
 def open_recording(path: Path) -> Source:
-    """A recording: followed while it is being written, else played.
+    """A recording: followed while it is being written, else played; of a damaged one what is left of it.
 
-    Raises InputError for a file that is none, or holds no hand.
+    Raises InputError for a folder, and for a file that is none, or holds no hand.
     """
-    recording = _opened(path)
+    if path.is_dir():
+        raise _no_file(path)
+    growing = _growing(path)
+    if growing is None:
+        return _played(path)
     try:
-        if recording.status != RUNNING or not _fresh(path):
-            return PlayedRecording(recording)
-        return FollowedRecording(recording)
+        return FollowedRecording(growing)
     except BaseException:
-        recording.close()
+        growing.close()
+        raise
+
+
+def _no_file(folder: Path) -> InputError:
+    """What to give instead of a folder."""
+    if (folder / FILE).is_file():
+        return InputError(str(folder), "is a study's folder, which holds the results of its runs",
+                          "one recording", f"fesloop report {folder} shows the study")
+    names = sorted(each.name for each in folder.glob("*.h5"))
+    if not names:
+        return InputError(str(folder), "is a folder, without recordings", "one recording")
+    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+    return InputError(str(folder), "is a folder", f"one recording: {', '.join(names[:_MOST_NAMED])}{more}",
+                      f"fesloop view {folder / names[0]}")
+
+
+def _growing(path: Path) -> Recording | None:
+    """A recording that is being written; None for any other file."""
+    if not path.is_file() or not _may_be_growing(path):
+        return None
+    try:
+        recording = _opened(path)
+    except InputError:
+        return None
+    try:
+        if recording.status == RUNNING:
+            return recording
+    except InputError:
+        pass  # what is left of a damaged file is played
+    recording.close()
+    return None
+
+
+def _played(path: Path) -> PlayedRecording:
+    """A recording that is complete, or what is left of it."""
+    kept = ExitStack()
+    try:
+        recording, notices = kept.enter_context(readable(path))
+        try:
+            return PlayedRecording(recording, notices, kept.close)
+        except InputError as fault:
+            if recording.path == path or fault.where != str(recording.path):
+                raise
+            raise InputError(str(path), f"is damaged, and what is left of it {fault.found}",
+                             fault.allowed) from None
+    except BaseException:
+        kept.close()
         raise
 
 

@@ -1,10 +1,15 @@
 """Frames of a recording that is played, against the recording itself."""
 
 import itertools
+import os
+import shutil
+import tempfile
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
+from markupsafe import escape
 from view_parts import events, serving
 
 from fesloop import Experiment, Recording
@@ -15,6 +20,7 @@ from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import dorsal_points
 from fesloop.loop.wiring import Node
+from fesloop.view.page import page_html
 from fesloop.view.played import _Playing
 from fesloop.view.shown import Shown, Span, Start
 from fesloop.view.sources import open_recording
@@ -110,3 +116,61 @@ def test_what_is_asked_for_outside_of_a_trial_is_its_first_or_last_frame(at_s, e
 
     playing = _Playing(frames, Start(trial=0, at_s=at_s), Span(first_s=2.0, last_s=3.0))
     assert playing.at(elapsed_s).time_s == pytest.approx(shown_s)
+
+
+@pytest.fixture
+def cut(path, tmp_path):
+    """A recording of which the first part alone is there."""
+    def made(share):
+        whole = path.read_bytes()
+        target = tmp_path / "cut.h5"
+        target.write_bytes(whole[:int(share * len(whole))])
+        os.utime(target, (0, 0))
+        return target
+
+    return made
+
+
+@pytest.mark.parametrize("share", [0.7, 0.95])
+def test_of_a_damaged_recording_what_is_left_is_shown_as_it_was(path, source, cut, share):
+    left = open_recording(cut(share))
+    assert left.notices[0].startswith("The file is damaged")
+    assert any("cut short" in notice for notice in left.notices)
+    assert left.title == source.title
+    assert set(left.spans) <= set(source.spans)
+    for trial, span in left.spans.items():
+        assert span.last_s <= source.spans[trial].last_s
+        start = Start(trial=trial, at_s=0.5 * span.last_s, speed=0.0)
+        mine, whole = left.play(start)(0.0), source.play(start)(0.0)
+        np.testing.assert_array_equal(mine.hands["truth"], whole.hands["truth"])
+    left.close()
+
+
+def test_the_page_says_what_is_missing_of_a_damaged_recording(source, cut):
+    left = open_recording(cut(0.9))
+    page, sound = page_html(left), page_html(source)
+    for notice in left.notices:
+        assert str(escape(notice)) in page
+    assert 'class="notice" role="note"' in page
+    assert 'class="notice" role="note"' not in sound
+    left.close()
+
+
+def test_what_is_left_takes_no_room_once_it_is_closed(cut, monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "room"))
+    (tmp_path / "room").mkdir()
+    left = open_recording(cut(0.9))
+    assert list((tmp_path / "room").iterdir())
+    left.close()
+    assert not list((tmp_path / "room").iterdir())
+
+
+def test_a_recording_of_another_version_is_shown_with_a_word_on_it(path, tmp_path):
+    newer = tmp_path / "newer.h5"
+    shutil.copy(path, newer)
+    with h5py.File(newer, "r+") as file:
+        file.attrs["format"] = "fesloop recording 2"
+    os.utime(newer, (0, 0))
+    shown = open_recording(newer)
+    assert "'fesloop recording 2'" in shown.notices[0]
+    shown.close()

@@ -42,6 +42,13 @@ def refused(capsys, *args):
     return lines[0]
 
 
+def cut(path, target, share):
+    """The first part of a file, as one that nobody writes to any more."""
+    target.write_bytes(path.read_bytes()[:int(share * path.stat().st_size)])
+    os.utime(target, (0, 0))
+    return target
+
+
 @pytest.mark.usefixtures("niceness")
 class TestRefused:
     def test_nothing_and_two_things(self, capsys, path):
@@ -62,6 +69,23 @@ class TestRefused:
         half.write_bytes(other.read_bytes()[:500])
         assert str(half) in refused(capsys, str(half))
 
+    def test_a_folder_and_what_to_give_instead(self, capsys, tmp_path, path):
+        assert "is a folder, without recordings" in refused(capsys, str(tmp_path))
+        for number in range(7):
+            (tmp_path / f"run-{number}.h5").touch()
+        told = refused(capsys, str(tmp_path))
+        assert "run-0.h5, run-1.h5, run-2.h5, run-3.h5, run-4.h5 and 2 more" in told
+        assert f"fesloop view {tmp_path}/run-0.h5" in told
+        (tmp_path / "study.sqlite").touch()
+        told = refused(capsys, str(tmp_path))
+        assert "is a study's folder" in told
+        assert f"fesloop report {tmp_path}" in told
+
+    def test_a_recording_of_which_no_hand_is_left(self, capsys, tmp_path, path):
+        said = refused(capsys, str(cut(path, tmp_path / "cut.h5", 0.05)))
+        assert str(tmp_path / "cut.h5") in said
+        assert "is damaged, and what is left of it holds no hand" in said
+
     def test_a_recording_without_a_hand(self, capsys, tmp_path):
         reference = Node("reference", MinimumJerk(times_s=(0.0,), angles_deg=((10.0, 20.0, 30.0),)), "100")
         found = Experiment(name="none", nodes=(reference,), duration_s=0.1).run(tmp_path)
@@ -77,6 +101,23 @@ class TestRefused:
         monkeypatch.setattr("fesloop.streams.live.library._opened", {})
         monkeypatch.setitem(sys.modules, "pylsl", None)
         assert "pip install 'fesloop[lsl]'" in refused(capsys, "--stream", "postures")
+
+
+def test_of_a_damaged_recording_what_is_left_is_served_and_what_is_not_is_said(path, tmp_path):
+    process = subprocess.Popen([sys.executable, "-m", "fesloop", "view",
+                                str(cut(path, tmp_path / "cut.h5", 0.6))], stderr=subprocess.PIPE, text=True)
+    said = []
+    while not said or "http://" not in said[-1]:
+        said.append(process.stderr.readline())
+        assert said[-1], said
+    assert said[0].startswith("fesloop: The file is damaged")
+    assert any("rows are left" in line for line in said)
+    with events(int(re.search(r"127\.0\.0\.1:(\d+)/", said[-1])[1])) as frames:
+        assert len(next(frames)["hands"]["truth"]) == 17
+    process.send_signal(signal.SIGTERM)
+    rest = process.communicate(timeout=30.0)[1]
+    assert process.returncode == 0
+    assert "Traceback" not in rest
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
