@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -52,10 +52,10 @@ class InStep:
 
 
 @contextmanager
-def in_step_with_wall(loop: Loop, pacing: Pacing | None) -> Iterator[InStep | None]:
-    """What a run of the loop goes by; None where it need not keep time."""
+def in_step_with_wall(loop: Loop, pacing: Pacing | None, beside: Collection[int]) -> Iterator[InStep | None]:
+    """What a run of the loop goes by, with the threads beside it; None where it need not keep time."""
     if pacing is None:
         yield None
         return
-    with asked_of_machine(pacing.lock_memory, pacing.priority) as granted:
+    with asked_of_machine(pacing.lock_memory, pacing.priority, beside) as granted:
         yield InStep(pacing, Pacer(loop, pacing), Garbage(), granted)

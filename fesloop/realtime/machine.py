@@ -3,8 +3,10 @@
 Memory is locked (`mlockall(2)`), so that no page of the run is swapped out; pages are locked as they come
 into use, not before. Where the limit on locked memory (RLIMIT_MEMLOCK) is not lifted, what comes later is
 left out: the allocations of a run would fail at the limit. The scheduling class is SCHED_FIFO (`sched(7)`)
-only if a priority is asked for: such a thread that never rests keeps everything else of its core waiting.
-Processes that the run starts do not inherit it.
+only if a priority is asked for: such a thread that never rests keeps everything else of its core waiting. It
+is asked for the run's own thread and for those that its blocks have started in `init`, such as the ones that
+read a live stream: one in the common class that is put off while it holds Python's lock keeps the run
+waiting, whatever priority that has. Processes and threads that are started later do not inherit it.
 """
 
 from __future__ import annotations
@@ -12,8 +14,8 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -40,18 +42,27 @@ class Granted:
 
 
 @contextmanager
-def asked_of_machine(lock_memory: bool, priority: int) -> Iterator[Granted]:
-    """Ask for locked memory and for SCHED_FIFO of a priority (0: do not); take all of it back at the end."""
-    scheduler, parameters = _scheduling_now()
-    scheduling = _raise_priority(priority) if priority else _COMMON
+def asked_of_machine(lock_memory: bool, priority: int, beside: Collection[int] = ()) -> Iterator[Granted]:
+    """Ask for locked memory and for SCHED_FIFO of a priority (0: do not); take all of it back at the end.
+
+    The priority is that of the calling thread and of those `beside` it (see `threads_now`).
+    """
+    before = _scheduling_of([0, *beside]) if priority else {}
+    scheduling = _raise_priority(priority, before) if priority else _COMMON
     memory = _lock_memory() if lock_memory else _NOT_LOCKED
     try:
         yield Granted(memory, scheduling)
     finally:
         if memory.startswith("locked"):
             _libc().munlockall()
-        if parameters is not None and scheduling.startswith("SCHED_FIFO"):
-            os.sched_setscheduler(0, scheduler, parameters)
+        _set_back(before)
+
+
+def threads_now() -> frozenset[int]:
+    """The threads of this process, by the numbers that the kernel has for them; none but on Linux."""
+    if sys.platform != "linux":
+        return frozenset()
+    return frozenset(int(task.name) for task in Path("/proc/self/task").iterdir())
 
 
 def attainable(priority: int) -> int:
@@ -64,22 +75,49 @@ def attainable(priority: int) -> int:
     return limit if 0 < limit < priority else priority
 
 
-def _scheduling_now() -> tuple[int, os.sched_param | None]:
-    if sys.platform != "linux":
-        return 0, None
-    return os.sched_getscheduler(0), os.sched_getparam(0)
+def _scheduling_of(threads: Collection[int]) -> dict[int, tuple[int, os.sched_param]]:
+    """Class and parameters of threads, 0 the calling one; those that have ended are left out."""
+    found = {}
+    if sys.platform == "linux":
+        for thread in threads:
+            with suppress(ProcessLookupError):
+                found[thread] = os.sched_getscheduler(thread), os.sched_getparam(thread)
+    return found
 
 
-def _raise_priority(priority: int) -> str:
+def _raise_priority(priority: int, threads: Collection[int]) -> str:
+    """Raise the threads, the calling one first; what came of it, in words."""
     if sys.platform != "linux":
         return f"refused: {sys.platform} has no SCHED_FIFO"
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(priority))
-    except PermissionError:
-        return "refused: needs CAP_SYS_NICE, or a limit such as 'rtprio 50' in /etc/security/limits.conf"
-    except OSError as fault:
-        return f"refused: {fault.strerror}"
-    return f"SCHED_FIFO, priority {priority}"
+    raised = 0
+    for thread in threads:
+        try:
+            os.sched_setscheduler(thread, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(priority))
+        except ProcessLookupError:
+            continue
+        except PermissionError:
+            return "refused: needs CAP_SYS_NICE, or a limit such as 'rtprio 50' in /etc/security/limits.conf"
+        except OSError as fault:
+            return f"refused: {fault.strerror}"
+        raised += 1
+    threads = "1 thread" if raised == 2 else f"{raised - 1} threads"
+    return f"SCHED_FIFO, priority {priority}" + (f", with {threads} beside the loop's" if raised > 1 else "")
+
+
+def _set_back(before: Mapping[int, tuple[int, os.sched_param]]) -> None:
+    """Give threads that are still there the class that they had.
+
+    Only root may take back that children do not inherit a class; of the common one it says nothing.
+    """
+    here = threads_now()
+    for thread, (scheduler, parameters) in before.items():
+        if thread and thread not in here:
+            continue
+        with suppress(ProcessLookupError):
+            try:
+                os.sched_setscheduler(thread, scheduler, parameters)
+            except PermissionError:
+                os.sched_setscheduler(thread, scheduler | os.SCHED_RESET_ON_FORK, parameters)
 
 
 def _lock_memory() -> str:

@@ -1,5 +1,7 @@
 """Whole runs that hear a stream: a thread that sends while the loop runs; about 3 s."""
 
+import os
+import sys
 import threading
 import time
 from dataclasses import dataclass, field
@@ -13,6 +15,7 @@ import fesloop
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import RateClock
+from fesloop.loop.realtime import Pacing
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node
@@ -97,6 +100,49 @@ def test_every_message_of_every_trial_is_recorded_as_it_came(tmp_path):
             rows = recording.instants[recording.instants["trial"] == trial]
             assert set(signal.times_ns) <= set(rows["time_ns"])
             assert set(np.arange(60) * 10 * MS) <= set(rows["time_ns"])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Reader:
+    """Puts out the scheduling class of a thread that it has started in `init`, then of one from before."""
+
+    earlier: int
+    inputs = ()
+    outputs = (Port("classes", (2,)),)
+
+    def init(self, context):
+        over = threading.Event()
+        thread = threading.Thread(target=over.wait, daemon=True)
+        thread.start()
+        return thread, over
+
+    def attach(self, state, present):
+        pass
+
+    def step(self, state, inputs, tick):
+        classes = [os.sched_getscheduler(thread) for thread in (state[0].native_id, self.earlier)]
+        return (np.array([policy & ~os.SCHED_RESET_ON_FORK for policy in classes], dtype=float),)
+
+    def close(self, state):
+        state[1].set()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="of Linux")
+def test_threads_that_read_have_the_priority_of_the_loop(tmp_path):
+    over = threading.Event()
+    earlier = threading.Thread(target=over.wait, daemon=True)
+    earlier.start()
+    reader = Node("reader", Reader(earlier=earlier.native_id), "50")
+    result = Experiment(name="live", nodes=(reader,), wires=(), duration_s=0.2).run(
+        tmp_path, realtime=Pacing(priority=5))
+    over.set()
+    with Recording(result.recording) as recording:
+        read, other = np.asarray(recording.signal("reader.classes").values).T
+    told = result.realtime["scheduling"]
+    granted = told == "SCHED_FIFO, priority 5, with 1 thread beside the loop's"
+    assert granted or told.startswith("refused: ")
+    assert set(read) == {float(os.SCHED_FIFO if granted else os.SCHED_OTHER)}
+    assert set(other) == {float(os.SCHED_OTHER)}, "what was there before is no part of the run"
 
 
 def test_a_loop_whose_stream_is_silent_goes_on(tmp_path, monkeypatch):

@@ -52,6 +52,57 @@ print(state() == before)
     assert after == "True"
 
 
+def test_threads_beside_the_loop_are_raised_and_set_back():
+    """Those that were named and are there; one that is started later is as any other program's."""
+    granted, during, later, after = shown("""
+import threading
+from fesloop.realtime.machine import threads_now
+
+def policies(*threads):
+    return [os.sched_getscheduler(thread.native_id) & ~os.SCHED_RESET_ON_FORK for thread in threads]
+
+def started(over):
+    thread = threading.Thread(target=over.wait)
+    thread.start()
+    return thread
+
+before, over, soon = threads_now(), threading.Event(), threading.Event()
+named, ends = started(over), started(soon)
+numbers = threads_now() - before
+assert numbers == {named.native_id, ends.native_id}
+soon.set()
+ends.join()
+other = started(over)
+with asked_of_machine(False, 7, numbers) as granted:
+    print(granted.scheduling)
+    print(policies(named, other))
+    late = started(over)
+    print(policies(late))
+print(policies(named, other, late), state()[:2])
+over.set()
+""")
+    if granted.startswith("refused: "):
+        assert during == "[0, 0]"
+    else:
+        assert granted == "SCHED_FIFO, priority 7, with 1 thread beside the loop's"
+        assert during == "[1, 0]"
+    assert later == "[0]"
+    assert after == "[0, 0, 0] (0, 0)"
+
+
+def test_an_ordinary_user_gets_the_common_class_back():
+    """To them the kernel refuses to take back the mark by which children do not inherit a class."""
+    granted, after = shown("""
+with asked_of_machine(False, 7) as granted:
+    print(granted.scheduling)
+    if os.geteuid() == 0:
+        os.setuid(65534)
+print(state())
+""")
+    assert granted == "SCHED_FIFO, priority 7" or granted.startswith("refused: ")
+    assert after == "(0, 0, False)"
+
+
 def test_what_is_not_asked_for_is_left_alone():
     told, unchanged = shown("""
 before = state()

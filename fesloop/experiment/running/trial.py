@@ -26,6 +26,7 @@ from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.realtime.in_step import in_step_with_wall
 from fesloop.realtime.lateness import realtime_summary
+from fesloop.realtime.machine import threads_now
 
 _COLLECT_AFTER = 100_000
 
@@ -82,8 +83,9 @@ def run(experiment: Experiment, out: Path, *, realtime: bool | Pacing = False,
         _refuse_live(experiment)
     wiring, timed_blocks = timed(experiment.wiring, experiment.record.timed)
     (rehearsals or Rehearsals()).rehearse(experiment, pacing is not None)
+    before = threads_now()
     loop = Loop(wiring, recorder=Recorder(experiment.record.plant_rate))
-    with closing(loop), in_step_with_wall(loop, pacing) as in_step:
+    with closing(loop), in_step_with_wall(loop, pacing, threads_now() - before) as in_step:
         writer = RecordingWriter(out, experiment, in_step.facts if in_step else None)
         this = UnderWay(experiment, loop, timed_blocks, writer, in_step, progress)
         status, cause = "failed", ""
