@@ -15,7 +15,7 @@ import pytest
 from fesloop.experiment.metrics.scoring import metrics_of
 from fesloop.experiment.recording.reading import Recording
 from fesloop.report.page import write_page
-from fesloop.report.parts import Chart, Drawing, Fold, Notice, Table
+from fesloop.report.parts import Chart, Drawing, Fold, Notice, Strips, Table
 from fesloop.report.run import page as module
 from fesloop.report.run.page import run_page
 
@@ -62,14 +62,14 @@ def test_its_numbers_are_the_run_s(page, learning):
 
 def test_every_trial_has_its_own_charts(page):
     for trial in range(3):
-        mine = [part for part in parts_of(page, Chart) if part.trial == trial]
+        mine = [part for part in parts_of(page, (Chart, Strips)) if part.trial == trial]
         assert {part.title for part in mine} >= {"MCP", "PIP", "DIP", "Current", "Pulse width"}
-    keys = [part.key for part in parts_of(page, (Chart, Drawing))]
+    keys = [part.key for part in parts_of(page, (Chart, Strips, Drawing))]
     assert len(keys) == len(set(keys))
 
 
 def test_no_line_has_more_points_than_a_chart_has_pixels(page):
-    lengths = [len(line.x) for part in parts_of(page, Chart) for line in part.lines]
+    lengths = [len(line.x) for part in parts_of(page, (Chart, Strips)) for line in part.lines]
     assert 300 < max(lengths) <= 600  # the patient has 6000 rows a trial
 
 
