@@ -114,7 +114,10 @@ def _read_channels(path: Path) -> tuple[BidsChannel, ...]:
             raise InputError(f"{path}: line {line}", f"has {len(row)} columns, the first has {len(names)}",
                              "rows of equal length")
         told = dict(zip(names, (cell.strip() for cell in row), strict=True))
-        channels.append(BidsChannel(*(told[key] for key in _REQUIRED), _hertz(told, f"{path}: line {line}")))
+        channels.append(BidsChannel(
+            name=told["name"], component=told["component"], type=told["type"],
+            tracked_point=told["tracked_point"], units=told["units"],
+            sampling_frequency=_hertz(told, f"{path}: line {line}")))
     if not channels:
         raise InputError(str(path), "names no channel", "one or more")
     return tuple(channels)
