@@ -46,7 +46,8 @@ another rate after ten samples that are all of it, 300 at half the rate."""
 _OF_POSTURE = "jump"
 _HELD_S, _GOES_S = 10.0, 1.0
 _VALUES = {"jump": _HELD_S + _GOES_S, "clock": -1.0, "rate": 0.5}
-"""The posture is held straight and bent in turn, so that a jump by that much always leads to the other."""
+"""The posture is held straight and bent in turn, so that a jump by that much leads from one to the other; half
+way between them it would lead to where it is, so that jumps begin where it is held."""
 _MANY, _FEW = 50, 3
 _LENGTH_S, _REST_S = 0.9, (3.0, 4.0)
 """Of a fault, and between two: the stimulation begins anew a second after the posture is sound."""
@@ -110,9 +111,17 @@ def _planned(kinds: Sequence[str], chance: random.Random) -> list[SenderFault]:
     faults, begin = [], _BEGIN_S
     for kind in kinds:
         begin += chance.uniform(*_REST_S)
+        if kind == _OF_POSTURE:
+            begin = _held_from(begin)
         faults.append(SenderFault(kind, begin, _LENGTH_S, _VALUES.get(kind, 0.0)))
         begin += _LENGTH_S
     return faults
+
+
+def _held_from(begin_s: float) -> float:
+    """The first instant from this one on at which the posture is held, for as long as a fault lasts."""
+    within = begin_s % (_HELD_S + _GOES_S)
+    return begin_s if within + _LENGTH_S <= _HELD_S else begin_s - within + _HELD_S + _GOES_S
 
 
 def _session(faults: Sequence[SenderFault]) -> list[Outcome | None]:

@@ -5,10 +5,11 @@ import random
 from importlib.util import find_spec
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
 from fesloop.bench._device_log import Given
-from fesloop.bench.stream_faults import FAULTS, _planned, run, zero_within_ms
+from fesloop.bench.stream_faults import FAULTS, _planned, _posture, run, zero_within_ms
 from fesloop.streams.live.sender_faults import FAULTS as KINDS
 
 MS = 1_000_000
@@ -38,6 +39,15 @@ def test_faults_do_not_overlap_and_are_of_the_sender():
 
 
 @pytest.mark.skipif(find_spec("pylsl") is None, reason="pylsl is not installed")
+def test_each_jump_of_the_posture_is_one():
+    played = _posture()
+    faults = _planned(["jump"] * 200, random.Random(1))
+    for fault in faults:
+        before = played.rows[int(fault.start_s * played.rate_hz) % len(played.rows)]
+        after = played.rows[int((fault.start_s + fault.value) * played.rate_hz) % len(played.rows)]
+        assert np.degrees(np.abs(after - before).max()) > 30.0
+
+
 def test_current_ends_and_the_cause_is_named():
     result = run(kinds=("stop", "nan", "rate"), moments=1)
     assert list(result) == ["bench", "rows", "not_stimulated"]
