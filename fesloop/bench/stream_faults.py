@@ -46,8 +46,8 @@ another rate after ten samples that are all of it, 300 at half the rate."""
 _OF_POSTURE = "jump"
 _HELD_S, _GOES_S = 10.0, 1.0
 _VALUES = {"jump": _HELD_S + _GOES_S, "clock": -1.0, "rate": 0.5}
-"""The posture is held straight and bent in turn, so that a jump by that much leads from one to the other. Half
-way between them it would lead to where it is, so that jumps begin where it is held."""
+"""The posture is held straight and bent in turn, so that a jump by that much leads from one to the other.
+Half way between them it would lead to where it is, so that jumps begin where it is held."""
 _MANY, _FEW = 50, 3
 _LENGTH_S, _REST_S = 0.9, (3.0, 4.0)
 """Of a fault, and between two: the stimulation begins anew a second after the posture is sound."""
