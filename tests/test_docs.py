@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from fesloop.cli.parser import make_parser
+from fesloop.experiment.files.parse import from_document
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -60,3 +61,15 @@ def test_the_drawing_of_the_worked_example_is_the_one_that_the_loop_gives(tmp_pa
     target = tmp_path / "time_line.svg"
     subprocess.run([sys.executable, ROOT / "docs/_drawings/time_line.py", target], check=True, timeout=120)
     assert target.read_text() == (ROOT / "docs/time_line.svg").read_text()
+
+
+def test_the_experiment_in_python_runs_and_is_the_one_in_toml(tmp_path, monkeypatch, capsys):
+    page = ROOT / "docs/howto/own_experiment.md"
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    exec(compile(blocks(page, "python")[0], page.name, "exec"), names)
+    written, = (from_document(tomllib.loads(block)) for block in blocks(page, "toml"))
+    assert names["experiment"] == written
+    error, = names["result"].metrics["joint_rmse_deg"]
+    assert error < 5.0
+    assert str([error]) in capsys.readouterr().out

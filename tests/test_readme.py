@@ -2,13 +2,12 @@
 
 import re
 import shlex
-import tomllib
 from pathlib import Path
 
 import pytest
 
 from fesloop.cli.parser import make_parser
-from fesloop.experiment.files.parse import from_document, load
+from fesloop.experiment.files.parse import load
 
 ROOT = Path(__file__).resolve().parent.parent
 TEXT = (ROOT / "README.md").read_text()
@@ -36,14 +35,3 @@ def test_every_command_is_one_that_the_program_knows(line):
     of_a_run = any(each.startswith("recording=runs/") for each in settings)
     if hasattr(args, "experiment") and not of_a_run:
         assert load(args.experiment, settings).name == args.experiment
-
-
-def test_the_example_in_python_runs_and_is_the_one_in_toml(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    names = {}
-    exec(compile(blocks("python")[0], "README.md", "exec"), names)
-    written, = (from_document(tomllib.loads(block)) for block in blocks("toml"))
-    assert names["experiment"] == written
-    error, = names["result"].metrics["joint_rmse_deg"]
-    assert error < 5.0
-    assert str([error]) in capsys.readouterr().out
