@@ -38,7 +38,6 @@ def follow(page, text):
 def test_files_are_written_and_what_is_to_be_run_is_run_in_order(tmp_path):
     done = follow(tmp_path / "page.md", PAGE)
     assert done.returncode == 0, done.stderr
-    assert "as it should be" in done.stdout
     assert "page.md: ok" in done.stdout
     assert sorted(each.name for each in tmp_path.iterdir()) == ["page.md"]
 
@@ -48,7 +47,18 @@ def test_a_page_ends_where_a_command_fails_and_says_which(tmp_path):
     assert done.returncode == 1
     assert "page.md: failed in" in done.stderr
     assert "cat notes/b.txt > copy.txt" in done.stderr
-    assert "as it should be" not in done.stdout
+    assert "b.txt: No such file" in done.stderr, "what was printed before it"
+    assert "as it should be" not in done.stderr
+
+
+def test_other_pages_are_followed_where_one_fails(tmp_path):
+    sound, bad = tmp_path / "sound.md", tmp_path / "bad.md"
+    sound.write_text(PAGE)
+    bad.write_text("```sh\nfalse\n```\n")
+    done = subprocess.run([sys.executable, RUNNER, bad, sound], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1
+    assert "sound.md: ok" in done.stdout
+    assert "bad.md: failed in\nfalse" in done.stderr
 
 
 def test_what_runs_in_real_time_gets_a_second_try(tmp_path):
