@@ -37,6 +37,16 @@ def test_watched_turns_are_compared_with_the_others():
     assert found["frames_per_s"] == pytest.approx(250 / 9)
 
 
+def test_a_stall_in_one_turn_does_not_decide_the_ratio_of_turns():
+    late = [np.full(1000, each * US) for each in (100, 110, 100, 110, 100, 110)]
+    late[2][:] = 10**6 * US
+    six = [_Turn(bool(i % 2), 10 * i * S, 10 * (i + 1) * S) for i in range(6)]
+    found = _result(six, late)
+    assert found["p99_ratio"]["ratio"] < 0.01
+    assert found["turn_p99_ratio"]["ratio"] == pytest.approx(1.1)
+    assert found["us_p99_of_turns"] == {"watched": [110.0] * 3, "not watched": [100.0, 10**6, 100.0]}
+
+
 def test_a_run_that_nobody_watched_says_nothing():
     with pytest.raises(RunError, match="no instant"):
         _result(turns()[:1], [np.ones(5)])
