@@ -7,8 +7,8 @@ end. The loop stays on the first core; the viewer runs wherever the system puts 
 
 `us_*` are by how much the work of an instant began late: the first row's of the turns in which somebody
 watches, beside (`reference_us_*`) those of the others, which are the second row. `p99_ratio` is that of the
-two 99th percentiles, `low` and `high` its 95 % interval over turns (bootstrap). A stall of the whole machine in
-one turn of thirty, with a viewer or without, is enough to decide that one; `turn_p99_ratio` is that of the
+two 99th percentiles, `low` and `high` its 95 % interval over turns (bootstrap). A stall of the whole machine
+in one turn of thirty, with a viewer or without, is enough to decide that one; `turn_p99_ratio` is that of the
 medians of what each turn's 99th percentile was, which `us_p99_of_turns` lists. `frames_per_s` is how many
 came in the turns with a viewer, from the first on.
 """
@@ -176,7 +176,8 @@ def _result(turns: Sequence[_Turn], late: Sequence[Stamps]) -> dict[str, Any]:
     if not with_viewer or not without:
         raise RunError("bench view: no instant in one kind of turn")
     watched, alone = np.concatenate(with_viewer), np.concatenate(without)
-    by_turn = {"watched": [_p99(each) for each in with_viewer], "not watched": [_p99(each) for each in without]}
+    by_turn = {"watched": [_p99(each) for each in with_viewer],
+               "not watched": [_p99(each) for each in without]}
     told = sum(turn.seconds for turn in turns)
     rows = [_row(f"tracker at 100 Hz, {len(turns)} turns: begun late, watched", watched, alone),
             _row("begun late, not watched", alone, None)]
