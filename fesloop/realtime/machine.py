@@ -100,8 +100,8 @@ def _raise_priority(priority: int, threads: Collection[int]) -> str:
         except OSError as fault:
             return f"refused: {fault.strerror}"
         raised += 1
-    threads = "1 thread" if raised == 2 else f"{raised - 1} threads"
-    return f"SCHED_FIFO, priority {priority}" + (f", with {threads} beside the loop's" if raised > 1 else "")
+    others = "1 thread" if raised == 2 else f"{raised - 1} threads"
+    return f"SCHED_FIFO, priority {priority}" + (f", with {others} beside the loop's" if raised > 1 else "")
 
 
 def _set_back(before: Mapping[int, tuple[int, os.sched_param]]) -> None:
