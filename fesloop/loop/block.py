@@ -88,6 +88,7 @@ class Block(Protocol):
     `heed(state, events)`: called once an instant has been run with what was reported at it, (instant, block,
     status, detail) each.
     `stand_in()`: a block with the same ports and a plain clock that touches nothing outside, for rehearsals.
+    `seek()`: called before the rehearsal, which may take a while; tells a user of what is not there yet.
 
     A device that touches a person has `guarded` (names of inputs), and a block that may stand directly before
     it `guards = True`. `faults_behind(guard)`: InputErrors, what a device finds wrong with that one; see

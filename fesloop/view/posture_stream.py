@@ -21,7 +21,8 @@ from fesloop.report.motion import view_into
 from fesloop.report.recorded_hand import ESTIMATE
 from fesloop.streams.live.description import channels_of
 from fesloop.streams.live.library import Network
-from fesloop.streams.live.source import LslSource, Pulled, StreamLost, Wanted, find
+from fesloop.streams.live.source import LslSource, Pulled, StreamLost
+from fesloop.streams.live.wanted import Wanted, find
 from fesloop.view.shown import Play, Shown, Span, Start
 from fesloop.view.stream_layout import layout_of
 

@@ -81,6 +81,8 @@ def run(experiment: Experiment, out: Path, *, realtime: bool | Pacing = False,
     pacing = Pacing() if realtime is True else realtime or None
     if pacing is None:
         _refuse_live(experiment)
+    else:
+        _seek(experiment)
     wiring, timed_blocks = timed(experiment.wiring, experiment.record.timed)
     (rehearsals or Rehearsals()).rehearse(experiment, pacing is not None)
     before = threads_now()
@@ -111,6 +113,14 @@ def _refuse_live(experiment: Experiment) -> None:
         if is_live(node):
             raise InputError(f"blocks.{node.name}", "is live: it runs in step with the wall clock only",
                              "fesloop run --realtime")
+
+
+def _seek(experiment: Experiment) -> None:
+    """Let parts look for what they are to hear, so that a user who mistyped a name need not wait to know."""
+    for node in experiment.wiring.nodes:
+        seek = getattr(node.part, "seek", None)
+        if seek is not None:
+            seek()
 
 
 @contextmanager

@@ -27,8 +27,9 @@ from fesloop.streams.live.first_samples import check_first_samples, check_rate
 from fesloop.streams.live.inlet_state import InletState
 from fesloop.streams.live.library import Network
 from fesloop.streams.live.reader import StreamReader
-from fesloop.streams.live.source import LslSource, Wanted, find
+from fesloop.streams.live.source import LslSource
 from fesloop.streams.live.stand_in import InletStandIn
+from fesloop.streams.live.wanted import Wanted, find, glance
 
 Array = NDArray[np.float64]
 _UNITS = {"gyr": "rad/s", "acc": "m/s^2", "mag": "T"}
@@ -137,6 +138,10 @@ class LslInlet:
     def stand_in(self) -> InletStandIn:
         """Sensors at rest, at the nominal rate."""
         return InletStandIn(outputs=self.outputs, rate=self.nominal_rate)
+
+    def seek(self) -> None:
+        """Tell a user whose stream does not answer yet so, before the run is rehearsed."""
+        glance(self.wanted)
 
     def init(self, context: Context) -> InletState:
         """Find and open the stream; raises InputError where there is none, or it does not fit."""

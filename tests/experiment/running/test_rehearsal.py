@@ -1,7 +1,7 @@
 """When a run is rehearsed: once for loops of the same parts, and always where the wall clock counts."""
 
 import pytest
-from live_parts import StandIn, Stream
+from live_parts import Log, StandIn, Stream
 from loop_parts import Sink
 
 import fesloop
@@ -87,6 +87,17 @@ def test_a_live_stream_is_rehearsed_with_its_stand_in(loops):
     assert [type(node.part) for node in given[0].nodes] == [StandIn, Sink]
     plain = fesloop.load("finger_pid_latency", SHORT).wiring
     assert rehearsal.with_stand_ins(plain) is plain
+
+
+def test_what_is_to_be_heard_is_looked_for_before_the_rehearsal(monkeypatch, tmp_path):
+    """It takes a while where kernels are yet to be compiled, and a mistyped name can be told at once."""
+    done = []
+    monkeypatch.setattr(rehearsal.Rehearsals, "rehearse", lambda *_: done.append("rehearse"))
+    monkeypatch.setattr(Stream, "seek", lambda self: done.append("seek"), raising=False)
+    monkeypatch.setattr(Stream, "init", lambda self, context: done.append("init") or Log())
+    monkeypatch.setattr(Stream, "waiting", lambda self, state: None)
+    trial.run(live_experiment(duration_s=0.02), tmp_path, realtime=True)
+    assert done == ["seek", "rehearse", "init"]
 
 
 def test_a_device_without_a_stand_in_is_not_rehearsed(loops):

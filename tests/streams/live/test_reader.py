@@ -251,7 +251,7 @@ def test_a_stand_in_has_the_same_ports_and_a_clock_of_its_own():
 
 
 @pytest.mark.parametrize(("parameters", "named"), [
-    ({"sensors": 1}, "no stream is named"),
+    ({"sensors": 1}, "^stream: no stream is named; allowed: one or more of stream, stream_type, source_id"),
     ({"stream": "a", "sensors": 0}, "sensors"),
     ({"stream": "a", "sensors": 2, "sensor_names": ("x",)}, "sensor_names"),
     ({"stream": "a", "sensors": 2, "sensor_names": ("x", "x")}, "sensor_names: a name stands twice"),
@@ -260,7 +260,8 @@ def test_a_stand_in_has_the_same_ports_and_a_clock_of_its_own():
     *(({"stream": "a", "sensors": 1, "silent_ms": ms}, f"silent_ms: {ms:g}; allowed: 1 or more")
       for ms in (0.5, -3.0, float("nan"))),
     ({"stream": "a", "sensors": 1, "silent_ms": float("inf")}, "silent_ms: inf"),
-    ({"stream": "it's", "sensors": 1}, "name"),
+    ({"stream": "it's", "sensors": 1}, '^stream: "it\'s"; allowed: text without'),
+    ({"stream_type": "it's", "sensors": 1}, "^stream_type: "),
     ({"stream": "a", "sensors": 1, "nominal_rate": "fast"}, "nominal_rate"),
 ])
 def test_what_cannot_be_is_refused(parameters, named):
