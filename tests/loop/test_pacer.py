@@ -1,5 +1,7 @@
 """The pacer, on a wall clock that the test moves: never ahead of it, each tick once, late ones by policy."""
 
+from contextlib import nullcontext
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -103,6 +105,20 @@ def test_what_is_a_period_late_is_skipped_and_what_is_less_is_not():
     wall = Wall()
     loop, _ = paced([worker(wall, 1, 1, 24, *[1] * 9)], wall, "skip", 80 * MS)
     assert [index for index, _, _ in loop.states()["work"].steps] == [0, 1, 2, 4, 5, 6, 7]
+
+
+@pytest.mark.parametrize(("late", "sent"), [("catch-up", range(6, 27)), ("skip", [26]), ("stop", [6])])
+def test_what_a_stopped_process_missed_comes_at_once(late, sent):
+    """A sleep that ends 200 ms late, as under SIGSTOP: what is sent when it goes on."""
+    wall = Wall((*(80_000,) * 5, 200 * MS, *(80_000,) * 40))
+    loop = Loop(Wiring([worker(wall, 0)], ()), recorder=Recorder())
+    pacer = Pacer(loop, Pacing(late=late), wall.clock, wall.sleep)
+    pacer.begin_trial()
+    with pytest.raises(RunError) if late == "stop" else nullcontext():
+        run(pacer, END)
+    steps = loop.states()["work"].steps
+    assert [index for index, _, wall_ns in steps if 260 * MS <= wall_ns < 265 * MS] == list(sent)
+    assert all(at == 10 * index * MS for index, at, _ in steps), "each with the stamp of its own instant"
 
 
 WORKS = st.lists(st.integers(0, 45 * MS) | st.integers(0, 9 * MS), min_size=1, max_size=12)
