@@ -35,8 +35,8 @@ class Pacing:
         first missed deadline.
     lock_memory: whether to ask that no memory of the process is swapped out.
     priority: of the scheduling class SCHED_FIFO, 1 to 98; 0 asks for none. It is that of the loop and of
-        the threads that its blocks have started in `init`. Above everything else on its core, a run that is
-        always late leaves little of it to others. With a device, below what the user may have at most
+        Python's threads that its blocks have started in `init`. Above everything else on its core, a run that
+        is always late leaves little of it to others. With a device, below what the user may have at most
         (`ulimit -r`): the device's keeper takes that.
     """
 

@@ -4,9 +4,10 @@ Memory is locked (`mlockall(2)`), so that no page of the run is swapped out; pag
 into use, not before. Where the limit on locked memory (RLIMIT_MEMLOCK) is not lifted, what comes later is
 left out: the allocations of a run would fail at the limit. The scheduling class is SCHED_FIFO (`sched(7)`)
 only if a priority is asked for: such a thread that never rests keeps everything else of its core waiting. It
-is asked for the run's own thread and for those that its blocks have started in `init`, such as the ones that
-read a live stream: one in the common class that is put off while it holds Python's lock keeps the run
-waiting, whatever priority that has. Processes and threads that are started later do not inherit it.
+is asked for the run's own thread and for Python's threads that its blocks have started in `init`, such as the
+ones that read a live stream: one in the common class that is put off while it holds Python's lock keeps the
+run waiting, whatever priority that has. What is native, such as the threads of liblsl, holds no such lock and
+stays in the common class. Processes and threads that are started later do not inherit it.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
+import threading
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -59,10 +61,8 @@ def asked_of_machine(lock_memory: bool, priority: int, beside: Collection[int] =
 
 
 def threads_now() -> frozenset[int]:
-    """The threads of this process, by the numbers that the kernel has for them; none but on Linux."""
-    if sys.platform != "linux":
-        return frozenset()
-    return frozenset(int(task.name) for task in Path("/proc/self/task").iterdir())
+    """Threads of this process that take Python's lock, by the numbers that the kernel has for them."""
+    return frozenset(thread.native_id for thread in threading.enumerate() if thread.native_id is not None)
 
 
 def attainable(priority: int) -> int:
