@@ -183,7 +183,8 @@ def _result(turns: Sequence[_Turn], late: Sequence[Stamps]) -> dict[str, Any]:
             _row("begun late, not watched", alone, None)]
     return {"bench": "view", "rows": rows,
             "p99_ratio": _ratio(with_viewer, without, lambda turns: _p99(np.concatenate(turns))),
-            "turn_p99_ratio": _ratio(by_turn["watched"], by_turn["not watched"], np.median), "us_p99_of_turns": by_turn,
+            "turn_p99_ratio": _ratio(by_turn["watched"], by_turn["not watched"], np.median),
+            "us_p99_of_turns": by_turn,
             "turns": {"watched": len(with_viewer), "not watched": len(without)},
             "frames_per_s": sum(turn.frames for turn in turns) / told if told > 0.0 else 0.0}
 
