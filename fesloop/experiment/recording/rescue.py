@@ -16,6 +16,7 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.experiment.recording.file import lengthen
 from fesloop.experiment.recording.form import ALLOWED, undamaged
+from fesloop.experiment.recording.superblock import mark_closed
 
 _STREAMS = ("blocks", "plants", "inputs", "events", "messages", "wall/step_ns", "wall/instants",
             "wall/origins")
@@ -96,11 +97,12 @@ def _without_trials(new: h5py.File) -> list[str]:
 
 
 def _opened(path: Path) -> h5py.File:
-    """The file, also one whose writer never closed it."""
-    try:
-        return h5py.File(path, "r")
-    except OSError:
-        return h5py.File(path, "r", swmr=True)
+    """The copy of a file, also of one whose writer never closed it.
+
+    Not in SWMR mode: there HDF5 reads what is damaged again and again, for hours, as a writer might mend it.
+    """
+    mark_closed(path)
+    return h5py.File(path, "r")
 
 
 def _copy_wall(old: h5py.File, wall: h5py.Group) -> None:
