@@ -119,13 +119,13 @@ def _fits(electrodes: Any, asked: Sequence[Asked]) -> bool:
 def _courses(
     score: SearchScore, asked: Sequence[Asked], trial: int, shown: int | None
 ) -> Iterator[Chart]:
-    """Quality over queries, and over minutes."""
+    """Quality by query, and by the patient's time."""
     number = np.arange(1.0, len(asked) + 1.0)
     minutes = np.array([one.told_s / 60.0 for one in asked])
     for name, x, label in (("queries", number, "query"), ("minutes", minutes, "patient's time, min")):
         yield Chart(
-            key=f"search-{name}-{trial}", trial=shown, title=f"Quality over {name}", x_label=label,
-            y_label="quality", lines=list(_lines(score, asked, x)),
+            key=f"search-{name}-{trial}", trial=shown, title=f"Quality by {label.partition(',')[0]}",
+            x_label=label, y_label="quality", lines=list(_lines(score, asked, x)),
             text=f"Best true quality so far after {counted(len(asked), 'answer')}: "
                  f"{max(one.verdict.quality for one in asked):.2f}.")
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from fesloop.report.parts import Chart, Line
+from fesloop.report.study.headings import by
 from fesloop.study.figures.content import Content
 from fesloop.study.figures.ends import curve_ends
 from fesloop.study.results.axis_levels import AxisLevel, level_text
@@ -74,8 +75,8 @@ def _theory(content: Content, panel: AxisLevel | None, limits: tuple[float, floa
 
 
 def _text(content: Content, heading: str, lines: Sequence[Line]) -> str:
-    over = f"{content.metric_label} over {content.axis_label(content.figure.x)}" \
-           f"{f', {heading}' if heading else ''}"
+    shown = by(content.metric_label, [content.axis_label(content.figure.x)])
+    where = f"{shown}, {heading}" if heading else shown
     told = [f"{line.name} {np.nanmin(line.y):.3g} to {np.nanmax(line.y):.3g}" for line in lines
             if np.isfinite(line.y).any()]
-    return f"{over}: {'; '.join(told) or 'no value'}."
+    return f"{where}: {'; '.join(told) or 'no value'}."

@@ -10,9 +10,9 @@ import numpy as np
 from fesloop.errors import FesloopError, InputErrors
 from fesloop.experiment.files.schema import make
 from fesloop.report.parts import Chart, Line, Notice, Paragraph, Part, Section
-from fesloop.report.run.words import listed
 from fesloop.report.study.beside_theory import beside_theory
 from fesloop.report.study.curves import curves
+from fesloop.report.study.headings import by_axes
 from fesloop.report.study.heat_maps import heat_maps
 from fesloop.report.study.shown import Shown
 from fesloop.study.design.figure_specs import Figure
@@ -22,7 +22,6 @@ from fesloop.study.figures.kept_overlays import kept_overlays
 from fesloop.study.figures.overlays import Overlay
 from fesloop.study.figures.theory_overlays import theory_overlays
 from fesloop.study.results.axis_levels import is_numeric
-from fesloop.study.results.quantities import called
 
 _MOST_LINES, _MOST_METRICS = 8, 4
 """Curves of a chart, and charts, that are chosen where a study's file asks for none (chosen)."""
@@ -125,7 +124,7 @@ def _points(content: Content) -> Iterator[Chart]:
     for axis, scale in ((content.figure.x, content.x), (str(content.figure.y), content.y)):
         yield Chart(
             key=f"figure-{content.figure.name}-{axis}", x_label=content.axis_label(axis),
-            title=f"{content.metric_label} over {content.axis_label(axis)}", y_label=content.metric_label,
+            title=by_axes(content, [axis]), y_label=content.metric_label,
             lines=[Line(name="a point of the design", role="series-0", style="points", y=value,
                         x=scale.places_of([cell.levels[axis] for cell in content.cells]))],
             x_levels=[] if scale.numeric else [str(level) for level in scale.levels],
@@ -134,11 +133,9 @@ def _points(content: Content) -> Iterator[Chart]:
 
 
 def _title(content: Content) -> str:
-    """The figure's own, else what it shows over which axes."""
+    """The figure's own, else what it shows by which axes."""
     figure = content.figure
-    metric, _ = called(figure.metric, figure.label)
-    over = [content.axis_label(axis).partition(",")[0] for axis in (figure.x, figure.y) if axis is not None]
-    return figure.title or _upper(f"{metric} over {listed(over)}")
+    return figure.title or by_axes(content, [axis for axis in (figure.x, figure.y) if axis is not None])
 
 
 def _upper(text: str) -> str:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fesloop.report.parts import HeatMap, Line
 from fesloop.report.study.better import better_end
+from fesloop.report.study.headings import by
 from fesloop.report.study.shown import Shown
 from fesloop.study.figures.axis_scale import AxisScale
 from fesloop.study.figures.content import Content
@@ -100,6 +101,7 @@ def _counted(scale: AxisScale, numbers: Array) -> Array:
 
 def _text(content: Content, heading: str, values: Array) -> str:
     known = values[np.isfinite(values)]
-    over = f"{content.metric_label} over {content.axis_label(content.figure.x)} and " \
-           f"{content.axis_label(str(content.figure.y))}{f', {heading}' if heading else ''}"
-    return f"{over}: {known.min():.3g} to {known.max():.3g}." if known.size else f"{over}: no value."
+    axes = [content.axis_label(axis) for axis in (content.figure.x, str(content.figure.y))]
+    shown = by(content.metric_label, axes)
+    where = f"{shown}, {heading}" if heading else shown
+    return f"{where}: {known.min():.3g} to {known.max():.3g}." if known.size else f"{where}: no value."

@@ -106,6 +106,10 @@ class Content:
         table = self.results.study.get("axes", {}).get(axis, {})
         return called(axis, table.get("label", ""), table.get("unit", ""))
 
+    def axis_name(self, axis: str) -> str:
+        """Of an axis without its unit."""
+        return self._called(axis)[0]
+
     def axis_label(self, axis: str) -> str:
         """Of an axis, as its study file calls it."""
         return with_unit(*self._called(axis))

@@ -81,7 +81,7 @@ def test_the_path_goes_from_electrode_to_electrode_in_order(parts):
     assert svg.count("<line") == 3
 
 
-def test_quality_over_queries_and_minutes(parts, asked):
+def test_quality_by_query_and_by_the_patients_time(parts, asked):
     queries, minutes = (part for part in parts if isinstance(part, Chart))
     lines = {line.name: line for line in queries.lines}
     np.testing.assert_array_equal(lines["of a query, as it truly was"].x, [1, 2, 3, 4])
@@ -90,6 +90,7 @@ def test_quality_over_queries_and_minutes(parts, asked):
     # The search saw the hand itself: what it recommends is the best so far.
     np.testing.assert_allclose(lines["of what is recommended, as it truly was"].y,
                                np.maximum.accumulate([one.verdict.quality for one in asked]))
+    assert (queries.title, minutes.title) == ("Quality by query", "Quality by patient's time")
     np.testing.assert_allclose(minutes.lines[0].x * 60.0, [one.told_s for one in asked])
 
 

@@ -171,6 +171,23 @@ def test_what_was_run_is_there_to_be_run_again(make):
     assert any("from fesloop.study import load" in code.text for code in codes)
 
 
+def test_titles_are_by_their_axes_and_read_as_no_ratio(make):
+    named = {"label": "motion at rest, RMS", "unit": "deg"}
+    page = study_page(make(figures=[CURVES | named, CURVES | {"name": "b"}]))
+    assert [each.title for each in page.sections[:2]] == ["Motion at rest, RMS, by latency",
+                                                          "Error by latency"]
+    texts = [chart.text for chart in parts_of(page, Chart)]
+    assert texts[0].startswith("Motion at rest, RMS, deg, by latency, ms: pid ")
+    assert not [text for text in [*texts, *(each.title for each in page.sections)] if " over " in text]
+
+
+def test_titles_of_maps_are_by_both_axes(make):
+    page = study_page(make())
+    assert [each.title for each in page.sections[:2]] == ["Error by latency and jitter",
+                                                          "Error by latency and law"]
+    assert not [each.text for each in parts_of(page, HeatMap) if " over " in each.text]
+
+
 def test_a_study_without_figures_gets_some(make):
     charts = parts_of(study_page(make(figures=())), Chart)
     assert {chart.y_label for chart in charts} == {"error, deg", "held, %"}
@@ -185,6 +202,7 @@ def test_points_that_were_drawn_are_shown_over_each_axis(tmp_path):
     path = write_cells(tmp_path / "study.sqlite", document, cells, 1,
                        lambda levels, replicate: {"error_deg": levels["gain"]})
     gain, latency = parts_of(study_page(path), Chart)
+    assert (gain.title, latency.title) == ("Error by gain", "Error by latency")
     np.testing.assert_allclose(gain.lines[0].x, gain.lines[0].y)
     assert sorted(latency.lines[0].x) == [1.0, 3.0, 5.0]
 
