@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,8 +15,9 @@ from fesloop.picture.hand import view_of
 from fesloop.picture.held import Signals, span_ns
 from fesloop.picture.posture import Posture
 from fesloop.report.figure3d import Figure3d, Frames, Solid
-from fesloop.report.objects import holdable, object_poses, padded
+from fesloop.report.objects import holdable, padded
 from fesloop.report.recorded_hand import ESTIMATE, TRUTH, RecordedHand, recorded_hand
+from fesloop.report.standing import standing
 
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]
@@ -24,6 +25,10 @@ View = tuple[float, float, float]
 _STEP_NS, _FRAMES = 40 * NS_PER_MS, 4000
 """Between two frames, and how many there are in all trials at most (chosen: 25 a second fall onto the samples
 of 25, 50, 100 and 1000 Hz; so many take some 3 MB of a report)."""
+_ENDS_APART = ("damaged", "running")
+"""Statuses of files whose signals need not reach to the same instant: what is left of one, a killed run's."""
+_HELD_NS = 100 * NS_PER_MS
+"""For so long the last row of a signal stands there (chosen: ten rows of a tracker of 100 Hz)."""
 _LOOKED_AT = 50
 """Frames of a trial by which the view is chosen."""
 
@@ -49,24 +54,26 @@ def hand_motion(recording: Recording) -> Figure3d | None:
 
 def hand_of(recording: Recording) -> RecordedHand | None:
     """The hands of a recording; None where it has none. Raises InputError as `hand_motion` does."""
-    return recorded_hand(recording, cast_of(recording), recording.experiment.get("score", {}))
+    hand = recorded_hand(recording, cast_of(recording), recording.experiment.get("score", {}))
+    if hand is None or recording.status not in _ENDS_APART:
+        return hand
+    return replace(hand, held_ns=_HELD_NS)
 
 
 def figure_of(signals: Signals, hand: RecordedHand, instants: Mapping[int, Instants],
               step_ns: int) -> Figure3d | None:
     """Hands and objects at evenly spaced instants of trials; None where nothing is recorded then."""
     frames: dict[int, Frames] = {}
-    every: list[Solid] = []
+    every: Sequence[Solid] = []
     view: View | None = None
     for trial, at_ns in instants.items():
-        postures = hand.postures(signals, trial, at_ns)
-        if not postures:
+        found = standing(signals, hand, trial, at_ns)
+        if not found.hands:
             continue
-        solids, poses = object_poses(signals, hand.plant, trial, at_ns)
-        every = max(every, solids, key=len)
-        frames[trial] = Frames(start_s=float(at_ns[0]) / NS_PER_S, step_s=step_ns / NS_PER_S, objects=poses,
-                               hands={name: rows_of(posture) for name, posture in postures.items()})
-        view = view or view_into(postures, holdable(solids))
+        every = max(every, found.solids, key=len)
+        frames[trial] = Frames(start_s=float(at_ns[0]) / NS_PER_S, step_s=step_ns / NS_PER_S,
+                               hands=found.hands, objects=found.solid_poses)
+        view = view or view_into(found.postures, holdable(found.solids))
     if not frames:
         return None
     trials = {trial: replace(each, objects=padded(each.objects, len(every)))
@@ -89,11 +96,6 @@ def _span(recording: Recording, hand: RecordedHand, trial: int) -> tuple[int, in
 def step_between(whole_ns: int) -> int:
     """Between two frames of trials that take so long together, ns: a multiple of 40 ms."""
     return _STEP_NS * max(1, -(-whole_ns // (_FRAMES * _STEP_NS)))
-
-
-def rows_of(posture: Posture) -> Array:
-    """(t, 17, 7): orientation and position of each segment, as `Frames` has them."""
-    return np.concatenate([posture.poses.orientation, posture.poses.position], axis=-1)
 
 
 def view_into(postures: Mapping[str, Posture], holding: bool) -> View | None:

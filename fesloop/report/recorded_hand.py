@@ -18,6 +18,7 @@ from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import Poses
 from fesloop.hand.rest import RESTING_DEG
 from fesloop.hand.skeleton import hand_tree
+from fesloop.loop.clock import FOREVER
 from fesloop.picture.cast import Cast, Player
 from fesloop.picture.held import Signals, values_at
 from fesloop.picture.posture import Posture, estimated_posture, posture_of_angles, true_posture
@@ -44,14 +45,23 @@ class RecordedHand:
     shapes: by hand ("truth", "estimate"), a mesh a segment.
     sources: signals that tell where they are.
     postures: where they were.
+    told_by: by hand, the signal whose rows tell of it.
     plant: whose object and table stand about them; None where nobody's.
+    held_ns: for how long the last row of a signal stands in a trial.
     """
 
     text: str
     shapes: Mapping[str, Sequence[Mesh]]
     sources: Sequence[str]
     postures: Postures
+    told_by: Mapping[str, str]
     plant: Player | None = None
+    held_ns: int = FOREVER
+
+    def ended(self, signals: Signals, name: str, trial: int, at_ns: Instants) -> NDArray[np.bool_]:
+        """At which instants the rows that tell of a hand have ended, (t,)."""
+        times, _ = signals.column(self.told_by[name], trial)
+        return np.asarray(at_ns - self.held_ns > times[-1])
 
 
 def recorded_hand(signals: Signals, cast: Cast, score: Mapping[str, Any]) -> RecordedHand | None:
@@ -95,8 +105,9 @@ def _hand_of_plant(hand: Player, tracker: Player | None, truth: Sequence[str]) -
             return {TRUTH: true}
         return {TRUTH: true, ESTIMATE: _once_told(found[0], signals, f"{tracker.name}.angles", trial, at_ns)}
 
-    sources = [*truth, *([f"{tracker.name}.angles"] if tracker is not None else [])]
-    return RecordedHand(text=f"{text}.", shapes=shapes, sources=sources, postures=postures, plant=hand)
+    estimate = {ESTIMATE: f"{tracker.name}.angles"} if tracker is not None else {}
+    return RecordedHand(text=f"{text}.", shapes=shapes, sources=[*truth, *estimate.values()],
+                        postures=postures, told_by={TRUTH: truth[0], **estimate}, plant=hand)
 
 
 def _hand_of_tracker(tracker: Player) -> RecordedHand:
@@ -109,7 +120,8 @@ def _hand_of_tracker(tracker: Player) -> RecordedHand:
         return {ESTIMATE: _once_told(posture_of_angles(size, angles), signals, name, trial, at_ns)}
 
     text = f"A {size.side} hand of {size.hand_mm:.0f} mm as {tracker.name} had it, its forearm at rest."
-    return RecordedHand(text=text, shapes={ESTIMATE: segment_meshes(size)}, sources=[name], postures=postures)
+    return RecordedHand(text=text, shapes={ESTIMATE: segment_meshes(size)}, sources=[name], postures=postures,
+                        told_by={ESTIMATE: name})
 
 
 def _finger(signals: Signals, score: Mapping[str, Any]) -> RecordedHand | None:
@@ -127,7 +139,8 @@ def _finger(signals: Signals, score: Mapping[str, Any]) -> RecordedHand | None:
     if ESTIMATE in names:
         text = f"{text[:-1]}. Translucent: as {names[ESTIMATE]} has it."
     return RecordedHand(text=text, shapes={hand: shapes[hand] for hand in names},
-                        sources=list(names.values()), postures=partial(_finger_postures, names, size))
+                        sources=list(names.values()), postures=partial(_finger_postures, names, size),
+                        told_by=names)
 
 
 def _finger_postures(

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.picture.held import Signals
-from fesloop.report.motion import rows_of
-from fesloop.report.objects import object_poses, padded
+from fesloop.report.objects import padded
 from fesloop.report.recorded_hand import RecordedHand
+from fesloop.report.standing import standing
 
 Array = NDArray[np.float64]
 AHEAD = 15
@@ -28,7 +28,7 @@ class Seen(NamedTuple):
 def poses_at(signals: Signals, hand: RecordedHand, trial: int, at_ns: list[int], objects: int) -> list[Seen]:
     """Poses at instants of a trial; `objects`: how many there are."""
     instants = np.array(at_ns, dtype=np.int64)
-    hands = {name: rows_of(posture) for name, posture in hand.postures(signals, trial, instants).items()}
-    _, poses = object_poses(signals, hand.plant, trial, instants)
-    things = padded(poses, objects)
-    return [Seen({name: rows[i] for name, rows in hands.items()}, things[i]) for i in range(len(at_ns))]
+    found = standing(signals, hand, trial, instants)
+    things = padded(found.solid_poses, objects)
+    return [Seen({name: rows[i] for name, rows in found.hands.items()}, things[i])
+            for i in range(len(at_ns))]

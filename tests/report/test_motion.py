@@ -1,5 +1,6 @@
 """The moving hand of a report, against the recording, against MuJoCo, and against other kinematics."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -21,8 +22,10 @@ from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.wiring import Node
 from fesloop.picture.cast import Cast, Player
 from fesloop.report import motion
-from fesloop.report.motion import hand_motion, rows_of, step_between
+from fesloop.report.motion import hand_motion, hand_of, step_between
 from fesloop.report.recorded_hand import recorded_hand
+from fesloop.report.run.opening import readable
+from fesloop.report.standing import rows_of, standing
 
 GRASP = str(Path(__file__).parent.parent / "picture" / "grasp.toml")
 
@@ -195,6 +198,43 @@ def test_before_its_first_estimate_a_tracker_knows_nothing():
     assert np.isnan(rows_of(postures["estimate"])).all(axis=(1, 2)).tolist() == [True, True, False, False]
     assert np.isfinite(rows_of(postures["estimate"])[2:]).all()
     assert np.isfinite(rows_of(postures["truth"])).all()
+
+
+@pytest.mark.parametrize("ends", ["hand", "tracker"])
+def test_what_a_file_has_lost_the_end_of_is_not_shown_to_stand_still(ends):
+    """One signal ends after two rows of 10 ms, the other after fifty; rows stand for .1 s."""
+    rows = {"hand_angles": np.zeros((50, 23)), "tracker_angles": np.zeros((50, 23))}
+    rows[f"{ends}_angles"] = np.zeros((2, 23))
+    signals, at_ns = Told(**rows), 10_000_000 * np.arange(50)
+    whole = recorded_hand(signals, cast(HAND, (TRACKER,)), {})
+    still = standing(signals, whole, 0, at_ns)
+    assert all(np.isfinite(poses).all() for poses in still.hands.values())
+    left = standing(signals, replace(whole, held_ns=100_000_000), 0, at_ns)
+    lost = {name: np.isnan(poses).all(axis=(1, 2)).tolist() for name, poses in left.hands.items()}
+    name, other = ("truth", "estimate") if ends == "hand" else ("estimate", "truth")
+    assert lost[name] == [False] * 12 + [True] * 38
+    if other == "truth":
+        assert not any(lost[other])
+
+
+def test_of_a_damaged_file_rows_do_not_stand_for_ever(grasp, tmp_path):
+    recording, _ = grasp
+    assert hand_of(recording).held_ns > 10**18
+    cut = tmp_path / "cut.h5"
+    whole = recording.path.read_bytes()
+    cut.write_bytes(whole[:int(0.9 * len(whole))])
+    with readable(cut) as (left, _):
+        assert hand_of(left).held_ns == 100 * NS_PER_MS
+        hand = hand_of(left)
+        times = left.signal("hand.site_orientation", 0).times_ns
+        at_ns = times[-1] + np.array([0, 90, 110]) * NS_PER_MS
+        found = standing(left, hand, 0, at_ns)
+    lost = [False, False, True]
+    assert np.isnan(found.hands["truth"]).all(axis=(1, 2)).tolist() == lost
+    thing, top = (solid.role for solid in found.solids)
+    assert (thing, top) == ("object", "surface")
+    assert np.isnan(found.solid_poses[:, 0]).all(axis=1).tolist() == lost
+    assert np.isfinite(found.solid_poses[:, 1]).all()
 
 
 @pytest.mark.parametrize(("columns", "score"), [
