@@ -56,6 +56,11 @@ class Wanted:
         found: list[Any] = pylsl.resolve_bypred(predicate, 1, timeout_s)
         return found
 
+    def among(self, infos: Sequence[Any]) -> list[Any]:
+        """Those of the streams that fit."""
+        return [info for info in infos
+                if all(getattr(info, key)() == value for key, value in self._asked().items())]
+
 
 def describe(info: Any) -> str:
     """A stream in a few words, for messages."""
@@ -76,6 +81,8 @@ def glance(wanted: Wanted, say: Callable[[str], None] = _say) -> None:
     pylsl = open_library(wanted.network)
     if not wanted.search(pylsl, min(wanted.timeout_s, _SEARCH_S)):
         there = pylsl.resolve_streams(_GLANCE_S)
+        if wanted.among(there):
+            return
         say(str(_absent(wanted, there, f"does not answer yet; it is waited for up to {wanted.timeout_s:g} s "
                         "when the loop is ready")))
 
@@ -93,12 +100,14 @@ def find(wanted: Wanted, say: Callable[[str], None] = _say) -> Any:
     said: set[str] | None = None
     while left_s > 0.0:
         found = wanted.search(pylsl, min(wanted.timeout_s, _SEARCH_S))
+        if not found:
+            there = pylsl.resolve_streams(_GLANCE_S)
+            found = wanted.among(there)
         if len(found) == 1:
             return found[0]
         if found:
             raise InputError(str(wanted), f"{len(found)} streams fit: {', '.join(map(describe, found))}",
                              "one", "name its source_id")
-        there = pylsl.resolve_streams(_GLANCE_S)
         left_s -= _SEARCH_S + _GLANCE_S
         names = {describe(info) for info in there}
         if left_s > 0.0 and names != said:

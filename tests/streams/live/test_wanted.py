@@ -55,6 +55,16 @@ def test_a_stream_that_comes_while_it_is_waited_for_is_found(library):
     assert find(Wanted(name="imus"), lambda text: library.found.extend(late)) is late[0]
 
 
+def test_a_stream_that_answers_between_two_looks_is_found_and_not_named_as_another(library, capsys):
+    library.found, library.there = [], [Info("others"), Info("imus")]
+    assert find(Wanted(name="imus")) is library.there[1]
+    LslInlet(stream="imus", sensors=1).seek()
+    assert capsys.readouterr().err == ""
+    library.there.append(Info("imus"))
+    with pytest.raises(InputError, match="2 streams fit"):
+        find(Wanted(name="imus"))
+
+
 def test_nobody_is_told_of_a_stream_that_answers(library, capsys):
     find(Wanted(name="imus"))
     assert capsys.readouterr().err == ""
