@@ -12,6 +12,7 @@ from fesloop.hand.muscles import muscle
 from fesloop.picture.labels import placed_labels
 from fesloop.picture.unrolled import CUT_DEG, motor_points, unrolled
 from fesloop.report.run import svg
+from fesloop.report.run.words import told
 
 Array = NDArray[np.float64]
 _SCALE = 2.6
@@ -63,14 +64,16 @@ def _elements(places: Array, charge: Array | None, highest: float, shares: Array
     """Pads, filled in the colour of the channel that gave most, the deeper the more."""
     for element, (x, y, radius) in enumerate(places.tolist()):
         given = 0.0 if charge is None else float(charge[element])
-        told = f"element {element}" + ("" if charge is None else f": {1e6 * given:.3g} µC")
-        yield svg.circle(x, y, radius, "paper stroke-plain", width=0.8, told=told)
+        words = f"element {element}"
+        if charge is not None:
+            words += f": {told(1e6 * given) if given else 0} µC"
+        yield svg.circle(x, y, radius, "paper stroke-plain", width=0.8, told=words)
         if given > 0.0 and highest > 0.0:
             role = "plain"
             if shares is not None:
                 channel = int(np.argmax(shares[:, element]))
-                role, told = f"channel-{channel % 8}", f"{told}, channel {channel}"
-            yield svg.circle(x, y, radius, f"fill-{role}", opacity=0.2 + 0.8 * given / highest, told=told)
+                role, words = f"channel-{channel % 8}", f"{words}, channel {channel}"
+            yield svg.circle(x, y, radius, f"fill-{role}", opacity=0.2 + 0.8 * given / highest, told=words)
         yield svg.text(x, y + 0.85 * radius, str(element), kind="faint", size=9.0, anchor="middle")
 
 
@@ -80,8 +83,9 @@ def _points(spots: dict[str, Array], strongest: Array | None) -> Iterator[str]:
               if strongest is not None and strongest[muscle(name)] >= _ACTIVE}
     for name, (x, y) in spots.items():
         share = active.get(name)
-        told = f"motor point of {name}" + (f", activated to {100.0 * share:.0f} %" if share else "")
-        yield svg.circle(x, y, _SCALE * _POINT_MM, "fill-plain" if share else "paper stroke-plain", told=told)
+        words = f"motor point of {name}" + (f", activated to {100.0 * share:.0f} %" if share else "")
+        kind = "fill-plain" if share else "paper stroke-plain"
+        yield svg.circle(x, y, _SCALE * _POINT_MM, kind, told=words)
     shrunk = {name: spots[name] / (_SCALE * _LARGER) for name in active}
     for name, place in placed_labels(shrunk, {name: name for name in active}, _POINT_MM / _LARGER).items():
         x, y = (_SCALE * _LARGER * place).tolist()

@@ -11,7 +11,7 @@ from fesloop.loop.clock import FOREVER
 from fesloop.report.parts import Chart, Line, Notice, Paragraph, Part, Section
 from fesloop.report.run.known import Known
 from fesloop.report.run.thinning import course
-from fesloop.report.run.words import told
+from fesloop.report.run.words import listed, told
 
 _MOST_MUSCLES = 8
 _TIRED = 0.005
@@ -40,27 +40,28 @@ def _parts(known: Known, name: str) -> Iterator[Part]:
     least = ends.min(axis=0)
     tired = [int(number) for number in np.argsort(least)[:_MOST_MUSCLES] if least[number] < 1.0 - _TIRED]
     if not tired:
-        yield Paragraph(text=f"No muscle lost more than {100.0 * _TIRED:g} % of its strength.")
+        yield Paragraph(text=f"At no trial's end had a muscle lost more than {100.0 * _TIRED:g} % of its "
+                             "strength.")
         return
     last = max(by_trial)
     which = "the last trial" if last == known.last else f"trial {last}"
     names = MUSCLES if len(MUSCLES) == len(least) else tuple(f"muscle {i}" for i in range(len(least)))
     yield Paragraph(text=f"Strength that is left, 1 when fresh: at the end of {which} the least is "
-                         f"{told(float(ends[-1].min()))} ({names[int(ends[-1].argmin())]}). The "
-                         f"{len(tired)} that tired most are drawn.")
+                         f"{told(float(ends[-1].min()))} ({names[int(ends[-1].argmin())]}). Drawn are those "
+                         f"that tired most: {listed([names[each] for each in tired])}.")
     if len(ends) > 1:
         number = np.array(list(by_trial), dtype=np.float64)
         lines = [Line(name=names[each], role=f"series-{k}", x=number, y=ends[:, each])
                  for k, each in enumerate(tired)]
         yield Chart(key="fatigue-trials", title="Strength that is left at the end of each trial", lines=lines,
-                    x_label="trial", y_label="share",
+                    x_label="trial", y_label="strength, share of fresh",
                     text="Strength that is left of the muscles that tired most, by trial.")
     for trial in known.trials:
         found = course(known.recording, name, trial)
         if found is not None:
             lines = [found.line(names[each], f"series-{k}", each) for k, each in enumerate(tired)]
             yield Chart(key=f"fatigue-{trial}", title="Strength that is left", x_label="time, s",
-                        y_label="share", lines=lines, trial=trial, timed=True,
+                        y_label="strength, share of fresh", lines=lines, trial=trial, timed=True,
                         text=f"Strength that is left of the muscles that tired most, in trial {trial}.")
 
 

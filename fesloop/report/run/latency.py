@@ -139,7 +139,8 @@ def _in_words(stages: Sequence[StageSummary]) -> str:
 
 
 def _ms(time_ns: float) -> str:
-    return f"{time_ns / NS_PER_MS:.3g}"
+    time_ms = time_ns / NS_PER_MS
+    return f"{time_ms:.3g}" if time_ms < 1000.0 else f"{time_ms:.0f}"
 
 
 def _ages(known: Known) -> Iterator[Part]:

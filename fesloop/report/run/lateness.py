@@ -55,7 +55,8 @@ def _courses(known: Known) -> Iterator[Part]:
         late = thinned([(mine["time_ns"], mine["late_ns"] / NS_PER_MS)], len(mine))
         took = thinned([(mine["time_ns"], mine["took_ns"] / NS_PER_MS)], len(mine))
         if late is not None and took is not None:
-            yield Chart(key=f"lateness-{trial}", title="Lateness over time", x_label="time, s", y_label="ms",
+            yield Chart(key=f"lateness-{trial}", title="Lateness over time", x_label="time, s",
+                        y_label="duration, ms",
                         lines=[late.line("began late", "series-0"), took.line("took", "series-1")],
                         trial=trial, timed=True,
                         text=f"How late work began and how long it took in trial {trial}.")

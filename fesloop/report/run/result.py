@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 from fesloop.experiment.metrics.joints import held
 from fesloop.hand.muscles import muscle
 from fesloop.report.parts import Bars, Chart, Mark, Paragraph, Part, Section
+from fesloop.report.run.axes import from_zero
 from fesloop.report.run.known import Known
 from fesloop.report.run.thinning import thinned
 from fesloop.report.run.tracker import tip_course
 from fesloop.report.run.trials import learning_curve
+from fesloop.study.results.quantities import with_unit
 
 Array = NDArray[np.float64]
 
@@ -53,8 +55,9 @@ def _error_course(known: Known) -> Part | None:
     found = thinned(pieces, table.count)
     if found is None:
         return None
+    lines = [found.line("truth against reference", "truth")]
     return Chart(key="result", title="Error over time, RMS over all scored joints", x_label="time, s",
-                 y_label="error, deg", lines=[found.line("truth against reference", "truth")],
+                 y_label="error, deg", lines=lines, limits=from_zero(lines),
                  marks=known.scored_while(), trial=0, timed=True,
                  text="Distance of the true joint angles from the reference over the trial.")
 
@@ -81,8 +84,9 @@ def _fingertips(known: Known) -> Part | None:
              if found is not None]
     if not lines:
         return None
-    return Chart(key="result", title="Error of the fingertips over time, RMS over them", x_label="time, s",
-                 y_label="error, mm", lines=lines,
+    which = " in the last trial" if known.begun > 1 else ""
+    return Chart(key="result", title=f"Error of the fingertips over time{which}, RMS over them",
+                 x_label="time, s", y_label="error, mm", lines=lines, limits=from_zero(lines),
                  text="Distance of each tracker's fingertips from the true ones.")
 
 
@@ -105,6 +109,7 @@ def _cycles(known: Known) -> Part | None:
     what = f"of {cycles['muscle']}" if one is not None else "in all"
     marks = [Mark(text=f"cycle {number}", at=number * cycles["cycle_s"], until=number * cycles["cycle_s"])
              for number in (0, cycles["count"] - 1)]
-    return Chart(key="result", title=f"{name} {what}", x_label="time, s", y_label=table.signals[0].unit,
+    y_label = with_unit(name.partition(".")[2].replace("_", " "), table.signals[0].unit)
+    return Chart(key="result", title=f"{name} {what}", x_label="time, s", y_label=y_label,
                  lines=[found.line(name, "truth")], marks=marks, trial=known.last, timed=True,
                  text=f"{name} {what}, whose peaks are compared cycle by cycle.")

@@ -181,13 +181,15 @@ def _fingertips(known: Known) -> Iterator[str]:
             if last:
                 parts.append(f"{tracker} by {_range(last)} mm")
         if parts:
-            yield f"fingertips were off (RMS, by finger): {listed(parts)}"
+            which = f" {_in_last(known)} trial" if known.begun > 1 else ""
+            yield f"fingertips were off{which} (RMS, by finger): {listed(parts)}"
 
 
 def _decline(known: Known) -> Iterator[str]:
-    declines = [value for value in known.per_trial("decline_pct") if math.isfinite(value)]
-    if declines:
+    decline, which = _newest(known, "decline_pct")
+    if math.isfinite(decline):
         cycles = known.score.get("cycles") or {}
         of_one = f" ({cycles['muscle']})" if cycles.get("muscle") else ""
-        yield (f"the peak of `{cycles.get('signal', 'the signal')}`{of_one} fell by {told(declines[-1])} % "
-               "from the first cycle to the last")
+        way = "fell" if decline >= 0.0 else "rose"
+        yield (f"the peak of `{cycles.get('signal', 'the signal')}`{of_one} {way} by {told(abs(decline))} % "
+               f"from the first cycle to the last{which}")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fesloop.report.parts import Bars, Chart, Line, Paragraph, Part, Section
+from fesloop.report.run.axes import from_zero
 from fesloop.report.run.known import Known
 from fesloop.report.run.words import joint_label, told
 
@@ -34,7 +35,7 @@ def _parts(known: Known, split: dict[str, list[float]]) -> Iterator[Part]:
         lines = [Line(name=words, role=role, x=number, y=np.array(split[part]))
                  for part, (words, role) in _WORDS.items()]
         yield Chart(key="split", title="Error by trial, RMS over all scored joints", x_label="trial",
-                    y_label="error, deg", lines=lines,
+                    y_label="error, deg", lines=lines, limits=from_zero(lines),
                     text="; ".join(f"{words}: {told(split[part][-1])} deg in the last trial"
                                    for part, (words, _) in _WORDS.items()))
     joints: dict[str, Any] = known.metrics.get("joints") or {}

@@ -13,6 +13,7 @@ from fesloop.experiment.metrics.joints import held
 from fesloop.experiment.recording.signal_table import SignalTable
 from fesloop.loop.clock import NS_PER_S
 from fesloop.report.parts import Bars, Chart, Line, Paragraph, Part, Section, Table
+from fesloop.report.run.axes import from_zero
 from fesloop.report.run.known import Known
 from fesloop.report.run.thinning import Course, thinned
 from fesloop.report.run.words import joint_label, listed, told
@@ -51,8 +52,8 @@ def _joints(known: Known) -> Iterator[Part]:
             high, cut = _most(lines)
             yield Chart(key=f"tracker-course-{trial}",
                         title=f"Tracker's error over time, RMS over joints{cut}", x_label="time, s",
-                        y_label="deg", lines=lines, marks=known.scored_while(), trial=trial, timed=True,
-                        limits=(0.0, high),
+                        y_label="error, deg", lines=lines, marks=known.scored_while(), trial=trial,
+                        timed=True, limits=(0.0, high),
                         text=f"Distance of the estimate from the truth in trial {trial}.")
 
 
@@ -118,8 +119,10 @@ def _fingertips(known: Known) -> Iterator[Part]:
         lines = [found.line(tracker, roles[tracker]) for tracker in errors
                  if (found := tip_course(known, tracker, trial)) is not None]
         if lines:
-            yield Chart(key=f"tracker-tips-course-{trial}", x_label="time, s", y_label="mm", lines=lines,
+            yield Chart(key=f"tracker-tips-course-{trial}", x_label="time, s", y_label="error, mm",
+                        lines=lines,
                         title="Error of the fingertips over time, RMS over them", trial=trial, timed=True,
+                        limits=from_zero(lines),
                         text=f"Distance of {listed(list(errors))} from the truth in trial {trial}.")
     covered = known.metrics.get("fingertip_coverage")
     if isinstance(covered, dict):

@@ -6,12 +6,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fesloop.report.parts import Chart, Fold, Line, Mark, Notice, Paragraph, Part, Section
+from fesloop.report.parts import Chart, Fold, Line, Mark, Paragraph, Part, Section
 from fesloop.report.run.known import Known, row_names
 from fesloop.report.run.thinning import FEWER_POINTS, POINTS, Course, course
-from fesloop.report.run.words import joint_label
+from fesloop.report.run.words import joint_label, told
 
+Array = NDArray[np.float64]
 _DEG = float(np.degrees(1.0))
 _MOVES_DEG = 1.0
 """Ranges below (chosen) are none: a joint of nobody's interest, drawn in the fold."""
@@ -98,9 +100,10 @@ def _chart(known: Known, angles: _Angles, trial: int, found: dict[str, Course], 
     styles = {"reference": "dashed", "truth": "line", "estimate": "line"}
     lines = [each.line(role, role, joint, _DEG, styles[role]) for role, each in found.items()]
     marks: Sequence[Mark] = known.scored_while() if angles.key == "scored" else ()
-    return Chart(key=f"tracking-{angles.key}-{joint}-{trial}", title=joint_label(name), x_label="time, s",
-                 y_label="angle, deg", lines=lines, marks=marks, trial=trial, timed=True,
-                 limits=_limits(lines),
+    limits = _limits(lines)
+    return Chart(key=f"tracking-{angles.key}-{joint}-{trial}", x_label="time, s",
+                 title=f"{joint_label(name)}{_cut_off(lines, limits)}",
+                 y_label="angle, deg", lines=lines, marks=marks, trial=trial, timed=True, limits=limits,
                  text=f"{joint_label(name)} in trial {trial}: {', '.join(line.name for line in lines)}.")
 
 
@@ -108,8 +111,7 @@ def _limits(lines: Sequence[Line]) -> tuple[float, float] | None:
     """All of reference and truth, and of an estimate that goes astray what it is most of the time."""
     ends: list[float] = []
     for line in lines:
-        values = line.y if line.low is None or line.high is None else np.concatenate([line.low, line.high])
-        finite = values[np.isfinite(values)]
+        finite = _reached(line)
         if finite.size:
             ends += (np.percentile(finite, [2.0, 98.0]).tolist() if line.role == "estimate"
                      else [float(finite.min()), float(finite.max())])
@@ -119,8 +121,18 @@ def _limits(lines: Sequence[Line]) -> tuple[float, float] | None:
     return middle - half, middle + half
 
 
-def missing_angles(known: Known) -> Notice | None:
-    """Which scored signals are not recorded."""
-    asked = {key: known.score.get(key) for key in ("reference", "truth", "estimate")}
-    missing = [name for name in asked.values() if isinstance(name, str) and name not in known.signals]
-    return Notice(text=f"Not recorded: {', '.join(missing)}.") if missing else None
+def _reached(line: Line) -> Array:
+    """Every known value of a line, its extremes where several are drawn as one."""
+    values = line.y if line.low is None or line.high is None else np.concatenate([line.low, line.high])
+    return np.asarray(values[np.isfinite(values)])
+
+
+def _cut_off(lines: Sequence[Line], limits: tuple[float, float] | None) -> str:
+    """How far an estimate goes beyond the axis, for the title; empty where all is seen."""
+    if limits is None:
+        return ""
+    values = np.concatenate([_reached(line) for line in lines])
+    low, high = float(values.min()), float(values.max())
+    beyond = [*([f"down to {told(low)}"] if low < limits[0] else []),
+              *([f"up to {told(high)}"] if high > limits[1] else [])]
+    return f" (estimate {' and '.join(beyond)} deg, cut off)" if beyond else ""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fesloop.report.parts import Bars, Chart, Line, Part, Section, Table
+from fesloop.report.run.axes import from_zero
 from fesloop.report.run.known import Known
 from fesloop.report.run.words import joint_label, metric_label, told
 
@@ -33,14 +34,8 @@ def learning_curve(known: Known, key: str) -> Chart | None:
     if len(seen) == len(errors):
         lines.append(Line(name="tracker against truth", role="tracker", x=number, y=np.array(seen)))
     return Chart(key=key, title="Error by trial, RMS over all scored joints", x_label="trial",
-                 y_label="error, deg", lines=lines, limits=(0.0, _above(lines)),
+                 y_label="error, deg", lines=lines, limits=from_zero(lines),
                  text=f"Tracking error by trial, deg: {', '.join(map(told, errors))}.")
-
-
-def _above(lines: list[Line]) -> float:
-    """The upper end of an axis that begins at 0."""
-    highest = max((float(line.y[np.isfinite(line.y)].max(initial=0.0)) for line in lines), default=0.0)
-    return 1.05 * highest or 1.0
 
 
 def _curves(known: Known) -> Iterator[Part]:
@@ -61,7 +56,7 @@ def _curves(known: Known) -> Iterator[Part]:
              for number, name in enumerate(name for name in errors if name in worst)]
     more = f" ({len(lines)} of {len(errors)}, those with the greatest)" if len(lines) < len(errors) else ""
     yield Chart(key="trials-joints", title=f"Error by trial and joint, RMS{more}", x_label="trial",
-                y_label="error, deg", lines=lines, limits=(0.0, _above(lines)),
+                y_label="error, deg", lines=lines, limits=from_zero(lines),
                 text="Error of each joint against its reference, by trial.")
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from fesloop.experiment.recording.reading import Recording
 from fesloop.report.parts import Drawing, Notice, Table
+from fesloop.report.run import latency
 from fesloop.report.run.known import known_of
 from fesloop.report.run.latency import latency_section
 
@@ -40,3 +41,9 @@ def test_where_it_cannot_be_computed_it_says_why(learning):
     with Recording(learning) as recording:
         section = latency_section(replace(known_of(recording), experiment=None, not_resolved="no such kind"))
     assert any(isinstance(part, Notice) and "cannot be computed" in part.text for part in section.parts)
+
+
+@pytest.mark.parametrize(("time_ns", "text"), [
+    (250_000, "0.25"), (25e6, "25"), (999e6, "999"), (12_346e6, "12346")])
+def test_times_are_told_without_exponents(time_ns, text):
+    assert latency._ms(time_ns) == text

@@ -15,6 +15,7 @@ from fesloop.report.parts import Bars, Line, Paragraph, Table
 from fesloop.report.run import events, fatigue, latency, lateness, result, tracker, tracking, trials
 from fesloop.report.run.known import known_of
 from fesloop.report.run.split import split_section
+from fesloop.report.run.thinning import Course
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +58,22 @@ def test_limits_hold_all_of_the_truth_and_not_what_an_estimate_does_now_and_then
     low, high = tracking._limits(lines)
     assert -40.0 < low < -20.0
     assert 60.0 < high < 80.0
+
+
+@pytest.mark.parametrize(("estimate", "told"), [
+    (0.0, ""), (9000.0, " (estimate up to 9000 deg, cut off)"),
+    (-300.0, " (estimate down to -300 deg, cut off)")])
+def test_what_is_cut_off_of_an_estimate_is_said(known, estimate, told):
+    wave = 20.0 * np.sin(np.arange(600.0))[:, np.newaxis]
+    astray = wave.copy()
+    astray[9] = estimate
+    found = {role: Course(np.arange(600.0), np.radians(values), None, None)
+             for role, values in (("truth", wave), ("estimate", astray))}
+    angles = tracking._Angles("", "patient.angles", "tracker.angles", "hand")
+    chart = tracking._chart(known, angles, 1, found, 0, "F2_mcp_flexion")
+    assert chart.title == f"F2 MCP flexion{told}"
+    inside = astray[(astray >= chart.limits[0]) & (astray <= chart.limits[1])]
+    assert len(inside) == 600 - bool(told)
 
 
 def test_events_are_counted_with_the_first_and_the_last_of_their_kind():

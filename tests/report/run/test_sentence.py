@@ -74,3 +74,21 @@ def test_the_tracker_s_error_is_of_the_trial_that_it_is_known_of():
 def test_what_was_not_scored_is_said():
     assert sentence_of(run_of({}, trials=3)) == "3 trials recorded, of which nothing was scored."
     assert sentence_of(run_of({}, trials=0)) == "Nothing was recorded."
+
+
+@pytest.mark.parametrize(("declines", "words"), [
+    ([12.5], "fell by 12.5 % from the first cycle to the last."),
+    ([-3.0], "rose by 3.00 % from the first cycle to the last."),
+    ([5.0, 8.0], "fell by 8.00 % from the first cycle to the last in the last trial."),
+    ([5.0, math.nan], "fell by 5.00 % from the first cycle to the last in trial 0.")])
+def test_a_peak_fell_or_rose_in_the_trial_that_is_named(declines, words):
+    score = {"cycles": {"signal": "hand.force"}}
+    told = sentence_of(run_of({"decline_pct": declines}, score, trials=len(declines)))
+    assert told == f"The peak of `hand.force` {words}"
+
+
+@pytest.mark.parametrize(("trials", "which"), [(1, ""), (2, " in the last trial")])
+def test_fingertips_are_those_of_the_last_trial(trials, which):
+    errors = {"tracker": {"F1": [9.0, 2.0][-trials:], "F2": [9.0, 4.0][-trials:]}}
+    told = sentence_of(run_of({"fingertip_rmse_mm": errors}, trials=trials))
+    assert told == f"Fingertips were off{which} (RMS, by finger): tracker by 2.00 to 4.00 mm."

@@ -1,5 +1,6 @@
 """What elements were given, and how the arrays are drawn: held against the recording and the block."""
 
+import re
 from fractions import Fraction
 from pathlib import Path
 from xml.etree import ElementTree
@@ -10,10 +11,13 @@ import pytest
 from fesloop.experiment.recording.reading import Recording
 from fesloop.hand.muscles import MUSCLES
 from fesloop.report.parts import Drawing, Strips
+from fesloop.report.run import stimulation
+from fesloop.report.run.arrays import arrays_svg
 from fesloop.report.run.fatigue import fatigue_section
 from fesloop.report.run.known import known_of
 from fesloop.report.run.stimulated import element_charge, final_stimulation
 from fesloop.report.run.stimulation import stimulation_section
+from fesloop.report.run.thinning import Course
 
 SVG = "{http://www.w3.org/2000/svg}"
 GRASP = str(Path(__file__).parents[2] / "picture" / "grasp.toml")
@@ -48,7 +52,10 @@ def test_the_arrays_show_each_element_and_what_it_was_given(known):
     titles = [each.text for each in root.iter(f"{SVG}title")]
     charge, _ = element_charge(known, 0)
     for element in range(len(electrodes.places)):
-        assert any(title.startswith(f"element {element}: {1e6 * charge[element]:.3g} µC") for title in titles)
+        told = [float(re.match(rf"element {element}: ([\d.]+) µC", title)[1]) for title in titles
+                if title.startswith(f"element {element}: ")]
+        assert told
+        assert told == pytest.approx([1e6 * charge[element]] * len(told), rel=5e-3)
     filled = [each for each in root.iter(f"{SVG}circle") if each.get("class").startswith("fill-channel")]
     assert len(filled) == np.count_nonzero(charge)
     wide, high = (float(each) for each in root.get("viewBox").split()[2:])
@@ -72,3 +79,31 @@ def test_fatigue_tells_the_least_that_is_left(known):
     values = known.recording.signal("muscles.fitness", 0).values
     paragraph = fatigue_section(known).parts[0].text
     assert f"{values[-1].min():.3f} ({MUSCLES[values[-1].argmin()]})" in paragraph or values.min() > 0.995
+
+
+def test_strips_share_one_scale_from_0_and_their_text_tells_the_greatest(known):
+    values = known.recording.signal(final_stimulation(known), 0).values
+    for port, (title, factor) in enumerate((("Current", 1e3), ("Pulse width", 1e6))):
+        (strips,) = [part for part in stimulation_section(known).parts
+                     if isinstance(part, Strips) and part.title == title]
+        used = np.flatnonzero((values[..., 0] * values[..., 1]).any(axis=0))
+        greatest = factor * values[:, used, port].max(axis=0)
+        assert strips.limits[0] == 0.0
+        assert strips.limits[1] == pytest.approx(1.05 * greatest.max())
+        told = dict(re.findall(r"(channel \d+) up to (\d+\.?\d*)", strips.text))
+        assert {name: float(text) for name, text in told.items()} == pytest.approx(
+            {f"channel {channel}": most for channel, most in zip(used, greatest, strict=True)}, rel=5e-3)
+
+
+def test_a_trial_without_a_pulse_has_no_strips_and_is_named(known, monkeypatch):
+    silent = Course(np.arange(3.0), np.zeros((3, 4, 2)), None, None)
+    monkeypatch.setattr(stimulation, "course", lambda *_: silent)
+    parts = stimulation_section(known).parts
+    assert not [part for part in parts if isinstance(part, Strips)]
+    assert "No channel gave a pulse in trial 0." in [getattr(part, "text", "") for part in parts]
+
+
+def test_great_charges_are_told_without_exponents(known):
+    electrodes = known.cast.electrodes.part
+    drawn = arrays_svg(electrodes, np.full(len(electrodes.places), 12.34e-3), 1.0, None, None)
+    assert "element 0: 12340 µC" in drawn
