@@ -79,14 +79,15 @@ class Chart:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Strips:
-    """Lines over a common x, each in a strip of its own below the other: those that in one frame would lie
-    on each other, as channels of a stimulator do.
+    """Lines below each other, each in a strip of its own over a common x.
+
+    For those that in one frame would lie on each other, as channels of a stimulator do. What is not told here
+    is as of a chart.
 
     Attributes
     ----------
-    lines: one a strip, whose name stands over it. limits: of y, in every strip, so that they compare; None
-        where the lines say.
-    The others are those of a chart.
+    lines: one a strip, whose name stands over it.
+    limits: (low, high) of y, in every strip, so that they compare; None where the lines say.
     """
 
     key: str

@@ -77,7 +77,7 @@ def test_on_paper_it_is_light_and_every_figure_of_the_trial_is_there(opened):
     shown.evaluate("dispatchEvent(new Event('beforeprint'))")
     assert background(shown) == WHITE
     figures = shown.locator("[data-part]:visible .plot")
-    assert figures.count() == 8
+    assert figures.count() == 9
     assert all(figures.nth(i).locator("svg").count() == 1 for i in range(8))
     assert shown.get_by_text("Shown: trial 3.").is_visible()
     assert shown.locator(".transport").is_hidden()

@@ -109,6 +109,35 @@ def test_it_can_be_used_on_a_narrow_screen(looked_at):
     assert looked_at.locator(".stage canvas").bounding_box()["height"] > 150
 
 
+def test_it_stands_still_for_who_wants_less_motion_until_it_is_played(chromium, source):
+    with serving(source) as server:
+        context = chromium.new_context(reduced_motion="reduce")
+        page = context.new_page()
+        page.goto(server.address)
+        wait_for(page, lambda trial, at_s: True)
+        page.wait_for_timeout(500)
+        assert shown(page) == (0, 0.0)
+        page.locator(".transport").get_by_role("button", name="Play").click()
+        wait_for(page, lambda trial, at_s: at_s > 0.1)
+        context.close()
+
+
+def test_what_changes_all_the_time_is_not_read_aloud_and_a_fault_is(chromium, source):
+    with serving(source) as server:
+        context = chromium.new_context()
+        page = context.new_page()
+        page.goto(server.address)
+        wait_for(page, lambda trial, at_s: True)
+        for output in page.locator("output.time").all():
+            assert output.get_attribute("aria-live") == "off"
+        threading.Thread(target=server.shutdown, daemon=True).start()
+        server.ending = True
+        server.server_close()
+        page.get_by_text("does not answer").wait_for(timeout=60_000)
+        assert page.locator("#note").get_attribute("aria-live") == "polite"
+        context.close()
+
+
 def test_a_viewer_that_ends_is_told_of(chromium, source):
     with serving(source) as server:
         context = chromium.new_context()

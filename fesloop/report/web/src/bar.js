@@ -26,9 +26,9 @@ export function playButton(clock) {
   return button;
 }
 
-/** The time at the play head, s. */
+/** The time at the play head, s; not read aloud each time it changes. */
 export function timeShown(clock) {
-  const shown = element("output", { class: "time" });
+  const shown = element("output", { class: "time", "aria-live": "off" });
   function show() {
     const { time, span } = clock.state;
     shown.textContent = `${time.toFixed(2)} of ${span[1].toFixed(2)} s`;

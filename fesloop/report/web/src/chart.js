@@ -109,7 +109,9 @@ function nameEnds(svg, lines, x) {
   const wanted = lines.map((line) => y.apply(lastValue(line)));
   const shown = wanted.map((at) => (Number.isFinite(at) ? Math.min(bottom, Math.max(top, at)) : bottom));
   endPlaces(shown, top, bottom).forEach((at, i) => {
-    svg.append(shape("line", { x1: x + 6, x2: x + 6 + END_STROKE, y1: at, y2: at, class: "of-end", stroke: roleColour(lines[i].role) }));
+    svg.append(shape("line", {
+      x1: x + 6, x2: x + 6 + END_STROKE, y1: at, y2: at, class: "of-end", stroke: roleColour(lines[i].role),
+    }));
     const text = shape("text", { class: "end", x: x + 12 + END_STROKE, y: at, dy: "0.32em" });
     text.textContent = lines[i].name;
     svg.append(text);

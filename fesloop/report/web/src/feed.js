@@ -6,14 +6,15 @@ const AGAIN_MS = 1000;
 /**
  * @param spans first and last instant of each trial, s; empty where frames are live
  * @param show called with each frame to be drawn: {trial, time_s, note, hands, objects}
- * @param say called with what is to be read about it
+ * @param say called with what is to be read about it, and whether it is urgent
  * @returns what createClock (clock.js) returns, and open()
  */
 export function createFeed(spans, show, say) {
   const trials = Object.keys(spans).map(Number);
   const live = trials.length === 0;
   const listeners = new Set();
-  const state = { trial: trials[0] ?? 0, time: 0, playing: true, speed: 1, span: [0, 0] };
+  const begins = live || !matchMedia("(prefers-reduced-motion: reduce)").matches;
+  const state = { trial: trials[0] ?? 0, time: 0, playing: begins, speed: 1, span: [0, 0] };
   let events = null;
   let newest = null;
   let asking = 0;
@@ -25,7 +26,7 @@ export function createFeed(spans, show, say) {
     const frame = newest;
     newest = null;
     show(frame);
-    say(frame.note);
+    say(frame.note, false);
     state.time = frame.time_s;
     if (live) Object.assign(state, { trial: frame.trial });
     tell("time");
@@ -45,11 +46,11 @@ export function createFeed(spans, show, say) {
     events.addEventListener("frame", hear);
     events.addEventListener("fault", ({ data }) => {
       events.close();
-      say(data);
+      say(data, true);
     });
     events.addEventListener("error", () => {
       events.close();
-      say("The viewer does not answer: has it ended?");
+      say("The viewer does not answer: has it ended?", true);
       asking = setTimeout(open, AGAIN_MS);
     });
   }

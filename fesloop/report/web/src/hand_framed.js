@@ -19,7 +19,7 @@ export function framedFrom(places, out) {
   const centre = new Box3().setFromPoints(seen).getCenter(new Vector3());
   const apart = seen.map((point) => point.sub(centre));
   const [across, upwards, nearer] = centre.toArray();
-  const middle = new Vector3().addScaledVector(axes[0], across).addScaledVector(axes[1], upwards).addScaledVector(out, nearer);
+  const middle = out.clone().multiplyScalar(nearer).addScaledVector(axes[0], across).addScaledVector(axes[1], upwards);
   return {
     middle,
     radius: greatest(apart, (point) => point.length()),

@@ -23,7 +23,8 @@ function objectPlaces(objects, motions, count) {
   const still = objects.filter(({ moves }) => !moves);
   return [
     ...placed(still.map(held), still.map(({ pose }) => pose)),
-    ...[...motions.values()].flatMap((motion) => sampled(motion.objects, count).flatMap((frame) => placed(moving, frame))),
+    ...[...motions.values()].flatMap((motion) => sampled(motion.objects, count))
+      .flatMap((frame) => placed(moving, frame)),
   ];
 }
 

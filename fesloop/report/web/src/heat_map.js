@@ -4,7 +4,7 @@ import { roleColour } from "./colours.js";
 import { element } from "./element.js";
 import { keyRow } from "./key.js";
 import { linesWith } from "./lines.js";
-import { number, shortened, SIZE, textWidth } from "./text.js";
+import { number, shortened, SIZE, textWidth, valued } from "./text.js";
 import { tellOf } from "./told.js";
 
 const CELL_HIGH = 40; // px
@@ -27,7 +27,8 @@ export function drawHeatMap(place, heat, array, width) {
     const [column, row] = [Math.round(x.invert(atX)), Math.round(y.invert(atY))];
     const told = heat.told[row]?.[column];
     if (told === undefined) return null;
-    return { head: `${heat.x_levels[column]}, ${heat.y_levels[row]}`, rows: [{ name: told, value: "" }] };
+    const [across, upwards] = [valued(heat.x_label, heat.x_levels[column]), valued(heat.y_label, heat.y_levels[row])];
+    return { head: `${across}, ${upwards}`, rows: [{ name: told, value: "" }] };
   });
   return {};
 }

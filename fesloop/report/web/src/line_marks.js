@@ -22,7 +22,9 @@ export function bandMark(line, more = {}) {
 /** What lies between a line and 0. */
 export function fillMark(line, more = {}) {
   const { x, y, role } = line;
-  return Plot.areaY(x, { x, y1: 0, y2: y, fill: roleColour(role), fillOpacity: 0.2, curve: curveOf(line), clip: true, ...more });
+  return Plot.areaY(x, {
+    x, y1: 0, y2: y, fill: roleColour(role), fillOpacity: 0.2, curve: curveOf(line), clip: true, ...more,
+  });
 }
 
 /** The line itself. */

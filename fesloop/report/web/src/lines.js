@@ -1,5 +1,7 @@
 // A chart's lines with their numbers, and what of them is nearest to an x.
-import { number } from "./text.js";
+import { number, valued } from "./text.js";
+
+const BESIDE = 0.5; // of the distance of two levels: points of several lines stand beside each other
 
 /** Lines with arrays in place of the arrays' places. */
 export function linesWith(lines, array) {
@@ -9,21 +11,33 @@ export function linesWith(lines, array) {
   }));
 }
 
-/** Index of a line's point that has a value and is nearest to x; -1 where there is none. */
-export function nearest({ x, y }, at) {
+/** Index of the number that is nearest to another; -1 where there is none. */
+export function nearest(numbers, at) {
   let found = -1;
-  for (let i = 0; i < x.length; i += 1) {
-    if (Number.isFinite(y[i]) && (found < 0 || Math.abs(x[i] - at) < Math.abs(x[found] - at))) found = i;
+  for (let i = 0; i < numbers.length; i += 1) {
+    if (!Number.isFinite(numbers[i])) continue;
+    if (found < 0 || Math.abs(numbers[i] - at) < Math.abs(numbers[found] - at)) found = i;
   }
   return found;
 }
 
-/** Value of a line at x: of "steps" the one that holds there, else that of the nearest point; NaN outside. */
-export function valueAt(line, at) {
-  const i = nearest(line, at);
-  if (i < 0) return NaN;
-  return line.style === "steps" && line.x[i] > at && i > 0 ? line.y[i - 1] : line.y[i];
+/** Value of a line at x, as it is drawn; of points the one no farther than `reach`; NaN in a gap, and outside. */
+export function valueAt({ x, y, style }, at, reach = 0) {
+  if (style === "points") {
+    const i = nearest(x, at);
+    return i >= 0 && Math.abs(x[i] - at) <= reach ? y[i] : NaN;
+  }
+  const after = x.findIndex((value) => value > at);
+  const last = (after < 0 ? x.length : after) - 1;
+  if (last < 0) return NaN;
+  if (x[last] === at) return y[last];
+  if (after < 0) return NaN;
+  if (style === "steps") return y[last];
+  return y[last] + ((at - x[last]) / (x[after] - x[last])) * (y[after] - y[last]);
 }
+
+/** Whether a line stands upright: it has no value at an x. */
+const isUpright = ({ x }) => x.length > 1 && x[0] === x[1];
 
 /** Last value of a line, at its end; NaN where it has none. */
 export function lastValue({ y }) {
@@ -44,10 +58,14 @@ export function extent(arrays) {
   return low <= high ? [low, high] : [0, 1];
 }
 
-/** What is told of lines where x, a scale, stands at so many px. */
+/** What is told of lines where x, a scale, stands at so many px: of the x of the nearest point. */
 export function toldAt({ x_label, x_levels = [] }, lines, x, at) {
-  const value = x.invert(Math.min(Math.max(at, x.range[0]), x.range[1]));
-  const shown = x_levels.length > 0 ? Math.round(value) : value;
-  const rows = lines.map((line) => ({ name: line.name, value: number(valueAt(line, shown)), role: line.role }));
-  return { head: x_levels[shown] ?? `${number(shown)} ${x_label}`, rows, x: x.apply(shown) };
+  const pointed = x.invert(Math.min(Math.max(at, x.range[0]), x.range[1]));
+  const points = lines.filter((line) => !isUpright(line));
+  const known = points.map((line) => line.x[nearest(line.x, pointed)]);
+  const levels = x_levels.length > 0;
+  const shown = levels ? Math.round(pointed) : known[nearest(known, pointed)] ?? pointed;
+  const value = (line) => number(valueAt(line, shown, levels ? BESIDE : 0));
+  const rows = points.map((line) => ({ name: line.name, value: value(line), role: line.role }));
+  return { head: x_levels[shown] ?? valued(x_label, number(shown)), rows, x: x.apply(shown) };
 }

@@ -38,9 +38,15 @@ function plotted(strips, lines, { width, height, stripHigh, left }) {
     width, height,
     marginTop: MARGIN.top, marginRight: MARGIN.right, marginBottom: MARGIN.bottom, marginLeft: left,
     style: { fontFamily: "inherit", fontSize: `${SIZE}px`, background: "none", overflow: "visible" },
-    x: { domain: ends[0] === ends[1] ? [ends[0] - 1, ends[1] + 1] : ends, label: strips.x_label, labelArrow: "none", labelAnchor: "right" },
+    x: {
+      domain: ends[0] === ends[1] ? [ends[0] - 1, ends[1] + 1] : ends, label: strips.x_label, labelArrow: "none",
+      labelAnchor: "right",
+    },
     y: { domain: [low, high], label: null, ticks },
-    fy: { domain: lines.map((_, i) => i), axis: null, paddingOuter: 0, paddingInner: NAME_HIGH / (stripHigh + NAME_HIGH) },
+    fy: {
+      domain: lines.map((_, i) => i), axis: null, paddingOuter: 0,
+      paddingInner: NAME_HIGH / (stripHigh + NAME_HIGH),
+    },
     marks: [
       Plot.gridY({ stroke: "var(--rule)", strokeOpacity: 1, ticks }),
       Plot.text([strips.y_label], {

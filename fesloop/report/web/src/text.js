@@ -24,6 +24,12 @@ export function shortened(text, width) {
   return `${text.slice(0, end).trimEnd()}…`;
 }
 
+/** A value with the name and the unit that stand in the label of its axis ("time, s"): "time 1.5 s". */
+export function valued(label, value) {
+  const unit = label.lastIndexOf(", ");
+  return unit < 0 ? `${label} ${value}` : `${label.slice(0, unit)} ${value} ${label.slice(unit + 2)}`;
+}
+
 /** A number with so many digits, its minus sign a real one. */
 export function number(value, digits = 4) {
   if (!Number.isFinite(value)) return "none";

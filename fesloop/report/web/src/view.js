@@ -16,8 +16,10 @@ const scene = createHand(stage, handFigure(page.parts.get("hand"), page.array));
 const feed = createFeed(spans, ({ trial, time_s, hands, objects }) => {
   scene?.showFrame(hands, objects);
   Object.assign(stage.dataset, { trial, time: time_s });
-}, (text) => {
-  if (note.textContent !== text) note.textContent = text;
+}, (text, urgent) => {
+  if (note.textContent === text) return;
+  note.setAttribute("aria-live", urgent ? "polite" : "off"); // how far behind it is changes all the time
+  note.textContent = text;
 });
 createBar(document.getElementById("bar"), page.trials, feed, recorded);
 if (recorded) document.querySelector(".hand").append(transport(feed));
