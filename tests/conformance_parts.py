@@ -84,7 +84,7 @@ def specimens():
 
 def tiring_muscles():
     """Parameters of `mpc` that follows its muscles' strengths and keeps limits of angle and charge."""
-    from controllers.strength_adaptation import StrengthAdaptation
+    from controllers.mpc.strength_adaptation import StrengthAdaptation
 
     return {"adaptation": StrengthAdaptation(speeds=(0.8, 1.0), delays_ms=(0.0, 10.0)),
             "angle_max_deg": (60.0, 90.0, 60.0), "horizon_charge_max_uc": 900.0}
@@ -92,7 +92,7 @@ def tiring_muscles():
 
 def a_quick_grasp():
     """A hand that opens and closes."""
-    from controllers.reference_phases import GraspPhase
+    from controllers.reference.phases import GraspPhase
 
     rest = {"wrist_extension": -20.0, "finger_flexion": 30.0, "thumb_flexion": 10.0}
     return (GraspPhase(name="rest", duration_s=0.05, deg=rest),
@@ -102,7 +102,7 @@ def a_quick_grasp():
 
 def a_short_reach():
     """An index finger that goes there and back."""
-    from controllers.reference_fingertips import FingertipPoint
+    from controllers.reference.fingertips import FingertipPoint
 
     return (FingertipPoint(at_s=0.05), FingertipPoint(at_s=0.2, by_mm={"F2": (0.0, 8.0, 0.0)}),
             FingertipPoint(at_s=0.35, by_mm={"F2": (0.0, -8.0, 0.0)}))
@@ -110,14 +110,14 @@ def a_short_reach():
 
 def wave():
     """A finger that bends once."""
-    from plants.motion_script import Phase
+    from plants.moving_hand.script import Phase
 
     return (Phase(duration_s=0.2, posture_deg={"F2_pip_flexion": 60.0}),)
 
 
 def any_initial_pose(kind):
     """An initial pose that samples which are none keep, of the kinds that take one."""
-    from estimators.initial_pose import InitialPoseLimits
+    from estimators.calibration.initial_pose import InitialPoseLimits
 
     limits = InitialPoseLimits(rate_deg_s=1e4, rate_sd_deg_s=1e4, bias_deg_s=1e4, turned_deg=180.0,
                                gravity=1e3, tilt_deg=180.0)
@@ -139,7 +139,7 @@ def an_error_process():
 
 def any_pose():
     """Limits of calibration that samples which are no pose keep."""
-    from estimators.calibration_poses import PoseLimits
+    from estimators.calibration.poses import PoseLimits
 
     return PoseLimits(least_samples=5, still_deg_s=1e4, spread_m_s2=1e3, gravity_m_s2=1e3,
                       least_flexion_deg=0.01, wobble_deg=90.0, skew_deg=89.0)
@@ -147,9 +147,9 @@ def any_pose():
 
 def every_imu_error():
     """Parameters of `imus` with every source of error but loss, whose NaN equals nothing."""
-    from plants.imus_soft_tissue import SoftTissue
-    from plants.magnetic_field import Dipole, MagneticField
-    from plants.stimulation_artefacts import PulseArtefacts, Tremor
+    from plants.imus.magnetic_field import Dipole, MagneticField
+    from plants.imus.soft_tissue import SoftTissue
+    from plants.imus.stimulation_artefacts import PulseArtefacts, Tremor
 
     field = MagneticField(dipoles=(Dipole(position=(1.0, 0.0, 0.0), moment=(0.5, 0.0, 0.0)),
                                    Dipole(position=(0.0, 0.05, 0.0), moment=(0.0, 0.1, 0.0), carrier="hand")))
@@ -159,8 +159,8 @@ def every_imu_error():
 
 def a_tired_patient():
     """Parameters of `muscles` with pulses, fatigue, spasticity and tremor."""
-    from plants.muscle_models.fitness import MuscleFatigue
-    from plants.muscle_models.patient_drive import MuscleTremor, StretchReflex
+    from plants.muscles.fitness import MuscleFatigue
+    from plants.muscles.patient_drive import MuscleTremor, StretchReflex
 
     return {"model": "ding2007", "fatigue": MuscleFatigue(), "reflex": StretchReflex(),
             "tremor": MuscleTremor()}

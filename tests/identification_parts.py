@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from controllers.excitation import Excitation
-from controllers.identification import IdentificationRecord
+from controllers.identification import Excitation
+from controllers.identification.patient_model import IdentificationRecord
 from fesloop.loop.block import Context, Tick
 
 FINGER = {"current_ma": (40.0,) * 4, "width_us": ((0.0, 400.0),) * 4, "prbs_us": ((0.0, 150.0),) * 4,

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from controllers.ilc_laws import Learning
-from controllers.ilc_limits import Limits
+from controllers.ilc.laws import Learning
+from controllers.ilc.limits import Limits
 from fesloop.models.linear_model import SampledModel
 
 MODEL = SampledModel(

@@ -15,7 +15,7 @@ from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node
 from fesloop.models.linear_form import memoryless
-from plants.state_space import StateSpace
+from plants.linear import StateSpace
 
 PERIOD_S = 0.02
 

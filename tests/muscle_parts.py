@@ -4,10 +4,10 @@ import numpy as np
 
 from fesloop.hand.muscles import MUSCLES
 from fesloop.loop.block import Context
-from plants.muscle_models.ding import Ding2003, Ding2003Fatigue
-from plants.muscle_models.fitness import MuscleFatigue
-from plants.muscle_models.patient_drive import MuscleTremor, StretchReflex
 from plants.muscles import Muscles
+from plants.muscles.ding import Ding2003, Ding2003Fatigue
+from plants.muscles.fitness import MuscleFatigue
+from plants.muscles.patient_drive import MuscleTremor, StretchReflex
 
 MS = 1_000_000
 COUNT = len(MUSCLES)

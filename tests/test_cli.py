@@ -221,7 +221,7 @@ def test_an_error_inside_a_block_is_one_line_unless_asked_for(capsys, monkeypatc
     def broken(*_):
         raise ZeroDivisionError("in a block")
 
-    monkeypatch.setattr("controllers.pid.Pid.step", broken)
+    monkeypatch.setattr("controllers.pid.block.Pid.step", broken)
     code, _, err = run(capsys, "run", SMALL, "--out", str(tmp_path))
     assert code == 1
     assert "ZeroDivisionError" in err

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from plants.devices.driver import Pulses
-from plants.stimulator_devices import Preset
+from plants.stimulator.generations import Preset
 
 _ROUND_OFF = 1e-6
 

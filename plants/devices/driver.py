@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import Any, ClassVar, Protocol
 
-from plants.stimulator_devices import Preset
+from plants.stimulator.generations import Preset
 
 Pulses = Sequence[tuple[float, float]]
 """Current, A, and pulse width, s, of each channel; a channel that gives nothing has zeros."""

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from fesloop.errors import InputError
 from plants.devices.driver import Pulses
-from plants.stimulator_devices import PRESETS, Preset
+from plants.stimulator.generations import PRESETS, Preset
 
 if TYPE_CHECKING:
     from plants.devices.science_mode_line import ScienceModeLine

@@ -22,7 +22,7 @@ from plants.devices.driver import StimulatorDriver, stated_ms
 from plants.devices.drivers import driver_place, find_driver
 from plants.devices.kept_device import KeptDevice
 from plants.devices.messages import Terms
-from plants.stimulator_devices import IEC_LOAD_OHM, LIMITED, Limits, given_pulse
+from plants.stimulator.generations import IEC_LOAD_OHM, LIMITED, Limits, given_pulse
 
 if TYPE_CHECKING:
     from fesloop.loop.realtime import Present

@@ -9,7 +9,7 @@ from fesloop.errors import InputError
 from fesloop.hand import kinematics, motion, motion_kernels, quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
-from plants.imu_kinematics import chain_samples
+from plants.imus.finger_kinematics import chain_samples
 
 
 def drawn(tree, count, seed=0):

@@ -14,7 +14,7 @@ from fesloop.models.recruitment import Recruitment
 from fesloop.streams.blocks.select import Select
 from fesloop.streams.blocks.synergies import Synergies
 from plants.finger import Finger
-from plants.state_space import StateSpace
+from plants.linear import StateSpace
 
 CLOCK = RateClock.from_rate(50)
 CURVES = Recruitment(threshold_ma=(12.0, 9.0), spread=(0.35, 0.3))

@@ -11,8 +11,8 @@ from fesloop.picture.arrays import arrays_figure, draw_elements
 from fesloop.picture.labels import placed_labels
 from fesloop.picture.palette import channel_colour
 from fesloop.picture.unrolled import unrolled
-from plants.electrode_arrays import ElectrodeArray
 from plants.electrodes import Electrodes
+from plants.electrodes.arrays import ElectrodeArray
 
 NOTHING = {"recruitment": None, "activation": None, "fitness": None}
 

@@ -13,8 +13,8 @@ from fesloop.picture.cast import cast_of
 from fesloop.picture.held import curve, values_at
 from fesloop.picture.posture import estimated_posture, true_posture
 from fesloop.picture.scene import half_sizes, solids_of
-from plants.anatomy import Deviation
 from plants.moving_hand import MovingHand
+from plants.moving_hand.anatomy import Deviation
 
 AT = np.array([0, 123_456_789, 400_000_000])
 

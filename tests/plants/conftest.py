@@ -131,7 +131,7 @@ def python_fmu(tmp_path_factory):
 @pytest.fixture(scope="session")
 def finger_fmu(tmp_path_factory):
     """The default finger as an FMU with a binary."""
-    from plants.fmu_export import build_finger_fmu
+    from plants.fmu.export import build_finger_fmu
 
     if shutil.which("gcc") is None:
         pytest.skip("no gcc")

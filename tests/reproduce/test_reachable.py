@@ -42,7 +42,7 @@ def held_back(seed, ticks=TICKS):
 
 def test_the_chain_is_the_plant_of_the_loop(experiment, chain):
     """Against the experiment's own loop with the block `programme` in the controller's place."""
-    from controllers.programme import Programme
+    from controllers.open_loop import Programme
 
     widths = chain.given(held_back(1))
     clock = RateClock.from_rate("40")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from linear_parts import scalar_loop, sensed_loop, uniform
 
-from controllers.programme import Programme
+from controllers.open_loop import Programme
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load

@@ -21,7 +21,7 @@ from fesloop.loop.surroundings import Surroundings
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
 from plants.devices.stimulator_device import StimulatorDevice
-from plants.stimulator_devices import PRESETS
+from plants.stimulator.generations import PRESETS
 
 NAME = "hil_dry_stimulator"
 PERIOD_NS = 20_000_000

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from fesloop.picture.cast import Cast, Player
 from fesloop.report.run.stimulated import element_charge
-from plants.stimulator_channels import VirtualElectrode
+from plants.stimulator.channels import VirtualElectrode
 
 HZ, SLOTS, CHANNELS, ELEMENTS = 20, 8, 3, 5
 SLOT_NS = 10**9 // (HZ * SLOTS)

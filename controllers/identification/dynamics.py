@@ -1,0 +1,205 @@
+"""Linear dynamics from recruited fractions to outputs, from a record with binary widths on every channel.
+
+Two ways to a state-space model x[k+1] = A x[k] + B v[k], y[k] = C x[k] + offset:
+
+"fir": impulse responses by ridge regression, realised by the singular values of their Hankel matrix (Kung
+1978; Juang and Pappa 1985, doi 10.2514/3.20031);
+"subspace": the observability matrix from the past's instruments (PO-MOESP: Verhaegen 1994, doi
+10.1016/0005-1098(94)90230-5).
+
+Both give A and C; B, the offset and the state at the start then follow by least squares, y being linear in
+them. An input delay is found by trying: inputs are moved by it, and the delay and the order with the least
+Bayesian information criterion are kept. Delay and fast lags stand for each other, so that the delay found is
+that of this model, not the muscle's to the millisecond.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag, logm, schur
+
+from controllers.identification.regression import linear_rest
+from fesloop.errors import InputError
+
+Array = NDArray[np.float64]
+Method = Literal["fir", "subspace"]
+_RIDGE = 1e-3
+"""Ridge weight as a share of the inputs' mean power times the number of samples (chosen)."""
+_TINY = 1e-9
+"""Against rows that depend on each other, as a share of their mean power (chosen: far below any noise)."""
+_SLOWEST, _FASTEST = 0.9995, 1e-3
+"""Moduli of eigenvalues that a response which ends within a record can have, and which leave a sample a
+trace at all (chosen)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Dynamics:
+    """x[k+1] = a x[k] + b v[k], y[k] = c x[k] + offset, v the drive moved by the delay (`delayed`).
+
+    Attributes
+    ----------
+    a, b, c: (n, n), (n, channels), (outputs, n).
+    offset: (outputs,).
+    delay_s: of the inputs.
+    period_s: of the samples.
+    """
+
+    a: Array
+    b: Array
+    c: Array
+    offset: Array
+    delay_s: float
+    period_s: float
+
+    @property
+    def order(self) -> int:
+        """Number of states."""
+        return int(self.a.shape[0])
+
+    def response(self, drive: Array, start: Array | None = None) -> Array:
+        """y at the samples, (n, outputs), from drives (n, channels) and the first state; None: at rest."""
+        moved = delayed(drive, self.delay_s / self.period_s)
+        x = np.zeros(self.order) if start is None else start
+        course = np.empty((len(drive), self.order))
+        for k, v in enumerate(moved):
+            course[k] = x
+            x = self.a @ x + self.b @ v
+        return np.asarray(course @ self.c.T + self.offset)
+
+    def continuous(self) -> tuple[Array, Array]:
+        """(a, b) of x' = a x + b v with this as its exact zero-order-hold model."""
+        states, inputs = self.b.shape
+        stacked = block_diag(self.a, np.eye(inputs))
+        stacked[:states, states:] = self.b
+        logarithm = logm(stacked).real / self.period_s
+        return logarithm[:states, :states].copy(), logarithm[:states, states:].copy()
+
+
+def identify_dynamics(drive: Array, measured: Array, period_s: float, *, method: Method = "subspace",
+                      memory_s: float = 1.0, delay_max_s: float = 0.15, delay_step_s: float = 0.005,
+                      order_max: int = 12) -> Dynamics:
+    """The dynamics of a record.
+
+    Parameters
+    ----------
+    drive: (n, channels), recruited fractions, held from each sample to the next.
+    measured: (n, outputs), at the samples.
+    period_s: of the samples.
+    memory_s: how long an input shows (the length of impulse responses).
+    delay_max_s, delay_step_s: delays that are tried.
+    order_max: greatest number of states.
+
+    Raises InputError for a record that is too short, or of which no stable model comes.
+    """
+    memory = max(3, round(memory_s / period_s))
+    if len(drive) < (drive.shape[1] + 3) * memory // 2:
+        raise InputError("identification", f"{len(drive) * period_s:.3g} s of binary widths",
+                         f"{(drive.shape[1] + 3) * memory * period_s / 2:.3g} s or more", "a longer prbs_s")
+    scale = np.maximum(measured.std(axis=0), 1e-12)
+    best: tuple[float, Dynamics] | None = None
+    delays = np.arange(0.0, delay_max_s + 0.5 * delay_step_s, delay_step_s)
+    for stride in (4, 1):
+        for delay_s in _near(delays, stride, best):
+            moved = delayed(drive, delay_s / period_s)
+            for a, c in _candidates(moved, measured / scale, memory, method, order_max):
+                b, offset, error = linear_rest(a, c, moved, measured / scale)
+                score = _information(error, a.shape[0], drive.shape[1])
+                if best is None or score < best[0]:
+                    best = score, Dynamics(a=a, b=b, c=scale[:, np.newaxis] * c, offset=scale * offset,
+                                           delay_s=float(delay_s), period_s=period_s)
+    if best is None:
+        raise InputError("identification", "no stable model of this record",
+                         remedy="look at the record: does what is measured follow the stimulation?")
+    return best[1]
+
+
+def _near(delays: Array, stride: int, best: tuple[float, Dynamics] | None) -> Array:
+    """Every so many delays; once one is known, those around it that were left out."""
+    if best is None:
+        return delays[::stride]
+    at = int(np.argmin(np.abs(delays - best[1].delay_s)))
+    return np.delete(delays[max(0, at - 3):at + 4], min(at, 3))
+
+
+def _information(error: Array, order: int, inputs: int) -> float:
+    """Bayesian information criterion of a model (Schwarz 1978) that leaves these errors (n, outputs)."""
+    samples, outputs = error.shape
+    parameters = order * (inputs + outputs)
+    return float(samples * np.log((error**2).mean(axis=0)).sum() + parameters * math.log(samples * outputs))
+
+
+def delayed(drive: Array, periods: float) -> Array:
+    """Inputs (n, channels) that act so much later, averaged over each sample's interval.
+
+    Before the record they are as at its beginning.
+    """
+    whole, rest = divmod(periods, 1.0)
+    padded = np.concatenate([np.repeat(drive[:1], int(whole) + 1, axis=0), drive])
+    return np.asarray((1.0 - rest) * padded[1:len(drive) + 1] + rest * padded[:len(drive)])
+
+
+def impulse_responses(drive: Array, measured: Array, memory: int, ridge: float = _RIDGE) -> Array:
+    """(memory, outputs, channels): y by l + 1 samples after a pulse of one sample, by ridge regression."""
+    samples, channels = drive.shape
+    rows = np.arange(memory, samples)[:, np.newaxis] - 1 - np.arange(memory)
+    regressors = drive[rows].reshape(len(rows), -1)
+    centred, target = regressors - regressors.mean(axis=0), measured[memory:] - measured[memory:].mean(axis=0)
+    weight = ridge * len(rows) * float((centred**2).mean())
+    gram = centred.T @ centred + weight * np.eye(centred.shape[1])
+    found = np.linalg.solve(gram, centred.T @ target)
+    return np.asarray(found.reshape(memory, channels, -1).transpose(0, 2, 1))
+
+
+def _candidates(drive: Array, measured: Array, memory: int, method: Method,
+                order_max: int) -> Iterator[tuple[Array, Array]]:
+    """(A, C) of every order, without the eigenvalues that no sampled stable system has."""
+    observability = (_observability_by_responses if method == "fir" else _observability_by_instruments)(
+        drive, measured, memory)
+    outputs = measured.shape[1]
+    for order in range(1, min(order_max, observability.shape[1]) + 1):
+        columns = observability[:, :order]
+        a = np.linalg.lstsq(columns[:-outputs], columns[outputs:], rcond=None)[0]
+        form, basis, kept = schur(a, output="real", sort=_can_be_sampled)
+        if kept:
+            yield form[:kept, :kept], columns[:outputs] @ basis[:, :kept]
+
+
+def _can_be_sampled(real: float, imaginary: float) -> bool:
+    """Whether a sampled stable system of lags and oscillations has such an eigenvalue: others are noise."""
+    return _FASTEST < math.hypot(real, imaginary) < _SLOWEST and (real > 0.0 or imaginary != 0.0)
+
+
+def _observability_by_responses(drive: Array, measured: Array, memory: int) -> Array:
+    """Columns that span the extended observability matrix, strongest first, from impulse responses."""
+    responses = impulse_responses(drive, measured, memory)
+    half = memory // 2
+    hankel = np.block([[responses[i + j] for j in range(half)] for i in range(half)])
+    left, values, _ = np.linalg.svd(hankel, full_matrices=False)
+    return np.asarray(left * np.sqrt(values))
+
+
+def _observability_by_instruments(drive: Array, measured: Array, memory: int) -> Array:
+    """The same by PO-MOESP, from the past inputs and outputs as instruments."""
+    rows = max(8, memory // 3)
+    columns = len(drive) - 2 * rows + 1
+    centred_u, centred_y = drive - drive.mean(axis=0), measured - measured.mean(axis=0)
+
+    def hankel(values: Array, first: int) -> Array:
+        return np.concatenate([values[first + i:first + i + columns].T for i in range(rows)])
+
+    future_u, future_y = hankel(centred_u, rows), hankel(centred_y, rows)
+    past = np.concatenate([hankel(centred_u, 0), hankel(centred_y, 0)])
+    stacked = np.concatenate([future_u, past, future_y])
+    gram = stacked @ stacked.T
+    gram[np.diag_indices_from(gram)] += _TINY * np.trace(gram) / len(gram)
+    triangle = np.linalg.cholesky(gram)
+    inputs, instruments = len(future_u), len(past)
+    projected = triangle[inputs + instruments:, inputs:inputs + instruments]
+    left, values, _ = np.linalg.svd(projected, full_matrices=False)
+    return np.asarray(left * np.sqrt(values))

@@ -1,0 +1,221 @@
+"""`excitation`: the stimulation from which a patient's model is identified, in one experiment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import isfinite
+from typing import Literal, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.identification.answers import Answers
+from controllers.identification.current_search import CurrentSearch, CurrentSearchState
+from fesloop.errors import InputError
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_S, duration_ns
+from fesloop.loop.noise import NoiseStream
+from fesloop.loop.signals import Port, Sample, Value
+
+Array = NDArray[np.float64]
+Bounds = tuple[tuple[float, float], ...]
+RESTING, SEARCHING = -1.0, -2.0
+"""Phases in which nothing is asked, and in which currents are searched for."""
+
+
+@dataclass(slots=True, eq=False)
+class ExcitationState:
+    """What the schedule needs: constants, and the stream that the bits are drawn from.
+
+    Attributes
+    ----------
+    currents: (channels,), A; of a search, those found. recruiting, binary: (channels, 2), bounds of the
+        widths, s.
+    turns_ns: (channels,), ends of the turns of the search for currents, from its begin.
+    answers: to the stairs, where the binary widths follow from them.
+    """
+
+    currents: Array
+    recruiting: Array
+    binary: Array
+    bits: NoiseStream
+    turns_ns: NDArray[np.int64]
+    search: CurrentSearchState | None = None
+    answers: Answers | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Excitation:
+    """Recruitment channel by channel, then pseudo-random binary pulse widths on all channels at once.
+
+    Currents are fixed, as for the controllers that will use the model, or searched for first
+    (`current_search`); pulse widths are modulated. First all rests for `lead_s`. Then each channel alone
+    climbs from its lowest to its highest width, in stairs or as a ramp up and down again, and rests. Last,
+    for `prbs_s`, every channel is at one of its two bounds, drawn anew for each bit from the run's seed: bits
+    of different channels and instants are independent, however many there are, and what is binary stays
+    binary behind any recruitment curve, which is why linear dynamics can be told from it whatever the curves
+    are. After that nothing is stimulated.
+
+    Attributes
+    ----------
+    current_ma: (channels,), fixed current of each channel; the greatest allowed where it is searched for.
+    current_search: how currents are found; None: they are fixed.
+    measured: size of the input that a search looks at; 0 takes it from what is wired in.
+    width_us: (channels, 2), lowest and highest width of each channel's stairs or ramp.
+    prbs_us: (channels, 2), bounds of the binary widths; empty: `width_us`.
+    answer_deg: (least, most): each channel's binary widths are those at which some measured angle moved by
+        so much on its stairs, in place of `prbs_us`; so weak and strong hands move alike.
+    recruitment: "staircase" or "ramp".
+    lead_s: rest at the start, for a tracker to settle.
+    stairs, stair_s: number of stairs and length of one; a ramp lasts as long as all stairs.
+    rest_s: after each channel.
+    prbs_s, bit_s: length of the binary part and of a bit (chosen: a bit of .2 s, the rise time of muscle,
+        133 ms at 25 rad/s, and a little more).
+
+    Input, for a search or `answer_deg` only: `measured` (m,), rad. Outputs: `stimulation` (channels, 2), A
+    and s; `phase`:
+    number of the channel that is being recruited, its rest included; the number of channels while the widths
+    are binary; -2 in the search for currents, -1 before and after all that.
+    """
+
+    current_ma: tuple[float, ...]
+    width_us: Bounds
+    prbs_us: Bounds = ()
+    recruitment: Literal["staircase", "ramp"] = "staircase"
+    lead_s: float = 5.0
+    stairs: int = 6
+    stair_s: float = 0.5
+    rest_s: float = 1.5
+    prbs_s: float = 45.0
+    bit_s: float = 0.2
+    current_search: CurrentSearch | None = None
+    answer_deg: tuple[float, float] | None = None
+    measured: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.current_ma or not all(isfinite(value) and value > 0.0 for value in self.current_ma):
+            raise InputError("current_ma", f"{self.current_ma}", "a finite current above 0 for each channel")
+        for key in ("width_us", "prbs_us"):
+            bounds = getattr(self, key)
+            if len(bounds) != self.channels and (bounds or key == "width_us"):
+                raise InputError(key, f"{len(bounds)} pairs", f"{self.channels}, one a channel")
+            for low, high in bounds:
+                if not (isfinite(low) and isfinite(high) and 0.0 <= low < high):
+                    raise InputError(key, f"({low}, {high})", "0 <= lowest < highest, us")
+        if self.stairs < 2:
+            raise InputError("stairs", f"{self.stairs}", "2 or more")
+        for key in ("lead_s", "stair_s", "rest_s", "prbs_s", "bit_s"):
+            if duration_ns(getattr(self, key), NS_PER_S, key) == 0 and key in ("stair_s", "bit_s"):
+                raise InputError(key, "0", "above 0")
+        if self.answer_deg is not None:
+            self._require_answer()
+        if self.current_search and len(self.current_search.above_threshold) not in (1, self.channels):
+            raise InputError("current_search.above_threshold",
+                             f"{len(self.current_search.above_threshold)} factors",
+                             f"one, or {self.channels}, one a channel")
+
+    def _require_answer(self) -> None:
+        least, most = self.answer_deg or (0.0, 0.0)
+        if not (isfinite(most) and 0.0 < least < most):
+            raise InputError("answer_deg", f"{self.answer_deg}", "0 < least < most, deg")
+        if self.recruitment != "staircase" or self.prbs_us:
+            raise InputError("answer_deg", f"recruitment {self.recruitment!r}, prbs_us {self.prbs_us}",
+                             "a staircase, and no prbs_us", "leave prbs_us away")
+
+    @property
+    def channels(self) -> int:
+        """Number of channels."""
+        return len(self.current_ma)
+
+    @property
+    def duration_s(self) -> float:
+        """Of the whole schedule."""
+        recruiting_s = self.channels * (self.stairs * self.stair_s + self.rest_s)
+        return self.lead_s + self._search_s + recruiting_s + self.prbs_s
+
+    @property
+    def _search_s(self) -> float:
+        """Of the search for currents."""
+        search = self.current_search
+        return search.turns_ns(self.current_ma).sum() / NS_PER_S if search else 0.0
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """`measured`, where something follows from it."""
+        looks = self.current_search or self.answer_deg
+        return (Port("measured", (self.measured or None,), "rad"),) if looks else ()
+
+    def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Excitation:
+        """For what is wired in; raises InputError for what is no vector."""
+        shape = shapes.get("measured", (self.measured,))
+        if len(shape) != 1:
+            raise InputError("measured", f"shape {shape}", "a vector")
+        return replace(self, measured=shape[0])
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """`stimulation`, `phase`."""
+        return Port("stimulation", (self.channels, 2), "A,s"), Port("phase", (), "1", RESTING)
+
+    def init(self, context: Context) -> ExcitationState:
+        """Constants, and a search that knows nothing yet."""
+        search, none = self.current_search, np.zeros(0, dtype=np.int64)
+        return ExcitationState(np.array(self.current_ma) / 1e3, np.array(self.width_us) / 1e6,
+                               np.array(self.prbs_us or self.width_us) / 1e6,
+                               context.noise(self.channels, "uniform", "bits"),
+                               np.cumsum(search.turns_ns(self.current_ma)) if search else none,
+                               search.begin(self.current_ma, self.measured) if search else None,
+                               Answers.none(self.channels, self.stairs) if self.answer_deg else None)
+
+    def step(self, state: ExcitationState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """The pulses of now."""
+        pulses = np.zeros((self.channels, 2))
+        since_ns = tick.time_ns - duration_ns(self.lead_s, NS_PER_S, "lead_s")
+        lasting_ns = self.stairs * duration_ns(self.stair_s, NS_PER_S, "stair_s")
+        turn_ns = lasting_ns + duration_ns(self.rest_s, NS_PER_S, "rest_s")
+        if since_ns < 0:
+            return pulses, RESTING
+        if state.search is not None:
+            if since_ns < state.turns_ns[-1]:
+                self._search(state, pulses, since_ns, cast(Array, inputs[0].value))
+                return pulses, SEARCHING
+            since_ns -= int(state.turns_ns[-1])
+            found = state.search.currents
+            state.currents = np.where(np.isnan(found), state.currents, found)
+        channel, within_ns = divmod(since_ns, turn_ns)
+        if channel < self.channels:
+            if state.answers is not None:
+                stair = int(within_ns * self.stairs // lasting_ns)
+                state.answers.note(int(channel), stair, cast(Array, inputs[0].value))
+            if within_ns < lasting_ns:
+                low, high = state.recruiting[channel]
+                width = low + (high - low) * self._climbed(within_ns / lasting_ns)
+                pulses[channel] = state.currents[channel], width
+            return pulses, float(channel)
+        since_ns -= self.channels * turn_ns
+        if since_ns >= duration_ns(self.prbs_s, NS_PER_S, "prbs_s"):
+            return pulses, RESTING
+        if state.answers is not None:
+            state.binary = state.answers.widths(state.recruiting, np.radians(self.answer_deg or (0.0, 0.0)))
+            state.answers = None
+        bits = state.bits.row(since_ns // duration_ns(self.bit_s, NS_PER_S, "bit_s")) < 0.5
+        widths = np.where(bits, state.binary[:, 1], state.binary[:, 0])
+        pulses[widths > 0.0, 0] = state.currents[widths > 0.0]
+        pulses[:, 1] = widths
+        return pulses, float(self.channels)
+
+    def _search(self, state: ExcitationState, pulses: Array, since_ns: int, measured: Array) -> None:
+        """Write the pulse of the channel whose current is being searched for."""
+        assert self.current_search is not None
+        assert state.search is not None
+        channel = int(np.searchsorted(state.turns_ns, since_ns, side="right"))
+        within_ns = since_ns - (int(state.turns_ns[channel - 1]) if channel else 0)
+        pulses[channel] = self.current_search.pulse(
+            state.search, self.current_ma, channel, within_ns, measured)
+
+    def _climbed(self, share: float) -> float:
+        """How far between the bounds a channel is, when this share of its time is over."""
+        if self.recruitment == "ramp":
+            return 1.0 - abs(2.0 * share - 1.0)
+        return (int(share * self.stairs) + 1.0) / self.stairs

@@ -1,0 +1,121 @@
+"""From the recording of an identification experiment to the model file of its patient."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.identification.dynamics import Method
+from controllers.identification.patient_model import IdentificationRecord, Identified, identify
+from controllers.limits.allocation import Allocation
+from fesloop.errors import InputError
+from fesloop.experiment.files.patients import describe
+from fesloop.experiment.recording.reading import Recording
+from fesloop.loop.clock import NS_PER_S, RateClock
+from fesloop.models.patient_model import PatientModel, electrodes_in_words
+
+Array = NDArray[np.float64]
+THRESHOLD_SHARE = 0.05
+"""Recruited fraction that counts as the threshold of a curve (chosen: a twitch that is seen)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RecordingIdentified:
+    """The model of a recording's patient, and all that came with it."""
+
+    model: PatientModel
+    identified: Identified
+
+    def report(self) -> dict[str, Any]:
+        """As plain tables: fit on held-out samples, thresholds and curves."""
+        model, identified = self.model, self.identified
+        curves = model.model.recruitment
+        assert curves is not None
+        allocation = Allocation(recruitment=curves, current_ma=model.current_ma, width_max_us=1e6)
+        widths = allocation.stimulation(np.full(len(model.current_ma), THRESHOLD_SHARE))[:, 1]
+        names = model.electrodes or ("",) * len(model.current_ma)
+        channels = [
+            {"electrode": names[c], "current_ma": model.current_ma[c], "threshold_us": 1e6 * float(widths[c]),
+             "half_ma": curve.threshold_ma, "spread": curve.spread, "fit_percent": curve.fit_percent,
+             "moved_deg": dict(zip(model.outputs, np.degrees(curve.moved).tolist(), strict=True))}
+            for c, curve in enumerate(identified.curves)]
+        return {"patient": model.patient, "outputs": list(model.outputs), "rate": model.rate,
+                "order": int(model.model.a.shape[0]), "delay_ms": model.model.delay_ns / 1e6,
+                "held_out_s": identified.held_out_s, "fit_percent": identified.fit, "channels": channels}
+
+
+def identify_recording(path: str, *, measured: str = "", method: Method = "subspace") -> RecordingIdentified:
+    """The model of the patient of a recording.
+
+    Parameters
+    ----------
+    path: of a recording with a block of kind `excitation`; behind a `safety` block what that let through
+        counts.
+    measured: the signal that is to be predicted; empty: that of the first `synergies` block by name.
+    method: of `controllers.identification.dynamics`.
+
+    Raises InputError for a recording of something else, and all that `identify` raises.
+    """
+    with Recording(path) as recording:
+        blocks = recording.experiment["blocks"]
+        excitation = _known(path, blocks, "excitation", "run identify_patient")
+        source = _first(blocks, "safety") or excitation
+        signal = measured or f"{_known(path, blocks, 'synergies', 'give --measured')}.synergies"
+        record = read_record(recording, excitation, source, signal, _names(blocks, signal))
+        found = identify(record, method=method)
+        stimulator = _first(blocks, "stimulator")
+        choice = recording.experiment.get("patient")
+        model = PatientModel(
+            patient=describe(choice) if choice else "",
+            source=f"{recording.name} {recording.fingerprint[:12]} {signal}", outputs=record.outputs,
+            electrodes=electrodes_in_words(blocks[stimulator] if stimulator else None, record.channels),
+            current_ma=tuple(round(value, 9) for value in found.current_ma), rate=blocks[excitation]["rate"],
+            model=found.model, operating_drive=found.operating_drive,
+            operating_outputs=found.operating_outputs, fit=found.fit)
+    return RecordingIdentified(model=model, identified=found)
+
+
+def read_record(recording: Recording, excitation: str, source: str, measured: str,
+                outputs: tuple[str, ...]) -> IdentificationRecord:
+    """Trial 0 on the ticks of the excitation; what is measured is interpolated between its captures."""
+    period_s = RateClock.from_rate(recording.experiment["blocks"][excitation]["rate"]).period_s
+    phase = recording.signal(f"{excitation}.phase")
+    pulses = recording.signal(f"{source}.stimulation")
+    if not np.array_equal(pulses.times_ns, phase.times_ns):
+        raise InputError(f"{recording.path}: {source}", f"does not tick with {excitation}", "the same rate")
+    seen = recording.signal(measured)
+    if seen.values.ndim != 2:
+        raise InputError(f"{recording.path}: {measured}", f"has shape {seen.values.shape[1:]}", "a vector")
+    captured, newest = np.unique(seen.newest_ns, return_index=True)
+    known = captured >= 0
+    if known.sum() < 2:
+        raise InputError(f"{recording.path}: {measured}", "holds nothing captured",
+                         "samples of the whole run")
+    times = captured[known] / NS_PER_S
+    columns = seen.values[newest[known]].T
+    values = np.stack([np.interp(pulses.times_ns / NS_PER_S, times, column) for column in columns], axis=1)
+    names = outputs or tuple(f"{measured}[{i}]" for i in range(values.shape[1]))
+    return IdentificationRecord(period_s=period_s, stimulation=pulses.values, measured=values,
+                                phase=phase.values, outputs=names)
+
+
+def _known(path: str, blocks: Mapping[str, Any], kind: str, remedy: str) -> str:
+    """Name of the first block of a kind; raises InputError if there is none."""
+    found = _first(blocks, kind)
+    if not found:
+        raise InputError(path, f"has no block of kind {kind!r}", ", ".join(sorted(blocks)), remedy)
+    return found
+
+
+def _first(blocks: Mapping[str, Any], kind: str) -> str:
+    return next((name for name in sorted(blocks) if blocks[name]["kind"] == kind), "")
+
+
+def _names(blocks: Mapping[str, Any], signal: str) -> tuple[str, ...]:
+    """Names of a vector's elements, where its block knows them."""
+    table = blocks.get(signal.partition(".")[0], {})
+    return tuple(table["rows"]) if table.get("kind") == "synergies" else ()

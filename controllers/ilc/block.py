@@ -1,0 +1,238 @@
+"""Iterative learning control: a feedforward for a whole trial, improved from trial to trial."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.ilc.bank import BankRule, explained
+from controllers.ilc.checks import check, faults
+from controllers.ilc.convergence import Condition, condition_of
+from controllers.ilc.laws import LawName, Learning
+from controllers.ilc.learning import learning_of
+from controllers.ilc.limits import pulses_of
+from controllers.ilc.notes import note
+from controllers.ilc.points import Point
+from controllers.ilc.programme import SolverName
+from controllers.ilc.trial import SeenTrial
+from controllers.limits.allocation import Allocation, allocation_of
+from controllers.period import period_ns
+from fesloop.errors import InputError
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_MS, duration_ns
+from fesloop.loop.guard import is_finite
+from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.status import StatusLatch
+from fesloop.loop.surroundings import Surroundings
+from fesloop.models.linear_model import LinearModel, SampledModel
+
+Array = NDArray[np.float64]
+Report = tuple[str, str]
+
+
+@dataclass(slots=True, eq=False)
+class IlcState:
+    """The drives of this trial and what is seen of it.
+
+    Attributes
+    ----------
+    drives, pulses: (samples, muscles), and (samples, muscles, 2), what they become.
+    pending: statuses of the learning before this trial, told at its first tick.
+    """
+
+    drives: Array
+    pulses: Array
+    seen: SeenTrial
+    pending: tuple[Report, ...] = ()
+    latch: StatusLatch = field(default_factory=StatusLatch)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Ilc:
+    """Learns the drives of a trial from the errors of the trials before (laws: `ilc.laws`).
+
+    During a trial it gives out the drives learnt so far, as pulse widths at fixed currents by the inverse of
+    the model's recruitment, and keeps what is measured with its capture stamps. Between trials the law
+    turns the error into new drives. Only what the trial covered is learnt from: its end, if it ended early
+    or its last samples were still under way, and gaps in the measurement, count for nothing. A trial of
+    which too much is doubtful is rejected: its drives are used again. A law whose condition of convergence
+    fails, or holds with a small margin, is told at the first tick.
+
+    Attributes
+    ----------
+    model: nominal plant; outputs rad, inputs the recruited fractions.
+    bank: further models beside it; each trial is learnt from with what predicts it best (`ilc.bank`).
+    bank_rule: "best" model or "mixture".
+    current_ma: (muscles,), fixed current of each channel.
+    duration_s: length of a trial; after it the last drive is held.
+    law: see `ilc.laws`.
+    output_weight: (outputs,), per rad^2; empty for 1 each.
+    change_weight: rho, per unit of drive squared.
+    points: instants and outputs that "point_to_point" heeds.
+    forgetting: share of the drives, counted from the first, forgotten a trial; 0 to below 1.
+    gradient_step: of "gradient"; its nominal condition is below 2.
+    gain, lead_ms, cutoff_hz: of "phase_lead"; 0 Hz for no low-pass.
+    slew: greatest change of a drive a tick.
+    drive_max: greatest drive; less where a channel cannot reach it.
+    trial_charge_max_uc: charge that each channel may give over a trial, one pulse a tick.
+    width_max_us, charge_max_uc, full_scale_us: as in `Allocation`; the last where the model has no
+        recruitment.
+    first_drive: (muscles,), of the first trial, throughout; empty for zero.
+    actuation_delay_ms: from this block to the plant, beyond the model's own delay.
+    align_captures: compare reference and posture at the instants of capture, which takes the age of the
+        samples out of the error; otherwise as they are read.
+    max_gap_ms: longest distance of two captures between which posture is interpolated.
+    sd_max_deg: a sample with a greater sd is doubtful and not learnt from (chosen: a fifth of a grasp).
+    fingertips: number of forces that tell of contact.
+    contact_n: force of any fingertip from which on a trial is in contact: what is grasped, not the drives,
+        then sets the posture (chosen: ten times what sensors of fingertips scatter).
+    grasping_outputs, grasping_channels: in contact these outputs are not learnt from and the drives of
+        these channels stay those learnt in free motion, so that how hard the hand presses is how far beyond
+        the object the reference goes; what else there is, such as a wrist, is learnt on. Empty: all.
+    grasping_step: share of what is learnt in contact that counts, as no model knows a hand that holds
+        something (chosen: half lets the hand be four times as quick to move as its model).
+    reject_share: a trial with a greater share of doubtful samples is rejected (chosen).
+    strength_margin: the law is told as doubtful if the plant may not be this many times as strong as model
+        (chosen: what recruitment differs by from day to day).
+    solver: of laws with limits inside: "osqp", or "daqp" (dense: for some hundred drives).
+
+    Inputs: `reference` and `measured` (outputs,), rad; optional `measured_sd` (outputs,), rad, `force`
+    (fingertips,), N, and `trusted`, below 0.5 where a sample is not to be learnt from. Output: `stimulation`
+    (muscles, 2).
+    """
+
+    model: LinearModel
+    current_ma: tuple[float, ...]
+    duration_s: float
+    law: LawName = "noilc_constrained"
+    bank: tuple[LinearModel, ...] = ()
+    bank_rule: BankRule = "best"
+    output_weight: tuple[float, ...] = ()
+    change_weight: float = 0.01
+    points: tuple[Point, ...] = ()
+    forgetting: float = 0.0
+    gradient_step: float = 1.0
+    gain: float = 0.5
+    lead_ms: float = 200.0
+    cutoff_hz: float = 3.0
+    slew: float = 0.1
+    drive_max: float = 1.0
+    trial_charge_max_uc: float = math.inf
+    width_max_us: float = 500.0
+    charge_max_uc: float = 20.0
+    full_scale_us: float = 500.0
+    first_drive: tuple[float, ...] = ()
+    actuation_delay_ms: float = 0.0
+    align_captures: bool = True
+    max_gap_ms: float = 150.0
+    sd_max_deg: float = 15.0
+    fingertips: int = 5
+    contact_n: float = 0.5
+    grasping_outputs: tuple[int, ...] = ()
+    grasping_channels: tuple[int, ...] = ()
+    grasping_step: float = 0.5
+    reject_share: float = 0.2
+    strength_margin: float = 1.2
+    solver: SolverName = "osqp"
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """`reference`, `measured`, `measured_sd`, `trusted`, `force`."""
+        outputs = self.model.outputs
+        return (Port("reference", (outputs,), "rad"), Port("measured", (outputs,), "rad"),
+                Port("measured_sd", (outputs,), "rad", optional=True),
+                Port("trusted", initial=1.0, optional=True),
+                Port("force", (self.fingertips,), "N", optional=True))
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """`stimulation`."""
+        return (Port("stimulation", (self.model.inputs, 2), "A,s"),)
+
+    def allocation(self) -> Allocation:
+        """How drives become pulses."""
+        return allocation_of(self)
+
+    def sampled(self, model: LinearModel, period: int) -> SampledModel:
+        """A model at a period in ns, the actuation's delay included."""
+        return model.sampled(period, duration_ns(self.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms"))
+
+    def learning(self, period: int, model: SampledModel | None = None) -> Learning:
+        """The learning law at a period in ns, by the nominal model or another."""
+        return learning_of(self, period, model)
+
+    def condition(self, context: Context) -> Condition:
+        """Whether the law converges on its nominal model, and with what margin."""
+        return condition_of(self, period_ns(context))
+
+    def faults(self, context: Context, surroundings: Surroundings) -> tuple[InputError, ...]:
+        """What of the parameters does not fit the loop around: its delay."""
+        return tuple(faults(self, surroundings))
+
+    def cautions(self, context: Context) -> tuple[Report, ...]:
+        """What is to be feared before the first trial: (status, detail) each."""
+        return self.condition(context).cautions(self.law, self.strength_margin)
+
+    def init(self, context: Context) -> IlcState:
+        """The first trial."""
+        return self._trial(self.learning(period_ns(context)).first, self.cautions(context))
+
+    def next_trial(self, state: IlcState, context: Context) -> IlcState:
+        """The next trial, with what the last one taught."""
+        period, share = period_ns(context), state.seen.doubtful_share()
+        if share > self.reject_share:
+            return self._trial(state.drives, ((
+                "trial_rejected", f"{100.0 * share:.0f} % of what was measured is doubtful, more than "
+                f"{100.0 * self.reject_share:g} %: the drives are used again"),))
+        gap_ns = max(duration_ns(self.max_gap_ms, NS_PER_MS, "max_gap_ms"), 2 * period)
+        posture, covered = state.seen.posture(self.align_captures, gap_ns)
+        covered &= ~state.seen.touching(self.grasping_outputs, self.model.outputs)
+        kept = state.seen.touching(self.grasping_channels, self.model.inputs)
+        model, reports = None, []
+        if self.bank and covered.any():
+            models = [self.sampled(each, period) for each in (self.model, *self.bank)]
+            model, report = explained(models, state.drives, posture, covered, self.bank_rule)
+            reports.append(report)
+        learning = self.learning(period, model)
+        drives, status = learning.learn(state.drives, state.seen.reference - posture, covered, kept)
+        part = np.where(state.seen.touching((), self.model.inputs), self.grasping_step, 1.0)
+        drives = learning.limits.within(state.drives + part * (drives - state.drives))
+        if status:
+            reports.append((status, "nothing was learnt from the last trial: its drives are used again"))
+        return self._trial(drives, tuple(reports))
+
+    def _trial(self, drives: Array, reports: tuple[Report, ...]) -> IlcState:
+        """A trial about to begin."""
+        seen = SeenTrial.empty(drives.shape[0], self.model.outputs)
+        return IlcState(drives, pulses_of(self.allocation(), drives), seen, reports)
+
+    def step(self, state: IlcState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """Pulses for this tick; what is read is kept."""
+        for report in state.pending:
+            tick.report(*report)
+        state.pending = ()
+        k, last = tick.index, state.drives.shape[0] - 1
+        state.latch.put(tick, "past_end", k > last, "the trial is longer than duration_s: last drive held")
+        if k > last:
+            return (state.pulses[last].copy(),)
+        reference = inputs[0]
+        usable = reference.arrived_ns >= 0 and is_finite(reference.value)
+        state.latch.put(tick, "no_reference", not usable, "no finite reference: this tick is not learnt from")
+        if usable:
+            state.seen.ticks_ns[k] = tick.time_ns
+            state.seen.reference[k] = cast(Array, reference.value)
+        if inputs[1].arrived_ns >= 0:
+            note(state.seen, state.latch, k, inputs[1:4], self.sd_max_deg, tick)
+        if state.seen.free and (cast(Array, inputs[4].value) > self.contact_n).any():
+            state.seen.touch(k)
+            tick.report("touched", f"a fingertip presses by more than {self.contact_n:g} N: from here on "
+                        "what grasps is not learnt")
+        return (state.pulses[k].copy(),)

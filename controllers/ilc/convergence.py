@@ -1,0 +1,150 @@
+"""Whether a trial's error will shrink: the condition of each learning law, checked before the first trial.
+
+The conditions are those of monotone convergence without limits. Each is given as the growth of the error a
+trial, for the nominal model, and as the margin: how many times as strong as its model the plant may be.
+
+    phase_lead      max over frequency of |Q| s((1 - f) I - gain z^lead G K^+), s the greatest singular
+                    value: frequency by frequency (Norrlof and Gunnarsson 2002, doi
+                    10.1080/00207170210159122, theorem on the condition in the frequency domain)
+    gradient        max |1 - f - step h|, h the strength of a pattern of drives over that of the strongest
+    norm-optimal    max |1 - f - g / (g + rho)|, g the eigenvalues of G'WG
+
+f is the forgetting. Patterns that the model shows weaker than `SEEN` of the strongest are left out: no law
+learns what cannot be seen. Limits inside the programme keep the nominal condition, as d = 0 is always
+admissible and so no optimum leaves a greater error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import sosfreqz
+
+from controllers.ilc.laws import Learning, low_pass, static_gain
+from controllers.ilc.trajectories import response, strongest
+from fesloop.loop.clock import NS_PER_S
+from fesloop.models.linear_model import SampledModel
+
+if TYPE_CHECKING:
+    from controllers.ilc.block import Ilc
+
+Array = NDArray[np.float64]
+SEEN = 0.01
+"""Singular value of G, over the greatest, below which a pattern of drives counts as not seen (chosen)."""
+_PATTERNS = ("in the strongest pattern seen", "in the weakest pattern seen")
+_FREQUENCIES = 400
+_ROUNDING = 1e-9
+_KEPT = 4
+"""Controllers whose condition is kept, the last used."""
+_STRONGEST_PLANT = 1e3
+"""Margin above which it is given as this."""
+
+
+class Condition(NamedTuple):
+    """What theory says of a law on its nominal model.
+
+    Attributes
+    ----------
+    growth: greatest factor of the error from trial to trial; below 1 it shrinks in every trial.
+    strength_margin: the growth stays at 1 or below for plants up to this many times as strong as the model.
+    where: which part of the error grows most or shrinks least, in words.
+    """
+
+    growth: float
+    strength_margin: float
+    where: str
+
+    @property
+    def holds(self) -> bool:
+        """Whether the error can only shrink."""
+        return self.growth <= 1.0 + _ROUNDING
+
+    def cautions(self, law: str, strength_margin: float) -> tuple[tuple[str, str], ...]:
+        """(status, detail) where a law may diverge, or has less than the margin wanted; else nothing."""
+        if self.holds and self.strength_margin >= strength_margin:
+            return ()
+        grows = "" if self.holds else f"the error may grow {self.growth:.3g} times a trial {self.where}; "
+        return (("slim_margin" if self.holds else "may_diverge",
+                 f"law {law}: {grows}convergence is certain only for a plant up to "
+                 f"{self.strength_margin:.2f} times as strong as the model"),)
+
+
+@lru_cache(maxsize=_KEPT)
+def condition_of(ilc: Ilc, period_ns: int) -> Condition:
+    """The condition of a controller at a period; kept, for every run of it begins with that."""
+    return condition(ilc.learning(period_ns), period_ns)
+
+
+def condition(learning: Learning, period_ns: int) -> Condition:
+    """The condition of a law at a period; of "newton", whose model changes, that of its mean slopes."""
+    kept = 1.0 - learning.forgetting
+    if learning.law == "phase_lead":
+        return _phase_lead(learning, 0.5 * NS_PER_S / period_ns)
+    if learning.law == "gradient":
+        growths = [abs(kept - learning.step * share) for share in (1.0, SEEN**2)]
+        return Condition(max(growths), (1.0 + kept) / learning.step,
+                         _PATTERNS[int(np.argmax(growths))])
+    model = learning.model
+    if learning.law == "newton":
+        model = replace(model, b=model.b * np.minimum(learning.limits.reach, 1.0))
+    greatest = strongest(model, learning.weights())
+    growths = [abs(kept - g / (g + learning.change_weight)) for g in (greatest, SEEN**2 * greatest)]
+    return Condition(max(growths), (1.0 + kept) * (1.0 + learning.change_weight / greatest),
+                     _PATTERNS[int(np.argmax(growths))])
+
+
+def _phase_lead(learning: Learning, nyquist_hz: float) -> Condition:
+    """Frequency by frequency, on the side of the outputs, or of the drives where these are fewer."""
+    model, shares = learning.model, np.linspace(0.0, 1.0, _FREQUENCIES)
+    inverse = learning.gain * np.linalg.pinv(static_gain(model))
+    z = np.exp(1j * np.pi * shares)[:, None, None]
+    plant = model.c @ np.linalg.solve(z * np.eye(model.a.shape[0]) - model.a, model.b)
+    loop = z**learning.lead * (plant @ inverse if inverse.shape[0] >= inverse.shape[1] else inverse @ plant)
+    low = np.ones(shares.size)
+    if learning.cutoff > 0.0:
+        low = np.abs(sosfreqz(low_pass(learning.cutoff), np.pi * shares)[1]) ** 2
+    kept = (1.0 - learning.forgetting) * np.eye(loop.shape[1])
+
+    def growth(strength: float) -> Array:
+        each: Array = low * np.linalg.norm(kept - strength * loop, 2, axis=(1, 2))
+        return each
+
+    nominal = growth(1.0)
+    worst = int(np.argmax(nominal))
+    margin = _greatest_strength(lambda strength: float(growth(strength).max()))
+    return Condition(float(nominal[worst]), margin, f"at {shares[worst] * nyquist_hz:.2f} Hz")
+
+
+def _greatest_strength(growth: Callable[[float], float]) -> float:
+    """Upper end of the strengths whose growth is 1 or less: an interval, as the growth is convex in them."""
+    low, high = 0.0, 1.0
+    while growth(high) <= 1.0 + _ROUNDING:
+        low, high = high, 2.0 * high
+        if high > _STRONGEST_PLANT:
+            return _STRONGEST_PLANT
+    while high - low > 1e-2:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if growth(middle) <= 1.0 + _ROUNDING else (low, middle)
+    return low
+
+
+def growth_on(learning: Learning, plant: SampledModel) -> float:
+    """Greatest growth of a trial's error in the seen drives on a given plant, of a linear law without limits.
+
+    The 2-norm of Q ((1 - f) I - L G_plant) on the right singular vectors of the nominal G that are seen
+    (Bristow et al. 2006, theorem 2). Dense: for some hundred drives.
+    """
+    samples, muscles = learning.samples, learning.model.b.shape[1]
+    _, strength, seen = np.linalg.svd(learning.model.lifted(samples), full_matrices=False)
+    seen = seen[strength >= SEEN * strength[0]]
+    everywhere = np.ones((samples, learning.model.c.shape[0]), dtype=bool)
+    left = []
+    for pattern in seen.reshape(-1, samples, muscles):
+        change = learning.change(response(plant, pattern), everywhere)
+        left.append(learning.smoothed((1.0 - learning.forgetting) * pattern - change).ravel())
+    return float(np.linalg.norm(seen @ np.array(left).T, 2))

@@ -1,0 +1,86 @@
+"""What a trial showed: kept tick by tick, then brought to the instants of the ticks and judged."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.ilc.alignment import posture_at
+from fesloop.loop.signals import NEVER
+
+Array = NDArray[np.float64]
+Stamps = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(slots=True, eq=False)
+class SeenTrial:
+    """What is seen of a trial.
+
+    Attributes
+    ----------
+    ticks_ns: (samples,), when the block stepped with a reference; NEVER where it did not.
+    captured_ns: (samples,), newest capture behind the sample read then; NEVER for none.
+    measured, reference: (samples, outputs), rad.
+    doubtful: (samples, outputs), samples that came but are not to be learnt from.
+    touched: tick from which on the hand was in contact; the number of samples while it is free.
+    """
+
+    ticks_ns: Stamps
+    captured_ns: Stamps
+    measured: Array
+    reference: Array
+    doubtful: Mask
+    touched: int
+
+    @classmethod
+    def empty(cls, samples: int, outputs: int) -> SeenTrial:
+        """Before a trial."""
+        return cls(np.full(samples, NEVER, dtype=np.int64), np.full(samples, NEVER, dtype=np.int64),
+                   np.zeros((samples, outputs)), np.zeros((samples, outputs)),
+                   np.zeros((samples, outputs), dtype=bool), samples)
+
+    @property
+    def free(self) -> bool:
+        """Whether nothing has been touched yet."""
+        return self.touched == self.ticks_ns.size
+
+    def touch(self, k: int) -> None:
+        """Something is touched at tick k."""
+        self.touched = k
+
+    def note(self, k: int, captured_ns: int, measured: Array, doubtful: Mask) -> None:
+        """The sample read at tick k; what is doubtful of it (outputs,) is not kept."""
+        self.captured_ns[k] = captured_ns
+        self.doubtful[k] = doubtful
+        self.measured[k] = np.where(doubtful, 0.0, measured)
+
+    def doubtful_share(self) -> float:
+        """Share of what came that is doubtful, 0 to 1; 0 if nothing came."""
+        came = self.captured_ns >= 0
+        return float(self.doubtful[came].mean()) if came.any() else 0.0
+
+    def touching(self, numbers: Sequence[int], count: int) -> Mask:
+        """(samples, count), from the first touch on, in the columns `numbers`, or in all for none."""
+        columns = np.zeros(count, dtype=bool)
+        columns[list(numbers) or slice(None)] = True
+        return (np.arange(self.ticks_ns.size) >= self.touched)[:, None] & columns
+
+    def posture(self, align: bool, max_gap_ns: int) -> tuple[Array, Mask]:
+        """(posture, covered), (samples, outputs) each: at the instants of the ticks if `align`, else as read.
+
+        Doubtful samples are left out, output by output. `max_gap_ns` as in `posture_at`.
+        """
+        posture, covered = np.zeros_like(self.measured), np.zeros_like(self.doubtful)
+        for j in range(posture.shape[1]):
+            stamps = np.where(self.doubtful[:, j], NEVER, self.captured_ns)
+            column = self.measured[:, j:j + 1]
+            if align:
+                column, covered[:, j] = posture_at(self.ticks_ns, stamps, column, max_gap_ns)
+            else:
+                covered[:, j] = stamps >= 0
+            posture[:, j] = column[:, 0]
+        return posture, covered & (self.ticks_ns >= 0)[:, None]

@@ -1,0 +1,1 @@
+"""Limits of stimulation that all controllers share."""

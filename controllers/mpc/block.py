@@ -1,0 +1,243 @@
+"""Linear model predictive control of joint angles through recruitment."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.grip.contact import Contact
+from controllers.limits.allocation import Allocation, allocation_of
+from controllers.mpc import checks as mpc_checks
+from controllers.mpc.candidates import carry_over, compare, nominal
+from controllers.mpc.contact import solve_in_contact
+from controllers.mpc.design import candidates_of
+from controllers.mpc.fallback import fall_back
+from controllers.mpc.kernel import give_out
+from controllers.mpc.posed import Loop, posed
+from controllers.mpc.state import MpcState
+from controllers.mpc.strength_adaptation import StrengthAdaptation
+from controllers.period import period_ns
+from controllers.qp.kernel import NOT_FINITE
+from fesloop.errors import InputError
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.guard import is_finite
+from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.surroundings import Surroundings
+from fesloop.models.linear_model import LinearModel
+
+Array = NDArray[np.float64]
+_CONTACT = Contact(lasts_ms=0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Mpc:
+    """Model predictive control: cost and limits in `mpc.plan`, estimation in `observer`.
+
+    Each tick estimates the plant's state now from the newest sample, using its capture stamp and the
+    recorded drives, solves the condensed programme and gives out its first drive, turned into pulse
+    widths at fixed currents by inverting the model's recruitment. Any number of muscles and outputs will do.
+
+    When the programme has no answer, the last plan goes on to its end. Then, and for a sample that is not
+    finite or older than `max_age_ms`, the drive is held for `hold_ms` and ramped to zero over `ramp_ms`, with
+    a status. Before the first measurement there is no stimulation.
+
+    Where an object blocks fingers, their error tells nothing of the plant, and control free of offset would
+    press ever harder. From the touch of a fingertip on, `grasping_outputs` therefore count as unmeasured and
+    their disturbances stand still; `grasping_channels` are led on by the model alone, the others by what is
+    seen of other outputs, as of a wrist (`mpc.contact`).
+
+    Attributes
+    ----------
+    model: nominal plant; outputs rad, inputs the recruited fractions.
+    current_ma: (muscles,), fixed current of each channel.
+    horizon: periods N.
+    output_weight: (outputs,), per rad^2; empty for 1 each.
+    move_weight, effort_weight, cocontraction_weight: per unit of drive squared, as in `mpc.plan`.
+    angle_min_deg, angle_max_deg: (outputs,), soft boxes of the outputs, as in `mpc.plan`; -inf and inf for
+        none, empty for none at all.
+    slew: greatest change of a drive a tick.
+    drive_max: greatest drive; less where a channel cannot reach it.
+    width_max_us, charge_max_uc, full_scale_us: as in `Allocation`; the last where the model has no
+        recruitment.
+    charge_rise_uc: greatest rise of a channel's charge per phase a tick, as of `Safety`, which then has
+        nothing to cut; not kept where the model has no recruitment.
+    horizon_charge_max_uc: what any N ticks on end may give on all channels together, one pulse a tick. What
+        is to come is counted by slopes (`mpc.plan`), so it is kept within some per cent of one tick's charge.
+    actuation_delay_ms: from this block to the plant, beyond the model's own delay.
+    compensate_age: predict across the age of a sample; otherwise it counts as captured when it is read.
+    adaptation: of the muscles' strengths and the plant's speed, from trial to trial; none if left out.
+    drive_noise, disturbance_deg, measurement_deg: sd of the drive's error, of the walk of the output
+        disturbance over 1 s, and of a measurement, for the observer's gain.
+    fingertips: number of forces that tell of contact.
+    contact: when the hand touches something: the force is that of any fingertip. `lost_ms` should be longer
+        than samples are old: what they show then is free motion again.
+    grasping_outputs: see above; empty: all.
+    grasping_channels: see above; empty: none, what is seen of other outputs leads all.
+    touching_s: while the hand touches something the disturbances of the other outputs are followed with this
+        time constant, and the state by the drives alone (chosen: how long a joint takes to answer).
+    max_age_ms, hold_ms, ramp_ms: see above.
+    solver: "daqp" or "osqp".
+
+    Inputs: `reference_preview` (N, outputs), the reference at the coming ticks, or `reference` (outputs,),
+    held constant ahead; `measured` (outputs,); all rad; optional `force` (fingertips,), N, without which
+    nothing is ever touched. Output: `stimulation` (muscles, 2).
+    """
+
+    model: LinearModel
+    current_ma: tuple[float, ...]
+    horizon: int = 20
+    output_weight: tuple[float, ...] = ()
+    move_weight: float = 0.01
+    effort_weight: float = 0.0
+    cocontraction_weight: float = 1e-5
+    angle_min_deg: tuple[float, ...] = ()
+    angle_max_deg: tuple[float, ...] = ()
+    slew: float = 0.2
+    drive_max: float = 1.0
+    width_max_us: float = 500.0
+    charge_max_uc: float = 20.0
+    charge_rise_uc: float = 5.0
+    horizon_charge_max_uc: float = math.inf
+    full_scale_us: float = 500.0
+    actuation_delay_ms: float = 0.0
+    compensate_age: bool = True
+    adaptation: StrengthAdaptation | None = None
+    drive_noise: float = 0.05
+    disturbance_deg: float = 20.0
+    measurement_deg: float = 0.5
+    fingertips: int = 5
+    contact: Contact = _CONTACT
+    grasping_outputs: tuple[int, ...] = ()
+    grasping_channels: tuple[int, ...] = ()
+    touching_s: float = 0.3
+    max_age_ms: float = 400.0
+    hold_ms: float = 100.0
+    ramp_ms: float = 200.0
+    solver: Literal["daqp", "osqp"] = "daqp"
+
+    def __post_init__(self) -> None:
+        mpc_checks.check(self)
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """`reference_preview`, `reference`, `measured`, `force`."""
+        outputs = self.model.outputs
+        return (Port("reference_preview", (self.horizon, outputs), "rad", optional=True),
+                Port("reference", (outputs,), "rad", optional=True), Port("measured", (outputs,), "rad"),
+                Port("force", (self.fingertips,), "N", optional=True))
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """`stimulation`."""
+        return (Port("stimulation", (self.model.inputs, 2), "A,s"),)
+
+    def allocation(self) -> Allocation:
+        """How drives become pulses."""
+        return allocation_of(self)
+
+    def reach(self) -> Array:
+        """Greatest drive of each muscle, (muscles,)."""
+        return np.minimum(self.drive_max, self.allocation().reach())
+
+    def boxes(self) -> tuple[Array, Array]:
+        """Least and greatest outputs, (outputs,) rad each."""
+        free = np.full(self.model.outputs, np.inf)
+        return (np.radians(self.angle_min_deg) if self.angle_min_deg else -free,
+                np.radians(self.angle_max_deg) if self.angle_max_deg else free)
+
+    def faults(self, context: Context, surroundings: Surroundings) -> tuple[InputError, ...]:
+        """What of the parameters does not fit the loop around: its delay, its reference."""
+        return tuple(mpc_checks.faults(self, context, surroundings))
+
+    def cautions(self, context: Context) -> tuple[tuple[str, str], ...]:
+        """What is to be feared before the first trial: (status, detail) each."""
+        return mpc_checks.cautions(self)
+
+    def init(self, context: Context) -> MpcState:
+        """At rest, the programme and the observer for the context's clock.
+
+        Raises InputError for a horizon that ends before the first drive shows.
+        """
+        for fault in self.faults(context, Surroundings()):
+            raise InputError(f"{context.name}.{fault.where}", fault.found, fault.allowed, fault.remedy)
+        muscles, candidates = self.model.inputs, candidates_of(self, period_ns(context))
+        ledger = np.zeros(self.horizon if self.horizon_charge_max_uc < math.inf else 0)
+        return MpcState(self.reach(), self.allocation().table(), candidates, nominal(candidates),
+                        np.zeros(muscles), np.zeros((muscles, 2)), ledger)
+
+    def next_trial(self, state: MpcState, context: Context) -> MpcState:
+        """At rest again, with what is known of the muscles."""
+        fresh = self.init(context)
+        if self.adaptation:
+            carry_over(self.adaptation, state.candidates, fresh.candidates)
+            fresh.chosen = state.chosen
+        return fresh
+
+    def step(self, state: MpcState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """Pulses for this tick."""
+        reference, measured, now_ns = self._reference(inputs), inputs[2], tick.time_ns
+        if inputs[3].present:
+            self._feel(state, inputs[3], tick)
+        if reference is None or measured.arrived_ns < 0:
+            trouble, detail = "no_input", "no reference or measurement yet"
+        elif now_ns - measured.newest_ns > self.max_age_ms * NS_PER_MS:
+            trouble, detail = "stale_input", f"the newest capture is older than {self.max_age_ms:g} ms"
+        else:
+            trouble, detail = self._control(state, reference, measured, now_ns)
+        if trouble:
+            fall_back(self, state, tick, trouble, detail)
+        estimate = state.estimate
+        state.pulses = np.empty((state.drive.size, 2))
+        saturated = give_out(state.table, state.drive, estimate.stamps, estimate.inputs, now_ns, state.pulses)
+        if state.given_uc.size:
+            state.given_uc = np.append(state.given_uc[1:], 1e6 * state.pulses[:, 0] @ state.pulses[:, 1])
+        if saturated or state.latch.holding:
+            state.latch.put(tick, "saturated", saturated > 0, "a channel is at its longest pulse")
+        return (state.pulses,)
+
+    def _reference(self, inputs: Sequence[Sample]) -> Array | None:
+        """Reference over the horizon, (N, outputs); None before any has come."""
+        preview, now, *_ = inputs
+        if preview.arrived_ns >= 0:
+            return cast(Array, preview.value)
+        return np.tile(cast(Array, now.value), (self.horizon, 1)) if now.arrived_ns >= 0 else None
+
+    def _feel(self, state: MpcState, force: Sample, tick: Tick) -> None:
+        """Note whether the hand touches something; nothing new where the forces cannot tell."""
+        sound = is_finite(force.value) and tick.time_ns - force.newest_ns <= self.max_age_ms * NS_PER_MS
+        state.latch.put(tick, "no_force", not sound, "forces not finite or too old: contact as before")
+        if sound:
+            self.contact.look(state.touch, float(cast(Array, force.value).max()), tick.time_ns)
+        state.latch.put(tick, "touching", state.touch.holding, "what grasps is led by the model alone")
+
+    def _control(self, state: MpcState, reference: Array, sample: Sample, now_ns: int) -> tuple[str, str]:
+        """Set the drive to the first of the optimal ones; what went wrong, ("", "") if nothing."""
+        measured = cast(Array, sample.value)
+        captured_ns = sample.newest_ns if self.compensate_age else now_ns
+        if self.adaptation and is_finite(measured):
+            state.chosen = compare(state.candidates, state.chosen, self.adaptation, captured_ns, measured,
+                                   state.touch.holding)
+        candidate = state.candidates[state.chosen]
+        gain = candidate.observer.touching_gain if state.touch.holding else candidate.observer.gain
+        now = Loop(candidate.estimate, state.drive, state.pulses)
+        problem = posed(self, state, now, gain, reference, sample, captured_ns, now_ns)
+        if problem.fault == NOT_FINITE:
+            return "non_finite", "an input is not finite"
+        if state.touch.holding and self.grasping_channels:
+            result = solve_in_contact(self, state, now, problem, reference, sample, captured_ns, now_ns)
+        else:
+            state.alone = None
+            result = candidate.qp.solve_around(*problem)
+        if result.status != "solved":
+            return result.status, "quadratic programme: the last plan goes on, then a ramp to zero"
+        state.fallback.solved(result.x)
+        state.drive = result.x[:state.drive.size]
+        if candidate.strength:
+            state.drive = np.minimum(state.drive / candidate.estimate.strength, state.reach)
+        return "", ""

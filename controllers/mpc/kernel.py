@@ -1,0 +1,103 @@
+"""The arithmetic of one tick of predictive control, before and after the quadratic programme.
+
+What comes of it is written into arrays made by the caller: a compiled function takes as long to hand back
+an array as to fill one.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.limits.allocation import allocate, risen
+from controllers.mpc.observer import ahead, correct, record
+from controllers.mpc.plan import free_optimum, limits
+from controllers.qp.kernel import NOT_FINITE, check_vectors
+
+Array = NDArray[np.float64]
+Stamps = NDArray[np.int64]
+
+
+@numba.njit(cache=True)
+def pose(
+    ladder: Array, c: Array, offset: Array, gain: Array, x: Array, disturbance: Array, strength: Array,
+    stamps: Stamps, inputs: Array, period_ns: int, delay_ns: int, at_ns: int, captured_ns: int, now_ns: int,
+    measured: Array, free: Array, rows: Array, boxes: Array, reach: Array, slew: float, table: Array,
+    charge_rise_c: float, charge: Array, drive: Array, pulses: Array, reference: Array, best: Array,
+    lower: Array, upper: Array, below: Array, above: Array,
+) -> int:
+    """Fill the free optimum and the bounds of this tick's programme; the fault, as `qp.kernel` has them.
+
+    The observer takes in what was measured at `captured_ns`, in place, if that is after `at_ns`; the
+    prediction starts from its estimate at `now_ns`. Nothing is touched if an input is not finite. Drives
+    in the programme are what the muscles answer: `strength` times the recruited fractions.
+
+    Parameters
+    ----------
+    ladder ... delay_ns: of `Observer` and `ObserverState`.
+    measured, reference: (outputs,) and (N, outputs), rad.
+    free, rows, boxes: of `Plan`.
+    reach, slew: greatest drive of each muscle, (muscles,), and greatest change a tick.
+    table, charge_rise_c: as `risen` takes them.
+    charge: as `limits` takes it.
+    drive, pulses: in force, (muscles,) and (muscles, 2).
+    best, lower, upper: (unknowns,) and twice (unknowns + constraints,), filled.
+    below, above: the bounds less what is bounded, at `best`, filled.
+    """
+    muscles = drive.size
+    for value in measured:
+        if not np.isfinite(value):
+            return NOT_FINITE
+    for value in reference.flat:
+        if not np.isfinite(value):
+            return NOT_FINITE
+    if captured_ns > at_ns:
+        correct(ladder, c, offset, gain, x, disturbance, strength, stamps, inputs, period_ns, delay_ns,
+                at_ns, captured_ns, measured)
+        at_ns = captured_ns
+    stored = (free.shape[0] - reference.size - x.size) // muscles - 1
+    present = ahead(ladder, x, strength, stamps, inputs, period_ns, delay_ns, at_ns, now_ns, stored)
+    answered = strength * drive
+    rise = np.empty(muscles)
+    risen(table, pulses, charge_rise_c, rise)
+    for i in range(muscles):
+        rise[i] = strength[i] * max(rise[i], drive[i])
+    free_optimum(free, present, disturbance + offset, reference, answered, best)
+    limits(strength * reach, slew * strength, answered, rise, charge, boxes, reference, best, lower, upper)
+    fault: int = check_vectors(best, lower, upper)
+    centre(rows, reference.shape[0] * muscles, muscles, best, lower, upper, below, above)
+    return fault
+
+
+@numba.njit(cache=True)
+def centre(
+    rows: Array, differences: int, muscles: int, best: Array, lower: Array, upper: Array, below: Array,
+    above: Array,
+) -> None:
+    """Fill bounds less what is bounded at `best`: what `qp.kernel.around` does, to the bit.
+
+    The first rows, as many as `differences`, are known: each drive less that of the tick before.
+    """
+    unknowns = best.size
+    for i in range(unknowns):
+        below[i], above[i] = lower[i] - best[i], upper[i] - best[i]
+    for row in range(rows.shape[0]):
+        if row < differences:
+            total = best[row] - best[row - muscles] if row >= muscles else best[row]
+        else:
+            total = 0.0
+            for i in range(unknowns):
+                total += rows[row, i] * best[i]
+        at = unknowns + row
+        below[at], above[at] = lower[at] - total, upper[at] - total
+
+
+@numba.njit(cache=True)
+def give_out(
+    table: Array, drive: Array, stamps: Stamps, inputs: Array, time_ns: int, pulses: Array
+) -> int:
+    """Record a drive and write its pulses (muscles, 2); the number of channels at their longest pulse."""
+    record(stamps, inputs, time_ns, drive)
+    saturated: int = allocate(table, drive, pulses)
+    return saturated

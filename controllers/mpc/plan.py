@@ -1,0 +1,234 @@
+"""The condensed quadratic programme of linear predictive control.
+
+Over a horizon of N periods, with drives V = [v_0; ...; v_{N-1}] and y_j = C A^j x_0 + ... + d + offset,
+
+    min  1/2 sum_j |y_j - r_j|^2_Q + |v_j - v_{j-1}|^2_R + effort |v_j|^2 + cocontraction |Z'v_j|^2
+         + price sum_j (e_j + e_j^2 / (2 knee))
+    0 <= v_j <= reach,  |v_j - v_{j-1}| <= slew,  v_0 <= rise,  s'(v_0 + ... + v_j) <= charge_j
+    least - e_j <= y_j <= greatest + e_j,  e_j >= 0
+
+(Maciejowski 2002, Predictive Control with Constraints, chapter 3). Z spans the drives that move no output
+in steady state (co-contraction), so weighing them leaves control free of offset, which `effort` does not;
+where a muscle lies at its limit, that holds as far as `cocontraction` is small. `rise` is the drive that
+the rise of charge allows at this tick; at later ticks it follows the pulse then in force. s is the charge per
+drive of each muscle; charge_j is what the budget of any N ticks on end has left for the first j of those to
+come.
+
+Boxes of angles are soft, so that a posture outside them never leaves the programme without an answer. Their
+price is exact (Kerrigan and Maciejowski 2000, "Soft constraints and exact penalty functions in model
+predictive control"): an angle leaves its box only where no admissible drive keeps it in, as long as the price
+is above the multipliers of the hard box. It is N x the greatest weight x 1 rad, what a reference 1 rad beyond
+the box pulls with over the whole horizon. Outputs within the delay, which no drive moves, have no box.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag, cho_factor, cho_solve, null_space
+
+from controllers.limits.allocation import planned_charge
+from fesloop.models.linear_model import SampledModel
+
+Array = NDArray[np.float64]
+KNEE_RAD = 0.1
+"""Excess at which the price of leaving a box has doubled (chosen: about 6 deg)."""
+
+
+class Weights(NamedTuple):
+    """Weights of the cost: per output (outputs,), and scalars per unit of drive squared."""
+
+    outputs: Array
+    move: float
+    effort: float
+    cocontraction: float
+
+
+class Limits(NamedTuple):
+    """What of the limits is in the matrices of the programme.
+
+    Attributes
+    ----------
+    least, greatest: (outputs,) rad, boxes of the outputs; infinite where there is none.
+    charge_slopes: (muscles,), charge per drive over the budget; of size 0 where there is none.
+    """
+
+    least: Array
+    greatest: Array
+    charge_slopes: Array
+
+
+class Plan(NamedTuple):
+    """Matrices of the condensed programme; nothing here is ever written to.
+
+    The unknowns are the drives, (N muscles,), then, where an output has a box, the excess of every output at
+    every step, (N outputs,).
+
+    Attributes
+    ----------
+    hessian: (unknowns, unknowns).
+    rows: (constraints, unknowns): differences of drives, sums of charge where it has a budget, boxes.
+    free: (states + N outputs + muscles, unknowns), transposed map from x_0, from d + offset - r and from
+        the drive in force to the drives that would be best without limits, and to y - r without drives.
+    boxes: (boxes, 3), of the rows that are boxes: number of the step's output, least and greatest, rad.
+    """
+
+    hessian: Array
+    rows: Array
+    free: Array
+    boxes: Array
+
+    def vectors(self) -> tuple[Array, Array, Array, Array, Array]:
+        """Room for what changes from tick to tick: unknowns, then four times bounds of them and of rows."""
+        unknowns, bounded = self.rows.shape[1], sum(self.rows.shape)
+        return (np.empty(unknowns), np.empty(bounded), np.empty(bounded), np.empty(bounded),
+                np.empty(bounded))
+
+
+def make_plan(model: SampledModel, horizon: int, weights: Weights, bounds: Limits) -> Plan:
+    """Condense a sampled model over `horizon` periods."""
+    outputs, muscles = model.c.shape[0], model.b.shape[1]
+    lifted = model.lifted(horizon + 1)[outputs:, :horizon * muscles]
+    responses, power = [], np.eye(model.a.shape[0])
+    for _ in range(horizon):
+        power = model.a @ power
+        responses.append(model.c @ power)
+    response, size = np.vstack(responses), horizon * muscles
+    weighted = lifted.T * np.tile(weights.outputs, horizon)
+    rows = np.eye(size) - np.eye(size, k=-muscles)
+    steady = model.c @ np.linalg.solve(np.eye(model.a.shape[0]) - model.a, model.b)
+    idle = null_space(steady)
+    hessian = weighted @ lifted + weights.move * rows.T @ rows + weights.effort * np.eye(size)
+    hessian += weights.cocontraction * np.kron(np.eye(horizon), idle @ idle.T)
+    hessian = 0.5 * (hessian + hessian.T)
+    linear = np.vstack([(weighted @ response).T, weighted.T, -weights.move * np.eye(muscles, size)])
+    free = -cho_solve(cho_factor(hessian), linear.T).T
+    if bounds.charge_slopes.size:
+        rows = np.vstack([rows, np.kron(np.tri(horizon), bounds.charge_slopes)])
+    boxed, boxes = _boxes(lifted, horizon, model.delay_steps, bounds)
+    if boxes.size:
+        price = horizon * weights.outputs.max() * 1.0
+        hessian = block_diag(hessian, price / KNEE_RAD * np.eye(horizon * outputs))
+        rows = np.vstack([np.hstack([rows, np.zeros((rows.shape[0], horizon * outputs))]), boxed])
+        unmoved = np.vstack([response.T, np.eye(horizon * outputs), np.zeros((muscles, horizon * outputs))])
+        free = np.hstack([free, unmoved])
+    return Plan(hessian, rows, np.ascontiguousarray(free), boxes)
+
+
+def _boxes(lifted: Array, horizon: int, delay_steps: int, bounds: Limits) -> tuple[Array, Array]:
+    """(rows on drives and excesses, (boxes, 3) as in `Plan`): one row for each finite end."""
+    outputs = bounds.least.size
+    excess, rows, boxes = np.eye(horizon * outputs), [], []
+    for at in range(delay_steps * outputs, horizon * outputs):
+        least, greatest = bounds.least[at % outputs], bounds.greatest[at % outputs]
+        if np.isfinite(least):
+            rows.append(np.concatenate([lifted[at], excess[at]]))
+            boxes.append((at, least, np.inf))
+        if np.isfinite(greatest):
+            rows.append(np.concatenate([lifted[at], -excess[at]]))
+            boxes.append((at, -np.inf, greatest))
+    return np.array(rows), np.array(boxes, dtype=np.float64).reshape(-1, 3)
+
+
+def charge_room(
+    budget_uc: float, given_uc: Array, plan: Plan, planned: Array, strength: Array, table: Array
+) -> Array:
+    """What a budget of charge has left for the first 1 ... N ticks to come, (N,) over the budget.
+
+    Parameters
+    ----------
+    budget_uc: of any N ticks on end, on all channels together.
+    given_uc: (N,), what the last N ticks gave, oldest first.
+    planned: the last answer, for which slopes are made exact; of size 0 before the first.
+    strength: (muscles,), by which drives of the programme are greater than those given out.
+    table: as `allocate` takes it.
+    """
+    steps, muscles = given_uc.size, strength.size
+    sums = plan.rows[steps * muscles:steps * (muscles + 1), :steps * muscles]
+    exact = 1.0
+    if planned.size:
+        drives = planned[:steps * muscles]
+        actual_uc = 1e6 * planned_charge(table, drives.reshape(steps, muscles) / strength)
+        exact = float(sums[-1] @ drives) * budget_uc / actual_uc if actual_uc > 0.0 else 1.0
+    before_uc = np.append(np.cumsum(given_uc[:0:-1])[::-1], 0.0)
+    left: Array = np.maximum(exact * (1.0 - before_uc / budget_uc), 0.0)
+    return left
+
+
+@numba.njit(cache=True)
+def free_optimum(
+    free: Array, present: Array, shift: Array, reference: Array, previous: Array, drives: Array
+) -> None:
+    """Fill `drives` (unknowns,) with those that would be best without limits; `free` is that of `Plan`.
+
+    Behind the drives, in place of excesses, stands y - r without drives, (N outputs,).
+
+    Parameters
+    ----------
+    present: (states,), of the sampled model.
+    shift: (outputs,), disturbance plus offset.
+    reference: (N, outputs).
+    previous: (muscles,), the drive in force.
+
+    Sums run in a fixed order, so equal numbers give equal bits wherever they lie in memory.
+    """
+    known = np.empty(free.shape[0])
+    known[:present.size] = present
+    at = present.size
+    for k in range(reference.shape[0]):
+        for j in range(shift.size):
+            known[at] = shift[j] - reference[k, j]
+            at += 1
+    known[at:] = previous
+    drives[:] = 0.0
+    # Four rows at a time: the sum is read and written a quarter as often.
+    whole = known.size - known.size % 4
+    for j in range(0, whole, 4):
+        a, b, c, d = known[j], known[j + 1], known[j + 2], known[j + 3]
+        for i in range(drives.size):
+            drives[i] += a * free[j, i] + b * free[j + 1, i] + c * free[j + 2, i] + d * free[j + 3, i]
+    for j in range(whole, known.size):
+        for i in range(drives.size):
+            drives[i] += known[j] * free[j, i]
+
+
+@numba.njit(cache=True)
+def limits(
+    reach: Array, slew: Array, previous: Array, rise: Array, charge: Array, boxes: Array, reference: Array,
+    best: Array, lower: Array, upper: Array,
+) -> None:
+    """Fill the bounds of the programme at this tick, (unknowns + constraints,), boxes before rows.
+
+    Parameters
+    ----------
+    reach, slew: (muscles,), greatest drive and greatest change of it a tick.
+    previous: (muscles,), the drive in force.
+    rise: (muscles,), greatest drive of this tick, above `previous`.
+    charge: of `charge_room`; of size 0 where charge has no budget.
+    boxes: of `Plan`.
+    reference: (N, outputs).
+    best: of `free_optimum`; what stands behind the drives becomes the excesses that cost least.
+    """
+    muscles, unknowns = reach.size, best.size
+    size = reference.shape[0] * muscles
+    for k in range(reference.shape[0]):
+        for i in range(muscles):
+            at = k * muscles + i
+            lower[at], upper[at] = 0.0, reach[i]
+            lower[unknowns + at], upper[unknowns + at] = -slew[i], slew[i]
+    for i in range(muscles):
+        lower[unknowns + i] += previous[i]
+        upper[unknowns + i] = min(previous[i] + slew[i], rise[i])
+    first = unknowns + size
+    for k in range(charge.size):
+        lower[first + k], upper[first + k] = -np.inf, charge[k]
+    first += charge.size
+    for row in range(boxes.shape[0]):
+        at = int(boxes[row, 0])
+        unmoved = best[size + at] + reference[at // reference.shape[1], at % reference.shape[1]]
+        lower[first + row], upper[first + row] = boxes[row, 1] - unmoved, boxes[row, 2] - unmoved
+    for at in range(size, unknowns):
+        best[at], lower[at], upper[at] = -KNEE_RAD, 0.0, np.inf

@@ -1,0 +1,202 @@
+"""PID control of joint angles through a mixing matrix onto muscles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.limits.allocation import Allocation
+from controllers.period import period_ns
+from controllers.pid.kernel import NON_FINITE, SATURATED, pid_tick
+from fesloop.errors import InputError
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.status import StatusLatch
+from fesloop.models.linear_form import SampledForm
+from fesloop.models.recruitment import Recruitment
+
+Array = NDArray[np.float64]
+Matrix = tuple[tuple[float, ...], ...]
+
+
+@dataclass(slots=True, eq=False)
+class PidState:
+    """Memory of the controller, and the coefficients that its clock decides.
+
+    Attributes
+    ----------
+    gains, mixing, channels, table: as `pid_tick` takes them; never written to.
+    memory: (3, joints).
+    primed: whether a measurement has come.
+    outcome: what the last tick came to.
+    """
+
+    gains: Array
+    mixing: Array
+    channels: Array
+    table: Array
+    memory: Array
+    primed: bool = False
+    outcome: int = 0
+    latch: StatusLatch = field(default_factory=StatusLatch)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pid:
+    """A PID controller a joint, their commands mixed onto muscles.
+
+    With period h, error e = reference - measured and measurement y, joint by joint,
+
+        u[k] = kp e[k] + I[k] + D[k]
+        I[k+1] = I[k] + ki h e[k]
+        D[k] = alpha D[k-1] - beta (y[k] - y[k-1]),   alpha = Tf / (Tf + h),  beta = kd / (Tf + h)
+
+    (forward difference for the integral, backward for the filtered derivative of the measurement: Astrom
+    and Murray, Feedback Systems, 2nd ed., section 11.5, ISBN 978-0-691-19398-4). Muscle drives are
+    v = bias + mixing u, limited to what each channel can recruit. Anti-windup is conditional integration:
+    I stands still while no muscle of the joint could follow its growth and most, by their weight in
+    `mixing`, would only go deeper into saturation.
+
+    Attributes
+    ----------
+    kp, ki, kd: (joints,), drive per rad, per rad s, and drive s per rad.
+    derivative_filter_ms: Tf.
+    mixing: (muscles, joints), drive of each muscle per unit of joint command.
+    bias: (muscles,), drive at zero command: co-contraction; empty for none.
+    current_ma: (muscles,), fixed current of each channel.
+    recruitment_curve: "lognormal" inverts `recruitment`; "linear" takes pulse width = v x `full_scale_us`,
+        signed and unlimited, for the theory of the linear loop.
+    recruitment: nominal curves; needed for "lognormal".
+    width_max_us: longest pulse.
+    full_scale_us: pulse width of v = 1 under "linear".
+
+    Inputs: `reference` and `measured` (joints,), rad. Output: `stimulation` (muscles, 2). Without a
+    measurement, or with a non-finite input, stimulation is zero and a status says so.
+    """
+
+    kp: tuple[float, ...]
+    ki: tuple[float, ...]
+    kd: tuple[float, ...]
+    mixing: Matrix
+    current_ma: tuple[float, ...]
+    derivative_filter_ms: float = 20.0
+    bias: tuple[float, ...] = ()
+    recruitment_curve: Literal["lognormal", "linear"] = "lognormal"
+    recruitment: Recruitment | None = None
+    width_max_us: float = 500.0
+    full_scale_us: float = 500.0
+
+    def __post_init__(self) -> None:
+        for key in ("kp", "ki", "kd"):
+            values = getattr(self, key)
+            if not values or len(values) != len(self.kp):
+                raise InputError(key, f"{len(values)} values", "as many as kp, one a joint, one or more")
+            if not all(math.isfinite(value) for value in values):
+                raise InputError(key, f"{values}", "finite values")
+        if len(self.mixing) != self.muscles or any(len(row) != self.joints for row in self.mixing):
+            raise InputError("mixing", f"rows of {[len(row) for row in self.mixing]}",
+                             f"{self.muscles} rows, one a muscle, of {self.joints} values, one a joint")
+        if not all(math.isfinite(weight) for row in self.mixing for weight in row):
+            raise InputError("mixing", "a weight that is not finite", "finite weights")
+        if self.bias and len(self.bias) != self.muscles:
+            raise InputError("bias", f"{len(self.bias)} values", f"{self.muscles}, one a muscle, or none")
+        if not all(math.isfinite(value) and value >= 0.0 for value in self.bias):
+            raise InputError("bias", f"{self.bias}", "finite drives, 0 or more")
+        if not (math.isfinite(self.derivative_filter_ms) and self.derivative_filter_ms >= 0.0):
+            raise InputError("derivative_filter_ms", f"{self.derivative_filter_ms}", "0 or more")
+        if self.recruitment_curve == "lognormal" and self.recruitment is None:
+            raise InputError("recruitment", "no nominal curves", "thresholds and spreads",
+                             'or take recruitment_curve = "linear"')
+        self.allocation()
+
+    @property
+    def joints(self) -> int:
+        """Number of joints."""
+        return len(self.kp)
+
+    @property
+    def muscles(self) -> int:
+        """Number of muscles, which is that of channels."""
+        return len(self.current_ma)
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """`reference`, `measured`."""
+        return Port("reference", (self.joints,), "rad"), Port("measured", (self.joints,), "rad")
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """`stimulation`."""
+        return (Port("stimulation", (self.muscles, 2), "A,s"),)
+
+    def allocation(self) -> Allocation:
+        """How drives become pulses."""
+        curves = self.recruitment if self.recruitment_curve == "lognormal" else None
+        return Allocation(recruitment=curves, current_ma=self.current_ma,
+                          width_max_us=self.width_max_us, full_scale_us=self.full_scale_us)
+
+    def gains(self, period_s: float) -> Array:
+        """(joints, 4): kp, ki h, alpha, beta."""
+        filter_s = 1e-3 * self.derivative_filter_ms
+        return np.column_stack([
+            np.asarray(self.kp), np.asarray(self.ki) * period_s,
+            np.full(self.joints, filter_s / (filter_s + period_s)),
+            np.asarray(self.kd) / (filter_s + period_s)])
+
+    def sampled(self, period_s: float) -> tuple[Array, Array, Array, Array]:
+        """(a, b, c, d) from [reference; measured] to muscle drives less their bias, unsaturated.
+
+        State: I[k], D[k-1], y[k-1], each (joints,). For the theory of the closed loop.
+        """
+        kp, ki_h, alpha, beta = (np.diag(column) for column in self.gains(period_s).T)
+        zero, one = np.zeros_like(kp), np.eye(self.joints)
+        a = np.block([[one, zero, zero], [zero, alpha, beta], [zero, zero, zero]])
+        b = np.block([[ki_h, -ki_h], [zero, -beta], [zero, one]])
+        mixing = np.asarray(self.mixing)
+        return a, b, mixing @ np.hstack([one, alpha, beta]), mixing @ np.hstack([kp, -kp - beta])
+
+    def linear_form(self, context: Context) -> SampledForm:
+        """Unsaturated; under "linear" to pulse widths."""
+        a, b, c, d = self.sampled(period_ns(context) / NS_PER_S)
+        lognormal = self.recruitment_curve == "lognormal"
+        scale = 1.0 if lognormal else 1e-6 * self.full_scale_us
+        return SampledForm(inputs=("reference", "measured"), output="stimulation", a=a, b=b, c=scale * c,
+                           d=scale * d, noise=np.zeros((self.muscles, 0)),
+                           curves=self.recruitment if lognormal else None)
+
+    def init(self, context: Context) -> PidState:
+        """At rest, coefficients for the context's clock."""
+        period_s = period_ns(context) / NS_PER_S
+        allocation, linear = self.allocation(), self.recruitment_curve == "linear"
+        channels = np.zeros((self.muscles, 3))
+        channels[:, 0] = self.bias or 0.0
+        channels[:, 1] = -np.inf if linear else 0.0
+        channels[:, 2] = allocation.reach()
+        return PidState(self.gains(period_s), np.ascontiguousarray(self.mixing, dtype=np.float64), channels,
+                        allocation.table(), np.zeros((3, self.joints)))
+
+    def step(self, state: PidState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """Pulses for this tick."""
+        reference, measured = inputs
+        if measured.arrived_ns < 0 or reference.arrived_ns < 0:
+            state.latch.put(tick, "no_input", True, "no reference or measurement yet: no stimulation")
+            return (np.zeros((self.muscles, 2)),)
+        outcome, pulses = pid_tick(state.gains, state.mixing, state.channels, state.table, state.memory,
+                                   state.primed, cast(Array, reference.value), cast(Array, measured.value))
+        if outcome != NON_FINITE:
+            state.primed = True
+        if outcome != state.outcome:
+            self._report(state, outcome, tick)
+        return (pulses,)
+
+    def _report(self, state: PidState, outcome: int, tick: Tick) -> None:
+        """Tell what changed since the last tick."""
+        state.latch.put(tick, "non_finite", outcome == NON_FINITE, "input is not finite: no stimulation")
+        state.latch.put(tick, "saturated", outcome == SATURATED, "a channel is at its longest pulse")
+        state.outcome = outcome

@@ -1,0 +1,247 @@
+"""`tuned_pid`: PID and feedforward of a few outputs, tuned and mixed by the patient's model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.limits.allocation import Allocation, allocate, allocation_of, risen
+from controllers.period import period_ns
+from controllers.pid.tuning import RuleName, Tuning, static_gain, tuned
+from controllers.qp.dense import Qp
+from fesloop.errors import InputError
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
+from fesloop.loop.guard import is_finite
+from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.status import StatusLatch
+from fesloop.models.linear_model import LinearModel
+
+Array = NDArray[np.float64]
+_EFFORT = 1e-6
+"""Weight of drives in their mixing, over the strongest that any output answers with: decides between drives
+that move the outputs alike, and no more (chosen)."""
+_FARTHEST = 10.0
+"""What is asked is cut at so many times what all drives together could do (chosen: far outside any hand, and
+within numbers that the programme can tell apart)."""
+_FILTERED = 0.1
+"""Time constant of the derivative's filter over the derivative time (customary: an eighth to a twentieth)."""
+
+
+@dataclass(slots=True, eq=False)
+class TunedPidState:
+    """Memory of the controller, and the coefficients that its clock decides.
+
+    Attributes
+    ----------
+    gains: (outputs, 5): kp, integral gain a tick, pull of saturation a tick, derivative's pole and gain.
+    gain: (outputs, muscles), static.
+    reach: (muscles,), greatest drives. table: of `Allocation`. Never written to, like those above.
+    qp: the mixing.
+    late, slow: (outputs,), ticks of delay, and pole a tick, of what the feedforward leads to.
+    ahead: (outputs,), which of the coming references is delay and lag from now.
+    integral, derivative, previous: (outputs,), rad.
+    asked: (ticks, outputs), rad, f, newest first; expected: (outputs,), what it should have led to.
+    pulses: (muscles, 2), in force.
+    trouble: status of the tick before, "" while all is well.
+    """
+
+    gains: Array
+    gain: Array
+    reach: Array
+    table: Array
+    qp: Qp
+    late: NDArray[np.int64]
+    slow: Array
+    ahead: NDArray[np.int64]
+    integral: Array
+    derivative: Array
+    previous: Array
+    pulses: Array
+    asked: Array
+    expected: Array
+    primed: bool = False
+    trouble: str = ""
+    latch: StatusLatch = field(default_factory=StatusLatch)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TunedPid:
+    """PID of a few outputs through many channels, gains and mixing from the patient's model.
+
+    With static gain K of the model, y measured, f the reference, lag and delay ahead of now where there is a
+    preview of it, output by output,
+
+        e = f exp(-delay s) / (lag s + 1) - y                what the feedforward should have led to, less y
+        u = (f - offset) + kp e + I + D                      what the outputs should come to, from rest
+        v = argmin |K v - u|^2 + effort |v|^2, 0 <= v <= limits        drives of the muscles
+        I[k+1] = I[k] + (kp h / Ti) e + (h / Ti) (K v - u)
+        D[k] = alpha D[k-1] - beta (y[k] - y[k-1])
+
+    so the feedforward is the model's inverse at rest, within the boxes, and feedback puts right only what
+    the model did not foresee (two degrees of freedom: Astrom and Hagglund 2006, Advanced PID Control, section
+    5.3); without feedforward e = reference - y. The integral is led back by what the boxes do not let through
+    (back-calculation, ibid., section 3.5, tracking time Ti). Where drives cannot bring about what is asked,
+    the least sum of kp e^2 is left at rest. Gains, lag and delay are those of `controllers.pid.tuning`, with
+    the delay of the model, `delay_ms` and half a period.
+
+    Attributes
+    ----------
+    model: of the patient; outputs rad, inputs the recruited fractions.
+    current_ma: (muscles,), fixed current of each channel.
+    rule: "simc": PI by Skogestad; "amigo": PID by Astrom and Hagglund.
+    closed_loop_ms: of "simc", time constant wanted; 0: as long as the loop's delay.
+    delay_ms: of the loop beyond the model: usual age of `measured` when it is read.
+    feedforward: whether (f - offset) is there.
+    preview: coming references, one a tick, that `reference_preview` shows; 0 leaves that input out.
+    width_max_us, charge_max_uc, full_scale_us: as in `Allocation`; the last where the model has no
+        recruitment.
+    charge_rise_uc: greatest rise of a channel's charge per phase a tick, as `Safety` has it; not kept where
+        the model has no recruitment.
+    max_age_ms: of `measured`, counted from its newest capture.
+
+    Inputs: `reference` and `measured` (outputs,), rad; `reference_preview` (preview, outputs), rad.
+    Output: `stimulation` (muscles, 2). Without a measurement, with one that is too old or an input that is
+    not finite, stimulation is zero and a status says so; the integral stands still.
+    """
+
+    model: LinearModel
+    current_ma: tuple[float, ...]
+    rule: RuleName = "simc"
+    closed_loop_ms: float = 0.0
+    delay_ms: float = 20.0
+    feedforward: bool = True
+    preview: int = 0
+    width_max_us: float = 500.0
+    charge_max_uc: float = 20.0
+    full_scale_us: float = 500.0
+    charge_rise_uc: float = 5.0
+    max_age_ms: float = 400.0
+
+    def __post_init__(self) -> None:
+        if len(self.current_ma) != self.model.inputs:
+            raise InputError("current_ma", f"{len(self.current_ma)} currents",
+                             f"{self.model.inputs}, one a muscle of the model")
+        if self.rule not in ("simc", "amigo"):
+            raise InputError("rule", f"{self.rule!r}", "simc, amigo")
+        if self.preview < 0:
+            raise InputError("preview", f"{self.preview}", "0 or more instants")
+        for key in ("closed_loop_ms", "delay_ms", "max_age_ms"):
+            duration_ns(getattr(self, key), NS_PER_MS, key)
+        if not (math.isfinite(self.charge_rise_uc) and self.charge_rise_uc > 0.0):
+            raise InputError("charge_rise_uc", f"{self.charge_rise_uc}", "a finite charge above 0")
+        self.allocation()
+        tuned(self.model, self.rule, extra_delay_s=max(1e-3 * self.delay_ms, 1e-3), closed_loop_s=0.0)
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """`reference`, `measured` and, with a preview, `reference_preview`."""
+        now = Port("reference", (self.model.outputs,), "rad"), Port("measured", (self.model.outputs,), "rad")
+        if self.preview == 0:
+            return now
+        return (*now, Port("reference_preview", (self.preview, self.model.outputs), "rad"))
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """`stimulation`."""
+        return (Port("stimulation", (self.model.inputs, 2), "A,s"),)
+
+    def allocation(self) -> Allocation:
+        """How drives become pulses."""
+        return allocation_of(self)
+
+    def tuning(self, period_s: float) -> list[Tuning]:
+        """Of each output, for a period."""
+        return tuned(self.model, self.rule, extra_delay_s=1e-3 * self.delay_ms + 0.5 * period_s,
+                     closed_loop_s=1e-3 * self.closed_loop_ms)
+
+    def gains(self, period_s: float) -> Array:
+        """(outputs, 5), as `TunedPidState` has them."""
+        rows = []
+        for (kp, integral_s, derivative_s), _ in self.tuning(period_s):
+            filter_s = _FILTERED * derivative_s
+            rows.append((kp, kp * period_s / integral_s, period_s / integral_s,
+                         filter_s / (filter_s + period_s), kp * derivative_s / (filter_s + period_s)))
+        return np.array(rows)
+
+    def init(self, context: Context) -> TunedPidState:
+        """At rest, coefficients for the context's clock."""
+        gain, allocation, nothing = static_gain(self.model), self.allocation(), np.zeros(self.model.outputs)
+        hessian = gain.T @ gain
+        hessian += _EFFORT * np.linalg.norm(gain, 2)**2 * np.eye(self.model.inputs)
+        period_s = period_ns(context) / NS_PER_S
+        lags = [lag for _, lag in self.tuning(period_s)]
+        late = np.array([round(lag.delay_s / period_s) for lag in lags])
+        ahead = np.array([round((lag.delay_s + lag.lag_s) / period_s) for lag in lags])
+        if 0 < self.preview < ahead.max():
+            raise InputError(f"{context.name}.preview", f"{self.preview} instants", f"{ahead.max()} or more",
+                             "what is asked must be known a delay and a lag before")
+        return TunedPidState(
+            self.gains(period_s), gain, np.minimum(allocation.reach(), 1.0), allocation.table(),
+            Qp(hessian, np.empty((0, self.model.inputs))), late,
+            np.exp([-period_s / lag.lag_s for lag in lags]), ahead - 1, integral=nothing, derivative=nothing,
+            previous=nothing, pulses=np.zeros((self.model.inputs, 2)),
+            asked=np.zeros((int(late.max()) + 1, nothing.size)), expected=nothing)
+
+    def step(self, state: TunedPidState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """Pulses for this tick."""
+        reference, measured, *preview = inputs
+        trouble, detail, drive = "", "", np.zeros(self.model.inputs)
+        if reference.arrived_ns < 0 or measured.arrived_ns < 0:
+            trouble, detail = "no_input", "no reference or measurement yet"
+        elif tick.time_ns - measured.newest_ns > self.max_age_ms * NS_PER_MS:
+            trouble, detail = "stale_input", f"the newest capture is older than {self.max_age_ms:g} ms"
+        elif not all(is_finite(each.value) for each in inputs):
+            trouble, detail = "non_finite", "an input is not finite"
+        else:
+            wanted = asked = cast(Array, reference.value)
+            if preview and preview[0].present:
+                asked = cast(Array, preview[0].value)[state.ahead, np.arange(wanted.size)]
+            trouble, drive = self._control(state, wanted, asked, cast(Array, measured.value))
+            detail = "mixing of the drives"
+        if trouble and trouble != state.trouble:
+            tick.report(trouble, f"{detail}: no stimulation")
+        state.trouble = trouble
+        state.pulses = np.empty((self.model.inputs, 2))
+        saturated = allocate(state.table, drive, state.pulses)
+        state.latch.put(tick, "saturated", saturated > 0, "a channel is at its longest pulse")
+        return (state.pulses,)
+
+    def _control(self, state: TunedPidState, reference: Array, asked: Array,
+                 measured: Array) -> tuple[str, Array]:
+        """What went wrong, "" if nothing, and the drives (muscles,); `asked` is f."""
+        kp, integral, pull, pole, rate = state.gains.T
+        farthest = _FARTHEST * np.abs(state.gain) @ state.reach
+        rest = self.model.offset
+        reference, asked, measured = (rest + np.clip(each - rest, -farthest, farthest)
+                                      for each in (reference, asked, measured))
+        expected = self._expected(state, asked, measured) if self.feedforward else reference
+        error = expected - measured
+        moved = measured - state.previous if state.primed else 0.0 * error
+        derivative = pole * state.derivative - rate * moved
+        wanted = kp * error + state.integral + derivative
+        if self.feedforward:
+            wanted += asked - rest
+        rise = np.empty(self.model.inputs)
+        risen(state.table, state.pulses, 1e-6 * self.charge_rise_uc, rise)
+        result = state.qp.solve(-state.gain.T @ wanted, np.zeros_like(rise), np.minimum(state.reach, rise))
+        if not result.solved:
+            return result.status, np.zeros(self.model.inputs)
+        grown = state.integral + integral * error + pull * (state.gain @ result.x - wanted)
+        state.integral = np.clip(grown, -farthest, farthest)
+        state.derivative, state.previous, state.primed = derivative, measured, True
+        return "", result.x
+
+    def _expected(self, state: TunedPidState, asked: Array, measured: Array) -> Array:
+        """Where the feedforward should have brought the outputs by now; notes what is asked."""
+        if not state.primed:
+            state.asked[:], state.expected = measured, measured
+        state.asked = np.vstack((asked, state.asked[:-1]))
+        due = state.asked[state.late, np.arange(asked.size)]
+        state.expected = state.slow * state.expected + (1.0 - state.slow) * due
+        return state.expected

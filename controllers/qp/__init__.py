@@ -1,0 +1,1 @@
+"""Quadratic programmes, of which none hands back a silently wrong answer."""

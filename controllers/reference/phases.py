@@ -1,0 +1,173 @@
+"""`grasp_phases`: a grasp as a therapist tells it, phase after phase."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.reference.course import (
+    WayPoints,
+    instants_ahead,
+    reference_ports,
+    reference_values,
+    require_preview,
+)
+from controllers.reference.ranges import USUAL_ROWS, checked_ranges, require_in_range
+from fesloop.errors import InputError, did_you_mean
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_S, duration_ns
+from fesloop.loop.signals import Port, Sample, Value
+
+Array = NDArray[np.float64]
+_MOST_REPEATS = 10_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GraspPhase:
+    """A phase: a move to where some rows shall be, and standing still there for the rest of it.
+
+    Attributes
+    ----------
+    name: such as rest, open, approach, close, hold, release; phases of one name may come again.
+    duration_s: of the phase, its move included.
+    move_s: of the move; left out: it takes the whole phase.
+    deg: where rows shall be, by row; one that is not named stays where it is.
+    """
+
+    name: str
+    duration_s: float
+    move_s: float | None = None
+    deg: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.name:
+            raise InputError("name", "is empty", "a name such as open, close or hold")
+        if duration_ns(self.duration_s, NS_PER_S, "duration_s") == 0:
+            raise InputError("duration_s", f"{self.duration_s:g}", "above 0")
+        if self.move_s is not None and not 0 < self.move_ns <= self.duration_ns:
+            raise InputError("move_s", f"{self.move_s:g}", f"above 0, at most {self.duration_s:g}, the phase",
+                             "leave it out for a move that takes the whole phase")
+        object.__setattr__(self, "deg", {row: float(angle) for row, angle in self.deg.items()})
+
+    @property
+    def duration_ns(self) -> int:
+        """Length of the phase, ns."""
+        return duration_ns(self.duration_s, NS_PER_S, "duration_s")
+
+    @property
+    def move_ns(self) -> int:
+        """Length of its move, ns."""
+        return self.duration_ns if self.move_s is None else duration_ns(self.move_s, NS_PER_S, "move_s")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GraspPhases:
+    """Rows of a hand's posture through named phases, on minimum-jerk paths.
+
+    The reference stands at the first phase's angles from t = 0 on. Every later phase begins with a move of
+    the rows that it names (Flash and Hogan 1985, doi 10.1523/JNEUROSCI.05-07-01688.1985), then stands still.
+    After the last phase the reference stands still and the last phase goes on. A repeat begins with the
+    move back to the first phase's angles, in that phase.
+
+    Attributes
+    ----------
+    phases: one after the other from t = 0 on; the first names every row.
+    rows: what `angles` lists, in this order: synergies (as of the block `synergies`) or freedoms of the hand,
+        or rows of one's own that stand in `range_deg`.
+    repeats: how often all phases are gone through.
+    range_deg: range of motion of some rows, in place of the one that follows from their joints.
+    preview: number of coming instants that output `preview` shows; 0 leaves that output out.
+    preview_period_ms: distance between them, the first one period after now.
+
+    Outputs: `angles` (m,) rad; `phase`, number of the phase in `phases`, from 0; `preview` (preview, m) rad.
+    """
+
+    phases: tuple[GraspPhase, ...]
+    rows: tuple[str, ...] = USUAL_ROWS
+    repeats: int = 1
+    range_deg: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    preview: int = 0
+    preview_period_ms: float = 25.0
+    course: WayPoints = field(init=False, repr=False, compare=False)
+    starts_ns: tuple[int, ...] = field(init=False, repr=False, compare=False)
+    """Beginnings of the phases, the repeats' included."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "range_deg", checked_ranges(self.rows, self.range_deg))
+        if not self.phases:
+            raise InputError("phases", "there is none", "one or more")
+        if not 1 <= self.repeats <= _MOST_REPEATS:
+            raise InputError("repeats", f"{self.repeats}", f"1 to {_MOST_REPEATS}")
+        for i, phase in enumerate(self.phases):
+            for row, angle in phase.deg.items():
+                if row not in self.rows:
+                    raise InputError(f"phases[{i}].deg.{row}", "is no row", ", ".join(self.rows),
+                                     did_you_mean(row, self.rows))
+                require_in_range(f"phases[{i}].deg.{row}", row, angle, self.range_deg)
+        missing = [row for row in self.rows if row not in self.phases[0].deg]
+        if missing:
+            raise InputError("phases[0].deg", f"says nothing of {', '.join(missing)}",
+                             f"an angle for each of {', '.join(self.rows)}",
+                             "the reference begins where the first phase says")
+        require_preview(self.preview, self.preview_period_ms)
+        starts, course = self._laid_out()
+        object.__setattr__(self, "starts_ns", starts)
+        object.__setattr__(self, "course", course)
+
+    def _laid_out(self) -> tuple[tuple[int, ...], WayPoints]:
+        """Beginnings of all phases, ns, and the way-points of all moves."""
+        target = [math.radians(self.phases[0].deg[row]) for row in self.rows]
+        starts, times, values = [], [0], [target]
+        now = 0
+        for phase in self.phases * self.repeats:
+            starts.append(now)
+            before = target
+            target = [math.radians(phase.deg[row]) if row in phase.deg else value
+                      for row, value in zip(self.rows, before, strict=True)]
+            if target != before:
+                if times[-1] < now:
+                    times.append(now)
+                    values.append(before)
+                times.append(now + phase.move_ns)
+                values.append(target)
+            now += phase.duration_ns
+        return tuple(starts), WayPoints(np.array(times) / NS_PER_S, np.array(values))
+
+    @property
+    def duration_s(self) -> float:
+        """From the first phase's beginning to the last one's end, s."""
+        return self.repeats * sum(phase.duration_ns for phase in self.phases) / NS_PER_S
+
+    @property
+    def ends_s(self) -> tuple[float, ...]:
+        """When each phase ends, s: there its angles stand, for a law that heeds chosen instants only."""
+        return (*(start / NS_PER_S for start in self.starts_ns[1:]), self.duration_s)
+
+    def phase_at(self, time_ns: int) -> int:
+        """Number of the phase at an instant, from 0."""
+        return (bisect_right(self.starts_ns, time_ns) - 1) % len(self.phases)
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """None: a source."""
+        return ()
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """`angles`, `phase`, and `preview` where there is one."""
+        angles, *ahead = reference_ports(self.course, self.preview)
+        return angles, Port("phase"), *ahead
+
+    def init(self, context: Context) -> Array:
+        """Instants of now and of the preview: constants."""
+        return instants_ahead(self.preview, self.preview_period_ms)
+
+    def step(self, state: Array, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """The reference now and ahead, and the phase."""
+        angles, *ahead = reference_values(self.course, state, tick)
+        return angles, float(self.phase_at(tick.time_ns)), *ahead

@@ -1,0 +1,1 @@
+"""What trackers know of the body: segments, joints, and what joints say about orientations."""

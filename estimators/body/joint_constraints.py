@@ -1,0 +1,218 @@
+"""Joints of a tree of segments, and what each of them says about the relative orientation of its two.
+
+A hinge leaves one rotation free: its axis, fixed in the parent and in the child, points the same way in
+both.
+A saddle leaves two: its axes, one fixed in the parent and one in the child, stay perpendicular. A ball
+joint leaves all three. Any joint may be limited to a range.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimators.body.body import Body
+from fesloop.errors import InputError, did_you_mean
+from fesloop.hand import quaternion
+from fesloop.hand.segments import AXES, SegmentTree
+
+Array = NDArray[np.float64]
+Axis = tuple[float, float, float]
+Range = tuple[float, float]
+KINDS = ("hinge", "saddle", "ball")
+HINGE, SADDLE, BALL = range(3)
+X: Axis = (1.0, 0.0, 0.0)
+Y: Axis = (0.0, 1.0, 0.0)
+Z: Axis = (0.0, 0.0, 1.0)
+_PERPENDICULAR = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Joint:
+    """A joint between two segments, each with a sensor whose frame is the segment's.
+
+    Its angles, positive about its axes: a hinge's one is the rotation about `parent_axis`, zero where
+        the child's axes are turned least from the parent's; a saddle's two are those of the rotation
+        about `parent_axis` followed by that about `child_axis` (as the child then has it), zero where
+        both frames coincide; a ball joint's three are the z-x-y Euler angles flexion, abduction,
+        pronation (doi 10.3390/s19010208, eq. 20-22).
+
+    Attributes
+    ----------
+    parent, child: numbers of the segments' sensors.
+    kind: "hinge", "saddle" or "ball".
+    parent_axis, child_axis: directions, of any length above 0, in the parent's and the child's frame;
+        of a saddle perpendicular to each other; a ball joint has no use for them.
+    ranges_deg: (least, most) of each angle, in their order. Empty: unlimited.
+    """
+
+    parent: int
+    child: int
+    kind: Literal["hinge", "saddle", "ball"]
+    parent_axis: Axis = Z
+    child_axis: Axis = Z
+    ranges_deg: tuple[Range, ...] = ()
+
+    def __post_init__(self) -> None:
+        if min(self.parent, self.child) < 0 or self.parent == self.child:
+            raise InputError("child", f"{self.child} with parent {self.parent}",
+                             "two different sensors, 0 or more")
+        if self.kind not in KINDS:
+            raise InputError("kind", f"{self.kind!r}", ", ".join(KINDS), did_you_mean(self.kind, KINDS))
+        for name, axis in (("parent_axis", self.parent_axis), ("child_axis", self.child_axis)):
+            if not 0.0 < math.hypot(*axis) < math.inf:
+                raise InputError(name, f"{axis} has no direction", "three finite numbers, not all zero")
+        if self.kind == "saddle" and abs(float(self.axes[0] @ self.axes[1])) > _PERPENDICULAR:
+            raise InputError("child_axis", f"{self.child_axis} beside {self.parent_axis}",
+                             "for a saddle an axis perpendicular to parent_axis")
+        if self.ranges_deg and len(self.ranges_deg) != self.angles:
+            raise InputError("ranges_deg", f"has {len(self.ranges_deg)} ranges",
+                             f"none, or {self.angles} for a {self.kind}")
+        for low, high in self.ranges_deg:
+            if not -180.0 <= low < high <= 180.0:
+                raise InputError("ranges_deg", f"({low}, {high})", "least < most, from -180 to 180 deg")
+
+    @property
+    def axes(self) -> Array:
+        """Unit axes in the parent's and the child's frame, (2, 3)."""
+        pair = np.array([self.parent_axis, self.child_axis], dtype=np.float64)
+        return np.asarray(pair / np.linalg.norm(pair, axis=1, keepdims=True))
+
+    @property
+    def angles(self) -> int:
+        """How many angles it has."""
+        return KINDS.index(self.kind) + 1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointTable:
+    """Joints as arrays for kernels; parents come before their children. Read-only.
+
+    Attributes
+    ----------
+    ends: (joints, 2), parent and child.
+    kinds: (joints,), HINGE, SADDLE or BALL.
+    axes: (joints, 2, 3), in the parent's and the child's frame.
+    zero: (joints, 4), child to parent at angle zero.
+    ranges: (joints, 3, 2), rad, (least, most) of each angle; infinite where unlimited.
+    first_angle: (joints,), where the angles of each begin in the list of all.
+    angles: how many angles there are in all.
+    roots: (roots,), sensors that are no joint's child.
+    names: of the joints: those of the body's, else "parent-child".
+    unsensed: names of the body's joints that are not among these, for want of a sensor.
+    """
+
+    ends: NDArray[np.int64]
+    kinds: NDArray[np.int64]
+    axes: Array
+    zero: Array
+    ranges: Array
+    first_angle: NDArray[np.int64]
+    angles: int
+    roots: NDArray[np.int64]
+    names: tuple[str, ...]
+    unsensed: tuple[str, ...] = ()
+
+
+def joint_table(joints: tuple[Joint, ...], sensors: int) -> JointTable:
+    """The joints of `sensors` sensors as arrays.
+
+    Raises InputError unless they form trees: every sensor the child of one joint at most, listed after
+        the joint whose child its parent is.
+    """
+    ranges = np.tile([-np.inf, np.inf], (len(joints), 3, 1))
+    for row, joint in zip(ranges, joints, strict=True):
+        row[:len(joint.ranges_deg)] = np.radians(np.reshape(joint.ranges_deg, (-1, 2)))
+    axes = np.array([joint.axes for joint in joints]).reshape(-1, 2, 3)
+    zero = np.array([_turn(joint.axes) if joint.kind == "hinge" else (1.0, 0.0, 0.0, 0.0)
+                     for joint in joints])
+    counts = np.array([joint.angles for joint in joints], dtype=np.int64)
+    table = JointTable(
+        ends=np.array([(joint.parent, joint.child) for joint in joints], dtype=np.int64).reshape(-1, 2),
+        kinds=np.array([KINDS.index(joint.kind) for joint in joints], dtype=np.int64),
+        axes=axes, zero=zero.reshape(-1, 4), ranges=ranges, first_angle=np.cumsum(counts) - counts,
+        angles=int(counts.sum()), roots=np.array(_roots(joints, sensors), dtype=np.int64),
+        names=tuple(f"{joint.parent}-{joint.child}" for joint in joints))
+    for array in (table.ends, table.kinds, table.axes, table.zero, table.ranges, table.first_angle,
+                  table.roots):
+        array.flags.writeable = False
+    return table
+
+
+def _roots(joints: tuple[Joint, ...], sensors: int) -> tuple[int, ...]:
+    children: set[int] = set()
+    for number, joint in enumerate(joints):
+        if max(joint.parent, joint.child) >= sensors:
+            raise InputError(f"joints[{number}]", f"is between {joint.parent} and {joint.child}",
+                             f"two of {sensors} sensors, from 0 to {sensors - 1}")
+        if joint.child in children:
+            raise InputError(f"joints[{number}].child", f"{joint.child} is another joint's child too",
+                             "one joint a child")
+        children.add(joint.child)
+    placed = set(range(sensors)) - children
+    for number, joint in enumerate(joints):
+        if joint.parent not in placed:
+            raise InputError(f"joints[{number}].parent", f"{joint.parent} hangs on no joint before",
+                             "joints from the root outwards, without a ring", "list its own joint first")
+        placed.add(joint.child)
+    return tuple(i for i in range(sensors) if i not in children)
+
+
+def _turn(axes: Array) -> Array:
+    """The least rotation that turns the child's axis into the parent's, (4,)."""
+    parent, child = axes
+    if parent @ child < -1.0 + 1e-12:
+        across = np.cross(parent, np.eye(3)[np.argmin(np.abs(parent))])
+        return quaternion.from_axis_angle(across, math.pi)
+    half = np.concatenate([[1.0 + parent @ child], np.cross(child, parent)])
+    return quaternion.normalized(half)
+
+
+CHAIN5 = (Joint(parent=0, child=1, kind="ball"),
+          *(Joint(parent=i, child=i + 1, kind="hinge", parent_axis=axis, child_axis=axis)
+            for i, axis in enumerate((X, Y, Z), start=1)))
+"""A ball joint, then hinges about x, y, z (`fesloop.streams.formats.chain5`, which gives no lengths)."""
+
+
+def joints_of(tree: SegmentTree, sensed: Sequence[str]) -> tuple[Joint, ...]:
+    """Joints between the sensed segments of a tree, their sensors numbered as `sensed` names them.
+
+    A segment whose parent is not sensed, or is joined to it rigidly, is left without a joint: it is a
+    root. Raises InputError for names that are not of the tree, and for a tilted ball joint.
+    """
+    numbers = {name: number for number, name in enumerate(sensed)}
+    joints = []
+    for name in sensed:
+        tree.index(name)
+    for segment in tree.segments:
+        if segment.name not in numbers or segment.parent not in numbers or segment.joint == "fixed":
+            continue
+        if segment.joint == "ball" and segment.axes not in ((), AXES):
+            raise InputError(f"segment {segment.name!r}: axes", f"{segment.axes}",
+                             f"of a ball joint {AXES}")
+        first, second = segment.frame[:2].tolist()
+        child_axis = first if segment.joint == "hinge" else second
+        joints.append(Joint(
+            parent=numbers[segment.parent], child=numbers[segment.name], kind=segment.joint,
+            parent_axis=tuple(first), child_axis=tuple(child_axis),
+            ranges_deg=tuple((math.degrees(low), math.degrees(high)) for low, high in segment.ranges)))
+    return tuple(joints)
+
+
+def body_table(body: Body) -> JointTable:
+    """The joints of a body that both have sensors, their angles where the tree has its freedoms."""
+    tree = body.tree
+    names = [tree.names[k] for k in body.sensed]
+    table = joint_table(joints_of(tree, names), len(names))
+    moved = body.sensed[table.ends[:, 1]]
+    first = tree.layout[moved, 2].copy()
+    first.flags.writeable = False
+    freedoms = tree.layout[:, 1]
+    return replace(
+        table, first_angle=first, angles=len(tree.ranges), names=tuple(body.joints[k] for k in moved),
+        unsensed=tuple(body.joints[k] for k in np.flatnonzero(~body.seen() & (freedoms > 0))))

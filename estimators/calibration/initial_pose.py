@@ -1,0 +1,250 @@
+"""The initial pose: gyroscope biases, and the heading of each sensor against its neighbour.
+
+For 3 s or more the hand is still, fingers F2 to F5 straight, the thumb straight at a known angle
+(Salchow-Hoemmen et al. 2019, doi 10.3390/s19010208, section 2.4.2). What the gyroscopes read then is bias.
+What the headings of two neighbouring segments differ by, other than the known pose has it, is the sensors':
+it is removed from then on. A pose that cannot be believed is refused, with the sensors that tell.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from estimators.body.body import Body
+from estimators.calibration.still_record import PoseRecord, Rest, add_samples, new_record, rest_of
+from estimators.samples.faults import LOST
+from fesloop.errors import InputError
+from fesloop.hand import quaternion
+from fesloop.hand.kinematics import relative_orientations
+from fesloop.hand.motion import STANDARD_GRAVITY
+from fesloop.hand.quaternion_kernels import about_z, conjugate, multiply, twist_z
+from fesloop.hand.segments import SegmentTree
+
+Array = NDArray[np.float64]
+KEEP_STILL = "keep still in the known pose"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InitialPoseLimits:
+    """What a sensor may read in an initial pose that is to be believed.
+
+    Attributes
+    ----------
+    rate_deg_s: of any sample; above it the hand moves (chosen: physiological tremor stays below).
+    rate_sd_deg_s: sd of the rates about their mean (chosen: a third of it).
+    bias_deg_s: of the mean rate; above it the hand turns slowly (5: zero-rate level, usual of MEMS).
+    turned_deg: between the verticals of the first and of the second half (chosen).
+    gravity: of the mean acceleration's size from gravity, m/s^2 (chosen: above usual bias and scale).
+    tilt_deg: of the inclination against the neighbour's from that in the known pose (chosen: mounting and a
+        not quite straight finger stay below).
+    share: of the pose's samples that a sensor must give at least (chosen).
+    """
+
+    rate_deg_s: float = 30.0
+    rate_sd_deg_s: float = 10.0
+    bias_deg_s: float = 5.0
+    turned_deg: float = 5.0
+    gravity: float = 0.5
+    tilt_deg: float = 30.0
+    share: float = 0.8
+
+    def __post_init__(self) -> None:
+        for name in self.__slots__:
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise InputError(f"pose_limits.{name}", f"{value} is not positive", "a finite number above 0")
+        if self.share > 1.0:
+            raise InputError("pose_limits.share", f"{self.share}", "at most 1")
+
+
+class Ties(NamedTuple):
+    """How sensors hang together: the sensor that each is held against, -1 for none, and how in the pose.
+
+    Attributes
+    ----------
+    neighbours: (n,).
+    relative: (n, 4), from the sensor's segment to its neighbour's, in the known pose.
+    order: (n,), sensors, each after its neighbour.
+    """
+
+    neighbours: NDArray[np.int64]
+    relative: Array
+    order: NDArray[np.int64]
+
+
+def known_angles(tree: SegmentTree, angles_deg: Mapping[str, float]) -> Array:
+    """Angles (f,), rad, of a pose in which the freedoms not named are 0.
+
+    Raises InputError for unknown names and for angles outside the joint's range.
+    """
+    angles = np.zeros(len(tree.ranges))
+    for name, value in angles_deg.items():
+        number = tree.freedom(name)
+        low, high = np.degrees(tree.ranges[number])
+        if not low <= value <= high:
+            raise InputError(f"initial_angles_deg.{name}", f"{value}", f"{low:g} to {high:g} deg")
+        angles[number] = math.radians(value)
+    return angles
+
+
+def ties_of(body: Body, angles: Array, present: NDArray[np.bool_]) -> Ties:
+    """Each sensor's tie to the next one that is `present` (n,) towards the root, in a pose (f,), rad."""
+    relative = relative_orientations(body.tree, angles)
+    neighbours = np.full(len(body.sensed), -1, dtype=np.int64)
+    turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(body.sensed), 1))
+    for s, segment in enumerate(body.sensed):
+        k = int(segment)
+        while body.tree.layout[k, 0] >= 0 and neighbours[s] < 0:
+            turns[s] = quaternion.multiply(relative[k], turns[s])
+            k = int(body.tree.layout[k, 0])
+            above = int(body.sensors[k])
+            if above >= 0 and present[above]:
+                neighbours[s] = above
+    return Ties(neighbours, turns, np.argsort(body.sensed, kind="stable"))
+
+
+def headings(ties: Ties, orientation: Array) -> Array:
+    """By what each sensor is to be turned about the vertical, (n,), rad, so that the known pose results.
+
+    Parameters
+    ----------
+    orientation: (n, 4), sensor to earth, as fused, in the pose. Its inclinations are left as they are.
+    """
+    turns = np.zeros(len(orientation))
+    turn_headings(ties.neighbours, ties.relative, ties.order, orientation, turns)
+    return turns
+
+
+@numba.njit(cache=True)
+def turn_headings(
+    neighbours: NDArray[np.int64], relative: Array, order: NDArray[np.int64], orientation: Array, turns: Array
+) -> None:
+    """Fill `turns` (n,) of `headings`; the other arrays are those of Ties."""
+    for s in order:
+        above = neighbours[s]
+        if above >= 0:
+            q, p, known = orientation[s], orientation[above], relative[s]
+            held = multiply(about_z(turns[above]), (p[0], p[1], p[2], p[3]))
+            meant = multiply(held, (known[0], known[1], known[2], known[3]))
+            turns[s] = twist_z(multiply(meant, conjugate((q[0], q[1], q[2], q[3]))))
+
+
+def faults(
+    record: PoseRecord, rest: Rest, body: Body, ties: Ties, limits: InitialPoseLimits, least: int
+) -> list[str]:
+    """Why a pose is not to be believed, a text a sensor; empty where it is.
+
+    Parameters
+    ----------
+    rest: of the record; ties: of the known pose among the sensors that are present.
+    least: samples that each sensor should have given.
+    """
+    if not rest.present.any():
+        return ["no sensor has given a sample"]
+    found = []
+    ups = quaternion.rotate(quaternion.conjugate(ties.relative), rest.acc[ties.neighbours])
+    for s in range(len(rest.present)):
+        why = _fault(record, rest, ties, ups[s], limits, least, s) if rest.present[s] else _silent(record, s)
+        if why:
+            found.append(f"{sensor_name(body, s)} {why}")
+    return found
+
+
+def sensor_name(body: Body, sensor: int) -> str:
+    """Such as "sensor 3 (F2m)"."""
+    return f"sensor {sensor} ({body.tree.names[body.sensed[sensor]]})"
+
+
+def _silent(record: PoseRecord, s: int) -> str:
+    """A sensor without any sample is left out of the pose; one that gave some, but not all that is needed."""
+    some = record.counts[s] + record.acc_counts[:, s].sum() + record.mag_counts[s] > 0
+    return "gave too few samples" if some else ""
+
+
+def _fault(
+    record: PoseRecord, rest: Rest, ties: Ties, up: Array, limits: InitialPoseLimits, least: int, s: int
+) -> str:
+    """Of sensor s, whose neighbour's acceleration would be `up` (3,) here in the known pose."""
+    size = float(np.linalg.norm(rest.acc[s]))
+    bias = math.degrees(float(np.linalg.norm(rest.bias[s])))
+    variance = record.squares[s] / record.counts[s] - float(rest.bias[s] @ rest.bias[s])
+    sd = math.degrees(math.sqrt(max(variance, 0.0)))
+    turned = _between_deg(record.acc[0, s], record.acc[1, s])
+    if record.counts[s] < limits.share * least:
+        return f"gave {record.counts[s]:.0f} of {least} samples"
+    if sd > limits.rate_sd_deg_s:
+        return f"moved: its rates vary by {sd:.0f} deg/s"
+    if bias > limits.bias_deg_s:
+        return f"turned on at {bias:.1f} deg/s"
+    if abs(size - STANDARD_GRAVITY) > limits.gravity:
+        return f"reads {size:.2f} m/s^2 at rest, gravity is {STANDARD_GRAVITY:.2f}: calibrate it"
+    if turned > limits.turned_deg:
+        return f"moved: its inclination changed by {turned:.0f} deg"
+    above = ties.neighbours[s]
+    if above >= 0:
+        tilt = _between_deg(up, rest.acc[s])
+        if tilt > limits.tilt_deg:
+            return (f"is inclined {tilt:.0f} deg off the known pose against sensor {above}: check the pose, "
+                    "its angles, and where the sensor sits")
+    return ""
+
+
+def _between_deg(a: Array, b: Array) -> float:
+    return math.degrees(math.atan2(float(np.linalg.norm(np.cross(a, b))), float(a @ b)))
+
+
+def still_readings(
+    body: Body, angles_deg: Mapping[str, float], gyr: ArrayLike, acc: ArrayLike,
+    mag: ArrayLike | None = None, *, least: int, limits: InitialPoseLimits | None = None
+) -> tuple[Rest, Ties]:
+    """Mean readings in a recorded initial pose, and how the sensors are tied in it.
+
+    Parameters
+    ----------
+    angles_deg: of the pose, by freedom; those not named are 0.
+    gyr, acc, mag: (t, n, 3), rad/s, m/s^2, any unit of field; a row that is not finite is a lost sample.
+    least: samples that the pose takes at least.
+
+    Raises InputError for streams of other shapes or of unequal length, for a pose that is too short, moved,
+    or is not as gravity says, naming the sensors, and as `known_angles`.
+    """
+    limits = limits or InitialPoseLimits()
+    kinds = {"gyr": np.asarray(gyr, dtype=np.float64), "acc": np.asarray(acc, dtype=np.float64)}
+    if mag is not None:
+        kinds["mag"] = np.asarray(mag, dtype=np.float64)
+    count = len(kinds["gyr"])
+    for name, kind in kinds.items():
+        if kind.shape != (count, len(body.sensed), 3):
+            raise InputError(f"initial pose: {name}", f"has shape {kind.shape}",
+                             f"({count}, {len(body.sensed)}, 3), as many rows as gyr",
+                             "cut the streams to one length")
+    if count < least:
+        raise InputError("initial pose", f"is too short: {count} samples", f"{least} or more",
+                         f"{KEEP_STILL} for longer")
+    record, fresh = new_record(len(body.sensed)), np.array([True, True, mag is not None])
+    rows: Any = [kinds["gyr"], kinds["acc"], kinds.get("mag", kinds["acc"])]
+    for k in range(count):
+        lost = [~np.isfinite(kind[k]).all(axis=1) for kind in rows]
+        codes = np.where(lost, LOST, 0).astype(np.uint8)
+        moving = add_samples(rows[0][k], rows[1][k], rows[2][k], codes, fresh, int(2 * k >= count),
+                             math.radians(limits.rate_deg_s), record)
+        if moving >= 0:
+            raise InputError("initial pose", moved(body, moving, rows[0][k, moving]), "no motion", KEEP_STILL)
+    rest = rest_of(record, mag is not None)
+    ties = ties_of(body, known_angles(body.tree, angles_deg), rest.present)
+    found = faults(record, rest, body, ties, limits, count)
+    if found:
+        raise InputError("initial pose", "; ".join(found), "a still, known pose", KEEP_STILL)
+    return rest, ties
+
+
+def moved(body: Body, sensor: int, rates: Array) -> str:
+    """Text on a sensor that turns at `rates` (3,), rad/s."""
+    return f"{sensor_name(body, sensor)} moved: {math.degrees(float(np.linalg.norm(rates))):.0f} deg/s"

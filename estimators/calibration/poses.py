@@ -1,0 +1,248 @@
+"""What is gathered while a wearer holds the flat hand and then flexes, and whether it may be believed.
+
+Sums are enough for both poses, so that they can be gathered sample by sample while a loop runs. A sample
+that is not finite, or an acceleration of exactly zero, is none (`estimators.samples.faults`).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimators.calibration.sensor_faults import SensorFault
+from fesloop.errors import InputError
+from fesloop.hand import quaternion
+from fesloop.hand.motion import STANDARD_GRAVITY
+
+Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PoseLimits:
+    """Beyond which a calibration pose is refused.
+
+    Attributes
+    ----------
+    least_samples: of each sensor in each pose (chosen: half a second at 100 Hz).
+    still_deg_s: rate from which on the flat hand has moved (chosen: above a gyroscope's bias and the tremor
+        of a hand that lies).
+    spread_m_s2: rms deviation of the flat hand's accelerations from their mean, from which on it has moved
+        (chosen: 2 deg of gravity's direction, eight times the noise of doi 10.1186/1743-0003-11-70, Table 1).
+    gravity_m_s2: how far the mean acceleration may be from gravity (chosen: 5 %, the offset and scale error
+        of a sensor of this kind).
+    placement_deg: how far a sensor's vertical and its whole rotation may be from where its stated mounting
+        has them (chosen: three times the 5-10 deg of misalignment in doi 10.3390/s19010208).
+    least_flexion_deg: how far each sensor must turn in the flexion (chosen: a third of a finger's reach).
+    wobble_deg: by how much the flexion may be about other axes (chosen).
+    skew_deg: how far the angle between vertical and flexion axis may be from what it should be (chosen:
+        each axis is then within the 5-10 deg of misalignment that a calibration is to remove).
+
+    Raises InputError for a limit that is not positive.
+    """
+
+    least_samples: int = 50
+    still_deg_s: float = 10.0
+    spread_m_s2: float = 0.35
+    gravity_m_s2: float = 0.5
+    placement_deg: float = 30.0
+    least_flexion_deg: float = 30.0
+    wobble_deg: float = 20.0
+    skew_deg: float = 15.0
+
+    def __post_init__(self) -> None:
+        for limit in fields(self):
+            value = getattr(self, limit.name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise InputError(f"limits.{limit.name}", f"{value} is not positive",
+                                 "a finite number above 0")
+
+
+USUAL_LIMITS = PoseLimits()
+
+
+@dataclass(slots=True, eq=False)
+class FlatPose:
+    """Sums over the flat hand, of n sensors.
+
+    Attributes
+    ----------
+    offered: samples of gyroscopes and of accelerometers so far, sound or not.
+    gyr_count, acc_count: (n,), sound ones.
+    gyr_sum, acc_sum: (n, 3), rad/s and m/s^2.
+    acc_square: (n,), m^2/s^4.
+    fastest: (n,), largest rate, rad/s.
+    """
+
+    offered: list[int]
+    gyr_count: Counts
+    acc_count: Counts
+    gyr_sum: Array
+    acc_sum: Array
+    acc_square: Array
+    fastest: Array
+
+    @classmethod
+    def of(cls, sensors: int) -> FlatPose:
+        """Before the first sample."""
+        return cls([0, 0], np.zeros(sensors, np.int64), np.zeros(sensors, np.int64), np.zeros((sensors, 3)),
+                   np.zeros((sensors, 3)), np.zeros(sensors), np.zeros(sensors))
+
+    def take_gyr(self, gyr: Array) -> None:
+        """Rates (m, n, 3), rad/s."""
+        sound, rates = _sound(gyr, zero_is_lost=False)
+        self.offered[0] += len(gyr)
+        self.gyr_count += sound.sum(axis=0)
+        self.gyr_sum += rates.sum(axis=0)
+        np.maximum(self.fastest, np.linalg.norm(rates, axis=2).max(axis=0, initial=0.0), out=self.fastest)
+
+    def take_acc(self, acc: Array) -> None:
+        """Specific forces (m, n, 3), m/s^2."""
+        sound, forces = _sound(acc, zero_is_lost=True)
+        self.offered[1] += len(acc)
+        self.acc_count += sound.sum(axis=0)
+        self.acc_sum += forces.sum(axis=0)
+        self.acc_square += np.sum(forces * forces, axis=(0, 2))
+
+    def force(self) -> Array:
+        """Mean specific force, (n, 3), m/s^2; zero where there is none."""
+        return np.asarray(self.acc_sum / np.maximum(self.acc_count, 1)[:, np.newaxis])
+
+    def vertical(self) -> Array:
+        """Upwards in the sensors' frames, (n, 3); NaN where unknown."""
+        mean = self.force()
+        with np.errstate(invalid="ignore"):
+            return np.asarray(mean / np.linalg.norm(mean, axis=1, keepdims=True))
+
+    def bias(self) -> Array:
+        """Mean rate of the hand at rest, (n, 3), rad/s."""
+        return np.asarray(self.gyr_sum / np.maximum(self.gyr_count, 1)[:, np.newaxis])
+
+    def spread(self) -> Array:
+        """Rms deviation of the accelerations from their mean, (n,), m/s^2."""
+        mean = self.force()
+        variance = self.acc_square / np.maximum(self.acc_count, 1) - np.sum(mean * mean, axis=1)
+        return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+
+@dataclass(slots=True, eq=False)
+class Flexion:
+    """Sums over the flexion, of n sensors.
+
+    Attributes
+    ----------
+    offered: samples so far, sound or not; count: (n,), sound ones.
+    products: (n, 3, 3), of rates with themselves, rad^2/s^2.
+    turned: (n, 3), integral of the rates, rad: the angle turned about each axis where there is but one.
+    furthest: (n, 3), the longest that `turned` has been.
+    """
+
+    offered: int
+    count: Counts
+    products: Array
+    turned: Array
+    furthest: Array
+
+    @classmethod
+    def of(cls, sensors: int) -> Flexion:
+        """Before the first sample."""
+        return cls(0, np.zeros(sensors, np.int64), np.zeros((sensors, 3, 3)), np.zeros((sensors, 3)),
+                   np.zeros((sensors, 3)))
+
+    def take(self, rates: Array, elapsed_s: Array) -> None:
+        """Rates (m, n, 3), rad/s, without their bias, each `elapsed_s` (m,) after the one before."""
+        if not len(rates):
+            return
+        sound, sure = _sound(rates, zero_is_lost=False)
+        self.offered += len(rates)
+        self.count += sound.sum(axis=0)
+        self.products += np.einsum("mni,mnj->nij", sure, sure)
+        path = self.turned + np.cumsum(sure * elapsed_s[:, np.newaxis, np.newaxis], axis=0)
+        lengths = np.linalg.norm(path, axis=2)
+        latest, sensors = lengths.argmax(axis=0), np.arange(len(self.count))
+        further = lengths[latest, sensors] > np.linalg.norm(self.furthest, axis=1)
+        self.furthest[further] = path[latest, sensors][further]
+        self.turned[:] = path[-1]
+
+    def axis(self) -> Array:
+        """Unit vectors (n, 3) about which the sensors turned most, the furthest turn being positive."""
+        axes = np.linalg.eigh(self.products)[1][:, :, 2]
+        backwards = np.sum(axes * self.furthest, axis=1) < 0.0
+        return np.asarray(np.where(backwards[:, np.newaxis], -axes, axes))
+
+    def wobble_deg(self) -> Array:
+        """Angle (n,), deg, whose tangent is the rms rate about all other axes over that about this one."""
+        energy = np.maximum(np.linalg.eigvalsh(self.products), 0.0)
+        return np.asarray(np.degrees(np.arctan2(np.sqrt(energy[:, 0] + energy[:, 1]), np.sqrt(energy[:, 2]))))
+
+    def reach_deg(self) -> Array:
+        """Furthest turn, (n,), deg."""
+        return np.asarray(np.degrees(np.linalg.norm(self.furthest, axis=1)))
+
+
+def _sound(samples: Array, zero_is_lost: bool) -> tuple[NDArray[np.bool_], Array]:
+    """Which of the samples (m, n, 3) are sound, (m, n), and the samples with zero for the others."""
+    sound = np.asarray(np.isfinite(samples).all(axis=2))
+    if zero_is_lost:
+        sound &= samples.any(axis=2)
+    return sound, np.where(sound[:, :, np.newaxis], samples, 0.0)
+
+
+def _count_faults(pose: str, kind: str, offered: int, count: Counts, limits: PoseLimits) -> list[SensorFault]:
+    allowed = f"{limits.least_samples} or more"
+    if offered < limits.least_samples:
+        return [SensorFault(i, f"the {pose} was too short: {offered} {kind} samples", allowed,
+                            "hold it for longer") for i in range(count.size)]
+    return [SensorFault(int(i), f"lost in the {pose}: {count[i]} sound {kind} samples of {offered}", allowed,
+                        "check its cable and repeat the pose")
+            for i in np.flatnonzero(count < limits.least_samples)]
+
+
+def flat_faults(
+    flat: FlatPose, limits: PoseLimits, stated: Array | None, verticals: Array
+) -> list[SensorFault]:
+    """What is wrong with the flat pose of each sensor.
+
+    Parameters
+    ----------
+    stated: (n, 4), mounting that was stated, or None where none was.
+    verticals: (n, 3), upwards in the segments' frames.
+    """
+    faults = _count_faults("flat pose", "gyroscope", flat.offered[0], flat.gyr_count, limits)
+    faults += _count_faults("flat pose", "accelerometer", flat.offered[1], flat.acc_count, limits)
+    rate, spread, size = np.degrees(flat.fastest), flat.spread(), np.linalg.norm(flat.force(), axis=1)
+    faults += [SensorFault(int(i), f"moved in the flat pose: {rate[i]:.1f} deg/s, accelerations spread by "
+                                   f"{spread[i]:.2f} m/s^2",
+                           f"{limits.still_deg_s:g} deg/s, {limits.spread_m_s2:g} m/s^2",
+                           "rest the hand on a table and hold it still")
+               for i in np.flatnonzero((rate > limits.still_deg_s) | (spread > limits.spread_m_s2))]
+    faults += [SensorFault(int(i), f"the flat pose does not agree with gravity: {size[i]:.2f} m/s^2",
+                           f"{STANDARD_GRAVITY:.2f} within {limits.gravity_m_s2:g} m/s^2",
+                           "check the accelerometer's scale and unit")
+               for i in np.flatnonzero(np.abs(size - STANDARD_GRAVITY) > limits.gravity_m_s2)]
+    if stated is not None:
+        up = quaternion.rotate(stated, flat.vertical())
+        tilt = np.degrees(np.arctan2(np.linalg.norm(np.cross(up, verticals), axis=1),
+                                     np.sum(up * verticals, axis=1)))
+        faults += [SensorFault(int(i), f"upwards is {tilt[i]:.0f} deg from where the stated mounting has it",
+                               f"within {limits.placement_deg:g} deg",
+                               "lay the whole hand flat, or correct `rotations`")
+                   for i in np.flatnonzero(tilt > limits.placement_deg)]
+    return faults
+
+
+def flexion_faults(flexion: Flexion, limits: PoseLimits) -> list[SensorFault]:
+    """What is wrong with the flexion of each sensor."""
+    faults = _count_faults("flexion", "gyroscope", flexion.offered, flexion.count, limits)
+    reach, wobble = flexion.reach_deg(), flexion.wobble_deg()
+    faults += [SensorFault(int(i), f"turned by {reach[i]:.0f} deg in the flexion",
+                           f"{limits.least_flexion_deg:g} deg or more", "flex every joint, and further")
+               for i in np.flatnonzero(reach < limits.least_flexion_deg)]
+    faults += [SensorFault(int(i), f"the flexion was about several axes: {wobble[i]:.0f} deg off one",
+                           f"within {limits.wobble_deg:g} deg",
+                           "flex without abduction or rotation, the forearm at rest")
+               for i in np.flatnonzero(wobble > limits.wobble_deg)]
+    return faults

@@ -1,0 +1,161 @@
+"""How a joint begins: with every relative orientation that its first samples allow, until one is left.
+
+Each joint has up to `ANY` filters of one kind side by side, hypotheses, the likeliest in the first place.
+They differ in heading. A hypothesis goes when what has been measured is too unlikely under it, or when it
+has met a likelier one; the joint is then known from motion, and costs one filter as before. (A single
+linearised filter that begins with the wrong one of a saddle's two headings may stay there.)
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from estimators.body.heading import ANY, first_orientations, orientation_in_pose
+from estimators.body.joint_constraints import JointTable
+from estimators.constrained.measurements import N
+from estimators.constrained.vectors import components
+from fesloop.hand.quaternion_kernels import conjugate, multiply, rotation_angle
+
+Array = NDArray[np.float64]
+_DECISIVE = 2.0 * np.log(1000.0)
+"""Twice the log of the odds at which a hypothesis is dropped (chosen: one wrong in a thousand)."""
+_WORTH = 0.2
+"""Share of the evidence that counts: errors of mounting, axes and lever arms last as long as a movement,
+half a second, five times `force_time_s` (chosen)."""
+_MET = np.radians(10.0)
+"""Nearer than this two hypotheses are one, rad (chosen: well inside what one filter follows)."""
+_FIRST_TILT = 0.3
+"""Sd of the first sample's vertical, rad: 3 m/s^2 of acceleration against gravity (chosen)."""
+
+
+class Unknown(NamedTuple):
+    """Sd of what is not known of a joint that begins.
+
+    axis_sd: of its axes in the sensors' frames, rad, both together; bias_sd: of a gyroscope's bias, rad/s;
+    lever_sd: of each component of the lever arms, m. pose: (joints, 4), child to parent in the initial pose,
+    None where none is known; pose_sd: of its headings, rad.
+    """
+
+    axis_sd: float
+    bias_sd: float
+    lever_sd: float
+    pose: Array | None = None
+    pose_sd: float = 0.0
+
+
+@dataclass(slots=True, eq=False)
+class Hypotheses:
+    """Filters of all joints: arrays (ANY, joints, ...), the likeliest hypothesis first.
+
+    Attributes
+    ----------
+    q: (ANY, joints, 4), child to parent; NaN where there is no hypothesis.
+    rest: (ANY, joints, 17); covariance: (ANY, joints, 16, 16), as of `constrained.filter.advance`.
+    surprise: (ANY, joints), minus twice the log likelihood of all measurements since the beginning.
+    doubt: (joints,), rad, how far apart the hypotheses are from the first one: their rms, by likelihood.
+    open: whether any joint has more than one.
+    """
+
+    q: Array
+    rest: Array
+    covariance: Array
+    surprise: Array
+    doubt: Array
+    open: bool = False
+
+    @classmethod
+    def none(cls, joints: int) -> Hypotheses:
+        """Nothing known of any joint."""
+        return cls(np.full((ANY, joints, 4), np.nan), np.zeros((ANY, joints, 17)),
+                   np.zeros((ANY, joints, N, N)), np.zeros((ANY, joints)), np.zeros(joints))
+
+
+def begin_missing(
+    found: Hypotheses, table: JointTable, acc: Array, sound: NDArray[np.bool_], unknown: Unknown,
+    in_pose: bool
+) -> None:
+    """Let joints of which nothing is known begin, where both sensors' samples are sound.
+
+    Parameters
+    ----------
+    acc: (n, 3), m/s^2, the newest samples; sound: (n,), whether each is sound.
+    unknown: how little is known. in_pose: whether the initial pose is still held.
+    """
+    both = sound[table.ends].all(axis=1)
+    for j in np.flatnonzero(both & np.isnan(found.q[0, :, 0])):
+        _begin(found, int(j), table, acc[table.ends[j]], unknown, in_pose)
+
+
+def _begin(
+    found: Hypotheses, j: int, table: JointTable, up: Array, unknown: Unknown, in_pose: bool
+) -> None:
+    axis_sd, bias_sd, lever_sd, pose, pose_sd = unknown
+    kind, told_sd = int(table.kinds[j]), math.hypot(axis_sd, _FIRST_TILT)
+    upright_sd = _FIRST_TILT
+    if in_pose and pose is not None:
+        orientations, heading_sd = orientation_in_pose(pose[j], up)[np.newaxis], pose_sd
+        upright_sd = 0.0
+    else:
+        orientations, heading_sd = first_orientations(kind, table.axes[j], up, told_sd)
+    count = len(orientations)
+    vertical = up[1] / np.linalg.norm(up[1])
+    found.q[:, j] = np.nan
+    found.q[:count, j] = orientations
+    found.rest[:, j] = 0.0
+    found.rest[:, j, 9:12] = up[1]
+    variances = np.repeat([0.0, 2.0 * bias_sd ** 2, lever_sd ** 2, 0.5 * axis_sd ** 2], [3, 3, 6, 4])
+    found.covariance[:, j] = np.diag(variances)
+    about = np.outer(vertical, vertical)
+    found.covariance[:, j, :3, :3] = (
+        _FIRST_TILT ** 2 * (np.eye(3) - about) + (heading_sd ** 2 + upright_sd ** 2) * about)
+    found.surprise[:, j] = 0.0
+    found.open |= count > 1
+
+
+@numba.njit(cache=True)
+def weigh(q: Any, rest: Any, covariance: Any, surprise: Any, doubt: Any) -> bool:
+    """Put the likeliest hypotheses first, drop what is decided, fill `doubt`; whether any joint is open.
+
+    The arrays are those of Hypotheses.
+    """
+    undecided = False
+    for j in range(q.shape[1]):
+        doubt[j] = 0.0
+        best = 0
+        for h in range(1, ANY):
+            # 0 x is 0 of every number but NaN and the infinite ones.
+            if q[h, j, 0] * 0.0 == 0.0 and surprise[h, j] < surprise[best, j]:
+                best = h
+        if best > 0:
+            _exchange(q[0, j], q[best, j])
+            _exchange(rest[0, j], rest[best, j])
+            for a in range(N):
+                _exchange(covariance[0, j, a], covariance[best, j, a])
+            surprise[0, j], surprise[best, j] = surprise[best, j], surprise[0, j]
+        total, apart = 1.0, 0.0
+        for h in range(1, ANY):
+            if q[h, j, 0] * 0.0 != 0.0:
+                continue
+            worse = _WORTH * (surprise[h, j] - surprise[0, j])
+            angle = rotation_angle(multiply(conjugate(components(q[0, j])), components(q[h, j])))
+            if worse > _DECISIVE or angle < _MET:
+                q[h, j, :] = np.nan
+                continue
+            weight = np.exp(-0.5 * worse)
+            total += weight
+            apart += weight * angle ** 2
+            undecided = True
+        doubt[j] = np.sqrt(apart / total)
+    return undecided
+
+
+@numba.njit(cache=True)
+def _exchange(a: Any, b: Any) -> None:
+    for i in range(a.size):
+        a[i], b[i] = b[i], a[i]

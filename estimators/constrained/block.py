@@ -1,0 +1,245 @@
+"""`constrained`: a hand's posture without magnetometers, kept from drifting by the joints themselves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimators.body.body import Body, body_of, posture_ports
+from estimators.body.joint_constraints import CHAIN5, Joint, JointTable, body_table, joint_table
+from estimators.calibration.initial_pose import known_angles
+from estimators.constrained.beginning import Hypotheses, Unknown
+from estimators.constrained.fingertips import fingertip_posture, moving_joints
+from estimators.constrained.posture import posture
+from estimators.constrained.standing import SURE, report, stand
+from estimators.constrained.state import ConstrainedState, take
+from estimators.fusion.vqf_bank import VqfBank
+from estimators.samples.arrivals import Arrivals
+from fesloop.errors import InputError
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.kinematics import relative_orientations
+from fesloop.hand.motion import STANDARD_GRAVITY
+from fesloop.hand.segments import Segment
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_S, RateClock, StampClock, duration_ns
+from fesloop.loop.signals import Port, Sample, Value
+
+Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+_USUAL = HandSize()
+_SPACING = 0.25
+"""How much of `force_time_s` lies between two measurements of a joint (chosen: well below 1)."""
+_POSITIVE = ("mounting_sd_deg", "axis_sd_deg", "tissue_sd_deg", "tissue_time_s", "turn_sd_deg",
+             "bias_sd_deg_s", "bias_walk_deg_s", "force_sd", "spin_sd_m", "force_time_s", "lever_sd_m",
+             "range_sd_deg", "unseen_deg_s", "unsure_deg", "pose_sd_deg", "tau_acc_s", "gyr_range_deg_s",
+             "acc_range_g")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ConstrainedTracker:
+    """Posture of a segment tree from gyroscopes and accelerometers, without drift.
+
+    Each joint has a filter (`estimators.constrained.filter`) that integrates the relative rotation and
+    holds it by what the two segments share: the acceleration of the joint's centre, its axes, its
+    ranges. Neither a magnetometer nor an initial pose is needed; where a pose is known (`initial_pose_s`), a
+    joint that begins in it begins with its heading, and axes that disagree are found to be tilted. What a
+    sensor's mounting hides (a constant turn about a hinge's own axis) no constraint can show; it is in the
+    sd. Where the first samples leave a joint several headings, each has a filter until motion has decided
+    (`estimators.constrained.beginning`).
+
+    Inputs `gyr` (n, 3) rad/s and `acc` (n, 3) m/s^2, sensor frames equal to segment frames. Outputs
+    `orientation` (n, 4), segment to earth, of one common heading as far as joints reach from a root, that
+    of the 6-axis VQF filter (doi 10.1016/j.inffus.2022.10.014) there; `angles` (a,), rad, all freedoms of
+    the tree; `angle_sd` (a,), rad; `fingertips` (t, 3), m, in the frame of the tree's root (for a hand the
+    WCS); `fingertip_sd` (t, 3), m. Lengths are taken as exact.
+
+    With `joints` in place of a body, and for five sensors without any setting (those of chain5,
+    `fesloop.streams.formats.chain5`), no lengths are known: there are no outputs `fingertips` and
+    `fingertip_sd`, and `angles` are those of each joint in turn (see Joint).
+
+    A joint is reported as "unsure" when the sd of one of its angles rises above `unsure_deg`, and as
+    "sure" when all are well below again. Through a lost sample (or frozen, or held for too long:
+    `estimators.samples.arrivals`) the joints of that sensor stand still, a clipped one still moves them;
+    their sd grows until nothing is known. A joint without sensors or of
+    which nothing is known is reported as "unseen", until "seen": its angles are zero, their sd is pi.
+
+    Attributes
+    ----------
+    sensors: n; 0 takes it from what is wired to `gyr`.
+    hand: size of the hand.
+    sensed: names of the segments that the sensors sit on, in the order of the samples; empty: every one,
+        or all but the tree's root (a hand's forearm).
+    segments: another tree in place of the hand.
+    joints: from the root outwards, in place of a body.
+    initial_pose_s: how long the wearer keeps a known pose at the start, s; joints whose first sound samples
+        come within it begin in that pose, later ones do not; 0: none is known.
+    initial_angles_deg: that pose by names of freedoms, such as `F1_cmc_abduction`; others are 0: straight.
+    pose_sd_deg: by which each joint may miss it (chosen).
+    mounting_sd_deg, axis_sd_deg: about each axis, of each sensor on its segment, and of the joints' axes
+        (5 to 10 deg each: doi 10.3390/s19010208, section 4). Both are constant: by what they tilt an
+        axis is found in motion; the part of a relative rotation that its joint forbids is shared between
+        the two causes.
+    tissue_sd_deg: by which soft tissue turns a sensor against its bone in motion (chosen: skin moves by
+        less, foam by more).
+    tissue_time_s: after what time that counts as another value (chosen: a fifth of a slow finger movement).
+    turn_sd_deg: of the gyroscopes' integral after a second, deg (chosen: soft tissue and scale, above
+        any gyroscope's noise).
+    bias_sd_deg_s, bias_walk_deg_s: of the gyroscopes' bias at the start, deg/s, and of its change in a
+        second (0.6: usual of its kind; the walk is Kortier et al. 2014, doi 10.1186/1743-0003-11-70,
+        Table 1).
+    force_sd: of the shared acceleration, m/s^2 (chosen: soft tissue; the sensor's own noise is a tenth).
+    spin_sd_m: what it grows by for each rad^2/s^2 of rotation, m (chosen: a joint's centre wanders by 3
+        cm).
+    force_time_s: its correlation time, s (chosen: that of tissue at 10 rad/s).
+    lever_sd_m: of the distance from a joint's centre to its sensors at the start, m, each axis.
+    range_sd_deg: tolerance of a joint's range, beside what mounting hides (S19 clips hard; 3 is chosen).
+    unseen_deg_s: rms rate of a joint while a sample is missing (chosen: a finger in motion). A joint is
+        unseen once that has made pi.
+    unsure_deg: from which sd on a joint's angle is reported.
+    tau_acc_s: time constant of the root's inclination, s (VQF's own default).
+    gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, as of VqfTracker.
+    """
+
+    sensors: int = 0
+    hand: HandSize = _USUAL
+    sensed: tuple[str, ...] = ()
+    segments: tuple[Segment, ...] = ()
+    joints: tuple[Joint, ...] = ()
+    initial_pose_s: float = 0.0
+    initial_angles_deg: Mapping[str, float] = field(default_factory=dict)
+    pose_sd_deg: float = 3.0
+    mounting_sd_deg: float = 5.0
+    axis_sd_deg: float = 5.0
+    tissue_sd_deg: float = 4.0
+    tissue_time_s: float = 0.2
+    turn_sd_deg: float = 0.5
+    bias_sd_deg_s: float = 0.6
+    bias_walk_deg_s: float = 0.006
+    force_sd: float = 0.3
+    spin_sd_m: float = 0.03
+    force_time_s: float = 0.1
+    lever_sd_m: float = 0.1
+    range_sd_deg: float = 3.0
+    unseen_deg_s: float = 120.0
+    unsure_deg: float = 15.0
+    tau_acc_s: float = 3.0
+    gyr_range_deg_s: float = 2000.0
+    acc_range_g: float = 16.0
+    body: Body | None = field(init=False, repr=False, default=None)
+    table: JointTable | None = field(init=False, repr=False, default=None)
+    moving: Numbers | None = field(init=False, repr=False, default=None)
+
+    def __post_init__(self) -> None:
+        if self.sensors < 0:
+            raise InputError("sensors", f"{self.sensors}", "1 or more, or 0 to take it from the wire")
+        for name in _POSITIVE:
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise InputError(name, f"{value} is not positive", "a finite number above 0")
+        duration_ns(self.initial_pose_s, NS_PER_S, "initial_pose_s")
+        if self.initial_angles_deg and not self.initial_pose_s:
+            raise InputError("initial_pose_s", "0 beside initial_angles_deg", "how long that pose is kept, s")
+        worn = bool(self.sensed or self.segments or self.hand != _USUAL)
+        if self.joints and worn:
+            raise InputError("joints", "given beside hand, sensed or segments",
+                             "joints, or the body that wears the sensors", "leave one out")
+        if not self.sensors:
+            return
+        if self.joints or (self.sensors == 5 and not worn):
+            if self.initial_pose_s:
+                raise InputError("initial_pose_s", f"{self.initial_pose_s:g} beside joints without a body",
+                                 "0", "give the body: hand, sensed or segments")
+            object.__setattr__(self, "table", joint_table(self.joints or CHAIN5, self.sensors))
+            return
+        body = body_of(self.sensors, self.hand, self.segments, self.sensed)
+        known_angles(body.tree, self.initial_angles_deg)
+        table = body_table(body)
+        for name, value in (("body", body), ("table", table), ("moving", moving_joints(body, table))):
+            object.__setattr__(self, name, value)
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """gyr and acc."""
+        shape = (self.sensors or None, 3)
+        return Port("gyr", shape, "rad/s"), Port("acc", shape, "m/s^2")
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """orientation, angles, angle_sd and, where there is a body, fingertips and fingertip_sd."""
+        ports = posture_ports(self.body, self.sensors)
+        if self.table is None or self.body is not None:
+            return ports
+        shape = (self.table.angles,)
+        return ports[0], replace(ports[1], shape=shape), replace(ports[2], shape=shape)
+
+    def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> ConstrainedTracker:
+        """The same tracker for the number of sensors wired to it."""
+        return replace(self, sensors=shapes["gyr"][0])
+
+    def init(self, context: Context) -> ConstrainedState:
+        """Nothing known of any joint."""
+        if not isinstance(context.clock, (RateClock, StampClock)):
+            raise InputError(f"{context.name}.rate", "is missing", "the rate of the sensors")
+        table = self._joints()
+        period = context.clock.period_s
+        limits = (math.radians(self.gyr_range_deg_s), STANDARD_GRAVITY * self.acc_range_g, math.inf)
+        return ConstrainedState(
+            roots=VqfBank(len(table.roots), period, False, tauAcc=self.tau_acc_s),
+            arrivals=Arrivals(self.sensors, limits, period), settings=self._settings(period),
+            unknown=self._unknown(), found=Hypotheses.none(len(table.ends)),
+            gyr=np.zeros((2, self.sensors, 3)), acc=np.zeros((2, self.sensors, 3)),
+            seen=np.zeros((2, self.sensors), dtype=np.int64),
+            standing=np.full(len(table.ends), SURE, dtype=np.int64),
+            pose_samples=round(self.initial_pose_s / period))
+
+    def step(self, state: ConstrainedState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """One sample of every sensor."""
+        table, found, (pair_sd, axis_sd) = self._joints(), state.found, self._sds()
+        state.arrivals.note(inputs, tick)
+        # Ticks that were skipped while the block was busy are made good with this sample.
+        for _ in range(tick.index + 1 - state.ticks):
+            take(state, table, inputs)
+        first, state.ticks = state.ticks == 0, tick.index + 1
+        q, covariance = found.q[0], found.covariance[0]
+        orientation, angles, sd, relative, worst = posture(
+            state.roots.orientation(), q, covariance, found.doubt, table.roots, table.ends, table.kinds,
+            table.axes, table.zero, table.first_angle, table.angles, pair_sd, axis_sd)
+        if first or stand(worst, math.radians(self.unsure_deg), state.standing):
+            report(worst, math.radians(self.unsure_deg), state.standing, table, first, tick)
+        if self.body is None:
+            return orientation, angles, sd
+        tree = self.body.tree
+        tips, tip_sd = fingertip_posture(
+            tree.layout, tree.geometry, self.body.tips, self.moving, relative, q, covariance, found.doubt,
+            table.kinds, table.axes, pair_sd, axis_sd)
+        return orientation, angles, sd, tips, tip_sd
+
+    def _joints(self) -> JointTable:
+        if self.table is None:
+            raise InputError("sensors", "0", "their number", "wire the tracker, or give it `sensors`")
+        return self.table
+
+    def _sds(self) -> tuple[float, float]:
+        """Of the mounting of two sensors against each other, and of a joint's axes, rad."""
+        return math.radians(self.mounting_sd_deg) * math.sqrt(2.0), math.radians(self.axis_sd_deg)
+
+    def _unknown(self) -> Unknown:
+        pose = None
+        if self.body is not None and self.initial_pose_s:
+            tree = self.body.tree
+            relative = relative_orientations(tree, known_angles(tree, self.initial_angles_deg))
+            pose = relative[self.body.sensed[self._joints().ends[:, 1]]]
+        return Unknown(math.hypot(*self._sds()), math.radians(self.bias_sd_deg_s), self.lever_sd_m, pose,
+                       math.radians(self.pose_sd_deg))
+
+    def _settings(self, period: float) -> Array:
+        pair_sd, _ = self._sds()
+        spacing = period * max(1, round(_SPACING * self.force_time_s / period))
+        return np.array([period, math.radians(self.turn_sd_deg), math.radians(self.bias_walk_deg_s),
+                         self.force_sd, self.spin_sd_m, self.force_time_s, math.radians(self.tissue_sd_deg),
+                         self.tissue_time_s, math.hypot(math.radians(self.range_sd_deg), pair_sd),
+                         math.radians(self.unseen_deg_s), math.radians(self.bias_sd_deg_s), spacing])

@@ -1,0 +1,183 @@
+"""Error-state Kalman filter of one joint: relative orientation, gyroscope bias and lever arms.
+
+State: q, child to parent; b (3), rad/s, what the child's gyroscope reads too much against the parent's,
+in the child's frame; l_p, l_c (3 each), m, from the joint's centre to each sensor, in that sensor's
+frame; d, c (2 each), rad, the tilts of the joint's axes in the parent and in the child, two components across
+each. Error state (16): rotation t in the child's frame (R = Rh (I + [t]x)), then b, l_p, l_c, d, c. With M(w)
+= [dw/dt]x + [w]x [w]x,
+
+    dt/dt = -[w_c - b]x t - db + noise
+    shared acceleration of the joint's centre:  0 = R' (f_p - M(w_p) l_p) - (f_c - M(w_c) l_c) + noise
+    hinge: a_c + c = R' (a_p + d) + noise, its two components across a_c
+    saddle: 0 = (a_c + c) . R' (a_p + d) + noise
+    range: angle - limit = 0 + noise, while the angle is beyond its limit
+
+(f specific force, w angular velocity, a axis; R' = R transposed). The vector pair is that of Kortier et
+al. 2014 (doi 10.1186/1743-0003-11-70); the lever arms and the hinge's two rows on three axes are derived
+here. All measurements are made in the middle between two samples, so that rates, their derivative and
+forces belong to one instant. Arrays carry one joint a row.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numba
+import numpy as np
+
+from estimators.constrained.measurements import (
+    BIAS,
+    BIAS_WALK,
+    PERIOD,
+    SPACING,
+    TURN,
+    UNSEEN,
+    N,
+    axes_agree,
+    correct,
+    mean_of,
+    shared_acceleration,
+)
+from estimators.constrained.ranges import keep_in_range
+from estimators.constrained.vectors import components, dot, rotated, store, turn_by
+from estimators.samples.faults import LOST as MISSING
+from fesloop.hand.quaternion_kernels import conjugate, multiply
+
+LOST, DOUBTED, SOUND = range(3)
+"""What a sample is good for."""
+_COHERENT = 0.25
+"""Angle over which a joint's turning does not reverse, rad, shared by two sensors (chosen)."""
+
+
+@numba.njit(cache=True)
+def _lose(at: Any, s: Any, cov: Any, period: float, unseen: float) -> None:
+    """A period without a sound sample. An unknown rate lasts: its angle grows with the time unseen."""
+    before = s[12]
+    s[12] += period
+    for i in range(3):
+        cov[i, i] += unseen ** 2 * (s[12] ** 2 - before ** 2)
+    if s[12] * unseen > math.pi:
+        at[:] = np.nan
+
+
+@numba.njit(cache=True)
+def advance(
+    q: Any, rest: Any, covariance: Any, surprise: Any, doubt: Any, ends: Any, kinds: Any, axes: Any,
+    zero: Any, ranges: Any, gyr: Any, acc: Any, seen: Any, settings: Any, number: int
+) -> None:
+    """All joints one period on.
+
+    Each is measured every so many periods, by turns: values nearer to each other than the correlation times
+    of their errors tell no more than one of them.
+
+    Parameters
+    ----------
+    q: (joints, 4), changed; NaN for a joint that has not begun, which is left out, and once a sample has
+        been missing for so long that nothing is known any more.
+    rest: (joints, 17), b, l_p, l_c, the force's mean in the child's frame, m/s^2, for how long a sample
+        has been missing, s, then d, c; changed. covariance: (joints, 16, 16), changed.
+    surprise: (joints,), raised by minus twice the log likelihood of what was measured.
+    doubt: (joints,), above 0 where hypotheses are not decided between.
+    ends, kinds, axes, zero, ranges: as of JointTable.
+    gyr, acc: (2, n, 3), the sample before and this one.
+    seen: (2, n), LOST, DOUBTED or SOUND: a lost sample stops its joints, a doubted one (clipped) still
+        moves them, and both cost certainty.
+    settings: (12,), see PERIOD and the following; number: of this sample.
+    """
+    x, h, gain, levers = np.empty(N), np.zeros(N), np.empty(N), np.empty((2, 3, 3))
+    period = settings[PERIOD]
+    every = max(1, round(settings[SPACING] / period))
+    for j in range(q.shape[0]):
+        if np.isnan(q[j, 0]):
+            continue
+        p, c = ends[j, 0], ends[j, 1]
+        worst = min(seen[1, p], seen[1, c])
+        at, s, cov = q[j], rest[j], covariance[j]
+        wp, wc = _rate(gyr, seen, p), _rate(gyr, seen, c)
+        if (number + j) % every > 0:
+            if worst > LOST:
+                _turn(at, s, wp, wc, period)
+        else:
+            x[:] = 0.0
+            if worst > LOST:
+                _turn(at, s, wp, wc, 0.5 * period)
+                if min(worst, seen[0, p], seen[0, c]) == SOUND:
+                    surprise[j] += shared_acceleration(
+                        at, s, cov, gyr, acc, p, c, settings, x, h, gain, levers)
+            surprise[j] += axes_agree(at, s, kinds[j], axes[j], zero[j], cov, settings, x, h, gain)
+            correct(at, s, x)
+            surprise[j] += keep_in_range(
+                at, s, kinds[j], axes[j], zero[j], ranges[j], cov, settings, x, h, gain, doubt[j] == 0.0)
+            if worst > LOST:
+                _turn(at, s, wp, wc, 0.5 * period)
+        if worst == SOUND:
+            walked = settings[BIAS_WALK] ** 2 + _turned_bias(at, wp, wc, settings[BIAS])
+            _spread(cov, s, wc, period, settings[TURN] ** 2 * period, walked * period)
+            s[12] = 0.0
+        else:
+            _lose(at, s, cov, period, settings[UNSEEN])
+
+
+@numba.njit(cache=True)
+def admit(new_gyr: Any, new_acc: Any, codes: Any, gyr: Any, acc: Any, seen: Any) -> None:
+    """Move the newest sample to before and the new one, (n, 3) each, in; a lost one is kept as zero.
+
+    `codes` (3, n) are those of `estimators.samples.faults`; `gyr`, `acc`, `seen` as of `advance`.
+    """
+    for i in range(codes.shape[1]):
+        lost = (codes[0, i] | codes[1, i]) & MISSING != 0
+        seen[0, i] = seen[1, i]
+        seen[1, i] = LOST if lost else SOUND if codes[0, i] | codes[1, i] == 0 else DOUBTED
+        for k in range(3):
+            gyr[0, i, k], acc[0, i, k] = gyr[1, i, k], acc[1, i, k]
+            gyr[1, i, k] = 0.0 if lost else new_gyr[i, k]
+            acc[1, i, k] = 0.0 if lost else new_acc[i, k]
+
+
+@numba.njit(cache=True)
+def _rate(gyr: Any, seen: Any, i: int) -> Any:
+    """Mean of both samples' rates, or this one's where only it was seen."""
+    return mean_of(gyr, i) if seen[0, i] > LOST else (gyr[1, i, 0], gyr[1, i, 1], gyr[1, i, 2])
+
+
+@numba.njit(cache=True)
+def _turn(q: Any, s: Any, wp: Any, wc: Any, dt: float) -> None:
+    """The relative rotation `dt` on with constant rates."""
+    before = turn_by(-dt * wp[0], -dt * wp[1], -dt * wp[2])
+    after = turn_by(dt * (wc[0] - s[0]), dt * (wc[1] - s[1]), dt * (wc[2] - s[2]))
+    store(q, multiply(multiply(before, components(q)), after))
+
+
+@numba.njit(cache=True)
+def _turned_bias(q: Any, wp: Any, wc: Any, bias_sd: float) -> float:
+    """Variance that b gains a second, rad^2/s^3, as the parent's share turns in the child's frame."""
+    v = rotated(conjugate(components(q)), wp)
+    d = (wc[0] - v[0], wc[1] - v[1], wc[2] - v[2])
+    return _COHERENT * bias_sd ** 2 * math.sqrt(dot(d, d))
+
+
+@numba.njit(cache=True)
+def _spread(cov: Any, s: Any, wc: Any, dt: float, turned: float, walked: float) -> None:
+    """The covariance `dt` on; `turned` and `walked` are the variances that one sensor adds."""
+    w, i, j, k = turn_by(-dt * (wc[0] - s[0]), -dt * (wc[1] - s[1]), -dt * (wc[2] - s[2]))
+    r00, r11, r22 = 1.0 - 2.0 * (j * j + k * k), 1.0 - 2.0 * (i * i + k * k), 1.0 - 2.0 * (i * i + j * j)
+    r01, r02, r12 = 2.0 * (i * j - w * k), 2.0 * (i * k + w * j), 2.0 * (j * k - w * i)
+    r10, r20, r21 = 2.0 * (i * j + w * k), 2.0 * (i * k - w * j), 2.0 * (j * k + w * i)
+    for b in range(N):
+        x, y, z = cov[0, b], cov[1, b], cov[2, b]
+        cov[0, b] = r00 * x + r01 * y + r02 * z - dt * cov[3, b]
+        cov[1, b] = r10 * x + r11 * y + r12 * z - dt * cov[4, b]
+        cov[2, b] = r20 * x + r21 * y + r22 * z - dt * cov[5, b]
+    for a in range(3):
+        x, y, z = cov[a, 0], cov[a, 1], cov[a, 2]
+        cov[a, 0] = r00 * x + r01 * y + r02 * z - dt * cov[a, 3]
+        cov[a, 1] = r10 * x + r11 * y + r12 * z - dt * cov[a, 4]
+        cov[a, 2] = r20 * x + r21 * y + r22 * z - dt * cov[a, 5]
+        for b in range(3, N):
+            cov[b, a] = cov[a, b]
+    # Rounding must not make it asymmetric in the long run.
+    cov[1, 0], cov[2, 0], cov[2, 1] = cov[0, 1], cov[0, 2], cov[1, 2]
+    for a in range(3):
+        cov[a, a] += 2.0 * turned
+        cov[3 + a, 3 + a] += 2.0 * walked

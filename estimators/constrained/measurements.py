@@ -1,0 +1,201 @@
+"""What a joint's two segments share, as scalar measurements on `constrained.filter`'s error state."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numba
+
+from estimators.body.joint_constraints import BALL, SADDLE
+from estimators.constrained.vectors import components, cross, dot, rotated, store, turn_by, unit
+from fesloop.hand.quaternion_kernels import conjugate, multiply
+
+N, LEVERS, TILTS = 16, 6, 12
+PERIOD, TURN, BIAS_WALK, FORCE, SPIN, FORCE_TIME = range(6)
+TISSUE, TISSUE_TIME, RANGE, UNSEEN, BIAS, SPACING = range(6, 12)
+"""Where each setting stands in `settings`: s; rad/sqrt(s); rad/s/sqrt(s); m/s^2; m (error of the shared
+acceleration a rad^2/s^2 of rotation); s; rad; s; rad; rad/s; rad/s; s (between two measurements of a
+joint)."""
+
+
+_MEAN_TIME = 1.0
+"""Time constant of a force's mean, s (chosen: longer than tremor and shorter than a posture)."""
+
+
+@numba.njit(cache=True)
+def mean_of(samples: Any, i: int) -> Any:
+    """Mean of the two samples of sensor i."""
+    return (0.5 * (samples[0, i, 0] + samples[1, i, 0]), 0.5 * (samples[0, i, 1] + samples[1, i, 1]),
+            0.5 * (samples[0, i, 2] + samples[1, i, 2]))
+
+
+@numba.njit(cache=True)
+def measure(
+    cov: Any, h: Any, innovation: float, variance: float, x: Any, gain: Any, first: int, last: int
+) -> float:
+    """A scalar measurement with row `h` on the error state `x` (N,) found so far at this instant.
+
+    The row is zero but for its first three places and those from `first` to before `last`. Gives minus twice
+    the logarithm of its likelihood, but for a constant.
+    """
+    # Whole rows at a time, which the compiler turns into vector instructions.
+    for b in range(N):
+        gain[b] = cov[0, b] * h[0] + cov[1, b] * h[1] + cov[2, b] * h[2]
+    for a in range(first, last):
+        for b in range(N):
+            gain[b] += cov[a, b] * h[a]
+    total, left = variance, innovation
+    for a in range(3):
+        total += h[a] * gain[a]
+        left -= h[a] * x[a]
+    for a in range(first, last):
+        total += h[a] * gain[a]
+        left -= h[a] * x[a]
+    scale = 1.0 / math.sqrt(total)
+    for b in range(N):
+        gain[b] *= scale
+    left *= scale
+    for a in range(N):
+        share = gain[a]
+        x[a] += share * left
+        for b in range(N):
+            cov[a, b] -= share * gain[b]
+    return left * left + math.log(total)
+
+
+@numba.njit(cache=True)
+def _change(samples: Any, i: int, period: float) -> Any:
+    return ((samples[1, i, 0] - samples[0, i, 0]) / period,
+            (samples[1, i, 1] - samples[0, i, 1]) / period,
+            (samples[1, i, 2] - samples[0, i, 2]) / period)
+
+
+@numba.njit(cache=True)
+def _spin_matrix(w: Any, dw: Any, matrix: Any) -> None:
+    """[dw]x + [w]x [w]x into `matrix` (3, 3)."""
+    size = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
+    for i in range(3):
+        for k in range(3):
+            matrix[i, k] = w[i] * w[k] - (size if i == k else 0.0)
+    matrix[0, 1] -= dw[2]
+    matrix[1, 0] += dw[2]
+    matrix[0, 2] += dw[1]
+    matrix[2, 0] -= dw[1]
+    matrix[1, 2] -= dw[0]
+    matrix[2, 1] += dw[0]
+
+
+@numba.njit(cache=True)
+def _lasting(s: Any, v: Any, wc: Any, period: float, settings: Any) -> Any:
+    """The force v, in the child's frame, without what differs from its mean by no more than noise does.
+
+    Heading about the force is told by nothing but a change of its direction. Were noise taken for such a
+    change, a heading that nothing shows would seem better known with every sample.
+    """
+    back = turn_by(-period * wc[0], -period * wc[1], -period * wc[2])
+    mean = rotated(back, (s[9], s[10], s[11]))
+    share = min(1.0, period / _MEAN_TIME)
+    mean = (mean[0] + share * (v[0] - mean[0]), mean[1] + share * (v[1] - mean[1]),
+            mean[2] + share * (v[2] - mean[2]))
+    s[9], s[10], s[11] = mean
+    off = (v[0] - mean[0], v[1] - mean[1], v[2] - mean[2])
+    square = dot(off, off)
+    kept = max(0.0, 1.0 - settings[FORCE] ** 2 / max(square, 1e-12))
+    return mean[0] + kept * off[0], mean[1] + kept * off[1], mean[2] + kept * off[2]
+
+
+@numba.njit(cache=True)
+def shared_acceleration(
+    q: Any, s: Any, cov: Any, gyr: Any, acc: Any, p: int, c: int, settings: Any, x: Any, h: Any,
+    gain: Any, levers: Any
+) -> float:
+    """The acceleration of the joint's centre, seen from both sides, into the error state x.
+
+    `levers` (2, 3, 3) is written: how both sides depend on the lever arms, in the child's frame.
+    """
+    wp, wc, period = mean_of(gyr, p), mean_of(gyr, c), settings[PERIOD]
+    dp, dc = _change(gyr, p, period), _change(gyr, c, period)
+    fp, fc = mean_of(acc, p), mean_of(acc, c)
+    to_child = conjugate(components(q))
+    _spin_matrix(wp, dp, levers[0])
+    _spin_matrix(wc, dc, levers[1])
+    m = levers[0]
+    v = rotated(to_child, (fp[0] - (m[0, 0] * s[3] + m[0, 1] * s[4] + m[0, 2] * s[5]),
+                           fp[1] - (m[1, 0] * s[3] + m[1, 1] * s[4] + m[1, 2] * s[5]),
+                           fp[2] - (m[2, 0] * s[3] + m[2, 1] * s[4] + m[2, 2] * s[5])))
+    for k in range(3):
+        m[0, k], m[1, k], m[2, k] = rotated(to_child, (m[0, k], m[1, k], m[2, k]))
+    spin = dot(wp, wp) + dot(wc, wc) + math.sqrt(dot(dp, dp) + dot(dc, dc))
+    # Values nearer to each other than the correlation time tell no more than one of them.
+    variance = settings[FORCE] ** 2 + (settings[SPIN] * spin) ** 2
+    variance *= max(1.0, settings[FORCE_TIME] / settings[SPACING])
+    u = _lasting(s, v, wc, settings[SPACING], settings)
+    n = levers[1]
+    surprise = 0.0
+    for i in range(3):
+        # Rows of -[u]x.
+        h[0] = 0.0 if i == 0 else -u[2] if i == 1 else u[1]
+        h[1] = u[2] if i == 0 else 0.0 if i == 1 else -u[0]
+        h[2] = -u[1] if i == 0 else u[0] if i == 1 else 0.0
+        for k in range(3):
+            h[6 + k] = m[i, k]
+            h[9 + k] = -n[i, k]
+        of_child = fc[i] - (n[i, 0] * s[6] + n[i, 1] * s[7] + n[i, 2] * s[8])
+        surprise += measure(cov, h, v[i] - of_child, variance, x, gain, LEVERS, TILTS)
+    return surprise
+
+
+@numba.njit(cache=True)
+def axes_agree(
+    q: Any, s: Any, kind: int, axes: Any, zero: Any, cov: Any, settings: Any, x: Any, h: Any, gain: Any
+) -> float:
+    """The axes of hinge and saddle, each tilted by what is believed so far, into the error state x.
+
+    Of a hinge, with e, f two directions across its axis, both components of
+    (a + c_1 e + c_2 f) - R' (p + d_1 Z e + d_2 Z f) = 0 across it, Z the rotation at angle zero. Of a
+    saddle, whose axes p, a are each across the other, with n = p x a,
+    (a + c_1 p + c_2 n) . R' (p + d_1 a + d_2 n) = 0.
+    """
+    if kind == BALL:
+        return 0.0
+    p, a = (axes[0, 0], axes[0, 1], axes[0, 2]), (axes[1, 0], axes[1, 1], axes[1, 2])
+    to_child = conjugate(components(q))
+    if kind == SADDLE:
+        e, g = p, a
+        f = cross(p, a)
+        k = f
+    else:
+        # Across the axis, beginning with whichever of x and y is farther from it.
+        e = unit(cross(a, (1.0, 0.0, 0.0) if abs(a[0]) < abs(a[1]) else (0.0, 1.0, 0.0)))
+        f = cross(a, e)
+        g, k = rotated(components(zero), e), rotated(components(zero), f)
+    own = (a[0] + s[15] * e[0] + s[16] * f[0], a[1] + s[15] * e[1] + s[16] * f[1],
+           a[2] + s[15] * e[2] + s[16] * f[2])
+    v = rotated(to_child, (p[0] + s[13] * g[0] + s[14] * k[0], p[1] + s[13] * g[1] + s[14] * k[1],
+                           p[2] + s[13] * g[2] + s[14] * k[2]))
+    g, k = rotated(to_child, g), rotated(to_child, k)
+    # Values nearer to each other than the correlation time tell no more than one of them.
+    variance = settings[TISSUE] ** 2 * max(1.0, settings[TISSUE_TIME] / settings[SPACING])
+    if kind == SADDLE:
+        h[0], h[1], h[2] = cross(own, v)
+        h[12], h[13], h[14], h[15] = dot(own, g), dot(own, k), dot(e, v), dot(f, v)
+        return measure(cov, h, -dot(own, v), variance, x, gain, TILTS, N)
+    surprise = 0.0
+    for i in range(2):
+        n = e if i == 0 else f
+        h[0], h[1], h[2] = cross(n, v)
+        h[12], h[13], h[14], h[15] = dot(n, g), dot(n, k), -1.0 + i, -1.0 * i
+        surprise += measure(cov, h, dot(n, own) - dot(n, v), variance, x, gain, TILTS, N)
+    return surprise
+
+
+@numba.njit(cache=True)
+def correct(q: Any, s: Any, x: Any) -> None:
+    """The error found goes into the state, and is zero then."""
+    store(q, multiply(components(q), turn_by(x[0], x[1], x[2])))
+    for i in range(9):
+        s[i] += x[3 + i]
+    for i in range(4):
+        s[13 + i] += x[12 + i]
+    x[:] = 0.0

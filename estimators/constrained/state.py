@@ -1,0 +1,73 @@
+"""What a ConstrainedTracker remembers, and how a sample of every sensor changes it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimators.body.joint_constraints import JointTable
+from estimators.constrained.beginning import Hypotheses, Unknown, begin_missing, weigh
+from estimators.constrained.filter import SOUND, admit, advance
+from estimators.fusion.vqf_bank import VqfBank
+from estimators.samples.arrivals import Arrivals
+from fesloop.loop.signals import Sample
+
+Array = NDArray[np.float64]
+
+
+@dataclass(slots=True, eq=False)
+class ConstrainedState:
+    """Memory of a ConstrainedTracker.
+
+    Attributes
+    ----------
+    roots: filters of the sensors that are no joint's child.
+    arrivals: which samples are new, and what is wrong with them.
+    settings: of the joint filters, as `constrained.filter` reads them.
+    unknown: what is known of a joint that begins.
+    found: the joint filters.
+    gyr, acc: (2, n, 3), the sample before and the newest.
+    seen: (2, n), LOST, DOUBTED or SOUND, each of these.
+    standing: (joints,), SURE, UNSURE or UNSEEN, as last reported.
+    pose_samples: how many samples the initial pose lasts.
+    ticks: number of the next tick; taken: of the next sample.
+    """
+
+    roots: VqfBank
+    arrivals: Arrivals
+    settings: Array
+    unknown: Unknown
+    found: Hypotheses
+    gyr: Array
+    acc: Array
+    seen: NDArray[np.int64]
+    standing: NDArray[np.int64]
+    pose_samples: int = 0
+    ticks: int = 0
+    taken: int = 0
+
+
+def take(state: ConstrainedState, table: JointTable, inputs: Sequence[Sample]) -> None:
+    """One period on with the samples that stand at the inputs."""
+    codes, roots, found = state.arrivals.codes, table.roots, state.found
+    admit(inputs[0].value, inputs[1].value, codes, state.gyr, state.acc, state.seen)
+    gyr, acc = state.gyr[1].take(roots, axis=0), state.acc[1].take(roots, axis=0)
+    if state.arrivals.sound:
+        state.roots.update(gyr, acc, None)
+    else:
+        state.roots.update_only(state.arrivals.usable()[roots], gyr, acc, None)
+    for h in range(len(found.q) if found.open else 1):
+        advance(found.q[h], found.rest[h], found.covariance[h], found.surprise[h], found.doubt, table.ends,
+                table.kinds, table.axes, table.zero, table.ranges, state.gyr, state.acc, state.seen,
+                state.settings, state.taken)
+    state.taken += 1
+    # The sum of finite numbers is finite, that with a NaN is not: one look tells whether all have begun.
+    if not math.isfinite(found.q[0].sum()):
+        begin_missing(found, table, state.acc[1], state.seen[1] == SOUND, state.unknown,
+                      state.taken <= state.pose_samples)
+    if found.open:
+        found.open = weigh(found.q, found.rest, found.covariance, found.surprise, found.doubt)

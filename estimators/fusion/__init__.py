@@ -1,0 +1,12 @@
+"""Each inertial sensor fused by itself, and trackers that chain the orientations."""
+
+from typing import TYPE_CHECKING
+
+from fesloop.lazily import found_in
+
+if TYPE_CHECKING:
+    from estimators.fusion.trackers import Vqf9Tracker, VqfTracker
+
+__all__ = ["Vqf9Tracker", "VqfTracker"]
+
+__getattr__ = found_in(__name__, {"Vqf9Tracker": "trackers", "VqfTracker": "trackers"})

@@ -1,0 +1,250 @@
+"""Trackers that fuse each inertial sensor by itself (VQF) and chain the orientations to joint angles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimators.body.joint_angles import (
+    Pairs,
+    flexion_angles,
+    heading_offsets,
+    initial_flexion,
+    no_offsets,
+    resolve_pairs,
+    turned_angle,
+)
+from estimators.fusion.vqf_bank import VqfBank
+from estimators.samples.arrivals import Arrivals
+from fesloop.errors import InputError
+from fesloop.hand.motion import STANDARD_GRAVITY
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_S, RateClock, StampClock, duration_ns
+from fesloop.loop.signals import Port, Sample, Value
+
+Array = NDArray[np.float64]
+
+
+@dataclass(slots=True, eq=False)
+class FusionState:
+    """Memory of a tracker of this module.
+
+    Attributes
+    ----------
+    bank: the filters.
+    arrivals: which samples are new, and what is wrong with them.
+    pairs: (joints, 2), parent and child; (0, 2) for a single sensor.
+    heading: (joints, 2), what is removed of the children's heading.
+    origin: orientations when aligned, (n, 4).
+    ticks: number of the next tick.
+    aligned: whether `heading` and `origin` are known.
+    announced: whether the alignment has been reported.
+    """
+
+    bank: VqfBank
+    arrivals: Arrivals
+    pairs: NDArray[np.int64]
+    heading: Array
+    origin: Array
+    ticks: int = 0
+    aligned: bool = False
+    announced: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class VqfTracker:
+    """Joint angles from gyroscopes and accelerometers: 6-axis VQF and an initial pose, no magnetometer.
+
+    Inputs `gyr` (n, 3) rad/s and `acc` (n, 3) m/s^2, sensor frames equal to segment frames (z: flexion).
+    Outputs `orientation` (n, 4), segment to earth, each with a heading of its own, and `angles`, rad: the
+    flexion of each pair (z-x-y Euler), or for a single sensor (1,) the angle by which it has turned from its
+    first orientation. VQF: doi 10.1016/j.inffus.2022.10.014. Its sampling time is the period of this
+    block's clock: give the tracker the rate of its sensors.
+
+    Until `align_s` the outputs `angles` are the initial pose, reported as "aligning"; then the relative
+    headings are set so that they agree with it. A lost sample (or frozen, or held for too long:
+    `estimators.samples.arrivals`) leaves its sensor's filter where it is, a clipped or repeated one is used;
+    each is reported.
+
+    Attributes
+    ----------
+    sensors: n; 0 takes it from what is wired to `gyr`.
+    pairs: (parent, child) sensors of each joint; empty: each sensor and the next.
+    initial_angles_deg: flexion of each joint in the initial pose, abduction and pronation zero; None where
+        it is not known: the headings are then left as the filters start them, each at zero.
+    align_s: when the initial pose ends, s (S19 keeps it for 3 s or more; 0.5 s is chosen for plants that
+        start at rest, where nothing but noise has to settle).
+    tau_acc_s: time constant of the inclination correction, s (VQF's own default).
+    gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, deg/s and multiples of
+        standard gravity (2000: Kortier et al. 2014, doi 10.1186/1743-0003-11-70; 16: chosen, a usual one).
+    """
+
+    sensors: int = 0
+    pairs: Pairs = ()
+    initial_angles_deg: tuple[float, ...] | None = None
+    align_s: float = 0.5
+    tau_acc_s: float = 3.0
+    gyr_range_deg_s: float = 2000.0
+    acc_range_g: float = 16.0
+
+    def __post_init__(self) -> None:
+        _check(self.sensors, tau_acc_s=self.tau_acc_s, gyr_range_deg_s=self.gyr_range_deg_s,
+               acc_range_g=self.acc_range_g)
+        duration_ns(self.align_s, NS_PER_S, "align_s")
+        if self.sensors:
+            pairs = resolve_pairs(self.pairs, self.sensors)
+            initial_flexion(self.initial_angles_deg, len(pairs))
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """gyr and acc."""
+        shape = (self.sensors or None, 3)
+        return Port("gyr", shape, "rad/s"), Port("acc", shape, "m/s^2")
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """orientation and angles."""
+        return _outputs(self.sensors, self.pairs)
+
+    def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> VqfTracker:
+        """The same tracker for the number of sensors wired to it."""
+        return replace(self, sensors=shapes["gyr"][0])
+
+    def init(self, context: Context) -> FusionState:
+        """Filters at their start, headings unknown."""
+        return _start(self, context, magnetometer=False, tauAcc=self.tau_acc_s)
+
+    def step(self, state: FusionState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """One sample of every sensor."""
+        sound = _fuse(state, inputs, tick)
+        orientation = state.bank.orientation()
+        if not state.aligned:
+            flexion = initial_flexion(self.initial_angles_deg, len(state.pairs))
+            if flexion is not None and (tick.time_ns < self.align_s * NS_PER_S or not sound):
+                if not state.announced:
+                    tick.report("aligning", f"initial pose until {self.align_s:g} s")
+                    state.announced = True
+                return orientation, flexion
+            if sound:
+                _align(state, orientation, flexion)
+        return orientation, _angles(state, orientation)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Vqf9Tracker:
+    """Joint angles from gyroscopes, accelerometers and magnetometers: 9-axis VQF, each sensor by itself.
+
+    The baseline "B" of Salchow-Hoemmen et al. 2019 (doi 10.3390/s19010208) with VQF for fusion: no
+    initial pose, no constraints. Inputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2, `mag` (n, 3) T; outputs as of
+    VqfTracker, but orientations are to the earth frame ENU (y to magnetic north).
+
+    Attributes
+    ----------
+    sensors: n; 0 takes it from what is wired to `gyr`.
+    pairs: (parent, child) sensors of each joint; empty: each sensor and the next.
+    tau_acc_s, tau_mag_s: time constants of the inclination and heading corrections, s (VQF's own defaults).
+    gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, as of VqfTracker.
+    """
+
+    sensors: int = 0
+    pairs: Pairs = ()
+    tau_acc_s: float = 3.0
+    tau_mag_s: float = 9.0
+    gyr_range_deg_s: float = 2000.0
+    acc_range_g: float = 16.0
+
+    def __post_init__(self) -> None:
+        _check(self.sensors, tau_acc_s=self.tau_acc_s, tau_mag_s=self.tau_mag_s,
+               gyr_range_deg_s=self.gyr_range_deg_s, acc_range_g=self.acc_range_g)
+        if self.sensors:
+            resolve_pairs(self.pairs, self.sensors)
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """gyr, acc and mag."""
+        shape = (self.sensors or None, 3)
+        return Port("gyr", shape, "rad/s"), Port("acc", shape, "m/s^2"), Port("mag", shape, "T")
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """orientation and angles."""
+        return _outputs(self.sensors, self.pairs)
+
+    def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Vqf9Tracker:
+        """The same tracker for the number of sensors wired to it."""
+        return replace(self, sensors=shapes["gyr"][0])
+
+    def init(self, context: Context) -> FusionState:
+        """Filters at their start."""
+        return _start(self, context, magnetometer=True, tauAcc=self.tau_acc_s, tauMag=self.tau_mag_s)
+
+    def step(self, state: FusionState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """One sample of every sensor."""
+        sound = _fuse(state, inputs, tick)
+        orientation = state.bank.orientation()
+        if sound and not state.aligned:
+            _align(state, orientation, None)
+        return orientation, _angles(state, orientation)
+
+
+def _check(sensors: int, **positive: float) -> None:
+    if sensors < 0:
+        raise InputError("sensors", f"{sensors}", "1 or more, or 0 to take it from the wire")
+    for name, value in positive.items():
+        if not (math.isfinite(value) and value > 0.0):
+            raise InputError(name, f"{value} is not positive", "a finite number above 0")
+
+
+def _outputs(sensors: int, pairs: Pairs) -> tuple[Port, ...]:
+    joints = max(1, len(resolve_pairs(pairs, sensors))) if sensors else None
+    return Port("orientation", (sensors or None, 4), "1"), Port("angles", (joints,), "rad")
+
+
+def _start(
+    tracker: VqfTracker | Vqf9Tracker, context: Context, *, magnetometer: bool, **settings: float
+) -> FusionState:
+    clock, sensors = context.clock, tracker.sensors
+    if not isinstance(clock, (RateClock, StampClock)):
+        raise InputError(f"{context.name}.rate", "is missing", "the rate of the sensors")
+    joints = np.array(resolve_pairs(tracker.pairs, sensors), dtype=np.int64).reshape(-1, 2)
+    limits = (math.radians(tracker.gyr_range_deg_s), STANDARD_GRAVITY * tracker.acc_range_g, math.inf)
+    return FusionState(bank=VqfBank(sensors, clock.period_s, magnetometer, **settings),
+                       arrivals=Arrivals(sensors, limits, clock.period_s),
+                       pairs=joints, heading=no_offsets(len(joints)),
+                       origin=np.tile([1.0, 0.0, 0.0, 0.0], (sensors, 1)))
+
+
+def _fuse(state: FusionState, inputs: Sequence[Sample], tick: Tick) -> bool:
+    """Update the filters; whether every sensor had a sample.
+
+    A filter counts time in samples: ticks that were skipped while the block was busy are made good.
+    """
+    state.arrivals.note(inputs, tick)
+    gyr: Any = inputs[0].value
+    acc: Any = inputs[1].value
+    mag: Any = inputs[2].value if len(inputs) > 2 else None
+    for _ in range(tick.index + 1 - state.ticks):
+        if state.arrivals.sound:
+            state.bank.update(gyr, acc, mag)
+        else:
+            state.bank.update_only(state.arrivals.usable(), gyr, acc, mag)
+    state.ticks = tick.index + 1
+    return state.arrivals.sound
+
+
+def _align(state: FusionState, orientation: Array, flexion: Array | None) -> None:
+    state.aligned = True
+    state.origin = orientation.copy()
+    if flexion is not None and len(state.pairs):
+        state.heading = heading_offsets(orientation, state.pairs, flexion)
+
+
+def _angles(state: FusionState, orientation: Array) -> Array:
+    if len(state.pairs):
+        return np.asarray(flexion_angles(orientation, state.pairs, state.heading))
+    return np.asarray(turned_angle(state.origin, orientation))

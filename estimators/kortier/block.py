@@ -1,0 +1,239 @@
+"""`kortier`: the error-state filters of Kortier et al. 2014, one for each finger and one for the hand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from estimators.body.body import Body, body_of, posture_ports
+from estimators.kortier.chain import Filters, Gates, new_filters
+from estimators.kortier.navigation import HandFilter, HandGates, new_hands
+from estimators.kortier.samples import Moment, Trust, no_moment
+from estimators.kortier.tick import Posture, Settings, Worn, report_unseen, track, worn_by
+from estimators.kortier.tree import CHAIN5, base_of, pose_of
+from estimators.samples.arrivals import Arrivals
+from fesloop.errors import InputError
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.kinematics import relative_orientations
+from fesloop.hand.motion import STANDARD_GRAVITY
+from fesloop.hand.segments import Segment
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import RateClock, StampClock
+from fesloop.loop.signals import NEVER, Port, Sample, Value
+
+_UNKNOWN = STANDARD_GRAVITY
+"""Sd of an acceleration whose sample is missing, m/s^2 (chosen: a hand in motion, upright or not)."""
+_USUAL = HandSize()
+_POSITIVE = ("gyr_sd", "acc_sd", "mag_sd_ut", "bias_walk", "bias_sd_deg_s", "angle_sd_deg",
+             "constraint_sd_deg", "acc_difference", "mag_difference_ut", "rate_limit", "still_rate",
+             "still_acc", "still_sd", "lost_rate_deg_s", "clipped_rate_deg_s", "gap_ms", "gyr_range_deg_s",
+             "acc_range_g")
+
+
+@dataclass(slots=True, eq=False)
+class KortierState:
+    """Memory of a KortierTracker.
+
+    Attributes
+    ----------
+    hands, filters: of attitudes and of chains.
+    moment, arrivals: the samples.
+    unseen: joints that have been reported as not seen; None before the first tick.
+    """
+
+    hands: HandFilter
+    filters: Filters
+    moment: Moment
+    arrivals: Arrivals
+    unseen: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class KortierTracker:
+    """Posture, attitude and position of a hand by Kortier et al. 2014 (doi 10.1186/1743-0003-11-70).
+
+    Each chain of segments from where they branch to the next such or to a tip (a finger; forearm and hand)
+    has an error-state filter (`estimators.kortier.finger`) of the relative rotations of its segments and of
+    all gyroscope biases; neighbours' accelerometers, the magnetometers of base and tip and what joints
+    cannot do correct it. The base, the hand, has a filter of attitude, velocity and position
+    (`estimators.kortier.hand`), which drifts within seconds unless the hand stands still now and then. Where
+    sensors left off cut the tree apart, the innermost segment of each part has one.
+
+    Inputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and `mag` (n, 3) T, sensor frames equal to segment frames.
+    They may have rates of their own: give the tracker that of the gyroscopes. Magnetometers other than those
+    of bases and tips are not read. Without any (`magnetometers` false, or `mag` left without a wire, where
+    `sensors` is to be given) headings rest on the gyroscopes and the joints: so they should where the field
+    is not that of the earth, as gates on magnitudes alone let much of such a field pass.
+
+    Outputs `orientation` (n, 4), segment to earth (z up; with magnetometers y to magnetic north, else the
+    heading is zero at the start); `angles` (a,), rad, all freedoms of the tree; `angle_sd` (a,), rad;
+    `fingertips` (t, 3), m, in the frame of the tree's root (for a hand the WCS), and `fingertip_sd` (t, 3),
+    m, from the filters' whole covariances, lengths taken as exact; `position` (3,), m, and `velocity` (3,),
+    m/s, of the base since the start. Five sensors without any setting are those of chain5
+    (`fesloop.streams.formats.chain5`), whose lengths are not known: there are no fingertips then.
+
+    A lost rate (or frozen, or held for too long: `estimators.samples.arrivals`) is taken as the last one, a
+    clipped one as read, with an uncertainty that says so. A joint is reported as "unseen", until "seen", when
+    one of its segments has no sensor, or one whose gyroscope has given nothing for `gap_ms` (so is a strip
+    that was left off). Its angles are 0, their sd is pi.
+
+    Attributes
+    ----------
+    sensors: n; 0 takes it from what is wired to `gyr`.
+    hand: size of the hand.
+    sensed: names of the segments that the sensors sit on, in the order of the samples; empty: every one, or
+        all but the tree's root (a hand's forearm).
+    segments: another tree in place of the hand.
+    base: name of the segment whose attitude and position are tracked; empty: "hand" where it has a sensor
+        and `segments` is empty, else the first of the tree that has one.
+    magnetometers: whether there is an input `mag`.
+    initial_angles_deg: the pose at the start by names of freedoms, such as `F2_mcp_flexion`; others are 0.
+    gyr_sd, acc_sd: of a sample, rad/s, m/s^2 (K14, Table 1).
+    mag_sd_ut: of a sample with what the field differs within a hand, uT (chosen: Table 1 prints 1e-4).
+    bias_walk: of the gyroscopes, rad/s after a second (K14, Table 1, taken as a density).
+    bias_sd_deg_s, angle_sd_deg: at the start, of biases and of joints and the hand's attitude (chosen).
+    constraint_sd_deg: of a joint's forbidden angles (Table 1 has 1e-5, which no joint holds; S19, doi
+        10.3390/s19010208, names 5 to 10 for the neglected axes of joints).
+    error_time_s: how long the errors of constraint_sd_deg, lever_m and motion_sd last: so often are they
+        measured again (chosen); 0: errors are white.
+    acc_difference, mag_difference_ut, rate_limit: gates (eq. 27, 28) in m/s^2, uT, rad/s; the paper leaves
+        them to the user (chosen).
+    lever_m: at which rotation adds to the accelerometers' variance (chosen: half a phalanx and a joint).
+    motion_sd: of the hand's acceleration where its vertical is read, m/s^2 (chosen).
+    still_window: samples of the zero-velocity detector; still_rate, still_acc: rms of rate and acceleration
+        below which the hand stands, rad/s, m/s^2; still_sd: of its velocity then, m/s (chosen).
+    lost_rate_deg_s, clipped_rate_deg_s: sd of a rate without sample, and of a clipped one (chosen).
+    gap_ms: how long a gyroscope may be silent (chosen: ten samples of 100 Hz).
+    gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, as of VqfTracker.
+    """
+
+    sensors: int = 0
+    hand: HandSize = _USUAL
+    sensed: tuple[str, ...] = ()
+    segments: tuple[Segment, ...] = ()
+    base: str = ""
+    magnetometers: bool = True
+    initial_angles_deg: Mapping[str, float] = field(default_factory=dict)
+    gyr_sd: float = 5e-4
+    acc_sd: float = 4e-2
+    mag_sd_ut: float = 1.0
+    bias_walk: float = 1e-4
+    bias_sd_deg_s: float = 0.6
+    angle_sd_deg: float = 10.0
+    constraint_sd_deg: float = 5.0
+    error_time_s: float = 0.2
+    acc_difference: float = 0.5
+    mag_difference_ut: float = 5.0
+    rate_limit: float = 3.0
+    lever_m: float = 0.03
+    motion_sd: float = 0.3
+    still_window: int = 25
+    still_rate: float = 0.1
+    still_acc: float = 0.2
+    still_sd: float = 0.01
+    lost_rate_deg_s: float = 120.0
+    clipped_rate_deg_s: float = 500.0
+    gap_ms: float = 100.0
+    gyr_range_deg_s: float = 2000.0
+    acc_range_g: float = 16.0
+    body: Body | None = field(init=False, repr=False, default=None)
+    worn: Worn | None = field(init=False, repr=False, default=None)
+    settings: Settings = field(init=False, repr=False)
+    no_field: Sample = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.sensors < 0:
+            raise InputError("sensors", f"{self.sensors}", "1 or more, or 0 to take it from the wire")
+        if not 2 <= self.still_window <= 1000:
+            raise InputError("still_window", f"{self.still_window}", "2 to 1000 samples")
+        for name in _POSITIVE:
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise InputError(name, f"{value} is not positive", "a finite number above 0")
+        for name in ("error_time_s", "lever_m", "motion_sd"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise InputError(name, f"{value}", "a finite number, zero or more")
+        no_field = np.zeros((self.sensors, 3))
+        no_field.flags.writeable = False
+        object.__setattr__(self, "settings", self._settings())
+        object.__setattr__(self, "no_field", Sample(no_field, NEVER, NEVER, NEVER))
+        if self.sensors:
+            segments = self.segments if self._lengths_known() else CHAIN5
+            body = body_of(self.sensors, self.hand, segments, self.sensed)
+            base = base_of(body, self.base, "" if self.segments else "hand")
+            pose_of(body.tree, self.initial_angles_deg)
+            object.__setattr__(self, "body", body)
+            object.__setattr__(self, "worn", worn_by(body, base))
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """gyr, acc and, where they are read, mag."""
+        shape = (self.sensors or None, 3)
+        ports = (Port("gyr", shape, "rad/s"), Port("acc", shape, "m/s^2"),
+                 Port("mag", shape, "T", optional=True))
+        return ports if self.magnetometers else ports[:2]
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """orientation, angles, angle_sd, fingertips, fingertip_sd, position and velocity."""
+        ports = posture_ports(self.body, self.sensors)
+        return (*ports[:5 if self._lengths_known() else 3], Port("position", (3,), "m"),
+                Port("velocity", (3,), "m/s"))
+
+    def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> KortierTracker:
+        """The same tracker for the number of sensors wired to it."""
+        return replace(self, sensors=shapes["gyr"][0])
+
+    def init(self, context: Context) -> KortierState:
+        """Filters at their initial pose, the hand's attitude unknown."""
+        if not isinstance(context.clock, (RateClock, StampClock)):
+            raise InputError(f"{context.name}.rate", "is missing", "the rate of the gyroscopes")
+        body, worn = self._wearer()
+        start = relative_orientations(body.tree, pose_of(body.tree, self.initial_angles_deg))
+        filters = new_filters(worn.chains, start[worn.chains.segments], math.radians(self.angle_sd_deg),
+                              math.radians(self.bias_sd_deg_s))
+        limits = (math.radians(self.gyr_range_deg_s), STANDARD_GRAVITY * self.acc_range_g, math.inf)
+        return KortierState(
+            new_hands(len(worn.held_sensors), self.still_window), filters, no_moment(self.sensors),
+            Arrivals(self.sensors, limits, context.clock.period_s, worn.magnetometers))
+
+    def step(self, state: KortierState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """What is new at this tick."""
+        gyr, acc, mag = (*inputs, self.no_field)[:3]
+        arrivals, motion = state.arrivals, state.hands.motion
+        body, worn = self._wearer()
+        elapsed = arrivals.note(inputs if mag.present else inputs[:2], tick)
+        angles, tips = np.empty((2, len(body.tree.ranges))), np.empty((2, body.tips.size, 3))
+        posture = Posture(np.empty((self.sensors, 4)), angles, tips)
+        joints = track(
+            gyr.value, acc.value, mag.value, arrivals.codes, elapsed, arrivals.period_s, worn, self.settings,
+            state.hands, state.filters, state.moment, posture)
+        if joints or state.unseen is None:
+            seen = state.filters.seen
+            state.unseen = report_unseen(state.unseen or (), body, worn.chains, seen, tick)
+        fingertips = (tips[0], tips[1]) if self._lengths_known() else ()
+        return (posture.orientation, angles[0], angles[1], *fingertips, motion[worn.base, 1].copy(),
+                motion[worn.base, 0].copy())
+
+    def _wearer(self) -> tuple[Body, Worn]:
+        if self.body is None or self.worn is None:
+            raise InputError("sensors", "0", "their number", "wire the tracker, or give it `sensors`")
+        return self.body, self.worn
+
+    def _lengths_known(self) -> bool:
+        """Whether there is a body with lengths, not that of chain5."""
+        return self.sensors != 5 or bool(self.segments or self.sensed) or self.hand != _USUAL
+
+    def _settings(self) -> Settings:
+        radians = math.radians
+        trust = Trust(self.gyr_sd, self.acc_sd, 1e-6 * self.mag_sd_ut, radians(self.lost_rate_deg_s),
+                      radians(self.clipped_rate_deg_s), self.lever_m, self.error_time_s)
+        gates = Gates(self.acc_difference, 1e-6 * self.mag_difference_ut, self.rate_limit,
+                      radians(self.constraint_sd_deg), self.error_time_s, self.bias_walk, 1e-3 * self.gap_ms)
+        own = HandGates(self.motion_sd, self.still_rate, self.still_acc, self.still_sd, _UNKNOWN,
+                        radians(self.angle_sd_deg), radians(self.bias_sd_deg_s))
+        return Settings(trust, gates, own)

@@ -1,0 +1,200 @@
+"""One tick of the chains: what is new and passes the gates goes into their filters."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from estimators.body.body import UNSEEN_SD
+from estimators.kortier.finger import correct, predict
+from estimators.kortier.rows import add_accelerations, add_constraints, add_field
+from estimators.kortier.samples import Moment, repeats
+from estimators.kortier.tree import Chains
+from estimators.kortier.work import Work, error_size, fill_rotations, new_work
+
+Array = NDArray[np.float64]
+BALL = 3
+"""Freedoms of a joint that turns at will."""
+
+
+class Gates(NamedTuple):
+    """When measurements are taken, and how sure joints are.
+
+    Attributes
+    ----------
+    acc_difference, mag_difference: of the magnitudes of a pair at most, m/s^2 and T (eq. 27).
+    rate: of both segments of a pair of accelerometers at most, rad/s (eq. 28).
+    constraint_sd, error_time_s: of a joint's forbidden angles, rad, and how long such an error lasts.
+    walk: of a bias, rad/s after a second.
+    gap_s: after which a segment without a sound sample of the gyroscope is not seen.
+    """
+
+    acc_difference: float
+    mag_difference: float
+    rate: float
+    constraint_sd: float
+    error_time_s: float
+    walk: float
+    gap_s: float
+
+
+class Filters(NamedTuple):
+    """Filters of all chains, laid out as `Chains` says.
+
+    Attributes
+    ----------
+    q: (joints, 4), child to parent; bias: (places, 3), rad/s.
+    covariance: (entries,), of the error states of `kortier.finger`, row by row.
+    seen: (joints,), whether both segments of a joint are seen; begun: (joints,), whether they ever were.
+    """
+
+    q: Array
+    bias: Array
+    covariance: Array
+    seen: NDArray[np.bool_]
+    begun: NDArray[np.bool_]
+
+
+class Chain(NamedTuple):
+    """One chain of n joints: its part of `Chains` and `Filters`, and the samples of its n + 1 places."""
+
+    sensors: Any
+    freedoms: Any
+    axes: Any
+    q: Any
+    bias: Any
+    covariance: Any
+    seen: Any
+    rates: Any
+    gyr_variance: Any
+    acc: Any
+    steady: Any
+    acc_variance: Any
+
+
+def new_filters(chains: Chains, q: Array, angle_sd: float, bias_sd: float) -> Filters:
+    """Filters that start at q (joints, 4)."""
+    covariances = []
+    for joints in np.diff(chains.first):
+        sds = np.full(error_size(joints), bias_sd)
+        sds[:3 * joints] = angle_sd
+        covariances.append(np.diag(sds ** 2).ravel())
+    return Filters(
+        q=q.copy(), bias=np.zeros((chains.sensors.size, 3)),
+        covariance=np.concatenate([np.empty(0), *covariances]),
+        seen=np.zeros(len(q), dtype=np.bool_), begun=np.zeros(len(q), dtype=np.bool_))
+
+
+@numba.njit(cache=True)
+def covariance_of(chain: int, chains: Chains, filters: Filters) -> Any:
+    """The covariance of one chain's error state, a view."""
+    size = error_size(chains.first[chain + 1] - chains.first[chain])
+    return filters.covariance[chains.first_entry[chain]:chains.first_entry[chain + 1]].reshape((size, size))
+
+
+@numba.njit(cache=True)
+def track_chains(
+    chains: Chains, filters: Filters, moment: Moment, elapsed: Any, gates: Gates
+) -> bool:
+    """One tick of every chain; whether a joint has come into sight or been lost.
+
+    `elapsed` as Arrivals.note gives it.
+    """
+    longest = 0
+    for c in range(chains.first.size - 1):
+        longest = max(longest, chains.first[c + 1] - chains.first[c])
+    work = new_work(longest)
+    at = chains.sensors
+    rates, gyr_variance, acc = moment.rates[at], moment.gyr_variance[at], moment.acc[at]
+    steady, acc_variance = moment.steady[at], moment.acc_variance[at]
+    changed = False
+    for c in range(chains.first.size - 1):
+        joints = slice(chains.first[c], chains.first[c + 1])
+        places = slice(chains.first[c] + c, chains.first[c + 1] + c + 1)
+        chain = Chain(
+            at[places], chains.freedoms[joints], chains.axes[joints], filters.q[joints], filters.bias[places],
+            covariance_of(c, chains, filters), filters.seen[joints], rates[places], gyr_variance[places],
+            acc[places], steady[places], acc_variance[places])
+        changed |= _look(chain, moment, gates, filters.begun[joints])
+        _track(chain, moment, elapsed, gates, work)
+    return changed
+
+
+@numba.njit(cache=True)
+def _look(chain: Chain, moment: Moment, gates: Gates, begun: Any) -> bool:
+    """Which joints are seen, and whether that has changed; a segment that is not seen stands still."""
+    changed = False
+    for k in range(chain.sensors.size):
+        gone = moment.missing[chain.sensors[k]] > gates.gap_s
+        if gone:
+            chain.rates[k] = chain.bias[k]
+            chain.gyr_variance[k] = 0.0
+        if k > 0:
+            seen = not gone and moment.missing[chain.sensors[k - 1]] <= gates.gap_s
+            changed |= seen != chain.seen[k - 1]
+            chain.seen[k - 1] = seen
+            begun[k - 1] |= seen
+    return changed
+
+
+@numba.njit(cache=True)
+def _track(chain: Chain, moment: Moment, elapsed: Any, gates: Gates, work: Work) -> None:
+    if elapsed[0] > 0.0:
+        kept = chain.q.copy()
+        predict(chain.q, chain.bias, chain.covariance, chain.rates, chain.gyr_variance,
+                gates.walk ** 2 * elapsed[0], elapsed[0], work)
+        for k in range(chain.seen.size):
+            if not chain.seen[k]:
+                chain.q[k] = kept[k]
+                _forget(chain.covariance, 3 * k)
+    if elapsed[1] > 0.0 or elapsed[2] > 0.0:
+        fill_rotations(chain.q, work)
+        count = _measure(chain, moment, elapsed, gates, work)
+        if count:
+            correct(chain.q, chain.bias, chain.covariance, count, work)
+
+
+@numba.njit(cache=True)
+def _forget(covariance: Any, at: int) -> None:
+    """Nothing is known of the joint whose error begins at `at`."""
+    for i in range(at, at + 3):
+        covariance[i, :] = 0.0
+        covariance[:, i] = 0.0
+        covariance[i, i] = UNSEEN_SD ** 2 / 3.0
+
+
+@numba.njit(cache=True)
+def _measure(chain: Chain, moment: Moment, elapsed: Any, gates: Gates, work: Work) -> int:
+    """Rows of all that is new and passes; how many."""
+    joints = chain.seen.size
+    count = 0
+    if elapsed[1] > 0.0:
+        used, held = np.zeros(joints, dtype=np.bool_), chain.freedoms.copy()
+        for k in range(joints):
+            a, b = chain.acc[k], chain.acc[k + 1]
+            used[k] = (
+                chain.seen[k] and chain.acc_variance[k] < math.inf and chain.acc_variance[k + 1] < math.inf
+                and abs(length(a) - length(b)) < gates.acc_difference
+                and length(chain.rates[k]) < gates.rate and length(chain.rates[k + 1]) < gates.rate)
+            if not chain.seen[k]:
+                held[k] = BALL
+        count = add_accelerations(chain.acc, chain.steady, chain.acc_variance, used, count, work)
+        variance = repeats(gates.error_time_s, elapsed[1]) * gates.constraint_sd ** 2
+        count = add_constraints(held, chain.axes, variance, count, work)
+    if elapsed[2] > 0.0 and chain.seen.all():
+        base, tip = chain.sensors[0], chain.sensors[joints]
+        variance = moment.mag_variance[base] + moment.mag_variance[tip]
+        difference = abs(length(moment.mag[base]) - length(moment.mag[tip]))
+        if variance < math.inf and difference < gates.mag_difference:
+            count = add_field(moment.mag[base], moment.mag[tip], joints, variance, count, work)
+    return count
+
+
+@numba.njit(cache=True)
+def length(v: Any) -> float:
+    """Length of a vector."""
+    return math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])

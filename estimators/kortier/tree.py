@@ -1,0 +1,136 @@
+"""Which chains of segments a Kortier tracker follows: those that a body's sensors leave of its tree."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimators.body.body import Body
+from fesloop.errors import InputError, did_you_mean
+from fesloop.hand.segments import Segment, SegmentTree
+
+Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+
+CHAIN5 = (
+    Segment(name="seg1"), Segment(name="seg2", parent="seg1", joint="ball", joint_name="seg1-seg2"),
+    *(Segment(name=f"seg{i + 1}", parent=f"seg{i}", joint="hinge", joint_name=f"seg{i}-seg{i + 1}",
+              axes=(axis,))
+      for i, axis in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), start=2)))
+"""A ball joint, then hinges about x, y, z (`fesloop.streams.formats.chain5`, which gives no lengths)."""
+
+
+class Chains(NamedTuple):
+    """Chains of segments, a filter each; a chain of n joints joins n + 1 segments. Read-only.
+
+    Arrays of joints, and of places on chains (one more than joints, bases in each chain of theirs), run
+    chain by chain, from the base to the tip. Parts are what joints with both sensors hold together.
+
+    Attributes
+    ----------
+    first: (chains + 1,), first joint of each chain, then their number.
+    first_entry: (chains + 1,), where the covariance of each begins among all entries, then their number.
+    sensors: (places,), numbers. segments: (joints,), index in the tree of each joint's child.
+    freedoms: (joints,), 0 to 3. first_angle: (joints,), where its angles stand among those of the tree.
+    axes: (joints, 3, 3), of flexion, abduction and pronation, in the child's frame.
+    joint_of, chain_of: (segments,), joint and chain that move a segment against its parent, -1 for none.
+    part_of: (segments,), part of each segment with a sensor, -1 for the others.
+    held: (parts,), the segment of each part whose attitude, velocity and position are tracked.
+    """
+
+    first: Numbers
+    first_entry: Numbers
+    sensors: Numbers
+    segments: Numbers
+    freedoms: Numbers
+    first_angle: Numbers
+    axes: Array
+    joint_of: Numbers
+    chain_of: Numbers
+    part_of: Numbers
+    held: Numbers
+
+
+def base_of(body: Body, name: str, usual: str) -> int:
+    """Index of the segment `name`, or of `usual`, or of the tree's first with a sensor.
+
+    Raises InputError for the name of no segment that has a sensor.
+    """
+    worn = [body.tree.names[k] for k in sorted(body.sensed)]
+    if name and name not in worn:
+        raise InputError("base", f"{name!r}", ", ".join(worn), did_you_mean(name, worn))
+    return body.tree.index(name or (usual if usual in worn else worn[0]))
+
+
+def pose_of(tree: SegmentTree, angles_deg: Mapping[str, float]) -> Array:
+    """Angles (freedoms,), rad, of a pose given by names of freedoms; those not named are 0."""
+    angles = np.zeros(len(tree.ranges))
+    for name, angle in angles_deg.items():
+        where = f"initial_angles_deg.{name}"
+        if name not in tree.freedoms:
+            raise InputError(where, "is no freedom", ", ".join(tree.freedoms),
+                             did_you_mean(name, tree.freedoms))
+        if not -180.0 <= angle <= 180.0:
+            raise InputError(where, f"{angle}", "-180 to 180 deg")
+        angles[tree.freedom(name)] = math.radians(angle)
+    return angles
+
+
+def chains_of(body: Body, base: int) -> Chains:
+    """The chains of a body: from where segments branch, and from `base`, to the next such or to a tip.
+
+    Parameters
+    ----------
+    base: index of a segment with a sensor: the one held of its part; of the others it is the innermost.
+    """
+    layout, seen = body.tree.layout, body.seen()
+    children = [[int(c) for c in np.flatnonzero((layout[:, 0] == k) & seen)] for k in range(len(layout))]
+    parts = np.full(len(layout), -1, dtype=np.int64)
+    held: list[int] = []
+    runs: list[list[int]] = []
+    for k in range(len(layout)):
+        if body.sensors[k] < 0:
+            continue
+        if seen[k]:
+            parts[k] = parts[layout[k, 0]]
+        else:
+            parts[k] = len(held)
+            held.append(k)
+        if not seen[k] or k == base or len(children[k]) > 1:
+            runs += [_run(k, child, children, base) for child in children[k]]
+    held[parts[base]] = base
+    return _table(body, runs, parts, held)
+
+
+def _run(start: int, child: int, children: list[list[int]], base: int) -> list[int]:
+    run = [start, child]
+    while run[-1] != base and len(children[run[-1]]) == 1:
+        run += children[run[-1]]
+    return run
+
+
+def _table(body: Body, runs: list[list[int]], parts: Numbers, held: list[int]) -> Chains:
+    tree = body.tree
+    joints = np.array([len(run) - 1 for run in runs], dtype=np.int64)
+    moved = np.array([k for run in runs for k in run[1:]], dtype=np.int64)
+    joint_of, chain_of = np.full((2, len(tree.segments)), -1, dtype=np.int64)
+    joint_of[moved] = np.arange(moved.size)
+    chain_of[moved] = np.repeat(np.arange(len(runs)), joints)
+    chains = Chains(
+        first=_starts(joints), first_entry=_starts((6 * joints + 3) ** 2),
+        sensors=np.array([body.sensors[k] for run in runs for k in run], dtype=np.int64), segments=moved,
+        freedoms=np.ascontiguousarray(tree.layout[moved, 1]),
+        first_angle=np.ascontiguousarray(tree.layout[moved, 2]),
+        axes=np.ascontiguousarray(tree.geometry[moved, :3]), joint_of=joint_of, chain_of=chain_of,
+        part_of=parts, held=np.array(held, dtype=np.int64))
+    for array in chains:
+        array.flags.writeable = False
+    return chains
+
+
+def _starts(sizes: Numbers) -> Numbers:
+    return np.concatenate([np.zeros(1, dtype=np.int64), np.cumsum(sizes)])

@@ -1,0 +1,240 @@
+"""`salchow_b`, `salchow_m1`, `salchow_m2`: the trackers of Salchow-Hoemmen et al. 2019.
+
+S19 is doi 10.3390/s19010208, section 2.4. B fuses each sensor with its magnetometer and chains them. M1 adds
+the initial pose (2.4.2) and the joint constraints (2.4.3), M2 is M1 without any magnetometer.
+
+Inputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and, of B and M1, `mag` (n, 3) T, sensor frames equal to segment
+frames. They may have rates of their own: give the tracker that of the gyroscopes. Outputs `orientation`
+(n, 4), segment to earth (z up; with magnetometers y to magnetic north at the first sensor, else its heading
+begins at zero); `angles` and `angle_sd` (d,), rad, all freedoms of the tree in its order; `fingertips` and
+`fingertip_sd` (t, 3), m, in the frame of the tree's root (of the hand: WCS).
+
+A joint is seen when both its segments have a sensor with sound samples; the others are reported as "unseen",
+are at angle 0 with sd pi, and "seen" when they come back. Joints between the root and the first sensor (of
+16 sensors the wrist) count as neutral: the fingertips' sd leaves them out.
+
+The paper has no measure of quality; the sds here are a model. Each joint's rotation is taken to be wrong by
+`mounting_sd_deg` about any axis (the sensors on their segments) and by a heading sd about the vertical; what
+the sd of an angle is follows from both, and that of a fingertip from the joints before it, as if independent.
+What a joint forbids is taken as exactly zero, and a clipped angle keeps its sd. Wrong lengths, soft tissue in
+motion and a disturbed magnetic field are not in it.
+
+A lost rate leaves its sensor where it is, which adds `unseen_deg_s` times the gap to its sd; inclination
+comes back, and the heading where there is a magnetometer. A lost acceleration or field corrects nothing.
+Clipped samples are used, with the same doubt of a rate. All of these are reported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from estimators.body.body import Body, posture_ports
+from estimators.calibration.initial_pose import InitialPoseLimits
+from estimators.fusion.front_end import FrontEndName
+from estimators.salchow.fusion import track
+from estimators.salchow.method import method_of, require_parameters, sample_ports, wired, worn_by
+from estimators.salchow.state import SalchowState, start
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.segments import Segment
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.signals import Port, Sample, Value
+
+_USUAL = HandSize()
+_USUAL_LIMITS = InitialPoseLimits()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SalchowB:
+    """Posture of a hand from 9-axis sensors, each by itself: method B of Salchow-Hoemmen et al. 2019.
+
+    Attributes
+    ----------
+    sensors: n; 0 takes it from what is wired to `gyr`.
+    hand: its size.
+    sensed: names of the segments that the sensors sit on, in the order of the samples; empty: all of the
+        tree, or all but its root, as the number of sensors says.
+    segments: another tree in place of the hand.
+    front_end: "vqf" (doi 10.1016/j.inffus.2022.10.014) or "seel_ruppin" (doi 10.1016/j.ifacol.2017.08.1534,
+        the paper's own).
+    tau_acc_s, tau_mag_s: time constants of its corrections, s (of "seel_ruppin": in which an error halves);
+        None: those of its authors.
+    acc_every, mag_every: ticks from one sample of accelerometers, magnetometers, to the next.
+    mounting_sd_deg: of the sensors on their segments, deg (5 to 10: S19, section 5).
+    heading_sd_deg: of a magnetometer's heading against the neighbour's, deg (chosen; no sensor can tell).
+    unseen_deg_s: rms rate of a segment whose samples are missing, or beyond what clipped ones say (chosen:
+        a finger in motion).
+    gap_ms: how long a gyroscope may be silent before its joints are unseen (chosen: ten samples of 100 Hz).
+    gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, as of VqfTracker.
+    """
+
+    sensors: int = 0
+    hand: HandSize = _USUAL
+    sensed: tuple[str, ...] = ()
+    segments: tuple[Segment, ...] = ()
+    front_end: FrontEndName = "vqf"
+    tau_acc_s: float | None = None
+    tau_mag_s: float | None = None
+    acc_every: int = 1
+    mag_every: int = 1
+    mounting_sd_deg: float = 5.0
+    heading_sd_deg: float = 10.0
+    unseen_deg_s: float = 120.0
+    gap_ms: float = 100.0
+    gyr_range_deg_s: float = 2000.0
+    acc_range_g: float = 16.0
+    body: Body | None = field(init=False, repr=False, default=None)
+
+    def __post_init__(self) -> None:
+        require_parameters(self)
+        object.__setattr__(self, "body", worn_by(self))
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """gyr, acc and mag."""
+        return sample_ports(self.sensors, magnetometer=True)
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """orientation, angles, angle_sd, fingertips, fingertip_sd."""
+        return posture_ports(self.body, self.sensors)
+
+    def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SalchowB:
+        """The same tracker for the number of sensors wired to it."""
+        return replace(self, sensors=shapes["gyr"][0])
+
+    def init(self, context: Context) -> SalchowState:
+        """Filters at their start."""
+        return start(wired(self.body), method_of(self, magnetometer=True), context)
+
+    def step(self, state: SalchowState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """One sample of every sensor."""
+        return track(state, wired(self.body), inputs, tick)
+
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SalchowM1:
+    """Posture of a hand by method M1 of Salchow-Hoemmen et al. 2019: B, an initial pose, joint constraints.
+
+    Until the initial pose is over, reported as "aligning", the outputs are the known pose; "aligned" ends
+    it. A pose that moved, or is not as gravity says, is reported as "initial_pose_failed", with sensors and
+    reasons; the next that is still for as long is taken, and until then all sds say that nothing is known.
+    Sensors that give no sample in it are left out, their joints are unseen from then on.
+
+    Attributes
+    ----------
+    sensors, hand, sensed, segments, front_end, tau_acc_s, tau_mag_s, acc_every, mag_every, mounting_sd_deg,
+    heading_sd_deg, unseen_deg_s, gap_ms, gyr_range_deg_s, acc_range_g: as of SalchowB.
+    initial_pose_s: how long the pose is kept, s (3 or more: doi 10.3390/s19010208, section 2.4.2).
+    initial_angles_deg: the pose by names of freedoms, such as `F1_cmc_abduction`; others are 0: straight.
+    pose_limits: what sensors may read in it.
+    """
+
+    sensors: int = 0
+    hand: HandSize = _USUAL
+    sensed: tuple[str, ...] = ()
+    segments: tuple[Segment, ...] = ()
+    front_end: FrontEndName = "vqf"
+    tau_acc_s: float | None = None
+    tau_mag_s: float | None = None
+    acc_every: int = 1
+    mag_every: int = 1
+    initial_pose_s: float = 3.0
+    initial_angles_deg: Mapping[str, float] = field(default_factory=dict)
+    pose_limits: InitialPoseLimits = _USUAL_LIMITS
+    mounting_sd_deg: float = 5.0
+    heading_sd_deg: float = 10.0
+    unseen_deg_s: float = 120.0
+    gap_ms: float = 100.0
+    gyr_range_deg_s: float = 2000.0
+    acc_range_g: float = 16.0
+    body: Body | None = field(init=False, repr=False, default=None)
+
+    def __post_init__(self) -> None:
+        require_parameters(self)
+        object.__setattr__(self, "body", worn_by(self))
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """gyr, acc and mag."""
+        return sample_ports(self.sensors, magnetometer=True)
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """orientation, angles, angle_sd, fingertips, fingertip_sd."""
+        return posture_ports(self.body, self.sensors)
+
+    def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SalchowM1:
+        """The same tracker for the number of sensors wired to it."""
+        return replace(self, sensors=shapes["gyr"][0])
+
+    def init(self, context: Context) -> SalchowState:
+        """Filters at their start, the initial pose ahead."""
+        return start(wired(self.body), method_of(self, magnetometer=True), context)
+
+    def step(self, state: SalchowState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """One sample of every sensor."""
+        return track(state, wired(self.body), inputs, tick)
+
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SalchowM2:
+    """Posture of a hand by method M2 of Salchow-Hoemmen et al. 2019: M1 without magnetometers.
+
+    As SalchowM1. Nothing corrects a heading after the initial pose: it drifts with what
+    is left of the gyroscopes' bias, and so grows its sd; a heading that was lost with samples stays lost.
+
+    Attributes
+    ----------
+    sensors, hand, sensed, segments, front_end, tau_acc_s, acc_every, mounting_sd_deg, unseen_deg_s, gap_ms,
+    gyr_range_deg_s, acc_range_g: as of SalchowB.
+    initial_pose_s, initial_angles_deg, pose_limits: as of SalchowM1.
+    drift_deg_s: sd of the rate at which neighbours' headings part, deg/s (chosen: two biases known to within
+        an instability of 10 deg/h, usual of MEMS).
+    """
+
+    sensors: int = 0
+    hand: HandSize = _USUAL
+    sensed: tuple[str, ...] = ()
+    segments: tuple[Segment, ...] = ()
+    front_end: FrontEndName = "vqf"
+    tau_acc_s: float | None = None
+    acc_every: int = 1
+    initial_pose_s: float = 3.0
+    initial_angles_deg: Mapping[str, float] = field(default_factory=dict)
+    pose_limits: InitialPoseLimits = _USUAL_LIMITS
+    mounting_sd_deg: float = 5.0
+    drift_deg_s: float = 0.004
+    unseen_deg_s: float = 120.0
+    gap_ms: float = 100.0
+    gyr_range_deg_s: float = 2000.0
+    acc_range_g: float = 16.0
+    body: Body | None = field(init=False, repr=False, default=None)
+
+    def __post_init__(self) -> None:
+        require_parameters(self)
+        object.__setattr__(self, "body", worn_by(self))
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """gyr and acc."""
+        return sample_ports(self.sensors, magnetometer=False)
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """orientation, angles, angle_sd, fingertips, fingertip_sd."""
+        return posture_ports(self.body, self.sensors)
+
+    def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SalchowM2:
+        """The same tracker for the number of sensors wired to it."""
+        return replace(self, sensors=shapes["gyr"][0])
+
+    def init(self, context: Context) -> SalchowState:
+        """Filters at their start, the initial pose ahead."""
+        return start(wired(self.body), method_of(self, magnetometer=False), context)
+
+    def step(self, state: SalchowState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """One sample of every sensor."""
+        return track(state, wired(self.body), inputs, tick)

@@ -1,0 +1,1 @@
+"""Which samples are new, and what is wrong with them."""

@@ -1,0 +1,139 @@
+"""Which samples are new at a tick, kind by kind, and what is wrong with them.
+
+Gyroscope, accelerometer and magnetometer may have rates of their own. A sample is new when its newest capture
+is later than before. What has passed a block with the gyroscopes, or was recorded beside them, has their
+stamps even where it was held: it is old when it equals the one before to the last bit, while the
+gyroscopes' does not. A sample that has been held for too long counts as lost.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from estimators.samples.faults import CLIPPED, GYR, LOST, compare, inspect_kinds
+from fesloop.loop.block import Tick
+from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.signals import Sample
+
+KINDS = ("gyr", "acc", "mag")
+Elapsed = tuple[float, float, float]
+_HELD_PERIODS = 5.0
+"""For how long a rate may be held (chosen: a wireless link's usual jitter)."""
+_HELD_S = 0.5
+"""For how long an acceleration or a field may be held, s (chosen: sensors of a hand are never slower)."""
+_FROZEN_SAMPLES, _FROZEN_S = 10, 0.1
+"""From when on repetition is no chance: so many samples, and so long (chosen: noise stirs a last bit)."""
+
+
+class Arrivals:
+    """Memory of the samples of n sensors; what is wrong with them is reported when it changes.
+
+    Attributes
+    ----------
+    codes: (3, n), LOST and CLIPPED of each kind at the newest tick.
+    sound: whether no sample is lost.
+    period_s: of the gyroscopes.
+    newest_ns: capture of the newest sample of each kind; -1 before the first.
+
+    Parameters
+    ----------
+    sensors: n.
+    limits: magnitude from which on gyr, acc and mag are clipped, rad/s, m/s^2, T.
+    period_s: as above.
+    read: (n,), magnetometers that are read; None: all.
+    """
+
+    __slots__ = ("_before", "_limits", "_new_at_ns", "_reached_ns", "_read", "_reported", "_stuck",
+                 "_stuck_limit", "_troubled", "codes", "newest_ns", "period_s", "sound")
+
+    def __init__(
+        self, sensors: int, limits: Sequence[float], period_s: float, read: NDArray[np.bool_] | None = None
+    ) -> None:
+        self.codes = np.zeros((3, sensors), dtype=np.uint8)
+        self.sound = True
+        self.period_s, self.newest_ns = period_s, [-1, -1, -1]
+        self._limits = np.array(limits)
+        self._read = np.ones(sensors, dtype=np.bool_) if read is None else read.copy()
+        self._before = np.zeros((3, sensors, 3))
+        self._stuck = np.zeros(sensors, dtype=np.int64)
+        self._stuck_limit = max(_FROZEN_SAMPLES, math.ceil(_FROZEN_S / period_s))
+        self._new_at_ns = [0, 0, 0]
+        self._reached_ns = 0
+        self._troubled = False
+        self._reported = (self.codes.tobytes(), b"", False)
+
+    def usable(self) -> NDArray[np.bool_]:
+        """Sensors of which no sample is lost, (n,)."""
+        return np.asarray(np.bitwise_or.reduce(self.codes) & LOST == 0)
+
+    def note(self, samples: Sequence[Sample], tick: Tick) -> Elapsed:
+        """Time from the sample before to the one that is new now, of each kind, s; 0 where none is.
+
+        Rates that have been held for too long count as new and lost: their time goes on at each tick.
+        """
+        gyr, acc, mag = samples[0].value, samples[1].value, samples[-1].value
+        later = samples[0].newest_ns > self.newest_ns[0]
+        changed = compare(gyr, acc, mag, later, self._before, self._stuck)
+        turned = later and changed & GYR
+        elapsed, silent = [0.0, 0.0, 0.0], 0
+        for kind, sample in enumerate(samples):
+            captured, before = sample.newest_ns, self.newest_ns[kind]
+            held = turned and not changed & (1 << kind) and captured == self.newest_ns[0]
+            if captured > before and not (kind and held):
+                elapsed[kind] = self._since(before, captured, kind)
+                self.newest_ns[kind] = captured
+                self._new_at_ns[kind] = tick.time_ns
+            elif self._too_old(kind, tick):
+                silent |= 1 << kind
+        repeated = elapsed[0] == 0.0
+        if not repeated:
+            self._reached_ns = 0
+        elif silent & GYR and self.newest_ns[0] >= 0:
+            reached = self._reached_ns or self._new_at_ns[0]
+            elapsed[0] = (tick.time_ns - reached) / NS_PER_S
+            self._reached_ns = tick.time_ns
+        wrong = inspect_kinds(gyr, acc, mag, len(samples), silent, self._limits, self._read, self._stuck,
+                              self._stuck_limit, self.codes)
+        self.sound = not (wrong and (self.codes & LOST).any())
+        if wrong or repeated or self._troubled:
+            self._report(repeated, tick)
+        return elapsed[0], elapsed[1], elapsed[2]
+
+    def _since(self, before: int, captured: int, kind: int) -> float:
+        """Time to a new sample, s, without what has been counted while there was none."""
+        if before < 0:
+            return self.period_s
+        since = (captured - before) / NS_PER_S
+        if kind or not self._reached_ns:
+            return since
+        return max(self.period_s, since - (self._reached_ns - self._new_at_ns[0]) / NS_PER_S)
+
+    def _too_old(self, kind: int, tick: Tick) -> bool:
+        """Whether the newest sample of a kind no longer stands for what is now."""
+        held_s = _HELD_S if kind else _HELD_PERIODS * self.period_s
+        return self.newest_ns[kind] < 0 or tick.time_ns - self._new_at_ns[kind] > held_s * NS_PER_S
+
+    def _report(self, repeated: bool, tick: Tick) -> None:
+        frozen = self._stuck >= self._stuck_limit
+        now = (self.codes.tobytes(), frozen.tobytes(), repeated)
+        if now == self._reported:
+            return
+        self._reported = now
+        self._troubled = bool(self.codes.any() or frozen.any() or repeated)
+        for status, flags in (("lost_sample", (self.codes & LOST) * ~frozen),
+                              ("clipped_sample", self.codes & CLIPPED)):
+            found = [f"{name} of sensor " + ", ".join(str(s) for s in np.flatnonzero(row))
+                     for name, row in zip(KINDS, flags, strict=True) if row.any()]
+            if found:
+                tick.report(status, "; ".join(found))
+        if frozen.any():
+            tick.report("frozen_sample", "sensor " + ", ".join(str(s) for s in np.flatnonzero(frozen))
+                        + ": the same numbers over and over")
+        if repeated:
+            tick.report("repeated_sample", "no newer sample of the gyroscopes: the last one is held")
+        if not self._troubled:
+            tick.report("samples_sound", "every sensor gives sound samples again")

@@ -1,0 +1,12 @@
+"""Electrode arrays on a forearm: from pulses of their elements to recruited muscles."""
+
+from typing import TYPE_CHECKING
+
+from fesloop.lazily import found_in
+
+if TYPE_CHECKING:
+    from plants.electrodes.block import Electrodes
+
+__all__ = ["Electrodes"]
+
+__getattr__ = found_in(__name__, {"Electrodes": "block"})

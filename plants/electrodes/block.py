@@ -1,0 +1,232 @@
+"""`electrodes`: arrays on a forearm, from the currents of their elements to recruited muscles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.hand.muscles import MUSCLES, muscle
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.guard import is_finite
+from fesloop.loop.signals import Port, Sample, Value
+from plants.checks import require_not_negative, require_positive, require_shape
+from plants.electrodes.arrays import DORSAL, VOLAR, ElectrodeArray
+from plants.electrodes.axons import MOTOR_POINTS, AxonScatter, MotorPoint
+from plants.electrodes.kernels import find_active
+from plants.electrodes.state import ElectrodesState, Forearm
+
+Array = NDArray[np.float64]
+_AXONS = AxonScatter()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Electrodes:
+    """Two arrays on a forearm, and the axons under them that their currents excite.
+
+    The forearm is a cylinder. Around each muscle's motor point lie axons; one fires when the effective
+    currents I / (1 + chronaxie / pulse width) of all elements that are active at once, each times its field
+    at the axon, add up to the axon's threshold. What fires counts until the next pulse of its train is due,
+    so that pulses of interleaved channels recruit each for itself, and a muscle by the union of them. To see
+    them all the block steps as often as the stimulator has slots (8 channels at 40 Hz: 320 Hz).
+
+    The numbers of the model are calibrated choices; none is published.
+
+    Inputs: `elements` (elements, 3): current, A, pulse width, s, and stimulation frequency, Hz, of the pulse
+    of every element, 0 where it has none: the elements of one message are active at once; optional `posture`,
+    pronation of the forearm from neutral, rad, in place of `pronation_deg`; optional `skin` (elements,),
+    factors on `skin_gain`; optional `shift` (2,), m, by which the arrays slip on the skin: around the forearm
+    towards the radial side, and along it towards the wrist. Outputs, of the muscles in the order of
+    `fesloop.hand.muscles`: `recruitment` (29,), share of the axons, 0 to 1, 0 for muscles in the hand;
+    `frequency` (29,), Hz, mean rate of the recruited axons.
+
+    Statuses: `bad_input` for a pulse that is negative, not finite or without a frequency (no pulse of its
+    message is given), `bad_skin` for factors that are negative or not finite, `bad_posture`, and `bad_shift`
+    beyond the forearm's ends (the last good ones hold), `pulses_missed` where pulses come more often than the
+    block ticks.
+
+    Attributes
+    ----------
+    arrays: their elements are numbered through, in this order; what stimulates them must know as many
+        (`elements` of `stimulator`).
+    motor_points: of the muscles that can be reached, one each.
+    axons: around every motor point.
+    axon_seed: whose they are, in place of the run's seed.
+    threshold: factors on the thresholds of the muscles' axons, in the order of `MUSCLES`; empty: 1.
+    radius_mm, length_mm: of the forearm (chosen, the length: an adult's from elbow to wrist).
+    reference_mm: depth at which the field under a pad is 1.
+    chronaxie_us: of the axons.
+    pronation_deg: of the forearm from where the arrays were put on, where nothing is wired to `posture`; what
+        the hand says of its own forearm does not count here.
+    pronation_share: of forearm rotation that a motor point at the wrist takes part in; in proportion to
+        its distance from the elbow. Pronation turns it towards the radial side (chosen, sweep 0 to 0.7).
+    posture_step_deg: of forearm rotation, within which the field is not made anew (chosen).
+    shift_mm, shift_deg: of the arrays, from the elbow towards the wrist and towards the radial side.
+    skin_gain: of each element, share of its current that passes; empty: 1.
+    """
+
+    arrays: tuple[ElectrodeArray, ...] = (DORSAL, VOLAR)
+    motor_points: tuple[MotorPoint, ...] = MOTOR_POINTS
+    axons: AxonScatter = _AXONS
+    axon_seed: int | None = None
+    threshold: tuple[float, ...] = ()
+    radius_mm: float = 40.0
+    length_mm: float = 260.0
+    reference_mm: float = 10.0
+    chronaxie_us: float = 200.0
+    pronation_deg: float = 0.0
+    pronation_share: float = 0.35
+    posture_step_deg: float = 1.0
+    shift_mm: float = 0.0
+    shift_deg: float = 0.0
+    skin_gain: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        require_positive("electrodes", self, "radius_mm", "length_mm", "reference_mm", "chronaxie_us",
+                         "posture_step_deg")
+        require_not_negative("electrodes", self, "pronation_share")
+        require_shape("electrodes", self, (), "a number", "shift_mm", "shift_deg", "pronation_deg")
+        if self.pronation_share > 1.0:
+            raise InputError("electrodes.pronation_share", f"{self.pronation_share:g}", "0 to 1")
+        names = [point.muscle for point in self.motor_points]
+        if not names or len(set(names)) < len(names):
+            raise InputError("electrodes.motor_points", ", ".join(names) or "none",
+                             "one or more, each muscle once")
+        for point in self.motor_points:
+            if point.along_mm > self.length_mm:
+                raise InputError(f"electrodes.motor_points {point.muscle}.along_mm", f"{point.along_mm:g}",
+                                 f"at most length_mm, {self.length_mm:g}")
+        self._require_arrays()
+        if self.threshold:
+            require_shape("electrodes", self, (len(MUSCLES),), "one a muscle", "threshold")
+            require_positive("electrodes", self, "threshold")
+        if self.skin_gain:
+            require_shape("electrodes", self, (self.elements,), "one an element", "skin_gain")
+            require_not_negative("electrodes", self, "skin_gain")
+
+    def _require_arrays(self) -> None:
+        """Raise InputError for arrays that the forearm cannot wear."""
+        if not self.arrays:
+            raise InputError("electrodes.arrays", "none", "one or more")
+        girth_mm = 2.0 * math.pi * self.radius_mm
+        for number, array in enumerate(self.arrays):
+            if array.rows * array.pitch_mm[0] > girth_mm:
+                raise InputError(f"electrodes.arrays[{number}]",
+                                 f"{array.rows} rows of {array.pitch_mm[0]:g} mm around a forearm",
+                                 f"{girth_mm:.0f} mm at most, its girth at radius_mm {self.radius_mm:g}")
+        along = self.places[:, 1]
+        if along.min() < 0.0 or along.max() > self.length_mm:
+            element = int(np.argmax((along < 0.0) | (along > self.length_mm)))
+            raise InputError("electrodes.arrays",
+                             f"element {element} lies {along[element]:g} mm from the elbow",
+                             f"0 to length_mm, {self.length_mm:g}")
+
+    @property
+    def elements(self) -> int:
+        """Number of elements of all arrays."""
+        return sum(array.elements for array in self.arrays)
+
+    @property
+    def places(self) -> Array:
+        """Of each element, shifted: around the forearm, along it, size, mm, (elements, 3)."""
+        shift = math.radians(self.shift_deg) * self.radius_mm, self.shift_mm, 0.0
+        return np.concatenate([array.places(self.radius_mm) for array in self.arrays]) + shift
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """Pulses of the elements, forearm rotation, skin, slip of the arrays."""
+        return (Port("elements", (self.elements, 3), "A,s,Hz", every=True),
+                Port("posture", (), "rad", math.radians(self.pronation_deg), optional=True),
+                Port("skin", (self.elements,), "1", 1.0, optional=True),
+                Port("shift", (2,), "m", optional=True))
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """What the muscles get."""
+        return Port("recruitment", (len(MUSCLES),), "1"), Port("frequency", (len(MUSCLES),), "Hz")
+
+    def init(self, context: Context) -> ElectrodesState:
+        """Axons as drawn for this person, or for this run."""
+        points, count = self.motor_points, self.axons.count
+        seed = context.seed if self.axon_seed is None else self.axon_seed
+        drawn = self.axons.draw(points, self.radius_mm, seed, context.name).reshape(-1, 4)
+        if self.threshold:
+            drawn[:, 3] *= np.repeat([self.threshold[muscle(point.muscle)] for point in points], count)
+        share = self.pronation_share * self.radius_mm / self.length_mm
+        turns = np.repeat([share * point.along_mm for point in points], count)
+        muscles = np.array([muscle(point.muscle) for point in points])
+        forearm = Forearm(
+            np.column_stack((drawn, turns)), muscles, 2.0 * math.pi * self.radius_mm, self.reference_mm,
+            1e-6 * self.chronaxie_us)
+        period_s = context.clock.period_s if context.clock is not None else 0.0
+        return ElectrodesState.of(forearm, period_s, self.places, self._own_gains())
+
+    def _own_gains(self) -> Array:
+        return np.array(self.skin_gain, dtype=np.float64) if self.skin_gain else np.ones(self.elements)
+
+    def step(self, state: ElectrodesState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """Recruitment after the pulses of one tick."""
+        elements, posture, skin, shift = inputs
+        self._turn(state, cast(float, posture.value), tick)
+        if skin.arrived_ns > state.skin_ns:
+            self._take_skin(state, skin, tick)
+        if shift.arrived_ns > state.shift_ns:
+            self._slip(state, shift, tick)
+        if elements.arrived_ns > state.newest_ns:
+            state.newest_ns = elements.arrived_ns
+            pulses = cast(Array, elements.value)
+            hertz = self._checked_frequency(state, pulses, tick)
+            if hertz > 0.0:
+                turn = state.rotation * math.radians(self.posture_step_deg)
+                state.excite(pulses, hertz, turn, tick.time_ns)
+        return state.recruited(tick.time_ns)
+
+    def _turn(self, state: ElectrodesState, posture: float, tick: Tick) -> None:
+        """Forget the field where the forearm has turned by a step or more."""
+        sound = math.isfinite(posture)
+        state.latch.put(tick, "bad_posture", not sound, "not finite: the last good one holds")
+        if sound:
+            rotation = round(math.degrees(posture) / self.posture_step_deg)
+            if rotation != state.rotation:
+                state.rotation = rotation
+                state.known[:] = False
+
+    def _slip(self, state: ElectrodesState, shift: Sample, tick: Tick) -> None:
+        """Put the elements where they have slipped to, and forget the field where that is elsewhere."""
+        state.shift_ns = shift.arrived_ns
+        slip = cast(Array, shift.value)
+        sound = True
+        if slip.tobytes() != state.slip.tobytes():
+            places = self.places + 1e3 * np.array([slip[0], slip[1], 0.0])
+            sound = is_finite(places) and places[:, 1].min() >= 0.0 and places[:, 1].max() <= self.length_mm
+            if sound:
+                state.slip, state.places = slip, places
+                state.known[:] = False
+        state.latch.put(tick, "bad_shift", not sound,
+                        "not finite, or beyond the forearm's ends: the last good one holds")
+
+    def _take_skin(self, state: ElectrodesState, skin: Sample, tick: Tick) -> None:
+        """Bring new factors into force; faulty ones are told and left."""
+        state.skin_ns = skin.arrived_ns
+        factors = cast(Array, skin.value)
+        sound = is_finite(factors) and bool((factors >= 0.0).all())
+        state.latch.put(tick, "bad_skin", not sound,
+                        "a factor is negative or not finite: the last good ones hold")
+        if sound:
+            state.gains = self._own_gains() * factors
+
+    def _checked_frequency(self, state: ElectrodesState, pulses: Array, tick: Tick) -> float:
+        """Frequency of the pulses of a message, Hz; 0 where there are none or they cannot be given."""
+        faulty, hertz = find_active(pulses, state.active)
+        missed = hertz * state.period_ns > NS_PER_S + hertz
+        if faulty >= 0 or missed or state.latch.holding:
+            latch = state.latch
+            latch.put(tick, "bad_input", faulty >= 0, f"element {faulty}: no pulse of the message is given")
+            latch.put(tick, "pulses_missed", missed, f"{hertz:g} pulses a second, more than ticks")
+        return hertz

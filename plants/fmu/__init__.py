@@ -1,0 +1,12 @@
+"""Functional mock-up units as plants, and the finger as one."""
+
+from typing import TYPE_CHECKING
+
+from fesloop.lazily import found_in
+
+if TYPE_CHECKING:
+    from plants.fmu.plant import Fmu
+
+__all__ = ["Fmu"]
+
+__getattr__ = found_in(__name__, {"Fmu": "plant"})

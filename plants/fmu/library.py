@@ -1,0 +1,135 @@
+"""An FMU's code in this process: loaded, instantiated, initialised, heard, ended."""
+
+from __future__ import annotations
+
+import ctypes
+import itertools
+from collections import deque
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from fmpy import calloc, fmi2, fmi3, free
+from fmpy.fmi1 import FMICallException
+from fmpy.logging import addLoggerProxy
+
+from fesloop.errors import RunError
+from plants.fmu.description import FmuDescription
+
+StartValue = float | int | bool | str
+WARNING, ERROR, FATAL = 1, 3, 4
+STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
+_INTEGERS = ("Integer", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64")
+
+# FMPy's proxy, which formats an FMU's printf-like messages, forwards all of them to the one callback that
+# was registered last in the process. So there is one callback for ever, and it finds the instance that a
+# message is from by the environment pointer that the instance was given.
+_LOGS: dict[int, deque[str]] = {}
+_NUMBERS = itertools.count(1)
+
+
+def _receive(
+    environment: int | None, _name: bytes, status: int, _category: bytes, message: bytes | None
+) -> None:
+    log = _LOGS.get(environment or 0)
+    if log is not None and message and status >= WARNING:
+        log.append(message.decode("utf-8", "replace").strip())
+
+
+_LOGGER = fmi2.fmi2CallbackLoggerTYPE(_receive)
+_ALLOCATE = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
+_FREE = fmi2.fmi2CallbackFreeMemoryTYPE(free)
+
+
+class FmuLibrary:
+    """One instance of an FMU.
+
+    Parameters
+    ----------
+    description: of the FMU. folder: where it is extracted. name: of the node, for messages.
+
+    Attributes
+    ----------
+    functions: FMPy's object; its `dll` holds the C functions with their types declared.
+    component: the C instance.
+
+    Raises
+    ------
+    RunError: if the library does not load or the FMU refuses to be instantiated.
+    """
+
+    def __init__(self, description: FmuDescription, folder: Path, name: str) -> None:
+        self.name, self.version = name, description.version
+        self._needs_tool = description.needs_tool
+        self._number = next(_NUMBERS)
+        self._log: deque[str] = deque(maxlen=4)
+        self._worst = 0
+        _LOGS[self._number] = self._log
+        made = {(2, "co_simulation"): fmi2.FMU2Slave, (2, "model_exchange"): fmi2.FMU2Model,
+                (3, "co_simulation"): fmi3.FMU3Slave}[description.version, description.interface]
+        try:
+            self.functions: Any = made(guid=description.token, modelIdentifier=description.identifier,
+                                       unzipDirectory=str(folder), instanceName=name)
+            self._instantiate()
+        except Exception as fault:  # noqa: BLE001 - FMPy raises bare Exception, and ctypes its own
+            _LOGS.pop(self._number)
+            reason = self._reasons(str(fault))
+            raise RunError(f"{name}: the FMU could not be instantiated: {reason}") from None
+        self.component = ctypes.c_void_p(self.functions.component)
+
+    def _instantiate(self) -> None:
+        if self.version == 2:
+            callbacks = fmi2.fmi2CallbackFunctions()
+            callbacks.logger, callbacks.allocateMemory, callbacks.freeMemory = _LOGGER, _ALLOCATE, _FREE
+            callbacks.componentEnvironment = self._number
+            addLoggerProxy(ctypes.byref(callbacks))
+            self.functions.instantiate(callbacks=callbacks, loggingOn=False)
+        else:
+            self.functions.instantiate(logMessage=self._receive_message)
+
+    def _receive_message(
+        self, _environment: Any, status: int, _category: bytes, message: bytes | None
+    ) -> None:
+        if message and status >= WARNING:
+            self._log.append(message.decode("utf-8", "replace").strip())
+
+    def initialise(self, starts: Mapping[str, StartValue], description: FmuDescription) -> None:
+        """Set start values, and go through initialisation at time 0."""
+        try:
+            for name, value in starts.items():
+                self._set_start(description, name, value)
+            if self.version == 2:
+                self.functions.setupExperiment(startTime=0.0)
+            self.functions.enterInitializationMode()
+            self.functions.exitInitializationMode()
+        except FMICallException as fault:
+            self.fail(fault.function, fault.status, 0.0)
+
+    def _set_start(self, description: FmuDescription, name: str, value: StartValue) -> None:
+        variable = description.variables[name]
+        kind = {"Enumeration": "Integer" if self.version == 2 else "Int64"}.get(variable.type, variable.type)
+        typed = (str(value) if kind == "String" else bool(value) if kind == "Boolean"
+                 else int(value) if kind in _INTEGERS else float(value))
+        getattr(self.functions, f"set{kind}")([variable.reference], [typed])
+
+    def fail(self, function: str, status: int, time_s: float) -> None:
+        """Raise RunError for what a C function returned, with the FMU's own last words."""
+        self._worst = max(self._worst, status)
+        label = f"fmi{self.version}{STATUS[status]}" if 0 <= status < len(STATUS) else str(status)
+        reason = self._reasons("it gave no message")
+        raise RunError(f"{self.name}: {function} returned {label} at {time_s:.9g} s: {reason}")
+
+    def _reasons(self, otherwise: str) -> str:
+        said = " ".join("; ".join(self._log).split()) or otherwise
+        return said + (" (it declares that it needs the program that made it)" if self._needs_tool else "")
+
+    def end(self) -> None:
+        """Terminate and free the instance, as far as FMI allows after what it last returned."""
+        if _LOGS.pop(self._number, None) is None or self._worst >= FATAL:
+            return
+        try:
+            if self._worst < ERROR:
+                self.functions.terminate()
+        except FMICallException:
+            self._worst = ERROR
+        self.functions.freeInstance()

@@ -1,0 +1,160 @@
+"""Any functional mock-up unit as a plant, through FMPy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from fesloop.errors import InputError
+from fesloop.loop.block import Context
+from fesloop.loop.clock import RateClock
+from fesloop.loop.signals import Port, Value
+from plants.fmu.archive import ExtractedFmu
+from plants.fmu.description import FmuDescription, read_description
+from plants.fmu.library import StartValue
+from plants.fmu.ports import FmuPort, bind_ports
+from plants.fmu.probe import Probed, probe
+from plants.fmu.running import FmuSetup
+from plants.fmu.state import FmuState
+
+_LONGEST_PROBE_S = 3600.0
+"""Chosen."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fmu:
+    """An FMU of FMI 2.0 (co-simulation, model exchange) or FMI 3.0 (co-simulation).
+
+    It advances by communication steps of a declared rate. Inputs are latched at their starts and held;
+    outputs are those of the last communication point. An FMU is native code: nothing is loaded but the file
+    named here. It is checked when the plant is made, in a process of its own: that it initialises, that its
+    outputs are not stale (an internal step longer than the communication step), whether it replays from a
+    saved state. Without that a run with it can go on, but not be snapshotted. In a run it shares the process:
+    if its code crashes there, so does the run.
+
+    Attributes
+    ----------
+    path: the .fmu file, from the working folder; "shipped:finger" is the default finger, exported anew
+        (which takes a compiler).
+    step_rate: communication points, Hz.
+    interface: "auto" takes co-simulation where there is the choice.
+    input_ports, output_ports: how variables make ports; without any, `bind_ports` tells how they are made.
+    starts: start values by variable name, parameters above all.
+    substeps: Runge-Kutta steps of order 8 in a communication step (model exchange only).
+    probe_timeout_s: how long the check may take.
+
+    Raises
+    ------
+    InputError: for a file that is no FMU, is of an unsupported kind, has no binary for this platform, would
+        escape its folder, crashes or refuses initialisation, or is stale; and for ports that do not fit it.
+    """
+
+    path: str
+    step_rate: str = "1000"
+    interface: Literal["auto", "co_simulation", "model_exchange"] = "auto"
+    input_ports: tuple[FmuPort, ...] = ()
+    output_ports: tuple[FmuPort, ...] = ()
+    starts: dict[str, float | int | bool | str] = field(default_factory=dict)
+    substeps: int = 5
+    probe_timeout_s: float = 30.0
+    _grid: RateClock = field(init=False, repr=False)
+    _extracted: ExtractedFmu = field(init=False, repr=False)
+    _setup: FmuSetup = field(init=False, repr=False)
+    _probed: Probed = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.substeps < 1:
+            raise InputError("substeps", f"{self.substeps}", "1 or more")
+        if not 0.0 < self.probe_timeout_s <= _LONGEST_PROBE_S:
+            raise InputError("probe_timeout_s", f"{self.probe_timeout_s:g}",
+                             f"above 0, at most {_LONGEST_PROBE_S:g}")
+        grid = RateClock.from_rate(self.step_rate, where="step_rate")
+        extracted = ExtractedFmu(Path(self.path))
+        try:
+            setup = self._fit(extracted, grid)
+            probed = probe(setup, extracted.folder, extracted.path, self.probe_timeout_s)
+            if probed.internal_step_s > 0.0:
+                raise InputError(
+                    "step_rate", f"the communication step, {1e3 * setup.period_s:g} ms, is shorter than the "
+                    f"FMU's internal step, {1e3 * probed.internal_step_s:g} ms: outputs would be stale",
+                    f"at most {1 / probed.internal_step_s:g} Hz")
+        except BaseException:
+            extracted.close()
+            raise
+        derived = {"_grid": grid, "_extracted": extracted, "_setup": setup, "_probed": probed}
+        for name, value in derived.items():
+            object.__setattr__(self, name, value)
+
+    def _fit(self, extracted: ExtractedFmu, grid: RateClock) -> FmuSetup:
+        """These parameters on that FMU."""
+        description = read_description(extracted.folder, extracted.path, self.interface)
+        return FmuSetup(
+            description, bind_ports(description, "input", self.input_ports, "input_ports"),
+            bind_ports(description, "output", self.output_ports, "output_ports"),
+            _checked_starts(description, self.starts), grid.period_num, grid.period_den, self.substeps)
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """A port an input variable or group of them."""
+        return tuple(bound.port for bound in self._setup.inputs)
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """A port an output variable or group of them."""
+        return tuple(bound.port for bound in self._setup.outputs)
+
+    @property
+    def grid(self) -> RateClock:
+        """Communication points."""
+        return self._grid
+
+    @property
+    def feedthrough(self) -> bool:
+        """False: outputs are those of the last communication point, inputs act from the next step on."""
+        return False
+
+    @property
+    def can_snapshot(self) -> bool:
+        """Whether the FMU was seen to replay from a saved state."""
+        return self._probed.replays
+
+    def init(self, context: Context) -> FmuState:
+        """A new instance, initialised."""
+        return FmuState(self._setup, self._extracted, context.name, self._probed.why_not)
+
+    def next_trial(self, state: FmuState, context: Context) -> FmuState:
+        """A new instance; the old one is freed."""
+        state.end()
+        return self.init(context)
+
+    def close(self, state: FmuState) -> None:
+        """Terminate the FMU and free it."""
+        state.end()
+
+    def advance(self, state: FmuState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
+        """One communication step; RunError with time and message where the FMU fails."""
+        state.step(inputs)
+
+    def read(self, state: FmuState, inputs: Sequence[Value]) -> tuple[Value, ...]:
+        """Outputs of the last communication point."""
+        return state.read()
+
+
+def _checked_starts(
+    description: FmuDescription, starts: dict[str, StartValue]
+) -> tuple[tuple[str, StartValue], ...]:
+    """Start values as pairs; InputError for a variable that is not there or a value of the wrong type."""
+    for name, value in starts.items():
+        variable = description.variables.get(name)
+        if variable is None or variable.causality in ("output", "independent", "calculatedParameter"):
+            allowed = [v.name for v in description.variables.values() if v.causality == "parameter"]
+            raise InputError(f"starts.{name}", "is no variable of the FMU that can be set",
+                             ", ".join(allowed[:30]) or "no parameters")
+        if variable.shape != ():
+            raise InputError(f"starts.{name}", "is an array", "scalar variables")
+        text = variable.type in ("String", "Binary")
+        if isinstance(value, str) != text or (isinstance(value, bool) and variable.type != "Boolean"):
+            raise InputError(f"starts.{name}", f"{value!r}", f"a value of type {variable.type}")
+    return tuple(starts.items())

@@ -1,0 +1,160 @@
+"""A running FMU, whatever its version and interface: stepped, read, saved, restored, ended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from fmpy.fmi1 import FMICallException
+
+from fesloop.errors import RunError
+from plants.fmu.co_simulation import CoSimulation2, CoSimulation3
+from plants.fmu.description import FmuDescription
+from plants.fmu.library import FmuLibrary, StartValue
+from plants.fmu.model_exchange import ModelExchange2
+from plants.fmu.ports import BoundPort
+from plants.fmu.vector import FmuVector
+
+NS_PER_S = 1_000_000_000
+STALE_S = 1e-6
+"""By how much the instant that an FMU says it reached may miss the one it was asked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class FmuSetup:
+    """All that it takes to run an extracted FMU.
+
+    Attributes
+    ----------
+    description: of the FMU.
+    inputs, outputs: its ports.
+    starts: start values by variable name.
+    period_num, period_den: communication step, their ratio in ns.
+    substeps: integration steps in a communication step (model exchange).
+    """
+
+    description: FmuDescription
+    inputs: tuple[BoundPort, ...]
+    outputs: tuple[BoundPort, ...]
+    starts: tuple[tuple[str, StartValue], ...]
+    period_num: int
+    period_den: int
+    substeps: int
+
+    @property
+    def period_s(self) -> float:
+        """Communication step, s."""
+        return self.period_num / (self.period_den * NS_PER_S)
+
+    def instant_s(self, tick: int) -> float:
+        """Instant of communication point `tick`, s: never accumulated."""
+        return tick * self.period_num / (self.period_den * NS_PER_S)
+
+
+class Stepper(Protocol):
+    """How an FMU of one version and interface goes from one communication point to the next."""
+
+    def start(self) -> None:
+        """After initialisation."""
+
+    def step(self, start_s: float, stop_s: float, inputs_changed: bool) -> None:
+        """One communication step."""
+
+    def reached_s(self) -> float | None:
+        """The instant that the FMU says it has reached, None if it does not say."""
+
+    def memory(self) -> Any:
+        """What is remembered outside the FMU; picklable."""
+
+    def recall(self, memory: Any) -> None:
+        """Go on from what `memory` gave."""
+
+
+class RunningFmu:
+    """An instance at a communication point.
+
+    Attributes
+    ----------
+    library: the instance. inputs, outputs: its variables, flat.
+    tick: number of communication steps done.
+    """
+
+    __slots__ = ("_pushes", "_stepper", "inputs", "library", "outputs", "setup", "tick")
+
+    def __init__(self, setup: FmuSetup, folder: Path, name: str) -> None:
+        self.setup, self.tick = setup, 0
+        description = setup.description
+        self.library = FmuLibrary(description, folder, name)
+        try:
+            self.inputs = FmuVector(self.library, [v for bound in setup.inputs for v in bound.variables])
+            self.outputs = FmuVector(self.library, [v for bound in setup.outputs for v in bound.variables])
+            self._stepper = self._make_stepper()
+            self._pushes = description.interface == "co_simulation"
+            self.library.initialise(dict(setup.starts), description)
+            self._stepper.start()
+            self.inputs.pull(0.0)
+            self.outputs.pull(0.0)
+        except BaseException:
+            self.library.end()
+            raise
+
+    def _make_stepper(self) -> Stepper:
+        setup, description = self.setup, self.setup.description
+        if description.interface == "model_exchange":
+            return ModelExchange2(self.library, self.inputs, description.states, description.indicators,
+                                  setup.period_s, setup.substeps, description.completes_steps)
+        made = CoSimulation2 if description.version == 2 else CoSimulation3
+        return made(self.library, setup.period_s)
+
+    def step(self, inputs_changed: bool) -> None:
+        """One communication step under `inputs.values`, its results in `outputs.values`."""
+        instant_s = self.setup.instant_s
+        start_s, stop_s = instant_s(self.tick), instant_s(self.tick + 1)
+        if inputs_changed and self._pushes:
+            self.inputs.push(start_s)
+        self._stepper.step(start_s, stop_s, inputs_changed)
+        self.outputs.pull(stop_s)
+        self.tick += 1
+
+    def shortfall_s(self) -> float:
+        """By how much the FMU says it fell short of the last communication point; 0 if it does not say."""
+        reached = self._stepper.reached_s()
+        short = 0.0 if reached is None else self.setup.instant_s(self.tick) - reached
+        return short if short > STALE_S * self.setup.period_s else 0.0
+
+    def save(self) -> tuple[bytes, Any, Any, int]:
+        """All that it remembers; RunError where the FMU refuses."""
+        functions = self.library.functions
+        try:
+            state = functions.getFMUState()
+            try:
+                content = functions.serializeFMUState(state)
+            finally:
+                functions.freeFMUState(state)
+        except FMICallException as fault:
+            raise self._refused("saved", fault) from None
+        return content, self._stepper.memory(), self.inputs.values.copy(), self.tick
+
+    def restore(self, saved: tuple[bytes, Any, Any, int]) -> None:
+        """Go on from what `save` gave, of this or another instance; RunError where the FMU refuses."""
+        content, memory, inputs, self.tick = saved
+        functions = self.library.functions
+        try:
+            state = functions.deserializeFMUState(content)
+            try:
+                functions.setFMUState(state)
+            finally:
+                functions.freeFMUState(state)
+        except FMICallException as fault:
+            raise self._refused("restored", fault) from None
+        self._stepper.recall(memory)
+        self.inputs.values[:] = inputs
+        self.outputs.pull(self.setup.instant_s(self.tick))
+
+    def _refused(self, what: str, fault: FMICallException) -> RunError:
+        return RunError(f"{self.library.name}: the FMU's state could not be {what}: {fault}")
+
+    def end(self) -> None:
+        """Terminate and free."""
+        self.library.end()

@@ -1,0 +1,111 @@
+"""The state of an FMU plant: a live instance, which pickles where its FMU really replays."""
+
+from __future__ import annotations
+
+import os
+import weakref
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import RunError, SnapshotError
+from fesloop.loop.signals import Value
+from plants.fmu.archive import ExtractedFmu
+from plants.fmu.ports import BoundPort
+from plants.fmu.running import FmuSetup, RunningFmu
+
+
+class FmuState:
+    """A live FMU: native code keeps its state, and saving it asks the FMU.
+
+    Pickling or copying makes a second instance that goes on from the same state; SnapshotError where the
+    FMU does not really replay. Freed by `end`, or when nobody holds it any more.
+    """
+
+    __slots__ = ("__weakref__", "_end", "_scales", "extracted", "inputs", "read_plan", "running", "seen",
+                 "why_not")
+
+    def __init__(self, setup: FmuSetup, extracted: ExtractedFmu, name: str, why_not: str) -> None:
+        self.extracted, self.why_not = extracted, why_not
+        self.running = RunningFmu(setup, extracted.folder, name)
+        self._end = weakref.finalize(self, _end, self.running, extracted, os.getpid())
+        scales = [_scales([bound], bound.shape) for bound in setup.inputs]
+        self.inputs = list(zip(_views(self.running.inputs.values, setup.inputs), scales, strict=True))
+        self.seen: list[Value | None] = [None] * len(setup.inputs)
+        self.read_plan, self._scales = _read_plan(setup.outputs), _scales(setup.outputs, (-1,))
+
+    def step(self, inputs: Sequence[Value]) -> None:
+        """One communication step; the FMU is given what differs from what it has."""
+        changed = False
+        seen = self.seen
+        for i, value in enumerate(inputs):
+            if value is not seen[i]:
+                seen[i] = value
+                view, scales = self.inputs[i]
+                scaled = value if scales is None else value * scales
+                if (view != scaled).any():
+                    view[...] = scaled
+                    changed = True
+        self.running.step(changed)
+
+    def read(self) -> tuple[Value, ...]:
+        """Fresh values of the outputs."""
+        values = self.running.outputs.values
+        values = values.copy() if self._scales is None else values / self._scales
+        return tuple([values.item(place) if isinstance(place, int) else values[place] if shape is None
+                      else values[place].reshape(shape) for place, shape in self.read_plan])
+
+    def end(self) -> None:
+        """Terminate the FMU and free it."""
+        self._end()
+
+    def __reduce__(self) -> tuple[object, tuple[object, ...]]:
+        if self.why_not:
+            raise SnapshotError(f"{self.running.library.name}: the state of {self.extracted.path.name} "
+                                f"cannot be saved: {self.why_not}")
+        try:
+            saved = self.running.save()
+        except RunError as fault:
+            raise SnapshotError(str(fault)) from fault
+        return _resumed, (self.running.setup, self.extracted, self.running.library.name, saved)
+
+
+def _resumed(setup: FmuSetup, extracted: ExtractedFmu, name: str, saved: Any) -> FmuState:
+    """A new instance in a saved state."""
+    state = FmuState(setup, extracted, name, "")
+    state.running.restore(saved)
+    return state
+
+
+def _end(running: RunningFmu, extracted: ExtractedFmu, owner: int) -> None:
+    """Free an instance; its files may go only now. A forked child leaves its parent's alone."""
+    if os.getpid() == owner:
+        running.end()
+    del extracted
+
+
+def _slices(ports: Sequence[BoundPort]) -> list[slice]:
+    stops = np.cumsum([sum(v.size for v in bound.variables) for bound in ports], dtype=int).tolist()
+    return [slice(start, stop) for start, stop in zip([0, *stops], stops, strict=False)]
+
+
+def _views(values: Any, ports: Sequence[BoundPort]) -> list[Any]:
+    """The part of a flat vector that belongs to each port, in the port's shape."""
+    return [values[part].reshape(bound.shape) for part, bound in zip(_slices(ports), ports, strict=True)]
+
+
+def _read_plan(ports: Sequence[BoundPort]) -> list[tuple[int | slice, tuple[int, ...] | None]]:
+    """Of each output its place, and its shape where that is not simply flat."""
+    plan: list[tuple[int | slice, tuple[int, ...] | None]] = []
+    for part, bound in zip(_slices(ports), ports, strict=True):
+        flat = len(bound.shape) == 1
+        plan.append((part, None if flat else bound.shape) if bound.shape else (int(part.start), None))
+    return plan
+
+
+def _scales(ports: Sequence[BoundPort], shape: tuple[int, ...]) -> NDArray[np.float64] | None:
+    """The scale of every element, in a shape; None where all are one."""
+    scales = np.array([scale for bound in ports for scale in bound.scales])
+    return scales.reshape(shape) if (scales != 1.0).any() else None

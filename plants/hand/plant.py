@@ -1,0 +1,234 @@
+"""`hand`: a whole hand moved by 29 muscles, that can grasp: rigid bodies and contact by MuJoCo."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import cast
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.hand.anthropometry import FINGERS, HandSize
+from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.segments import SegmentTree
+from fesloop.hand.skeleton import hand_tree
+from fesloop.loop.block import Context
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
+from fesloop.loop.signals import Port, Value
+from plants.checks import require_not_negative
+from plants.hand.contract import (
+    go_on,
+    hand_inputs,
+    hand_outputs,
+    object_pose,
+    require_hand,
+    sensed,
+    turn_forearm,
+)
+from plants.hand.forearm import PALM_DOWN, add_forearm_drive
+from plants.hand.joints import require_posture, resting_posture
+from plants.hand.model import (
+    add_muscles,
+    add_splint,
+    add_springs,
+    build_hand,
+    compiled,
+    empty_spec,
+    nominal_passive,
+    resting_tension,
+    set_passive_joints,
+)
+from plants.hand.muscles import ADULT_MM, Muscle, moment_arms, muscles
+from plants.hand.objects import GraspObject, Table, add_object, add_table, require_apart
+from plants.hand.settling import settled
+from plants.hand.state import HandState, evaluate, stable_bounds
+
+Array = NDArray[np.float64]
+_SEGMENTS = np.arange(1, 18)
+"""Bodies of the segments."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Hand:
+    """A whole hand of 23 degrees of freedom that 29 muscles move and that can grasp, in gravity.
+
+        M(q) q'' + bias(q, q') = R' f + passive moments + contact
+        f_i = F_i (a_i fl(l_i) fv(l_i') + fp(l_i)),   l_i = l_rest - R_i (q - q_rest) / fibre length
+
+    in MuJoCo's fixed steps; activation is latched at their starts. Muscles are `fesloop.hand.muscles`, their
+    forces, fibres and constant moment arms R those of `plants.hand.muscles`; force-length, force-velocity and
+    passive tension are MuJoCo's muscle curves, tendons stiff. Passive moments of the joints themselves are
+    linear (`plants.hand.joints`), springs set so that without gravity the hand rests at `rest_deg`.
+
+    Inputs: `activation` (29,), from 0 to 1, clipped; if the forearm moves, `forearm` (4,), where it should
+    be, to the global frame: it turns about the wrist's centre and is there within .1 s.
+
+    Outputs: `angles`, `rates`, `accelerations` (23,), rad and s, in the order of the hand's freedoms;
+    `fingertips` (5, 3), m, bone ends in the wrist coordinate system; of 17 sites on the back of the segments
+    `site_orientation` (17, 4), to the global frame, `site_position` (17, 3), m, global, `site_rate` (17, 3),
+    rad/s, and `site_force` (17, 3), m/s^2, angular velocity and specific force in the segments' frames;
+    `contact_force` (5,), N, sum of the normal forces on each distal segment; `velocity` (29,), 1/s,
+    lengthening of the fibres in optimal lengths; and with an object `object_position` (3,), m, from the
+    wrist's centre, and `object_orientation` (4,), both global. Accelerations and forces are those at the end
+    of a step, under the activation that led there.
+
+    Attributes
+    ----------
+    hand: its measures and side; forces and moments go by its length (`plants.hand.muscles`).
+    forearm_orientation: (w, x, y, z), of the wrist coordinate system to the global frame (ENU); empty: palm
+        down, fingers to the north.
+    forearm_moves: whether it can be turned; if not, it stays.
+    rest_deg: resting posture by freedom, in place of those of `plants.hand.joints`.
+    start_deg: posture at the start by freedom, such as fingers held open; others start at rest.
+    settle_s: how long the relaxed hand is left to itself, in gravity and its splints, before the start.
+    splint_deg: freedoms that are held, and at which angles, such as the wrist's by a splint.
+    elastic_deg: freedoms that springs pull to an angle, such as the wrist's by a dynamic splint.
+    elastic_n_m_rad: stiffness of these springs (chosen, for a wrist: hand and stimulated fingers bend it by
+        some 20 deg).
+    strength: factors on the peak forces of all muscles, in the order of `MUSCLES`; empty: 1.
+    stiffness, damping, passive_tension: factors on the joints' stiffness, on their damping, and on the
+        muscles' passive tension.
+    contracture: factor on the stiffness of the MCP joints: of a total of .04 N m/rad, .03 are the joint's, so
+        2.6 makes .088 (MAS 1+ after stroke), 17 makes .52 (MAS 2), 21 makes .64 (MAS 3); PMC7775510.
+    object: what is there to grasp. table: what it stands on.
+    step_ms: of the solver. Chosen: halving it changes a grasp by less than a degree; hands shorter than
+        180 mm under full force need half of it: with more, joints are flung far beyond their ranges.
+
+    Raises InputError for what cannot be, such as an object or a table inside the hand; RunError when the
+    simulation becomes unstable.
+    """
+
+    hand: HandSize = field(default_factory=HandSize)
+    forearm_orientation: tuple[float, ...] = ()
+    forearm_moves: bool = False
+    rest_deg: dict[str, float] = field(default_factory=dict)
+    start_deg: dict[str, float] = field(default_factory=dict)
+    settle_s: float = 0.0
+    splint_deg: dict[str, float] = field(default_factory=dict)
+    elastic_deg: dict[str, float] = field(default_factory=dict)
+    elastic_n_m_rad: float = 0.5
+    strength: tuple[float, ...] = ()
+    stiffness: float = 1.0
+    damping: float = 1.0
+    passive_tension: float = 1.0
+    contracture: float = 1.0
+    object: GraspObject | None = None
+    table: Table | None = None
+    step_ms: float = 1.0
+    model: mujoco.MjModel = field(init=False, repr=False, compare=False)
+    _tree: SegmentTree = field(init=False, repr=False, compare=False)
+    _rest: Array = field(init=False, repr=False, compare=False)
+    _start: Array = field(init=False, repr=False, compare=False)
+    _stretch: Array = field(init=False, repr=False, compare=False)
+    _sites: NDArray[np.int64] = field(init=False, repr=False, compare=False)
+    _tips: NDArray[np.int64] = field(init=False, repr=False, compare=False)
+    _bounds: tuple[Array, Array] = field(init=False, repr=False, compare=False)
+    _grid: RateClock = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        require_hand("hand", self)
+        require_not_negative("hand", self, "elastic_n_m_rad", "settle_s")
+        tree = hand_tree(self.hand)
+        for key in ("rest_deg", "start_deg", "splint_deg", "elastic_deg"):
+            require_posture(f"hand.{key}", tree, getattr(self, key))
+        rest = resting_posture(tree, self.rest_deg)
+        start = resting_posture(tree, {**self.rest_deg, **self.elastic_deg, **self.start_deg,
+                                        **self.splint_deg})
+        scale = self.hand.hand_mm / ADULT_MM
+        arms = moment_arms(tree, float(rest[tree.freedom("F1_cmc_pronation")]), scale)
+        fibres = 1e-3 * np.array([muscle.fibre_mm for muscle in muscles(scale)])
+        object.__setattr__(self, "_tree", tree)
+        object.__setattr__(self, "_rest", rest)
+        object.__setattr__(self, "_start", start)
+        object.__setattr__(self, "_stretch", -arms / fibres[:, np.newaxis])
+        object.__setattr__(self, "_grid", RateClock(
+            duration_ns(self.step_ms, NS_PER_MS, "hand.step_ms"), 1))
+        model = self._compiled(arms, muscles(scale), scale**3)
+        object.__setattr__(self, "model", model)
+        object.__setattr__(self, "_bounds", stable_bounds(model))
+        for key, names in (("_sites", [f"imu {name}" for name in tree.names]),
+                           ("_tips", [f"tip {finger}d" for finger in FINGERS])):
+            object.__setattr__(self, key, np.array([model.site(name).id for name in names]))
+        require_apart(model, self.init(Context("hand")).data)
+
+    def _compiled(self, arms: Array, rows: tuple[Muscle, ...], moments: float) -> mujoco.MjModel:
+        tree, rest = self._tree, self._rest
+        spec = empty_spec(1e-3 * self.step_ms)
+        build_hand(spec, tree, self.hand, self._forearm(), arms)
+        add_muscles(spec, rows, np.array(self.strength or (1.0,) * len(MUSCLES)), self.passive_tension,
+                    -arms @ rest)
+        if self.forearm_moves:
+            add_forearm_drive(spec)
+        add_splint(spec, {name: math.radians(angle) for name, angle in self.splint_deg.items()})
+        if self.object is not None:
+            add_object(spec, self.object)
+        if self.table is not None:
+            add_table(spec, self.table)
+        model = compiled(spec)
+        stiffness, damping = nominal_passive(tree, self.contracture)
+        set_passive_joints(
+            model, tree, moments * self.stiffness * stiffness, moments * self.damping * damping, rest,
+            arms.T @ resting_tension(rows, self.passive_tension), moments * self.stiffness)
+        add_springs(model, self.elastic_deg, self.elastic_n_m_rad)
+        return model
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """Activation of the muscles, and where the forearm should be if it moves."""
+        return hand_inputs(self._forearm() if self.forearm_moves else None)
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """Posture, fingertips, what the sites go through, forces, fibres, and the object's pose."""
+        return hand_outputs(self._start, self.object is not None)
+
+    @property
+    def grid(self) -> RateClock:
+        """Steps of `step_ms`."""
+        return self._grid
+
+    @property
+    def feedthrough(self) -> bool:
+        """False: activation shows at the end of the step that it acts in."""
+        return False
+
+    def init(self, context: Context) -> HandState:
+        """At the start, muscles at rest; the object where it is put."""
+        positions = self.model.qpos0.copy()
+        positions[self._hinges()] = self._start
+        data = settled(self.model, positions, round(self.settle_s * NS_PER_S / self._grid.period_num))
+        return HandState(data, given=self.object is None or self.object.given_at_s == 0.0)
+
+    def advance(self, state: HandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
+        """From `start_ns` to `stop_ns`, steps of the grid."""
+        state.views.ctrl[:len(MUSCLES)] = cast(Array, inputs[0])
+        if self.forearm_moves:
+            turn_forearm(state, self._forearm(), inputs[1])
+        go_on(self.model, self._bounds, self.object, self.table, state, stop_ns, self._grid.period_num)
+
+    def _forearm(self) -> Array:
+        """Orientation of the forearm at the start."""
+        return np.array(self.forearm_orientation or PALM_DOWN[self.hand.side])
+
+    def read(self, state: HandState, inputs: Sequence[Value]) -> tuple[Value, ...]:
+        """All outputs now."""
+        evaluate(self.model, state)
+        views, hinges = state.views, self._hinges()
+        rates = views.qvel[hinges].copy()
+        seen = (views.qpos[hinges].copy(), rates, views.qacc[hinges].copy(),
+                *sensed(views, not self.forearm_moves, _SEGMENTS, self._sites, self._tips),
+                self._stretch @ rates)
+        return seen if self.object is None else (*seen, *object_pose(views))
+
+    def glance(self, state: HandState) -> dict[int, Value]:
+        """Outputs that need no evaluation, by port number: angles, rates, velocity of the fibres."""
+        hinges = self._hinges()
+        rates = state.views.qvel[hinges].copy()
+        return {0: state.views.qpos[hinges].copy(), 1: rates, 9: self._stretch @ rates}
+
+    def _hinges(self) -> slice:
+        """Where the hand's freedoms stand among MuJoCo's."""
+        return slice(3, 26) if self.forearm_moves else slice(0, 23)

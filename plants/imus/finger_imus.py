@@ -1,0 +1,153 @@
+"""Inertial sensors on the hand and on the three phalanges of the index finger."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.hand.motion import STANDARD_GRAVITY
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.noise import NoiseStream, stream_key
+from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.status import StatusLatch
+from plants.checks import require_not_negative, require_positive, require_shape
+from plants.finger.dynamics import INDEX_LENGTHS_MM
+from plants.imus.device import rotations
+from plants.imus.finger_kinematics import measure
+
+Array = NDArray[np.float64]
+SENSORS = ("hand", "proximal", "middle", "distal")
+
+
+class FingerImusState:
+    """What the sensors remember.
+
+    Attributes
+    ----------
+    mounting: (4, 3, 3), from each segment's frame to its sensor's.
+    bias: (2, 4, 3), of gyroscopes (rad/s) and accelerometers (m/s^2); the former walks.
+    noise: rows for the ticks of this trial.
+    errors: (4, 2), as `measure` takes them.
+    latch: the statuses that hold.
+    """
+
+    __slots__ = ("bias", "errors", "latch", "mounting", "noise")
+
+    def __init__(self, mounting: Array, bias: Array, noise: NoiseStream, errors: Array) -> None:
+        self.mounting, self.bias, self.noise, self.errors = mounting, bias, noise, errors
+        self.latch = StatusLatch()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FingerImus:
+    """Gyroscope and accelerometer mid-segment on hand, proximal, middle and distal phalanx.
+
+    Inputs: `angles`, `rates`, `accelerations` of MCP, PIP, DIP (3,), positive in flexion. Outputs: `gyr`
+    and `acc`, (4, 3), in the sensors' frames: those of the segments (right hand: x palmar, y proximal,
+    z radial, bones along -y), turned by the mounting error. An accelerometer reads specific force: at rest,
+    upward gravity. The hand stands still; the noise follows Kortier 2014 (doi 10.1186/1743-0003-11-70),
+    table 1. Status `clipped` names sensors at the end of their range.
+
+    Bias and mounting belong to the sensors: drawn for a run, the same in its every trial; the random walk
+    starts anew with each trial.
+
+    Attributes
+    ----------
+    lengths_mm: of the phalanges.
+    hand_orientation: quaternion (w, x, y, z) from the hand's frame to the global one (ENU, gravity along
+        -z). By default palm down with fingers to the north, so the flexion axis is horizontal.
+    gyroscope_noise_sd, accelerometer_noise_sd: white noise of a sample, rad/s and m/s^2.
+    gyroscope_walk: of the bias, rad/s per square root of a second.
+    gyroscope_bias_sd, accelerometer_bias_sd: of the constant bias, rad/s and m/s^2 (chosen, as of a sensor
+        whose bias was taken out at rest before).
+    misalignment_deg: sd of the mounting error about each axis (5-10 in Salchow-Hoemmen 2019,
+        doi 10.3390/s19010208, before alignment).
+    gyroscope_range_deg_s, accelerometer_range_g: where samples clip.
+    gyroscope_resolution, accelerometer_resolution: of a digit, rad/s and m/s^2; 0 does not round.
+    """
+
+    lengths_mm: tuple[float, float, float] = INDEX_LENGTHS_MM
+    hand_orientation: tuple[float, float, float, float] = (0.0, math.sqrt(0.5), 0.0, -math.sqrt(0.5))
+    gyroscope_noise_sd: float = 5e-4
+    accelerometer_noise_sd: float = 4e-2
+    gyroscope_walk: float = 1e-4
+    gyroscope_bias_sd: float = 1e-3
+    accelerometer_bias_sd: float = 2e-2
+    misalignment_deg: float = 0.0
+    gyroscope_range_deg_s: float = 2000.0
+    accelerometer_range_g: float = 16.0
+    gyroscope_resolution: float = 0.0
+    accelerometer_resolution: float = 0.0
+    _geometry: Array = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        require_shape("finger_imus", self, (3,), "proximal, middle, distal", "lengths_mm")
+        require_shape("finger_imus", self, (4,), "w, x, y, z", "hand_orientation")
+        require_positive("finger_imus", self, "lengths_mm", "gyroscope_range_deg_s", "accelerometer_range_g")
+        require_not_negative("finger_imus", self, "gyroscope_noise_sd", "accelerometer_noise_sd",
+                             "gyroscope_walk", "gyroscope_bias_sd", "accelerometer_bias_sd",
+                             "misalignment_deg", "gyroscope_resolution", "accelerometer_resolution")
+        if abs(math.hypot(*self.hand_orientation) - 1.0) > 1e-6:
+            raise InputError("finger_imus.hand_orientation", f"{self.hand_orientation}",
+                             "a quaternion (w, x, y, z) of length 1")
+        up = STANDARD_GRAVITY * _third_row(self.hand_orientation)
+        object.__setattr__(self, "_geometry", np.stack([1e-3 * np.asarray(self.lengths_mm), up]))
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """Joint angles, rates and accelerations."""
+        return (Port("angles", (3,), "rad"), Port("rates", (3,), "rad/s"),
+                Port("accelerations", (3,), "rad/s^2"))
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """Samples of the sensors on hand, proximal, middle, distal segment."""
+        return Port("gyr", (4, 3), "rad/s"), Port("acc", (4, 3), "m/s^2")
+
+    def init(self, context: Context) -> FingerImusState:
+        """Sensors as drawn for this run; raises InputError without a clock."""
+        if context.clock is None:
+            raise InputError(context.name, "no rate", 'a rate such as "100"', "give the node a rate")
+        bias = np.empty((2, len(SENSORS), 3))
+        constant = self._drawn(context, "bias", 24).reshape(bias.shape)
+        bias[0] = self.gyroscope_bias_sd * constant[0]
+        bias[1] = self.accelerometer_bias_sd * constant[1]
+        turns = math.radians(self.misalignment_deg) * self._drawn(context, "mounting", 12).reshape(-1, 3)
+        errors = np.array([
+            [self.gyroscope_noise_sd, self.accelerometer_noise_sd],
+            [math.radians(self.gyroscope_range_deg_s), self.accelerometer_range_g * STANDARD_GRAVITY],
+            [self.gyroscope_resolution, self.accelerometer_resolution],
+            [self.gyroscope_walk * math.sqrt(context.clock.period_s), 0.0]])
+        return FingerImusState(rotations(turns), bias, context.noise(36), errors)
+
+    def _drawn(self, context: Context, purpose: Literal["bias", "mounting"], width: int) -> Array:
+        """Normal numbers that stay the same from trial to trial."""
+        return NoiseStream(stream_key(context.seed, f"{context.name}/{purpose}", 0), width).row(0)
+
+    def step(self, state: FingerImusState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """(gyr, acc) of one tick."""
+        if not inputs[0].present or "waiting" in state.latch.holding:
+            state.latch.put(tick, "waiting", not inputs[0].present,
+                            "no posture has arrived; the samples are of all angles 0")
+        angles: Any = inputs[0][0]
+        rates: Any = inputs[1][0]
+        accelerations: Any = inputs[2][0]
+        samples = np.empty((2, 4, 3))
+        clipped = measure(angles, rates, accelerations, self._geometry, state.mounting, state.bias,
+                          state.noise.row(tick.index), state.errors, samples)
+        if clipped or "clipped" in state.latch.holding:
+            names = (name for bit, name in enumerate(SENSORS) if clipped >> bit & 1)
+            state.latch.put(tick, "clipped", bool(clipped), "out of range: " + ", ".join(names))
+        return samples[0], samples[1]
+
+
+def _third_row(quaternion: tuple[float, float, float, float]) -> Array:
+    """The global vertical in a body's frame: the last row of its rotation matrix to the global frame."""
+    w, x, y, z = quaternion
+    return np.array([2.0 * (x * z - w * y), 2.0 * (y * z + w * x), w * w - x * x - y * y + z * z])

@@ -1,0 +1,209 @@
+"""Any linear time-invariant system as a plant, with a static nonlinearity before it if wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal, Self, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.loop.block import Context
+from fesloop.loop.clock import RateClock
+from fesloop.loop.signals import Port, Value
+from fesloop.models.linear_form import ContinuousForm, uncovered
+from fesloop.models.linear_model import LinearModel
+from fesloop.models.recruitment import Recruitment
+from plants.checks import require_shape
+from plants.linear.nonlinearity import InputNonlinearity
+from plants.linear.system import HeldLinearSystem, step_held
+
+if TYPE_CHECKING:
+    import control
+
+Array = NDArray[np.float64]
+Rows = tuple[tuple[float, ...], ...]
+_NO_NONLINEARITY = InputNonlinearity()
+
+
+class StateSpaceState:
+    """z = [x; v] (n + m,), v the input behind the nonlinearity; `held` is the input that v is of."""
+
+    __slots__ = ("held", "z")
+
+    def __init__(self, z: Array) -> None:
+        self.z = z
+        self.held: Value | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StateSpace:
+    """x' = a x + b f(u), y = c x + d f(u) + output_offset; with `recruitment` a Hammerstein system.
+
+    Exact at any instant while u is held, or, with `grid_rate`, a plant of fixed steps that latches u at
+    the ticks of its grid (each step then takes the exact period). Input `u` and output `y` are vectors, or
+    a float where there is one of them only. With `recruitment` the input is `stimulation` (m, 2), A and s, in
+    place of `u`, which then is the recruited fraction of each muscle: the numbers of a file that
+    `fesloop identify` wrote make that patient a plant (a delay is a wire's).
+
+    Attributes
+    ----------
+    a, b, c, d: rows, (n, n), (n, m), (p, n), (p, m), time in s; d left empty is zero.
+    initial_state: (n,), output_offset: (p,); left empty they are zero.
+    nonlinearity: f, applied to each input.
+    recruitment: curves of the m muscles.
+    grid_rate: rate of fixed steps in hertz such as "1000"; None for an exact plant.
+    input_unit, output_unit: as ports declare them.
+    """
+
+    a: Rows
+    b: Rows
+    c: Rows
+    d: Rows = ()
+    initial_state: tuple[float, ...] = ()
+    output_offset: tuple[float, ...] = ()
+    nonlinearity: InputNonlinearity = _NO_NONLINEARITY
+    recruitment: Recruitment | None = None
+    grid_rate: str | None = None
+    input_unit: str = "1"
+    output_unit: str = "1"
+    _system: HeldLinearSystem = field(init=False, repr=False, compare=False)
+    _grid: RateClock | None = field(init=False, repr=False, compare=False)
+    _step_t: Array = field(init=False, repr=False, compare=False)
+    _feedthrough: bool = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        states = len(self.a)
+        inputs = len(self.b[0]) if self.b else 0
+        outputs = len(self.c)
+        if not (states and inputs and outputs):
+            raise InputError("state_space", f"{states} states, {inputs} inputs, {outputs} outputs",
+                             "one or more of each")
+        require_shape("state_space", self, (states, states), "states by states", "a")
+        require_shape("state_space", self, (states, inputs), "states (rows of a) by inputs", "b")
+        require_shape("state_space", self, (outputs, states), "outputs by states (rows of a)", "c")
+        for key, shape, meaning in (("d", (outputs, inputs), "outputs by inputs"),
+                                    ("initial_state", (states,), "one a state"),
+                                    ("output_offset", (outputs,), "one an output")):
+            if getattr(self, key):
+                require_shape("state_space", self, shape, f"{meaning}, or left out", key)
+        if self.recruitment is not None and self.recruitment.muscles != inputs:
+            raise InputError("state_space.recruitment", f"{self.recruitment.muscles} muscles",
+                             f"{inputs}, as b has columns")
+        d = np.array(self.d, dtype=np.float64) if self.d else np.zeros((outputs, inputs))
+        offset = np.array(self.output_offset or (0.0,) * outputs, dtype=np.float64)
+        a, b, c = (np.array(rows, dtype=np.float64) for rows in (self.a, self.b, self.c))
+        system = HeldLinearSystem(a, b, c, d, offset)
+        rate = self.grid_rate
+        grid = None if rate is None else RateClock.from_rate(rate, where="state_space.grid_rate")
+        object.__setattr__(self, "_system", system)
+        object.__setattr__(self, "_grid", grid)
+        object.__setattr__(self, "_step_t", system.step_matrix(0.0 if grid is None else grid.period_s))
+        object.__setattr__(self, "_feedthrough", bool(d.any()))
+
+    @classmethod
+    def from_control(cls, system: control.StateSpace, **parameters: Any) -> Self:
+        """The plant of a continuous-time `control.StateSpace`; `parameters` are the other attributes.
+
+        Raises InputError for a discrete-time system and for anything without A, B, C, D.
+        """
+        if not all(hasattr(system, key) for key in "ABCD"):
+            raise InputError("state_space", f"a {type(system).__name__}", "a control.StateSpace",
+                             "convert it with control.ss")
+        if system.dt:
+            raise InputError("state_space", f"a discrete-time system, dt = {system.dt}",
+                             "continuous time (dt = 0)", "convert it, or give the continuous system")
+        return cls(a=_rows(system.A), b=_rows(system.B), c=_rows(system.C), d=_rows(system.D), **parameters)
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """u, or stimulation."""
+        count = len(self.b[0])
+        if self.recruitment is not None:
+            return (Port("stimulation", (count, 2), "A,s"),)
+        return (Port("u", () if count == 1 else (count,), self.input_unit),)
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """y."""
+        count = len(self.c)
+        return (Port("y", () if count == 1 else (count,), self.output_unit),)
+
+    @property
+    def grid(self) -> RateClock | None:
+        """Clock of the fixed steps, None for an exact plant."""
+        return self._grid
+
+    @property
+    def feedthrough(self) -> bool:
+        """Whether d is not zero."""
+        return self._feedthrough
+
+    def init(self, context: Context) -> StateSpaceState:
+        """The initial state, its input not yet seen."""
+        z = np.zeros(len(self.a) + len(self.b[0]))
+        if self.initial_state:
+            z[: len(self.a)] = self.initial_state
+        return StateSpaceState(z)
+
+    def advance(self, state: StateSpaceState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
+        """From `start_ns` to `stop_ns`, or one grid step."""
+        if inputs[0] is not state.held:
+            state.z, state.held = self._under(state.z, inputs[0]), inputs[0]
+        if self._grid is not None:
+            step_held(self._step_t, state.z)
+        else:
+            self._system.advance(state.z, stop_ns - start_ns)
+
+    def read(self, state: StateSpaceState, inputs: Sequence[Value]) -> tuple[Value, ...]:
+        """(y,)."""
+        z = state.z
+        if self._feedthrough and inputs[0] is not state.held:
+            z = self._under(z, inputs[0])
+        if len(self.c) == 1:
+            return (self._system.read_first(z),)
+        return (self._system.read(z),)
+
+    def observe(
+        self, state: StateSpaceState, inputs: Sequence[Value], start_ns: int, times_ns: Sequence[int]
+    ) -> tuple[Array, ...]:
+        """(y,) of an exact plant at `times_ns`, ascending, state untouched."""
+        z = state.z if inputs[0] is state.held else self._under(state.z, inputs[0])
+        rows = np.empty((len(times_ns), len(self.c)))
+        self._system.read_ahead(z, start_ns, np.array(times_ns, dtype=np.int64), rows)
+        return (rows[:, 0] if len(self.c) == 1 else rows,)
+
+    def _under(self, z: Array, value: Value) -> Array:
+        """A copy of z under another input."""
+        copy, states = z.copy(), len(self.a)
+        if self.recruitment is not None:
+            value = self.recruitment.fraction(cast(Array, value))
+        given = (value,) if isinstance(value, float) else value
+        for i, number in enumerate(given):
+            copy[states + i] = self.nonlinearity.apply(float(number))
+        return copy
+
+    def linear_model(self, outputs: Literal["y"] = "y") -> LinearModel:
+        """What a controller is told: the linear part, behind recruitment; without the nonlinearity.
+
+        Raises InputError where d is not zero: a LinearModel has no direct feedthrough.
+        """
+        if self._feedthrough:
+            raise InputError("state_space.d", "a direct feedthrough", "zero, for a linear model")
+        system = self._system
+        return LinearModel(a=system.a, b=system.b, c=system.c, offset=system.offset,
+                           recruitment=self.recruitment)
+
+    def linear_form(self, output: Literal["y"]) -> ContinuousForm:
+        """The linear part, behind recruitment."""
+        for key, found in (("nonlinearity", self.nonlinearity.kind), ("grid_rate", self.grid_rate)):
+            if found not in ("none", None):
+                raise uncovered(key, f"{found}", "none")
+        return ContinuousForm.of(self.linear_model(), self.inputs[0].name, output)
+
+
+def _rows(matrix: Any) -> Rows:
+    """A matrix as nested tuples."""
+    return tuple(tuple(float(value) for value in row) for row in np.asarray(matrix))

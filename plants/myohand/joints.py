@@ -1,0 +1,155 @@
+"""MyoHand's joints: what holds them, and how they stand for angles of the hand's freedoms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from fesloop.errors import InputError, did_you_mean
+from fesloop.hand.rest import FINGER_RESTS_DEG
+from fesloop.hand.segments import SegmentTree
+from plants.hand.model import RESTING_LENGTH, nominal_passive
+from plants.hand.muscles import FIBRES_MM, passive_n_m
+from plants.myohand.anatomy import JOINTS, STANDS_FOR, activated_by
+from plants.myohand.angles import joint_rotations
+
+Array = NDArray[np.float64]
+TENDONS_SHARE = 0.01
+"""N m/rad that relaxed tendons add to the fingers' MCP joints' own .03 in `hand`, so that the total is as
+measured, .033 to .047 (PMC7775510). What MyoHand's, on smaller arms, leave of it, the joints' springs add."""
+ALLOWANCE_DEG = 20.0
+"""Chosen: so far from what is asked for MyoHand may stand where its joints end."""
+NO_JOINT, NO_JOINT_WEIGHT, NO_JOINT_ALLOWANCE_DEG = "F1_cmc_pronation", 0.05, 45.0
+"""The freedom that follows from two others: these come first, and it may be further off (chosen)."""
+NEAR_BASE = 1e-3
+"""Weight of the distance from other joints' places over that from the angles asked for (chosen)."""
+
+
+def rest_angles(rest_deg: dict[str, float]) -> dict[str, float]:
+    """Angles, deg, that the relaxed hand is asked for: flexion of fingers and thumb as our hand's.
+
+    Wrist, fingers' abduction and the thumb's base are left where MyoHand has them with its joints at 0.
+    """
+    fingers = {f"{finger}_{joint}_flexion": angle for finger, angles in FINGER_RESTS_DEG.items()
+               for joint, angle in zip(("mcp", "pip", "dip"), angles, strict=True)}
+    return {**fingers, "F1_mcp_flexion": 15.0, "F1_ip_flexion": 20.0, **rest_deg}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Joints:
+    """MyoHand's 22 joints in a model, and the hand's 23 freedoms as they turn them.
+
+    Attributes
+    ----------
+    tree: of the hand. places: of the joints among MuJoCo's hinges, (22,), in the order of `JOINTS`.
+    segments: (17,), bodies that stand as the tree's segments. parents: (17,), of these.
+    free: (17, 3), about which of three axes each joint has a freedom.
+    """
+
+    tree: SegmentTree
+    places: NDArray[np.int64]
+    segments: NDArray[np.int64]
+    parents: NDArray[np.int64]
+    free: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel, tree: SegmentTree) -> Joints:
+        """Those of a model that holds MyoHand."""
+        return cls(tree, np.array([model.joint(name).id for name in JOINTS.values()]),
+                   np.array([model.body(name).id for name in tree.names]),
+                   np.ascontiguousarray(tree.layout[:, 0]), np.arange(3) < tree.layout[:, 1:2])
+
+    def moved(self, state: mujoco.MjData) -> Array:
+        """Angles, rates, accelerations of the freedoms, (3, 23), rad and s; MuJoCo's are those of now."""
+        axes = state.xmat[self.segments].reshape(-1, 3, 3)
+        rates, accelerations = state.cvel[self.segments, :3], state.cacc[self.segments, :3]
+        rows = joint_rotations(self.parents, axes, rates, accelerations)
+        return np.asarray(rows.transpose(1, 0, 2)[:, self.free])
+
+    def nearest(self, where: str, model: mujoco.MjModel, wanted_deg: dict[str, float], base: Array) -> Array:
+        """Joint positions (22,) within their ranges, as near as they come to angles of freedoms, deg.
+
+        Joints that these leave open stay at `base`, (22,). Raises InputError, naming the parameter `where`,
+        for a freedom that is not there and for an angle that MyoHand does not come near.
+        """
+        _require_angles(where, self.tree.freedoms, wanted_deg)
+        if not wanted_deg:
+            return base
+        rows = np.array([self.tree.freedom(name) for name in wanted_deg])
+        wanted = np.deg2rad(list(wanted_deg.values()))
+        led = np.array([name == NO_JOINT for name in wanted_deg])
+        weight = np.where(led, NO_JOINT_WEIGHT, 1.0)
+        trial = mujoco.MjData(model)
+
+        def angles(places: Array) -> Array:
+            trial.qpos[self.places] = places
+            mujoco.mj_kinematics(model, trial)
+            return np.asarray(self.moved(trial)[0, rows])
+
+        def misfit(places: Array) -> Array:
+            return np.concatenate([weight * (angles(places) - wanted), NEAR_BASE * (places - base)])
+
+        low, high = model.jnt_range[self.places].T
+        found = least_squares(misfit, np.clip(base, low + 1e-6, high - 1e-6), bounds=(low, high), xtol=1e-12,
+                              ftol=1e-12)
+        reached = np.rad2deg(angles(found.x))
+        allowed = np.where(led, NO_JOINT_ALLOWANCE_DEG, ALLOWANCE_DEG)
+        off = np.abs(reached - np.rad2deg(wanted)) / allowed
+        worst = int(np.argmax(off))
+        if not off[worst] <= 1.0:
+            name = tuple(wanted_deg)[worst]
+            raise InputError(f"{where}.{name}", f"{wanted_deg[name]:g}",
+                             f"what MyoHand's joints come near: {reached[worst]:.0f} deg")
+        return np.asarray(found.x)
+
+    def hold(self, model: mujoco.MjModel, rest: Array, contracture: float, stiffness: float,
+             damping: float, tension: float) -> None:
+        """Springs and dampers as our hand's, such that without gravity the hand rests at `rest`, (22,).
+
+        Factors: on the stiffness of MCP joints, of all joints, on their damping, and on tendons' stiffness.
+        """
+        springs, dampers = nominal_passive(self.tree, contracture)
+        rows = [self.tree.freedom(name) for name in JOINTS]
+        relaxed = mujoco.MjData(model)
+        relaxed.qpos[self.places] = rest
+        mujoco.mj_forward(model, relaxed)
+        added = self._tighten(model, relaxed, tension)
+        mcp = np.array([name.endswith("mcp_flexion") and name[:2] != "F1" for name in JOINTS])
+        strengths = stiffness * (springs[rows] + np.where(mcp, np.maximum(TENDONS_SHARE - added, 0.0), 0.0))
+        mujoco.mj_forward(model, relaxed)
+        pull = (relaxed.qfrc_actuator + relaxed.qfrc_passive)[self.places]
+        shift = np.divide(pull, strengths, out=np.zeros_like(pull), where=strengths > 0.0)
+        model.jnt_stiffness[self.places] = strengths
+        model.dof_damping[self.places] = damping * dampers[rows]
+        model.qpos_spring[self.places] = rest - shift
+
+    def _tighten(self, model: mujoco.MjModel, relaxed: mujoco.MjData, tension: float) -> Array:
+        """Make springs of relaxed tendons; what these add to the joints' stiffness, (22,), N m/rad, healthy.
+
+        They are as stiff as those of `hand` and slack where these are.
+        """
+        arms = np.zeros((model.nu, model.nv))
+        mujoco.mju_sparse2dense(arms, relaxed.actuator_moment.ravel(), relaxed.moment_rownnz,
+                                relaxed.moment_rowadr, relaxed.moment_colind)
+        added = np.zeros(model.nv)
+        for muscle, name in enumerate(activated_by(model)):
+            tendon = int(model.actuator_trnid[muscle, 0])
+            stiff = passive_n_m(name) / len(STANDS_FOR[name])
+            slack = relaxed.ten_length[tendon] - (RESTING_LENGTH - 1.0) * 1e-3 * FIBRES_MM[name]
+            model.tendon_stiffness[tendon] = tension * stiff
+            model.tendon_lengthspring[tendon] = 0.0, slack
+            added += stiff * arms[muscle] ** 2
+        return np.asarray(added[self.places])
+
+
+def _require_angles(where: str, freedoms: tuple[str, ...], wanted_deg: dict[str, float]) -> None:
+    for name, angle in wanted_deg.items():
+        if name not in freedoms:
+            raise InputError(f"{where}.{name}", "is no freedom of the hand", ", ".join(freedoms),
+                             did_you_mean(name, freedoms))
+        if not abs(angle) <= 180.0:
+            raise InputError(f"{where}.{name}", f"{angle:g}", "-180 to 180 deg")

@@ -1,0 +1,238 @@
+"""`myohand`: MyoHand, a hand made by others, in the place of `hand`; needs the extra `myohand`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import cast
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.skeleton import hand_tree
+from fesloop.loop.block import Context
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
+from fesloop.loop.signals import Port, Value
+from plants.checks import require_not_negative
+from plants.hand.bodies import TIPS
+from plants.hand.contract import (
+    go_on,
+    hand_inputs,
+    hand_outputs,
+    object_pose,
+    require_hand,
+    sensed,
+    turn_forearm,
+)
+from plants.hand.forearm import PALM_DOWN, add_forearm_drive
+from plants.hand.model import add_splint, add_springs, compiled
+from plants.hand.objects import GraspObject, Table, add_object, add_table, require_apart
+from plants.hand.settling import settled
+from plants.hand.state import HandState, evaluate, stable_bounds
+from plants.myohand.anatomy import JOINTS, activated_by
+from plants.myohand.joints import NO_JOINT, Joints, rest_angles
+from plants.myohand.model import (
+    add_segments,
+    fibres_of,
+    loaded,
+    set_muscles,
+    set_skin,
+    stand,
+)
+from plants.myohand.patches import JOINTS_PATCH, NAMES, patch
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MyoHand:
+    """MyoHand of the package `myo-sim`, patched, with the inputs, outputs and parameters of `hand`.
+
+    A right hand of its own size, of 22 joints and 36 muscles on paths around bones (39 as shipped). Each
+    muscle of ours activates those that it stands for (`plants.myohand.anatomy.STANDS_FOR`); the thenar group
+    is the opponens alone. What is changed of MyoHand is in `plants.myohand.patches`, by name:
+
+    - `inertia`: phalanges have 1e-4 kg m^2, some fifty times too much; cylinders of the shipped masses.
+    - `armature`: as much again on every joint; 2e-6 kg m^2.
+    - `ends`: soft ends of the joints' ranges; hard ones.
+    - `deviation`: of the wrist, 25 deg radial and 10 ulnar; the other way round.
+    - `strength`: wrist muscles give moments 2 to 3 times too large; the shares of `hand`, and EDC5's 39.4 N.
+    - `lengths`: tendons leave the stored ranges of lengths; ranges found over all postures.
+    - `passive`: joints have no stiffness and ten times the damping, relaxed tendons are slack; springs and
+      dampers of `hand` on joints and tendons, the MCP joints' total stiffness as measured, a resting posture.
+
+    Not to be left out: the arm is welded to the forearm, activation acts without MyoHand's own lag (that is
+    the muscles' block), skin touches as that of `hand`, RI2, whose path jumps, and the pronators are out.
+    Force-length, force-velocity and tendon paths are MyoHand's: wrist and fingers reach what its ranges
+    allow, extensors have a longer arm at
+    the DIP joints, APL_r none about the axis that moves the thumb sideways, and the wrist's axis of flexion
+    is tilted by 17 deg. The palm weighs what its bones and, as shipped, surfaces that tendons wrap around
+    do; the hand .43 kg.
+
+    Angles are read off the bodies' orientations, intrinsic z-x-y between segments (`joint_rotations`), so all
+    23 come out; `F1_cmc_pronation` follows from the two joints at the thumb's base. What PIP, DIP and MCP
+    joints turn beyond their freedoms, as MyoHand's axes are tilted, is left out, as by a tracker.
+
+    Inputs, outputs: as of `hand`. `velocity` is that of tendons over the fibre lengths of `hand`, the mean
+    over the muscles that one of ours stands for.
+
+    Attributes
+    ----------
+    hand: not to be chosen. A tracker of this hand takes its measures from the attribute `size`.
+    forearm_orientation, forearm_moves, strength, stiffness, damping, passive_tension, contracture, object,
+        table, step_ms, elastic_n_m_rad, settle_s: as of `hand`.
+    rest_deg, start_deg, splint_deg, elastic_deg: as of `hand`, as near as MyoHand's joints come, within 20
+        deg; `F1_cmc_pronation` comes last, within 45 deg, and is held where what it follows from is; no
+        spring pulls at it.
+    as_shipped: names of the patches to leave out.
+
+    Raises InputError where `myo-sim` is missing and for what cannot be; RunError when the simulation becomes
+    unstable.
+    """
+
+    hand: HandSize | None = None
+    forearm_orientation: tuple[float, ...] = ()
+    forearm_moves: bool = False
+    rest_deg: dict[str, float] = field(default_factory=dict)
+    start_deg: dict[str, float] = field(default_factory=dict)
+    settle_s: float = 0.0
+    splint_deg: dict[str, float] = field(default_factory=dict)
+    elastic_deg: dict[str, float] = field(default_factory=dict)
+    elastic_n_m_rad: float = 0.5
+    strength: tuple[float, ...] = ()
+    stiffness: float = 1.0
+    damping: float = 1.0
+    passive_tension: float = 1.0
+    contracture: float = 1.0
+    object: GraspObject | None = None
+    table: Table | None = None
+    step_ms: float = 1.0
+    as_shipped: tuple[str, ...] = ()
+    model: mujoco.MjModel = field(init=False, repr=False, compare=False)
+    size: HandSize = field(init=False, repr=False, compare=False)
+    _joints: Joints = field(init=False, repr=False, compare=False)
+    _start: Array = field(init=False, repr=False, compare=False)
+    _angles: Array = field(init=False, repr=False, compare=False)
+    _activated: NDArray[np.int64] = field(init=False, repr=False, compare=False)
+    _fibres: Array = field(init=False, repr=False, compare=False)
+    _sites: NDArray[np.int64] = field(init=False, repr=False, compare=False)
+    _tips: NDArray[np.int64] = field(init=False, repr=False, compare=False)
+    _bounds: tuple[Array, Array] = field(init=False, repr=False, compare=False)
+    _grid: RateClock = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        require_hand("myohand", self)
+        require_not_negative("myohand", self, "elastic_n_m_rad", "settle_s")
+        for name in self.as_shipped:
+            if name not in NAMES:
+                raise InputError("myohand.as_shipped", f"{name!r}", ", ".join(NAMES))
+        led_by = {"F1_cmc_flexion", "F1_cmc_abduction"}
+        if NO_JOINT in self.splint_deg and not led_by <= self.splint_deg.keys():
+            raise InputError(f"myohand.splint_deg.{NO_JOINT}", "has no joint of its own in MyoHand",
+                             "F1_cmc_flexion and F1_cmc_abduction, which it follows from, beside it")
+        if NO_JOINT in self.elastic_deg:
+            raise InputError(f"myohand.elastic_deg.{NO_JOINT}", "has no joint of its own in MyoHand",
+                             "what it follows from, F1_cmc_flexion and F1_cmc_abduction")
+        _, _, found = loaded()
+        if self.hand not in (None, HandSize(), found.size):
+            raise InputError("myohand.hand", "another hand than MyoHand's own",
+                             f"a right one, {found.size.hand_mm:.0f} mm long", "leave it out")
+        self._build()
+
+    def _build(self) -> None:
+        """Derive all that follows from the parameters."""
+        pristine, shipped, found = loaded()
+        spec, tree = pristine.copy(), hand_tree(found.size)
+        patch(spec, self.as_shipped)
+        set_muscles(spec, np.array(self.strength or (1.0,) * len(MUSCLES)), self.passive_tension)
+        stand(spec, shipped, found, self._forearm(), 1e-3 * self.step_ms)
+        if self.forearm_moves:
+            add_forearm_drive(spec)
+        set_skin(spec)
+        add_segments(spec, found)
+        bare = compiled(spec)
+        joints = Joints.of(bare, tree)
+        zero = np.zeros(len(JOINTS))
+        rest = joints.nearest("myohand.rest_deg", bare, rest_angles(self.rest_deg), zero)
+        joints.nearest("myohand.splint_deg", bare, self.splint_deg, rest)
+        pulled = dict(zip(JOINTS, joints.nearest("myohand.elastic_deg", bare, self.elastic_deg, rest),
+                          strict=True))
+        start = joints.nearest("myohand.start_deg", bare,
+                               {**self.elastic_deg, **self.start_deg, **self.splint_deg}, rest)
+        held = dict(zip(JOINTS, start, strict=True))
+        add_splint(spec, {JOINTS[name]: float(held[name]) for name in self.splint_deg if name != NO_JOINT})
+        if self.object is not None:
+            add_object(spec, self.object)
+        if self.table is not None:
+            add_table(spec, self.table)
+        model = compiled(spec)
+        if JOINTS_PATCH not in self.as_shipped:
+            joints.hold(model, rest, self.contracture, self.stiffness, self.damping,
+                        self.passive_tension)
+        add_springs(model, {JOINTS[name]: float(np.rad2deg(pulled[name])) for name in self.elastic_deg},
+                    self.elastic_n_m_rad)
+        activated = activated_by(model)
+        for key, value in (
+                ("size", found.size), ("model", model), ("_joints", joints), ("_start", start),
+                ("_activated", np.array([MUSCLES.index(name) for name in activated])),
+                ("_fibres", fibres_of(activated)),
+                ("_sites", np.array([model.site(f"imu {name}").id for name in tree.names])),
+                ("_tips", np.array([model.site(f"tip {name}").id for name in TIPS])),
+                ("_bounds", stable_bounds(model)),
+                ("_grid", RateClock(duration_ns(self.step_ms, NS_PER_MS, "myohand.step_ms"), 1))):
+            object.__setattr__(self, key, value)
+        data = self.init(Context("hand")).data
+        require_apart(model, data)
+        object.__setattr__(self, "_angles", joints.moved(data)[0])
+
+    @property
+    def inputs(self) -> tuple[Port, ...]:
+        """Activation of the muscles, and where the forearm should be if it moves."""
+        return hand_inputs(self._forearm() if self.forearm_moves else None)
+
+    @property
+    def outputs(self) -> tuple[Port, ...]:
+        """Posture, fingertips, what the sites go through, forces, fibres, and the object's pose."""
+        return hand_outputs(self._angles, self.object is not None)
+
+    @property
+    def grid(self) -> RateClock:
+        """Steps of `step_ms`."""
+        return self._grid
+
+    @property
+    def feedthrough(self) -> bool:
+        """False: activation shows at the end of the step that it acts in."""
+        return False
+
+    def init(self, context: Context) -> HandState:
+        """At the start, muscles at rest; the object where it is put."""
+        positions = self.model.qpos0.copy()
+        positions[self._joints.places] = self._start
+        data = settled(self.model, positions, round(self.settle_s * NS_PER_S / self._grid.period_num))
+        return HandState(data, given=self.object is None or self.object.given_at_s == 0.0)
+
+    def advance(self, state: HandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
+        """From `start_ns` to `stop_ns`, steps of the grid."""
+        state.views.ctrl[:self._activated.size] = cast(Array, inputs[0])[self._activated]
+        if self.forearm_moves:
+            turn_forearm(state, self._forearm(), inputs[1])
+        go_on(self.model, self._bounds, self.object, self.table, state, stop_ns, self._grid.period_num)
+
+    def _forearm(self) -> Array:
+        """Orientation of the forearm at the start."""
+        return np.array(self.forearm_orientation or PALM_DOWN["right"])
+
+    def read(self, state: HandState, inputs: Sequence[Value]) -> tuple[Value, ...]:
+        """All outputs now."""
+        evaluate(self.model, state)
+        data = state.data
+        fibres = self._fibres @ data.actuator_velocity[:self._activated.size]
+        seen = (*self._joints.moved(data),
+                *sensed(state.views, not self.forearm_moves, self._joints.segments, self._sites, self._tips),
+                fibres)
+        return seen if self.object is None else (*seen, *object_pose(state.views))

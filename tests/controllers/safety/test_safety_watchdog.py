@@ -1,0 +1,140 @@
+"""Trackers that fail in mid-grasp, each in its way: in a loop, and one tick at a time."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from controllers.open_loop import Programme
+from controllers.safety import Safety
+from controllers.safety.watchdog import SOUND, Watchdog, WatchState
+from estimators.ideal import IdealTracker
+from fesloop.loop.record import Recorder
+from fesloop.loop.run import Loop
+from fesloop.loop.signals import NEVER, Port, Sample
+from fesloop.loop.wire import Wire
+from fesloop.loop.wiring import Node, Wiring
+from plants.finger import Finger
+
+MS = 1_000_000
+PERIOD_MS, RAMP_MS, FAILS_MS = 25, 200, 1010
+ABSENT = Sample(np.zeros(3), NEVER, NEVER, NEVER)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FailingTracker:
+    """Passes angles on until FAILS_MS; then it freezes, jumps by 60 deg, returns NaN, or is lost."""
+
+    how: str
+    gaps: bool = False
+
+    @property
+    def inputs(self):
+        return (Port("angles", (3,), "rad"),)
+
+    @property
+    def outputs(self):
+        return (Port("angles", (3,), "rad", gaps=self.gaps),)
+
+    def init(self, context):
+        return [np.zeros(3)]
+
+    def step(self, state, inputs, tick):
+        if self.how == "nothing" or tick.time_ns < FAILS_MS * MS:
+            state[0] = inputs[0].value.copy()
+            return (state[0],)
+        return ({"freezes": state[0].copy(), "jumps": inputs[0].value + math.radians(60.0),
+                 "nan": np.full(3, np.nan)}[self.how],)
+
+
+def grasp(how, gaps=False, **safety):
+    """Times ms, largest pulse width at each, and events of a grasp whose tracker fails."""
+    programme = Programme(times_s=(0.2, 0.6), current_ma=((30.0,) * 4,), width_us=((0.0,) * 4, (200.0,) * 4))
+    nodes = [Node("programme", programme, "40"), Node("safety", Safety(**safety), "40"),
+             Node("finger", Finger()), Node("ideal", IdealTracker(noise_deg=0.3), "100"),
+             Node("tracker", FailingTracker(how=how, gaps=gaps), "100")]
+    wires = [Wire("programme.stimulation", "safety.stimulation"), Wire("tracker.angles", "safety.posture"),
+             Wire("safety.stimulation", "finger.stimulation", latency_ms=5.0),
+             Wire("finger.angles", "ideal.angles"), Wire("ideal.angles", "tracker.angles")]
+    recorder = Recorder("200")
+    loop = Loop(Wiring(nodes, wires, seed=1), recorder=recorder)
+    loop.run_until(2_000 * MS)
+    loop.close()
+    times, widths = np.array([(row[1] / MS, row[5][0][:, 1].max()) for row in recorder.blocks["safety"]]).T
+    return times, widths, [status for _, where, status, _ in recorder.events if where == "safety"]
+
+
+@pytest.mark.parametrize(("how", "gaps", "status"), [
+    ("freezes", False, "posture_frozen"), ("jumps", False, "posture_jumped"),
+    ("nan", True, "posture_non_finite"), ("nan", False, "posture_")])
+def test_a_tracker_that_fails_ends_stimulation_within_two_periods_and_the_ramp(how, gaps, status):
+    """NaN that the loop replaces by the port's safe value shows as a jump or as a frozen posture."""
+    times, widths, told = grasp(how, gaps)
+    assert widths[times < FAILS_MS].max() == pytest.approx(200e-6)
+    assert (widths[times >= FAILS_MS + 2 * PERIOD_MS + RAMP_MS] == 0.0).all()
+    assert told[0].startswith(status)
+
+
+def test_a_tracker_that_does_not_fail_is_left_alone():
+    times, widths, told = grasp("nothing")
+    np.testing.assert_allclose(widths[times > 600], 200e-6)
+    assert told == []
+
+
+def test_a_tracker_that_jumped_is_believed_again_only_where_that_is_allowed():
+    times, widths, _ = grasp("jumps", watchdog=Watchdog(recover_s=0.5))
+    assert widths[(times > 1260) & (times < 1500)].max() == 0.0
+    assert widths[-1] == pytest.approx(200e-6)
+
+
+def test_silence_is_told_by_arrival_so_that_latency_is_none():
+    """Samples that are 150 ms old but keep coming are sound; 60 ms without any are not."""
+    dog, state = Watchdog(), WatchState()
+
+    def look(now_ms, captured_ms, arrived_ms):
+        value = np.array([0.3 + 1e-3 * captured_ms])
+        posture = Sample(value, captured_ms * MS, captured_ms * MS, arrived_ms * MS)
+        return dog.look(state, posture, ABSENT, now_ms * MS, 500.0, True)
+
+    assert [look(now, now - 150, now) for now in (200, 225, 250)] == [SOUND] * 3
+    assert look(300, 100, 250) == SOUND
+    assert look(310, 100, 250)[0] == "posture_silent"
+    assert look(325, 150, 325)[0] == "posture_silent"
+
+
+@pytest.mark.parametrize(("moved_deg", "elapsed_ms", "sound"), [
+    (45.0, 25, True), (50.0, 25, False), (9.0, 0, True), (11.0, 0, False), (24.0, 10, True),
+    (26.0, 10, False)])
+def test_a_jump_is_what_no_hand_does_in_the_time(moved_deg, elapsed_ms, sound):
+    """1500 deg/s, and 10 deg beside."""
+    dog, state = Watchdog(), WatchState()
+    for at, angle in ((100, 0.0), (100 + elapsed_ms, math.radians(moved_deg))):
+        posture = Sample(np.array([0.2, angle]), at * MS, at * MS, 130 * MS)
+        found = dog.look(state, posture, ABSENT, 130 * MS, 500.0, True)
+    assert (found == SOUND) is sound
+
+
+def test_an_sd_says_that_posture_is_not_known():
+    dog, posture = Watchdog(sd_max_deg=30.0), Sample(np.array([0.2, 0.1]), 0, 0, 0)
+    for sd, status in ((0.4, ""), (0.6, "posture_unsure"), (math.nan, "posture_unsure")):
+        found = dog.look(WatchState(), posture, Sample(np.array([0.1, sd]), 0, 0, 0), 0, 500.0, True)
+        assert found[0] == status
+
+
+def test_what_a_tracker_does_while_nothing_is_stimulated_passes():
+    dog, state = Watchdog(), WatchState()
+    seen = []
+    for k, angle in enumerate((0.0, 1.5, 1.51, 1.5)):
+        posture = Sample(np.array([angle]), 25 * k * MS, 25 * k * MS, 25 * k * MS)
+        seen.append(dog.look(state, posture, ABSENT, 25 * k * MS, 500.0, False)[0])
+    assert seen == ["", "posture_jumped", "", ""]
+
+
+def test_frozen_can_be_left_unwatched():
+    for frozen_ms, last in ((20.0, "posture_frozen"), (0.0, "")):
+        dog, state = Watchdog(frozen_ms=frozen_ms), WatchState()
+        for at in (0, 25):
+            posture = Sample(np.array([0.4]), at * MS, at * MS, at * MS)
+            found = dog.look(state, posture, ABSENT, at * MS, 500.0, True)
+        assert found[0] == last

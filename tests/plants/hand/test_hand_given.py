@@ -1,0 +1,103 @@
+"""An object that is given to the hand, a hand that settles first, and springs at its joints; about 10 s."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fesloop.errors import InputError
+from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.skeleton import hand_tree
+from fesloop.loop.block import Context
+from plants.hand import Hand
+from plants.hand.objects import GraspObject, Table
+
+THUMB_UP = (0.0, 0.0, 0.0, 1.0)
+NONE = np.zeros(len(MUSCLES))
+SPLINT = {"wrist_abduction": 0.0, "F1_cmc_flexion": 58.0, "F1_cmc_abduction": -15.0,
+          "F1_cmc_pronation": 100.0}
+OPEN = {f"F{i}_{joint}_flexion": angle for i in range(2, 6) for joint, angle in (("mcp", 0.0), ("pip", 5.0))}
+WRIST = hand_tree(Hand().hand).freedom("wrist_flexion")
+
+
+def hand(**changes):
+    thing = GraspObject(size_mm=(50.0, 120.0), position_m=(-0.006, 0.112, 0.0), given_at_s=0.5)
+    table = Table(height_m=-0.0601, centre_m=(0.0, 0.15))
+    return Hand(**{"forearm_orientation": THUMB_UP, "splint_deg": {**SPLINT, **OPEN, "wrist_flexion": -25.0},
+                   "object": thing, "table": table, **changes})
+
+
+def place_after(plant, seconds, state=None, start_s=0.0):
+    state = state or plant.init(Context("hand"))
+    plant.advance(state, [NONE], round(start_s * 1e9), round(seconds * 1e9))
+    return state, plant.read(state, [])[10]
+
+
+def test_it_waits_on_its_table_and_is_given_when_it_is_time():
+    plant = hand()
+    state, waiting = place_after(plant, 0.499)
+    np.testing.assert_allclose(waiting, (-0.006, 0.362, 0.0), atol=1e-3)
+    _, given = place_after(plant, 0.52, state, 0.499)
+    assert np.linalg.norm(given[:2] - (-0.006, 0.112)) <= 0.021
+    assert abs(given[2]) < 1e-3
+
+
+def test_it_stays_away_while_the_hand_is_closed_and_comes_when_it_opens():
+    closed = dict.fromkeys(OPEN, 60.0)
+    plant = hand(splint_deg={**SPLINT, **closed, "wrist_flexion": -25.0})
+    state, place = place_after(plant, 1.0)
+    np.testing.assert_allclose(place, (-0.006, 0.362, 0.0), atol=1e-3)
+    assert not state.given
+
+
+def test_a_hand_that_settles_first_begins_at_rest():
+    def fastest(plant):
+        state = plant.init(Context("hand"))
+        rates = []
+        for k in range(20):
+            plant.advance(state, [NONE], 10_000_000 * k, 10_000_000 * (k + 1))
+            rates.append(np.abs(plant.read(state, [])[1]).max())
+        return max(rates)
+
+    loose = {"object": None, "table": None, "splint_deg": SPLINT}
+    assert fastest(hand(**loose)) > 0.3
+    assert fastest(hand(**loose, settle_s=2.0)) < 0.02
+
+
+@pytest.mark.parametrize("stiffness", [0.5, 2.0])
+def test_a_spring_at_the_wrist_gives_way_as_a_spring(stiffness):
+    """An extensor's moment turns a free wrist by about moment over stiffness."""
+    plants = [hand(object=None, table=None, splint_deg=SPLINT, elastic_deg={"wrist_flexion": -20.0},
+                   elastic_n_m_rad=each, settle_s=2.0) for each in (stiffness, 2.0 * stiffness)]
+    drive = np.array([0.03 * (name == "ECRB") for name in MUSCLES])
+    turned = []
+    for plant in plants:
+        state = plant.init(Context("hand"))
+        before = plant.read(state, [])[0][WRIST]
+        plant.advance(state, [drive], 0, 2_000_000_000)
+        turned.append(before - plant.read(state, [])[0][WRIST])
+    assert 0.0 < turned[1] < turned[0]
+    # Tendons and the joint itself are stiff as well, so that doubling the spring does less than halve it.
+    assert 1.2 < turned[0] / turned[1] < 2.05
+
+
+@pytest.mark.parametrize("angle_deg", [-30.0, 25.0])
+def test_a_stiff_spring_holds_the_wrist_where_it_is_told(angle_deg):
+    plant = hand(object=None, table=None, splint_deg=SPLINT, elastic_deg={"wrist_flexion": angle_deg},
+                 elastic_n_m_rad=10.0, settle_s=2.0)
+    found = plant.read(plant.init(Context("hand")), [])[0][WRIST]
+    assert math.degrees(found) == pytest.approx(angle_deg, abs=2.0)
+
+
+@pytest.mark.parametrize(("changes", "where"), [
+    ({"settle_s": -1.0}, "settle_s"), ({"elastic_n_m_rad": -0.5}, "elastic_n_m_rad"),
+    ({"elastic_deg": {"wrist": 0.0}}, "elastic_deg")])
+def test_names_what_cannot_be(changes, where):
+    with pytest.raises(InputError, match=where):
+        hand(**changes)
+
+
+@pytest.mark.parametrize("changes", [{"given_at_s": -1.0}, {"waits_m": (math.nan, 0.0, 0.0)}])
+def test_names_an_object_that_cannot_be_given(changes):
+    with pytest.raises(InputError, match=next(iter(changes))):
+        GraspObject(**changes)

@@ -1,0 +1,31 @@
+import pytest
+
+import fesloop
+from controllers.safety import Safety
+from fesloop.errors import InputError
+from plants.patients.files import load
+
+TENDER = 'name = "anna"\n[tolerance]\ncurrent_max_ma = 15.0\ncharge_max_uc = 3.0\n'
+
+
+def safety_of(experiment):
+    return next(node.part for node in experiment.nodes if node.name == "safety")
+
+
+def test_a_patients_limits_are_those_of_the_safety_block(tmp_path):
+    (tmp_path / "anna.toml").write_text(TENDER)
+    safety = safety_of(fesloop.load("open_close", [f"patient={tmp_path / 'anna.toml'}"]))
+    assert (safety.current_max_ma, safety.charge_max_uc) == (15.0, 3.0)
+    assert safety.charge_per_s_max_uc == Safety().charge_per_s_max_uc
+
+
+def test_an_experiment_may_lower_them_and_never_raise_them(tmp_path):
+    (tmp_path / "anna.toml").write_text(TENDER)
+    settings = [f"patient={tmp_path / 'anna.toml'}", "blocks.safety.current_max_ma=12"]
+    assert safety_of(fesloop.load("open_close", settings)).current_max_ma == 12.0
+    with pytest.raises(InputError, match=r"safety.current_max_ma: 16; allowed: at most 15 for anna"):
+        fesloop.load("open_close", [*settings[:1], "blocks.safety.current_max_ma=16"])
+
+
+def test_presets_leave_the_blocks_own():
+    assert load("able_bodied").parameters("safety", {}) == {}
