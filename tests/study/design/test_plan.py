@@ -72,7 +72,7 @@ def faults_of(tmp_path, axes, **about):
     ("[axes.latncy_ms]\nvalues = [3, 4]",
      ["tiny: axes.latncy_ms: --set latncy_ms: .*(latncy_ms 3).*did you mean 'latency_ms'"]),
     ('[axes.gain]\nkey = "blocks.controlr.kp"\nvalues = [1]', ["axes.gain: .*(gain 1).*mean 'contr"]),
-    ("[axes.latency_ms]\nvalues = [0, -5, 7, -9]", ["-5.0 is not a dur.*(latency_ms -5)", "-9.0 is not a"]),
+    ("[axes.latency_ms]\nvalues = [0, -5, 7, -9]", ["-5.0 is negative.*(latency_ms -5)", "-9.0 is negative"]),
     ('[axes.latency_ms]\nvalues = ["late"]', ['"late" is text (latency_ms late); allowed: a number']),
     ('[axes.kp]\nvalues = [1]\n[axes.c]\noptions.a = { settings = ["kd=2"] }\noptions.b = {}',
      ["axes.c: --set kd: is no key of finger_pid_latency (kp 1, c a)"]),
