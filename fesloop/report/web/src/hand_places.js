@@ -3,7 +3,10 @@ import { Box3, BufferAttribute, Quaternion, Vector3 } from "three";
 import { posesAt } from "./hand_pose.js";
 
 const SAMPLED = 240; // frames of all motions together, and two of each at the least
-const FARTHEST_M = 0.6; // from the hands' middle (chosen: an arm's length): a dropped object is not followed further
+// An object is followed so far from the hands' middle (chosen: an arm's length), and so far below the lowest place of a
+// hand (chosen: what stands on a table below it): not to the ground that a dropped one falls to.
+const FARTHEST_M = 0.6;
+const LOWEST_M = 0.1;
 
 /** Corners of boxes about each segment and each object, in frames of all trials. */
 export function placesOf({ shapes, objects, motions }) {
@@ -11,8 +14,10 @@ export function placesOf({ shapes, objects, motions }) {
   const count = Math.max(2, Math.ceil(SAMPLED / motions.size));
   const hands = [...motions.values()].flatMap((motion) => Object.entries(motion.hands)
     .flatMap(([name, poses]) => sampled(poses, count).flatMap((frame) => placed(corners[name] ?? [], frame))));
-  const middle = new Box3().setFromPoints(hands).getCenter(new Vector3());
-  const held = objectPlaces(objects, motions, count).filter((place) => place.distanceTo(middle) < FARTHEST_M);
+  const about = new Box3().setFromPoints(hands);
+  const middle = about.getCenter(new Vector3());
+  const held = objectPlaces(objects, motions, count)
+    .filter((place) => place.distanceTo(middle) < FARTHEST_M && place.z > about.min.z - LOWEST_M);
   return [...hands, ...held];
 }
 
