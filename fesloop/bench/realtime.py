@@ -16,6 +16,8 @@ before the instant to the end of the loop's work. (That is why it has one every 
 begins as the loop works is 15 ms to the loop, and 5 to a sleeper whose next deadline is 10 ms away.)
 `alone_ms` lists the worst of these, with the instant and that sleeper's worst lateness about then.
 
+`stood_still_ms`: how long the loop did so at most, for Python's collector and for writing the recording.
+
 `memory_mb` is the resident memory of the loop's process from a tenth of the run on: at the start, in the
 end, and the slope of the line through all samples in between, one a second.
 """
@@ -104,6 +106,7 @@ def run(seconds: float = _FULL_S, short: bool = False, priority: int = 0,
             "missed": {"deadlines": len(ends), "loop": int(missed.sum()),
                        "sleeper": _missed_by_core(sleepers), "alone": int(alone.sum())},
             "alone_ms": _worst(instants, ends, alone, own), "memory_mb": _memory(memory),
+            "stood_still_ms": {what: float(wall[f"worst_{what}_ms"]) for what in ("collection", "write")},
             "asked_for": {name: str(wall[name]) for name in ("policy", "memory", "scheduling")}}
 
 

@@ -95,6 +95,7 @@ def _kept_time(realtime: dict[str, Any]) -> list[list[str]]:
     rows += [["instants " + action, str(count)] for action, count in realtime["done"].items()]
     rows.append(["garbage collections", f"{realtime['collections']:g}, the longest "
                  f"{realtime['worst_collection_ms']:.3f} ms"])
+    rows.append(["longest write of the recording", f"{realtime['worst_write_ms']:.3f} ms"])
     return [*rows, ["memory", realtime["memory"]], ["scheduling", realtime["scheduling"]]]
 
 

@@ -14,8 +14,9 @@ from fesloop.loop.pacer import KEPT
 
 EDGES_MS = (0.0, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 """Of the histogram; the last class has no end."""
-_WORDS, _NUMBERS = ("policy", "memory", "scheduling"), ("period_ms", "collections", "worst_collection_ms")
-"""What a recording of a run in real time says beside its rows."""
+_WORDS = ("policy", "memory", "scheduling")
+_NUMBERS = ("period_ms", "collections", "worst_collection_ms", "worst_write_ms")
+"""What a recording of a run in real time says beside its rows; older ones nothing of writing."""
 
 
 def realtime_summary(recording: Recording) -> dict[str, Any]:
@@ -23,7 +24,8 @@ def realtime_summary(recording: Recording) -> dict[str, Any]:
 
     `late_ms` is how late work began, `took_ms` how long it took, both over all instants: `p50`, `p99`,
     `worst`; `histogram` counts the instants by `late_ms`, in classes that begin at `from_ms`; `done` counts
-    them by what was done: kept, run late, skipped, stopped.
+    them by what was done: kept, run late, skipped, stopped. `worst_collection_ms` and `worst_write_ms` are
+    how long the loop stood still, at most, for the collector and for writing the recording.
     """
     rows = recording.instants
     if not rows.size:
@@ -36,7 +38,8 @@ def realtime_summary(recording: Recording) -> dict[str, Any]:
         "late_ms": quantiles(late), "took_ms": quantiles(took),
         "histogram": {"from_ms": list(EDGES_MS), "instants": histogram(late).tolist()},
         "done": {action.decode(): int(count) for action, count in zip(actions, counts, strict=True)},
-        **{name: str(wall[name]) for name in _WORDS}, **{name: float(wall[name]) for name in _NUMBERS},
+        **{name: str(wall[name]) for name in _WORDS},
+        **{name: float(wall[name]) for name in _NUMBERS if name in wall},
     }
 
 

@@ -75,7 +75,7 @@ def test_processes_beside_start_and_end_with_it(tmp_path):
 def test_a_few_seconds_in_the_shape_of_every_bench(recordings, monkeypatch):
     monkeypatch.setenv("FESLOOP_RECORDINGS", str(recordings))
     result = realtime.run(seconds=4.0)
-    assert list(result) == ["bench", "rows", "missed", "alone_ms", "memory_mb", "asked_for"]
+    assert list(result) == ["bench", "rows", "missed", "alone_ms", "memory_mb", "stood_still_ms", "asked_for"]
     late, took = result["rows"]
     common = ["case", "us_median", "us_p99", "us_worst", "reference", "reference_us_median", "ratio"]
     assert [list(row)[:7] for row in (late, took)] == [common] * 2

@@ -44,6 +44,24 @@ def test_a_run_collects_where_it_has_leisure(tmp_path, monkeypatch):
     assert told["worst_collection_ms"] > 0.0
 
 
+def test_the_longest_write_is_told(tmp_path, monkeypatch):
+    from fesloop.experiment.recording.writing import RecordingWriter
+
+    pieces = RecordingWriter.write_in_pieces
+
+    def slowly(writer, recorder, trial):
+        for piece in pieces(writer, recorder, trial):
+            time.sleep(0.004)
+            yield piece
+
+    monkeypatch.setattr(RecordingWriter, "write_in_pieces", slowly)
+    monkeypatch.setattr("fesloop.experiment.running.under_way._FLUSH_WALL_S", 0.1)
+    result = experiment().run(tmp_path, realtime=True)
+    assert result.realtime["worst_write_ms"] >= 4.0
+    with Recording(result.recording) as recording:
+        assert recording.wall["worst_write_ms"] == result.realtime["worst_write_ms"]
+
+
 def test_a_late_instant_is_in_the_rows_the_summary_and_the_counts(tmp_path):
     result = experiment().run(tmp_path, realtime=True)
     with Recording(result.recording) as recording:

@@ -37,7 +37,7 @@ def describe_wall(file: h5py.File, realtime: Mapping[str, str | float] | None) -
     wall.attrs["started"] = datetime.now(UTC).isoformat(timespec="seconds")
     wall.attrs["machine"] = platform.platform()
     wall.attrs.update(realtime or {})
-    for name in ("seconds", "worst_late_s", "worst_collection_ms"):
+    for name in ("seconds", "worst_late_s", "worst_collection_ms", "worst_write_ms"):
         wall.create_dataset(name, data=0.0)
     for name in ("deadlines", "missed_deadlines", "collections"):
         wall.create_dataset(name, data=0)

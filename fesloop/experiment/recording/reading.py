@@ -88,7 +88,8 @@ class Recording:
     def wall(self) -> dict[str, Any]:
         """Wall-clock facts: seconds, deadlines, missed_deadlines, worst_late_s, started, machine.
 
-        Of a run in real time also policy, period_ms, memory, scheduling, collections, worst_collection_ms.
+        Of a run in real time also policy, period_ms, memory, scheduling, collections, worst_collection_ms,
+        worst_write_ms.
         """
         with undamaged(self.path):
             return self._read_wall()

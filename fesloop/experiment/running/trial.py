@@ -98,7 +98,7 @@ def run(experiment: Experiment, out: Path, *, realtime: bool | Pacing = False,
             with suppress(RunError):
                 this.flush()
             wall_s = time.perf_counter() - began
-            writer.close(status, wall_s, in_step.outcome if in_step else None)
+            writer.close(status, wall_s, this.outcome)
     with Recording(writer.path) as recording:
         metrics, kept_time = _scored(recording, status), realtime_summary(recording)
     return Result(experiment=experiment.name, seed=experiment.seed, status=status, recording=writer.path,

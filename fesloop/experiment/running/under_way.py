@@ -27,14 +27,20 @@ Progress = Callable[[float], None]
 
 
 class UnderWay:
-    """One run."""
+    """One run.
+
+    Attributes
+    ----------
+    simulated_ns: of all trials together, up to now.
+    worst_write_ns: the longest that the loop stood still for a write, at the end of trials apart.
+    """
 
     def __init__(self, experiment: Experiment, loop: Loop, timed_blocks: Mapping[str, TimedBlock],
                  writer: RecordingWriter, in_step: InStep | None, progress: Progress | None) -> None:
         self.experiment, self.loop, self.writer = experiment, loop, writer
         self.timed = timed_blocks
         self.in_step, self.progress = in_step, progress
-        self.simulated_ns = 0
+        self.simulated_ns = self.worst_write_ns = 0
         self.trial = 0
         self._flushed = time.perf_counter()
         self._pieces: Iterator[None] | None = None
@@ -79,18 +85,21 @@ class UnderWay:
 
         In step with the wall clock a piece is written where there is leisure, or else after every instant.
         """
-        since = time.perf_counter() - self._flushed
+        began = time.perf_counter()
+        since = began - self._flushed
         if since < _FLUSH_WALL_S:
             return False
         if self.in_step is None or since >= 2 * _FLUSH_WALL_S:
             self.flush()
-            return True
-        if since >= 1.5 * _FLUSH_WALL_S or self.in_step.pacer.slack_ns() > _LEISURE_NS:
+            over = True
+        elif since >= 1.5 * _FLUSH_WALL_S or self.in_step.pacer.slack_ns() > _LEISURE_NS:
             self._pieces = self._pieces or self._in_pieces()
-            if next(self._pieces, _OVER) is _OVER:
-                self._pieces = None
-                return True
-        return False
+            over = next(self._pieces, _OVER) is _OVER
+            self._pieces = None if over else self._pieces
+        else:
+            return False
+        self.worst_write_ns = max(self.worst_write_ns, round((time.perf_counter() - began) * NS_PER_S))
+        return over
 
     def _in_pieces(self) -> Iterator[None]:
         """Write what is held now, one stream after the other."""
@@ -101,6 +110,13 @@ class UnderWay:
         if self.in_step is not None:
             self.writer.write_wall(self.in_step.pacer, self.trial)
         self._flushed = began
+
+    @property
+    def outcome(self) -> dict[str, int | float] | None:
+        """What a recording says in the end of how a run kept in step; None of one that need not."""
+        if self.in_step is None:
+            return None
+        return {**self.in_step.outcome, "worst_write_ms": self.worst_write_ns / NS_PER_MS}
 
     def flush(self) -> None:
         """Write all that is held, and what of it was begun to be written."""

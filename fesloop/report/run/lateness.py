@@ -34,6 +34,8 @@ def _table(summary: dict[str, Any]) -> Table:
     rows += [[f"instants {action}", str(count)] for action, count in summary["done"].items()]
     rows += [["garbage collections", f"{summary['collections']:g}, the longest "
               f"{told(summary['worst_collection_ms'])} ms"],
+             *([["longest write of the recording", f"{told(summary['worst_write_ms'])} ms"]]
+               if "worst_write_ms" in summary else []),
              ["memory", summary["memory"]], ["scheduling", summary["scheduling"]]]
     return Table(columns=["", ""], rows=rows)
 
