@@ -123,7 +123,10 @@ class LslSource:
             raise StreamLost(f"nothing, for the search failed: {fault}") from None
         if len(found) != 1:
             raise StreamLost(", ".join(map(describe, found)))
-        self._open(found[0])
+        try:
+            self._open(found[0])
+        except StreamLost:  # it was told of once more as it went, or is about to come
+            raise StreamLost from None
         if (self.info.channel_count(), channels_of(self.info)) != self._channels:
             self._inlet = None
             raise StreamLost(f"{describe(found[0])}, whose channels are not those of before")

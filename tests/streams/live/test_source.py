@@ -78,7 +78,7 @@ def test_a_loss_lasts_until_the_same_stream_is_open_again(library):
     with pytest.raises(StreamLost, match=r"'imus'.*, 'imus'"):
         stream.reopen()
     library.found, library.opens = [Info()], False
-    with pytest.raises(StreamLost, match="'imus'"):
+    with pytest.raises(StreamLost, match=r"^$"):
         stream.reopen()
     library.opens = True
     stream.reopen()
