@@ -21,6 +21,7 @@ from fesloop.experiment.files.parse import from_document, read, shipped
 from fesloop.experiment.running import trial
 from fesloop.loop.realtime import is_live
 from fesloop.study.design.study_file import read_study
+from plants.myohand import model
 
 MODULES = {"search": ("sklearn", "sklearn.gaussian_process", "optuna"), "lsl": ("pylsl",),
            "myohand": ("myo_sim",), "stimulator": ("pysciencemode", "serial")}
@@ -39,6 +40,7 @@ def bare(monkeypatch):
     for names in MODULES.values():
         for name in names:
             monkeypatch.setitem(sys.modules, name, None)
+    model.loaded.cache_clear()  # another test may have had MyoHand
 
 
 @pytest.fixture(scope="module")
