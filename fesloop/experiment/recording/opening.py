@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,9 @@ import h5py
 from fesloop.errors import InputError
 from fesloop.experiment.recording.form import ALLOWED, require_form, undamaged
 from fesloop.streams.containers.hdf5 import require_sound_heaps
+
+_LOOKS, _BETWEEN_S = 3, 0.02
+"""How often a file that is too short is looked at again, and how long between (chosen: a writer needs less)."""
 
 
 def open_file(path: Path) -> h5py.File:
@@ -36,7 +40,7 @@ def open_file(path: Path) -> h5py.File:
 def _open_anyhow(path: Path) -> h5py.File:
     """A file whose writer lives or was killed still says "open for write" and opens in SWMR mode only."""
     try:
-        return h5py.File(path, "r")
+        return _open_when_long_enough(path)
     except OSError as fault:
         if not any(sign in str(fault) for sign in ("already open for", "unable to lock")):
             raise
@@ -46,6 +50,18 @@ def _open_anyhow(path: Path) -> h5py.File:
         file.close()
         raise OSError(f"cut short: {size} bytes of {needed}")
     return file
+
+
+def _open_when_long_enough(path: Path) -> h5py.File:
+    """A writer says how long its file is a moment before it is so long."""
+    for _ in range(_LOOKS):
+        try:
+            return h5py.File(path, "r")
+        except OSError as fault:
+            if "truncated file" not in str(fault):
+                raise
+        time.sleep(_BETWEEN_S)
+    return h5py.File(path, "r")
 
 
 def _end_of_data(file: h5py.File) -> int:
