@@ -13,7 +13,7 @@ from fesloop.experiment.recording.form import ALLOWED, require_form, undamaged
 from fesloop.streams.containers.hdf5 import require_sound_heaps
 
 _LOOKS, _BETWEEN_S = 3, 0.02
-"""How often a file that is too short is looked at again, and how long between (chosen: a writer needs less)."""
+"""How often a file that is too short is looked at again, and how long between (chosen: writers need less)."""
 
 
 def open_file(path: Path) -> h5py.File:
