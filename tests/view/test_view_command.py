@@ -54,11 +54,12 @@ def first_row_at(path):
     places = []
 
     def note(name, item):
-        if isinstance(item, h5py.Dataset) and item.chunks and name.startswith(("blocks/", "plants/", "inputs/")):
+        if isinstance(item, h5py.Dataset) and item.chunks:
             item.id.chunk_iter(lambda chunk: places.append(chunk.byte_offset))
 
     with h5py.File(path, "r") as file:
-        file.visititems(note)
+        for kind in ("blocks", "plants", "inputs"):
+            file[kind].visititems(note)
     return min(places)
 
 
