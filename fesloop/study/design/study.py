@@ -127,6 +127,10 @@ class Study:
             if figure.theory != "none" and figure.x in self.axes and not self.axes[figure.x].numeric:
                 faults.append(InputError(f"{where}.theory", f"{figure.x} is no axis of numbers",
                                          "an x that is one", 'take theory = "none"'))
+            first = [each.name for each in self.figures].index(figure.name)
+            if first < number:
+                faults.append(InputError(f"{where}.name", f"{figure.name!r} is that of figures[{first}] too",
+                                         "a name of its own: it names a file"))
         if not faults and self.runs > MOST_RUNS:
             cells = self.runs // self.about.replicates
             faults.append(InputError("axes", f"{cells:,} cells x {self.about.replicates} replicates",

@@ -98,6 +98,8 @@ SPAN = {"start": 0, "stop": 1}
      r"figures\[0\]\.metric: the study keeps no metric 'error'"),
     (changed(figures=[{"name": "x", "kind": "curves", "metric": "error_deg", "x": "latncy_ms"}]),
      r"figures\[0\]\.x: .*did you mean 'latency_ms'"),
+    (changed(figures=2 * [{"name": "x", "kind": "curves", "metric": "error_deg", "x": "latency_ms"}]),
+     r"figures\[1\]\.name: 'x' is that of figures\[0\] too"),
     (changed(prepare={"model": {"experiment": "identify_grasp", "axes": ["member"]}}),
      r"prepare\.model\.axes: there is no axis 'member'"),
     (changed(prepare={"model": {"experimen": "identify_grasp"}}), r"prepare\.model\.experimen"),
