@@ -124,9 +124,11 @@ def safety(patient: Patient, own: Mapping[str, Any]) -> dict[str, Any]:
     """
     limits = cast("dict[str, float]", plain(patient.tolerance))
     for key, limit in limits.items():
-        said = own.get(key)
-        if isinstance(said, (int, float)) and said > limit:
-            raise InputError(f"safety.{key}", f"{said:g}", f"at most {limit:g} for {patient.name}",
+        said = own.get(key)  # one value for all channels, or one for each
+        most = max((value for value in (said if isinstance(said, (list, tuple)) else (said,))
+                    if isinstance(value, (int, float))), default=limit)
+        if most > limit:
+            raise InputError(f"safety.{key}", f"{most:g}", f"at most {limit:g} for {patient.name}",
                              "leave it out, or lower it")
     return dict(limits)
 

@@ -27,5 +27,15 @@ def test_an_experiment_may_lower_them_and_never_raise_them(tmp_path):
         fesloop.load("open_close", [*settings[:1], "blocks.safety.current_max_ma=16"])
 
 
+@pytest.mark.parametrize("key", ["current_max_ma", "charge_max_uc"])
+def test_limits_of_each_channel_are_held_against_the_patient_too(tmp_path, key):
+    (tmp_path / "anna.toml").write_text(TENDER)
+    anna = load(str(tmp_path / "anna.toml"))
+    limit = {"current_max_ma": 15.0, "charge_max_uc": 3.0}[key]
+    assert anna.parameters("safety", {key: [1.0, limit]})[key] == limit
+    with pytest.raises(InputError, match=rf"safety.{key}: 16; allowed: at most {limit:g} for anna"):
+        anna.parameters("safety", {key: [1.0, 16.0, 2]})
+
+
 def test_presets_leave_the_blocks_own():
     assert load("able_bodied").parameters("safety", {}) == {}
