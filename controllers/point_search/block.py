@@ -39,11 +39,11 @@ class PointSearch:
     has no more of them the search has ended: status `found` with what it recommends, no pulse any more.
 
     Inputs: `angles` (23,), rad, from a tracker; optional `angle_sd` (23,), rad: freedoms of which nothing is
-    known, pi, count as not moved. Outputs: `stimulation` (1, 2), A and s; `multiplexing` (1, elements), share
-    of the current that each element has; `query`, number of the one under way or last, from 0 on, -1
-    before; `phase`, of `controllers.point_search.timetable`; `quality`, of the last response; `best_quality`,
-    `best_stimulation` (2,), `best_multiplexing` (elements,): what the strategy recommends, 0 before it
-    recommends anything.
+    known, pi, at rest or afterwards, count as not moved. Outputs: `stimulation` (1, 2), A and s;
+    `multiplexing` (1, elements), share of the current that each element has; `query`, number of the one
+    under way or last, from 0 on, -1 before; `phase`, of `controllers.point_search.timetable`; `quality`, of
+    the last response; `best_quality`, `best_stimulation` (2,), `best_multiplexing` (elements,): what the
+    strategy recommends, 0 before it recommends anything.
 
     Statuses: `found`; `unseen`, with the freedoms; `bad_input` for angles that are not finite, which are
     left out; `no_response` where no posture was told in time: the query is asked anew, and when that has
@@ -94,7 +94,8 @@ class PointSearch:
         """Nothing asked yet."""
         key = stream_key(context.seed, f"{context.name}/search", context.trial)
         begin_ns = duration_ns(self.timetable.begin_s, NS_PER_S, "timetable.begin_s")
-        return PointSearchState(self.chosen.start(self.space, key), Look(np.zeros(len(FREEDOMS))), begin_ns)
+        look = Look(np.zeros(len(FREEDOMS)), np.zeros(len(FREEDOMS)))
+        return PointSearchState(self.chosen.start(self.space, key), look, begin_ns)
 
     def step(self, state: PointSearchState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Look at the hand, go on where a phase is over, stimulate."""
@@ -111,12 +112,10 @@ class PointSearch:
         sound = is_finite(angles)
         state.latch.put(tick, "bad_input", arrived_ns >= 0 and not sound, "angles are not finite: left out")
         unseen = sd >= math.pi
-        if unseen.any():
-            names = ", ".join(name for name, hidden in zip(FREEDOMS, unseen, strict=True) if hidden)
-            state.latch.put(tick, "unseen", True, f"{names}: count as not moved")
-            angles = np.where(unseen, 0.0, angles)
+        names = ", ".join(name for name, hidden in zip(FREEDOMS, unseen, strict=True) if hidden)
+        state.latch.put(tick, "unseen", bool(names), f"{names}: count as not moved")
         if arrived_ns >= 0 and sound:
-            state.look.take(angles, arrived_ns)
+            state.look.take(angles, unseen, arrived_ns)
 
     def _go_on(self, state: PointSearchState, tick: Tick) -> None:
         """From the phase that is over to the next."""
@@ -142,7 +141,7 @@ class PointSearch:
             else:
                 self._enter(state, self.timetable.first(state.query), tick)
             return
-        movement = posture - state.rest
+        movement = np.nan_to_num(posture - state.rest, nan=0.0)
         state.quality = movement_of(self.movement).judge(movement).quality
         self.chosen.tell(state.strategy, state.query, Response(state.quality, movement))
         state.best = self.chosen.recommend(state.strategy)

@@ -22,24 +22,29 @@ class Look:
 
     Attributes
     ----------
-    total: (23,), rad, sum of them. count: how many. newest_ns: arrival of the newest that was read.
+    total: (23,), rad, sum of each freedom while it was seen. seen: (23,), how often that was.
+    count: of postures. newest_ns: arrival of the newest that was read.
     """
 
     total: Array
+    seen: Array
     count: int = 0
     newest_ns: int = NEVER
 
-    def take(self, angles: Array, arrived_ns: int) -> None:
-        """Count a posture once."""
+    def take(self, angles: Array, unseen: NDArray[np.bool_], arrived_ns: int) -> None:
+        """Count a posture once, but for its freedoms that are unseen, (23,)."""
         if arrived_ns > self.newest_ns:
             self.newest_ns = arrived_ns
-            self.total = self.total + angles
+            self.total = self.total + np.where(unseen, 0.0, angles)
+            self.seen = self.seen + ~unseen
             self.count += 1
 
     def end(self) -> Array | None:
-        """The mean, None of nothing; from here on all is counted anew."""
-        mean = self.total / self.count if self.count else None
-        self.total, self.count = np.zeros_like(self.total), 0
+        """The mean, NaN of a freedom never seen, None of nothing; from here on all is counted anew."""
+        mean = np.full(self.total.size, np.nan) if self.count else None
+        if mean is not None:
+            np.divide(self.total, self.seen, out=mean, where=self.seen > 0.0)
+        self.total, self.seen, self.count = np.zeros_like(self.total), np.zeros_like(self.seen), 0
         return mean
 
 
@@ -55,7 +60,7 @@ class PointSearchState:
     number: of that query, from 0 on; -1 before the first.
     repeats: how often it has been asked anew.
     phase, since_ns, until_ns: of the timetable, and from when to when.
-    rest: (23,), rad, the posture of the last rest; None if it was not seen.
+    rest: (23,), rad, the posture of the last rest, NaN of what was not seen of it; None if nothing was.
     quality: of the last response; best: what is recommended.
     """
 

@@ -10,7 +10,7 @@ from controllers.point_search.block import PointSearch
 from controllers.point_search.exhaustive import Listed
 from controllers.point_search.space import SearchSpace
 from controllers.point_search.strategies import Strategies
-from controllers.point_search.timetable import ENDED, Timetable
+from controllers.point_search.timetable import BASELINE, ENDED, MEASURE, Timetable
 from controllers.point_search.two_phase import TwoPhase
 from fesloop.errors import InputError
 from fesloop.hand.movements import FREEDOMS, movement_of
@@ -30,7 +30,10 @@ def listed(*elements, **parameters):
 
 
 def run(search, seconds, hand, sd=0.0):
-    """Outputs by name and reports of every tick; `hand(time, outputs before)` gives angles, None for none."""
+    """Outputs by name and reports of every tick; `hand(time, outputs before)` gives angles, None for none.
+
+    `sd` is of all freedoms, or a function of the same that gives each.
+    """
     state, tick = search.init(Context("search", 1, 0, CLOCK)), Tick()
     names, rows, reports = [port.name for port in search.outputs], [], []
     before = dict.fromkeys(names, 0.0)
@@ -40,8 +43,8 @@ def run(search, seconds, hand, sd=0.0):
         told = hand(k / RATE, before)
         if told is not None:
             arrived, angles = tick.time_ns, told
-        samples = (Sample(angles, arrived, arrived, arrived),
-                   Sample(np.full(len(FREEDOMS), sd), NEVER, NEVER, NEVER))
+        each = sd(k / RATE, before) if callable(sd) else np.full(len(FREEDOMS), sd)
+        samples = (Sample(angles, arrived, arrived, arrived), Sample(each, NEVER, NEVER, NEVER))
         before = dict(zip(names, search.step(state, samples, tick), strict=True))
         rows.append(before)
         reports += [(k / RATE, *report) for report in tick.reports]
@@ -144,6 +147,25 @@ def test_unseen_freedoms_count_as_not_moved_and_bad_angles_are_left_out():
     out, reports = run(listed(4), 6.0, sometimes)
     assert out["best_quality"][-1] == pytest.approx(0.5)
     assert "bad_input" in {status for _, status, _ in reports}
+
+
+@pytest.mark.parametrize("hidden_in", [BASELINE, MEASURE])
+def test_a_freedom_that_is_seen_only_at_rest_or_only_afterwards_has_not_moved(hidden_in):
+    def hidden(now, outputs):
+        return np.where(np.arange(len(FREEDOMS)) == 0, math.pi * (outputs["phase"] == hidden_in), 0.0)
+
+    hand = extends(4, 20.0)
+    out, _ = run(listed(4), 6.0, lambda now, outputs: hand(now, outputs) + 0.5, sd=hidden)
+    assert out["phase"][-1] == ENDED
+    assert out["best_quality"][-1] == 0.0
+
+
+def test_a_freedom_that_is_seen_now_and_then_moves_as_it_does_when_seen():
+    hand = extends(4, 20.0)
+    out, reports = run(listed(4), 6.0, hand, lambda now, outputs: np.full(
+        len(FREEDOMS), math.pi if int(now * RATE) % 2 else 0.0))
+    assert out["best_quality"][-1] == pytest.approx(0.5)
+    assert [status for _, status, _ in reports].count("unseen") > 1
 
 
 def test_what_cannot_be_is_refused_by_name():
