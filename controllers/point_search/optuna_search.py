@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
+import warnings
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -14,6 +16,8 @@ from fesloop.errors import InputError
 
 SamplerName = Literal["tpe", "random", "cmaes", "qmc"]
 _SAMPLERS = {"tpe": "TPESampler", "random": "RandomSampler", "cmaes": "CmaEsSampler", "qmc": "QMCSampler"}
+_GOES_ON = ("cmaes", "qmc")
+"""Samplers that go on from what they noted in the study at the trials before."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,11 +25,13 @@ class OptunaSearch:
     """A sampler chooses a place on the forearm, how many elements, and a level of current.
 
     The virtual electrode whose middle is nearest to the place is asked. The study is built anew from what has
-    been told at every query, with a seed of the query's own, so that nothing but the history is remembered.
+    been told at every query, so that nothing but the history is remembered: with a seed of the query's own,
+    or, for "cmaes" and "qmc", by asking for all trials before again and telling what came of them.
 
     Attributes
     ----------
-    sampler: of Optuna. queries: how many. first: of them at random, of "tpe" alone.
+    sampler: of Optuna; "cmaes" needs the package of that name. queries: how many. first: of them at random,
+        of "tpe" alone.
     """
 
     sampler: SamplerName = "tpe"
@@ -40,8 +46,11 @@ class OptunaSearch:
                 raise InputError(f"optuna.{key}", f"{getattr(self, key)}", "1 or more")
 
     def start(self, space: SearchSpace, key: int) -> History:
-        """Nothing told yet. Raises InputError where Optuna is missing."""
+        """Nothing told yet. Raises InputError where Optuna, or what its sampler needs, is missing."""
         _optuna()
+        if self.sampler == "cmaes" and importlib.util.find_spec("cmaes") is None:
+            raise InputError("optuna.sampler", "'cmaes' needs the package cmaes, which is not installed",
+                             ", ".join(name for name in _SAMPLERS if name != "cmaes"), "pip install cmaes")
         return History(space, key, [])
 
     def ask(self, state: History) -> Query | None:
@@ -52,9 +61,12 @@ class OptunaSearch:
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         study = optuna.create_study(sampler=self._sampler(state), direction="maximize")
         ranges = _ranges(optuna, space)
-        study.add_trials([
-            optuna.trial.create_trial(params=_parameters(space, query), distributions=ranges,
-                                      value=response.quality) for query, response in state.told])
+        for query, response in state.told:
+            if self.sampler in _GOES_ON:
+                study.tell(study.ask(ranges), response.quality)
+            else:
+                study.add_trial(optuna.trial.create_trial(
+                    params=_parameters(space, query), distributions=ranges, value=response.quality))
         asked = study.ask(ranges).params
         place = np.array([asked["across"], asked["up"], asked["along"]])
         electrode = _nearest(space, place, asked["elements"])
@@ -70,9 +82,13 @@ class OptunaSearch:
         return best_told(state.told)
 
     def _sampler(self, state: History) -> Any:
-        seed = int(np.random.Philox(key=state.key).random_raw(len(state.told) + 1)[-1] % 2**31)
-        more = {"n_startup_trials": self.first} if self.sampler == "tpe" else {}
-        return getattr(_optuna().samplers, _SAMPLERS[self.sampler])(seed=seed, **more)
+        number = 0 if self.sampler in _GOES_ON else len(state.told)
+        seed = int(np.random.Philox(key=state.key).random_raw(number + 1)[-1] % 2**31)
+        own: dict[str, dict[str, Any]] = {"tpe": {"n_startup_trials": self.first}, "qmc": {"scramble": True}}
+        optuna = _optuna()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)  # "qmc", at every query
+            return getattr(optuna.samplers, _SAMPLERS[self.sampler])(seed=seed, **own.get(self.sampler, {}))
 
 
 def _ranges(optuna: Any, space: SearchSpace) -> dict[str, Any]:

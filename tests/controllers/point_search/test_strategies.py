@@ -205,6 +205,34 @@ def test_a_missing_extra_is_named_with_its_remedy(package, strategy, named, monk
     assert "fesloop[search]" in refused.value.remedy
 
 
+@pytest.mark.skipif(not EXTRAS["optuna"], reason="Optuna is not installed")
+def test_a_quasi_random_search_of_optuna_goes_all_over_the_space():
+    space = SearchSpace(currents_ma=(5.0, 10.0, 15.0, 20.0), pairs=False)
+    queries = play(OptunaSearch(sampler="qmc", queries=17), space, 3, 0)[1][1:]
+    # A Sobol sequence: of any 16 points from a multiple of 16 on, each quarter of a range has four.
+    assert sorted(query.current_ma for query in queries) == sorted(4 * [5.0, 10.0, 15.0, 20.0])
+    assert len({query.elements for query in queries}) > 8
+
+
+@pytest.mark.skipif(not EXTRAS["optuna"], reason="Optuna is not installed")
+def test_cma_es_without_its_package_is_refused_before_the_first_query(monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(InputError, match="cmaes") as refused:
+        OptunaSearch(sampler="cmaes").start(SearchSpace(), 0)
+    assert refused.value.remedy == "pip install cmaes"
+
+
+@pytest.mark.skipif(not EXTRAS["optuna"] or find_spec("cmaes") is None, reason="cmaes is not installed")
+def test_cma_es_narrows_down_on_what_is_best():
+    space, key = SearchSpace(currents_ma=tuple(map(float, range(4, 25))), pairs=False), 5
+    strategy = OptunaSearch(sampler="cmaes", queries=40)
+    state = strategy.start(space, key)
+    while (query := strategy.ask(state)) is not None:
+        strategy.tell(state, query, Response(-abs(query.current_ma - 8.0), np.zeros(len(FREEDOMS))))
+    off = np.array([abs(query.current_ma - 8.0) for query, _ in state.told])
+    assert off[16:].mean() < 0.75 * off[:16].mean()
+
+
 def test_expected_improvement_is_an_integral():
     rng = np.random.default_rng(2)
     for mean, sd, best in ((0.2, 0.3, 0.4), (0.5, 0.1, 0.4), (-1.0, 0.5, 0.0)):
