@@ -157,7 +157,7 @@ def draw_height(axes: Axes, seconds: Array, values: Array) -> None:
 
 
 def _joints(recording: Recording, cast: Cast, trial: int, until_ns: int) -> tuple[list[Draw], list[str]]:
-    """Angles of wrist and digits, and the first tracker's beside them."""
+    """Angles of wrist and digits, and beside them those of the first tracker that has them all."""
     if cast.hand is None:
         return [], []
     name = f"{cast.hand.name}.angles"
@@ -167,9 +167,11 @@ def _joints(recording: Recording, cast: Cast, trial: int, until_ns: int) -> tupl
     if not len(seconds):
         return [], []
     estimate, thin = None, ""
-    if cast.trackers:
-        tracker = cast.trackers[0].name
-        estimate, thin = curve(recording, f"{tracker}.angles", trial, until_ns), f"; thin lines: {tracker}"
+    for tracker in cast.trackers:
+        angles = f"{tracker.name}.angles"
+        if recording.column(angles, trial)[1].shape[1:] == values.shape[1:]:
+            estimate, thin = curve(recording, angles, trial, until_ns), f"; thin lines: {tracker.name}"
+            break
     freedoms = hand_tree(cast.hand.hand_size).freedoms
     return [partial(_digit, part, f"{about}{thin if part == 'wrist' else ''}", freedoms, (seconds, values),
                     estimate) for part, about in _ABOUT.items()], []
@@ -189,7 +191,7 @@ def _digit(
         label = motion if part == "wrist" else f"{joint.upper()} {motion}".removesuffix(" flexion")
         colour = _MOTION_COLOURS.get(joint, BLUE)
         axes.plot(truth[0], np.degrees(truth[1][:, i]), style, color=colour, linewidth=1.4, label=label)
-        if estimate is not None and estimate[1].shape[1:] == truth[1].shape[1:]:
+        if estimate is not None:
             axes.plot(estimate[0], np.degrees(estimate[1][:, i]), style, color=colour, linewidth=0.7,
                       alpha=0.45)
     tidy(axes, y="deg", title=title)

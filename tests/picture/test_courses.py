@@ -7,7 +7,9 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from fesloop.picture.courses import draw_height
+from fesloop.hand.anthropometry import HandSize
+from fesloop.picture.cast import Cast, Player
+from fesloop.picture.courses import courses_figure, draw_height
 from fesloop.picture.draw import title_of
 from fesloop.picture.hand import head_lines
 
@@ -48,3 +50,25 @@ def test_the_head_of_a_hand_fits_over_it(width_in, lines):
     renderer = FigureCanvasAgg(figure).get_renderer()
     for line, _ in told:
         assert figure.text(0.0, 0.5, line, fontsize=10).get_window_extent(renderer).width <= 200 * width_in
+
+
+def test_of_the_trackers_one_that_has_all_angles_lies_beside_the_truth():
+    times_ns, rng = np.arange(0, 500_000_000, 100_000_000), np.random.default_rng(1)
+    columns = {"hand.angles": rng.random((5, 23)), "few.angles": rng.random((5, 2)),
+               "whole.angles": rng.random((5, 23))}
+    recording = SimpleNamespace(signals=tuple(columns),
+                                column=lambda name, trial=0: (times_ns, columns[name]))
+    few, whole = (Player(name, SimpleNamespace(hand=HandSize())) for name in ("few", "whole"))
+
+    def wrist(*trackers):
+        cast = Cast(hand=Player("hand", SimpleNamespace(hand=HandSize())), trackers=trackers, electrodes=None,
+                    stimulator=None, muscles="", stimulation="", multiplexing="", rotation="")
+        figure, notes = courses_figure(recording, cast, 0, np.array([0]), 400_000_000, "a run")
+        assert not notes
+        axes = figure.axes[0]
+        return axes.get_title(loc="left"), [line for line in axes.get_lines() if line.get_linewidth() == 0.7]
+
+    assert wrist(few) == ("wrist", [])
+    title, thin = wrist(few, whole)
+    assert title == "wrist; thin lines: whole"
+    np.testing.assert_allclose(thin[0].get_ydata(), np.degrees(columns["whole.angles"][:, 0]))
