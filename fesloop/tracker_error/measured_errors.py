@@ -10,7 +10,6 @@ difference at the instant of capture.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,8 +21,9 @@ from fesloop.experiment.recording.reading import Recording, Signal
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
-from fesloop.loop.clock import NS_PER_S
-from fesloop.streams.blocks.replay import Replay
+from fesloop.loop.clock import FOREVER, NS_PER_S
+from fesloop.loop.signals import NEVER
+from fesloop.streams.blocks.replay import replay_of
 from fesloop.streams.recording import MotionRecording
 from fesloop.tracker_error.error_record import ErrorRecord
 
@@ -70,8 +70,7 @@ def measured_errors(recording: Recording, reference_late_ns: int = 0) -> Measure
 
 def _against_reference(recording: Recording, name: str, player: str, late_ns: int) -> MeasuredErrors:
     table = recording.experiment["blocks"][player]
-    played = Replay(**{key: value for key, value in table.items()
-                       if key in ("recording", "sensor_set", "start_s", "duration_s")})
+    played = replay_of(table)
     source, reference = played.source, played.source.reference
     if reference is None or not source.pairs:
         raise InputError(table["recording"], "has no reference of two neighbouring segments",
@@ -80,7 +79,10 @@ def _against_reference(recording: Recording, name: str, player: str, late_ns: in
     told = signal.newest_ns >= 0
     captured = signal.newest_ns[told] + played.start_ns
     stamps = reference.stamps_ns - late_ns
-    inside = (stamps >= captured[0]) & (stamps <= captured[-1])
+    inside = (stamps >= captured.min(initial=FOREVER)) & (stamps <= captured.max(initial=NEVER))
+    if inside.sum() < 2:
+        raise InputError(str(recording.path), f"{name} holds nothing captured while the reference lasts",
+                         "estimates of the whole run")
     at, scored = stamps[inside], reference.scored[inside]
     estimate = quaternion.interpolate(captured, signal.values[told], at)
     true = reference.orientation[inside]
@@ -168,7 +170,7 @@ def _against_truth(recording: Recording, score: dict[str, object]) -> MeasuredEr
 def score_after_ns(score: dict[str, object]) -> int:
     """Start of what is scored, ns."""
     after_s = score.get("after_s", 0.0)
-    return math.ceil(after_s * NS_PER_S) if isinstance(after_s, (int, float)) else 0
+    return round(after_s * NS_PER_S) if isinstance(after_s, (int, float)) else 0
 
 
 def _joint_names(score: dict[str, object], count: int) -> tuple[str, ...]:

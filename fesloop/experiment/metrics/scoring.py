@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from array import array
 from collections.abc import Sequence
 from typing import Any, cast
@@ -112,17 +111,22 @@ def _trace(recording: Recording, name: str | None, trial: int, after_s: float,
     """A signal from an instant on, to another; nothing where none is named."""
     if name is None:
         return np.empty(0, np.int64), np.empty((0, 0))
-    until_ns = FOREVER if until_s is None else math.floor(until_s * NS_PER_S)
-    return recording.column(name, trial, math.ceil(after_s * NS_PER_S), until_ns)
+    until_ns = FOREVER if until_s is None else _ns(until_s)
+    return recording.column(name, trial, _ns(after_s), until_ns)
+
+
+def _ns(seconds: float) -> int:
+    """The nearest instant: 1.001 s is less than 1001 ms in floats."""
+    return round(seconds * NS_PER_S)
 
 
 def _seen(recording: Recording, score: Score, trial: int) -> tuple[Trace, Trace]:
     """The estimate, stamped with the newest capture behind each value, and the whole truth."""
     assert score.estimate is not None
     signal = recording.signal(score.estimate, trial)
-    told = (signal.newest_ns >= 0) & (signal.times_ns >= score.after_s * NS_PER_S)
+    told = (signal.newest_ns >= 0) & (signal.times_ns >= _ns(score.after_s))
     if score.until_s is not None:
-        told &= signal.times_ns <= score.until_s * NS_PER_S
+        told &= signal.times_ns <= _ns(score.until_s)
     captured = signal.newest_ns[told]
     return (captured, signal.values[told]), _trace(recording, score.truth, trial, 0.0)
 
@@ -173,13 +177,13 @@ def _fingertip_metrics(recording: Recording, score: Score, truth: str) -> dict[s
         for trial in range(recording.trials):
             true = recording.column(truth, trial)
             signal = recording.signal(f"{tracker}.fingertips", trial)
-            told = (signal.newest_ns >= 0) & (signal.times_ns >= score.after_s * NS_PER_S)
+            told = (signal.newest_ns >= 0) & (signal.times_ns >= _ns(score.after_s))
             error = fingertip_error((signal.newest_ns[told], signal.values[told]), true)
             errors.append(fingertip_rmse_mm(error))
             if f"{tracker}.fingertip_sd" in recording.signals:
                 sd = recording.signal(f"{tracker}.fingertip_sd", trial).values[told]
                 shares.append(coverage(error, sd[len(sd) - len(error):]))
-        names = score.tips or tuple(f"F{i + 1}" for i in range(len(errors[0])))
+        names = score.tips or tuple(f"F{i + 1}" for i in range(len(errors[0]) if errors else 0))
         rmse[tracker] = by_tip(errors, names)
         if shares:
             covered[tracker] = by_tip(shares, names)
@@ -189,15 +193,13 @@ def _fingertip_metrics(recording: Recording, score: Score, truth: str) -> dict[s
 def _orientation_metrics(recording: Recording, score: Score) -> dict[str, Any]:
     """The tracker's orientations against the reference of the recording that was played."""
     from fesloop.experiment.metrics.orientation import score_recording
-    from fesloop.streams.blocks.replay import Replay
+    from fesloop.streams.blocks.replay import replay_of
 
     assert score.orientation is not None
     assert score.recording is not None
-    table = recording.experiment["blocks"][score.recording]
-    played = Replay(**{key: value for key, value in table.items()
-                       if key in ("recording", "sensor_set", "start_s", "duration_s")})
+    played = replay_of(recording.experiment["blocks"][score.recording])
     signal = recording.signal(score.orientation)
-    told = (signal.newest_ns >= 0) & (signal.times_ns >= score.after_s * NS_PER_S)
+    told = (signal.newest_ns >= 0) & (signal.times_ns >= _ns(score.after_s))
     tracker = score.orientation.partition(".")[0]
     magnetic = any(wire["to"] == f"{tracker}.mag" for wire in recording.experiment["wires"])
     return score_recording(played.source, signal.newest_ns[told] + played.start_ns, signal.values[told],

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -87,3 +88,12 @@ class Replay:
         if source.mag is None:
             return source.gyr[at], source.acc[at]
         return source.gyr[at], source.acc[at], source.mag[at]
+
+
+def replay_of(table: Mapping[str, Any]) -> Replay:
+    """The replay that a recorded experiment tells of in a block's table, which also says where it stands.
+
+    Raises InputError for a recording that is not there any more.
+    """
+    parameters = {each.name for each in fields(Replay) if each.init}
+    return Replay(**{key: value for key, value in table.items() if key in parameters})

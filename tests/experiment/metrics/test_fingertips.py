@@ -1,9 +1,17 @@
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
-from fesloop.errors import InputErrors
+from fesloop.errors import InputErrors, RunError
+from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import from_document
 from fesloop.experiment.metrics.fingertips import coverage, fingertip_error, fingertip_rmse_mm
+from fesloop.experiment.running.trial import run
+from fesloop.experiment.wanted import Score
+from fesloop.loop.wiring import Node
+from plants.moving_hand import MovingHand
+from plants.moving_hand.script import Phase
 
 
 def test_rmse_is_that_of_the_distance_and_late_estimates_are_judged_at_their_capture():
@@ -55,3 +63,25 @@ def test_a_run_is_scored_by_tracker_and_fingertip(tmp_path):
         "score": {"fingertips": "hand.fingertips", "trackers": ["hand"]}}
     metrics = from_document(document).run(tmp_path).metrics
     assert metrics["fingertip_rmse_mm"]["hand"] == {f"F{i}": [0.0] for i in range(1, 6)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Broken:
+    inputs = ()
+    outputs = ()
+
+    def init(self, context):
+        return None
+
+    def step(self, state, inputs, tick):
+        raise RunError("no answer")
+
+
+def test_a_run_that_fails_at_its_first_tick_tells_why(tmp_path):
+    """Nothing has been recorded then, and nothing is scored."""
+    nodes = Node("hand", MovingHand(phases=(Phase(duration_s=0.5),))), Node("broken", Broken(), "100")
+    experiment = Experiment(name="tips", nodes=nodes, duration_s=0.5,
+                            score=Score(fingertips="hand.fingertips", trackers=("hand",)))
+    result = run(experiment, tmp_path)
+    assert (result.status, result.cause) == ("failed", "no answer")
+    assert result.metrics == {"fingertip_rmse_mm": {"hand": {}}}

@@ -2,6 +2,7 @@
 
 import tracemalloc
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ import fesloop
 from fesloop import Recording
 from fesloop.experiment.metrics import joints as metrics
 from fesloop.experiment.metrics.joints import held
-from fesloop.experiment.metrics.scoring import _arrived, metrics_of
+from fesloop.experiment.metrics.scoring import _arrived, _seen, _trace, metrics_of
 from fesloop.experiment.recording import reading
+from fesloop.experiment.wanted import Score
 
 LATENCY = "finger_pid_latency"
 WIRE = 'wires."tracker.angles->controller.measured"'
@@ -116,3 +118,20 @@ def test_a_run_that_broke_off_at_once_gives_no_number_but_no_error_either(tmp_pa
         metrics = metrics_of(recording)
     assert np.isnan(metrics["joint_rmse_deg"]).all()
     assert np.isnan(metrics["split_rmse_deg"]["total"]).all()
+
+
+@pytest.mark.parametrize(("after_s", "until_s"), [(0.067, 1.001), (0.0, 2.0), (0.134, 1.019)])
+def test_the_instants_at_both_ends_of_what_is_scored_count(after_s, until_s):
+    """Of 1.001 s floats make 1000999999.9999999 ns."""
+    times, values = np.arange(0, 3_000_000_000, 1_000_000), np.zeros((3000, 1))
+    ends = round(1000 * after_s), round(1000 * until_s)
+    values[list(ends)] = 1.0
+    signal = SimpleNamespace(times_ns=times, newest_ns=times, values=values)
+    held_back = SimpleNamespace(
+        signal=lambda name, trial: signal,
+        column=lambda name, trial, after, until: (times[(times >= after) & (times <= until)], None))
+    cut, _ = _trace(held_back, "a", 0, after_s, until_s)
+    (seen, told), _ = _seen(held_back, Score(truth="a", estimate="a", after_s=after_s, until_s=until_s), 0)
+    assert [cut[0], cut[-1]] == [1_000_000 * end for end in ends]
+    assert [seen[0], seen[-1]] == [1_000_000 * end for end in ends]
+    assert [told[0, 0], told[-1, 0]] == [1.0, 1.0]

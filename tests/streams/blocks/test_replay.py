@@ -1,17 +1,22 @@
 """Replay: a recording's samples at a recording's stamps, through the loop."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import xdf_files
 from recording_files import CONTENTS, write
 
 from fesloop.errors import InputError
+from fesloop.experiment.files.parse import from_document
+from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.block import Tick
 from fesloop.loop.clock import FOREVER
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wiring import Node, Wiring
 from fesloop.streams.blocks.replay import Replay
+from fesloop.tracker_error.measured_errors import measured_errors
 
 
 def played(replay, until_ns):
@@ -96,3 +101,52 @@ def test_a_sample_that_the_recording_lost_is_lost_of_that_sensor_alone(tmp_path)
     np.testing.assert_array_equal(np.argwhere(np.isnan(acc).any(axis=2)), [[9, 1]])
     np.testing.assert_array_equal(gyr, replay.source.gyr)
     assert np.all(gyr[:, 0] != 0.0)
+
+
+LAYOUT = """
+rate = 100
+pairs = [["a", "b"]]
+[text]
+header = 0
+[sensors.a]
+gyr = [1, 2, 3]
+acc = [4, 5, 6]
+orientation = [7, 8, 9, 10]
+[sensors.b]
+gyr = [1, 2, 3]
+acc = [4, 5, 6]
+orientation = [7, 8, 9, 10]
+"""
+
+
+@pytest.fixture
+def described(tmp_path):
+    """The tables of an experiment that plays two sensors at rest, of a table that a layout describes."""
+    rows = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 9.81, 1.0, 0.0, 0.0, 0.0], (300, 1))
+    rows[:, :6] += np.random.default_rng(0).normal(0.0, 1e-3, (300, 6))
+    np.savetxt(tmp_path / "lab.csv", rows, delimiter=",")
+    (tmp_path / "layout.toml").write_text(LAYOUT)
+    recording = {"kind": "replay", "recording": str(tmp_path / "lab.csv"),
+                 "layout": str(tmp_path / "layout.toml"), "start_s": 0.5}
+    return {"experiment": {"name": "described"},
+            "blocks": {"recording": recording, "tracker": {"kind": "vqf", "clock": "recording"}},
+            "wires": [{"from": f"recording.{kind}", "to": f"tracker.{kind}"} for kind in ("gyr", "acc")],
+            "score": {"orientation": "tracker.orientation", "recording": "recording"}}
+
+
+def test_a_tracker_is_scored_against_a_reference_that_a_layout_describes(tmp_path, described):
+    result = from_document(described).run(tmp_path / "runs")
+    assert set(result.metrics["orientation_rmse_deg"]) == {"a", "b", "a-b"}
+    assert result.metrics["orientation_rmse_deg"]["a"]["inclination"] < 0.1
+    with Recording(result.recording) as recording:
+        errors = measured_errors(recording)
+    assert [record.name for record in errors.records] == ["a-b.x", "a-b.y", "a-b.z"]
+    assert errors.records[0].times_s[[0, -1]] == pytest.approx([0.0, 2.49])
+
+
+def test_errors_of_a_tracker_that_told_nothing_are_refused(tmp_path, described):
+    """Of a run that failed at its first tick."""
+    nothing = SimpleNamespace(newest_ns=np.empty(0, np.int64), values=np.empty((0, 2, 4)))
+    recording = SimpleNamespace(path="run.h5", experiment=described, signal=lambda name: nothing)
+    with pytest.raises(InputError, match="holds nothing captured while the reference lasts"):
+        measured_errors(recording)
