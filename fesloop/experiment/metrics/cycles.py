@@ -10,6 +10,7 @@ import numpy as np
 
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording, Signal
+from fesloop.experiment.recording.recorded import reached_ns
 from fesloop.hand.muscles import MUSCLES, muscle
 from fesloop.loop.clock import NS_PER_S, duration_ns
 
@@ -64,7 +65,6 @@ def cycle_peaks(signal: Signal, score: CycleScore) -> np.ndarray:
     total = values[:, muscle(score.muscle)] if score.muscle else values.sum(axis=1)
     edges = np.arange(score.count + 1) * duration_ns(score.cycle_s, NS_PER_S, "cycle_s")
     rows = np.searchsorted(signal.times_ns, edges)
-    # The last row stands one recording interval before the trial's end.
-    reached = signal.times_ns[-1] + (signal.times_ns[-1] - signal.times_ns[-2]) if len(total) > 1 else 0
+    reached = reached_ns(signal.times_ns)
     return np.array([total[first:stop].max() if stop > first and edge <= reached else np.nan
                      for first, stop, edge in zip(rows, rows[1:], edges[1:], strict=False)])

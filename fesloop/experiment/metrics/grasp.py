@@ -20,6 +20,7 @@ from fesloop.experiment.metrics.grasp_posture import (
 from fesloop.experiment.metrics.grasp_score import GraspScore
 from fesloop.experiment.metrics.joints import held
 from fesloop.experiment.recording.reading import Recording, Signal
+from fesloop.experiment.recording.recorded import reached_ns
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import FINGERS
 from fesloop.loop.clock import NS_PER_S
@@ -90,9 +91,7 @@ def _between(signal: Signal, from_s: float, until_s: float) -> Array:
     """Values (n, ...) of a while; one row of NaN where the trial ended before it was over."""
     seconds = signal.times_ns / NS_PER_S
     inside = (seconds >= from_s) & (seconds <= until_s)
-    # The last row stands one interval before the trial's end; instants are whole nanoseconds.
-    complete = seconds.size > 1 and 2.0 * seconds[-1] - seconds[-2] >= until_s - 1.0 / NS_PER_S
-    if complete and inside.any():
+    if reached_ns(signal.times_ns) >= round(until_s * NS_PER_S) and inside.any():
         return np.asarray(signal.values[inside])
     return np.full((1, *signal.values.shape[1:]), np.nan)
 

@@ -46,6 +46,15 @@ class Event:
     detail: str
 
 
+def reached_ns(times_ns: NDArray[np.int64]) -> int:
+    """Up to where rows at these instants (n,) tell, ns: the last stands as long as the one before it.
+
+    Instants are rounded down to whole ns, which can leave the end of a trial 1 ns short: that is added. 0 of
+    fewer than two rows.
+    """
+    return 2 * int(times_ns[-1]) - int(times_ns[-2]) + 1 if times_ns.size > 1 else 0
+
+
 def signal_of(name: str, field: str, rows: StoredRows, first: int, stop: int) -> Signal:
     """One field of a stream's rows `first` to `stop`, with their stamps."""
     read = partial(rows.read, first=first, stop=stop)

@@ -12,6 +12,7 @@ from fesloop.experiment.metrics.grasp import grasp_metrics
 from fesloop.experiment.metrics.grasp_score import GraspScore
 from fesloop.experiment.metrics.joints import range_deg
 from fesloop.hand.muscles import MUSCLES
+from fesloop.loop.clock import RateClock
 
 TIMES_NS = np.arange(0, 1000) * 10_000_000
 
@@ -62,6 +63,21 @@ def test_a_decline_is_that_of_the_peaks():
     peaks = cycle_peaks(told(values[:500]).signal("a", 0), score)
     assert peaks[:2] == pytest.approx([2.0, 1.8])
     assert np.isnan(peaks[2:]).all()
+
+
+@pytest.mark.parametrize("rate", ["30", "300", "120", "70", "2000/7", "50"])
+@pytest.mark.parametrize("duration_s", [1.0, 4.4, 10.0])
+def test_a_while_that_ends_with_the_trial_is_whole_at_any_rate(rate, duration_s):
+    """Instants are rounded down to whole ns, so that the last interval may be one longer than that before."""
+    clock, end_ns = RateClock.from_rate(rate), round(duration_s * 1e9)
+    times_ns = np.array([clock.tick(k) for k in range(clock.first_at_or_after(end_ns))])
+    still = told(np.zeros((times_ns.size, 3)), times_ns=times_ns)
+    score = GraspScore(object="o", from_s=0.5, until_s=duration_s)
+    assert grasp_metrics(still, score)["held"] == [True]
+    halves = CycleScore(signal="a", cycle_s=duration_s / 2, count=2)
+    whole, cut = (told(np.ones(times_ns.size - gone), times_ns=times_ns) for gone in (0, 1))
+    assert cycle_metrics(whole, halves) == {"decline_pct": [0.0]}
+    assert np.isnan(cycle_peaks(cut.signal("a", 0), halves)).tolist() == [False, True]
 
 
 def test_a_decline_may_be_of_one_muscle():
