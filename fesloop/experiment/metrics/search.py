@@ -84,6 +84,8 @@ def asked_of(recording: Recording, score: SearchScore, trial: int = 0) -> list[A
     """Every query that was answered, in order."""
     kept = {name: recording.signal(f"{score.search}.{name}", trial) for name in _SIGNALS}
     times, values = kept["query"].times_ns, {name: signal.values for name, signal in kept.items()}
+    if not times.size:
+        return []
     truth = recording.signal(score.truth, trial)
     movement = movement_of(score.movement)
     states = np.column_stack((values["query"], values["phase"]))
