@@ -23,6 +23,24 @@ FOREVER = 2**62
 """An instant after every run (146 years), in ns: the tick of a clock that has stopped."""
 
 RATE_FORMS = 'a positive rate in hertz such as "60", "285.714" or "2000/7"'
+_MOST_ZEROS = 100
+"""That an exponent may stand for (chosen: no rate has more)."""
+
+
+def exact_ratio(text: str) -> Fraction:
+    """The number that a text such as "285.714", "1e3" or "2000/7" stands for, exactly.
+
+    Raises ValueError or ZeroDivisionError for other text. Such is also an exponent beyond any rate's: the
+    digits that "1e999999999" stands for would fill the memory.
+    """
+    if "/" not in text:
+        try:
+            number = Decimal(text)
+        except InvalidOperation:
+            raise ValueError(f"{text!r} is no number") from None
+        if number.is_finite() and abs(number.adjusted()) > _MOST_ZEROS:
+            raise ValueError(f"{text!r} is beyond any rate")
+    return Fraction(text)
 
 
 def parse_rate(rate: str | int | float | Fraction, where: str = "rate") -> Fraction:
@@ -33,7 +51,7 @@ def parse_rate(rate: str | int | float | Fraction, where: str = "rate") -> Fract
     if isinstance(rate, bool) or not isinstance(rate, (str, int, float, Fraction)):
         raise InputError(where, f"{rate!r} is not a rate", RATE_FORMS)
     try:
-        hertz = rate if isinstance(rate, Fraction) else Fraction(str(rate).strip())
+        hertz = rate if isinstance(rate, Fraction) else exact_ratio(str(rate).strip())
     except (ValueError, ZeroDivisionError):
         raise InputError(where, f"{rate!r} is not a rate", RATE_FORMS) from None
     if hertz <= 0:

@@ -8,7 +8,7 @@ from statistics import NormalDist
 from typing import Literal
 
 from fesloop.errors import InputError
-from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.clock import FOREVER, NS_PER_MS
 
 Kind = Literal["zero", "fixed", "uniform", "normal", "exponential", "measured", "recorded"]
 _STANDARD_NORMAL = NormalDist()
@@ -57,6 +57,8 @@ class Duration:
             value = getattr(self, key)
             if value is not None and not math.isfinite(value):
                 raise InputError(key, f"{value}", "a finite number of ms")
+            if value is not None and abs(value) * NS_PER_MS >= FOREVER:
+                raise InputError(key, f"{value:g} is longer than any run", f"below {FOREVER / NS_PER_MS:.3g}")
         if self.low_ms is not None and self.high_ms is not None and self.low_ms > self.high_ms:
             raise InputError("low_ms", f"{self.low_ms} is above high_ms {self.high_ms}", "at most high_ms")
         for key in ("sd_ms", "mean_ms") if self.kind == "exponential" else ("sd_ms",):

@@ -27,6 +27,7 @@ import h5py
 import numpy as np
 
 from fesloop.errors import InputError
+from fesloop.loop.clock import exact_ratio
 from fesloop.streams.containers import hdf5
 from fesloop.streams.recording import MotionRecording, Reference
 from fesloop.streams.room import Room
@@ -190,7 +191,7 @@ def _units(told: Mapping[str, Any], where: str) -> dict[str, str]:
 def _rate(told: Mapping[str, Any], where: str) -> Fraction | None:
     stated = hdf5.text(told, "rate", where)
     try:
-        rate = Fraction(stated) if stated else None
+        rate = exact_ratio(stated) if stated else None
     except (ValueError, ZeroDivisionError):
         rate = Fraction(0)
     if rate is not None and rate <= 0:

@@ -56,7 +56,8 @@ def test_rates_are_read_through_their_decimal_text(text, rate):
     assert parse_rate(text) == rate
 
 
-@pytest.mark.parametrize("bad", ["", "fast", "0", "-1", "1/0", "inf", "nan", True, None, [], "2e9", -3.0])
+@pytest.mark.parametrize("bad", ["", "fast", "0", "-1", "1/0", "inf", "nan", True, None, [], "2e9", -3.0,
+                                 "1e999999999", "1e-999999999", "1e99999999999999999999"])
 def test_bad_rates_are_refused_in_one_line(bad):
     with pytest.raises(InputError) as caught:
         parse_rate(bad, "blocks.pid.rate")

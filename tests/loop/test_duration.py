@@ -33,3 +33,12 @@ def test_the_share_within_a_limit_is_the_share_of_the_numbers_that_draw_no_more(
 def test_what_is_not_drawn_has_no_distribution():
     with pytest.raises(InputError, match="uniform, normal, exponential"):
         ZERO.share_within(0)
+
+
+@pytest.mark.parametrize(("kind", "given"), [
+    ("fixed", {"ms": 5e12}), ("uniform", {"low_ms": -5e12, "high_ms": 1.0}),
+    ("exponential", {"mean_ms": 1.0, "high_ms": 1e300})])
+def test_a_duration_is_no_longer_than_any_run(kind, given):
+    """Stamps of a recording are 64 bits of ns, 292 years."""
+    with pytest.raises(InputError, match=r"is longer than any run; allowed: below 4\.61e"):
+        Duration(kind=kind, **given)

@@ -94,6 +94,7 @@ def test_a_source_may_have_any_bytes_for_a_name(tmp_path):
 FAULTS = [
     (lambda f: f.attrs.create("source", b"a\x80b", dtype=h5py.string_dtype()), "source: is no text"),
     (lambda f: f.attrs.__setitem__("rate", "1/0"), "rate: '1/0'"),
+    (lambda f: f.attrs.__setitem__("rate", "1e999999999"), "rate: '1e999999999'"),
     (lambda f: f.attrs.__setitem__("sensors", "[1]"), "sensors: does not hold names"),
     (lambda f: f.attrs.__setitem__("sensors", "{"), "sensors: is no JSON"),
     (lambda f: f.attrs.__setitem__("sensors", '["a", "a"]'), "sensors: 2 names"),

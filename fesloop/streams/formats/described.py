@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from fesloop.errors import InputError, did_you_mean
-from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.clock import NS_PER_S, exact_ratio
 from fesloop.streams import checks
 from fesloop.streams.checks import Array
 from fesloop.streams.containers.reading import head_of, is_container, read_container
@@ -79,7 +79,7 @@ def _time_base(source: Source, rate: str | int | float | None, time: Place | Non
         unit_s = factor("time", layout.units.time, f"{where}units.time", "")
         return stamps_of_times(source.columns(time, 1, f"{where}time")[:, 0], unit_s, f"{where}time")
     try:
-        stated = Fraction(str(rate))
+        stated = exact_ratio(str(rate))
     except (ValueError, ZeroDivisionError):
         raise InputError(f"{where}rate", f"{rate!r}", '100, "2000/7", "285.714" Hz') from None
     exact_rate(float(stated), f"{where}rate")

@@ -105,6 +105,13 @@ def test_every_double_is_read_to_the_last_bit(tmp_path, values, separator, decim
     assert read.tobytes() == np.array(values).tobytes()
 
 
+def test_a_mark_for_what_is_missing_is_known_in_the_files_own_spelling(tmp_path):
+    path = tmp_path / "numbers.txt"
+    path.write_text("1,5;-999,0\n-999,0;2,5\n")
+    form = TextForm(separator=";", decimal=",", header=0, missing=("-999,0",))
+    np.testing.assert_array_equal(read_table(path, form).values, [[1.5, np.nan], [np.nan, 2.5]])
+
+
 def variables():
     (gyr, acc, mag), quat = still(), Rotation.random(SAMPLES, rng=np.random.default_rng(3)).as_quat()
     return {"imu": {"gyr": gyr, "accT": np.ascontiguousarray(acc.T), "name": "hand"},
@@ -163,6 +170,7 @@ def test_sets_that_are_known_are_read_from_matlab_73_too(tmp_path):
 LAYOUT_FAULTS = [
     ('rate = "2000/7"', "", ("rate", "neither rate nor time")),
     ('rate = "2000/7"', 'rate = "fast"', ("rate", "'fast'")),
+    ('rate = "2000/7"', 'rate = "1e999999999"', ("rate", "'1e999999999'")),
     ('rate = "2000/7"', "rate = 2e9", ("rate", "sampling rate")),
     ('gyr = "deg/s"', 'gyr = "rpm"', ("units.gyr", "'rpm'", "deg/s")),
     ('gyr = "deg/s"', 'gyro = "deg/s"', ("units.gyro", "unknown key", "did you mean 'gyr'")),
