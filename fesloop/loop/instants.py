@@ -146,7 +146,9 @@ class Transit:
         """From when to before when the port holds one of the messages; None if it never does."""
         messages = first, last
         if messages not in self._spans:
-            arrival, later = self.first_arrival(first, last), self.first_arrival(last + 1)
+            arrival = self.first_arrival(first, last)
+            # Behind a message that is lost, as most may be, nobody need look for the next that is not.
+            later = None if arrival is None else self.first_arrival(last + 1)
             until = FOREVER if later is None else later[0]
             self._spans[messages] = None if arrival is None or arrival[0] >= until else (arrival[0], until)
         return self._spans[messages]

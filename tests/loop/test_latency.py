@@ -9,6 +9,7 @@ from loop_parts import ImpulseProbe, Pass
 
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock
 from fesloop.loop.duration import ZERO, Duration
+from fesloop.loop.instants import Transit
 from fesloop.loop.latency import LatencyReport
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
@@ -92,6 +93,18 @@ def test_the_stages_of_a_known_chain():
     assert latency.total_ns == 26 * NS_PER_MS
     # sample 1 (16.666666) is there from 26.666666 on and overwritten before 50
     assert path.of_tick(1) is None
+
+
+def test_behind_a_lost_message_nobody_looks_for_the_next_that_is_not(monkeypatch):
+    """Else a report takes as many looks as there are samples, times those that are lost in a row."""
+    looked, arrival_ns = [], Transit.arrival_ns
+    monkeypatch.setattr(Transit, "arrival_ns", lambda self, index: (looked.append(index),
+                                                                   arrival_ns(self, index))[1])
+    wires = [Wire("plant.y", "b.u", loss=0.999), Wire("b.y", "plant.u")]
+    wiring = Wiring([Node("plant", ImpulseProbe()), Node("b", Pass(), rate="1000")], wires)
+    path = LatencyReport(wiring, horizon_ns=2 * NS_PER_S).path("plant.y", "plant.u")
+    path.summary()
+    assert len(looked) < 3 * 2001 + 20_000, "each sample, and a few thousand behind the two that are not lost"
 
 
 def test_an_hour_in_the_tick_is_still_exact():
