@@ -105,14 +105,13 @@ def _readable(rows: Sequence[str], form: TextForm) -> Iterator[str]:
     marks = tuple(mark for mark in form.missing if mark)
     blank, gap = "" in form.missing and form.separator != " ", form.separator * 2
     for row in rows:
-        with_point = row.replace(",", ".") if form.decimal == "," else row
         holes = blank and (gap in row or row[0] == form.separator or row[-1] == form.separator
                            or f"{form.separator} " in row)
         if holes or any(mark in row for mark in marks):
-            cells = form.cells(with_point)
-            yield form.separator.join("nan" if cell in form.missing else cell for cell in cells)
+            yield form.separator.join("nan" if cell in form.missing else cell.replace(form.decimal, ".")
+                                      for cell in form.cells(row))
         else:
-            yield with_point
+            yield row.replace(form.decimal, ".")
 
 
 def _fault(where: str, lines: Sequence[str], form: TextForm, columns: int,
