@@ -26,6 +26,9 @@ _POSITIVE = ("move_weight", "slew", "drive_max", "drive_noise", "disturbance_deg
 _ROUNDING_RAD = 1e-9
 _LEAST_RISE = 1e-6
 """Drive below which the programme, within its tolerance, cannot tell a rise from none."""
+_SLOWEST_PER_S = 1e-9
+"""Rate of a pole below which its state, but for rounding, is a sum: no observer tells that from a disturbance
+of the output, and there is no steady state (chosen)."""
 
 
 def check(mpc: Mpc) -> None:
@@ -56,6 +59,10 @@ def check(mpc: Mpc) -> None:
         raise InputError("output_weight", f"{mpc.output_weight}", "one above 0 at least")
     for key in ("actuation_delay_ms", "max_age_ms", "hold_ms", "ramp_ms"):
         duration_ns(getattr(mpc, key), NS_PER_MS, key)
+    slowest = np.abs(np.linalg.eigvals(mpc.model.a)).min()
+    if slowest < _SLOWEST_PER_S:
+        raise InputError("model", f"a pole at {slowest:.3g} 1/s: it never comes to rest",
+                         "none this near 0", "identify it again, or let what it sums up fade")
     _check_limits(mpc)
 
 

@@ -285,3 +285,12 @@ def test_a_posture_at_rest_outside_its_box_is_a_caution():
 def test_limits_that_contradict_each_other_are_named_with_a_remedy(faulty, message):
     with pytest.raises(InputError, match=message):
         controller(**faulty)
+
+
+@pytest.mark.parametrize("rate", [0.0, 1e-13, -1e-14])
+def test_a_model_that_sums_up_its_input_is_refused(rate):
+    a = np.diag([-5.0, rate])
+    a[1, 0] = 1.0
+    model = type(MODEL)(a=a, b=np.array([[5.0], [0.0]]), c=np.array([[0.0, 1.0]]), offset=np.zeros(1))
+    with pytest.raises(InputError, match=r"model: a pole at .* 1/s: it never comes to rest"):
+        controller(model=model, current_ma=(40.0,))
