@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
 from fesloop.errors import InputError
@@ -49,6 +49,8 @@ class LinearModel:
     offset: (outputs,), y at rest, rad.
     delay_ns: electromechanical delay.
     recruitment: from stimulation to v; None where v itself is the plant's input.
+
+    Raises InputError for matrices that do not fit each other or are not finite, and for a delay below 0.
     """
 
     a: Matrix
@@ -57,6 +59,26 @@ class LinearModel:
     offset: NDArray[np.float64]
     delay_ns: int = 0
     recruitment: Recruitment | None = None
+
+    def __post_init__(self) -> None:
+        for key in ("a", "b", "c", "offset"):
+            object.__setattr__(self, key, matrix(key, getattr(self, key)))
+        states, inputs, outputs = self.a.shape[0], self.b.shape[-1], self.c.shape[0]
+        for key, shape, meaning in (("a", (states, states), "states by states"),
+                                    ("b", (states, inputs), "states (rows of a) by muscles"),
+                                    ("c", (outputs, states), "outputs by states (rows of a)"),
+                                    ("offset", (outputs,), "one an output (row of c)")):
+            found = getattr(self, key)
+            if found.shape != shape or 0 in shape:
+                raise InputError(key, f"shape {found.shape}",
+                                 f"shape {shape}: {meaning}, one or more of each")
+            if not np.isfinite(found).all():
+                raise InputError(key, "numbers that are not finite", "finite numbers")
+        if self.delay_ns < 0:
+            raise InputError("delay_ns", f"{self.delay_ns}", "0 or more ns")
+        if self.recruitment is not None and self.recruitment.muscles != inputs:
+            raise InputError("recruitment", f"{self.recruitment.muscles} muscles",
+                             f"{inputs}, as b has columns")
 
     @property
     def inputs(self) -> int:
@@ -108,6 +130,14 @@ class LinearModel:
             a[past(lag), past(lag - 1)] = np.eye(inputs)
         c = np.hstack([self.c, np.zeros((self.outputs, stored * inputs))])
         return SampledModel(a, b, c, self.offset, whole)
+
+
+def matrix(where: str, rows: ArrayLike) -> NDArray[np.float64]:
+    """Numbers, or rows of them, as an array. Raises InputError for rows of unequal length."""
+    try:
+        return np.atleast_1d(np.asarray(rows, dtype=np.float64))
+    except ValueError:
+        raise InputError(where, "rows of unequal length", "rows of one length") from None
 
 
 def zero_order_hold(a: Matrix, b: Matrix, duration_s: float) -> tuple[Matrix, Matrix]:

@@ -22,7 +22,7 @@ from pydantic import TypeAdapter, ValidationError
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.files.schema import closed, plain
 from fesloop.experiment.files.toml_text import toml_text
-from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.recruitment import Recruitment
 
@@ -132,11 +132,10 @@ def load_patient_model(path: Path) -> PatientModel:
 
 
 def _from_table(table: Mapping[str, Any], path: Path) -> PatientModel:
-    dynamics = {name: np.array(value, dtype=np.float64) for name, value in table["dynamics"].items()}
     curves = table["recruitment"]
     try:
         model = LinearModel(
-            **dynamics, delay_ns=round(table["delay_ms"] * NS_PER_MS),
+            **table["dynamics"], delay_ns=duration_ns(table["delay_ms"], NS_PER_MS, "delay_ms"),
             recruitment=Recruitment(threshold_ma=tuple(curves["threshold_ma"]),
                                     spread=tuple(curves["spread"]), chronaxie_us=curves["chronaxie_us"]))
         return PatientModel(

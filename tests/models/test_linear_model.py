@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 
 from fesloop.errors import InputError
 from fesloop.models.linear_model import LinearModel
+from fesloop.models.recruitment import Recruitment
 
 A = np.array([[0.0, 1.0, 0.0], [-200.0, -9.0, 30.0], [0.0, 0.0, -25.0]])
 B = np.array([[0.0, 0.0], [0.0, 3.0], [25.0, 0.0]])
@@ -80,3 +81,16 @@ def test_an_input_first_shows_after_the_delay_steps() -> None:
 def test_a_period_of_nothing_is_refused() -> None:
     with pytest.raises(InputError, match="period_ns"):
         model().sampled(0)
+
+
+@pytest.mark.parametrize(("changed", "told"), [
+    ({"a": np.eye(2)}, r"b: shape \(3, 2\); allowed: shape \(2, 2\)"),
+    ({"a": A[:, :2]}, r"a: shape \(3, 2\)"), ({"b": B[0]}, "b: shape"),
+    ({"b": np.zeros((3, 0))}, "b: shape"), ({"c": C[:, :2]}, r"c: shape \(2, 2\)"),
+    ({"offset": np.zeros(3)}, r"offset: shape \(3,\); allowed: shape \(2,\)"),
+    ({"a": np.full((3, 3), np.nan)}, "a: numbers that are not finite"),
+    ({"a": ((1.0, 2.0), (3.0,))}, "a: rows of unequal length"), ({"delay_ns": -1}, "delay_ns: -1"),
+    ({"recruitment": Recruitment(threshold_ma=(1.0,), spread=(0.3,))}, "recruitment: 1 muscles; allowed: 2")])
+def test_matrices_that_do_not_fit_each_other_are_refused(changed, told) -> None:
+    with pytest.raises(InputError, match=told):
+        LinearModel(**{"a": A, "b": B, "c": C, "offset": np.zeros(2)} | changed)

@@ -34,7 +34,7 @@ from typing_extensions import TypedDict
 
 from fesloop.errors import InputError
 from fesloop.models.error_process import ErrorProcess
-from fesloop.models.linear_model import LinearModel
+from fesloop.models.linear_model import LinearModel, matrix
 
 STRICT = ConfigDict(strict=True, extra="forbid")
 Kinds = Mapping[str, type[Any]]
@@ -143,7 +143,8 @@ def _hinted(cls: type[Any]) -> list[tuple[Field[Any], Any]]:
 def build(annotation: Any, value: Any, kinds: Kinds, where: str) -> Any:
     """The object that a checked plain value stands for.
 
-    Raises InputError, its place led by `where`, for what the object itself refuses.
+    Raises InputError, its place led by `where`, for what the object itself refuses, and for matrices with
+    rows of unequal length.
     """
     if annotation is LinearModel and isinstance(value, dict) and "kind" in value:
         rest = {key: item for key, item in value.items() if key != "kind"}
@@ -156,7 +157,7 @@ def build(annotation: Any, value: Any, kinds: Kinds, where: str) -> Any:
     if origin in (Union, types.UnionType):
         return build(_member(args, value), value, kinds, where)
     if origin is np.ndarray:
-        return np.array(value, dtype=np.float64)
+        return matrix(where, value)
     if origin is tuple and isinstance(value, (list, tuple)):
         every = args if args[-1] is not ... else (args[0],) * len(value)
         return tuple(build(arg, item, kinds, f"{where}[{i}]")

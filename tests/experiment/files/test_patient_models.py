@@ -99,3 +99,26 @@ def test_numbers_that_do_not_belong_together_are_refused(tmp_path):
         a_model(current_ma=(40.0,) * 3)
     with pytest.raises(InputError, match="outputs"):
         a_model(outputs=("MCP",))
+
+
+@pytest.mark.parametrize(("was", "told", "where"), [
+    ("delay_ms = 20.0", "delay_ms = nan", "delay_ms: nan"),
+    ("delay_ms = 20.0", "delay_ms = -1.0", "delay_ms: -1.0 is negative"),
+    ("offset = [", "offset = [0.0, ", r"offset: shape \(4,\); allowed: shape \(3,\)"),
+    ("\nb = [[", "\nb = [[1.0, ", "b: rows of unequal length")])
+def test_a_file_that_a_hand_has_spoilt_is_refused_by_its_key(tmp_path, was, told, where):
+    a_model().save(tmp_path / "model.toml")
+    text = (tmp_path / "model.toml").read_text()
+    assert was in text
+    (tmp_path / "model.toml").write_text(text.replace(was, told, 1))
+    with pytest.raises(InputError, match=where):
+        load_patient_model(tmp_path / "model.toml")
+
+
+def test_a_model_written_into_the_experiment_is_refused_by_its_key():
+    good = {name: getattr(a_model().model, name).tolist() for name in ("a", "b", "c", "offset")}
+    for key, value, told in (("b", [[1.0], [1.0, 2.0]], "rows of unequal length"), ("c", [[1.0]], "shape")):
+        document = controlled({**good, key: value})
+        document["blocks"]["mpc"]["current_ma"] = [40.0] * 4
+        with pytest.raises(InputError, match=rf"blocks.mpc.model.{key}: {told}"):
+            from_document(document)
