@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.files.toml_text import toml_text
+from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.losses import least_burst
 
@@ -55,7 +56,7 @@ class ErrorSeries:
         ahead of the truth; negative where it lags.
     slow_deg, fast_deg, quick_deg: sd. slow_s, fast_s, quick_s: time constants; of the first two 0, with an
         sd of 0, where there is no such part.
-    smooth: whether the slow part has a derivative.
+    smooth: whether the slow part has a derivative; then `slow_s` is above 0.
     speed_s: above; 0 where the rate makes no difference.
     angle_deg: least and greatest angle from the centre.
     rate_deg_s: greatest rate.
@@ -90,6 +91,8 @@ class ErrorSeries:
         for sd, time in _COMPONENTS:
             if getattr(self, sd) > 0.0 and not getattr(self, time) > 0.0:
                 raise InputError(time, f"{getattr(self, time)} with a {sd} of {getattr(self, sd)}", "above 0")
+        if self.smooth and not self.slow_s > 0.0:
+            raise InputError("slow_s", f"{self.slow_s} of a smooth part", "above 0", "or say smooth = false")
         if not self.angle_deg[0] <= 0.0 <= self.angle_deg[1]:
             raise InputError("angle_deg", f"{self.angle_deg}", "a least angle up to 0, a greatest from 0 on")
 
@@ -128,12 +131,18 @@ class ErrorProcess:
         names = [each.name for each in self.series]
         if not names or len(set(names)) < len(names):
             raise InputError("series", f"{', '.join(names) or 'none'}", "one or more, each name once")
-        matrix = np.array(self.correlation or np.eye(len(names)))
-        if matrix.shape != (len(names),) * 2 or not _is_correlation(matrix):
+        rows = [len(row) for row in self.correlation] or [len(names)] * len(names)
+        if rows != [len(names)] * len(names) or not _is_correlation(self.matrix()):
             raise InputError("correlation", f"is no correlation of {len(names)} series",
                              "symmetric, ones on the diagonal, no negative eigenvalue")
         if not (math.isfinite(self.age_ms) and self.age_ms >= 0.0):
             raise InputError("age_ms", f"{self.age_ms}", "0 or more ms")
+        if self.jitter.kind in ("measured", "recorded"):
+            raise InputError("jitter.kind", f"{self.jitter.kind!r}",
+                             "zero, fixed, uniform, normal, exponential")
+        if self.age_ms + self.jitter.least_ns / NS_PER_MS < 0.0:
+            raise InputError("jitter", f"{self.jitter.least_ns / NS_PER_MS:g} ms at least on top of "
+                             f"{self.age_ms:g} ms", "a sum of at least 0", "raise age_ms or jitter.low_ms")
         if not 0.0 <= self.loss < 1.0:
             raise InputError("loss", f"{self.loss}", "a share in [0, 1)")
         if not (self.burst_messages == 0.0 or self.burst_messages >= least_burst(self.loss)):

@@ -50,7 +50,8 @@ def test_hinges_come_first():
 
 @pytest.mark.parametrize(("change", "told"), [
     ({"fast_deg": -1.0}, "fast_deg: -1.0"), ({"slow_deg": 1.0}, "slow_s: 0.0 with a slow_deg"),
-    ({"bias_deg": float("nan")}, "bias_deg: nan"), ({"angle_deg": (5.0, 10.0)}, "angle_deg")])
+    ({"smooth": True}, "slow_s: 0.0 of a smooth part"), ({"bias_deg": float("nan")}, "bias_deg: nan"),
+    ({"angle_deg": (5.0, 10.0)}, "angle_deg")])
 def test_series_refuse_what_is_none(change, told):
     with pytest.raises(InputError, match=told):
         ErrorSeries(name="a", **change)
@@ -59,8 +60,10 @@ def test_series_refuse_what_is_none(change, told):
 @pytest.mark.parametrize(("change", "told"), [
     ({"series": ()}, "series: none"), ({"series": HINGES[:1] * 2}, "each name once"),
     ({"correlation": ((1.0, 2.0), (2.0, 1.0))}, "no correlation of 2"),
-    ({"correlation": ((1.0,),)}, "correlation"), ({"loss": 1.0}, "loss: 1.0"), ({"age_ms": -1.0}, "age_ms"),
-    ({"loss": 0.5, "burst_messages": 0.5}, "burst")])
+    ({"correlation": ((1.0,),)}, "correlation"), ({"correlation": ((1.0, 0.0), (0.0,))}, "correlation"),
+    ({"loss": 1.0}, "loss: 1.0"), ({"age_ms": -1.0}, "age_ms"),
+    ({"loss": 0.5, "burst_messages": 0.5}, "burst"), ({"jitter": Duration(kind="measured")}, "jitter.kind"),
+    ({"age_ms": 2.0, "jitter": Duration(kind="fixed", ms=-3.0)}, "jitter: -3 ms at least")])
 def test_processes_refuse_what_is_none(change, told):
     with pytest.raises(InputError, match=told):
         ErrorProcess(**{"series": HINGES[:2], **change})
