@@ -152,6 +152,10 @@ class Study:
                                   "a key that no other axis sets")
                        for key in axis.keys(name) if key in owners]
             owners |= dict.fromkeys(axis.keys(name), name)
+        patients = [name for name, axis in self.axes.items() if axis.cohort is not None]
+        faults += [InputError(f"axes.{name}.cohort", f"patients are those of axis {patients[0]!r} already",
+                              "one axis that is a cohort", "make the cohorts two studies, or named options")
+                   for name in patients[1:]]
         for key, preparation in self.prepare.items():
             faults += [InputError(f"prepare.{key}.axes", f"there is no axis {axis!r}",
                                   ", ".join(self.axes) or "none")

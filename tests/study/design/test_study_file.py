@@ -100,6 +100,8 @@ SPAN = {"start": 0, "stop": 1}
      r"figures\[0\]\.x: .*did you mean 'latency_ms'"),
     (changed(figures=2 * [{"name": "x", "kind": "curves", "metric": "error_deg", "x": "latency_ms"}]),
      r"figures\[1\]\.name: 'x' is that of figures\[0\] too"),
+    (changed(axes={kind: {"cohort": {"patient": kind, "members": 3}} for kind in ("sci_c6", "stroke_mild")}),
+     r"axes\.stroke_mild\.cohort: patients are those of axis 'sci_c6' already"),
     (changed(prepare={"model": {"experiment": "identify_grasp", "axes": ["member"]}}),
      r"prepare\.model\.axes: there is no axis 'member'"),
     (changed(prepare={"model": {"experimen": "identify_grasp"}}), r"prepare\.model\.experimen"),
