@@ -10,7 +10,7 @@ from fesloop.errors import InputError
 from fesloop.experiment.metrics.cycles import CycleScore
 from fesloop.experiment.metrics.grasp_score import GraspScore
 from fesloop.experiment.metrics.search import SearchScore
-from fesloop.loop.clock import parse_rate
+from fesloop.loop.clock import NS_PER_S, duration_ns, parse_rate
 from fesloop.loop.signals import Port
 from fesloop.loop.wiring import Node
 
@@ -86,8 +86,10 @@ class Score:
     until_s: float | None = None
 
     def __post_init__(self) -> None:
-        if self.until_s is not None and not self.until_s > self.after_s:
-            raise InputError("until_s", f"{self.until_s:g}", f"above after_s, {self.after_s:g}")
+        if self.until_s is not None:
+            if not self.until_s > self.after_s:
+                raise InputError("until_s", f"{self.until_s:g}", f"above after_s, {self.after_s:g}")
+            duration_ns(self.until_s, NS_PER_S, "until_s")
         if not (math.isfinite(self.after_s) and self.after_s >= 0.0):
             raise InputError("after_s", f"{self.after_s}", "0 or more seconds")
 

@@ -90,7 +90,7 @@ def _step(here: Any, part: str, key: str, name: str) -> Any:
         known = list(here)
     else:
         ends = [f"{wire.get('from')}->{wire.get('to')}" if isinstance(wire, dict) else "" for wire in here]
-        if part.isdigit() and int(part) < len(here):
+        if part.isdecimal() and int(part) < len(here):
             return int(part)
         if part in ends:
             return ends.index(part)

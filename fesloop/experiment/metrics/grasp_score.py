@@ -10,6 +10,7 @@ from fesloop.errors import InputError, did_you_mean
 from fesloop.hand.anthropometry import FINGERS, HandSize
 from fesloop.hand.muscles import MUSCLES
 from fesloop.hand.skeleton import hand_tree
+from fesloop.loop.clock import NS_PER_S, duration_ns
 
 Shape = tuple[int | None, ...]
 FREEDOMS = hand_tree(HandSize()).freedoms
@@ -67,6 +68,7 @@ class GraspScore:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.until_s) and 0.0 <= self.from_s < self.until_s):
             raise InputError("until_s", f"{self.from_s:g} to {self.until_s:g} s", "0 <= from_s < until_s")
+        duration_ns(self.until_s, NS_PER_S, "until_s")
         if not 0.0 <= self.starts_s <= self.from_s:
             raise InputError("starts_s", f"{self.starts_s:g}", f"0 to {self.from_s:g}, from_s")
         for key in ("within_mm", "contact_n", "needed_n"):

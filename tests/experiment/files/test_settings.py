@@ -45,6 +45,7 @@ def test_a_setting_lands_where_its_key_points(setting, path, value):
     ("recordin=1", "did you mean 'recording'"),
     ("nothing=1", "recording, gains, experiment.KEY"),
     ("wires.7.loss=0", "0 to 1"),
+    ("wires.².loss=0", "no '²' there; allowed: 0 to 1"),
     ('wires."a.b->c.e".loss=0', "a.b->c.d"),
     ("blocks.pid.kp.9=0", "no '9' there; allowed: 0 to 1"),
     ("experiment.seed.x=0", "no further keys"),

@@ -1,6 +1,7 @@
 """Which signals go into which metric: held against the run itself."""
 
 import tracemalloc
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -8,8 +9,9 @@ import numpy as np
 import pytest
 
 import fesloop
-from fesloop import Recording
+from fesloop import InputError, Recording
 from fesloop.experiment.metrics import joints as metrics
+from fesloop.experiment.metrics.grasp_score import GraspScore
 from fesloop.experiment.metrics.joints import held
 from fesloop.experiment.metrics.scoring import _arrived, _seen, _trace, metrics_of
 from fesloop.experiment.recording import reading
@@ -64,6 +66,13 @@ def test_what_comes_after_until_s_does_not_count(tmp_path):
         wanted = np.sqrt((until_s**3 - after_s**3) / (3.0 * (until_s - after_s)))
         assert found["tracker_rmse_deg"][0] == pytest.approx(wanted, rel=0.02)
     assert begun["joint_rmse_deg"] != whole["joint_rmse_deg"]
+
+
+@pytest.mark.parametrize("make", [Score, partial(GraspScore, object="o", from_s=0.0)])
+@pytest.mark.parametrize("until_s", [1e300, 1e10, float("inf"), float("nan")])
+def test_what_is_scored_ends_with_every_run_at_the_latest(make, until_s):
+    with pytest.raises(InputError, match="until_s"):
+        make(until_s=until_s)
 
 
 def test_scoring_reads_a_long_recording_in_pieces(tmp_path, monkeypatch):
