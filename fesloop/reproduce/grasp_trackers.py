@@ -60,7 +60,7 @@ def compare(patients: list[Kept]) -> Reproduction:
     ideal = _median(every["ideal"], "total")
     rows = [Row("trackers", f"{tracker}: total error; beside it that of an ideal one", ideal,
                 band([one["total"] for one in every[tracker]]),
-                _median(every[tracker], "total") <= ideal + NEAR_DEG, "deg")
+                math.isfinite(ideal) and _median(every[tracker], "total") <= ideal + NEAR_DEG, "deg")
             for tracker in TRACKERS[1:]]
     return Reproduction("grasp_trackers", len(patients), rows, {"trackers": table}, {"patients": patients})
 
