@@ -1,9 +1,9 @@
 """`fesloop reproduce linear_theory`: the simulated loop beside the exact theory of linear loops.
 
 Cost: the shipped experiment `linear_loop` at 20 points of latency, jitter and loss, many independent runs of
-each, against `fesloop.theory.stationary_cost`. The mean square of the joint angles
-about rest, mean of the joints, is averaged over each run; runs being independent, the interval of their mean
-needs no model of what is correlated within a run. It is of 99 % for all points together (Bonferroni).
+each, against `fesloop.theory.stationary_cost`. The mean square of the joint angles about rest, mean of the
+joints, is averaged over each run; runs being independent, the interval of their mean needs no model of what
+is correlated within a run. It is of 99 % for all points together (Bonferroni).
 
 Critical latency: at 20 gains, the latency at which the running loop, without noise, turns from decay to
 growth, by bisection, against `fesloop.theory.critical_latency_ms`.
@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-from fesloop.errors import RunError
+from fesloop.errors import InputError, RunError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.files.schema import plain
@@ -194,7 +194,9 @@ def growth(experiment: Experiment) -> float:
 
 
 def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
-    """Every point, `subjects` runs of each, and every gain."""
+    """Every point, `subjects` runs of each, and every gain; InputError for one run, which has no interval."""
+    if subjects < 2:
+        raise InputError("--subjects", f"{subjects}", "2 or more: one run has no interval")
     # Seeds of its own for each point, so that chance does not favour all of them alike.
     costs = [Cost(point, tuple(range(first, first + subjects))[start:start + _RUNS_AT_ONCE])
              for start in range(0, subjects, _RUNS_AT_ONCE)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from fesloop.errors import RunError
+from fesloop.errors import InputError, RunError
 from fesloop.experiment.files.parse import load
 from fesloop.reproduce import linear_theory
 from fesloop.reproduce.figures import draw
@@ -71,3 +71,9 @@ def test_the_mean_square_is_that_of_the_metric_of_a_run(tmp_path):
     experiment = load(EXPERIMENT, ("experiment.duration_s=25",), 3)
     metric = experiment.run(tmp_path).metrics["joint_rmse_deg"][0]
     assert np.degrees(np.sqrt(mean_square(experiment, 20))) == pytest.approx(metric, rel=1e-9)
+
+
+def test_one_run_of_each_point_is_refused_before_the_work_and_not_after_it(monkeypatch):
+    monkeypatch.setattr(linear_theory, "run_jobs", lambda *_: pytest.fail("it was begun"))
+    with pytest.raises(InputError, match="--subjects: 1; allowed: 2 or more"):
+        linear_theory.run(1)
