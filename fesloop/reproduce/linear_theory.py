@@ -6,9 +6,8 @@ joints, is averaged over each run; runs being independent, the interval of their
 is correlated within a run. It is of 99 % for all points together (Bonferroni).
 
 Critical latency: at 20 gains, the latency at which the running loop, without noise, turns from decay to
-growth, by bisection, against `fesloop.theory.critical_latency_ms`.
-
-Takes 9 minutes of processor time, shared by the workers.
+growth, by bisection, against `fesloop.theory.critical_latency_ms`. All of it takes 9 minutes of processor
+time, shared by the workers.
 """
 
 from __future__ import annotations
