@@ -9,8 +9,7 @@ from pathlib import Path
 
 from fesloop.errors import InputError
 from fesloop.study.figures.overlays import Overlay
-
-FILE = "theory.json"
+from fesloop.study.store.file import THEORY
 
 
 def keep_overlays(folder: Path, created: str, overlays: Mapping[str, Sequence[Overlay]]) -> None:
@@ -19,7 +18,7 @@ def keep_overlays(folder: Path, created: str, overlays: Mapping[str, Sequence[Ov
     `created`: when the store was, which tells it from another that stands in its place later. Raises
     InputError where the file cannot be written.
     """
-    path = folder / FILE
+    path = folder / THEORY
     tables = {name: [asdict(overlay) for overlay in each] for name, each in overlays.items()}
     try:
         path.write_text(json.dumps({"created": created, "figures": tables}), encoding="utf-8")
@@ -33,7 +32,7 @@ def kept_overlays(folder: Path, created: str) -> dict[str, list[Overlay]]:
 
     Raises InputError for a file that cannot be read or is damaged.
     """
-    path = folder / FILE
+    path = folder / THEORY
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
         if found["created"] != created:

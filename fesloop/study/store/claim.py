@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import sqlite3
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from fesloop.errors import InputError
 from fesloop.study.design.study import Study
-from fesloop.study.store.file import FORMAT, TABLE_NAMES, TABLES, transaction
+from fesloop.study.store.file import FORMAT, TABLE_NAMES, TABLES, THEORY, transaction
 from fesloop.study.store.versions import differences, version_text
 
 _REMEDY = "give another --out, or move the file away"
@@ -27,7 +28,14 @@ def claim(file: sqlite3.Connection, path: Path, study: Study, mix_versions: bool
         _make(file, path, study, tables)
     else:
         _hold_against(file, path, study, tables)
-    return _known_version(file, path, mix_versions)
+    version = _known_version(file, path, mix_versions)
+    _take_figures(file, path, study)
+    return version
+
+
+def without_figures(document: Mapping[str, Any]) -> dict[str, Any]:
+    """What of a study's document decides on its runs: figures show the same runs in other ways."""
+    return {key: table for key, table in document.items() if key != "figures"}
 
 
 def is_empty(file: sqlite3.Connection) -> bool:
@@ -51,10 +59,19 @@ def _hold_against(file: sqlite3.Connection, path: Path, study: Study, tables: se
     about = dict(file.execute("SELECT key, value FROM about")) if "about" in tables else {}
     if about.get("format") != FORMAT:
         raise InputError(str(path), f"is {about.get('format', 'no study of fesloop')!r}", FORMAT, _REMEDY)
-    if json.loads(about["study"]) != json.loads(_document(study)):
-        raise InputError(str(path), "was made by another study: "
-                         f"{_first_difference(json.loads(about['study']), study.document)}",
+    there, here = (without_figures(json.loads(text)) for text in (about["study"], _document(study)))
+    if there != here:
+        raise InputError(str(path), f"was made by another study: {_first_difference(there, here)}",
                          "the study that made it", _REMEDY)
+
+
+def _take_figures(file: sqlite3.Connection, path: Path, study: Study) -> None:
+    """Note the figures that are asked for now; theory that was kept for others goes."""
+    (there,) = file.execute("SELECT value FROM about WHERE key = 'study'").fetchone()
+    if json.loads(there) != json.loads(_document(study)):
+        (path.parent / THEORY).unlink(missing_ok=True)
+        with transaction(file, path):
+            file.execute("UPDATE about SET value = ? WHERE key = 'study'", (_document(study),))
 
 
 def _document(study: Study) -> str:

@@ -3,8 +3,9 @@
 import pytest
 
 from fesloop.errors import InputError
-from fesloop.study.figures.kept_overlays import FILE, keep_overlays, kept_overlays
+from fesloop.study.figures.kept_overlays import keep_overlays, kept_overlays
 from fesloop.study.figures.overlays import Overlay
+from fesloop.study.store.file import THEORY
 
 LINES = {"map": [Overlay(label="theory", x=[30.0, 10.5], y=[0.0, 5.0], panel="pid")],
          "curves": [Overlay(label="theory", x=[25.0], y=[], line=0.3), Overlay(label="other", x=[1.0], y=[])],
@@ -26,7 +27,7 @@ def test_lines_of_another_store_do_not(tmp_path):
     "", "[]", "{}", '{"created": "today", "figures": {"map": [{"label": "a"}]}}',
     '{"created": "today", "figures": {"map": [{"label": "a", "x": []}]}}'])
 def test_a_damaged_file_is_told_in_one_line(tmp_path, text):
-    (tmp_path / FILE).write_text(text)
+    (tmp_path / THEORY).write_text(text)
     with pytest.raises(InputError) as fault:
         kept_overlays(tmp_path, "today")
     assert "\n" not in str(fault.value)

@@ -156,6 +156,24 @@ def test_a_store_of_another_study_is_refused_and_says_what_differs(folder):
     assert (folder / "study.sqlite").read_bytes() == before
 
 
+def test_a_study_with_other_figures_goes_on_and_is_reported_with_them(folder, monkeypatch):
+    figure = {"name": "error", "kind": "curves", "metric": "error_deg", "x": "latency_ms"}
+    drawn = study_of(a_study().document | {"figures": [figure]})
+    (folder / "theory.json").write_text("lines over other figures")
+    monkeypatch.setattr(store_claim, "version_text", lambda: "{}")
+    with pytest.raises(InputError, match="another version"):
+        Store(folder, drawn)
+    assert "figures" not in load(folder).study
+    monkeypatch.undo()
+    with Store(folder, drawn) as kept:
+        assert kept.counts() == (1, {"broken": 1})
+    assert load(folder).study["figures"] == [figure]
+    assert not (folder / "theory.json").exists()
+    with Store(folder, a_study()):
+        pass
+    assert load(folder).study == dict(a_study().document)
+
+
 def test_a_store_of_another_version_is_refused_until_it_is_asked_for(folder, monkeypatch):
     here = store_claim.version_text()
     other = here.replace('"numpy": "', '"numpy": "9')
