@@ -97,6 +97,8 @@ class Transit:
         self._most_jitter = self._wire.jitter.most_ns or 0
         self._latency_ns, self._least_ns = self._wire.latency_ns, self._wire.least_ns
         self._spans: dict[tuple[int, int], tuple[int, int] | None] = {}
+        self._jitter_ns: dict[int, int | None] = {}  # None for what is lost
+        self._latest: dict[int, int] = {}  # when all up to one are there, of messages in order
 
     def arrival_ns(self, index: int) -> int | None:
         """When message `index` is delivered; None if it is lost or never sent."""
@@ -105,6 +107,9 @@ class Transit:
             return arrival
         slowest = self._latency_ns + self._most_jitter
         for before in range(index - 1, -1, -1):
+            if before in self._latest:
+                arrival = max(arrival, self._latest[before])
+                break
             left = self._sender.left_ns(before)
             if left is None:
                 continue
@@ -113,6 +118,7 @@ class Transit:
             earlier = self._raw_arrival_ns(before)
             if earlier is not None:
                 arrival = max(arrival, earlier)
+        self._latest[index] = arrival
         return arrival
 
     def _raw_arrival_ns(self, index: int) -> int | None:
@@ -123,10 +129,12 @@ class Transit:
         wire = self._wire
         if wire.loss == 0.0 and wire.jitter.kind == "zero":
             return left + self._latency_ns
-        chance, shape = self._noise.row(index)
-        if self._losses.lost(index, float(chance)):
-            return None
-        return left + self._latency_ns + wire.jitter.draw_ns(float(shape))
+        if index not in self._jitter_ns:
+            chance, shape = self._noise.row(index)
+            lost = self._losses.lost(index, float(chance))
+            self._jitter_ns[index] = None if lost else wire.jitter.draw_ns(float(shape))
+        jitter_ns = self._jitter_ns[index]
+        return None if jitter_ns is None else left + self._latency_ns + jitter_ns
 
     def first_arrival(self, first: int, last: int | None = None) -> tuple[int, int] | None:
         """(arrival, number) of the earliest to be delivered of messages `first` to `last` (or all later)."""

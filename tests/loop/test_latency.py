@@ -107,6 +107,19 @@ def test_behind_a_lost_message_nobody_looks_for_the_next_that_is_not(monkeypatch
     assert len(looked) < 3 * 2001 + 20_000, "each sample, and a few thousand behind the two that are not lost"
 
 
+def test_who_waits_for_all_messages_before_looks_back_to_the_last_that_is_known(monkeypatch):
+    """Else each message of a wire in order looks at as many as may be under way: here 2000."""
+    looked, raw = [], Transit._raw_arrival_ns
+    monkeypatch.setattr(Transit, "_raw_arrival_ns", lambda self, index: (looked.append(index),
+                                                                        raw(self, index))[1])
+    late = Duration(kind="uniform", low_ms=0.0, high_ms=2000.0)
+    wiring = Wiring([Node("plant", ImpulseProbe()), Node("b", Pass(), rate="1000")],
+                    [Wire("plant.y", "b.u", jitter=late, late="in-order"), Wire("b.y", "plant.u")])
+    path = LatencyReport(wiring, horizon_ns=NS_PER_S // 10).path("plant.y", "plant.u")
+    path.summary()
+    assert len(looked) < 100 * 2 * 2100, "for each of the hundred samples at those under way, twice"
+
+
 def test_an_hour_in_the_tick_is_still_exact():
     wires = [Wire("plant.y", "b.u", rate="285.714"), Wire("b.y", "plant.u")]
     nodes = [Node("plant", ImpulseProbe()), Node("b", Pass(), rate="1000")]
