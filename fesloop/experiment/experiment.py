@@ -97,9 +97,10 @@ class Experiment:
         if not plain_name.isalnum() or len(self.name) > _LONGEST_NAME:
             yield InputError("experiment.name", f"{self.name[:_LONGEST_NAME]!r}",
                              f"letters, digits, - and _, at most {_LONGEST_NAME}")
-        if not 1 <= self.trials <= _MOST_TRIALS:
-            yield InputError("experiment.trials", f"{self.trials}", f"1 or more, at most {_MOST_TRIALS}")
-        if not 0 <= self.seed <= _GREATEST_SEED:
+        if not (_is_integer(self.trials) and 1 <= self.trials <= _MOST_TRIALS):
+            yield InputError("experiment.trials", f"{self.trials}",
+                             f"an integer, 1 or more, at most {_MOST_TRIALS}")
+        if not (_is_integer(self.seed) and 0 <= self.seed <= _GREATEST_SEED):
             yield InputError("experiment.seed", f"{self.seed}",
                              f"an integer, 0 or more, at most {_GREATEST_SEED}")
         if self.duration_s is not None and not 0.0 < self.duration_s * NS_PER_S < FOREVER:
@@ -187,6 +188,10 @@ class Experiment:
         if result.status == "interrupted":
             raise KeyboardInterrupt
         return result
+
+
+def _is_integer(number: object) -> bool:
+    return isinstance(number, int) and not isinstance(number, bool)
 
 
 def _raise_any(faults: Iterable[InputError]) -> None:

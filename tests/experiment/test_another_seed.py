@@ -4,6 +4,7 @@ import pytest
 
 import fesloop
 from fesloop.errors import InputError, InputErrors
+from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.running.trial import run
 
 EXPERIMENTS = ("finger_pid_latency", "finger_mpc", "finger_ilc", "array_search_two_phase")
@@ -41,6 +42,17 @@ def test_a_seed_that_cannot_be_is_refused_as_in_a_file(seed):
     with pytest.raises(InputErrors) as made:
         fesloop.load("finger_pid_latency").with_seed(seed)
     assert str(read.value).endswith(str(made.value))
+
+
+@pytest.mark.parametrize("number", [1.5, 2.0, True, "3"])
+def test_a_seed_and_a_number_of_trials_are_integers(number):
+    """Of a file its form says so; of what is written in Python nothing else does before the run."""
+    first = fesloop.load("finger_pid_latency")
+    with pytest.raises(InputError, match=r"experiment\.seed"):
+        first.with_seed(number)
+    for key in ("seed", "trials"):
+        with pytest.raises(InputError, match=rf"experiment\.{key}.*an integer"):
+            Experiment(name="made", nodes=first.nodes, wires=first.wires, duration_s=1.0, **{key: number})
 
 
 def test_what_a_seed_decides_is_checked_again():
