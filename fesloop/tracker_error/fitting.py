@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 
 from fesloop.errors import InputError
+from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.models.error_process import ErrorProcess
+from fesloop.streams.blocks.replay import Replay
 from fesloop.streams.containers.hdf5 import form_of
-from fesloop.streams.files import open_recording
 from fesloop.streams.formats.chain5 import FORMAT as CHAIN5
 from fesloop.streams.motion_file import FORMAT as MOTION
 from fesloop.tracker_error.correlation import correlation_of
@@ -87,17 +88,20 @@ def fit_error(path: str, *, settings: tuple[str, ...] = (), reference_late_ms: f
                              "settings for a recording that is yet to be played")
         with Recording(path) as recording:
             return fit_measured(measured_errors(recording, late_ns), seed, progress)
-    with TemporaryDirectory() as folder:
-        experiment = load(PLAYER, (f"recording={path}", *_tracker(path, settings), *settings))
-        with Recording(experiment.run(folder).recording) as recording:
-            return fit_measured(measured_errors(recording, late_ns), seed, progress)
+    with (TemporaryDirectory() as folder,
+          Recording(player(path, settings).run(folder).recording) as recording):
+        return fit_measured(measured_errors(recording, late_ns), seed, progress)
 
 
-def _tracker(path: str, settings: tuple[str, ...]) -> tuple[str, ...]:
-    """The tracker where no setting says which: for a chain whose joints one knows, that one."""
+def player(path: str, settings: tuple[str, ...]) -> Experiment:
+    """`hil_replay` of a recording; where no setting says what tracks a chain whose joints one knows, that."""
+    given = f"recording={path}", *settings
+    experiment = load(PLAYER, given)
     if any(setting.startswith(("tracker=", "blocks.tracker.")) for setting in settings):
-        return ()
-    return ("tracker=constrained",) if open_recording(path).source_format == CHAIN5 else ()
+        return experiment
+    played = [node.part.source for node in experiment.nodes if isinstance(node.part, Replay)]
+    chain = any(source.source_format == CHAIN5 for source in played)
+    return load(PLAYER, (*given, "tracker=constrained")) if chain else experiment
 
 
 def _is_run(path: str) -> bool:

@@ -6,13 +6,14 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from recording_files import write
 
 import fesloop
 from fesloop.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
-from fesloop.tracker_error.fitting import PLAYER, fit_error, fit_measured
+from fesloop.tracker_error.fitting import PLAYER, fit_error, fit_measured, player
 from fesloop.tracker_error.measured_errors import measured_errors
 
 HINGES = ("seg2-seg3.x", "seg3-seg4.y", "seg4-seg5.z")
@@ -55,6 +56,22 @@ def test_what_the_reference_is_late_by_is_taken_off(recordings, tmp_path):
 
     with Recording(fesloop.load(PLAYER, settings).run(tmp_path).recording) as run:
         np.testing.assert_allclose(np.subtract(leads_ms(0), leads_ms(20)), 20.0, atol=2.0)
+
+
+def test_a_recording_is_opened_as_the_settings_say(tmp_path):
+    """Without its layout nobody knows what is in a table."""
+    rows = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 9.81], (300, 1))
+    rows[:, :3] += np.random.default_rng(0).normal(0.0, 1e-3, (300, 3))
+    np.savetxt(tmp_path / "lab.csv", rows, delimiter=",")
+    (tmp_path / "layout.toml").write_text("rate = 100\n[text]\nheader = 0\n[sensors.a]\ngyr = [1, 2, 3]\n"
+                                          "acc = [4, 5, 6]\n[sensors.b]\ngyr = [1, 2, 3]\nacc = [4, 5, 6]\n")
+    layout = f"blocks.recording.layout={tmp_path / 'layout.toml'}"
+    for path, settings, tracker in (
+            (tmp_path / "lab.csv", (layout, "pairs=[[0, 1]]"), "vqf"),
+            (write(tmp_path, "chain5"), (), "constrained"),
+            (write(tmp_path, "chain5"), ("sensor_set=nonrigid", "tracker=vqf"), "vqf")):
+        blocks = player(str(path), settings).document()["blocks"]
+        assert (blocks["recording"]["recording"], blocks["tracker"]["kind"]) == (str(path), tracker)
 
 
 def test_the_wrist_errs_as_the_process_says(recordings):
