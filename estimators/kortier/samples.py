@@ -47,7 +47,8 @@ class Moment(NamedTuple):
     Attributes
     ----------
     rates: (n, 3), mean over the step; gyr_variance: (n,). newest: (n, 3), last sound sample.
-    steady: (n, 3), accelerations smoothed in a frame that does not turn.
+    steady: (n, 3), accelerations smoothed in a frame that does not turn; 0 before the first, and after a
+        gyroscope has been missing for longer than the smoothing lasts.
     acc, mag: (n, 3); acc_variance, mag_variance: (n,), infinite where the sample is not to be used.
     missing: (n,), s since the last sound sample of the gyroscope; infinite before the first.
     """
@@ -116,11 +117,13 @@ def take(
             moment.steady[s, 0] = x - (b * z - c * y)
             moment.steady[s, 1] = y - (c * x - a * z)
             moment.steady[s, 2] = z - (a * y - b * x)
+            if moment.missing[s] > _SMOOTHING_S:
+                moment.steady[s] = 0.0  # nobody knows how far it has turned: it begins with the next sample
         for i in range(3):
             speed += moment.newest[s, i] ** 2
         moment.acc_variance[s] = math.inf
         if elapsed[1] > 0.0 and codes[1, s] == 0:
-            begun = moment.acc[s, 0] != 0.0 or moment.acc[s, 1] != 0.0 or moment.acc[s, 2] != 0.0
+            begun = moment.steady[s, 0] != 0.0 or moment.steady[s, 1] != 0.0 or moment.steady[s, 2] != 0.0
             share = min(1.0, elapsed[1] / _SMOOTHING_S) if begun else 1.0
             for i in range(3):
                 moment.acc[s, i] = acc[s, i]

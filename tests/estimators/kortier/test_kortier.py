@@ -30,10 +30,10 @@ PALM_DOWN = quaternion.from_axis_angle([0.0, 1.0, 0.0], np.pi / 2)
 TILTED = quaternion.from_axis_angle([1.0, 1.0, 0.0], 1.2)
 
 
-def finger(base=TILTED, depth_deg=(50.0, 60.0, 30.0), seed=0):
+def finger(base=TILTED, depth_deg=(50.0, 60.0, 30.0), seed=0, times=TIMES):
     """gyr, acc, mag (ticks, 4, 3) with noise and bias; flexion (ticks, 3), attitudes (ticks, 4, 4)."""
-    gyr, acc, true = planar_finger(TIMES, np.radians(START_DEG), np.radians(depth_deg), base)
-    whole = np.cumsum(np.hstack([np.zeros((len(TIMES), 1)), true]), axis=1)
+    gyr, acc, true = planar_finger(times, np.radians(START_DEG), np.radians(depth_deg), base)
+    whole = np.cumsum(np.hstack([np.zeros((len(times), 1)), true]), axis=1)
     attitude = quaternion.multiply(base, quaternion.about_z(whole))
     rng = np.random.default_rng(seed)
     gyr = gyr + 5e-4 * rng.normal(size=gyr.shape) + 0.005 * rng.normal(size=(4, 3))
@@ -174,6 +174,19 @@ def test_a_strip_left_off_is_unseen_and_comes_back():
     assert np.degrees(np.abs(angles[250, 0] - true[250, 0])) < 1.5
     assert np.degrees(sd[-1]).max() < 10.0
     assert np.degrees(np.abs(angles[-1, FLEXION] - true[-1])).max() < 2.0
+
+
+def test_sensors_that_fall_silent_in_a_fast_movement_are_believed_no_more_than_they_know_afterwards():
+    gyr, acc, mag, true, _ = finger(times=np.arange(30 * RATE) / RATE)
+    silent = slice(350, 2350)
+    assert np.abs(gyr[silent.start - 1, 2:, 2]).min() > 4.0
+    for kind in (gyr, acc, mag):
+        kind[silent, 2:] = np.nan
+    (_, angles, sd, *_), _, _ = run_tracker(tracker(), gyr, acc, mag)
+    back = slice(silent.stop + 2 * RATE, silent.stop + 5 * RATE)
+    error = (angles[:, FLEXION] - true)[back]
+    assert np.degrees(np.abs(error)).max() < 5.0
+    assert (np.abs(error) < 3.0 * sd[back][:, FLEXION]).all()
 
 
 def test_a_lost_joint_keeps_its_last_angle():
