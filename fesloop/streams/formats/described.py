@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, Protocol
@@ -119,8 +120,28 @@ def _reference(source: Source, layout: Layout, stamps: Stamps, layout_path: Path
         if marks.size != stamps.size or not np.isin(marks, (0.0, 1.0)).all():
             raise InputError(where, "does not mark instants", f"{stamps.size} numbers, 0 or 1 each")
         scored = marks > 0.0
-    return Reference(stamps_ns=stamps, orientation=np.stack(each, axis=1), scored=scored,
+    told = Reference(stamps_ns=stamps, orientation=np.stack(each, axis=1), scored=scored,
                      sensor_frames=wanted.sensor_frames, north=wanted.north)
+    return _on_one_clock(told, source, layout, str(layout_path))
+
+
+def _on_one_clock(reference: Reference, source: Source, layout: Layout, where: str) -> Reference:
+    """The reference from the first sample on, where both bring their instants; else both begin together.
+
+    Raises InputError where fewer than two of its instants lie within those of the samples.
+    """
+    if layout.time is None or layout.reference.time is None:
+        return reference
+    unit_s = factor("time", layout.units.time, f"{where}: units.time", "")
+    samples, own = (source.columns(place, 1, where)[:, 0] for place in (layout.time, layout.reference.time))
+    stamps = reference.stamps_ns + round(float(own[0] - samples[0]) * unit_s * NS_PER_S)
+    kept = stamps >= 0
+    if (kept & (own <= samples[-1])).sum() < 2:
+        raise InputError(f"{where}: reference.time", f"is {own[0]:.9g} to {own[-1]:.9g}, of the samples "
+                         f"{samples[0]:.9g} to {samples[-1]:.9g}", "instants by one clock",
+                         "take the reference's own off, or state reference.rate to have both begin together")
+    return replace(reference, stamps_ns=stamps[kept], orientation=reference.orientation[kept],
+                   scored=reference.scored[kept])
 
 
 def _require_same_pace(reference: Stamps, samples: Stamps, layout: Layout, where: str) -> None:

@@ -92,7 +92,8 @@ class ReferenceLayout:
     direction: whether a quaternion turns coordinates of the segment into those of the reference, or back.
     sensor_frames: whether a segment's frame is its sensor's.
     north: whether the reference frame is ENU.
-    rate, time: of the orientations; those of the samples where neither is given.
+    rate, time: of the orientations; those of the samples where neither is given. Times of both are by one
+        clock; where one of them has but a rate, both begin together.
     scored: 1 at instants to be scored, 0 elsewhere; all where it is left out.
     """
 

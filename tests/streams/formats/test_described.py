@@ -221,6 +221,26 @@ def test_a_table_has_one_rate(tmp_path, samples, reference, key):
         assert opened(paths).reference.stamps_ns.size == SAMPLES
 
 
+@pytest.mark.parametrize(("begins_s", "late_ns", "first"), [
+    (0.0, 0, 0), (0.25, 250_000_000, 0), (-0.5, 0, 25), (-0.13, 10_000_000, 7)])
+def test_a_reference_that_begins_later_or_sooner_stays_where_it_is(tmp_path, begins_s, late_ns, first):
+    """By one clock, which need not begin at 0: samples at 100 Hz, orientations at 50."""
+    (gyr, acc, _), turns = still(), Rotation.from_rotvec(np.linspace(0.0, 1.0, 60)[:, np.newaxis] * [0, 0, 1])
+    t = 1000.0 + np.arange(SAMPLES) / 100.0
+    own = t[0] + begins_s + np.arange(60) / 50.0
+    q = turns.as_quat(scalar_first=True)
+    np.savez(tmp_path / "lab.npz", t=t, own=own, gyr=gyr, acc=acc, q=q)
+    (tmp_path / "layout.toml").write_text('time = "t"\n[sensors.hand]\ngyr = "gyr"\nacc = "acc"\n'
+                                          'orientation = "q"\n[reference]\ntime = "own"\n')
+    reference = opened((tmp_path / "lab.npz", tmp_path / "layout.toml")).reference
+    np.testing.assert_array_equal(reference.stamps_ns, late_ns + 20_000_000 * np.arange(60 - first))
+    np.testing.assert_allclose(reference.orientation[:, 0], q[first:])
+    assert reference.scored.size == 60 - first
+    for other in (own + 3600.0, own - 3600.0):
+        np.savez(tmp_path / "lab.npz", t=t, own=other, gyr=gyr, acc=acc, q=q)
+        refused((tmp_path / "lab.npz", tmp_path / "layout.toml"), "reference.time", "by one clock")
+
+
 def test_as_many_rows_of_another_rate_are_refused_and_fewer_are_not(tmp_path):
     """Half as many at half the rate are another system's."""
     path, layout = tmp_path / "lab.mat", tmp_path / "layout.toml"
