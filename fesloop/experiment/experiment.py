@@ -153,7 +153,7 @@ class Experiment:
         if node.given_clock is not None:
             place["clock"] = _owner(self.nodes, node)
         elif node.rate is not None:
-            place["rate"] = node.rate
+            place["rate"] = plain(node.rate)
         return {"kind": registry.kind_of(type(node.part)), **place, **plain(node.part)}
 
     def fingerprint(self) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import cast
 
 from fesloop.errors import InputError, InputErrors
@@ -35,7 +36,7 @@ class Node:
 
     name: str
     part: Block | Plant
-    rate: str | int | float | Clock | None = None
+    rate: str | int | float | Fraction | Clock | None = None
     offset_ms: float = 0.0
     execution: Duration = ZERO
 

@@ -1,5 +1,6 @@
 """Every mistake in a file is named, with its key and what is allowed, and all of them at once."""
 
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
@@ -201,6 +202,14 @@ def test_a_setting_in_python_and_in_toml_makes_the_same_experiment():
     )
     assert made == fesloop.load(SMALL)
     assert made != fesloop.load(SMALL, ["blocks.pid.kp.0=0.31"])
+
+
+def test_a_rate_is_the_same_as_a_ratio_and_as_its_text():
+    reference = MinimumJerk(times_s=(0.1, 0.6), angles_deg=((20, 25, 15), (35, 45, 25)))
+    one, other = (Experiment(name="x", duration_s=1.0, nodes=(Node("reference", reference, rate),))
+                  for rate in (Fraction(2000, 7), "2000/7"))
+    assert one == other
+    assert from_document(one.document()) == other
 
 
 @pytest.mark.parametrize("name", [SMALL, "finger_ilc", "finger_mpc", "finger_pid_latency"])
