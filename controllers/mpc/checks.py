@@ -14,7 +14,7 @@ from controllers.limits.checks import check_reach, posture_within
 from controllers.period import period_ns
 from fesloop.errors import InputError
 from fesloop.loop.block import Context
-from fesloop.loop.clock import NS_PER_MS, duration_ns
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.surroundings import Surroundings
 
 if TYPE_CHECKING:
@@ -29,6 +29,10 @@ _LEAST_RISE = 1e-6
 _SLOWEST_PER_S = 1e-9
 """Rate of a pole below which its state, but for rounding, is a sum: no observer tells that from a disturbance
 of the output, and there is no steady state (chosen)."""
+_MOST_UNKNOWNS = 2000
+"""Of a programme over the horizon, whose matrices are dense (chosen: some 30 MB each)."""
+_LONGEST_S = 60
+"""Of what is kept of former samples and drives, and of what follows on their loss (chosen)."""
 
 
 def check(mpc: Mpc) -> None:
@@ -41,8 +45,9 @@ def check(mpc: Mpc) -> None:
         if getattr(mpc, key) and len(getattr(mpc, key)) != mpc.model.outputs:
             raise InputError(key, f"{len(getattr(mpc, key))} {what}",
                              f"{mpc.model.outputs}, one an output, or none", sizes)
-    if mpc.horizon < 1:
-        raise InputError("horizon", f"{mpc.horizon}", "1 or more periods")
+    longest = _MOST_UNKNOWNS // max(mpc.model.inputs, mpc.model.outputs)
+    if not 1 <= mpc.horizon <= longest:
+        raise InputError("horizon", f"{mpc.horizon}", f"1 to {longest} periods", sizes)
     for key in _POSITIVE:
         if not (math.isfinite(getattr(mpc, key)) and getattr(mpc, key) > 0.0):
             raise InputError(key, f"{getattr(mpc, key)}", "a finite value above 0")
@@ -58,7 +63,8 @@ def check(mpc: Mpc) -> None:
     if mpc.output_weight and not any(mpc.output_weight):
         raise InputError("output_weight", f"{mpc.output_weight}", "one above 0 at least")
     for key in ("actuation_delay_ms", "max_age_ms", "hold_ms", "ramp_ms"):
-        duration_ns(getattr(mpc, key), NS_PER_MS, key)
+        if duration_ns(getattr(mpc, key), NS_PER_MS, key) > _LONGEST_S * NS_PER_S:
+            raise InputError(key, f"{getattr(mpc, key):g}", f"at most {1000 * _LONGEST_S}")
     slowest = np.abs(np.linalg.eigvals(mpc.model.a)).min()
     if slowest < _SLOWEST_PER_S:
         raise InputError("model", f"a pole at {slowest:.3g} 1/s: it never comes to rest",
