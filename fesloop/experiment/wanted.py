@@ -118,6 +118,7 @@ class Score:
             faults.append(InputError("score.recording", "is missing", ", ".join(players) or "no node does",
                                      "name the node whose recording holds the reference"))
         shapes = {name: port.shape for node in nodes for name, port in _outputs(node)}
+        faults += self._angle_faults({name: port for node in nodes for name, port in _outputs(node)})
         faults += self._tip_faults(shapes)
         for asked in (self.grasp, self.cycles, self.search):
             faults += asked.faults(shapes) if asked is not None else ()
@@ -131,6 +132,27 @@ class Score:
         if self.joints and joints != (len(self.joints),) and (named is None or named in shapes):
             faults.append(InputError("score.joints", f"{len(self.joints)} names",
                                      f"as many as the signals have values: {joints}"))
+        faults += [InputError("score.joints", f"{name!r} stands there more than once", "each joint once")
+                   for name in dict.fromkeys(self.joints) if self.joints.count(name) > 1]
+        return faults
+
+    def _angle_faults(self, ports: Mapping[str, Port]) -> list[InputError]:
+        """Signals that are no angles, or not as many as the truth; unknown sizes are left alone.
+
+        A signal without a unit ("1") is taken for radians.
+        """
+        truth = ports.get(self.truth or "")
+        faults = []
+        for key in ("truth", "reference", "estimate"):
+            name = getattr(self, key)
+            port = ports.get(name or "")
+            if port is None:
+                continue
+            if port.unit not in ("rad", "1"):
+                faults.append(InputError(f"score.{key}", f"{name!r} is in {port.unit!r}", "angles, in 'rad'"))
+            elif truth and None not in (*port.shape, *truth.shape) and port.shape != truth.shape:
+                faults.append(InputError(f"score.{key}", f"{name!r} has shape {port.shape}",
+                                         f"{truth.shape}, as {self.truth!r}"))
         return faults
 
     def _tip_faults(self, shapes: Mapping[str, tuple[int | None, ...]]) -> list[InputError]:

@@ -75,6 +75,9 @@ def faults_of(tmp_path, *changes):
     ("score.after_s=1.0", "score.after_s", "below 1 s"),
     ("score.truth=finger.angel", "score.truth", "finger.angles"),
     ('score.joints=["MCP"]', "score.joints", "as many as the signals have values"),
+    ('score.joints=["MCP", "MCP", "DIP"]', "score.joints", "each joint once"),
+    ("score.truth=finger.rates", "score.truth", "'rad'"),
+    ("score.estimate=pid.stimulation", "score.estimate", "'rad'"),
     ("record.plant_rate=0", "record.plant_rate", "a positive rate"),
 ])
 def test_a_wrong_value_is_one_line_with_file_key_and_what_is_allowed(setting, place, allowed):
@@ -97,6 +100,14 @@ def test_all_faults_are_named_at_once():
 def test_names_of_joints_are_not_held_against_a_signal_that_is_not_there():
     line, = faults_with('score.joints=["MCP", "PIP", "DIP"]', "score.truth=finger.angel")
     assert "score.truth" in line
+
+
+def test_signals_that_are_compared_have_as_many_values():
+    """Angles of another number of joints would only come to light once the run is over."""
+    line, = faults_with('blocks.other={kind="minimum_jerk", rate="50", times_s=[0.5], angles_deg=[[20, 25]]}',
+                        "score.reference=other.angles")
+    assert "score.reference" in line
+    assert "'other.angles' has shape (2,); allowed: (3,), as 'finger.angles'" in line
 
 
 def test_faults_that_only_the_objects_know_are_all_named():
