@@ -26,6 +26,14 @@ def test_an_xdf_file_becomes_a_motion_file_that_opens_as_the_same(tmp_path, caps
     assert "exists" in capsys.readouterr().err
 
 
+def test_channels_that_are_left_out_are_told(tmp_path, capsys):
+    (tmp_path / "lab.xdf").write_bytes(xdf_files.motion_file(labels=[*xdf_files.MOTION_LABELS[:6], *"abc"]))
+    assert main(["import", str(tmp_path / "lab.xdf"), str(tmp_path / "motion.h5"), "--json"]) == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out)["left_out"] == ["a", "b", "c"]
+    assert "lab.xdf: channels left out, not understood: 'a', 'b', 'c'" in err
+
+
 def test_a_motion_file_is_imported_anew_with_its_first_source(tmp_path):
     import_recording(write(tmp_path, "wrist"), tmp_path / "one.h5")
     again = import_recording(tmp_path / "one.h5", tmp_path / "two.h5")

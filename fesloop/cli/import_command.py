@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from argparse import Namespace
 from typing import Any
 
@@ -12,15 +13,20 @@ from fesloop.loop.clock import NS_PER_S
 def execute(args: Namespace) -> int:
     """Read a recording of any known format and write it as a motion file."""
     from fesloop.streams.importing import import_recording
+    from fesloop.streams.labels import not_understood
 
     with progress_bar(f"import {args.source}"):
         recording = import_recording(args.source, args.target, args.layout, args.sensor_set)
+    if recording.left_out:
+        print(f"fesloop: {args.source}: channels left out, {not_understood(recording.left_out)}",
+              file=sys.stderr)
     told: dict[str, Any] = {
         "motion": args.target, "source": recording.source, "source_format": recording.source_format,
         "sensors": list(recording.sensors), "samples": recording.samples,
         "rate": None if recording.rate is None else str(recording.rate),
         "duration_s": recording.duration_ns / NS_PER_S, "magnetometers": recording.mag is not None,
-        "reference": recording.reference is not None, "source_units": dict(recording.source_units)}
+        "reference": recording.reference is not None, "source_units": dict(recording.source_units),
+        "left_out": list(recording.left_out)}
     if args.json:
         print_json(told)
     else:

@@ -1,4 +1,5 @@
-"""fesloop's own file of a motion recording: everything that `MotionRecording` holds, bit for bit.
+"""fesloop's own file of a motion recording: everything that `MotionRecording` holds, bit for bit, but for the
+labels of what was left out of its source.
 
 HDF5, form "fesloop motion 1":
 

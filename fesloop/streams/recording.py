@@ -58,6 +58,7 @@ class MotionRecording:
     source: name of the file that was imported; empty where this is the file itself.
     source_units: units in which that file gives "gyr", "acc" and "mag", as it names them; empty where it
         names none.
+    left_out: labels of channels of the file's inertial sensors that are not understood, and so not here.
     """
 
     path: Path
@@ -73,6 +74,7 @@ class MotionRecording:
     pairs: tuple[tuple[int, int], ...]
     source: str = ""
     source_units: Mapping[str, str] = field(default_factory=dict)
+    left_out: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         shape = (self.stamps_ns.size, len(self.sensors), 3)

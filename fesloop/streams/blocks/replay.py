@@ -13,6 +13,7 @@ from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, StampClock, duration_ns
 from fesloop.loop.signals import Port, Value
 from fesloop.streams.files import open_recording
+from fesloop.streams.labels import not_understood
 from fesloop.streams.recording import MotionRecording
 
 
@@ -23,6 +24,8 @@ class Replay:
     Outputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and, where the recording has it, `mag` (n, 3) T, one
     sample a tick of the block's own clock, which stops after the last sample. NaN is a sample that the
     recording lost; it is that sensor's alone.
+
+    Status: `channels_left_out` with the first sample, of a file that has channels which are not understood.
 
     Attributes
     ----------
@@ -78,12 +81,22 @@ class Replay:
         ports = (Port("gyr", shape, "rad/s", gaps=True), Port("acc", shape, "m/s^2", gaps=True))
         return ports if self.source.mag is None else (*ports, Port("mag", shape, "T", gaps=True))
 
+    def cautions(self, context: Context) -> tuple[tuple[str, str], ...]:
+        """Channels that are left out."""
+        return self._told()
+
+    def _told(self) -> tuple[tuple[str, str], ...]:
+        left_out = self.source.left_out
+        return (("channels_left_out", not_understood(left_out)),) if left_out else ()
+
     def init(self, context: Context) -> None:
         """No state: what is played is a function of the tick."""
 
     def step(self, state: Any, inputs: Any, tick: Tick) -> tuple[Value, ...]:
         """The sample of this tick, read-only."""
         source = self.source
+        if tick.index == 0:
+            tick.reports.extend(self._told())
         at = self._first + tick.index
         if source.mag is None:
             return source.gyr[at], source.acc[at]

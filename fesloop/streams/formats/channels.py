@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -13,18 +12,13 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.streams import checks
 from fesloop.streams.checks import Array
+from fesloop.streams.labels import not_understood, read_label
 from fesloop.streams.recording import MotionRecording, Reference, Stamps
 from fesloop.streams.units import factor
 
-_WORDS = {"gyr": ("gyroscope", "gyro", "gyr", "angular_velocity", "angularvelocity", "angvel"),
-          "acc": ("accelerometer", "acceleration", "accel", "acc"),
-          "mag": ("magnetometer", "magnetic_field", "magneticfield", "magn", "mag")}
-_KIND_OF = {word: kind for kind, words in _WORDS.items() for word in words}
-_LABEL = re.compile(
-    r"(?P<before>.*?)(?P<word>" + "|".join(sorted(_KIND_OF, key=len, reverse=True))
-    + r")(?P<between>.*?)(?P<axis>[xyz])", re.IGNORECASE)
 _PLAUSIBLE = {"gyr": checks.plausible_gyr, "acc": checks.plausible_acc, "mag": checks.plausible_mag}
 _LONE_SENSOR = "imu"
+_GIVE_OR_LEAVE = "give it, or leave the sensor or the magnetometers out in a layout"
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,33 +39,20 @@ class Channel:
     unit: str
 
 
-def channel_of_label(label: str, unit: str) -> Channel | None:
-    """What a label such as "hand_gyr_x", "AccX" or "Accelerometer F2p Y" says; None if nothing of the kind.
-
-    The word for the quantity stands between separators or where small and capital letters change
-    ("handAccX"): neither "vacc_x" nor "accuracy_x" is an acceleration.
-    """
-    match = _LABEL.fullmatch(label.strip())
-    if match is None:
+def channel_of_label(label: str, unit: str, channel_type: str = "") -> Channel | None:
+    """The channel of a label, or of a type beside it (`read_label`); None of something else."""
+    read = read_label(label, channel_type)
+    if read is None:
         return None
-    before, word, between = match["before"], match["word"], match["between"]
-    starts = not before or not before[-1].isalnum() or (word[0].isupper() and not before[-1].isupper())
-    ends = not between or not between[0].isalpha() or (between[0].isupper() and word[-1].islower())
-    if not starts or not ends:
-        return None
-    name = "_".join(part for part in (_trimmed(before), _trimmed(between)) if part)
-    return Channel(name or _LONE_SENSOR, _KIND_OF[word.lower()], "xyz".index(match["axis"].lower()), unit)
+    return Channel(read.sensor or _LONE_SENSOR, read.quantity, "xyz".index(read.axis), unit)
 
 
-def _trimmed(name: str) -> str:
-    """A name without the separators at its ends."""
-    return re.sub(r"^[\W_]+|[\W_]+$", "", name)
-
-
-def sensors_of(channels: Mapping[int, Channel], table: Array, where: str) -> dict[str, dict[str, Array]]:
+def sensors_of(channels: Mapping[int, Channel], table: Array, where: str,
+               left_out: Sequence[str] = ()) -> dict[str, dict[str, Array]]:
     """Samples in SI of each sensor, {sensor: {quantity: (n, 3)}}, from the columns of a table (n, columns).
 
-    Raises InputError for an axis that is missing or there twice, or a unit that is not known.
+    Raises InputError for an axis that is missing or there twice, or a unit that is not known; what is
+    missing may be among the channels that were left out.
     """
     columns: dict[tuple[str, str], dict[int, int]] = {}
     for number, channel in channels.items():
@@ -85,7 +66,7 @@ def sensors_of(channels: Mapping[int, Channel], table: Array, where: str) -> dic
         place = f"{where}: {sensor}: {quantity}"
         if len(axes) < 3:
             raise InputError(place, f"has no axis {next('xyz'[i] for i in range(3) if i not in axes)}",
-                             "x, y and z")
+                             "x, y and z", not_understood(left_out))
         scales = [factor(quantity, channels[axes[i]].unit, place) for i in range(3)]
         sensors.setdefault(sensor, {})[quantity] = table[:, [axes[i] for i in range(3)]] * scales
     return sensors
@@ -95,6 +76,7 @@ def recording_of(
     path: Path, source_format: str, sensors: Mapping[str, Mapping[str, Array]], stamps_ns: Stamps,
     rate: Fraction | None, *, sensor_set: str | None = None, reference: Reference | None = None,
     pairs: Sequence[tuple[int, int]] = (), source_units: Mapping[str, str] | None = None,
+    left_out: Sequence[str] = (),
 ) -> MotionRecording:
     """The recording of sensors that all have `gyr` and `acc`, and all or none `mag`, each (n, 3) in SI.
 
@@ -110,7 +92,7 @@ def recording_of(
             place = f"{path}: {name}: {kind}"
             if kind not in quantities:
                 raise InputError(place, "is missing" + (f", {min(with_mag)} has it" if kind == "mag" else ""),
-                                 remedy="give it, or leave the sensor or the magnetometers out in a layout")
+                                 remedy="; ".join(filter(None, (_GIVE_OR_LEAVE, not_understood(left_out)))))
             samples = quantities[kind]
             if samples.shape != (stamps_ns.size, 3):
                 raise InputError(place, f"has shape {samples.shape}", f"({stamps_ns.size}, 3)")
@@ -124,7 +106,7 @@ def recording_of(
     return MotionRecording(
         path=path, source_format=source_format, sensor_set=sensor_set, sensors=tuple(sensors), rate=rate,
         stamps_ns=stamps_ns, gyr=gyr, acc=acc, mag=mag, reference=reference, pairs=tuple(pairs),
-        source_units=dict(source_units or {}))
+        source_units=dict(source_units or {}), left_out=tuple(left_out))
 
 
 def units_of(channels: Mapping[int, Channel]) -> dict[str, str]:

@@ -54,8 +54,8 @@ def time_base(parts: Sequence[Part], where: str) -> tuple[Stamps, Fraction | Non
 
 
 def joined(path: Path, source_format: str, parts: Sequence[Part], sensor_set: str | None,
-           reference: Reference | None = None) -> MotionRecording:
-    """The recording of all sensors of all parts.
+           reference: Reference | None = None, left_out: Sequence[str] = ()) -> MotionRecording:
+    """The recording of all sensors of all parts; `left_out` are labels of channels that are in none.
 
     Raises InputError as `time_base`, and for sensors that lack a channel or a known unit.
     """
@@ -66,5 +66,6 @@ def joined(path: Path, source_format: str, parts: Sequence[Part], sensor_set: st
         first += part.values.shape[1]
     stamps, rate = time_base(parts, str(path))
     table = np.concatenate([part.values for part in parts], axis=1)
-    return recording_of(path, source_format, sensors_of(channels, table, str(path)), stamps, rate,
-                        sensor_set=sensor_set, reference=reference, source_units=units_of(channels))
+    return recording_of(path, source_format, sensors_of(channels, table, str(path), left_out), stamps, rate,
+                        sensor_set=sensor_set, reference=reference, source_units=units_of(channels),
+                        left_out=left_out)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from fesloop.streams.recording import MotionRecording
 __all__ = ["FORMAT", "SIGNATURE", "read"]
 
 FORMAT = "xdf"
+_INERTIAL = re.compile(r"imu|inertial|gyro|accel|magnet", re.IGNORECASE)
 
 
 def read(path: Path, sensor_set: str | None) -> MotionRecording:
@@ -27,42 +29,41 @@ def read(path: Path, sensor_set: str | None) -> MotionRecording:
     sensor_set: names of the streams, with commas between; None takes every stream with channels of
         gyroscopes, accelerometers or magnetometers.
 
+    What is not understood of these, or of a stream that says it is of inertial sensors, is in `left_out`.
+
     Raises InputError for a damaged file, for a channel without a known unit, and for streams of different
     instants: nothing is resampled.
     """
     where = str(path)
     streams = [stream for stream in read_streams(path) if stream.dtype is not None]
     described = {number: _channels(stream) for number, stream in enumerate(streams)}
-    chosen = [streams[number] for number in _chosen(streams, described, sensor_set, where)]
+    chosen = _chosen(streams, described, sensor_set, where)
     parts = []
-    for stream in chosen:
+    for number in chosen:
+        stream = streams[number]
         name = f"stream {stream.name}"
         if not stream.times_s.size:
             raise InputError(f"{where}: {name}", "holds no sample", "samples")
         parts.append(Part(name, instants_s(stream, f"{where}: {name}"),
-                          np.asarray(stream.values, dtype=np.float64), _channels(stream)))
-    return joined(path, FORMAT, parts, sensor_set)
+                          np.asarray(stream.values, dtype=np.float64), described[number]))
+    meant = chosen if sensor_set is not None else [
+        number for number, stream in enumerate(streams)
+        if number in chosen or _INERTIAL.search(f"{stream.type} {stream.name}")]
+    left_out = [label for number in meant for label in _others(streams[number], described[number])]
+    return joined(path, FORMAT, parts, sensor_set, left_out=left_out)
 
 
 def _channels(stream: XdfStream) -> dict[int, Channel]:
     """The channels of inertial sensors of a stream, by number: as labels say, or types beside them."""
-    found = {}
-    for number, (label, unit, kind) in enumerate(zip(stream.labels, stream.units, stream.types, strict=True)):
-        channel = channel_of_label(label, unit) or _channel_of_type(label, kind, unit)
-        if channel is not None:
-            found[number] = channel
-    return found
+    described = zip(stream.labels, stream.units, stream.types, strict=True)
+    found = {number: channel_of_label(*each) for number, each in enumerate(described)}
+    return {number: channel for number, channel in found.items() if channel is not None}
 
 
-def _channel_of_type(label: str, kind: str, unit: str) -> Channel | None:
-    """A channel such as "F2p.x" of the type "AngularVelocityX", or "x" of the type "Gyroscope"."""
-    point = re.fullmatch(r"(?P<sensor>.*?)[\W_]*(?P<axis>[xyz])", label.strip(), re.IGNORECASE)
-    if point is None or not kind:
-        return None
-    axis = point["axis"].lower()
-    bare = kind[:-1] if kind[-1:].lower() == axis and kind[-2:-1].islower() and kind[-1:].isupper() else kind
-    told = channel_of_label(f"{bare}_{axis}", unit)
-    return None if told is None else Channel(point["sensor"] or told.sensor, told.quantity, told.axis, unit)
+def _others(stream: XdfStream, understood: Mapping[int, Channel]) -> list[str]:
+    """Labels of a stream's other channels."""
+    return [label or f"{stream.name} channel {number + 1}" for number, label in enumerate(stream.labels)
+            if number not in understood]
 
 
 def _chosen(streams: list[XdfStream], described: dict[int, dict[int, Channel]], sensor_set: str | None,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
@@ -11,14 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.streams.labels import Kind, Reading, not_understood, read_label
 from fesloop.streams.units import factor
 
-Kind = Literal["gyr", "acc", "mag"]
-KINDS: tuple[Kind, ...] = ("gyr", "acc", "mag")
-_KIND_WORDS: tuple[tuple[Kind, str], ...] = (
-    ("gyr", r"gyr(?:o(?:scope)?)?|angular_?(?:velocity|rate)|omega"),
-    ("acc", r"acc(?:el(?:eration|erometer)?)?"),
-    ("mag", r"mag(?:n(?:et(?:ic(?:_?field)?|ometer)?)?)?"))
 _AXES = "xyz"
 
 
@@ -96,26 +90,28 @@ def pick_inertial(channels: Sequence[Channel], count: int, wanted: Sequence[Kind
         return _declared_triads(count, wanted, sensors, declared, where)
     if len(channels) != count:
         raise InputError(where, f"describes {len(channels)} channels and has {count}", "one each")
-    axes = _axes(channels)
+    axes, others = _axes(channels)
+    unread = not_understood(others)
     found = list(dict.fromkeys(sensor for sensor, _, _ in axes))
     chosen = list(names) or found
     absent = [name for name in chosen if name not in found]
     if absent:
         raise InputError(where, f"has no sensor {absent[0]!r}", ", ".join(found) or "labels such as "
-                         "F2p_gyr_x")
+                         "F2p_gyr_x", unread)
     for (sensor, kind, axis), numbers in axes.items():
         if sensor in chosen and kind in wanted:
             _require_one(numbers, channels, f"{sensor} {kind} {axis}".strip(), where)
     if len(chosen) != sensors:
         raise InputError(where, f"has {len(chosen)} sensors ({', '.join(found)})", f"sensors = {sensors}",
-                         "name those that are wanted in sensor_names")
+                         "; ".join(filter(None, ("name those that are wanted in sensor_names", unread))))
     picked: dict[Kind, Picked] = {}
     for kind in wanted:
         missing = [f"{sensor} {kind} {axis}" for sensor in chosen for axis in _AXES
-                   if (sensor, kind, axis) not in axes]
+                   if Reading(sensor, kind, axis) not in axes]
         if missing:
-            raise InputError(where, f"has no channel {missing[0]!r}", f"{kind} x, y, z of every sensor")
-        triads = np.array([[axes[sensor, kind, axis][0] for axis in _AXES] for sensor in chosen])
+            raise InputError(where, f"has no channel {missing[0]!r}", f"{kind} x, y, z of every sensor",
+                             unread)
+        triads = np.array([[axes[Reading(sensor, kind, axis)][0] for axis in _AXES] for sensor in chosen])
         picked[kind] = Picked(triads, _factors(channels, triads, kind, declared, where))
     return picked
 
@@ -142,14 +138,17 @@ def pick_angles(channels: Sequence[Channel], count: int, joints: Sequence[str], 
     return Picked(numbers, _factors(channels, numbers, "angle", declared, where))
 
 
-def _axes(channels: Sequence[Channel]) -> dict[tuple[str, Kind, str], list[int]]:
-    """Channel numbers by (sensor, kind, axis); what is neither of the three kinds is left out."""
-    axes: dict[tuple[str, Kind, str], list[int]] = {}
+def _axes(channels: Sequence[Channel]) -> tuple[dict[Reading, list[int]], list[str]]:
+    """Channel numbers by sensor, kind and axis, and the labels of those that are of no such kind."""
+    axes: dict[Reading, list[int]] = {}
+    others = []
     for number, channel in enumerate(channels):
         read = read_label(channel.label, channel.type)
-        if read is not None:
+        if read is None:
+            others.append(channel.label or f"channel {number + 1}")
+        else:
             axes.setdefault(read, []).append(number)
-    return axes
+    return axes, others
 
 
 def _require_one(numbers: Sequence[int], channels: Sequence[Channel], meant: str, where: str) -> None:
@@ -159,32 +158,6 @@ def _require_one(numbers: Sequence[int], channels: Sequence[Channel], meant: str
         raise InputError(where, f"has {len(numbers)} channels of {meant}: {told}"
                          + (" and others" if len(numbers) > 2 else ""), "one",
                          "give each a label of its own at the sender")
-
-
-def read_label(label: str, channel_type: str = "") -> tuple[str, Kind, str] | None:
-    """(sensor, kind, axis) of a label such as "F2p_gyr_x", "acc.x.3" or "hand AccX"; None for another.
-
-    The kind is looked for in the label, then in the channel's type; what is left names the sensor.
-    """
-    for text, words_in_label in ((label, True), (channel_type, False)):
-        for kind, words in _KIND_WORDS:
-            boundary = r"(?:^|(?<=[^A-Za-z])|(?<=[a-z])(?=[A-Z]))"
-            match = re.search(rf"{boundary}(?i:{words})(?=[^a-z]|[xyz](?![a-z])|$)", text)
-            if match:
-                rest = label[:match.start()] + "\0" + label[match.end():] if words_in_label else label
-                return _axis_and_sensor(rest, kind)
-    return None
-
-
-def _axis_and_sensor(rest: str, kind: Kind) -> tuple[str, Kind, str] | None:
-    """The rest of a label: an axis after the kind's word, on its own, or at the end; the sensor's name."""
-    match = (re.search(r"\0[\s_.\-]*([xyzXYZ])(?![A-Za-z])", rest)
-             or re.search(r"(?:^|[\s_.\-])([xyzXYZ])(?=$|[\s_.\-\0])", rest)
-             or re.search(r"([xyzXYZ])$", rest))
-    if match is None:
-        return None
-    name = re.sub(r"[\s_.\-]+", "_", (rest[:match.start()] + " " + rest[match.end():]).replace("\0", " "))
-    return name.strip("_"), kind, match.group(1).lower()
 
 
 def _declared_triads(count: int, wanted: Sequence[Kind], sensors: int, declared: Declared,

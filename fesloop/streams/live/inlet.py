@@ -15,14 +15,8 @@ from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.guard import is_finite
 from fesloop.loop.realtime import Present
 from fesloop.loop.signals import NEVER, Port, Sample, Value
-from fesloop.streams.live.description import (
-    Declared,
-    Kind,
-    Picked,
-    channels_of,
-    pick_angles,
-    pick_inertial,
-)
+from fesloop.streams.labels import Kind
+from fesloop.streams.live.description import Declared, Picked, channels_of, pick_angles, pick_inertial
 from fesloop.streams.live.first_samples import check_first_samples, check_rate
 from fesloop.streams.live.inlet_state import InletState
 from fesloop.streams.live.library import Network

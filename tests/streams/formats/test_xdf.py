@@ -11,6 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError
+from fesloop.loop.block import Tick
+from fesloop.streams.blocks.replay import Replay
 from fesloop.streams.files import open_recording
 from fesloop.streams.formats.xdf_chunks import read_streams
 from fesloop.streams.formats.xdf_clock import instants_s
@@ -176,13 +178,45 @@ def test_streams_of_the_same_instants_are_one_set_and_others_are_to_be_chosen(tm
     refused(path, "'emg' has no channel of an inertial sensor", sensor_set="emg")
 
 
+@pytest.mark.parametrize("form", ["{axis}_{kind}", "{kind}.{axis}.3", "{kind} hand {axis}"])
+def test_labels_are_understood_as_those_of_live_streams(tmp_path, form):
+    words = {"gyr": "omega", "acc": "acc", "mag": "magnetic"}
+    labels = [form.format(kind=words[label[:3]], axis=label[-1]) for label in LABELS]
+    recording = open_recording(written(tmp_path, xdf.motion_file(labels=labels)))
+    plain = open_recording(written(tmp_path, xdf.motion_file()))
+    for kind in ("gyr", "acc", "mag"):
+        np.testing.assert_array_equal(getattr(recording, kind), getattr(plain, kind))
+    assert recording.left_out == ()
+
+
+def test_channels_that_are_not_understood_are_told(tmp_path):
+    """Beside others in their stream, or in a whole stream that says what it is of; not those of an EMG."""
+    times, values = xdf.motion(100)
+    labels = [*LABELS[:6], "field 1", "", "temperature"]
+    path = written(tmp_path, xdf.file_of(
+        xdf.header(1, "hand", labels=labels, units=UNITS), xdf.header(2, "F2p", "Gyroscope", labels=["w1"]),
+        xdf.header(3, "emg", "EMG", labels=["EMG_x"]), xdf.samples(1, times, values),
+        xdf.samples(2, times, values[:, :1]), xdf.samples(3, times, values[:, :1])))
+    assert open_recording(path).left_out == ("field 1", "hand channel 8", "temperature", "w1")
+    assert open_recording(path, "hand").left_out == ("field 1", "hand channel 8", "temperature")
+    replay, tick = Replay(recording=str(path)), Tick()
+    replay.step(None, (), tick)
+    assert tick.reports == [("channels_left_out",
+                             "not understood: 'field 1', 'hand channel 8', 'temperature', 'w1'")]
+    assert replay.cautions(None) == tuple(tick.reports)
+    tick.index, tick.reports = 1, []
+    replay.step(None, (), tick)
+    assert tick.reports == []
+
+
 FAULTS = [
     ({"units": ["deg/s"] * 3 + [""] * 3 + ["uT"] * 3}, ("imu: acc", "states no unit")),
     ({"units": ["V"] * 3 + ["g"] * 3 + ["uT"] * 3}, ("imu: gyr", "'V' is no unit of gyr", "deg/s")),
     ({"labels": ["gyr_x", "gyr_y", "gyr_y", *LABELS[3:]]}, ("two channels of gyr y",)),
-    ({"labels": ["gyr_x", "gyr_y", "temperature", *LABELS[3:]]}, ("imu: gyr", "has no axis z")),
+    ({"labels": ["gyr_x", "gyr_y", "temperature", *LABELS[3:]]},
+     ("imu: gyr", "has no axis z", "not understood: 'temperature'")),
     ({"labels": [f"c{k}" for k in range(9)]}, ("no stream whose channels", "imu (IMU)")),
-    ({"labels": [*LABELS[:3], *(f"a{k}" for k in range(6))]}, ("imu: acc", "is missing")),
+    ({"labels": [*LABELS[:3], *(f"a{k}" for k in range(6))]}, ("imu: acc", "is missing", "'a0', 'a1'")),
     ({"rate": "nan"}, ("chunk at byte", "has the rate nan")),
     ({"form": "float16"}, ("channel format 'float16'",)),
 ]

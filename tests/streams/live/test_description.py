@@ -8,13 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError
-from fesloop.streams.live.description import (
-    Channel,
-    Declared,
-    pick_angles,
-    pick_inertial,
-    read_label,
-)
+from fesloop.streams.live.description import Channel, Declared, pick_angles, pick_inertial
 from fesloop.streams.units import factor
 
 UNITS = {"gyr": "deg/s", "acc": "g", "mag": "uT"}
@@ -24,18 +18,6 @@ SI = {"gyr": math.pi / 180.0, "acc": 9.80665, "mag": 1e-6}
 def described(sensors, kinds=("acc", "gyr", "mag"), form="{sensor}_{kind}_{axis}"):
     return [Channel(form.format(sensor=s, kind=k, axis=a), UNITS[k], k.upper())
             for s in sensors for k in kinds for a in "xyz"]
-
-
-@pytest.mark.parametrize(("label", "channel_type", "read"), [
-    ("F2p_gyr_x", "", ("F2p", "gyr", "x")), ("acc.x.3", "", ("3", "acc", "x")),
-    ("hand AccX", "", ("hand", "acc", "x")), ("IMU1_AccX", "", ("IMU1", "acc", "x")),
-    ("imu1 GyroscopeY", "", ("imu1", "gyr", "y")), ("Accelerometer_Z", "", ("", "acc", "z")),
-    ("upper_arm_left_acc_y", "", ("upper_arm_left", "acc", "y")), ("F2p_x", "ACC", ("F2p", "acc", "x")),
-    ("MagnetometerX", "", ("", "mag", "x")), ("F2p X", "Gyroscope", ("F2p", "gyr", "x")),
-    ("temperature", "", None), ("x", "", None), ("battery_x", "Misc", None),
-])
-def test_labels_are_read_as_makers_write_them(label, channel_type, read):
-    assert read_label(label, channel_type) == read
 
 
 @given(st.permutations(["hand", "F2p", "F2m"]), st.sampled_from(
@@ -50,6 +32,12 @@ def test_channels_are_found_wherever_they_stand(wanted, form, random):
             labels = [channels[n].label for n in numbers[row]]
             assert labels == [form.format(sensor=sensor, kind=kind, axis=a) for a in "xyz"]
         assert factors == pytest.approx(np.full((3, 3), SI[kind]))
+
+
+def test_channels_that_are_not_understood_are_told_where_one_is_missing():
+    channels = [Channel(each.label.replace("acc_z", "acc_up"), each.unit, "") for each in described(["hand"])]
+    with pytest.raises(InputError, match=r"no channel 'hand acc z'.*not understood: 'hand_acc_up'"):
+        pick_inertial(channels, 9, ("gyr", "acc"), 1, (), Declared(), "stream")
 
 
 def test_numbers_become_si():

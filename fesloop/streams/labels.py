@@ -1,0 +1,67 @@
+"""Labels of channels, as laboratories and makers write them: which sensor, what it measures, which axis."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
+
+Kind = Literal["gyr", "acc", "mag"]
+_SEPARATOR = r"[\s_.\-]?"
+_WORDS: dict[Kind, str] = {
+    "gyr": rf"gyr(?:o(?:s(?:cope)?)?)?|ang(?:ular)?{_SEPARATOR}(?:vel(?:ocity)?|rate)|omega",
+    "acc": r"acc(?:el(?:eration|erometer)?)?",
+    "mag": rf"mag(?:n(?:et(?:ic(?:{_SEPARATOR}field)?|ometer)?)?)?"}
+_STARTS = r"(?:(?<![^\W\d_])|(?<=[a-z])(?=[A-Z]))"
+_ENDS = r"(?:(?![^\W\d_])|(?<=[a-z])(?=[A-Z])|(?=[xyzXYZ](?![^\W\d_])))"
+_QUANTITY = re.compile(
+    _STARTS + "(?:" + "|".join(f"(?P<{kind}>(?i:{words}))" for kind, words in _WORDS.items()) + ")" + _ENDS)
+_AXES = (re.compile(r"\0[\W_]*([xyzXYZ])(?![^\W\d_])"),
+         re.compile(r"(?<![^\W_])([xyzXYZ])\Z"),
+         re.compile(r"(?<![^\W_])([xyzXYZ])(?![^\W_])"),
+         re.compile(r"([xyzXYZ])\Z"))
+"""Where an axis stands, \\0 being the quantity: behind it; alone at the end; alone; as the last letter."""
+_MOST_SHOWN = 8
+
+
+class Reading(NamedTuple):
+    """What a label says: the sensor's name, empty where there is none, the quantity, and "x", "y" or "z"."""
+
+    sensor: str
+    quantity: Kind
+    axis: str
+
+
+def read_label(label: str, channel_type: str = "") -> Reading | None:
+    """What a label says, such as "F2p_gyr_x", "acc.x.3", "hand_x_gyr", "omega_x" or "hand AccX".
+
+    The word for the quantity is looked for in the label, then in the channel's type ("F2p.x" of the type
+    "AngularVelocityX"). It stands between separators or where small and capital letters change: neither
+    "vacc_x" nor "accuracy_x" is an acceleration. What is left, but for the axis, names the sensor.
+
+    None for what is something else, names no axis, or names two quantities.
+    """
+    in_label = list(_QUANTITY.finditer(label))
+    found = in_label or list(_QUANTITY.finditer(channel_type))
+    kinds = [kind for kind in _WORDS if any(match[kind] for match in found)]
+    if len(kinds) != 1:
+        return None
+    rest = f"{label[:found[0].start()]}\0{label[found[0].end():]}" if in_label else label
+    return _axis_and_sensor(rest.strip(), kinds[0])
+
+
+def not_understood(labels: Sequence[str]) -> str:
+    """What to tell of channels that are left out, the first of them by their labels; empty for none."""
+    more = f" and {len(labels) - _MOST_SHOWN} more" if len(labels) > _MOST_SHOWN else ""
+    shown = ", ".join(repr(label) for label in labels[:_MOST_SHOWN])
+    return f"not understood: {shown}{more}" if labels else ""
+
+
+def _axis_and_sensor(rest: str, kind: Kind) -> Reading | None:
+    """What a label says whose quantity is known; \\0 stands for its word."""
+    match = next(filter(None, (axis.search(rest) for axis in _AXES)), None)
+    if match is None:
+        return None
+    left = f"{rest[:match.start(1)]}\0{rest[match.end(1):]}".split("\0")
+    name = "_".join(part for part in (re.sub(r"^[\W_]+|[\W_]+$", "", each) for each in left) if part)
+    return Reading(name, kind, match[1].lower())
