@@ -202,9 +202,9 @@ def _raise_any(faults: Iterable[InputError]) -> None:
 
 
 def _owner(nodes: Iterable[Node], follower: Node) -> str:
-    """Name of the node whose clock a node follows; raises InputError if there is none."""
+    """Name of the node whose own clock a node follows; raises InputError if there is none."""
     for node in nodes:
-        if node is not follower and node.clock == follower.given_clock:
+        if node.given_clock is None and node.clock == follower.given_clock:
             return node.name
     raise InputError(f"{follower.name}.rate", "is a clock that no other node has",
                      "a rate, or the clock of another node")

@@ -119,12 +119,13 @@ def _experiment(document: dict[str, Any], kinds: Kinds) -> Experiment:
             faults.append(fault)
         return None
 
-    nodes: dict[str, Any] = dict.fromkeys(document["blocks"])
-    for name, table in sorted(document["blocks"].items(), key=lambda item: "clock" in item[1]):
-        owner = table.get("clock")
-        owner_refused = owner in nodes and nodes[owner] is None and "clock" not in document["blocks"][owner]
+    blocks = document["blocks"]
+    nodes: dict[str, Any] = dict.fromkeys(blocks)
+    followed = {name: made(_followed, name, blocks) for name in blocks}
+    for name in sorted(filter(followed.get, blocks), key=lambda name: len(followed[name])):
+        owner_refused = any(nodes[owner] is None for owner in followed[name][1:])
         if not owner_refused:
-            nodes[name] = made(_node, name, table, kinds, nodes)
+            nodes[name] = made(_node, name, blocks[name], kinds, nodes)
     wires = [made(_wire, i, table, kinds) for i, table in enumerate(document.get("wires", []))
              if not table.get("optional") or _can_be_wired(table, nodes)]
     record = made(make, Record, document.get("record", {}), kinds, "record")
@@ -135,6 +136,26 @@ def _experiment(document: dict[str, Any], kinds: Kinds) -> Experiment:
         about["duration_s"] = float(about["duration_s"])
     return Experiment(nodes=tuple(nodes.values()), wires=tuple(wires), record=record, score=score,
                       patient=document.get("patient"), **about)
+
+
+def _followed(name: str, blocks: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """A block, the one whose clock it follows, the one whose clock that follows, and so on.
+
+    None of a block that ends in a circle; the first block of the file that is in it raises InputError.
+    """
+    chain = [name]
+    owner = blocks[name].get("clock", "")
+    while owner in blocks and owner not in chain:
+        chain.append(owner)
+        owner = blocks[owner].get("clock", "")
+    if owner not in chain:
+        return chain
+    circle = chain[chain.index(owner):]
+    if name != next(each for each in blocks if each in circle):
+        return []
+    told = " follows ".join((*circle, owner))
+    raise InputError(f"blocks.{name}.clock", f"there is no clock to follow: {told}",
+                     "a block with a rate or a clock of its own")
 
 
 def _node(name: str, table: dict[str, Any], kinds: Kinds, nodes: Mapping[str, Node | None]) -> Node:

@@ -110,6 +110,42 @@ def test_signals_that_are_compared_have_as_many_values():
     assert "'other.angles' has shape (2,); allowed: (3,), as 'finger.angles'" in line
 
 
+def with_clocks(**clocks):
+    """The small experiment's document with more references, each on the clock of another block."""
+    document = dict(read(SMALL)[1])
+    other = {key: value for key, value in document["blocks"]["reference"].items() if key != "rate"}
+    followers = {name: {**other, "clock": owner} for name, owner in clocks.items()}
+    return {**document, "blocks": {**followers, **document["blocks"]}}
+
+
+@pytest.mark.parametrize("clocks", [
+    {"a": "b", "b": "c", "c": "pid"}, {"c": "pid", "b": "c", "a": "b"}, {"b": "c", "a": "b", "c": "pid"}])
+def test_clocks_are_followed_in_any_order(clocks):
+    """And the file of the recording of such a run can be loaded."""
+    experiment = from_document(with_clocks(**clocks))
+    nodes = {node.name: node for node in experiment.nodes}
+    assert nodes["a"].clock == nodes["b"].clock == nodes["c"].clock == nodes["pid"].clock
+    assert from_document(experiment.document()) == experiment
+
+
+@pytest.mark.parametrize(("clocks", "circle"), [
+    ({"a": "a"}, "a follows a"), ({"a": "b", "b": "a"}, "a follows b follows a"),
+    ({"d": "b", "a": "b", "b": "c", "c": "a", "e": "pid"}, "a follows b follows c follows a")])
+def test_clocks_that_go_round_in_a_circle_are_named(clocks, circle):
+    with pytest.raises(InputError) as refused:
+        from_document(with_clocks(**clocks))
+    assert str(refused.value) == (f"experiment: blocks.a.clock: there is no clock to follow: {circle}; "
+                                  "allowed: a block with a rate or a clock of its own")
+
+
+def test_a_block_that_follows_one_that_is_refused_is_no_fault_of_its_own():
+    document = with_clocks(a="b", b="c", c="pid")
+    document["blocks"]["c"]["angles_deg"] = []
+    with pytest.raises(InputError) as refused:
+        from_document(document)
+    assert len(str(refused.value).splitlines()) == 1
+
+
 def test_faults_that_only_the_objects_know_are_all_named():
     lines = faults_with("blocks.finger.density=-1", "blocks.pid.width_max_us=-5", "wires.0.loss=2")
     assert len(lines) == 3
