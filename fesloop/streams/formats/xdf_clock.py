@@ -15,6 +15,7 @@ from fesloop.streams.formats.xdf_chunks import XdfStream
 
 _WINSOR_S = 1e-4
 """Offsets further from the line than this count less (pyxdf 1.17: winsor_threshold)."""
+_LEAST = np.finfo(float).tiny
 _ITERATIONS = 1000
 _MOST_OFFSETS = 20_000
 """Chosen: LabRecorder measures one each 5 s, so these are of more than a day; the line takes a second."""
@@ -88,7 +89,7 @@ def _robust_line(clock: Array, offset: Array) -> tuple[float, float]:
         line = solve @ (wanted + residual - dual)
         off = design @ line - wanted + dual
         size = np.abs(off)
-        beyond = np.maximum(0.0, 1.0 - np.divide(2.0, size, out=np.full_like(size, np.inf), where=size > 0.0))
+        beyond = np.maximum(0.0, 1.0 - 2.0 / np.maximum(size, _LEAST))
         residual = 0.5 * off + 0.5 * beyond * off
         dual = off - residual
     return float(line[0] * _WINSOR_S), float(line[1])
