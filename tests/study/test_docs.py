@@ -45,3 +45,18 @@ def test_the_study_in_python_runs_and_its_results_can_be_read(tmp_path):
     results = load(tmp_path / "studies" / "three")
     assert [cell.levels for cell in results.cells("error_deg", by=["latency_ms"])] == [
         {"latency_ms": 0}, {"latency_ms": 50}, {"latency_ms": 100}]
+
+
+def test_without_the_line_that_guards_it_the_script_is_told_of_that_line(tmp_path):
+    guard = 'if __name__ == "__main__":'
+    script = tmp_path / "three.py"
+    script.write_text(blocks("python")[1].replace(guard, "if True:"))
+    told = subprocess.run([sys.executable, str(script)], cwd=tmp_path, check=False, capture_output=True,
+                          text=True)
+    assert told.returncode == 1
+    assert told.stdout == ""
+    lines = [line for line in told.stderr.splitlines() if line.startswith("fesloop.errors.")]
+    assert len(lines) == 3
+    assert "another fesloop study" not in told.stderr
+    for line in lines:
+        assert guard in line

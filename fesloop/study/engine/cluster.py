@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import json
 import logging
+import multiprocessing
 import os
 import signal
 from collections.abc import Iterator
@@ -22,6 +23,7 @@ from fesloop.study.store.versions import differences, version_text
 _LOOPBACK = "127.0.0.1"
 _CONNECT_S = 10.0
 _MOST_WORKERS = 1024
+_GUARD = 'if __name__ == "__main__":'
 _SETTINGS = {
     "distributed.admin.system-monitor.gil.enabled": False,
     "distributed.admin.system-monitor.interval": "10s",
@@ -51,6 +53,13 @@ def require_workers(workers: int | None) -> None:
     """Raise InputError for a number of processes that cannot be."""
     if workers is not None and not 1 <= workers <= _MOST_WORKERS:
         raise InputError("--workers", f"{workers}", f"1 to {_MOST_WORKERS} processes")
+
+
+def require_started() -> None:
+    """Raise InputError in a process that is not up yet: it reads the script that started it once more."""
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise InputError("study", "is started once more by its own worker process, which reads the script",
+                         f"a study started under: {_GUARD}")
 
 
 def threads(client: Any) -> int:
@@ -90,11 +99,15 @@ def _local(distributed: Any, workers: int | None) -> Iterator[Any]:
     count = workers if workers is not None else os.cpu_count() or 1
     with contextlib.ExitStack() as stack:
         stack.enter_context(dask.config.set(_SETTINGS))
-        with _unheard_interrupts():
-            cluster = stack.enter_context(distributed.LocalCluster(
-                n_workers=count, threads_per_worker=1, processes=True, host=_LOOPBACK,
-                dashboard_address=f"{_LOOPBACK}:0", silence_logs=logging.CRITICAL,
-                scheduler_kwargs={"dashboard": False}))
+        try:
+            with _unheard_interrupts():
+                cluster = stack.enter_context(distributed.LocalCluster(
+                    n_workers=count, threads_per_worker=1, processes=True, host=_LOOPBACK,
+                    dashboard_address=f"{_LOOPBACK}:0", silence_logs=logging.CRITICAL,
+                    scheduler_kwargs={"dashboard": False}))
+        except RuntimeError as fault:
+            raise RunError(f"workers do not start: {fault} Each reads the script that starts the study first; "
+                           f"let it do so under: {_GUARD}") from None
         yield stack.enter_context(distributed.Client(cluster))
 
 

@@ -18,7 +18,7 @@ from fesloop.errors import RunError
 from fesloop.study.design.plan import Settings, plan
 from fesloop.study.design.study import Study
 from fesloop.study.engine.bases import meanwhile, try_bases
-from fesloop.study.engine.cluster import connected, require_dask, require_workers
+from fesloop.study.engine.cluster import connected, require_dask, require_started, require_workers
 from fesloop.study.engine.preparing import Preparations, Prepared, prepare_one
 from fesloop.study.engine.pump import Task, each_of, pumped
 from fesloop.study.engine.running import ending, refusal, run_pending, tell_lack
@@ -69,6 +69,7 @@ def run_study(study: Study, out: str | Path = "studies", *, workers: int | None 
     began = time.perf_counter()
     watch = watch or Nobody()
     require_dask()
+    require_started()
     require_workers(workers)
     preparations = Preparations(study)
     with Store(Path(out) / study.name, study, mix_versions=mix_versions) as store:

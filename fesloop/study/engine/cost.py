@@ -16,7 +16,7 @@ from fesloop.errors import RunError
 from fesloop.study.design.plan import PlannedCell, plan
 from fesloop.study.design.study import Study
 from fesloop.study.engine.bases import meanwhile
-from fesloop.study.engine.cluster import connected, require_dask, require_workers, threads
+from fesloop.study.engine.cluster import connected, require_dask, require_started, require_workers, threads
 from fesloop.study.engine.coordinator import await_workers
 from fesloop.study.engine.pump import Task, pumped
 from fesloop.study.engine.running import DIED
@@ -73,6 +73,7 @@ def cost(study: Study, out: str | Path = "studies", *, workers: int | None = Non
     runs, and RunError where none of the runs that are tried gets to its end.
     """
     require_dask()
+    require_started()
     require_workers(workers)
     folder = Path(out) / study.name
     there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
