@@ -106,8 +106,8 @@ def _local(distributed: Any, workers: int | None) -> Iterator[Any]:
                     dashboard_address=f"{_LOOPBACK}:0", silence_logs=logging.CRITICAL,
                     scheduler_kwargs={"dashboard": False}))
         except RuntimeError as fault:
-            raise RunError(f"workers do not start: {fault} Each reads the script that starts the study first; "
-                           f"let it do so under: {_GUARD}") from None
+            raise RunError(f"workers do not start: {fault} Each first reads the script that started it; let "
+                           f"that start the study under: {_GUARD}") from None
         yield stack.enter_context(distributed.Client(cluster))
 
 
