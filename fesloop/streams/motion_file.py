@@ -45,7 +45,7 @@ def write_motion_file(recording: MotionRecording, target: Path) -> None:
 
     Raises InputError where there is a file of this name, or none can be made.
     """
-    draft = target.with_name(f".{target.name}-{secrets.token_hex(8)}")
+    draft = target.parent / f".{target.name}-{secrets.token_hex(8)}"
     try:
         if target.exists():
             raise InputError(str(target), "exists", "a new name", "remove it, or give another name")

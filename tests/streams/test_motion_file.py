@@ -85,6 +85,13 @@ def test_nothing_is_written_over_and_no_draft_is_left(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["there", "trial.dat"]
 
 
+@pytest.mark.parametrize("place", [".", "/"])
+def test_a_folder_without_a_name_is_no_target(place, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match="exists; allowed: a new name"):
+        write_motion_file(open_recording(write(tmp_path, "broad")), Path(place))
+
+
 def test_a_source_may_have_any_bytes_for_a_name(tmp_path):
     source = write(tmp_path, "broad", name="caf\udce9")
     write_motion_file(open_recording(source), tmp_path / "m.h5")
