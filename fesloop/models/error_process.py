@@ -8,7 +8,6 @@ holds parameters only, no sample of the recording. Units are SI but where a name
 from __future__ import annotations
 
 import math
-import tomllib
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -21,6 +20,7 @@ from fesloop.experiment.files.toml_text import toml_text
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.losses import least_burst
+from fesloop.toml import TomlError, tables_of
 
 Array = NDArray[np.float64]
 FORMAT = "fesloop error process 1"
@@ -195,10 +195,10 @@ def error_process_table(path: Path) -> dict[str, Any]:
     Raises InputError for what is no such file; what stands in the tables is checked where they are used.
     """
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = tables_of(path.read_text(encoding="utf-8"))
     except OSError as fault:
         raise InputError(str(path), f"cannot be read: {fault.strerror}", _MADE_BY) from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as fault:
+    except (UnicodeDecodeError, TomlError) as fault:
         raise InputError(str(path), f"is not TOML: {fault}", _MADE_BY) from None
     if table.pop("format", None) != FORMAT or not isinstance(table.get("series"), dict):
         raise InputError(f"{path}: format", "is not that of an error process", repr(FORMAT),

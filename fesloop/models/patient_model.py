@@ -9,7 +9,6 @@ says otherwise.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,6 +24,7 @@ from fesloop.experiment.files.toml_text import toml_text
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.recruitment import Recruitment
+from fesloop.toml import TomlError, tables_of
 
 Array = NDArray[np.float64]
 FORMAT = "fesloop patient model 1"
@@ -112,12 +112,12 @@ def load_patient_model(path: Path) -> PatientModel:
     if str(path) in shipped_models():
         path = _SHIPPED / f"{path}.toml"
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = tables_of(path.read_text(encoding="utf-8"))
     except OSError as fault:
         raise InputError(str(path), f"cannot be read: {fault.strerror}",
                          f"a model file, made by fesloop identify, or one of {', '.join(shipped_models())}",
                          did_you_mean(str(path), shipped_models())) from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as fault:
+    except (UnicodeDecodeError, TomlError) as fault:
         raise InputError(str(path), f"is not TOML: {fault}",
                          "a model file, made by fesloop identify") from None
     if table.get("format") != FORMAT:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Mapping
 from functools import cache
 from importlib import resources
@@ -16,6 +15,7 @@ from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment.files.faults import faults_of
 from fesloop.experiment.files.layout import keys_at
 from fesloop.experiment.files.schema import build, hints_of, table
+from fesloop.toml import TomlError, tables_of
 from plants.patients.patient import Patient
 
 
@@ -42,10 +42,10 @@ def load(file: str | Path) -> Patient:
         except OSError as fault:
             raise InputError(text, f"cannot be read: {fault.strerror}", "a patient's file") from None
     try:
-        tables = tomllib.loads(content.decode("utf-8-sig"))
+        tables = tables_of(content.decode("utf-8-sig"))
     except UnicodeDecodeError as fault:
         raise InputError(text, f"is not UTF-8 text (byte {fault.start})", "a TOML file") from None
-    except tomllib.TOMLDecodeError as fault:
+    except TomlError as fault:
         raise InputError(text, f"is not TOML: {fault}", remedy="mend the line") from None
     return from_table(tables, text)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
@@ -23,6 +22,7 @@ from fesloop.loop.clock import Clock
 from fesloop.loop.duration import Duration
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node
+from fesloop.toml import TomlError, tables_of
 
 _PLACE = ("kind", "rate", "clock", "offset_ms", "execution")
 
@@ -76,10 +76,10 @@ def read(experiment: str | Path) -> tuple[str, dict[str, Any]]:
         except OSError as fault:
             raise InputError(text, f"cannot be read: {fault.strerror}", "an experiment file") from None
     try:
-        return text, tomllib.loads(content.decode("utf-8-sig"))
+        return text, tables_of(content.decode("utf-8-sig"))
     except UnicodeDecodeError as fault:
         raise InputError(text, f"is not UTF-8 text (byte {fault.start})", "a TOML file") from None
-    except tomllib.TOMLDecodeError as fault:
+    except TomlError as fault:
         raise InputError(text, f"is not TOML: {fault}", remedy="mend the line") from None
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import re
-import tomllib
 from collections.abc import Sequence
 from types import UnionType
 from typing import Any, Union, get_args, get_origin
@@ -13,6 +12,7 @@ from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment import registry
 from fesloop.experiment.files.patients import require_no_other
 from fesloop.experiment.files.schema import hints_of
+from fesloop.toml import TomlError, TooLargeError, tables_of
 
 _TOP = ("experiment", "patient", "record", "blocks", "wires", "score")
 _PART = re.compile(r'"([^"]*)"|([^.\[\]"]+)|\[(\d+)\]')
@@ -36,7 +36,10 @@ def apply_settings(document: dict[str, Any], settings: Sequence[str], name: str,
         for path in _paths(changed, key, name, variants):
             if path[0] == "patient":
                 require_no_other(document, key, name)
-            _assign(changed, path, text, key, name)
+            try:
+                _assign(changed, path, text, key, name)
+            except TooLargeError as fault:
+                raise InputError(f"--set {key}", str(fault)) from None
     return changed
 
 
@@ -100,10 +103,12 @@ def _step(here: Any, part: str, key: str, name: str) -> Any:
 
 
 def _value(text: str, is_text: bool) -> Any:
-    """TOML value of the text, or the text itself."""
+    """TOML value of the text, or the text itself; raises TooLargeError for a number that no float holds."""
     try:
-        value = tomllib.loads(f"value = {text}")
-    except tomllib.TOMLDecodeError:
+        value = tables_of(f"value = {text}")
+    except TomlError as fault:
+        if isinstance(fault, TooLargeError) and not is_text:
+            raise
         return text
     if len(value) != 1 or (is_text and not isinstance(value["value"], str)):
         return text

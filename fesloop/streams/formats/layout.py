@@ -24,7 +24,6 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -33,6 +32,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.streams.containers.text_table import TextForm, read_text
+from fesloop.toml import TomlError, tables_of
 
 _ALLOWED = "a layout file (TOML)"
 
@@ -157,8 +157,8 @@ def read_layout(path: Path) -> Layout:
 
     name = str(path)
     try:
-        document = tomllib.loads(read_text(path, _ALLOWED))
-    except (tomllib.TOMLDecodeError, RecursionError) as fault:
+        document = tables_of(read_text(path, _ALLOWED))
+    except TomlError as fault:
         raise InputError(name, f"is not TOML: {fault}", remedy="mend the line") from None
     document = json.loads(json.dumps(document, default=str))  # dates of TOML: no key takes one
     form = table(Layout, {})

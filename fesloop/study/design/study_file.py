@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
@@ -19,6 +18,7 @@ from fesloop.experiment.files.schema import closed, make, table
 from fesloop.study.design.axes import Axis
 from fesloop.study.design.figure_specs import Figure
 from fesloop.study.design.study import About, Preparation, Study, is_name
+from fesloop.toml import TomlError, tables_of
 
 _SPAN = {"start": "from", "stop": "to"}
 
@@ -36,10 +36,10 @@ def read_study(study: str | Path, form: str = "") -> Study:
     """
     name, content, folder = _content(study)
     try:
-        document = tomllib.loads(content.decode("utf-8-sig"))
+        document = tables_of(content.decode("utf-8-sig"))
     except UnicodeDecodeError as fault:
         raise InputError(name, f"is not UTF-8 text (byte {fault.start})", "a TOML file") from None
-    except tomllib.TOMLDecodeError as fault:
+    except TomlError as fault:
         raise InputError(name, f"is not TOML: {fault}", remedy="mend the line") from None
     try:
         return study_of(document, form, folder)
@@ -81,7 +81,7 @@ def described_studies() -> dict[str, dict[str, str]]:
     """Shipped studies: under "" what each is, under the name of each other form what that costs."""
     found = {}
     for name in shipped_studies():
-        document = tomllib.loads(_content(name)[1].decode("utf-8-sig"))
+        document = tables_of(_content(name)[1].decode("utf-8-sig"))
         forms = {form: str(patch.get("cost", "")) for form, patch in document.get("forms", {}).items()}
         found[name] = {"": str(document["study"].get("description", "")), **forms}
     return found
