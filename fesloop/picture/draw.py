@@ -58,14 +58,17 @@ def draw(
 
     Raises
     ------
-    InputError: for a recording with neither hand nor arrays, a trial or an instant that is not in it, and
-        where matplotlib is not installed or a file cannot be written.
+    InputError: for a recording with neither hand nor arrays or without rows, a trial or an instant that is
+        not in it, and where matplotlib is not installed or a file cannot be written.
     """
     _require_matplotlib()
     cast = cast_of(recording)
     if cast.hand is None and cast.electrodes is None:
         raise InputError(str(recording.path), "has neither a hand nor electrode arrays to draw",
                          "a recording of a plant with a parameter `hand`, or of electrodes")
+    if not recording.trials:
+        raise InputError(str(recording.path), f"holds no row of any trial (run {recording.status})",
+                         "a recording with something to draw")
     if not 0 <= trial < recording.trials:
         raise InputError(f"--trial {trial}", "is not in the recording", f"0 to {recording.trials - 1}")
     span = _recorded(recording, cast, trial)

@@ -11,10 +11,20 @@ import pytest
 from matplotlib.image import imread
 
 from fesloop.cli import main
+from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.running.trial import run as run_experiment
+from fesloop.streams.blocks.playback import Playback
 
 SMALL = str(Path(__file__).resolve().parent.parent / "experiment" / "small.toml")
+
+
+def rows_of(file):
+    """Names of the datasets that grow with the run."""
+    found = []
+    file.visititems(lambda name, item: found.append(name)
+                    if isinstance(item, h5py.Dataset) and item.maxshape[:1] == (None,) else None)
+    return found
 
 
 def draw(capsys, *arguments):
@@ -65,6 +75,22 @@ def test_a_run_that_was_killed_is_drawn_up_to_its_end(capsys, grasp, tmp_path):
     code, out, _ = draw(capsys, path, "--at", "0.2", "--out", tmp_path, "--json")
     assert code == 0
     assert len(json.loads(out)["pictures"]) == 3
+
+
+def test_a_recording_without_rows_is_one_line(capsys, grasp, tmp_path):
+    """As a run that was killed before its first flush leaves it."""
+    path = tmp_path / "empty.h5"
+    path.write_bytes(grasp.read_bytes())
+    with h5py.File(path, "r+") as file:
+        del file["status"]
+        file["status"] = b"running"
+        for name in rows_of(file):
+            file[name].resize(0, axis=0)
+    code, out, err = draw(capsys, path, "--out", tmp_path / "pictures")
+    assert (code, out, len(err)) == (2, "", 1)
+    assert "empty.h5: holds no row of any trial (run running)" in err[0]
+    with pytest.raises(InputError, match=r"recording: .* holds no row of any trial"):
+        Playback(recording=str(path), signal="hand.angles")
 
 
 @pytest.mark.parametrize(("arguments", "said"), [

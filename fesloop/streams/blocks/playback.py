@@ -40,7 +40,10 @@ class Playback:
 
     def __post_init__(self) -> None:
         with Recording(self.recording) as run:
-            if not 0 <= self.trial < max(run.trials, 1):
+            if not run.trials:
+                raise InputError("recording", f"{self.recording} holds no row of any trial",
+                                 "one with values")
+            if not 0 <= self.trial < run.trials:
                 raise InputError("trial", f"{self.trial}, but {self.recording} has {run.trials}",
                                  f"0 to {run.trials - 1}")
             played = run.signal(self.signal, self.trial)
