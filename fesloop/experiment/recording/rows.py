@@ -71,10 +71,12 @@ def input_rows(dtype: np.dtype[np.void], rows: Sequence[InputRow], trial: int) -
 
 
 def event_rows(events: Sequence[EventRow], trial: int) -> Rows:
-    """Events as one structured array; text that is too long for its field ends in three dots."""
+    """Events as one structured array; text too long for its field ends in three dots, no letter cut."""
     def cut(text: str, field: str) -> bytes:
-        encoded, size = text.encode(), EVENT[field].itemsize
-        return encoded if len(encoded) <= size else encoded[:size - 3] + b"..."
+        encoded, size = text.encode(errors="replace"), EVENT[field].itemsize
+        if len(encoded) <= size:
+            return encoded
+        return encoded[:size - 3].decode(errors="ignore").encode() + b"..."
 
     rows = [(trial, time, cut(where, "where"), cut(status, "status"), cut(detail, "detail"))
             for time, where, status, detail in events]
