@@ -11,6 +11,8 @@ from fesloop.errors import InputError
 from fesloop.loop.clock import FOREVER, NS_PER_MS
 
 Kind = Literal["zero", "fixed", "uniform", "normal", "exponential", "measured", "recorded"]
+_GREATEST_SCALE = 1e6
+"""Of a measured time: with it a step of an hour is still shorter than stamps reach, 2^62 ns."""
 _STANDARD_NORMAL = NormalDist()
 _NEEDS: dict[str, tuple[str, ...]] = {
     "zero": (),
@@ -64,8 +66,8 @@ class Duration:
         for key in ("sd_ms", "mean_ms") if self.kind == "exponential" else ("sd_ms",):
             if (getattr(self, key) or 0.0) < 0.0:
                 raise InputError(key, f"{getattr(self, key)} is negative", "zero or more")
-        if not (math.isfinite(self.scale) and self.scale > 0.0):
-            raise InputError("scale", f"{self.scale}", "above 0")
+        if not 0.0 < self.scale <= _GREATEST_SCALE:
+            raise InputError("scale", f"{self.scale}", f"above 0, at most {_GREATEST_SCALE:g}")
 
     @property
     def random(self) -> bool:

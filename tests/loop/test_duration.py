@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError
+from fesloop.loop.clock import FOREVER
 from fesloop.loop.duration import ZERO, Duration
 
 KINDS = st.one_of(
@@ -28,6 +29,14 @@ def test_the_share_within_a_limit_is_the_share_of_the_numbers_that_draw_no_more(
         assert jitter.draw_ns(below) <= limit_ns
     if above < 1.0:
         assert jitter.draw_ns(above) > limit_ns or math.isclose(share, jitter.share_within(limit_ns + 1))
+
+
+@pytest.mark.parametrize("scale", [0.0, -1.0, math.nan, math.inf, 1e300, 1.1e6])
+def test_a_measured_time_is_not_scaled_beyond_what_stamps_reach(scale):
+    with pytest.raises(InputError, match=r"^scale: .*; allowed: above 0, at most 1e\+06$"):
+        Duration(kind="measured", scale=scale)
+    hour_ns = 3_600_000_000_000
+    assert round(hour_ns * Duration(kind="measured", scale=1e6).scale) < FOREVER
 
 
 def test_what_is_not_drawn_has_no_distribution():
