@@ -124,8 +124,9 @@ def search_metrics(recording: Recording, score: SearchScore) -> dict[str, Any]:
 
     `queries`; `minutes` until the search had ended, nan where it had not; of what it recommends
     `found_elements`, `found_ma`, `found_quality` and `found_selectivity`, by what the hand truly did when it
-    was asked; with an optimum, `of_optimum`, the share of it; and `element_quality`, for each element the
-    best true quality of all queries that it had part in, None where it had none: a map over the arrays.
+    was asked, no elements and nan where no query was answered; with an optimum, `of_optimum`, the share of
+    it; and `element_quality`, for each element the best true quality of all queries that it had part in,
+    None where it had none: a map over the arrays.
     """
     metrics: dict[str, list[Any]] = {}
     for trial in range(recording.trials):
@@ -140,16 +141,15 @@ def _of_trial(recording: Recording, score: SearchScore, trial: int) -> dict[str,
     over = np.flatnonzero(phase.values == ENDED)
     minutes = phase.times_ns[over[0]] / (60.0 * NS_PER_S) if over.size else math.nan
     count = recording.signal(f"{score.search}.best_multiplexing", trial).values.shape[1]
-    found: dict[str, Any] = {"queries": len(asked), "minutes": float(minutes)}
-    if asked:
-        elements, current_ma = asked[-1].best
-        verdict = next((one.verdict for one in reversed(asked)
-                        if one.elements == elements and math.isclose(one.current_ma, current_ma)), None)
-        quality = verdict.quality if verdict else math.nan
-        found |= {"found_elements": list(elements), "found_ma": current_ma, "found_quality": quality,
-                  "found_selectivity": verdict.selectivity if verdict else math.nan}
-        if score.optimum is not None:
-            found["of_optimum"] = quality / score.optimum
+    elements, current_ma = asked[-1].best if asked else ((), math.nan)
+    verdict = next((one.verdict for one in reversed(asked)
+                    if one.elements == elements and math.isclose(one.current_ma, current_ma)), None)
+    quality = verdict.quality if verdict else math.nan
+    found = {"queries": len(asked), "minutes": float(minutes), "found_elements": list(elements),
+             "found_ma": current_ma, "found_quality": quality,
+             "found_selectivity": verdict.selectivity if verdict else math.nan}
+    if score.optimum is not None:
+        found["of_optimum"] = quality / score.optimum
     return found | {"element_quality": element_quality(asked, count)}
 
 

@@ -131,7 +131,7 @@ def _search(metrics: Mapping[str, Any]) -> Iterator[str]:
     over = f"in {told(minutes)} minutes" if math.isfinite(minutes) else "and had not ended"
     text = f"the search asked {queries[0]} times {over}"
     found = metrics.get("found_elements")
-    if found:
+    if found and found[0]:
         share = metrics.get("of_optimum", [math.nan])[0]
         of_best = f", {100.0 * share:.0f} % of the best that there is" if math.isfinite(share) else ""
         elements = f"element{'s' if len(found[0]) != 1 else ''} {listed(list(map(str, found[0])))}"

@@ -1,10 +1,12 @@
 """What is scored of a search that has not come to anything."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
-from fesloop.experiment.metrics.search import SearchScore, asked_of, search_metrics
+from fesloop.experiment.metrics.search import BASELINE, ENDED, MEASURE, SearchScore, asked_of, search_metrics
 
 SCORE = SearchScore(search="search", truth="hand.angles", movement="finger_opening")
 
@@ -24,3 +26,29 @@ def test_a_search_that_never_stepped_asked_nothing():
     assert metrics["queries"] == [0]
     assert np.isnan(metrics["minutes"]).all()
     assert metrics["element_quality"] == [[None] * 59]
+    assert metrics["found_elements"] == [[]]
+
+
+def test_what_is_found_stands_at_the_trial_in_which_it_was_found():
+    """The first trial ends before the response to its first query is there; the second has one."""
+    share = np.zeros(59)
+    share[17] = 1.0
+    phases = {0: [BASELINE, MEASURE], 1: [BASELINE, MEASURE, ENDED]}
+    given = np.array([0.01, 0.0])
+    values = {"quality": 0.5, "stimulation": given[np.newaxis], "best_stimulation": given,
+              "multiplexing": share[np.newaxis], "best_multiplexing": share, "query": 0.0}
+
+    def signal(name, trial):
+        phase, port = phases[trial], name.partition(".")[2]
+        held = {**values, "angles": np.zeros(23)}.get(port)
+        rows = np.array(phase, float) if port == "phase" else np.stack([np.asarray(held)] * len(phase))
+        return SimpleNamespace(times_ns=np.arange(len(phase)) * 1_000_000_000, values=rows)
+
+    metrics = search_metrics(SimpleNamespace(trials=2, signal=signal), replace(SCORE, optimum=0.5))
+    assert metrics["queries"] == [0, 1]
+    assert metrics["found_elements"] == [[], [17]]
+    assert np.isnan(metrics["found_ma"][0])
+    assert metrics["found_ma"][1] == pytest.approx(10.0)
+    for name in ("found_quality", "found_selectivity", "of_optimum"):
+        assert np.isnan(metrics[name][0])
+        assert len(metrics[name]) == 2
