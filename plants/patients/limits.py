@@ -46,8 +46,9 @@ SPREADS: dict[str, Limits] = {
     "tremor_hz": (0.0, 5.0)}
 """Of standard deviations; those that are not named are of logarithms, and go from 0 to 1."""
 
-_UNITS = {"mm": " mm", "deg": " deg", "ms": " ms", "s": " s", "us": " us", "hz": " Hz"}
-"""By the end of a number's name."""
+_UNITS = {"_mm": " mm", "_deg": " deg", "_ms": " ms", "_s": " s", "_per_s": " 1/s", "_rad_s": " rad/s",
+          "_us": " us", "_hz": " Hz", "_ma": " mA", "_n_m_per_rad": " N m/rad", "_uc": " uC", "_per_s_max_uc": " uC/s"}
+"""By the end of a number's name; the last that fits counts."""
 
 
 def refuse(section: str, parameters: object, limits: Mapping[str, Limits], *muscle_tables: str) -> None:
@@ -67,7 +68,7 @@ def _faults(section: str, parameters: Any, limits: Mapping[str, Limits],
             if key in muscle_tables and name not in MUSCLES:
                 yield _unknown_muscle(where, name)
             elif number is not None and not (math.isfinite(number) and low <= number <= high):
-                unit = _UNITS.get(key.rpartition("_")[2], "")
+                unit = next((unit for end, unit in reversed(_UNITS.items()) if key.endswith(end)), "")
                 yield InputError(where, f"{number:g}{unit}", f"{low:g} to {high:g}{unit}")
 
 

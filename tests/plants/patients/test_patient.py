@@ -41,6 +41,17 @@ def refused(**sections):
     return str(found.value).splitlines()
 
 
+@pytest.mark.parametrize(("section", "key", "limits"), [
+    ("muscle", "natural_rad_s", "0 rad/s; allowed: 4 to 125 rad/s"),
+    ("muscle", "delay_ms", "0 ms; allowed: 5 to 200 ms"),
+    ("passive", "mcp_n_m_per_rad", "0 N m/rad; allowed: 0.02 to 1.3 N m/rad"),
+    ("tolerance", "charge_max_uc", "0 uC; allowed: 0.1 to 63 uC"),
+    ("tolerance", "charge_per_s_max_uc", "0 uC/s; allowed: 0.1 to 3150 uC/s"),
+])
+def test_limits_are_told_in_the_unit_of_the_number(section, key, limits):
+    assert refused(**{section: {key: 0.0}}) == [f"patient: {section}.{key}: {limits}"]
+
+
 def test_the_presets_are_those_that_are_promised():
     assert PRESETS == ["able_bodied", "sci_c6", "stroke_mild", "stroke_severe_spastic"]
 
