@@ -119,7 +119,10 @@ def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = 
 
 
 def compare(patients: list[Kept]) -> Reproduction:
-    """Rows and tables of what each patient learnt; one who failed has infinite errors and holds nothing."""
+    """Rows and tables of what each patient learnt; one who failed has infinite errors and holds nothing.
+
+    What is not known of a patient is nan in the table, and in the rows counts as of one who failed.
+    """
     table = [_of_patient(patient) for patient in patients]
     columns = {name: np.array([row[name] for row in table]) for name in table[0]}
     within = "reference within reach, trial 8"
@@ -148,15 +151,17 @@ def _of_patient(kept: Kept) -> dict[str, float]:
               worn["held"], grasp["object_moved_mm"],
               grasp["aperture_mm"]["opening"], grasp["wrist_extension_deg"], grasp["grip_margin"],
               grasp["unwanted_motion_deg"], grasp["charge_uc"])
-    return dict(zip(_FIGURES, (float(course[-1] or 0.0) for course in values), strict=True))
+    last = (math.nan if course[-1] is None else float(course[-1]) for course in values)
+    return dict(zip(_FIGURES, last, strict=True))
 
 
 def _at_most(table: str, row: str, values: Array, bar: float, unit: str) -> Row:
     """The median over patients, failures as infinite, against a bar."""
+    values = np.where(np.isnan(values), math.inf, values)
     return Row(table, f"{row}, at most", bar, band(values), bool(np.median(values) <= bar), unit)
 
 
 def _held(table: str, held: Array, share: float) -> Row:
-    count = int(held.sum())
+    count = int(np.nansum(held))
     return Row(table, "patients, at least", f"{share * held.size:g} of {held.size}",
                f"{count} of {held.size}", count >= share * held.size)

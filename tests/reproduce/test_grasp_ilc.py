@@ -58,6 +58,23 @@ def test_so_many_must_hold_and_who_failed_does_not(key, enough):
     assert not told(enough - 1, [FAILED] * (11 - enough))
 
 
+def test_what_is_not_known_is_not_nothing():
+    """A trial that ends before the object could be dropped does not say whether it was held."""
+    lost = patient(held=None)
+    lost["grasp"]["grip_margin"] = [0.0, math.nan]
+    found = grasp_ilc.compare([patient()] * 7 + [lost] * 3)
+    row = next(row for row in found.rows if row.row == "patients, at least")
+    assert (row.ours, row.holds) == ("7 of 10", False)
+    table = found.sweeps["patients"]
+    last = dict(zip(table.columns, table.rows[-1][1], strict=True))
+    assert math.isnan(last["held"])
+    assert math.isnan(last["grip margin"])
+    assert last["held, worn"] == 1.0
+    unknown = [patient(aperture=math.nan)] * 4 + [patient()] * 6
+    assert all(holds(unknown).values())
+    assert not all(holds([patient(aperture=math.nan)] * 6 + [patient()] * 4).values())
+
+
 def test_each_error_is_floor_plus_excess():
     table = grasp_ilc.compare([patient(rmse=6.0, floor=4.5), patient()]).sweeps["patients"]
     first = dict(zip(table.columns, table.rows[0][1], strict=True))
