@@ -128,7 +128,7 @@ class Score:
         if self.tips and tips and tips != (len(self.tips),):
             faults.append(InputError("score.tips", f"{len(self.tips)} names", f"{tips[0]}, one a fingertip"))
         named = self.truth or self.estimate
-        joints = shapes.get(named or "", ())
+        joints = shapes.get(named or "", ()) or (1,)
         if self.joints and joints != (len(self.joints),) and (named is None or named in shapes):
             faults.append(InputError("score.joints", f"{len(self.joints)} names",
                                      f"as many as the signals have values: {joints}"))

@@ -47,7 +47,8 @@ SPREADS: dict[str, Limits] = {
 """Of standard deviations; those that are not named are of logarithms, and go from 0 to 1."""
 
 _UNITS = {"_mm": " mm", "_deg": " deg", "_ms": " ms", "_s": " s", "_per_s": " 1/s", "_rad_s": " rad/s",
-          "_us": " us", "_hz": " Hz", "_ma": " mA", "_n_m_per_rad": " N m/rad", "_uc": " uC", "_per_s_max_uc": " uC/s"}
+          "_us": " us", "_hz": " Hz", "_ma": " mA", "_n_m_per_rad": " N m/rad", "_uc": " uC",
+          "_per_s_max_uc": " uC/s"}
 """By the end of a number's name; the last that fits counts."""
 
 

@@ -1,7 +1,7 @@
 """Metrics as pure functions on arrays: joint angles, and how their error divides.
 
-Everything is in rad and ns in, degrees out where the name says so. NaN in a reference means unknown and is
-left out; NaN anywhere else comes out as NaN.
+Everything is in rad and ns in, degrees out where the name says so. A joint by itself may have no axis of
+joints. NaN in a reference means unknown and is left out; NaN anywhere else comes out as NaN.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def joint_rmse_deg(trials: Sequence[tuple[Trace, Trace]]) -> list[float]:
 
     `trials` holds (truth, reference) of each.
     """
-    return [float(rms(rmse_deg(truth, reference))) for truth, reference in trials]
+    return [float(rms(np.atleast_1d(rmse_deg(truth, reference)))) for truth, reference in trials]
 
 
 def tracker_rmse_deg(trials: Sequence[tuple[Trace, Trace]]) -> list[float]:
@@ -92,13 +92,13 @@ def tracker_rmse_deg(trials: Sequence[tuple[Trace, Trace]]) -> list[float]:
     `trials` holds (estimate, truth) of each. Estimates are to be stamped with the instant at which the
     samples behind them were captured: latency then counts as latency and not as error of the tracker.
     """
-    return [float(rms(rmse_deg(estimate, truth))) for estimate, truth in trials]
+    return [float(rms(np.atleast_1d(rmse_deg(estimate, truth)))) for estimate, truth in trials]
 
 
 def range_deg(trace: Trace) -> Array:
     """From the least to the greatest angle of a trial, (joints,), deg; NaN of an empty one."""
     least = np.full(trace[1].shape[1:], np.inf)
-    greatest = -least
+    greatest = np.full(least.shape, -np.inf)
     for _, values in _pieces(trace):
         np.minimum(least, values.min(axis=0), out=least)
         np.maximum(greatest, values.max(axis=0), out=greatest)

@@ -103,7 +103,7 @@ def _joint_names(score: Score, truth: Sequence[Trace]) -> tuple[str, ...]:
 
 def _add_by_joint(joints: dict[str, Any], metric: str, trials: list[NDArray[np.float64]]) -> None:
     for number, values in enumerate(joints.values()):
-        values[metric] = [float(trial[number]) for trial in trials]
+        values[metric] = [float(np.atleast_1d(trial)[number]) for trial in trials]
 
 
 def _trace(recording: Recording, name: str | None, trial: int, after_s: float,

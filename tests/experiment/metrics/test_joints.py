@@ -31,6 +31,14 @@ def test_rmse_of_a_delayed_ramp_is_its_delay():
     assert metrics.joint_rmse_deg([(truth, late)]) == [pytest.approx(np.degrees(np.sqrt(0.00625)))]
 
 
+def test_one_joint_may_have_no_axis_of_joints():
+    truth = trace(1, 1000, lambda t: ramp(t)[:, 0])
+    late = truth[0], truth[1] - 0.05
+    assert metrics.joint_rmse_deg([(truth, late)]) == [pytest.approx(np.degrees(0.05))]
+    assert metrics.tracker_rmse_deg([(late, truth)]) == [pytest.approx(np.degrees(0.05))]
+    assert metrics.range_deg(truth) == pytest.approx(np.degrees(np.ptp(truth[1])))
+
+
 def test_an_estimate_is_judged_by_the_truth_at_its_capture():
     truth = trace(1, 1000, ramp)
     estimate = trace(10, 90, ramp)

@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 import fesloop
-from fesloop import InputError, Recording
+from fesloop import Experiment, InputError, Node, Recording, Wire
 from fesloop.experiment.metrics import joints as metrics
 from fesloop.experiment.metrics.grasp_score import GraspScore
 from fesloop.experiment.metrics.joints import held
 from fesloop.experiment.metrics.scoring import _arrived, _seen, _trace, metrics_of
 from fesloop.experiment.recording import reading
 from fesloop.experiment.wanted import Score
+from plants.linear import StateSpace
 
 LATENCY = "finger_pid_latency"
 WIRE = 'wires."tracker.angles->controller.measured"'
@@ -54,6 +55,16 @@ def test_a_bias_of_the_tracker_is_its_error(tmp_path):
     joints = metrics["joints"]
     assert [joints[name]["tracker_rmse_deg"][0] for name in ("MCP", "PIP", "DIP")] == pytest.approx([3, 0, 4])
     assert metrics["tracker_rmse_deg"][0] == pytest.approx(np.sqrt(25 / 3))
+
+
+def test_one_joint_without_an_axis_is_scored_under_its_name(tmp_path):
+    """x' = -x from 1 rad, as an FMU of one angle or a model of one state gives it."""
+    plant = Node("plant", StateSpace(a=((-1.0,),), b=((1.0,),), c=((1.0,),), initial_state=(1.0,)))
+    score = Score(truth="plant.y", joints=("elbow",))
+    nothing = Wire("plant.y", "plant.u", latency_ms=1500, rate="1000")
+    experiment = Experiment(name="one", nodes=(plant,), wires=(nothing,), duration_s=1.0, score=score)
+    metrics = experiment.run(tmp_path).metrics
+    assert metrics["joints"]["elbow"]["range_deg"] == [pytest.approx(np.degrees(1.0 - np.exp(-0.999)))]
 
 
 def test_what_comes_after_until_s_does_not_count(tmp_path):
