@@ -23,7 +23,7 @@ from fesloop.study.engine.running import DIED
 from fesloop.study.engine.task import Outcome, Wanted, run_one
 from fesloop.study.engine.watch import Watch
 from fesloop.study.results.study_results import load
-from fesloop.study.store.claim import without_figures
+from fesloop.study.store.claim import decisive
 from fesloop.study.store.file import FILE
 
 _TRIED = 8
@@ -111,7 +111,7 @@ def _done(folder: Path, study: Study) -> set[str]:
     if not (folder / FILE).exists():
         return set()
     results = load(folder)
-    same = without_figures(results.study) == without_figures(json.loads(json.dumps(study.document)))
+    same = decisive(results.study) == decisive(json.loads(json.dumps(study.document)))
     return set(results.table()["id"].tolist()) if same else set()
 
 

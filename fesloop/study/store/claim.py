@@ -29,13 +29,20 @@ def claim(file: sqlite3.Connection, path: Path, study: Study, mix_versions: bool
     else:
         _hold_against(file, path, study, tables)
     version = _known_version(file, path, mix_versions)
-    _take_figures(file, path, study)
+    _take_words(file, path, study)
     return version
 
 
-def without_figures(document: Mapping[str, Any]) -> dict[str, Any]:
-    """What of a study's document decides on its runs: figures show the same runs in other ways."""
-    return {key: table for key, table in document.items() if key != "figures"}
+def decisive(document: Mapping[str, Any]) -> dict[str, Any]:
+    """What of a study's document decides on its runs: not figures, nor what is said to people."""
+    tables = {key: table for key, table in document.items() if key not in ("study", "axes", "figures")}
+    return tables | {
+        "study": _but(document.get("study", {}), "description"),
+        "axes": {name: _but(axis, "label", "unit") for name, axis in document.get("axes", {}).items()}}
+
+
+def _but(table: Mapping[str, Any], *keys: str) -> dict[str, Any]:
+    return {key: value for key, value in table.items() if key not in keys}
 
 
 def is_empty(file: sqlite3.Connection) -> bool:
@@ -59,14 +66,14 @@ def _hold_against(file: sqlite3.Connection, path: Path, study: Study, tables: se
     about = dict(file.execute("SELECT key, value FROM about")) if "about" in tables else {}
     if about.get("format") != FORMAT:
         raise InputError(str(path), f"is {about.get('format', 'no study of fesloop')!r}", FORMAT, _REMEDY)
-    there, here = (without_figures(json.loads(text)) for text in (about["study"], _document(study)))
+    there, here = (decisive(json.loads(text)) for text in (about["study"], _document(study)))
     if there != here:
         raise InputError(str(path), f"was made by another study: {_first_difference(there, here)}",
                          "the study that made it", _REMEDY)
 
 
-def _take_figures(file: sqlite3.Connection, path: Path, study: Study) -> None:
-    """Note the figures that are asked for now; theory that was kept for others goes."""
+def _take_words(file: sqlite3.Connection, path: Path, study: Study) -> None:
+    """Note figures, and what is said to people, as they are now; theory that was kept for others goes."""
     (there,) = file.execute("SELECT value FROM about WHERE key = 'study'").fetchone()
     if json.loads(there) != json.loads(_document(study)):
         (path.parent / THEORY).unlink(missing_ok=True)

@@ -174,6 +174,16 @@ def test_a_study_with_other_figures_goes_on_and_is_reported_with_them(folder, mo
     assert load(folder).study == dict(a_study().document)
 
 
+def test_a_study_that_is_described_in_other_words_goes_on(folder):
+    document = dict(a_study().document)
+    axes = {name: {**axis, "label": "delay", "unit": "ms"} for name, axis in document["axes"].items()}
+    about = {**document["study"], "description": "In other words."}
+    said = study_of({**document, "study": about, "axes": axes})
+    with Store(folder, said) as kept:
+        assert kept.counts() == (1, {"broken": 1})
+    assert load(folder).study == dict(said.document)
+
+
 def test_a_store_of_another_version_is_refused_until_it_is_asked_for(folder, monkeypatch):
     here = store_claim.version_text()
     other = here.replace('"numpy": "', '"numpy": "9')
