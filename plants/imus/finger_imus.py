@@ -34,14 +34,25 @@ class FingerImusState:
     bias: (2, 4, 3), of gyroscopes (rad/s) and accelerometers (m/s^2); the former walks.
     noise: rows for the ticks of this trial.
     errors: (4, 2), as `measure` takes them.
+    last: number of the last tick; -1 before the first.
     latch: the statuses that hold.
     """
 
-    __slots__ = ("bias", "errors", "latch", "mounting", "noise")
+    __slots__ = ("bias", "errors", "last", "latch", "mounting", "noise")
 
     def __init__(self, mounting: Array, bias: Array, noise: NoiseStream, errors: Array) -> None:
         self.mounting, self.bias, self.noise, self.errors = mounting, bias, noise, errors
+        self.last = -1
         self.latch = StatusLatch()
+
+    def errors_at(self, index: int) -> Array:
+        """The errors of a tick: a bias has walked for as long as ticks were skipped before it, too."""
+        ticks, self.last = index - self.last, index
+        if ticks == 1:
+            return self.errors
+        errors = self.errors.copy()
+        errors[3] *= math.sqrt(ticks)
+        return errors
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,7 +151,7 @@ class FingerImus:
         accelerations: Any = inputs[2][0]
         samples = np.empty((2, 4, 3))
         clipped = measure(angles, rates, accelerations, self._geometry, state.mounting, state.bias,
-                          state.noise.row(tick.index), state.errors, samples)
+                          state.noise.row(tick.index), state.errors_at(tick.index), samples)
         if clipped or "clipped" in state.latch.holding:
             names = (name for bit, name in enumerate(SENSORS) if clipped >> bit & 1)
             state.latch.put(tick, "clipped", bool(clipped), "out of range: " + ", ".join(names))

@@ -115,6 +115,16 @@ def test_the_bias_walks_with_the_square_root_of_time() -> None:
     np.testing.assert_allclose(acc[0], [-STANDARD_GRAVITY, 0, 0], atol=1e-12)
 
 
+def test_the_bias_walks_on_while_ticks_are_skipped() -> None:
+    """A sensor whose block is busy for four ticks of five is as far off after a second as any other."""
+    imus = FingerImus(**{**CLEAN, "gyroscope_walk": 1e-2})
+    ends = []
+    for seed in range(120):
+        state = imus.init(context(seed=seed))
+        ends += [step(imus, state, posture(), k)[0] for k in range(4, 100, 5)][-1:]
+    assert np.std(ends) == pytest.approx(1e-2, rel=0.06)
+
+
 def test_bias_and_mounting_belong_to_the_run_and_noise_to_the_trial() -> None:
     quiet = {**CLEAN, "gyroscope_bias_sd": 1e-2, "accelerometer_bias_sd": 0.1, "misalignment_deg": 5.0}
     imus = FingerImus(**quiet)
