@@ -9,7 +9,7 @@ import sysconfig
 import tempfile
 import zipfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -152,5 +152,9 @@ def _write_archive(target: Path, files: dict[str, Any]) -> None:
                 entry.external_attr = (0o755 if name.endswith(".so") else 0o644) << 16
                 archive.writestr(entry, files[name])
         partial.replace(target)
+    except OSError as fault:
+        raise InputError("target", f"{target} cannot be written: {fault.strerror}",
+                         "a file in a folder that can be written to") from None
     finally:
-        partial.unlink(missing_ok=True)
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)

@@ -142,6 +142,14 @@ def test_a_failing_compiler_leaves_nothing(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_folder_in_its_place_is_refused(tmp_path):
+    target = tmp_path / "finger.fmu"
+    target.mkdir()
+    with pytest.raises(InputError, match=r"finger\.fmu cannot be written: Is a directory; allowed: a file"):
+        build_finger_fmu(target, binary=False)
+    assert list(tmp_path.iterdir()) == [target]
+
+
 def test_what_cannot_be_exported_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"finger\.fatigue"):
         build_finger_fmu(tmp_path / "finger.fmu", finger=Finger(fatigue=Fatigue()))
