@@ -42,12 +42,15 @@ def _is_finite_but_for_gaps(value: Value) -> bool:
 
 def check_shapes(name: str, ports: Sequence[Port], values: Sequence[Value]) -> None:
     """Raise RunError where the values are not what the ports declare."""
-    if not isinstance(values, tuple) or len(values) != len(ports):
+    if not isinstance(values, tuple):
+        raise RunError(f"{name}: put out {type(values).__name__}, declared is a tuple of {len(ports)}, "
+                       "a value for each output port")
+    if len(values) != len(ports):
         raise RunError(f"{name}: put out {len(values)} values for its {len(ports)} output ports")
     for port, value in zip(ports, values, strict=True):
         if port.shape == ():
             if not isinstance(value, float):
                 raise RunError(f"{name}.{port.name}: put out {type(value).__name__}, declared is a float")
         elif not isinstance(value, np.ndarray) or value.shape != port.shape or value.dtype != np.float64:
-            found = f"{getattr(value, 'dtype', type(value).__name__)} {getattr(value, 'shape', '')}"
+            found = f"{value.dtype} {value.shape}" if isinstance(value, np.ndarray) else type(value).__name__
             raise RunError(f"{name}.{port.name}: put out {found}, declared is float64 {port.shape}")
