@@ -11,6 +11,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment import registry
 from fesloop.experiment.files.schema import plain
@@ -64,6 +66,8 @@ class Experiment:
     wiring: Wiring = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "trials", _as_integer(self.trials))
+        object.__setattr__(self, "seed", _as_integer(self.seed))
         _raise_any(self._faults_of_numbers())
         object.__setattr__(self, "nodes", tuple(self.nodes))
         object.__setattr__(self, "wires", tuple(self.wires))
@@ -85,9 +89,9 @@ class Experiment:
         It is the experiment that `load` makes with this seed. Raises InputErrors as that does.
         """
         made = copy.copy(self)
-        object.__setattr__(made, "seed", seed)
+        object.__setattr__(made, "seed", _as_integer(seed))
         _raise_any(made._faults_of_numbers())
-        object.__setattr__(made, "wiring", self.wiring.with_seed(seed))
+        object.__setattr__(made, "wiring", self.wiring.with_seed(made.seed))
         _raise_any(faults_in_place(made.wiring, made.duration_ns))
         return made
 
@@ -188,6 +192,11 @@ class Experiment:
         if result.status == "interrupted":
             raise KeyboardInterrupt
         return result
+
+
+def _as_integer(number: Any) -> Any:
+    """An integer of numpy as Python's own; anything else as it is, for the check."""
+    return int(number) if isinstance(number, np.integer) else number
 
 
 def _is_integer(number: object) -> bool:

@@ -1,5 +1,6 @@
 """Another seed for an experiment that is made already, against one that is read with it."""
 
+import numpy as np
 import pytest
 
 import fesloop
@@ -21,6 +22,18 @@ def test_it_is_the_experiment_that_is_read_with_the_seed(name):
     assert first.seed == first.wiring.seed != 77
     assert first != made
     assert first.with_seed(first.seed) == first
+
+
+def test_a_seed_of_numpy_is_the_same_seed():
+    """What a loop over np.arange gives."""
+    first = fesloop.load("finger_pid_latency")
+    made = first.with_seed(np.int64(5))
+    assert made == first.with_seed(5)
+    assert type(made.seed) is type(made.wiring.seed) is int
+    again = Experiment(name=first.name, description=first.description, nodes=first.nodes, wires=first.wires,
+                       duration_s=first.duration_s, trials=np.int32(1), seed=np.int64(5), record=first.record,
+                       score=first.score)
+    assert again == made
 
 
 def test_it_runs_as_the_experiment_that_is_read_with_the_seed(tmp_path):
