@@ -157,22 +157,29 @@ class Recording:
     def signal(self, name: str, trial: int = 0) -> Signal:
         """An output signal, or what acted on a plant input, in one trial.
 
-        Raises InputError for a name that is not recorded.
+        Raises InputError for a name that is not recorded, or a trial that was not begun.
         """
         rows, field = self._stream(name)
-        return signal_of(name, field, rows, *rows.span(trial))
+        return signal_of(name, field, rows, *self._span(rows, trial))
 
     def column(self, name: str, trial: int = 0, after_ns: int = 0,
                until_ns: int = FOREVER) -> tuple[NDArray[np.int64], Column]:
         """Instants (n,) of a signal from `after_ns` to `until_ns`; its values, left in the file until sliced.
 
-        For signals of any length. Raises InputError for a name that is not recorded.
+        For signals of any length. Raises InputError as `signal` does.
         """
         rows, field = self._stream(name)
-        first, stop = rows.span(trial)
+        first, stop = self._span(rows, trial)
         times = rows.read("time_ns", first, stop)
         late, end = np.searchsorted(times, after_ns), np.searchsorted(times, until_ns, side="right")
         return times[late:end], Column(rows, field, first + int(late), first + int(end))
+
+    def _span(self, rows: StoredRows, trial: int) -> tuple[int, int]:
+        """First row of a trial, and the row after its last; of a run without any trial, none."""
+        first, stop = rows.span(trial)
+        if first == stop and (begun := self.trials) and trial not in range(begun):
+            raise InputError(f"{self.path}: trial", f"{trial}", f"0 to {begun - 1}")
+        return first, stop
 
     def tables(self, names: Sequence[str], trial: int = 0) -> list[SignalTable]:
         """The named signals of a trial, those of one node side by side; a plant's input has its own table.

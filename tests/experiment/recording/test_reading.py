@@ -92,6 +92,14 @@ def digest_of(path):
         return recording.digest()
 
 
+@pytest.mark.parametrize("trial", [-1, 2])
+def test_a_trial_that_was_not_begun_is_refused(recorded, trial):
+    with Recording(recorded.recording) as recording:
+        for read in (recording.signal, recording.column):
+            with pytest.raises(InputError, match=rf"trial: {trial}; allowed: 0 to 1"):
+                read("finger.angles", trial)
+
+
 def test_the_digest_is_the_same_in_another_process_and_in_step_with_the_wall_clock(recorded, tmp_path):
     code = f"import fesloop; print(fesloop.load({str(SMALL)!r}).run({str(tmp_path)!r}).recording)"
     other = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
