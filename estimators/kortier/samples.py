@@ -20,6 +20,10 @@ Array = NDArray[np.float64]
 _SMOOTHING_S = 0.2
 """Time constant of `Moment.steady`, s (chosen: 20 samples of 100 Hz)."""
 
+_LONGEST = 1e4
+"""Of `Moment.steady`, m/s^2 (chosen: 1000 g). Each step of a turn lengthens it, and rates that no hand has
+without end."""
+
 
 class Trust(NamedTuple):
     """How far samples are believed.
@@ -117,7 +121,8 @@ def take(
             moment.steady[s, 0] = x - (b * z - c * y)
             moment.steady[s, 1] = y - (c * x - a * z)
             moment.steady[s, 2] = z - (a * y - b * x)
-            if moment.missing[s] > _SMOOTHING_S:
+            length = abs(moment.steady[s, 0]) + abs(moment.steady[s, 1]) + abs(moment.steady[s, 2])
+            if moment.missing[s] > _SMOOTHING_S or not length < _LONGEST:
                 moment.steady[s] = 0.0  # nobody knows how far it has turned: it begins with the next sample
         for i in range(3):
             speed += moment.newest[s, i] ** 2

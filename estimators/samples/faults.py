@@ -1,10 +1,11 @@
 """What is wrong with a sample: lost, clipped or frozen.
 
-A sample is lost where a number in it is not finite, and where the acceleration (or field) is exactly zero,
-which no sensor gives: it is what stands in a port before the first message and in place of a value that was
-not finite. Frozen is a sensor that repeats its rate and its acceleration to the last bit for a while, which
-noise forbids. While it says that it turns, its samples are lost; what it says at rest is believed, as a
-simulated sensor without noise reads the same: it is told of, unless its rate is zero.
+A sample is lost where a number in it is not finite, or a hundred times what its sensor can read, and where
+the acceleration (or field) is exactly zero, which no sensor gives: it is what stands in a port before the
+first message and in place of a value that was not finite. Frozen is a sensor that repeats its rate and its
+acceleration to the last bit for a while, which noise forbids. While it says that it turns, its samples are
+lost; what it says at rest is believed, as a simulated sensor without noise reads the same: it is told of,
+unless its rate is zero.
 """
 
 from __future__ import annotations
@@ -19,6 +20,9 @@ _NO_RATE = 1e-6
 """Below it a rate is zero but for rounding, rad/s (far below what any sensor of a hand resolves)."""
 _TURNING = 0.3
 """Sum of a rate's components above which a sensor turns, rad/s (a MEMS gyroscope's bias: 5 deg/s an axis)."""
+_ABSURD = 100.0
+"""A number that is so many times its sensor's range is not the sensor's (chosen: a garbled stream has numbers
+of any size, and filters overflow)."""
 GYR, ACC, MAG = 1, 2, 4
 """Bits of sets of kinds of samples."""
 
@@ -26,11 +30,11 @@ GYR, ACC, MAG = 1, 2, 4
 @numba.njit(cache=True)
 def inspect(vectors: Any, limit: float, zero_is_lost: bool, codes: Any) -> int:
     """Add to `codes` (n,) what is wrong with `vectors` (n, 3); give the sum of all codes."""
-    total = 0
+    total, absurd = 0, _ABSURD * limit
     for i in range(vectors.shape[0]):
         x, y, z = abs(vectors[i, 0]), abs(vectors[i, 1]), abs(vectors[i, 2])
         size = x + y + z
-        if not size < math.inf or (zero_is_lost and size == 0.0):
+        if not size < math.inf or max(x, y, z) > absurd or (zero_is_lost and size == 0.0):
             codes[i] |= LOST
         elif x >= limit or y >= limit or z >= limit:
             codes[i] |= CLIPPED

@@ -174,8 +174,8 @@ def test_compiled_kernels_equal_plain_python():
     for kernel, arguments in ((flexion_angles, (orientation, pairs, heading)),
                               (turned_angle, (orientation[:1], orientation[1:2]))):
         np.testing.assert_allclose(kernel(*arguments), kernel.py_func(*arguments), rtol=1e-13)
-    vectors = rng.normal(size=(5, 3))
-    vectors[1], vectors[2, 0], vectors[3] = 0.0, np.nan, 50.0
-    codes = np.zeros((2, 5), dtype=np.uint8)
+    vectors = rng.normal(size=(7, 3))
+    vectors[1], vectors[2, 0], vectors[3], vectors[5, 1], vectors[6, 2] = 0.0, np.nan, 50.0, -4000.0, 4000.1
+    codes = np.zeros((2, 7), dtype=np.uint8)
     assert inspect(vectors, 40.0, True, codes[0]) == inspect.py_func(vectors, 40.0, True, codes[1])
-    assert codes[0].tolist() == codes[1].tolist() == [0, LOST, LOST, CLIPPED, 0]
+    assert codes[0].tolist() == codes[1].tolist() == [0, LOST, LOST, CLIPPED, 0, CLIPPED, LOST]

@@ -162,6 +162,21 @@ def test_short_losses_and_clipping_are_flagged_and_widen_the_uncertainty():
     assert np.degrees(np.abs(angles[-1, FLEXION] - true[-1])).max() < 6.0
 
 
+@pytest.mark.parametrize(("rate", "status"), [(1000.0, "clipped_sample"), (1e200, "lost_sample")])
+def test_rates_that_no_hand_has_leave_nothing_but_numbers(rate, status):
+    """A garbled stream, for as long as a filter can overflow: what it left was NaN for good."""
+    gyr, acc, mag, _, _ = finger()
+    gyr[300:500, 2:] = rate
+    outputs, reports, state = run_tracker(tracker(), gyr, acc, mag)
+    assert reports[0] == (status, "gyr of sensor 2, 3")
+    assert all(np.isfinite(port).all() for port in outputs)
+    assert np.abs(state.moment.steady).max() < 20.0
+    gyr[300:500, 2:] = np.nan
+    lost = run_tracker(tracker(), gyr, acc, mag)[0]
+    same = [np.array_equal(*ports) for ports in zip(outputs, lost, strict=True)]
+    assert all(same) == (status == "lost_sample")
+
+
 def test_a_strip_left_off_is_unseen_and_comes_back():
     gyr, acc, mag, true, _ = finger(depth_deg=(0.0, 0.0, 0.0))
     for kind in (gyr, acc, mag):
