@@ -84,7 +84,7 @@ def fit_error(path: str, *, settings: tuple[str, ...] = (), reference_late_ms: f
     late_ns = round(reference_late_ms * NS_PER_MS)
     if _is_run(path):
         if settings:
-            raise InputError("--set", f"given for {path}, which has been run",
+            raise InputError(f"--set {settings[0]}", f"is given for {path}, which has been run",
                              "settings for a recording that is yet to be played")
         with Recording(path) as recording:
             return fit_measured(measured_errors(recording, late_ns), seed, progress)

@@ -87,7 +87,7 @@ def test_a_run_that_compares_nothing_is_refused(tmp_path):
 
 
 def test_settings_are_for_what_is_yet_to_be_played(tmp_path):
-    with pytest.raises(InputError, match="has been run"):
+    with pytest.raises(InputError, match=r"--set .*: is given for .*, which has been run"):
         fit_error(str(tmp_path / "run.h5"), settings=("tracker=vqf",))
     with pytest.raises(InputError, match="reference-late"):
         fit_error("a.npz", reference_late_ms=float("nan"))

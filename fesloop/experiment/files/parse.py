@@ -53,6 +53,8 @@ def load(experiment: str | Path, settings: Sequence[str] = (), seed: int | None 
 def load_picked(experiment: str | Path, settings: Sequence[str] = (),
                 seed: int | None = None) -> tuple[Experiment, Picked]:
     """As `load`, and the file with its variants settled."""
+    if isinstance(settings, str):
+        raise InputError("settings", f"{settings!r} is one text", f"a list, such as [{settings!r}]")
     name, document = read(experiment)
     picked = pick(document, settings, name)
     every = [*picked.settings, *([f"experiment.seed={seed}"] if seed is not None else [])]

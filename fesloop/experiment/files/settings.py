@@ -32,7 +32,7 @@ def apply_settings(document: dict[str, Any], settings: Sequence[str], name: str,
         key, equals, text = setting.partition("=")
         key = key.strip()
         if not equals or not key:
-            raise InputError(f"--set {setting}", "has no '='", "KEY=VALUE")
+            raise InputError(f"--set {setting}", "has no key" if equals else "has no '='", "KEY=VALUE")
         for path in _paths(changed, key, name, variants):
             if path[0] == "patient":
                 require_no_other(document, key, name)

@@ -2,6 +2,7 @@
 
 import pytest
 
+from fesloop import load
 from fesloop.errors import InputError
 from fesloop.experiment.files.settings import apply_settings
 
@@ -49,13 +50,19 @@ def test_a_setting_lands_where_its_key_points(setting, path, value):
     ('wires."a.b->c.e".loss=0', "a.b->c.d"),
     ("blocks.pid.kp.9=0", "no '9' there; allowed: 0 to 1"),
     ("experiment.seed.x=0", "no further keys"),
-    ("seed", "KEY=VALUE"),
-    ("=3", "KEY=VALUE"),
+    ("seed", "has no '='; allowed: KEY=VALUE"),
+    ("=3", "has no key; allowed: KEY=VALUE"),
 ])
 def test_a_key_that_leads_nowhere_is_refused(setting, found):
     with pytest.raises(InputError, match="--set") as refused:
         changed(setting)
     assert found in str(refused.value)
+
+
+def test_one_text_in_place_of_a_list_is_refused():
+    """Its letters are no settings."""
+    with pytest.raises(InputError, match=r"settings: 'latency_ms=3' is one text; allowed: a list"):
+        load("finger_mpc", "latency_ms=3")
 
 
 def test_lists_and_tables_with_text_in_them_are_set_as_such():
