@@ -71,7 +71,7 @@ def _folded(title: str, lines: Iterable[str], length: int) -> Iterator[str]:
 
 
 def _theirs(value: float | str) -> str:
-    return cell(value) if isinstance(value, str) else f"{value:g}"
+    return cell(value) if isinstance(value, str) else f"{value:.4g}"
 
 
 def _ours(value: Mapping[str, float | None] | str) -> str:
