@@ -93,6 +93,7 @@ def with_patient(document: dict[str, Any], kinds: Kinds) -> tuple[dict[str, Any]
     """The document with its patient's parameters under its blocks, and what is wrong with the patient.
 
     What the document says of a block itself wins. A table of the wrong form is left for the document's check.
+    A patient of whom no block is told is refused: results would be said to be theirs.
     """
     choice, blocks = document.get("patient"), document.get("blocks")
     if choice is None or not _is_choice(choice) or not isinstance(blocks, dict):
@@ -103,7 +104,12 @@ def with_patient(document: dict[str, Any], kinds: Kinds) -> tuple[dict[str, Any]
         return document, [_of_patient(fault) for fault in several.faults]
     except InputError as fault:
         return document, [_of_patient(fault)]
-    told = {name: _with_parameters(table, patient, kinds) for name, table in blocks.items()}
+    added = {name: _parameters(table, patient, kinds) for name, table in blocks.items()}
+    if None not in added.values() and not any(added.values()):
+        return document, [InputError("patient", f"{choice['file']!r} would change nothing",
+                                     "an experiment with a block that is told of a patient: a hand, muscles, "
+                                     "electrodes", "remove it")]
+    told = {name: _merged(more, blocks[name]) if more else blocks[name] for name, more in added.items()}
     return {**document, "blocks": told, "patient": {**choice, "drawn": patient.table()}}, []
 
 
@@ -125,15 +131,15 @@ def _of_patient(fault: InputError) -> InputError:
     return InputError(where, fault.found, fault.allowed, fault.remedy)
 
 
-def _with_parameters(table: Any, patient: Patient, kinds: Kinds) -> Any:
-    """A block's table with what the patient adds to it."""
+def _parameters(table: Any, patient: Patient, kinds: Kinds) -> dict[str, Any] | None:
+    """What the patient adds to a block's table; None of a block that is not known."""
     if not isinstance(table, dict) or table.get("kind") not in kinds:
-        return table
+        return None
     kind = table["kind"]
     added = dict(patient.parameters(kind, table))
     if hints_of(kinds[kind]).get("hand") is HandSize:
         added["hand"] = plain(patient.hand_size)
-    return _merged(added, table)
+    return added
 
 
 def _merged(added: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:

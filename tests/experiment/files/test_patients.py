@@ -209,3 +209,10 @@ def test_a_reader_that_is_not_there_is_named(monkeypatch, entries, found):
 def test_the_group_has_a_reader():
     assert [entry.value for entry in importlib.metadata.entry_points(group=patients.GROUP)] == [
         "plants.patients.files"]
+
+
+def test_a_patient_of_whom_no_block_is_told_is_refused():
+    """Results of a finger alone would be said to be theirs."""
+    with pytest.raises(InputError, match="patient: 'sci_c6' would change nothing") as refused:
+        fesloop.load("finger_control", ["patient.file=sci_c6"])
+    assert len(str(refused.value).splitlines()) == 1
