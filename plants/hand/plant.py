@@ -162,7 +162,9 @@ class Hand:
                     -arms @ rest)
         if self.forearm_moves:
             add_forearm_drive(spec)
-        add_splint(spec, {name: math.radians(angle) for name, angle in self.splint_deg.items()})
+        # In one order, whatever that of the table: the order of constraints shows in the last bits.
+        add_splint(spec, {name: math.radians(self.splint_deg[name]) for name in tree.freedoms
+                          if name in self.splint_deg})
         if self.object is not None:
             add_object(spec, self.object)
         if self.table is not None:

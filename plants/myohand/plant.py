@@ -164,7 +164,7 @@ class MyoHand:
         start = joints.nearest("myohand.start_deg", bare,
                                {**self.elastic_deg, **self.start_deg, **self.splint_deg}, rest)
         held = dict(zip(JOINTS, start, strict=True))
-        add_splint(spec, {JOINTS[name]: float(held[name]) for name in self.splint_deg if name != NO_JOINT})
+        add_splint(spec, {JOINTS[name]: float(held[name]) for name in JOINTS if name in self.splint_deg})
         if self.object is not None:
             add_object(spec, self.object)
         if self.table is not None:

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+import fesloop
+from fesloop import Recording
 from fesloop.errors import RunError
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.record import Recorder
@@ -83,3 +85,10 @@ def test_a_forearm_that_is_no_orientation_ends_the_run_by_name():
     loop = Loop(wiring(Hand(forearm_moves=True), forearm=(0.0, 0.0, 0.0, 0.0)))
     with pytest.raises(RunError, match=r"hand\.forearm"):
         loop.run_until(50 * NS_PER_MS)
+
+
+def test_the_hand_of_a_recording_moves_as_it_did_bit_for_bit(tmp_path):
+    """A recording keeps its tables in the order of their keys; constraints have one order all the same."""
+    result = fesloop.load("open_close", ["experiment.duration_s=0.2"]).run(tmp_path)
+    repeated = fesloop.load(result.recording).run(tmp_path)
+    assert Recording(repeated.recording).digest() == Recording(result.recording).digest()
