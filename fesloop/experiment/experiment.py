@@ -161,12 +161,18 @@ class Experiment:
         return {"kind": registry.kind_of(type(node.part)), **place, **plain(node.part)}
 
     def fingerprint(self) -> str:
-        """SHA-256 of the document, as hexadecimal text."""
-        return hashlib.sha256(self.as_json().encode()).hexdigest()
+        """SHA-256 of the document as JSON text with all keys sorted, as hexadecimal text."""
+        text = json.dumps(self._document(), sort_keys=True, separators=(",", ":"))
+        return hashlib.sha256(text.encode()).hexdigest()
 
     def as_json(self) -> str:
-        """The document as JSON text, the same text for the same experiment."""
-        return json.dumps(self._document(), sort_keys=True, separators=(",", ":"))
+        """The document as JSON text, the same text for the same experiment.
+
+        Keys are sorted, but blocks stand as they were declared: by that order the loop breaks ties.
+        """
+        document = json.loads(json.dumps(self._document(), sort_keys=True))
+        document["blocks"] = {node.name: document["blocks"][node.name] for node in self.nodes}
+        return json.dumps(document, separators=(",", ":"))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Experiment) and self.as_json() == other.as_json()

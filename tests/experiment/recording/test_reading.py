@@ -138,6 +138,19 @@ def test_a_run_with_measured_execution_times_is_repeated_exactly(tmp_path):
             np.testing.assert_array_equal(*angles)
 
 
+def test_a_recording_is_repeated_with_its_blocks_in_the_order_of_the_file(tmp_path):
+    """By that order ties are broken: here, whose status of the first instant comes first."""
+    document = fesloop.load(SMALL, ["experiment.trials=1"]).document()
+    document["blocks"] |= {name: {"kind": "finger_imus", "rate": "100"} for name in "bca"}
+    document["wires"] += [{"from": f"finger.{port}", "to": f"{name}.{port}", "latency_ms": 5}
+                          for name in "bca" for port in ("angles", "rates", "accelerations")]
+    first = from_document(document).run(tmp_path)
+    again = fesloop.load(first.recording).run(tmp_path)
+    with Recording(first.recording) as one, Recording(again.recording) as other:
+        assert one.digest() == other.digest()
+        assert [event.where for event in one.events if event.status == "waiting"] == list("bca")
+
+
 def test_a_run_that_cannot_be_recorded_leaves_no_file(tmp_path):
     experiment = fesloop.load(SMALL)
     node = replace(experiment.nodes[0], part=OddlyNamed())
