@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Iterable
 from difflib import get_close_matches
+from pathlib import Path
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """The remedy for a name that does not exist: the known one that is most like it; empty if none is."""
     close = get_close_matches(name, list(known), 1)
     return f"did you mean {close[0]!r}?" if close else ""
+
+
+def where_it_broke(fault: Exception) -> str:
+    """What broke, and the line of code in which it did."""
+    frames = traceback.extract_tb(fault.__traceback__)
+    at = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
+    return f"{type(fault).__name__}: {fault}{at}"
 
 
 class FesloopError(Exception):

@@ -9,7 +9,7 @@ from importlib import import_module
 
 from fesloop.cli.greeting import GREETING
 from fesloop.cli.parser import make_parser
-from fesloop.errors import InputError, RunError
+from fesloop.errors import InputError, RunError, where_it_broke
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 _BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
@@ -46,8 +46,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception as fault:
         if args.traceback:
             raise
-        print(f"fesloop: an error inside fesloop or a block, {type(fault).__name__}: "
-              f"{' '.join(str(fault).split())}; --traceback before the command shows where", file=sys.stderr)
+        print(f"fesloop: an error inside fesloop or a block, {' '.join(where_it_broke(fault).split())}; "
+              "--traceback before the command shows the way there", file=sys.stderr)
         return FAILED
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from fesloop.errors import FesloopError, InputError, InputErrors, RunError
+from fesloop.errors import FesloopError, InputError, InputErrors, RunError, where_it_broke
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.toml_text import toml_value
 from fesloop.experiment.identifying import identifier
@@ -22,14 +22,7 @@ from fesloop.experiment.running.trial import run
 from fesloop.study.design.cells import Cell, cells_of
 from fesloop.study.design.plan import NotPrepared, Resolver
 from fesloop.study.design.study import Preparation, Study
-from fesloop.study.engine.task import (
-    NO_ROOM,
-    experiment_of,
-    failure,
-    is_full,
-    scratch_folder,
-    where_it_broke,
-)
+from fesloop.study.engine.task import NO_ROOM, experiment_of, failure, is_full, scratch_folder
 from fesloop.study.store.versions import version_text
 
 Needed = dict[str, tuple[str, bytes]]

@@ -10,7 +10,6 @@ import errno
 import json
 import shutil
 import socket
-import traceback
 import zlib
 from collections.abc import Sequence
 from functools import cache, lru_cache
@@ -20,7 +19,7 @@ from time import perf_counter
 from typing import NamedTuple
 from uuid import uuid4
 
-from fesloop.errors import FesloopError
+from fesloop.errors import FesloopError, where_it_broke
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import from_document
 from fesloop.experiment.running.blas import one_blas_thread
@@ -142,10 +141,3 @@ def _kept(recorded: Path, id: str, folder: Path) -> str:
         raise
     draft.replace(path)
     return str(path)
-
-
-def where_it_broke(fault: Exception) -> str:
-    """What broke, and the line of code in which it did."""
-    frames: Sequence[traceback.FrameSummary] = traceback.extract_tb(fault.__traceback__)
-    at = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
-    return f"{type(fault).__name__}: {fault}{at}"
