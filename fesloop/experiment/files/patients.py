@@ -93,7 +93,8 @@ def with_patient(document: dict[str, Any], kinds: Kinds) -> tuple[dict[str, Any]
     """The document with its patient's parameters under its blocks, and what is wrong with the patient.
 
     What the document says of a block itself wins. A table of the wrong form is left for the document's check.
-    A patient of whom no block is told is refused: results would be said to be theirs.
+    A patient of whom no block is told, and whom no model is held against, is refused: results would be said
+    to be theirs.
     """
     choice, blocks = document.get("patient"), document.get("blocks")
     if choice is None or not _is_choice(choice) or not isinstance(blocks, dict):
@@ -105,7 +106,7 @@ def with_patient(document: dict[str, Any], kinds: Kinds) -> tuple[dict[str, Any]
     except InputError as fault:
         return document, [_of_patient(fault)]
     added = {name: _parameters(table, patient, kinds) for name, table in blocks.items()}
-    if None not in added.values() and not any(added.values()):
+    if None not in added.values() and not any(added.values()) and not _of_a_file(blocks):
         return document, [InputError("patient", f"{choice['file']!r} would change nothing",
                                      "an experiment with a block that is told of a patient: a hand, muscles, "
                                      "electrodes", "remove it")]
@@ -124,6 +125,12 @@ def _is_choice(choice: Any) -> bool:
 @cache
 def _choice_form() -> TypeAdapter[Any]:
     return TypeAdapter(CHOICE)
+
+
+def _of_a_file(blocks: Mapping[str, Any]) -> bool:
+    """Whether a controller has a model file, which says whose it is and is held against the patient."""
+    models = [table.get("model") for table in blocks.values() if isinstance(table, dict)]
+    return any(isinstance(model, dict) and "file" in model for model in models)
 
 
 def _of_patient(fault: InputError) -> InputError:

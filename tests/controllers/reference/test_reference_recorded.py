@@ -126,7 +126,7 @@ def test_columns_without_names_are_named_by_rows(a_run):
     ({"signal": ""}, "signal: is not given, and .*told-1.h5 holds several; allowed: .*wanted.angles"),
     ({"signal": "wantd.angles"}, "told-1.h5: wantd.angles: is not recorded; .* did you mean 'wanted.angles'"),
     ({"signal": "wanted.phase"}, "unit '1' and shape .*allowed: angles: unit 'rad'"),
-    ({"trial": 2}, "trial: 2 of wanted.angles holds nothing .*allowed: 0 to 1"),
+    ({"trial": 2}, "told-1.h5: trial: 2; allowed: 0 to 1"),
     ({"trial": -1}, "trial: -1"),
     ({"rows": ("wrist_extention",)}, "'wrist_extention' is not in .*did you mean 'wrist_extension'"),
     ({"rows": ("thumb_flexion",)}, "'thumb_flexion' is not in"),

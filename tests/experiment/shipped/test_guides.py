@@ -40,6 +40,7 @@ def bare(monkeypatch):
     for names in MODULES.values():
         for name in names:
             monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.setattr("fesloop.streams.live.library._opened", {})  # and what another test has loaded
     model.loaded.cache_clear()  # another test may have had MyoHand
 
 
