@@ -64,14 +64,19 @@ def test_without_instants_those_that_differ_most_are_drawn_and_said(capsys, reco
     assert {Path(line) for line in out.splitlines()} == set(tmp_path.iterdir())
 
 
-def test_a_run_that_was_killed_is_drawn_up_to_its_end(capsys, grasp, tmp_path):
-    path = tmp_path / "killed.h5"
-    path.write_bytes(grasp.read_bytes())
+def killed(recording, path, rows, names=None):
+    """A copy as a run that was killed leaves it, with so many rows in some of its streams, or in each."""
+    path.write_bytes(recording.read_bytes())
     with h5py.File(path, "r+") as file:
         del file["status"]
         file["status"] = b"running"
-        for name in ("plants/hand", "plants/muscles"):
-            file[name].resize(21, axis=0)
+        for name in names or rows_of(file):
+            file[name].resize(rows, axis=0)
+    return path
+
+
+def test_a_run_that_was_killed_is_drawn_up_to_its_end(capsys, grasp, tmp_path):
+    path = killed(grasp, tmp_path / "killed.h5", 21, ("plants/hand", "plants/muscles"))
     code, out, _ = draw(capsys, path, "--at", "0.2", "--out", tmp_path, "--json")
     assert code == 0
     assert len(json.loads(out)["pictures"]) == 3
@@ -79,13 +84,7 @@ def test_a_run_that_was_killed_is_drawn_up_to_its_end(capsys, grasp, tmp_path):
 
 def test_a_recording_without_rows_is_one_line(capsys, grasp, tmp_path):
     """As a run that was killed before its first flush leaves it."""
-    path = tmp_path / "empty.h5"
-    path.write_bytes(grasp.read_bytes())
-    with h5py.File(path, "r+") as file:
-        del file["status"]
-        file["status"] = b"running"
-        for name in rows_of(file):
-            file[name].resize(0, axis=0)
+    path = killed(grasp, tmp_path / "empty.h5", 0)
     code, out, err = draw(capsys, path, "--out", tmp_path / "pictures")
     assert (code, out, len(err)) == (2, "", 1)
     assert "empty.h5: holds no row of any trial (run running)" in err[0]
