@@ -168,3 +168,8 @@ def test_state_pickles_and_goes_on_bit_for_bit():
 def test_names_the_faulty_key(faulty, key):
     with pytest.raises(InputError, match=key):
         Mpc(**{"model": NOMINAL.linear_model(), "current_ma": CURRENT_MA} | faulty)
+
+
+def test_takes_the_longest_horizon_and_age_that_it_names():
+    longest = Mpc(model=NOMINAL.linear_model(), current_ma=CURRENT_MA, horizon=500, max_age_ms=60000.0)
+    assert (longest.horizon, longest.max_age_ms) == (500, 60000.0)
