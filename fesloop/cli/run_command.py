@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from argparse import Namespace
 from collections import Counter
@@ -13,6 +14,7 @@ from fesloop.cli.what_next import tell_what_next
 from fesloop.errors import InputError
 from fesloop.experiment.files.guide import guide_of
 from fesloop.experiment.files.parse import load_picked
+from fesloop.experiment.metrics.not_known import NOT_KNOWN, reasons_of
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.running.trial import Result, run
 from fesloop.loop.realtime import Pacing
@@ -58,6 +60,8 @@ def _summarise(result: Result) -> None:
     rows = [["status", result.status], ["seed", str(result.seed)]]
     tables = {}
     for name, value in result.metrics.items():
+        if name == NOT_KNOWN:
+            continue
         if isinstance(value, dict) and all(isinstance(item, dict) for item in value.values()):
             tables[name] = value
         elif isinstance(value, dict):
@@ -74,6 +78,8 @@ def _summarise(result: Result) -> None:
     for (where, status, detail), _ in events:
         if status.endswith(_GRAVE):
             print(f"{where}: {status}: {detail}", file=sys.stderr)
+    for name, reason in reasons_of(result.metrics):
+        print(f"{name}: no number: {reason}", file=sys.stderr)
     for name, value in tables.items():
         columns = list(dict.fromkeys(key for item in value.values() for key in item))
         cells = [[key, *(_text(_last(row.get(column))) for column in columns)] for key, row in value.items()]
@@ -115,7 +121,9 @@ def _text(value: Any) -> str:
         return "  ".join(_text(item) for item in value)
     if value is None:
         return "-"
-    return f"{value:.3f}" if isinstance(value, float) else str(value)
+    if isinstance(value, float):
+        return f"{value:.3f}" if math.isfinite(value) else "-"
+    return str(value)
 
 
 def _events(result: Result) -> list[tuple[tuple[str, str, str], int]]:

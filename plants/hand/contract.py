@@ -24,6 +24,9 @@ Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 OFFERED_NS = 100_000_000
 """How often somebody tries to put an object into the hand (chosen)."""
+FLOOR_M = 100.0
+"""How far below the wrist an object that nothing holds stops, m (chosen: four and a half seconds of fall, far
+out of every scene). Without a floor it would go by kilometres, and end the run as too fast within minutes."""
 
 
 class HandParameters(Protocol):
@@ -143,6 +146,8 @@ def go_on(model: mujoco.MjModel, bounds: tuple[Array, Array], thing: GraspObject
         if not state.given and thing is not None:
             _offer(model, thing, state)
         step(model, state)
+        if thing is not None and state.views.qpos[-5] < -FLOOR_M:
+            _rest_on_floor(state.views)
         state.time_ns += step_ns
         require_stable(model, bounds, state)
 
@@ -153,6 +158,12 @@ def _offer(model: mujoco.MjModel, thing: GraspObject, state: HandState) -> None:
     if since_ns >= 0 and since_ns % OFFERED_NS < model.opt.timestep * NS_PER_S:
         state.given = give(model, thing, state.data)
         state.evaluated = False
+
+
+def _rest_on_floor(views: Views) -> None:
+    """Stop the object, MuJoCo's last joint, where it has fallen out of the scene."""
+    views.qpos[-5] = -FLOOR_M
+    views.qvel[-6:] = 0.0
 
 
 def _lower(table: Table, state: HandState) -> None:

@@ -50,7 +50,8 @@ _PLACES = _places(0.004, 0.02)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GraspObject:
-    """A rigid object that lies, stands or floats free at the start.
+    """A rigid object that lies, stands or floats free at the start, and falls where nothing holds it: to a
+    table, or to a floor 100 m below the wrist.
 
     Attributes
     ----------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -10,7 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.experiment.metrics.grasp_effort import charge_c, fitness_ratio, grasps_until_fatigue
-from fesloop.experiment.metrics.grasp_forces import contact_s, grip_force, needed_grip_n
+from fesloop.experiment.metrics.grasp_forces import LASTING_S, contact_s, grip_force, needed_grip_n
+from fesloop.experiment.metrics.grasp_outcome import (
+    OBJECT_KEYS,
+    OUTCOMES,
+    TABLE_KEYS,
+    Found,
+    ObjectCourse,
+    find_outcome,
+)
 from fesloop.experiment.metrics.grasp_posture import (
     aperture,
     rms_known,
@@ -19,6 +28,7 @@ from fesloop.experiment.metrics.grasp_posture import (
 )
 from fesloop.experiment.metrics.grasp_score import GraspScore
 from fesloop.experiment.metrics.joints import held
+from fesloop.experiment.metrics.not_known import note, put
 from fesloop.experiment.recording.reading import Recording, Signal
 from fesloop.experiment.recording.recorded import reached_ns
 from fesloop.hand import quaternion
@@ -31,11 +41,12 @@ HAND = 1
 
 
 class _Trial(NamedTuple):
-    """A trial of a recording, and the score that it is read for."""
+    """A trial of a recording, the score that it is read for, and what became of the object."""
 
     recording: Recording
     score: GraspScore
     number: int
+    found: Found = Found("not_known", math.nan, math.nan)
 
     def whole(self, name: str) -> tuple[Array, Array]:
         """Instants (n,), s, and values of a signal."""
@@ -43,52 +54,102 @@ class _Trial(NamedTuple):
         return signal.times_ns / NS_PER_S, np.asarray(signal.values)
 
     def between(self, name: str, from_s: float) -> Array:
-        """Values from an instant until the end of the while; a row of NaN where the trial ended before."""
+        """Values from an instant until the end of the hold; a row of NaN where the trial ended before."""
         return _between(self.recording.signal(name, self.number), from_s, self.score.until_s)
 
     def hold(self, name: str) -> Array:
-        """Values of the while."""
+        """Values of the hold."""
         return self.between(name, self.score.from_s)
 
     def closing(self, name: str) -> Array:
-        """Values from when the hand starts to close until the end of the while."""
+        """Values from when the hand starts to close until the end of the hold."""
         return self.between(name, self.score.starts_s)
 
 
 def grasp_metrics(recording: Recording, score: GraspScore) -> dict[str, Any]:
     """What the score's signals allow, in lists of one a trial.
 
-    held: whether. object_moved_mm: how far at most during the while, in the hand where its pose is known.
-    held_s: how long from its start the object stayed `within_mm`, to the end of the while at most.
-    With forces: grip_force_n, mean of the while by fingertip; time_to_grasp_s, from `starts_s` until thumb
-    and fingers touch; grip_margin, mean grip force of the while (`grip_force`) over what is needed
-    (`needed_grip_n`), where that is known; grip_force_rmse_n against `wanted_n`.
-    With fingertips: aperture_mm at `starts_s` (opening), at contact, as the mean of the while (hold), and
-    with `aperture` its RMSE from `starts_s` until contact, or until the while ends where there is none
-    (rmse).
-    With angles: wrist_extension_deg, mean of the while; with `asked`, unwanted_motion_deg, RMS from
-    `starts_s` to the end of the while.
+    object_outcome: what became of the object, a word of `fesloop.experiment.metrics.grasp_outcome.OUTCOMES`.
+    held: whether that is "held". object_moved_mm: how far at most it moved in the hand during the hold, as
+    long as it was in it (in the room where the hand's pose is not known). held_s: how long from the start of
+    the hold it stayed `within_mm` in the hand, to the end of the hold at most.
+    With forces: grip_force_n, mean of the hold by fingertip; time_to_grasp_s, from `starts_s` until the hand
+    grips (0 where it did before): until thumb and fingers touch, or where they never do and the object is
+    held, until one side does, as the other is then met by a part of the hand that has no sensor;
+    grip_margin, mean grip force of the hold (`grip_force`) over what is needed (`needed_grip_n`), where that
+    is known; grip_force_rmse_n against `wanted_n`.
+    With fingertips: aperture_mm at `starts_s` (opening), when the hand grips (contact), as the mean of the
+    hold (hold), and with `aperture` its RMSE from `starts_s` until the hand grips, or until the hold ends
+    where it does not (rmse).
+    With angles: wrist_extension_deg, mean of the hold; with `asked`, unwanted_motion_deg, RMS from
+    `starts_s` to the end of the hold.
     charge_uc: one phase of all pulses of all channels in the trial. grasps_until_fatigue: how many such
     grasps hold one after the other under unchanged stimulation, if grip force falls as the fitness of the
     muscles that close the hand falls from the first to the last instant of this trial; 0 where this one does
-    not hold, NaN where fingertips alone do not explain that it does.
+    not hold, infinite where fitness does not fall.
 
-    Of a trial that ended before the while was over, `held` is None and the others are NaN.
+    A number that is not known is NaN (`held`: None), and `not_known` has the reason in words under its name,
+    None for the trials in which it is known.
     """
     metrics: dict[str, Any] = {}
     for number in range(recording.trials):
         trial = _Trial(recording, score, number)
-        for name, value in {**_object(trial), **_forces(trial), **_posture(trial), **_effort(trial)}.items():
-            if isinstance(value, dict):
-                for part, item in value.items():
-                    metrics.setdefault(name, {}).setdefault(part, []).append(item)
-            else:
-                metrics.setdefault(name, []).append(value)
+        for path, value, why in _of_trial(trial._replace(found=_found(trial))):
+            put(metrics, path, value)
+            note(metrics, path, number, recording.trials, why)
     return metrics
 
 
+def _of_trial(trial: _Trial) -> Iterator[tuple[tuple[str, ...], Any, str | None]]:
+    """Path and value of every metric of a trial, and why it is not known where it is not."""
+    for name, value in {**_object(trial), **_forces(trial), **_posture(trial), **_effort(trial)}.items():
+        for path, item in (((name, part), each) for part, each in value.items()) \
+                if isinstance(value, dict) else [((name,), value)]:
+            known = item is not None and (isinstance(item, str) or math.isfinite(item))
+            yield path, item, None if known else _why(trial, path)
+
+
+def _why(trial: _Trial, path: tuple[str, ...]) -> str:
+    """Why a metric of a trial is not known."""
+    score, name = trial.score, ".".join(path)
+    touch = (f"thumb and fingers never pressed together by more than {score.contact_n:g} N for "
+             f"{LASTING_S:g} s" if score.forces else "contact forces are not scored")
+    whenever = {
+        "time_to_grasp_s": touch, "aperture_mm.contact": touch,
+        "aperture_mm.opening": f"no fingertips are recorded at {score.starts_s:g} s",
+        "aperture_mm.rmse": f"no aperture was given as a reference from {score.starts_s:g} s on",
+        "charge_uc": "fewer than two samples of the pulses are recorded",
+    }
+    if name in whenever:
+        return whenever[name]
+    if trial.found.word == "not_known":
+        return f"the trial ended before {score.until_s:g} s, when the hold is over"
+    if name == "grasps_until_fatigue":
+        return _why_no_count(trial)
+    whole = {
+        "object_moved_mm": f"the object was not in the hand during the hold: {OUTCOMES[trial.found.word]}",
+        "unwanted_motion_deg": "the movement asks for every freedom",
+        "grip_force_rmse_n": "no grip force was given as a reference during the hold",
+    }
+    return whole.get(name, "what it is computed from was not recorded to the end of the hold")
+
+
+def _why_no_count(trial: _Trial) -> str:
+    """Why the number of grasps until fatigue is none."""
+    margin = _margin(trial)
+    if math.isnan(margin):
+        return "the least grip force is not known: set needed_n"
+    if margin < 1.0:
+        return "fingertips press by less than holds the object: other parts of the hand carry it, unmeasured"
+    _, fitness = trial.whole(str(trial.score.fitness))
+    active = trial.hold(str(trial.score.activation)).mean(axis=0)
+    if len(fitness) and math.isfinite(fitness_ratio(active, fitness[0], fitness[-1])):
+        return "no end: fitness does not fall"
+    return "no muscle that closes the hand is active during the hold"
+
+
 def _between(signal: Signal, from_s: float, until_s: float) -> Array:
-    """Values (n, ...) of a while; one row of NaN where the trial ended before it was over."""
+    """Values (n, ...) of a stretch; one row of NaN where the trial ended before it was over."""
     seconds = signal.times_ns / NS_PER_S
     inside = (seconds >= from_s) & (seconds <= until_s)
     if reached_ns(signal.times_ns) >= round(until_s * NS_PER_S) and inside.any():
@@ -97,38 +158,64 @@ def _between(signal: Signal, from_s: float, until_s: float) -> Array:
 
 
 def _object(trial: _Trial) -> dict[str, Any]:
-    """How well the object stays."""
+    """What became of the object."""
+    found = trial.found
+    if found.word == "not_known":
+        return {"object_outcome": found.word, "held": None, "object_moved_mm": math.nan, "held_s": math.nan}
+    return {"object_outcome": found.word, "held": found.word == "held",
+            "object_moved_mm": 1e3 * found.moved_m, "held_s": found.held_s}
+
+
+def _found(trial: _Trial) -> Found:
+    """What became of the object: a trial that ended before the hold was over does not say."""
     score = trial.score
-    places = _in_hand(trial, trial.hold(score.object))
-    ways_mm = 1e3 * np.linalg.norm(places - places[0], axis=1)
-    if math.isnan(ways_mm[0]):
-        return {"held": None, "object_moved_mm": math.nan, "held_s": math.nan}
-    times_s, _ = trial.whole(score.object)
-    times_s = times_s[times_s >= score.from_s]
-    gone = np.flatnonzero(ways_mm > score.within_mm)
-    lasted_s = float(times_s[gone[0]]) - score.from_s if gone.size else score.until_s - score.from_s
-    return {"held": not gone.size, "object_moved_mm": float(ways_mm.max()), "held_s": lasted_s}
+    if np.isnan(trial.hold(score.object)).any():
+        return Found("not_known", math.nan, math.nan)
+    return find_outcome(_course(trial), score.from_s, score.until_s, 1e-3 * score.within_mm)
 
 
-def _in_hand(trial: _Trial, places: Array) -> Array:
-    """Places of the while, (n, 3), m, from the hand's own segment, where its pose is known; else as they are.
+def _course(trial: _Trial) -> ObjectCourse:
+    """The object's way through the trial, where it is known the hand's, and what the hand's node says of it.
 
     A wrist that gives way takes along what the hand holds.
     """
     score = trial.score
-    if score.hand_position is None or score.hand_orientation is None or math.isnan(places[0, 0]):
-        return places
-    origin, turn = (trial.hold(name)[:, HAND] for name in (score.hand_position, score.hand_orientation))
-    seen: Array = quaternion.rotate(quaternion.conjugate(turn), places - origin)
-    return seen
+    times_s, places = trial.whole(score.object)
+    node_name = score.object.partition(".")[0]
+    node = trial.recording.experiment["blocks"].get(node_name, {})
+    thing, table = _known(node.get("object"), OBJECT_KEYS), _known(node.get("table"), TABLE_KEYS)
+
+    def at_rows(name: str) -> Array:
+        signal = trial.recording.signal(name, trial.number)
+        return held((signal.times_ns, np.asarray(signal.values)), _ns(times_s))
+
+    hand, in_hand = np.zeros_like(places), places
+    if score.hand_position is not None and score.hand_orientation is not None:
+        hand, turn = (at_rows(name)[:, HAND] for name in (score.hand_position, score.hand_orientation))
+        in_hand = quaternion.rotate(quaternion.conjugate(turn), places - hand)
+    turned = np.tile(thing["orientation"] if thing else (1.0, 0.0, 0.0, 0.0), (times_s.size, 1))
+    if f"{node_name}.object_orientation" in trial.recording.signals:
+        turned = at_rows(f"{node_name}.object_orientation")
+    pressed = None if score.forces is None else np.any(at_rows(score.forces) > score.contact_n, axis=1)
+    return ObjectCourse(times_s=times_s, places=places, hand=hand, in_hand=in_hand, turned=turned,
+                        pressed=None if pressed is None else np.asarray(pressed), thing=thing, table=table)
+
+
+def _known(table: Any, keys: frozenset[str]) -> dict[str, Any] | None:
+    """A table of a node if it is written as the hand's are; another package's plant may have its own."""
+    return table if isinstance(table, dict) and keys <= set(table) else None
 
 
 def _contact_s(trial: _Trial) -> float:
-    """When thumb and fingers touch; NaN where they do not, or forces are not told."""
+    """When the hand grips; NaN where it does not, or forces are not told."""
     score = trial.score
     if score.forces is None:
         return math.nan
-    return contact_s(*trial.whole(score.forces), score.starts_s, score.contact_n)
+    times_s, forces = trial.whole(score.forces)
+    both_s = contact_s(times_s, forces, score.starts_s, score.contact_n)
+    if math.isnan(both_s) and trial.found.word == "held":
+        return contact_s(times_s, forces, score.starts_s, score.contact_n, one_side=True)
+    return both_s
 
 
 def _needed_n(trial: _Trial) -> float:
@@ -139,7 +226,7 @@ def _needed_n(trial: _Trial) -> float:
 
 
 def _margin(trial: _Trial) -> float:
-    """Grip force of the while over what is needed; NaN where that is not known."""
+    """Grip force of the hold over what is needed; NaN where that is not known."""
     assert trial.score.forces is not None
     return float(grip_force(trial.hold(trial.score.forces)).mean()) / _needed_n(trial)
 
@@ -207,20 +294,19 @@ def _effort(trial: _Trial) -> dict[str, Any]:
         _, fitness = trial.whole(score.fitness)
         active = trial.hold(score.activation).mean(axis=0)
         ratio = fitness_ratio(active, fitness[0], fitness[-1]) if len(fitness) else math.nan
-        told["grasps_until_fatigue"] = grasps_until_fatigue(_known_margin(trial), ratio)
+        failed = trial.found.word not in ("held", "not_known")
+        told["grasps_until_fatigue"] = 0.0 if failed else grasps_until_fatigue(_known_margin(trial), ratio)
     return told
 
 
 def _known_margin(trial: _Trial) -> float:
-    """Grip margin by which to tell when grasps fail: 0 where this one did.
+    """Grip margin by which to tell when grasps fail.
 
     NaN where the object is held by less than is needed: fingertips do not carry it alone then, and what the
     palm and the other phalanges carry is not measured.
     """
-    margin, held = _margin(trial), _object(trial)["held"]
-    if held is None or (held and margin < 1.0):
-        return math.nan
-    return margin if held else 0.0
+    margin = _margin(trial)
+    return math.nan if trial.found.word == "not_known" or margin < 1.0 else margin
 
 
 def _ns(seconds: Array) -> NDArray[np.int64]:

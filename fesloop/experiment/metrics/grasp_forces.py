@@ -25,16 +25,27 @@ def grip_force(forces: Array) -> Array:
     return np.asarray(np.maximum(forces[..., 0], forces[..., 1:].sum(axis=-1)))
 
 
-def contact_s(times_s: Array, forces: Array, starts_s: float, contact_n: float) -> float:
+def contact_s(times_s: Array, forces: Array, starts_s: float, contact_n: float, *,
+              one_side: bool = False) -> float:
     """First instant from `starts_s` on at which the thumb (first column of (n, 5), N) and all fingers
-    together press by more than `contact_n` and go on so for `LASTING_S`; NaN if there is none."""
-    touching = (forces[:, 0] > contact_n) & (forces[:, 1:].sum(axis=1) > contact_n) & (times_s >= starts_s)
-    changes = np.flatnonzero(np.diff(touching.astype(np.int8), prepend=0, append=0))
+    together press by more than `contact_n` and go on so for `LASTING_S`; NaN if there is none.
+
+    `one_side`: whether thumb or fingers alone will do.
+    """
+    sides = forces[:, 0] > contact_n, forces[:, 1:].sum(axis=1) > contact_n
+    touching = (sides[0] | sides[1] if one_side else sides[0] & sides[1]) & (times_s >= starts_s)
+    first = first_lasting(times_s, touching)
+    return math.nan if first is None else float(times_s[first])
+
+
+def first_lasting(times_s: Array, flags: NDArray[np.bool_]) -> int | None:
+    """Number of the first row (of n) from which on a flag holds for `LASTING_S`; None if there is none."""
+    changes = np.flatnonzero(np.diff(flags.astype(np.int8), prepend=0, append=0))
     for first, after in zip(changes[::2], changes[1::2], strict=True):
         # A row at an end stands until the next one does.
         if times_s[min(after, times_s.size - 1)] - times_s[first] >= LASTING_S:
-            return float(times_s[first])
-    return math.nan
+            return int(first)
+    return None
 
 
 def needed_grip_n(node: Mapping[str, Any]) -> float:

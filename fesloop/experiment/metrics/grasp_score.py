@@ -18,15 +18,15 @@ FREEDOMS = hand_tree(HandSize()).freedoms
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GraspScore:
-    """What is a grasp: an object that stays where it is for a while, without its table.
+    """What is a grasp: an object that stays where it is in the hand during a hold, without its table.
 
-    All but the object and the while is optional; `fesloop.experiment.metrics.grasp` says what each gives.
+    All but the object and the hold is optional; `fesloop.experiment.metrics.grasp` says what each gives.
 
     Attributes
     ----------
     object: its position, (3,), m.
-    from_s, until_s: the while, seconds of each trial.
-    within_mm: how far the object may be at any instant of it from where it was at its start (chosen).
+    from_s, until_s: start and end of the hold, seconds of each trial.
+    within_mm: how far the object may be at any instant of the hold from where it was at its start (chosen).
     hand_position, hand_orientation: of the sites, (17, 3), m, and (17, 4): then the object's place in the
         hand counts, so that a wrist that gives way does not.
     forces: contact forces of the fingertips, (5,), N.

@@ -21,6 +21,7 @@ from fesloop.experiment.metrics.joints import (
     split_error,
     tracker_rmse_deg,
 )
+from fesloop.experiment.metrics.not_known import give_reasons
 from fesloop.experiment.metrics.search import search_metrics
 from fesloop.experiment.recording.reading import Recording, Signal
 from fesloop.experiment.wanted import Score
@@ -44,7 +45,8 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
     orientation_rmse_deg and relative_angle_rmse_deg: against the reference of the recording that was
     played. fingertip_rmse_mm: by
     tracker and fingertip, one a trial; fingertip_coverage likewise, where the tracker gives its sd. step_us:
-    median and 99th percentile of the timed blocks' steps.
+    median and 99th percentile of the timed blocks' steps. not_known: of every number that is NaN or None the
+    reason in words (`fesloop.experiment.metrics.not_known`).
     """
     score = make(Score, recording.experiment["score"], {}, "score")
     metrics = _joint_metrics(recording, score)
@@ -62,6 +64,7 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
         if times.size:
             median, p99 = np.percentile(times, [50, 99]) / 1e3
             metrics.setdefault("step_us", {})[name] = {"median": float(median), "p99": float(p99)}
+    give_reasons(metrics)
     return metrics
 
 

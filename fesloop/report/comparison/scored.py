@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from fesloop.experiment.metrics.not_known import NOT_KNOWN
 from fesloop.report.comparison.compared import Compared, finite
 from fesloop.report.parts import Bars, Chart, Fold, Line, Notice, Paragraph, Part, Section, Table
 from fesloop.report.run.words import counted, listed, metric_label, told
@@ -41,6 +42,8 @@ def metrics_section(runs: Sequence[Compared]) -> Section:
 def _flat(metrics: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
     """Metrics by their paths, of lists the last: one a trial."""
     for name, value in metrics.items():
+        if name == NOT_KNOWN:
+            continue
         place = f"{path} {name}".strip()
         if isinstance(value, Mapping):
             yield from _flat(value, place)

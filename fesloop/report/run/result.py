@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.experiment.metrics.joints import held
+from fesloop.experiment.metrics.not_known import reasons_of
 from fesloop.hand.muscles import muscle
-from fesloop.report.parts import Bars, Chart, Mark, Paragraph, Part, Section
+from fesloop.report.parts import Bars, Chart, Fold, Mark, Paragraph, Part, Section
 from fesloop.report.run.axes import from_zero
 from fesloop.report.run.known import Known
 from fesloop.report.run.thinning import thinned
@@ -39,8 +40,13 @@ def _remarks(known: Known) -> Iterator[Part]:
                         "time and over all scored joints.")
     if "held" in known.metrics:
         grasp = known.score["grasp"]
-        yield Paragraph(text=f"Held: the object stayed within {grasp['within_mm']:g} mm of where it was at "
-                        f"{grasp['from_s']:g} s until {grasp['until_s']:g} s, its table taken away.")
+        yield Paragraph(text=f"Held: from {grasp['from_s']:g} to {grasp['until_s']:g} s the object stayed in "
+                        f"the hand, within {grasp['within_mm']:g} mm of where it was in it at the start, and "
+                        "did not rest on its table.")
+    reasons = [f"{name}: {reason}" for name, reason in reasons_of(known.metrics)]
+    if reasons:
+        yield Fold(title="Why some numbers are missing", parts=[
+            Paragraph(text=f"{reason}.") for reason in reasons])
 
 
 def _error_course(known: Known) -> Part | None:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from fesloop.experiment.metrics.grasp_outcome import OUTCOMES
 from fesloop.report.run.known import Known
 from fesloop.report.run.words import counted, listed, told
 
@@ -96,7 +97,9 @@ def _grasp(known: Known) -> Iterator[str]:
     if not told_of:
         yield "whether the object was held is not known: no trial lasted long enough"
     elif len(held) == 1:
-        yield "the object was held" if held[0] else "the object was not held"
+        outcomes = known.metrics.get("object_outcome") or [""]
+        why = f": {OUTCOMES[outcomes[0]]}" if outcomes[0] in OUTCOMES else ""
+        yield "the object was held" if held[0] else f"the object was not held{why}"
     else:
         among = f", the last one {'' if held[-1] else 'not '}among them"
         last = among if held[-1] is not None and any(told_of) and not all(told_of) else ""

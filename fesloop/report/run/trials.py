@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from fesloop.experiment.metrics.not_known import NOT_KNOWN
 from fesloop.report.parts import Bars, Chart, Line, Part, Section, Table
 from fesloop.report.run.axes import from_zero
 from fesloop.report.run.known import Known
@@ -62,7 +63,7 @@ def _curves(known: Known) -> Iterator[Part]:
 
 def _tables(known: Known) -> Iterator[Part]:
     """Metrics that have a value a trial, side by side."""
-    columns = {label: values for name, metric in known.metrics.items() if name != "joints"
+    columns = {label: values for name, metric in known.metrics.items() if name not in ("joints", NOT_KNOWN)
                for label, values in _by_trial(name, metric, known.begun)}
     if not columns:
         return

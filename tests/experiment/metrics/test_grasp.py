@@ -19,7 +19,7 @@ TIMES_NS = np.arange(0, 1000) * 10_000_000
 
 def told(*values_of_trials, times_ns=TIMES_NS):
     signals = [SimpleNamespace(times_ns=times_ns[:len(values)], values=values) for values in values_of_trials]
-    return SimpleNamespace(trials=len(signals), signal=lambda name, trial: signals[trial],
+    return SimpleNamespace(trials=len(signals), signal=lambda name, trial: signals[trial], signals=(),
                            experiment={"blocks": {}})
 
 
@@ -41,7 +41,7 @@ def test_an_object_that_leaves_and_comes_back_was_not_held():
     places[500, 0] = 0.03
     score = GraspScore(object="o", from_s=3.0, until_s=8.0)
     assert grasp_metrics(told(places), score) == {
-        "held": [False], "object_moved_mm": [30.0], "held_s": [2.0]}
+        "object_outcome": ["slipped"], "held": [False], "object_moved_mm": [30.0], "held_s": [2.0]}
 
 
 def test_grip_forces_are_means_over_the_while():

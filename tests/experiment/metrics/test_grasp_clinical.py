@@ -27,7 +27,7 @@ def recording(blocks=None, trials=1, **signals):
     told = {name.replace("__", "."): np.asarray(values, dtype=float) for name, values in signals.items()}
     told.setdefault("hand.object", np.zeros((len(TIMES_NS), 3)))
     return SimpleNamespace(
-        trials=trials, experiment={"blocks": blocks or {}},
+        trials=trials, signals=(), experiment={"blocks": blocks or {}},
         signal=lambda name, trial: SimpleNamespace(times_ns=TIMES_NS[:len(told[name])], values=told[name]))
 
 

@@ -1,0 +1,197 @@
+"""What became of an object that a hand is to grasp: one word a trial, from the recording alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.experiment.metrics.grasp_forces import first_lasting
+from fesloop.hand import quaternion
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+OUTCOMES = {
+    "held": "it stayed in the hand",
+    "slipped": "it moved too far in the hand, and was still in it at the end",
+    "dropped": "it was in the hand and fell",
+    "thrown": "it was flung away",
+    "on_table": "it never left the table",
+    "knocked_off": "it was pushed off the table and never in the hand",
+    "not_touched": "the hand never touched it",
+    "given_late": "it was given after the hold had begun",
+    "not_given": "it was never given: the hand left no room for it",
+    "not_known": "the trial ended before the hold was over",
+}
+"""What an object's outcome says, as half a sentence.
+
+Judged on the rows from when the object is given to the end of the hold, in this order:
+
+not_known: the trial ended before.
+not_given: an object that is to be given was never nearer to its place in the hand than to where it waits.
+held, slipped: at the end it is neither on the table nor gone. Held if it never was farther than `within_mm`
+    from its place at the start of the hold, slipped if it was; given_late if it was given during the hold.
+thrown: it moved sideways by more than `THROWN_M_S`.
+dropped: it was neither on the table nor gone for 0.1 s, and is now.
+not_touched: it never was; no fingertip pressed by more than `contact_n`, and until it was gone it moved
+    neither sideways nor up by more than `TOUCHED_M`.
+on_table, knocked_off: it never was either, but was touched, and at the end it is on the table, or it is not.
+
+On the table: its lowest point is within `RESTING_M` of the table top at that instant, above the top's area.
+Gone: it falls from the hand at more than `FALLING_M_S`, goes sideways at more than `THROWN_M_S`, or is
+farther than a hand reaches. Where the experiment does not say what lies where, there is no table.
+"""
+OBJECT_KEYS = frozenset({"shape", "size_mm", "orientation", "position_m", "given_at_s", "waits_m"})
+TABLE_KEYS = frozenset({"height_m", "centre_m", "half_m", "lowered_at_s", "lowering_m", "lowering_m_s"})
+"""Keys of a hand plant's tables `object` and `table` that say where the two are."""
+THROWN_M_S = 1.0
+"""Chosen: what falls out of a hand leaves it sideways at less than half of that."""
+TOUCHED_M = 0.002
+"""Chosen: contact of object and table lets it settle by less than 0.5 mm."""
+RESTING_M = 0.005
+"""Chosen: an object follows a table that starts to sink at 0.1 m/s within 0.5 mm; a lifted one is higher."""
+FALLING_M_S = 0.5
+"""Chosen: reached after 13 mm of free fall; arms that put down an object are slower."""
+REACH_M = 0.3
+"""Chosen: from wrist or back of the hand to beyond the fingertips of any hand."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ObjectCourse:
+    """An object's way through a trial, and what is known of its surroundings.
+
+    Attributes
+    ----------
+    times_s, places: of the rows, (n,), s, and the object's place, (n, 3), m, from the wrist's centre.
+    hand: (n, 3), m, the hand's own place likewise; zeros where it is not known.
+    in_hand: (n, 3), m, the object's place in the hand where the hand's pose is known, else `places`.
+    turned: (n, 4), its orientation, to the global frame.
+    pressed: (n,), whether a fingertip presses on something; None where forces are not recorded.
+    thing, table: tables `object` and `table` of the node that moves it; None where there are none.
+    """
+
+    times_s: Array
+    places: Array
+    hand: Array
+    in_hand: Array
+    turned: Array
+    pressed: Flags | None
+    thing: Mapping[str, Any] | None
+    table: Mapping[str, Any] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What became of the object: a word of `OUTCOMES`; how far it moved in the hand during the hold, m, NaN
+    where it was not in the hand then; and how long from the hold's start it stayed, s."""
+
+    word: str
+    moved_m: float
+    held_s: float
+
+
+def find_outcome(course: ObjectCourse, from_s: float, until_s: float, within_m: float) -> Found:
+    """What became of the object in a trial that lasted until the hold's end."""
+    times_s = course.times_s
+    rows = np.flatnonzero((times_s >= _given_s(course)) & (times_s <= until_s))
+    hold = np.flatnonzero((times_s >= from_s) & (times_s <= until_s))
+    if not rows.size:
+        return Found("not_given", math.nan, 0.0)
+    velocity = np.zeros_like(course.places)
+    steps_s = np.diff(times_s[rows])[:, np.newaxis]
+    velocity[rows[1:]] = np.diff(course.places[rows], axis=0) / steps_s
+    resting = _resting(course)
+    gone = _gone(course, velocity - np.gradient(course.hand, times_s, axis=0))
+    if not (resting[rows[-1]] or gone[rows[-1]]):
+        if rows[0] > hold[0]:
+            return Found("given_late", math.nan, 0.0)
+        moved_m, ends_s = _stayed(course, hold, until_s, within_m)
+        return Found("held" if moved_m <= within_m else "slipped", moved_m, ends_s - from_s)
+    first = first_lasting(times_s[rows], ~(resting | gone)[rows])
+    caught = None if first is None else int(rows[first])
+    if (np.linalg.norm(velocity[rows, :2], axis=1) > THROWN_M_S).any():
+        word = "thrown"
+    elif caught is not None:
+        word = "dropped"
+    elif not _touched(course, rows, gone):
+        word = "not_touched"
+    else:
+        word = "on_table" if resting[rows[-1]] else "knocked_off"
+    if caught is None or caught > hold[0]:
+        return Found(word, math.nan, 0.0)
+    lost = next(int(row) for row in rows[rows > caught] if resting[row] or gone[row])
+    if lost <= hold[0]:
+        return Found(word, math.nan, 0.0)
+    moved_m, ends_s = _stayed(course, hold[hold < lost], float(times_s[lost]), within_m)
+    return Found(word, moved_m, ends_s - from_s)
+
+
+def _given_s(course: ObjectCourse) -> float:
+    """From when on the object is where it is to be grasped; infinity where it never is."""
+    thing = course.thing
+    if thing is None or not thing.get("given_at_s"):
+        return 0.0
+    off = np.asarray(thing["waits_m"])
+    ways = course.places - thing["position_m"]
+    nearer = np.linalg.norm(ways, axis=1) < np.linalg.norm(ways - off, axis=1)
+    there = np.flatnonzero((course.times_s >= thing["given_at_s"]) & (nearer | (not off.any())))
+    return float(course.times_s[there[0]]) if there.size else math.inf
+
+
+def _resting(course: ObjectCourse) -> Flags:
+    """Rows in which the object is on the table."""
+    table, thing = course.table, course.thing
+    if table is None or thing is None:
+        return np.zeros(course.times_s.size, dtype=np.bool_)
+    lowered_s = table["lowered_at_s"] if table["lowered_at_s"] >= 0.0 else math.inf
+    sunk = np.clip((course.times_s - lowered_s) * table["lowering_m_s"], 0.0, table["lowering_m"])
+    height = course.places[:, 2] - _half_height(thing, course.turned) - (table["height_m"] - sunk)
+    beside = np.abs(course.places[:, :2] - table["centre_m"]) - table["half_m"]
+    return np.asarray((np.abs(height) <= RESTING_M) & (beside.max(axis=1) <= _longest(thing)))
+
+
+def _half_height(thing: Mapping[str, Any], turned: Array) -> Array:
+    """From the object's centre down to its lowest point, (n,), m."""
+    half = 5e-4 * np.asarray(thing["size_mm"])
+    axes = np.abs(np.stack([quaternion.rotate(turned, axis)[:, 2] for axis in np.eye(3)], axis=1))
+    if thing["shape"] == "ball":
+        return np.full(len(turned), half[0])
+    if thing["shape"] == "cylinder":
+        return np.asarray(half[1] * axes[:, 2] + half[0] * np.sqrt(np.clip(1.0 - axes[:, 2] ** 2, 0.0, 1.0)))
+    return np.asarray(axes @ half)
+
+
+def _longest(thing: Mapping[str, Any] | None) -> float:
+    """From the object's centre to its farthest point at most, m."""
+    return 0.0 if thing is None else float(5e-4 * np.linalg.norm(thing["size_mm"]))
+
+
+def _gone(course: ObjectCourse, from_hand_m_s: Array) -> Flags:
+    """Rows in which the object falls, flies or is out of reach, by its velocity (n, 3) from the hand's."""
+    far = np.linalg.norm(course.places - course.hand, axis=1) > REACH_M + _longest(course.thing)
+    flying = np.linalg.norm(from_hand_m_s[:, :2], axis=1) > THROWN_M_S
+    return np.asarray(far | flying | (from_hand_m_s[:, 2] < -FALLING_M_S))
+
+
+def _touched(course: ObjectCourse, rows: NDArray[np.int64], gone: Flags) -> bool:
+    """Whether the hand touched the object, as far as can be told."""
+    if course.pressed is None and course.thing is None:
+        return True
+    if course.pressed is not None and course.pressed[rows].any():
+        return True
+    there = rows[:np.flatnonzero(gone[rows])[0]] if gone[rows].any() else rows
+    moved = course.places[there] - course.places[rows[0]]
+    return bool((np.linalg.norm(moved[:, :2], axis=1) > TOUCHED_M).any() or (moved[:, 2] > TOUCHED_M).any())
+
+
+def _stayed(course: ObjectCourse, hold: NDArray[np.int64], until_s: float, within_m: float
+            ) -> tuple[float, float]:
+    """How far the object went at most in the hand from the first row on, m, and until when near, s."""
+    ways = np.linalg.norm(course.in_hand[hold] - course.in_hand[hold[0]], axis=1)
+    beyond = np.flatnonzero(ways > within_m)
+    return float(ways.max()), float(course.times_s[hold[beyond[0]]]) if beyond.size else until_s

@@ -1,0 +1,79 @@
+"""Why a metric is not known: every number that is none has its reason in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+NOT_KNOWN = "not_known"
+"""Name under which metrics keep their reasons: path of a metric, dots between its parts, to its reason, or
+to a list of them, one a trial, None where it is known."""
+_TRIAL = "nothing that it is computed from was recorded in the scored part of this trial"
+_REASONS = (
+    ("minutes", "the search had not ended"),
+    ("found", "the search had found nothing by the end"),
+    ("of_optimum", "the search had found nothing by the end"),
+    ("decline_pct", "the trial ended before the last cycle, or the first cycle has no peak"),
+    ("orientation", "the tracker gave no orientation while the reference had one"),
+    ("relative_angle", "the tracker gave no orientation while the reference had one"),
+)
+
+
+def put(metrics: dict[str, Any], path: Sequence[str], value: Any) -> None:
+    """Add a trial's value to the list at a path."""
+    for part in path[:-1]:
+        metrics = metrics.setdefault(part, {})
+    metrics.setdefault(path[-1], []).append(value)
+
+
+def note(metrics: dict[str, Any], path: Sequence[str], trial: int, trials: int, why: str | None) -> None:
+    """Keep why the metric at a path is not known in a trial; nothing where it is."""
+    if why is not None:
+        metrics.setdefault(NOT_KNOWN, {}).setdefault(".".join(path), [None] * trials)[trial] = why
+
+
+def give_reasons(metrics: dict[str, Any]) -> None:
+    """Add a reason for every number that is none and has none yet."""
+    noted: dict[str, Any] = metrics.get(NOT_KNOWN, {})
+    for path, value in list(numbers(metrics)):
+        missing = [_none(item) for item in value] if isinstance(value, list) else [_none(value)]
+        name = ".".join(path)
+        if any(missing) and name not in noted:
+            why = next((words for start, words in _REASONS if path[0].startswith(start)), _TRIAL)
+            reasons = [why if none else None for none in missing]
+            noted[name] = reasons if isinstance(value, list) else why
+    if noted:
+        metrics[NOT_KNOWN] = noted
+
+
+def reasons_of(metrics: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Each reason once, with the metric and the trials that it is about: ("held, trials 0 and 2", "...")."""
+    for name, reasons in metrics.get(NOT_KNOWN, {}).items():
+        if isinstance(reasons, str):
+            yield name, reasons
+            continue
+        for why in dict.fromkeys(each for each in reasons if each is not None):
+            trials = [number for number, each in enumerate(reasons) if each == why]
+            if len(reasons) == 1:
+                yield name, why
+            elif len(trials) == len(reasons):
+                yield f"{name}, every trial", why
+            else:
+                number = ", ".join(map(str, trials))
+                yield f"{name}, trial{'s' if len(trials) > 1 else ''} {number}", why
+
+
+def numbers(metrics: dict[str, Any], path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Paths and values of all metrics that are a number, or a list of one a trial."""
+    for name, value in metrics.items():
+        if isinstance(value, dict):
+            if name != NOT_KNOWN:
+                yield from numbers(value, (*path, str(name)))
+        elif not isinstance(value, str) and not (
+                isinstance(value, list) and any(isinstance(item, (list, dict, str)) for item in value)):
+            yield (*path, str(name)), value
+
+
+def _none(value: Any) -> bool:
+    return value is None or (isinstance(value, float) and not math.isfinite(value))
