@@ -13,6 +13,7 @@ from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import Port, Value
 from plants.fmu.archive import ExtractedFmu
 from plants.fmu.description import FmuDescription, read_description
+from plants.fmu.internal_step import fits, misfit, stepped_alike
 from plants.fmu.library import StartValue
 from plants.fmu.ports import FmuPort, bind_ports
 from plants.fmu.probe import Probed, probe
@@ -30,9 +31,9 @@ class Fmu:
     It advances by communication steps of a declared rate. Inputs are latched at their starts and held;
     outputs are those of the last communication point. An FMU is native code: nothing is loaded but the file
     named here. It is checked when the plant is made, in a process of its own: that it initialises, that its
-    outputs are not stale (an internal step longer than the communication step), whether it replays from a
-    saved state. Without that a run with it can go on, but not be snapshotted. In a run it shares the process:
-    if its code crashes there, so does the run.
+    outputs are not stale (the communication step is a whole multiple of its internal step), whether it
+    replays from a saved state. Without that a run with it can go on, but not be snapshotted. In a run it
+    shares the process: if its code crashes there, so does the run.
 
     Attributes
     ----------
@@ -75,11 +76,9 @@ class Fmu:
         try:
             setup = self._fit(extracted, grid)
             probed = probe(setup, extracted.folder, extracted.path, self.probe_timeout_s)
-            if probed.internal_step_s > 0.0:
-                raise InputError(
-                    "step_rate", f"the communication step, {1e3 * setup.period_s:g} ms, is shorter than the "
-                    f"FMU's internal step, {1e3 * probed.internal_step_s:g} ms: outputs would be stale",
-                    f"at most {1 / probed.internal_step_s:g} Hz")
+            if not fits(setup.period_s, probed.internal_step_s):
+                raise misfit(setup.period_s, probed.internal_step_s)
+            setup = stepped_alike(setup, probed.internal_step_s)
         except BaseException:
             extracted.close()
             raise
@@ -90,10 +89,12 @@ class Fmu:
     def _fit(self, extracted: ExtractedFmu, grid: RateClock) -> FmuSetup:
         """These parameters on that FMU."""
         description = read_description(extracted.folder, extracted.path, self.interface)
-        return FmuSetup(
+        setup = FmuSetup(
             description, bind_ports(description, "input", self.input_ports, "input_ports"),
             bind_ports(description, "output", self.output_ports, "output_ports"),
             _checked_starts(description, self.starts), grid.period_num, grid.period_den, self.substeps)
+        declared_s = description.internal_step_s
+        return stepped_alike(setup, declared_s) if fits(setup.period_s, declared_s) else setup
 
     @property
     def inputs(self) -> tuple[Port, ...]:

@@ -13,7 +13,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,13 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError, RunError
+from plants.fmu.internal_step import excite, find_by_finer_steps, find_internal_step
 from plants.fmu.running import FmuSetup, RunningFmu
 
-STEPS = 2000
-STEPS_WALL_S = 2.0
 REPLAY_STEPS = 20
-PLATEAUS = 3
-"""Chosen: how far a probe goes, and how many equal plateaus of an output are taken for a fixed step."""
+"""Chosen: how far a saved state is followed, 0.1 s at least."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +33,7 @@ class Probed:
 
     Attributes
     ----------
-    internal_step_s: the FMU's own fixed step where its outputs were stale, else 0.
+    internal_step_s: the FMU's own fixed step, 0 where none was seen.
     replays: whether a saved and restored state gave identical outputs.
     why_not: why not, "" if it does.
     """
@@ -113,11 +110,8 @@ def main() -> None:
 
 def _tried(setup: FmuSetup, folder: Path, running: RunningFmu) -> dict[str, object]:
     """What `Probed` says, of an FMU that has done its first step."""
-    internal_step_s = 0.0
-    if setup.description.interface == "co_simulation":
-        internal_step_s = setup.description.internal_step_s
-        if internal_step_s <= setup.period_s * (1 + 1e-9):
-            internal_step_s = _internal_step(setup, running)
+    stepped = setup.description.interface == "co_simulation"
+    internal_step_s = find_internal_step(setup, running) if stepped else 0.0
     running.end()
     if not setup.description.saves:
         why_not = "the FMU does not offer it"
@@ -125,72 +119,23 @@ def _tried(setup: FmuSetup, folder: Path, running: RunningFmu) -> dict[str, obje
         why_not = "the FMU can be instantiated only once in a process"
     else:
         why_not = _why_no_replay(setup, folder)
+    if stepped and not internal_step_s and not setup.description.once:
+        internal_step_s = find_by_finer_steps(setup, folder)
     return {"internal_step_s": internal_step_s, "replays": not why_not, "why_not": why_not}
-
-
-def _internal_step(setup: FmuSetup, running: RunningFmu) -> float:
-    """The FMU's fixed internal step in s if it is longer than a communication step, else 0.
-
-    Either the FMU says itself that it fell short, or its continuous outputs move on every m-th step only,
-    each time to values not seen before (a square wave comes back to them). An FMU that does not move at all
-    tells nothing; it is given inputs for the second half.
-    """
-    moving = np.concatenate([np.full(v.size, v.variability == "continuous")
-                             for bound in setup.outputs for v in bound.variables] or [np.zeros(0, bool)])
-    changes: list[int] = []
-    seen: set[bytes] = set()
-    before, shortfalls, began = running.outputs.values.copy(), 0, time.perf_counter()
-    for step in range(STEPS):
-        if step == STEPS // 2:
-            if changes:
-                break
-            _excite(setup, running)
-        try:
-            running.step(step == STEPS // 2)
-        except RunError:
-            break
-        shortfalls += running.shortfall_s() > 0.0
-        if (running.outputs.values != before)[moving].any():
-            if changes and step - changes[-1] == 1:
-                return 0.0 if not shortfalls else _estimate(setup, changes, running)
-            changes.append(step)
-            before = running.outputs.values.copy()
-            seen.add(before[moving].tobytes())
-        if len(changes) > 10 * PLATEAUS or time.perf_counter() - began > STEPS_WALL_S:
-            break
-    gaps = np.diff(changes)
-    staircase = gaps.size >= PLATEAUS and gaps.max() - gaps.min() <= 1 and len(seen) == len(changes)
-    if shortfalls or staircase:
-        return _estimate(setup, changes, running)
-    return 0.0
-
-
-def _estimate(setup: FmuSetup, changes: list[int], running: RunningFmu) -> float:
-    """Length of the internal step from the instants of change, or from what the FMU says it reached."""
-    gaps = np.diff(changes)
-    if gaps.size:
-        return float(gaps.mean()) * setup.period_s
-    return setup.period_s + running.shortfall_s()
-
-
-def _excite(setup: FmuSetup, running: RunningFmu) -> None:
-    """Move every input away from its start value: by one, or by the start value itself."""
-    values: NDArray[np.float64] = running.inputs.values
-    values += np.where(values == 0.0, 1.0, values)
 
 
 def _why_no_replay(setup: FmuSetup, folder: Path) -> str:
     """Why a saved state does not give the same future in a new instance; "" if it does."""
     first, second = RunningFmu(setup, folder, "probe"), RunningFmu(setup, folder, "probe_again")
     try:
-        _excite(setup, first)
+        excite(setup, first)
         for step in range(REPLAY_STEPS):
             first.step(step == 0)
         saved = first.save()
-        _excite(setup, first)
+        excite(setup, first)
         future = _future(first)
         second.restore(saved)
-        _excite(setup, second)
+        excite(setup, second)
         if not np.array_equal(_future(second), future, equal_nan=True):
             return "a restored state did not give the same outputs when it was tried at load"
         if (future == future[0]).all():

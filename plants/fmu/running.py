@@ -12,13 +12,10 @@ from fesloop.errors import RunError
 from plants.fmu.co_simulation import CoSimulation2, CoSimulation3
 from plants.fmu.description import FmuDescription
 from plants.fmu.library import FmuLibrary, StartValue
-from plants.fmu.model_exchange import ModelExchange2
 from plants.fmu.ports import BoundPort
 from plants.fmu.vector import FmuVector
 
 NS_PER_S = 1_000_000_000
-STALE_S = 1e-6
-"""By how much the instant that an FMU says it reached may miss the one it was asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +29,7 @@ class FmuSetup:
     starts: start values by variable name.
     period_num, period_den: communication step, their ratio in ns.
     substeps: integration steps in a communication step (model exchange).
+    own_step_s: communication step as the FMU counts it, where that differs in rounding; 0 where it does not.
     """
 
     description: FmuDescription
@@ -41,14 +39,17 @@ class FmuSetup:
     period_num: int
     period_den: int
     substeps: int
+    own_step_s: float = 0.0
 
     @property
     def period_s(self) -> float:
         """Communication step, s."""
-        return self.period_num / (self.period_den * NS_PER_S)
+        return self.own_step_s or self.period_num / (self.period_den * NS_PER_S)
 
     def instant_s(self, tick: int) -> float:
         """Instant of communication point `tick`, s: never accumulated."""
+        if self.own_step_s:
+            return tick * self.own_step_s
         return tick * self.period_num / (self.period_den * NS_PER_S)
 
 
@@ -102,6 +103,8 @@ class RunningFmu:
     def _make_stepper(self) -> Stepper:
         setup, description = self.setup, self.setup.description
         if description.interface == "model_exchange":
+            from plants.fmu.model_exchange import ModelExchange2  # SciPy, which takes a second to load
+
             return ModelExchange2(self.library, self.inputs, description.states, description.indicators,
                                   setup.period_s, setup.substeps, description.completes_steps)
         made = CoSimulation2 if description.version == 2 else CoSimulation3
@@ -117,11 +120,9 @@ class RunningFmu:
         self.outputs.pull(stop_s)
         self.tick += 1
 
-    def shortfall_s(self) -> float:
-        """By how much the FMU says it fell short of the last communication point; 0 if it does not say."""
-        reached = self._stepper.reached_s()
-        short = 0.0 if reached is None else self.setup.instant_s(self.tick) - reached
-        return short if short > STALE_S * self.setup.period_s else 0.0
+    def reached_s(self) -> float | None:
+        """The instant that the FMU says it has reached, None if it does not say."""
+        return self._stepper.reached_s()
 
     def save(self) -> tuple[bytes, Any, Any, int]:
         """All that it remembers; RunError where the FMU refuses."""

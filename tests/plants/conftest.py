@@ -27,6 +27,8 @@ DESCRIPTION2 = """<?xml version="1.0" encoding="UTF-8"?>
     <ScalarVariable name="v" valueReference="4" variability="continuous"><Real/></ScalarVariable>
     <ScalarVariable name="der(v)" valueReference="5" variability="continuous">
       <Real derivative="6"/></ScalarVariable>
+    <ScalarVariable name="h" valueReference="6" causality="parameter" variability="fixed">
+      <Real start="0"/></ScalarVariable>
   </ModelVariables>
   <ModelStructure>
     <Outputs><Unknown index="2"/><Unknown index="3"/></Outputs>
@@ -42,6 +44,7 @@ DESCRIPTION3 = """<?xml version="1.0" encoding="UTF-8"?>
     <Float64 name="u" valueReference="1" causality="input" start="0 0 0"><Dimension start="3"/></Float64>
     <Float64 name="y" valueReference="2" causality="output" initial="calculated">
       <Dimension start="3"/></Float64>
+    <Float64 name="h" valueReference="3" causality="parameter" variability="fixed" start="0"/>
   </ModelVariables>
   <ModelStructure><Output valueReference="2"/></ModelStructure>
 </fmiModelDescription>

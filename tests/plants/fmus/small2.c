@@ -2,7 +2,7 @@
  *
  * Co-simulation: x' = (u - x) / 0.1 s, y = x, k = counted steps (Integer), exact between communication points.
  *   CRASH, ABORT, HANG, REFUSE: in initialisation.      ERROR_AT_S, DISCARD_AT_S: in mid-run.
- *   INTERNAL_STEP_S: x moves on this grid only; TELLS: and the FMU admits it.
+ *   INTERNAL_STEP_S, or parameter h: x moves on this grid only; TELLS: and the FMU admits it.
  *   FORGETS: a saved state leaves x out.     SQUARE_S: y is a square wave of this half period instead.
  * Model exchange: BALL is a bouncing ball (state events); else x' = 1 up to 0.0505 s and -1 after (time event).
  */
@@ -18,7 +18,7 @@
 #define TURN_S 0.0505
 
 typedef struct {
-    double x[2], u, time;
+    double x[2], u, time, h;
     int steps;
     const fmi2CallbackFunctions *functions;
 } Model;
@@ -28,6 +28,9 @@ fmi2Component fmi2Instantiate(fmi2String n, fmi2Type t, fmi2String g, fmi2String
     (void)n, (void)t, (void)g, (void)r, (void)v, (void)l;
     Model *m = calloc(1, sizeof *m);
     m->functions = f;
+#ifdef INTERNAL_STEP_S
+    m->h = INTERNAL_STEP_S;
+#endif
 #ifdef BALL
     m->x[0] = 1.0;
 #endif
@@ -70,12 +73,14 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean b) {
 #if defined SQUARE_S
     m->time = t + h;
     m->x[0] = (long)floor(m->time / SQUARE_S + 1e-6) % 2;
-#elif defined INTERNAL_STEP_S
-    while (m->time + INTERNAL_STEP_S <= t + h + 1e-9) {
-        m->x[0] = m->u + (m->x[0] - m->u) * exp(-INTERNAL_STEP_S / 0.1);
-        m->time += INTERNAL_STEP_S;
-    }
 #else
+    if (m->h > 0.0) {
+        while (m->time + m->h <= t + h + 1e-9) {
+            m->x[0] = m->u + (m->x[0] - m->u) * exp(-m->h / 0.1);
+            m->time += m->h;
+        }
+        return fmi2OK;
+    }
     m->x[0] = m->u + (m->x[0] - m->u) * exp(-h / 0.1);
     m->time = t + h;
 #endif
@@ -92,7 +97,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind k, fmi2Real *
 #endif
 }
 
-/* references: 0 u, 1 y, 2 x, 3 der(x), 4 v, 5 der(v); Integer 0: steps */
+/* references: 0 u, 1 y, 2 x, 3 der(x), 4 v, 5 der(v), 6 h; Integer 0: steps */
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Real v[]) {
     Model *m = c;
     for (size_t i = 0; i < n; i++) v[i] = r[i] == 0 ? m->u : r[i] == 4 ? m->x[1] : m->x[0];
@@ -101,6 +106,7 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Real v[]) {
     for (size_t i = 0; i < n; i++)
         if (r[i] == 0) ((Model *)c)->u = v[i];
+        else if (r[i] == 6) ((Model *)c)->h = v[i];
     return fmi2OK;
 }
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Integer v[]) {

@@ -1,7 +1,7 @@
 /* A small FMI 3.0 co-simulation FMU with array variables: y' = (u - y) / 0.1 s for three channels, exact.
  *
  * It defines what it does; the rest of the interface is stubbed by the build.
- *   INTERNAL_STEP_S: y moves on this grid only, and lastSuccessfulTime tells.
+ *   INTERNAL_STEP_S, or parameter h: y moves on this grid only, and lastSuccessfulTime tells.
  */
 #include <math.h>
 #include <stdbool.h>
@@ -13,7 +13,7 @@
 enum { OK, ERROR = 3 };
 
 typedef struct {
-    double u[CHANNELS], y[CHANNELS], time;
+    double u[CHANNELS], y[CHANNELS], time, h;
 } Model;
 
 const char *fmi3GetVersion(void) { return "3.0"; }
@@ -23,7 +23,11 @@ void *fmi3InstantiateCoSimulation(const char *name, const char *token, const cha
                                   void *environment, void *log, void *update) {
     (void)name, (void)token, (void)resources, (void)visible, (void)logging, (void)event_mode, (void)early;
     (void)required, (void)n, (void)environment, (void)log, (void)update;
-    return calloc(1, sizeof(Model));
+    Model *m = calloc(1, sizeof(Model));
+#ifdef INTERNAL_STEP_S
+    m->h = INTERNAL_STEP_S;
+#endif
+    return m;
 }
 void fmi3FreeInstance(void *m) { free(m); }
 int fmi3EnterInitializationMode(void *m, bool a, double b, double c, bool d, double e) {
@@ -41,6 +45,10 @@ int fmi3GetFloat64(void *m, const uint32_t *r, size_t n, double *v, size_t nv) {
     return OK;
 }
 int fmi3SetFloat64(void *m, const uint32_t *r, size_t n, const double *v, size_t nv) {
+    if (n == 1 && nv == 1 && r[0] == 3) {
+        ((Model *)m)->h = *v;
+        return OK;
+    }
     if (nv != n * CHANNELS) return ERROR;
     for (size_t i = 0; i < n; i++) memcpy(place(m, r[i]), v + i * CHANNELS, CHANNELS * sizeof *v);
     return OK;
@@ -54,12 +62,10 @@ static void advance(Model *m, double h) {
 int fmi3DoStep(void *c, double t, double h, bool keep, bool *event, bool *terminate, bool *early, double *reached) {
     (void)keep;
     Model *m = c;
-#ifdef INTERNAL_STEP_S
-    while (m->time + INTERNAL_STEP_S <= t + h + 1e-9) advance(m, INTERNAL_STEP_S);
-#else
-    (void)t;
-    advance(m, h);
-#endif
+    if (m->h > 0.0)
+        while (m->time + m->h <= t + h + 1e-9) advance(m, m->h);
+    else
+        advance(m, h);
     *event = *terminate = *early = false;
     *reached = m->time;
     return OK;

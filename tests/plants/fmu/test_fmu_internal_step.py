@@ -1,0 +1,121 @@
+"""Communication steps must be whole multiples of an FMU's internal step, at any rate."""
+
+import re
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from fesloop.errors import InputError
+from fesloop.loop.block import Context
+from fesloop.loop.clock import RateClock
+from plants.fmu import Fmu
+from plants.fmu.internal_step import find_by_finer_steps, find_internal_step, fits, misfit, stepped_alike
+from plants.fmu.running import RunningFmu
+
+RATES = st.fractions(min_value=5, max_value=5000, max_denominator=1000)
+KINDS = ("fmi2, silent", "fmi2, telling", "fmi3, telling", "fmi3, declared")
+ROUNDED_S = 1e-9
+
+
+@pytest.fixture(scope="module")
+def fmus(small2, small3):
+    """A plant of each kind whose internal step is the parameter h."""
+    made = [Fmu(path=str(fmu)) for fmu in (small2(), small2("TELLS"), small3())]
+    return dict(zip(KINDS, (*made, made[-1]), strict=True))
+
+
+def tried(plant, rate, internal_s, declared_s=0.0):
+    """The setup that an FMU of this internal step gets, and the step that is found."""
+    clock = RateClock.from_rate(rate)
+    description = replace(plant._setup.description, internal_step_s=declared_s)
+    setup = replace(plant._setup, description=description, starts=(("h", internal_s),),
+                    period_num=clock.period_num, period_den=clock.period_den)
+    if fits(setup.period_s, declared_s):
+        setup = stepped_alike(setup, declared_s)
+    running = RunningFmu(setup, plant._extracted.folder, "probe")
+    try:
+        running.step(False)
+        step_s = find_internal_step(setup, running) or find_by_finer_steps(setup, plant._extracted.folder)
+    finally:
+        running.end()
+    return setup, step_s
+
+
+@settings(max_examples=60, deadline=None)
+@given(kind=st.sampled_from(KINDS), rate=RATES, part=st.sampled_from([1, 2, 3]), rounded=st.booleans())
+def test_a_whole_multiple_of_the_internal_step_fits_at_any_rate(fmus, kind, rate, part, rounded):
+    internal_s = float(1 / (rate * part))
+    rounded = rounded and kind != KINDS[0]
+    if rounded:
+        internal_s = round(internal_s, 9)
+    assume(kind == KINDS[3] or abs(part * internal_s - float(1 / rate)) < ROUNDED_S)
+    setup, step_s = tried(fmus[kind], rate, internal_s, internal_s if kind == KINDS[3] else 0.0)
+    assert fits(setup.period_s, step_s)
+    setup = stepped_alike(setup, step_s)
+    assert setup.period_s == pytest.approx(float(1 / rate), abs=part * ROUNDED_S)
+    if kind != KINDS[0]:
+        running = RunningFmu(setup, fmus[kind]._extracted.folder, "run")
+        for tick in range(1, 200):
+            running.step(False)
+            assert running.reached_s() == pytest.approx(tick * part * internal_s, rel=1e-12)
+        running.end()
+
+
+@settings(max_examples=60, deadline=None)
+@given(kind=st.sampled_from(KINDS), rate=RATES, longer=st.floats(1e-6, 5.0))
+def test_an_internal_step_that_is_longer_is_refused(fmus, kind, rate, longer):
+    longer = max(longer, 0.01) if kind == KINDS[0] else longer
+    period_s = float(1 / rate)
+    internal_s = period_s * (1 + longer)
+    assume(internal_s < 0.25 and internal_s - period_s > ROUNDED_S)
+    setup, step_s = tried(fmus[kind], rate, internal_s, internal_s if kind == KINDS[3] else 0.0)
+    assert not fits(setup.period_s, step_s)
+    assert step_s == pytest.approx(internal_s, rel=1e-9 if kind != KINDS[0] else 0.05)
+
+
+@settings(max_examples=40, deadline=None)
+@given(kind=st.sampled_from(KINDS[1:3]), rate=RATES, ratio=st.fractions(1, 6, max_denominator=5))
+def test_an_fmu_that_says_what_it_reached_may_not_fall_short(fmus, kind, rate, ratio):
+    period_s = float(1 / rate)
+    internal_s = float(1 / (rate * ratio))
+    setup, step_s = tried(fmus[kind], rate, internal_s)
+    assert fits(setup.period_s, step_s) == (ratio.denominator == 1)
+    if ratio.denominator > 1:
+        assert step_s == pytest.approx(internal_s, rel=1e-6)
+        assert "no whole multiple" in str(misfit(period_s, step_s))
+
+
+@settings(max_examples=200, deadline=None)
+@given(rate=st.fractions(min_value=Fraction(1, 100), max_value=100_000, max_denominator=10**6),
+       ratio=st.floats(0.01, 100.0))
+def test_a_refusal_shows_two_numbers_and_a_rate_that_fits(rate, ratio):
+    period_s = float(1 / rate)
+    internal_s = period_s * ratio
+    assume(not fits(period_s, internal_s))
+    fault = misfit(period_s, internal_s)
+    numbers = re.findall(r"([0-9.e+-]+) ms", str(fault))
+    assert numbers[0] != numbers[1]
+    allowed = re.search(r"([0-9.e+-]+) Hz", str(fault))[1]
+    assert fits(RateClock.from_rate(allowed).period_s, internal_s)
+
+
+@pytest.mark.parametrize("declared", ["0.016666667", "0.0166666667", "0.0083333334"])
+def test_an_fmu_for_60_hz_runs_at_60_hz(small3, declared):
+    fmu = small3(f"INTERNAL_STEP_S={declared}", extra=f'fixedInternalStepSize="{declared}"')
+    plant = Fmu(path=str(fmu), step_rate="60")
+    state = plant.init(Context("plant"))
+    seen = {0.0}
+    for _ in range(100):
+        plant.advance(state, [np.ones(3)], 0, 0)
+        seen.add(plant.read(state, [])[0][0])
+    assert len(seen) == 101
+    plant.close(state)
+
+
+def test_one_and_a_half_steps_are_stale(small2):
+    with pytest.raises(InputError, match=r"communication step, 16\.6667 ms, is shorter .* step, 25 ms"):
+        Fmu(path=str(small2("INTERNAL_STEP_S=0.025")), step_rate="60")
