@@ -14,23 +14,31 @@ def execute(args: Namespace) -> int:
     """Read a recording of any known format and write it as a motion file."""
     from fesloop.streams.importing import import_recording
     from fesloop.streams.labels import not_understood
+    from fesloop.streams.missing import lacking_in, lost_samples
 
     with progress_bar(f"import {args.source}"):
         recording = import_recording(args.source, args.target, args.layout, args.sensor_set)
     if recording.left_out:
         print(f"fesloop: {args.source}: channels left out, {not_understood(recording.left_out)}",
               file=sys.stderr)
+    lacking = lacking_in(recording)
+    if lacking.text:
+        print(f"fesloop: {args.source}: {lacking.text}", file=sys.stderr)
     told: dict[str, Any] = {
         "motion": args.target, "source": recording.source, "source_format": recording.source_format,
         "sensors": list(recording.sensors), "samples": recording.samples,
         "rate": None if recording.rate is None else str(recording.rate),
         "duration_s": recording.duration_ns / NS_PER_S, "magnetometers": recording.mag is not None,
         "reference": recording.reference is not None, "source_units": dict(recording.source_units),
-        "left_out": list(recording.left_out)}
+        "left_out": list(recording.left_out), "rate_between_gaps_hz": lacking.rate_hz,
+        "gaps": [gap._asdict() for gap in lacking.gaps],
+        "lost_samples": dict(zip(recording.sensors, lost_samples(recording).sum(axis=0).tolist(),
+                                 strict=True))}
     if args.json:
         print_json(told)
     else:
-        rate = "uneven instants" if recording.rate is None else f"{float(recording.rate):.9g} Hz"
+        rate = f"{float(recording.rate):.9g} Hz" if recording.rate is not None else (
+            f"about {lacking.rate_hz:.6g} Hz " + ("with gaps" if lacking.gaps else "at uneven instants"))
         sensors = "1 sensor" if len(recording.sensors) == 1 else f"{len(recording.sensors)} sensors"
         print(f"{args.target}: {sensors}, {recording.samples} samples, {rate}, from "
               f"{recording.source} ({recording.source_format})")

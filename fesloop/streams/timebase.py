@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_S
 from fesloop.streams.checks import Array, finite, numbers
+from fesloop.streams.pace import Pace
 
 SLOWEST_HZ, FASTEST_HZ = 1.0, 100_000.0
 """Rates of motion recordings; beyond, the unit of time must be another (chosen)."""
@@ -21,6 +22,9 @@ _ROUNDING_S = 1e-6
 _STATED_AGREES = 0.05
 """By how much a stated rate may differ from that of the stamps (chosen: sensors' clocks are within 1 %; what
 is of another unit or another table is further off)."""
+
+_FEW = 10.0
+"""Standard deviations of a stamp's jitter by which first and last of a few samples may be off (chosen)."""
 
 
 def exact_rate(hertz: float, where: str, uncertainty: float = 1e-9) -> Fraction:
@@ -64,11 +68,14 @@ def stamps_of_times(times: Array, unit_s: float, place: str) -> tuple[NDArray[np
         raise InputError(place, f"sample {at} does not come after the one before it", "increasing times")
     stamps = np.rint((times - times[0]) * (unit_s * NS_PER_S)).astype(np.int64)
     mean_s = float(times[-1] - times[0]) / steps.size * unit_s
+    exact_rate(1.0 / (float(np.median(steps)) * unit_s), place)
     rounding = 2.0 / NS_PER_S / (mean_s * steps.size)  # first and last instant may each be a ns off
-    rate = exact_rate(float(f"{1.0 / mean_s:.9g}"), place, 1e-9 + rounding)
     simplest = simplest_rate(stamps)
     if np.array_equal(stamps_of_rate(times.size, simplest), stamps):
         return stamps, simplest
+    if 1.0 / mean_s < SLOWEST_HZ:
+        return stamps, None
+    rate = exact_rate(float(f"{1.0 / mean_s:.9g}"), place, 1e-9 + rounding)
     even = np.arange(times.size) / float(rate)
     if np.abs((times - times[0]) * unit_s - even).max() <= _ROUNDING_S:
         return stamps_of_rate(times.size, rate), rate
@@ -89,6 +96,15 @@ def require_stated_rate(stated_hz: float, times_s: Array, where: str) -> None:
         raise InputError(where, f"states {stated_hz:g} Hz, the stamps are at {whole:.4g} Hz",
                          f"the rate of the stamps, within {100.0 * _STATED_AGREES:g} %",
                          "mend whichever is wrong")
+
+
+def require_rate(stated_hz: float, pace: Pace, samples: int, where: str) -> None:
+    """Raise InputError where a file states another rate than stamps are at between their gaps."""
+    few = _FEW / samples
+    if abs(stated_hz * pace.period_s - 1.0) > _STATED_AGREES + few * pace.jitter_s / pace.period_s:
+        raise InputError(where, f"states {stated_hz:g} Hz, the stamps are at {pace.rate_hz:.4g} Hz",
+                         f"the rate of the stamps, within {100.0 * _STATED_AGREES:g} %",
+                         "describe the file with a layout, whose `time` takes the stamps and no stated rate")
 
 
 def simplest_rate(stamps_ns: NDArray[np.int64]) -> Fraction:

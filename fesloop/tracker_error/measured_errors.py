@@ -104,11 +104,12 @@ def _against_reference(recording: Recording, name: str, player: str, late_ns: in
 
 def _lost_samples(source: MotionRecording, captured: NDArray[np.int64],
                   told: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Ticks whose sample is missing for a sensor of some pair, (ticks,)."""
+    """Ticks whose sample is missing for a sensor of some pair, or altogether, (ticks,)."""
     sensors = sorted({sensor for pair in source.pairs for sensor in pair})
     missing = np.logical_not(np.isfinite(source.gyr[:, sensors] + source.acc[:, sensors]).all(axis=(1, 2)))
     lost = np.zeros(told.size, dtype=bool)
-    lost[told] = missing[np.clip(np.searchsorted(source.stamps_ns, captured), 0, missing.size - 1)]
+    newest = np.clip(np.searchsorted(source.stamps_ns, captured), 0, missing.size - 1)
+    lost[told] = missing[newest] | (source.stamps_ns[newest] != captured)  # or it fell into a gap
     return lost
 
 

@@ -31,6 +31,7 @@ def sentence_of(known: Known) -> str:
 
 def _findings(known: Known) -> Iterator[str]:
     """What was found, the most important first."""
+    yield from _missing(known)
     yield from _tracking(known)
     yield from _grasp(known)
     yield from _grip(known)
@@ -39,6 +40,12 @@ def _findings(known: Known) -> Iterator[str]:
     yield from _tracker(known)
     yield from _fingertips(known)
     yield from _decline(known)
+
+
+def _missing(known: Known) -> Iterator[str]:
+    """What recordings that were played lack, which every figure of such a run may rest on."""
+    yield from dict.fromkeys(f"the recording played by `{event.where}` lacks samples: {event.detail}"
+                             for event in known.recording.events if event.status == "samples_missing")
 
 
 def _tracking(known: Known) -> Iterator[str]:

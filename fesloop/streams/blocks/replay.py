@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
@@ -14,6 +15,8 @@ from fesloop.loop.clock import NS_PER_S, StampClock, duration_ns
 from fesloop.loop.signals import Port, Value
 from fesloop.streams.files import open_recording
 from fesloop.streams.labels import not_understood
+from fesloop.streams.missing import missing_text
+from fesloop.streams.pace import Gap, timeline
 from fesloop.streams.recording import MotionRecording
 
 
@@ -23,9 +26,11 @@ class Replay:
 
     Outputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and, where the recording has it, `mag` (n, 3) T, one
     sample a tick of the block's own clock, which stops after the last sample. NaN is a sample that the
-    recording lost; it is that sensor's alone.
+    recording lost; it is that sensor's alone. In a gap of the recording's stamps the clock ticks on at the
+    pace of the samples (`fesloop.streams.pace`), and all outputs are NaN.
 
-    Status: `channels_left_out` with the first sample, of a file that has channels which are not understood.
+    Status: with the first sample `channels_left_out`, of a file that has channels which are not understood,
+    and `samples_missing`, which says how much the recording lacks; `gap` at the start of each gap.
 
     Attributes
     ----------
@@ -34,7 +39,7 @@ class Replay:
     layout: path of a layout file, for a recording that says too little of itself.
     start_s: what of the recording to leave out; the first sample at or after it plays at t = 0.
     duration_s: how much to play; None plays to the end.
-    clock: instants of the samples (not a parameter).
+    clock: instants of the samples, those that gaps lack among them (not a parameter).
     start_ns: stamp, in the recording, of the sample that plays at t = 0 (not a parameter).
     source: the recording itself (not a parameter).
     """
@@ -47,7 +52,10 @@ class Replay:
     clock: StampClock = field(init=False, repr=False)
     start_ns: int = field(init=False, repr=False)
     source: MotionRecording = field(init=False, repr=False)
-    _first: int = field(init=False, repr=False)
+    _rows: NDArray[np.int64] = field(init=False, repr=False)
+    _gaps: dict[int, Gap] = field(init=False, repr=False)
+    _missing: str = field(init=False, repr=False)
+    _nothing: NDArray[np.float64] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         source = open_recording(self.recording, self.sensor_set, self.layout)
@@ -56,18 +64,26 @@ class Replay:
         if first == source.samples:
             raise InputError("start_s", f"{self.start_s} is past the last sample of {self.recording}",
                              f"at most {source.duration_ns / NS_PER_S:g}")
-        stop = source.samples
         start_ns = int(source.stamps_ns[first])
+        end_ns = source.duration_ns
         if self.duration_s is not None:
             length = duration_ns(self.duration_s, NS_PER_S, "duration_s")
             if length == 0:
                 raise InputError("duration_s", f"{self.duration_s:g} plays nothing",
                                  "above 0, or left out to play to the end")
-            stop = int(np.searchsorted(source.stamps_ns, start_ns + length, side="right"))
-        object.__setattr__(self, "source", source)
-        object.__setattr__(self, "start_ns", start_ns)
-        object.__setattr__(self, "clock", StampClock(source.stamps_ns[first:stop] - start_ns, self.recording))
-        object.__setattr__(self, "_first", first)
+            end_ns = min(end_ns, start_ns + length)
+        stop = int(np.searchsorted(source.stamps_ns, end_ns, side="right"))
+        # With the first sample after the part, a part that ends in a gap is as long as it should be.
+        line = timeline(source.stamps_ns[first:stop + 1] - start_ns, self.recording)
+        within = line.stamps_ns <= end_ns - start_ns
+        nothing = np.full((len(source.sensors), 3), np.nan)
+        nothing.flags.writeable = False
+        for name, value in (
+                ("source", source), ("start_ns", start_ns), ("_nothing", nothing), ("_gaps", line.gaps),
+                ("clock", StampClock(line.stamps_ns[within], self.recording)),
+                ("_rows", np.where(line.rows < 0, line.rows, line.rows + first)[within]),
+                ("_missing", missing_text(source, first, stop, list(line.gaps.values())))):
+            object.__setattr__(self, name, value)
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -82,12 +98,13 @@ class Replay:
         return ports if self.source.mag is None else (*ports, Port("mag", shape, "T", gaps=True))
 
     def cautions(self, context: Context) -> tuple[tuple[str, str], ...]:
-        """Channels that are left out."""
+        """Channels that are left out, and samples that are missing."""
         return self._told()
 
     def _told(self) -> tuple[tuple[str, str], ...]:
-        left_out = self.source.left_out
-        return (("channels_left_out", not_understood(left_out)),) if left_out else ()
+        told = (("channels_left_out", not_understood(self.source.left_out)),
+                ("samples_missing", self._missing))
+        return tuple((status, detail) for status, detail in told if detail)
 
     def init(self, context: Context) -> None:
         """No state: what is played is a function of the tick."""
@@ -97,7 +114,11 @@ class Replay:
         source = self.source
         if tick.index == 0:
             tick.reports.extend(self._told())
-        at = self._first + tick.index
+        if tick.index in self._gaps:
+            tick.report("gap", str(self._gaps[tick.index]))
+        at = int(self._rows[tick.index])
+        if at < 0:
+            return (self._nothing,) * len(self.outputs)
         if source.mag is None:
             return source.gyr[at], source.acc[at]
         return source.gyr[at], source.acc[at], source.mag[at]

@@ -1,8 +1,9 @@
 """Instants of an XDF stream on the recorder's clock, without the jitter of their arrival.
 
-What pyxdf does by default, done anew: the sender's clock is mapped by a robust line through the measured
-clock offsets, and instants of a stream of nominal rate are put on a line a stretch without breaks (Kothe et
-al. 2025, doi 10.1162/IMAG.a.136).
+As pyxdf does by default, the sender's clock is mapped by a robust line through the measured clock offsets,
+and instants of a stream of nominal rate are put on a line a stretch without breaks (Kothe et al. 2025, doi
+10.1162/IMAG.a.136). Other than by pyxdf, which breaks a line at gaps of more than 1 s and 500 samples alone,
+no gap is closed (`fesloop.streams.pace`): a line across one would compress all samples into its time.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.streams.checks import Array
 from fesloop.streams.formats.xdf_chunks import XdfStream
+from fesloop.streams.pace import on_lines, pace_of, rate_change
+from fesloop.streams.timebase import require_rate
 
 _WINSOR_S = 1e-4
 """Offsets further from the line than this count less (pyxdf 1.17: winsor_threshold)."""
@@ -19,29 +22,33 @@ _LEAST = np.finfo(float).tiny
 _ITERATIONS = 1000
 _MOST_OFFSETS = 20_000
 """Chosen: LabRecorder measures one each 5 s, so these are of more than a day; the line takes a second."""
-_BREAK_S, _BREAK_SAMPLES = 1.0, 500
-"""A gap is a break where it is longer than both (pyxdf 1.17)."""
 _RESET_S, _RESET_DEVIATIONS = (5.0, 1.0), (5.0, 10.0)
 """A clock was reset where the time between offsets and the offsets both jump by more than these s and median
 absolute deviations (pyxdf 1.17)."""
 
 
-def instants_s(stream: XdfStream, where: str) -> Array:
+def instants_s(stream: XdfStream, where: str, trust_header: bool = True) -> Array:
     """Instants of a stream's samples, (n,), s on the recorder's clock.
 
-    Raises InputError for instants that are no numbers, and for a sender whose clock was reset on the way:
-    pyxdf would guess how the parts belong together.
+    Stamps whose rate changes on the way, and those of a sender that can drop samples, keep their jitter.
+    `trust_header`: whether the header's nominal rate must be that of the stamps.
+
+    Raises InputError for instants that are no numbers, for a nominal rate that the stamps contradict, and
+    for a sender whose clock was reset on the way: pyxdf would guess how the parts belong together.
     """
     if not np.isfinite(stream.times_s).all():
         raise InputError(where, "has stamps that are no numbers", "an undamaged XDF file")
     times: Array = np.array(stream.times_s)
     if stream.clock_s:
         times = times + _offsets(stream, times, where)
-    if stream.rate_hz > 0.0 and not stream.drops:
-        limit = max(_BREAK_S, _BREAK_SAMPLES / stream.rate_hz)
-        breaks = np.flatnonzero(np.abs(np.diff(times)) > limit) + 1
-        times = np.concatenate([_on_a_line(part) for part in np.split(times, breaks)])
-    return times
+    if stream.rate_hz <= 0.0 or times.size < 2:
+        return times
+    pace = pace_of(times, stream.rate_hz)
+    if trust_header and not stream.drops:
+        require_rate(stream.rate_hz, pace, times.size, where)
+    if stream.drops or rate_change(times, pace) is not None:
+        return times
+    return on_lines(times, pace)
 
 
 def _offsets(stream: XdfStream, times: Array, where: str) -> Array:
@@ -93,13 +100,3 @@ def _robust_line(clock: Array, offset: Array) -> tuple[float, float]:
         residual = 0.5 * off + 0.5 * beyond * off
         dual = off - residual
     return float(line[0] * _WINSOR_S), float(line[1])
-
-
-def _on_a_line(times: Array) -> Array:
-    """Instants as a line of the sample's number, by least squares, (n,)."""
-    if times.size < 2:
-        return times
-    number = np.arange(times.size, dtype=np.float64) - 0.5 * (times.size - 1)
-    middle = times.mean()
-    slope = float(number @ (times - middle) / (number @ number))
-    return np.asarray(middle + slope * number)

@@ -64,7 +64,8 @@ class XdfSource:
     def _instants(self) -> Array:
         parts = []
         for name, stream in self._used.items():
-            times = instants_s(stream, f"{self._where}: stream {name}")
+            # A layout names the stamps as the time: what the header says of a rate does not matter.
+            times = instants_s(stream, f"{self._where}: stream {name}", trust_header=False)
             parts.append(Part(f"stream {name}", times, stream.values, {}))
         time_base(parts, self._where)
         return np.asarray(parts[0].times_s - parts[0].times_s[0])

@@ -1,0 +1,254 @@
+"""The pace of stamped samples: their period, where samples are missing, and whether the rate is constant.
+
+A sample that is stamped late, and caught up with by those after it, is jitter; where the stamps never catch
+up, samples are missing. Both look alike at the sample itself, so the earliest arrivals of a stretch before
+and after it are compared.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.loop.clock import NS_PER_S
+
+Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+
+_LATE = 1.5
+"""Periods from one sample to the next above which one may be missing between them."""
+_MISSING = 0.5
+"""Periods by which all that follow are later, above which one is missing (chosen: half way to none)."""
+_DEVIATIONS = 4.0
+"""Standard deviations of the jitter below which a delay is jitter (chosen)."""
+_AROUND, _MOST_AROUND = 8, 4096
+"""Samples before and after a delay in which the earliest is looked for, besides those that catch up."""
+_USUAL_STEP = 0.7, 1.05
+_STATED_STEP = 0.45, 1.05
+"""Of the mean of a few steps, what a single step, or a stated period, is where few samples are missing."""
+_LAG, _BLOCK = 16, 64
+"""Samples over which a rate is taken, and how many of such rates one median is of (chosen)."""
+_STEADY = 0.02
+"""By how much the rate of a stretch may differ from that of all (chosen: sensors' clocks are within 1 %)."""
+_REFINEMENTS = 5
+_MOST_MISSING = 5_000_000
+"""Samples in gaps that are played: more than half a day at 100 Hz (chosen)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pace:
+    """Period and gaps of stamped samples.
+
+    Attributes
+    ----------
+    period_s: between samples, without gaps.
+    breaks: numbers of the samples before which others are missing, ascending.
+    jitter_s: standard deviation of a stamp, robust.
+    """
+
+    period_s: float
+    breaks: Numbers
+    jitter_s: float = 0.0
+
+    @property
+    def rate_hz(self) -> float:
+        """Samples a second, without gaps."""
+        return 1.0 / self.period_s
+
+
+class Gap(NamedTuple):
+    """A stretch without samples: the last sample before it, the first after it, how many are missing."""
+
+    from_s: float
+    to_s: float
+    missing: int
+
+    def __str__(self) -> str:
+        return f"no sample for {self.to_s - self.from_s:.4g} s, {self.missing} missing"
+
+
+def pace_of(times_s: Array, stated_hz: float = 0.0) -> Pace:
+    """The pace of stamps (n,), s, which may have jitter; `stated_hz` is a nominal rate, 0 for none."""
+    steps = np.diff(times_s)
+    none = np.zeros(0, dtype=np.int64)
+    if steps.size < 2:
+        return Pace(float(steps.sum()), none)
+    period = _likely_period(times_s, steps, stated_hz)
+    breaks, jitter = none, 0.0
+    for _ in range(_REFINEMENTS):
+        if not period > 0.0:
+            return Pace(float(steps.mean()), none)
+        breaks, jitter = _breaks(times_s, period)
+        before, period = period, _robust_slope(times_s, breaks, period)
+        if abs(period - before) <= 1e-9 * before:
+            break
+    first, number = _stretches(times_s.size, breaks)
+    on_time = _on_time(times_s, breaks, period, jitter)
+    number = number - _means(number, first, on_time)
+    number[~on_time] = 0.0
+    size = float(number @ number)
+    if size > 0.0:
+        period = float(number @ (times_s - _means(times_s, first, on_time))) / size
+    return Pace(period, breaks, jitter)
+
+
+def _likely_period(times_s: Array, steps: Array, stated_hz: float) -> float:
+    """A first guess: the usual step, unless samples come in bursts; then what is stated, or a longer mean."""
+    lag = max(1, min(_LAG, steps.size // 4))
+    # The lower quarter: most stretches of so many samples may hold a gap.
+    mean = float(np.quantile(times_s[lag:] - times_s[:-lag], 0.25)) / lag
+    usual = float(np.median(steps))
+    if _USUAL_STEP[0] * mean <= usual <= _USUAL_STEP[1] * mean:
+        return usual
+    if stated_hz > 0.0 and _STATED_STEP[0] * mean <= 1.0 / stated_hz <= _STATED_STEP[1] * mean:
+        return 1.0 / stated_hz
+    return mean
+
+
+def _breaks(times_s: Array, period: float) -> tuple[Numbers, float]:
+    """Where stamps fall behind samples of a period for good, and the jitter."""
+    late = times_s - period * np.arange(times_s.size)
+    steps = np.diff(late)
+    jitter = float(1.4826 * np.median(np.abs(steps - np.median(steps))) / np.sqrt(2.0))
+    least = max(_MISSING * period, _DEVIATIONS * jitter)
+    found: list[int] = []
+    for k in (np.flatnonzero(steps > (_LATE - 1.0) * period) + 1).tolist():
+        catching_up = min(_MOST_AROUND, 2.0 * float(steps[k - 1]) / period)
+        before = late[max(found[-1] if found else 0, k - _AROUND):k].min()
+        if late[k:k + _AROUND + int(catching_up)].min() - before > least:
+            found.append(k)
+    return np.array(found, dtype=np.int64), jitter
+
+
+def _stretches(size: int, breaks: Numbers) -> tuple[Numbers, Array]:
+    """The first sample of each stretch without a gap, and each sample's number from its stretch's middle."""
+    first = np.concatenate([[0], breaks]).astype(np.int64)
+    length = np.diff(np.append(first, size))
+    middle = first + 0.5 * (length - 1)
+    return first, np.arange(size, dtype=np.float64) - np.repeat(middle, length)
+
+
+def _robust_slope(times_s: Array, breaks: Numbers, period: float) -> float:
+    """The period that most pairs of samples half the recording apart agree on, with gaps taken out."""
+    closed = np.diff(times_s)
+    closed[breaks - 1] = period
+    even = np.concatenate([[0.0], np.cumsum(closed)])
+    far = max(1, times_s.size // 2)
+    return float(np.median(even[far:] - even[:-far])) / far
+
+
+def _on_time(times_s: Array, breaks: Numbers, period: float, jitter: float) -> NDArray[np.bool_]:
+    """Samples that are not held up, (n,): jitter alone parts them from the others of their stretch."""
+    first, number = _stretches(times_s.size, breaks)
+    late = times_s - period * number
+    usual = np.repeat([np.median(part) for part in np.split(late, breaks)],
+                      np.diff(np.append(first, times_s.size)))
+    on_time = np.abs(late - usual) <= max(_MISSING * period, _DEVIATIONS * jitter)
+    return np.asarray(on_time | np.repeat(np.logical_not(np.logical_or.reduceat(on_time, first)),
+                                          np.diff(np.append(first, times_s.size))))
+
+
+def _means(values: Array, first: Numbers, of: NDArray[np.bool_]) -> Array:
+    """For each sample the mean over those of its stretch that count."""
+    length = np.diff(np.append(first, values.size))
+    total = np.add.reduceat(np.where(of, values - values[0], 0.0), first)
+    return np.asarray(np.repeat(total / np.add.reduceat(of, first, dtype=np.int64), length) + values[0])
+
+
+def on_lines(times_s: Array, pace: Pace) -> Array:
+    """Stamps without jitter: each stretch between gaps is a line of the common period, by least squares.
+
+    Samples that were held up do not bend it.
+    """
+    first, number = _stretches(times_s.size, pace.breaks)
+    on_time = _on_time(times_s, pace.breaks, pace.period_s, pace.jitter_s)
+    middle = _means(times_s - pace.period_s * number, first, on_time)
+    return np.asarray(middle + pace.period_s * number)
+
+
+def gaps_of(times_s: Array, pace: Pace) -> list[Gap]:
+    """Where samples are missing, and how many."""
+    return [Gap(float(times_s[k - 1]), float(times_s[k]),
+                max(1, round(float(times_s[k] - times_s[k - 1]) / pace.period_s) - 1))
+            for k in pace.breaks.tolist()]
+
+
+def rate_change(times_s: Array, pace: Pace) -> tuple[float, float, float] | None:
+    """When a rate is another than at first, s, the rate before and the rate then, Hz; None for one rate."""
+    first, _ = _stretches(times_s.size, pace.breaks)
+    rates = []
+    for start, stop in zip(first.tolist(), [*first[1:].tolist(), times_s.size], strict=True):
+        part = times_s[start:stop]
+        periods = (part[_LAG:] - part[:-_LAG]) / _LAG
+        rates += [(float(part[at]), float(np.median(periods[at:at + _BLOCK])))
+                  for at in range(0, periods.size - _BLOCK + 1, _BLOCK)]
+    if not rates:
+        return None
+    allowed = _STEADY + _DEVIATIONS * np.sqrt(2.0) * pace.jitter_s / (_LAG * pace.period_s)
+    periods = np.array([period for _, period in rates])
+    if not (periods > 0.0).all() or periods.max() / periods.min() - 1.0 <= allowed:
+        return None
+    at = int(np.argmax(np.abs(periods / periods[0] - 1.0) > 0.5 * allowed))
+    return rates[at][0], 1.0 / float(periods[0]), 1.0 / float(periods[at])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Timeline:
+    """Instants of samples and of those that gaps lack.
+
+    Attributes
+    ----------
+    stamps_ns: (n,), ascending.
+    rows: (n,), number of each sample, -1 for one that is missing.
+    gaps: by the number of the first instant in each.
+    period_s: of the samples.
+    """
+
+    stamps_ns: Numbers
+    rows: Numbers
+    gaps: dict[int, Gap]
+    period_s: float
+
+    @property
+    def rate_hz(self) -> float:
+        """Samples a second."""
+        return 1.0 / self.period_s
+
+
+def timeline(stamps_ns: Numbers, where: str) -> Timeline:
+    """The timeline of samples (n,), ns.
+
+    Raises InputError for a rate that changes, as whoever integrates samples counts on one period, and where
+    more samples are missing than can be played.
+    """
+    times_s = stamps_ns / NS_PER_S
+    pace = pace_of(times_s)
+    changed = rate_change(times_s, pace)
+    if changed is not None:
+        at_s, before, then = changed
+        raise InputError(where, f"rate changes from {before:.4g} Hz to {then:.4g} Hz at {at_s:.4g} s",
+                         f"one rate, within {100.0 * _STEADY:g} %",
+                         "play a part of one rate, with start_s and duration_s")
+    found = gaps_of(times_s, pace)
+    if sum(gap.missing for gap in found) > _MOST_MISSING:
+        longest = max(found, key=lambda gap: gap.missing)
+        raise InputError(where, f"has a gap of {longest.to_s - longest.from_s:.6g} s after "
+                         f"{longest.from_s:.6g} s", f"at most {_MOST_MISSING} missing samples",
+                         "play what lies before or after it, with start_s and duration_s")
+    stamps, rows, gaps, done, size = [], [], {}, 0, 0
+    for k, gap in zip(pace.breaks.tolist(), found, strict=True):
+        steps = np.rint(pace.period_s * NS_PER_S * np.arange(1, gap.missing + 1)).astype(np.int64)
+        inside = stamps_ns[k - 1] + steps
+        inside = inside[inside < stamps_ns[k]]
+        gaps[size + k - done] = gap
+        stamps += [stamps_ns[done:k], inside]
+        rows += [np.arange(done, k), np.full(inside.size, -1)]
+        size += k - done + inside.size
+        done = k
+    return Timeline(np.concatenate([*stamps, stamps_ns[done:]]),
+                    np.concatenate([*rows, np.arange(done, stamps_ns.size)]).astype(np.int64), gaps,
+                    pace.period_s)
