@@ -11,6 +11,7 @@ from fesloop.streams import motion_file
 from fesloop.streams.containers.hdf5 import form_of
 from fesloop.streams.containers.reading import head_of, is_container, is_hdf5, read_container
 from fesloop.streams.formats import body16, broad, chain5, motion_bids, wrist, xdf
+from fesloop.streams.mixed_rates import require_one_rate
 from fesloop.streams.recording import MotionRecording, Reference
 
 __all__ = ["FORMATS", "MotionRecording", "Reference", "open_recording"]
@@ -50,9 +51,16 @@ def open_recording(path: str | Path, sensor_set: str | None = None,
         takes the first of chain5, and what there is in the others where that is one set.
     layout: of a file that says too little of itself (see `fesloop.streams.formats.layout`).
 
-    Raises InputError, naming file and key, for anything that is not a sound recording of a known format.
+    Raises InputError, naming file and key, for anything that is not a sound recording of a known format, and
+    for one whose kinds of samples have several rates.
     """
-    file = Path(path)
+    recording = _opened(Path(path), sensor_set, layout)
+    require_one_rate(recording)
+    return recording
+
+
+def _opened(file: Path, sensor_set: str | None, layout: str | Path | None) -> MotionRecording:
+    """The recording as it is in the file."""
     if layout is not None:
         from fesloop.streams.formats.described import read_described
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, Protocol
@@ -20,6 +20,7 @@ from fesloop.streams.formats import xdf_chunks
 from fesloop.streams.formats.channels import recording_of
 from fesloop.streams.formats.layout import Columns, Layout, Place, ReferenceLayout, read_layout
 from fesloop.streams.formats.xdf_source import XdfSource
+from fesloop.streams.mixed_rates import hold
 from fesloop.streams.recording import MotionRecording, Reference, Stamps
 from fesloop.streams.timebase import exact_rate, stamps_of_rate, stamps_of_times
 from fesloop.streams.units import SI, factor
@@ -53,6 +54,8 @@ def read_described(path: Path, layout_path: Path) -> MotionRecording:
             if place is not None:
                 samples = source.columns(place, 3, f"{layout_path}: sensors.{name}.{kind}")
                 sensors.setdefault(name, {})[kind] = samples * scales[kind]
+    every = asdict(layout.every)
+    sensors = {name: hold(samples, every) for name, samples in sensors.items()}
     length = len(next(iter(sensors.values()))["gyr"])
     stamps, rate = _time_base(source, layout.rate, layout.time, length, layout, f"{layout_path}: ")
     names = list(layout.sensors)

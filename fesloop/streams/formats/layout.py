@@ -1,6 +1,7 @@
 """The layout language: a TOML file that says where in a table or .mat file which samples stand.
 
     rate = 100                      # Hz, exact: "2000/7"; or time = "t" with units.time
+    every = {acc = 2, mag = 10}     # rows from one sample to the next, of kinds that are not in every row
     pairs = [["forearm", "hand"]]   # parent and child of neighbouring segments
 
     [units]                         # of the file; converted to SI
@@ -35,6 +36,7 @@ from fesloop.streams.containers.text_table import TextForm, read_text
 from fesloop.toml import TomlError, tables_of
 
 _ALLOWED = "a layout file (TOML)"
+_MOST_ROWS = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,6 +85,21 @@ class UnitsLayout:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class EveryLayout:
+    """Rows from one sample of a kind to the next; each value holds until then."""
+
+    gyr: int = 1
+    acc: int = 1
+    mag: int = 1
+
+    def __post_init__(self) -> None:
+        for kind in ("gyr", "acc", "mag"):
+            rows = getattr(self, kind)
+            if not 1 <= rows <= _MOST_ROWS:
+                raise InputError(kind, f"{rows}", f"1 to {_MOST_ROWS} rows")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ReferenceLayout:
     """What the orientations of the file are.
 
@@ -114,6 +131,7 @@ class Layout:
     ----------
     sensors: by name, in the order in which they are wanted.
     rate: of the samples, Hz; or `time`: their instants, in `units.time`, any first one.
+    every: of kinds of samples that are not in every row.
     units, text, reference: see there.
     pairs: names of (parent, child) sensors on neighbouring segments.
     """
@@ -121,6 +139,7 @@ class Layout:
     sensors: dict[str, SensorLayout]
     rate: str | int | float | None = None
     time: Place | None = None
+    every: EveryLayout = field(default_factory=EveryLayout)
     units: UnitsLayout = field(default_factory=UnitsLayout)
     text: TextForm = field(default_factory=TextForm)
     reference: ReferenceLayout = field(default_factory=ReferenceLayout)
