@@ -1,17 +1,21 @@
-"""The loop's rules written down plainly: an eager simulation of any wiring, and parts with exact arithmetic.
+"""The loop's rules written down plainly: an eager simulation of any wiring, and parts to wire at random.
 
-Nothing here is lazy, queued in bulk or skipped: time goes from instant to instant, every plant is advanced to
-each, and everything due is done in the order of the rules. States are whole numbers, so that a plant that is
-split elsewhere ends up in the same bits.
+Nothing here is lazy, queued in bulk or skipped: time goes from instant to instant, and everything due is
+done in the order of the rules. A plant that goes to any instant is split where the rules split it and nowhere
+else, and looked at in a copy: so parts whose arithmetic rounds come out the same to the last bit, too.
 """
 
 from __future__ import annotations
 
+import copy
 import heapq
+import math
 from collections import defaultdict
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
+
+import numpy as np
 
 from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.loop.signals import NEVER, Port, Sample
@@ -23,7 +27,7 @@ PRIME = 1_000_003
 class Number:
     """State of the parts below."""
 
-    x: int
+    x: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -89,6 +93,60 @@ class Adder:
         return tuple(float((state.x * (i + 1) + direct) % PRIME) for i in range(self.gives))
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Drifter(Adder):
+    """A plant that goes to any instant, with rounding that tells where its way there was split."""
+
+    def advance(self, state, inputs, start_ns, stop_ns):
+        assert stop_ns > start_ns
+        kept = math.exp(-self.salt * 1e-9 * (stop_ns - start_ns))
+        state.x = kept * state.x + (1.0 - kept) * sum((i + 1) * value for i, value in enumerate(inputs))
+
+    def read(self, state, inputs):
+        direct = sum(inputs) if self.feedthrough else 0.0
+        return tuple(1000.0 * math.sin(state.x + i + direct) for i in range(self.gives))
+
+
+class Ahead:
+    """Goes through many instants at once."""
+
+    def advance_through(self, state, inputs, start_ns, times_ns):
+        rows = []
+        for instant in times_ns:
+            if instant > start_ns:
+                self.advance(state, inputs, start_ns, instant)
+            start_ns = instant
+            rows.append(self.read(state, inputs))
+        return tuple(np.array(column) for column in zip(*rows, strict=True))
+
+
+class Foreseen:
+    """Is looked at ahead."""
+
+    def observe(self, state, inputs, start_ns, times_ns):
+        rows = [self.advance_through(copy.copy(state), inputs, start_ns, [instant]) for instant in times_ns]
+        return tuple(np.concatenate(column) for column in zip(*rows, strict=True))
+
+
+class AheadAdder(Ahead, Adder):
+    """All at once, exactly."""
+
+
+class AheadDrifter(Ahead, Drifter):
+    """All at once, rounded."""
+
+
+class ForeseenDrifter(Foreseen, AheadDrifter):
+    """All at once and ahead, rounded."""
+
+
+class GlancingAdder(Adder):
+    """In fixed steps, the first output at a glance."""
+
+    def glance(self, state):
+        return {0: self.read(state, ())[0]}
+
+
 class EagerLoop:
     """A wiring simulated up to and including `until_ns`.
 
@@ -98,16 +156,22 @@ class EagerLoop:
     inputs: of each plant, (instant it acts from, port, oldest, newest, value).
     plants: what a recorder sees at the ticks of `watch`, (instant, physical instant, outputs).
     counts: messages by wire name: sent, lost.
+    states: of every node, at `until_ns`.
+
+    A trial after the first begins with the `states` that the one before left behind.
     """
 
-    def __init__(self, wiring, until_ns, trial=0, watch=None):
+    def __init__(self, wiring, until_ns, trial=0, watch=None, states=None):
         self.wiring, self.until_ns, self._watch = wiring, until_ns, watch
         self.blocks = {node.name: [] for node in wiring.nodes if not node.is_plant}
         self.inputs = {node.name: [] for node in wiring.nodes if node.is_plant}
         self.plants = {node.name: [] for node in wiring.nodes if node.is_plant}
         self.skipped = []
         self.counts = {c.wire.name: {"sent": 0, "lost": 0} for c in wiring.connections}
-        self._state = {n.name: n.part.init(n.context(wiring.seed, trial)) for n in wiring.nodes}
+        self.states = {n.name: n.part.init(n.context(wiring.seed, trial)) if states is None
+                       else n.part.next_trial(states[n.name], n.context(wiring.seed, trial))
+                       for n in wiring.nodes}
+        self._acting = self._what_acts()
         self._held = {n.name: [Sample(p.initial_value(), NEVER, NEVER, NEVER) for p in n.part.inputs]
                       for n in wiring.nodes}
         self._under_way = {c.wire.name: [] for c in wiring.connections}
@@ -124,6 +188,16 @@ class EagerLoop:
         heapq.heapify(self._instants)
         while self._instants:
             self._instant(heapq.heappop(self._instants))
+        for node in wiring.nodes:
+            if node.is_plant and node.plant.grid is None:
+                self._go(node, until_ns)
+
+    def _what_acts(self):
+        """Names of what reaches a plant, in whatever way."""
+        acting = {node.name for node in self.wiring.nodes if node.is_plant}
+        for _ in self.wiring.nodes:
+            acting |= {c.source.name for c in self.wiring.connections if c.target.name in acting}
+        return acting
 
     def _what_is_due(self):
         """{instant: [(number, node or connection that is sampled)]}; empty lists at ticks of grids."""
@@ -161,11 +235,27 @@ class EagerLoop:
             self._observe(node, now)
 
     def _advance(self, node, now):
-        grid, then = node.plant.grid, self._at[node.name]
-        if now > then and (grid is None or grid.tick(grid.first_at_or_after(now)) == now):
-            values = [sample.value for sample in self._held[node.name]]
-            node.plant.advance(self._state[node.name], values, then, now)
+        grid = node.plant.grid
+        if grid is not None and grid.tick(grid.first_at_or_after(now)) == now:
+            self._go(node, now)
+
+    def _go(self, node, now):
+        """Split the way of a plant here."""
+        if now > self._at[node.name]:
+            node.plant.advance(self.states[node.name], self._inputs(node), self._at[node.name], now)
             self._at[node.name] = now
+
+    def _inputs(self, node):
+        return [sample.value for sample in self._held[node.name]]
+
+    def _look(self, node, now):
+        """The physical instant, and the outputs then, of a plant that is not split for it."""
+        state, captured = self.states[node.name], self._at[node.name]
+        if node.plant.grid is None and now > captured:
+            state = copy.copy(state)
+            node.plant.advance(state, self._inputs(node), captured, now)
+            captured = now
+        return captured, list(node.plant.read(state, self._inputs(node)))
 
     def _observe(self, node, now):
         """Last of all, the recorder reads. An instant may come twice: messages may still arrive at it."""
@@ -174,8 +264,7 @@ class EagerLoop:
             return
         if seen and seen[-1][0] == now:
             seen.pop()
-        values = [sample.value for sample in self._held[node.name]]
-        seen.append((now, self._at[node.name], list(node.plant.read(self._state[node.name], values))))
+        seen.append((now, *self._look(node, now)))
 
     def _precedes(self, before, after):
         """Whether the one sends to the other, which must see it at this very instant."""
@@ -198,10 +287,10 @@ class EagerLoop:
     def _sample(self, number, connection, now):
         node = connection.source
         self._deliver(node, now)
-        values = [sample.value for sample in self._held[node.name]]
-        value = node.plant.read(self._state[node.name], values)[connection.source_port]
-        captured = self._at[node.name]
-        self._send(connection, number, value, (captured, captured), now)
+        if node.plant.grid is None and connection.target.name in self._acting:
+            self._go(node, now)
+        captured, values = self._look(node, now)
+        self._send(connection, number, values[connection.source_port], (captured, captured), now)
 
     def _step(self, number, node, now):
         self._deliver(node, now)
@@ -209,7 +298,7 @@ class EagerLoop:
         present = [sample for sample in held if sample.present]
         stamps = (min((s.oldest_ns for s in present), default=now),
                   max((s.newest_ns for s in present), default=now))
-        values = node.block.step(self._state[node.name], held, SimpleNamespace(index=number, time_ns=now))
+        values = node.block.step(self.states[node.name], held, SimpleNamespace(index=number, time_ns=now))
         left = now
         if node.execution.kind != "zero":
             left += node.execution.draw_ns(float(self._execution_noise[node.name].row(number)[0]))
@@ -246,11 +335,13 @@ class EagerLoop:
 
     def _deliver(self, node, now):
         """What is due goes into the ports of a node; of a plant with a grid at its ticks only."""
-        if node.is_plant and self._at[node.name] != now:
+        if node.is_plant and node.plant.grid is not None and self._at[node.name] != now:
             return
         for c in self.wiring.connections:
             under_way = self._under_way[c.wire.name]
             while c.target is node and under_way and under_way[0][0] <= now:
+                if node.is_plant:
+                    self._go(node, now)
                 arrival, sequence, value, oldest, newest = heapq.heappop(under_way)
                 if sequence < self._newest[c.wire.name]:
                     continue

@@ -119,8 +119,9 @@ class Plant(Protocol):
     depends on the inputs. Optional members: `ignores` (names of optional inputs that make no difference with
     its parameters: no other plant is sampled for them), `observe(state, inputs, start_ns, times_ns)` (each
     output at later instants under held inputs, stacked along a first axis, state untouched: a faster way to
-    what advancing a copy would give), `advance_through(state, inputs, start_ns, times_ns)` (what advancing to
-    these ascending instants one by one and reading at each would give, outputs stacked in the same way),
+    what advancing a copy would give, at each instant the same to the last bit whichever others are asked
+    for), `advance_through(state, inputs, start_ns, times_ns)` (what advancing to these ascending instants one
+    by one and reading at each would give, to the last bit, outputs stacked in the same way),
     for fixed steps `glance(state)` (by port number, those of the outputs that
     need none of the work that the others take: a wire that samples no other is spared `read`),
     `next_trial(state, context)`, `close(state)`, `resolve(shapes)`, `linear_form(output)` (as of a block,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator, Sequence, Set
 from typing import Any
 
@@ -121,6 +122,20 @@ class PlantRecord:
             instant = following()
         self.next = instant
         return times
+
+    def instants_among(self, times_ns: Sequence[int]) -> list[int]:
+        """Places of the instants to note in `times_ns`, ascending, up to the first that is not among them.
+
+        The caller notes these now.
+        """
+        places: list[int] = []
+        while self.next <= times_ns[-1]:
+            place = bisect_left(times_ns, self.next)
+            if times_ns[place] != self.next:
+                break
+            places.append(place)
+            self.next = self._next_instant()
+        return places
 
     def see(self, instant: int, captured_ns: int, values: tuple[Value, ...]) -> None:
         """Note outputs that were read anyway."""

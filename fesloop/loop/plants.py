@@ -8,7 +8,7 @@ recorder wants to see in between is evaluated beside the trajectory, so observin
 from __future__ import annotations
 
 import copy
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -18,6 +18,7 @@ from fesloop.loop.block import Plant
 from fesloop.loop.clock import FOREVER, RateClock, ticks_from
 from fesloop.loop.plant_ports import PlantInputs, PlantRecord
 from fesloop.loop.signals import Value
+from fesloop.loop.wire import Link
 
 
 class ExactStation:
@@ -59,18 +60,35 @@ class ExactStation:
         """Whether outputs of many instants can be had at once, by `stacks_through`."""
         return self._advance_through is not None
 
-    def stacks_through(self, times_ns: list[int]) -> Iterator[tuple[list[int], tuple[Any, ...]]]:
-        """As `values_through`, the instants between two changes of the inputs at once, outputs stacked."""
+    def hears(self, link: Link) -> bool:
+        """Whether what is sent into a link comes to this plant."""
+        return any(queue is link.queue for queue in self._inputs.queues)
+
+    def stacks_through(
+        self, times_ns: list[int], echo_ns: int
+    ) -> Iterator[tuple[list[int], tuple[Any, ...]]]:
+        """As `values_through`, the instants between two changes of the inputs at once, outputs stacked.
+
+        What is sent at an instant may come back `echo_ns` later, so a stretch of instants is no longer.
+        """
         assert self._advance_through is not None
-        done = 0
+        record, done = self._record, 0
         while done < len(times_ns):
-            self._pass_inputs(times_ns[done])
+            first = times_ns[done]
+            self._pass_inputs(first)
+            if record.next < first:
+                self._note(first)
             change = min([queue[0][3] for queue in self._inputs.queues if queue], default=FOREVER)
-            upto = bisect_left(times_ns, change, done)
+            # A message acts from its arrival on: outputs of that instant do not show it yet.
+            upto = bisect_right(times_ns, min(change, first + echo_ns), done)
+            noted = record.instants_among(times_ns[done:upto])
+            if record.next < times_ns[upto - 1]:
+                # Evaluated ahead from the sample before it, as if that had been taken by itself.
+                upto = bisect_left(times_ns, record.next, done)
             instants, done = times_ns[done:upto], upto
-            if self._record.next < instants[-1]:
-                self._note(instants[-1])
             found = self._advance_through(self.state, self._inputs.values, self.now, instants)
+            if noted:
+                record.see_stacks([instants[k] for k in noted], tuple(stack[noted] for stack in found))
             stacks = tuple(stack.tolist() if stack.ndim == 1 else stack for stack in found)
             self.now = instants[-1]
             self._shown = tuple(stack[-1] for stack in stacks)

@@ -13,7 +13,7 @@ from typing import Any
 from fesloop.errors import RunError
 from fesloop.loop.clock import FOREVER, NS_PER_MS, Clock, ticks_from
 from fesloop.loop.guard import check_shapes, finite_check, is_finite
-from fesloop.loop.plants import GridStation, PlantStation
+from fesloop.loop.plants import ExactStation, GridStation, PlantStation
 from fesloop.loop.wire import Link
 
 
@@ -27,8 +27,8 @@ class Sampler:
     plain_links: those that leave the counting to the sender.
     """
 
-    __slots__ = ("_next_tick", "_plain", "_random", "_stacks_through", "_values_at", "clock", "due",
-                 "index", "plain_links", "plant")
+    __slots__ = ("_echo_ns", "_next_tick", "_plain", "_random", "_stacks_through", "_values_at", "clock",
+                 "due", "index", "plain_links", "plant")
 
     def __init__(self, plant: PlantStation, clock: Clock, outgoing: Sequence[tuple[int, Link]],
                  observing: bool = False) -> None:
@@ -45,6 +45,8 @@ class Sampler:
         self._plain = tuple((port, checks[port], link.queue.append, link.latency_ns)
                             for port, link in outgoing if link.plain)
         self._random = tuple((port, checks[port], link.send) for port, link in outgoing if not link.plain)
+        self._echo_ns = min((link.latency_ns for _, link in outgoing
+                             if isinstance(plant, ExactStation) and plant.hears(link)), default=FOREVER)
         self.index = self.due = 0
         self.restore(0)
 
@@ -58,7 +60,7 @@ class Sampler:
             check_shapes(self.plant.name, self.plant.plant.outputs, self.plant.read_now())
         if self._stacks_through is not None and not random:
             self.index = index + len(dues)
-            for instants, stacks in self._stacks_through(dues):
+            for instants, stacks in self._stacks_through(dues, self._echo_ns):
                 self._send_stacks(instants, stacks)
             return
         for due, captured, values in self._values_at(dues):
@@ -76,11 +78,12 @@ class Sampler:
 
     def _send_stacks(self, instants: Sequence[int], stacks: tuple[Any, ...]) -> None:
         """Send outputs of many instants, stacked, into wires without jitter and loss."""
-        for port, finite, append, latency in self._plain:
-            if not is_finite(stacks[port]):
-                for instant, value in zip(instants, stacks[port], strict=True):
-                    if not finite(value):
+        if not all(is_finite(stacks[port]) for port, *_ in self._plain):
+            for k, instant in enumerate(instants):
+                for port, finite, *_ in self._plain:
+                    if not finite(stacks[port][k]):
                         raise _unstable(self.plant, port, instant)
+        for port, _, append, latency in self._plain:
             for instant, value in zip(instants, stacks[port], strict=True):
                 append((value, instant, instant, instant + latency))
 

@@ -1,13 +1,23 @@
 """Random wirings against the loop's rules written down plainly, in one go, in stretches and from snapshots.
 
-Several plants, exact and of fixed steps, coupled, with and without feedthrough; blocks at rates, offsets and
-stamps; latency, jitter, loss, both ways of being late; execution times that skip ticks.
+Several plants, exact and of fixed steps, coupled, in rings and with themselves, with and without feedthrough,
+gone through many instants at once, looked at ahead and at a glance; blocks at rates, offsets and stamps;
+latency, jitter, loss, both ways of being late; execution times that skip ticks; several trials.
 """
 
 import random
 
 import numpy as np
-from eager_loop import Adder, EagerLoop, Mixer
+from eager_loop import (
+    Adder,
+    AheadAdder,
+    AheadDrifter,
+    Drifter,
+    EagerLoop,
+    ForeseenDrifter,
+    GlancingAdder,
+    Mixer,
+)
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from live_parts import Wall
@@ -22,6 +32,7 @@ from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
 
+EXACT = (Adder, AheadAdder, Drifter, AheadDrifter, ForeseenDrifter)
 RATES = ("7", "60", "285.714", "1000", "2000/7", "50", "100", "1000/3", "250", "20")
 UNTIL_NS = 300 * NS_PER_MS
 seeds = st.integers(0, 2**32)
@@ -41,9 +52,10 @@ def duration(draw, zero, low_ms=0.0):
 
 
 def plant(draw, name):
-    grid = RateClock.from_rate(draw.choice(RATES)) if draw.random() < 0.4 else None
-    return Node(name, Adder(takes=draw.randint(1, 2), gives=draw.randint(1, 2), salt=draw.randint(1, 99),
-                            feedthrough=draw.random() < 0.3, grid=grid))
+    grid = RateClock.from_rate(draw.choice(RATES)) if draw.random() < 0.3 else None
+    kind = draw.choice(EXACT if grid is None else (Adder, GlancingAdder))
+    return Node(name, kind(takes=draw.randint(1, 2), gives=draw.randint(1, 2), salt=draw.randint(1, 99),
+                           feedthrough=draw.random() < 0.15, grid=grid))
 
 
 def block(draw, name):
@@ -65,6 +77,12 @@ def wire(draw, source, end, target, port):
                 draw.choice([0, 0, 2.5, 10]))
 
 
+def source(draw, target, ends):
+    """Any output; that of a plant, and of the target itself, more often where it is to go to a plant."""
+    near = [end for end in ends if end[0].is_plant and (draw.random() < 0.5 or end[0] is target)]
+    return draw.choice(near if target.is_plant and near and draw.random() < 0.4 else ends)
+
+
 def random_wiring(seed):
     """A wiring; one that is refused is no example."""
     draw = random.Random(seed)
@@ -73,12 +91,17 @@ def random_wiring(seed):
     draw.shuffle(nodes)
     ends = [(node, f"{node.name}.{port.name}") for node in nodes for port in node.part.outputs]
     try:
-        wires = [wire(draw, *draw.choice(ends), node, port.name)
+        wires = [wire(draw, *source(draw, node, ends), node, port.name)
                  for node in nodes for port in node.part.inputs if draw.random() < 0.85]
         draw.shuffle(wires)
         return Wiring(nodes, wires, seed)
     except InputError:
         assume(False)
+
+
+def states(loop):
+    """What every node remembers."""
+    return {name: state.x for name, state in loop.states().items()}
 
 
 def by_instant(recorder):
@@ -96,6 +119,11 @@ def test_the_loop_keeps_its_rules_to_the_bit(seed, trial, rate):
     expected = EagerLoop(wiring, UNTIL_NS, trial, recorder.plant_clock)
     loop = Loop(wiring, trial, recorder)
     loop.run_until(UNTIL_NS)
+    compare(loop, recorder, expected)
+
+
+def compare(loop, recorder, expected):
+    """A loop and what it recorded since t = 0 against the rules, to the bit."""
     assert recorder.blocks == expected.blocks
     assert by_instant(recorder) == expected.plants
     assert {name: sorted(rows) for name, rows in recorder.inputs.items()} == {
@@ -112,6 +140,8 @@ def test_stretches_and_snapshots_change_nothing(seed, rate):
     wiring, draw = random_wiring(seed), random.Random(seed)
     whole, parts = Recorder(rate), Recorder(rate)
     Loop(wiring, recorder=whole).run_until(UNTIL_NS)
+    unseen = Loop(wiring)
+    unseen.run_until(UNTIL_NS)
     loop, now, snapshots = Loop(wiring, recorder=parts), -1, []
     while now < UNTIL_NS:
         now = min(UNTIL_NS, now + draw.choice([1, 999, NS_PER_MS, 333_333, 20 * NS_PER_MS, 77_777_777]))
@@ -121,6 +151,7 @@ def test_stretches_and_snapshots_change_nothing(seed, rate):
     assert parts.inputs == whole.inputs
     assert parts.events == whole.events
     assert by_instant(parts) == by_instant(whole)
+    assert states(loop) == states(unseen)
 
     saved = draw.choice(snapshots)
     again = Recorder(rate)
@@ -134,6 +165,30 @@ def test_stretches_and_snapshots_change_nothing(seed, rate):
     assert by_instant(again) == {name: [row for row in rows if row[0] > saved.time_ns]
                                  for name, rows in by_instant(whole).items()}
     assert other.message_counts() == loop.message_counts()
+    assert states(other) == states(loop)
+
+
+@given(seeds, rates)
+@settings(max_examples=50, deadline=None)
+def test_whoever_looks_on_changes_nothing(seed, rate):
+    """Blocks from which no way leads back to a plant."""
+    wiring, draw = random_wiring(seed), random.Random(seed + 1)
+    watchers = [block(draw, f"w{i}") for i in range(3)]
+    ends = [(node, f"{node.name}.{port.name}") for node in [*wiring.nodes, *watchers]
+            for port in node.part.outputs]
+    try:
+        wires = [wire(draw, *draw.choice(ends), node, port.name)
+                 for node in watchers for port in node.part.inputs]
+        watched = Wiring([*wiring.nodes, *watchers], [*(c.wire for c in wiring.connections), *wires], seed)
+    except InputError:
+        assume(False)
+    alone, together = Recorder(rate), Recorder(rate)
+    Loop(wiring, recorder=alone).run_until(UNTIL_NS)
+    Loop(watched, recorder=together).run_until(UNTIL_NS)
+    assert {name: together.blocks[name] for name in alone.blocks} == alone.blocks
+    assert {name: sorted(rows) for name, rows in together.inputs.items()} == {
+        name: sorted(rows) for name, rows in alone.inputs.items()}
+    assert by_instant(together) == by_instant(alone)
 
 
 @given(seeds, rates, st.lists(st.integers(0, 30 * NS_PER_MS), min_size=1, max_size=5))

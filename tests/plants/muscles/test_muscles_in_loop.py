@@ -73,6 +73,29 @@ def test_watching_and_recording_more_often_changes_no_bit(model: str) -> None:
     assert runs[0][300 * MS].min() > 0.1
 
 
+@pytest.mark.parametrize("latency_ms", [0.0, 7.5, 25.0])
+@pytest.mark.parametrize("model", MODELS)
+def test_effort_that_follows_the_muscles_themselves_is_the_same_in_stretches(model: str, latency_ms) -> None:
+    """Activation fed back as effort on the way."""
+    runs = []
+    for stretch in (500 * MS, 10 * MS, 3_333_333):
+        nodes = [Node("pulses", Pulses(), rate="40"), Node("muscles", patient(model))]
+        wires = [Wire("pulses.recruitment", "muscles.recruitment"),
+                 Wire("pulses.frequency", "muscles.frequency"),
+                 Wire("muscles.activation", "muscles.voluntary", rate="100", latency_ms=latency_ms)]
+        recorder, now = Recorder("300"), -1
+        loop = Loop(Wiring(nodes, wires, seed=2), recorder=recorder)
+        while now < 500 * MS:
+            now = min(now + stretch, 500 * MS)
+            loop.run_until(now)
+        runs.append((np.concatenate([row[2][0] for row in recorder.plants["muscles"]]),
+                     [(row[0], row[4].tobytes()) for row in recorder.inputs["muscles"] if row[1] == 3]))
+    for activation, effort in runs[1:]:
+        np.testing.assert_array_equal(activation, runs[0][0])
+        assert effort == runs[0][1]
+    assert len({value for _, value in runs[0][1]}) > 10
+
+
 def test_latency_of_the_wire_and_of_the_muscle_add_up() -> None:
     loop, recorder = loop_of(Muscles(delay_ms=20.0), watched="2000", latency_ms=7.5)
     loop.run_until(40 * MS)
