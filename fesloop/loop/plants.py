@@ -121,6 +121,11 @@ class ExactStation:
             self._note(time_ns + 1)
         self.hand_over()
 
+    def finish(self, time_ns: int) -> None:
+        """Go to where a trial ends, however long nobody has looked: the next begins with what that leaves."""
+        if time_ns > self.now:
+            self._go(time_ns)
+
     def _go(self, stop_ns: int) -> None:
         """Advance under the inputs as they are."""
         if self._record.next < stop_ns:
@@ -248,6 +253,9 @@ class GridStation:
         if self._record.next <= time_ns:
             self._record.see_held(self.now, time_ns + 1, self.read_now())
         self.hand_over()
+
+    def finish(self, time_ns: int) -> None:
+        """Rest where `settle` has gone, as far as the grid allows."""
 
     def save(self) -> Any:
         """All that changes, for a snapshot."""

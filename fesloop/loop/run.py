@@ -142,6 +142,8 @@ class Loop:
         """Back to t = 0 for the next trial, with what each part carries over (`next_trial`)."""
         if self._ended:
             raise RunError(f"the loop {self._ended}")
+        for plant in self._plants.values():
+            plant.finish(self.now)
         states = self.states()
         self.trial += 1
         fresh: dict[str, Any] = {}

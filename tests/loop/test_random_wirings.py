@@ -122,6 +122,24 @@ def test_the_loop_keeps_its_rules_to_the_bit(seed, trial, rate):
     compare(loop, recorder, expected)
 
 
+@given(seeds, rates)
+@settings(max_examples=40, deadline=None)
+def test_a_trial_begins_with_what_the_end_of_the_one_before_left(seed, rate):
+    wiring, draw = random_wiring(seed), random.Random(seed)
+    recorder, before = Recorder(rate), None
+    loop = Loop(wiring, recorder=recorder)
+    for trial in range(3):
+        if trial:
+            loop.next_trial()
+        end_ns = draw.choice([NS_PER_MS // 2, 33_333_333, 100 * NS_PER_MS])
+        expected = EagerLoop(wiring, end_ns, trial, recorder.plant_clock, before)
+        loop.run_until(draw.randint(0, end_ns))
+        loop.run_until(end_ns)
+        compare(loop, recorder, expected)
+        recorder.drain()
+        before = expected.states
+
+
 def compare(loop, recorder, expected):
     """A loop and what it recorded since t = 0 against the rules, to the bit."""
     assert recorder.blocks == expected.blocks
