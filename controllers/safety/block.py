@@ -73,7 +73,12 @@ class Safety:
     5. from the first tick that reads `stop` above 0.5, or not finite, i = w = 0, in all later trials too;
     6. `ramp_ms` after stimulation ceases to be sound, i = w = 0 for as long as it is not, and no q rises
        meanwhile. It is sound while `stimulation` is finite and not older than `max_age_ms`, counted from the
-       oldest capture behind it, and, if `posture` is wired, the tracker has not failed (`Watchdog`).
+       oldest capture behind it, if `aligned` is wired, all of it says 1, and, if `posture` is wired, the
+       tracker has not failed (`Watchdog`).
+
+    A tracker whose wearer keeps still in an initial pose puts out `aligned`, which is 0 until the pose has
+    been taken. An experiment in which stimulation could disturb that pose is refused unless each such
+    `aligned` is wired here, several of them through a `join` with `columns = 0`.
 
     Limits are met by cutting current and width, then by shortening the pulse: a fall of charge is never
     limited. Every limitation is a status when it begins. The terms are those of IEC 60601-2-10 (300 mJ a
@@ -83,6 +88,7 @@ class Safety:
     ----------
     channels: number of channels; 0 takes it from what is wired in.
     joints: size of `posture`; 0 takes it from what is wired in, if anything is.
+    trackers: size of `aligned`, likewise.
     current_max_ma, width_max_us, charge_max_uc, energy_max_mj: of all channels, or one value a channel.
     charge_rise_uc: greatest rise of charge per phase from one tick to the next, likewise.
     charge_per_s_max_uc, charge_total_max_mc: charge of one phase, summed up, of each channel likewise
@@ -93,13 +99,16 @@ class Safety:
     watchdog: when the tracker counts as failed.
 
     Inputs: `stimulation` (channels, 2); optional `posture` and `posture_sd` (joints,), rad; optional `stop`,
-    the emergency stop. Output: `stimulation` (channels, 2).
+    the emergency stop; optional `aligned` (trackers,), 1 once a tracker's initial pose has been taken.
+    Output: `stimulation` (channels, 2).
     """
 
     guards: ClassVar[bool] = True
+    interlock: ClassVar[str] = "aligned"
 
     channels: int = 0
     joints: int = 0
+    trackers: int = 0
     current_max_ma: PerChannel = 60.0
     width_max_us: PerChannel = 500.0
     charge_max_uc: PerChannel = 20.0
@@ -113,7 +122,7 @@ class Safety:
     watchdog: Watchdog = _USUAL
 
     def __post_init__(self) -> None:
-        for key in ("channels", "joints"):
+        for key in ("channels", "joints", "trackers"):
             if getattr(self, key) < 0:
                 raise InputError(key, f"{getattr(self, key)}", "1 or more, or 0 for what is wired in")
         for key in (*_LIMITS, *_BUDGETS, "frequency_hz"):
@@ -129,11 +138,13 @@ class Safety:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """`stimulation`, `posture`, `posture_sd`, `stop`."""
+        """`stimulation`, `posture`, `posture_sd`, `stop`, `aligned`."""
         joints = self.joints if self.joints or self.channels else None
+        trackers = self.trackers if self.trackers or self.channels else None
         return (Port("stimulation", (self.channels or None, 2), "A,s"),
                 Port("posture", (joints,), "rad", optional=True),
-                Port("posture_sd", (joints,), "rad", optional=True), Port("stop", (), "1", optional=True))
+                Port("posture_sd", (joints,), "rad", optional=True), Port("stop", (), "1", optional=True),
+                Port("aligned", (trackers,), "1", optional=True))
 
     @property
     def outputs(self) -> tuple[Port, ...]:
@@ -146,7 +157,11 @@ class Safety:
         if len(sizes) > 1 or any(len(size) != 1 for size in sizes):
             raise InputError("posture", f"shapes {sorted(sizes)} are wired in", "vectors of one size")
         joints = next(iter(sizes))[0] if sizes else self.joints
-        return replace(self, channels=shapes.get("stimulation", (self.channels,))[0], joints=joints)
+        trackers = shapes.get("aligned", (self.trackers,))
+        if len(trackers) != 1:
+            raise InputError("aligned", f"shape {trackers} is wired in", "a vector: shape (k,)")
+        return replace(self, channels=shapes.get("stimulation", (self.channels,))[0], joints=joints,
+                       trackers=trackers[0])
 
     def linear_form(self, context: Context) -> SampledForm:
         """The pulses as they are: while no limit acts."""
@@ -174,7 +189,7 @@ class Safety:
 
     def step(self, state: SafetyState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """Pulses within the limits."""
-        stimulation, posture, sd, stop = inputs
+        stimulation, posture, sd, stop, aligned = inputs
         state.stopped = state.stopped or not cast(float, stop.value) <= 0.5
         state.latch.put(tick, "stopped", state.stopped, "emergency stop: no stimulation in this run any more")
         if state.stopped:
@@ -182,7 +197,7 @@ class Safety:
             state.charges = np.zeros(self.channels)
             return (pulses,)
         state.dose.book_repeated(state.charges, tick.time_ns)
-        trouble = self._trouble(state, stimulation, posture, sd, tick.time_ns)
+        trouble = self._trouble(state, stimulation, posture, sd, aligned, tick.time_ns)
         if trouble != SOUND:
             state.latch.put(tick, trouble[0], True, trouble[1])
             hit, pulses = 0, self._ramp(state, tick.time_ns)
@@ -199,7 +214,7 @@ class Safety:
         return (pulses,)
 
     def _trouble(self, state: SafetyState, stimulation: Sample, posture: Sample, sd: Sample,
-                 now_ns: int) -> tuple[str, str]:
+                 aligned: Sample, now_ns: int) -> tuple[str, str]:
         """(status, detail) of what forbids stimulation; `SOUND` if nothing does."""
         tracker = SOUND
         if self.joints:
@@ -211,6 +226,8 @@ class Safety:
             return "stale_input", f"older than {self.max_age_ms:g} ms: ramp to zero"
         if not is_finite(stimulation.value):
             return "non_finite", "input is not finite: ramp to zero"
+        if self.trackers and not (aligned.present and (cast(Array, aligned.value) > 0.5).all()):
+            return "not_aligned", "a tracker's initial pose has not been taken: no stimulation"
         return tracker
 
     def _ramp(self, state: SafetyState, now_ns: int) -> Array:

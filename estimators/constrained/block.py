@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from estimators.body.alignment import ALIGNED_PORT, aligned_value
 from estimators.body.body import Body, body_of, posture_ports
 from estimators.body.joint_constraints import CHAIN5, Joint, JointTable, body_table, joint_table
 from estimators.calibration.initial_pose import known_angles
@@ -55,7 +56,8 @@ class ConstrainedTracker:
     `orientation` (n, 4), segment to earth, of one common heading as far as joints reach from a root, that
     of the 6-axis VQF filter (doi 10.1016/j.inffus.2022.10.014) there; `angles` (a,), rad, all freedoms of
     the tree; `angle_sd` (a,), rad; `fingertips` (t, 3), m, in the frame of the tree's root (for a hand the
-    WCS); `fingertip_sd` (t, 3), m. Lengths are taken as exact.
+    WCS); `fingertip_sd` (t, 3), m; `aligned` (1,), 0 while the initial pose is kept, else 1. Lengths are
+    taken as exact.
 
     With `joints` in place of a body, and for five sensors without any setting (those of chain5,
     `fesloop.streams.formats.chain5`), no lengths are known: there are no outputs `fingertips` and
@@ -169,12 +171,17 @@ class ConstrainedTracker:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """orientation, angles, angle_sd and, where there is a body, fingertips and fingertip_sd."""
+        """orientation, angles, angle_sd, where there is a body fingertips and fingertip_sd, and aligned."""
         ports = posture_ports(self.body, self.sensors)
         if self.table is None or self.body is not None:
-            return ports
+            return *ports, ALIGNED_PORT
         shape = (self.table.angles,)
-        return ports[0], replace(ports[1], shape=shape), replace(ports[2], shape=shape)
+        return ports[0], replace(ports[1], shape=shape), replace(ports[2], shape=shape), ALIGNED_PORT
+
+    @property
+    def needs_stillness(self) -> str:
+        """`aligned`, which ends the initial pose; "" where no pose is known."""
+        return "aligned" if self.initial_pose_s else ""
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> ConstrainedTracker:
         """The same tracker for the number of sensors wired to it."""
@@ -210,13 +217,14 @@ class ConstrainedTracker:
             table.axes, table.zero, table.first_angle, table.angles, pair_sd, axis_sd)
         if first or stand(worst, math.radians(self.unsure_deg), state.standing):
             report(worst, math.radians(self.unsure_deg), state.standing, table, first, tick)
+        aligned = aligned_value(state.taken > state.pose_samples or not state.pose_samples)
         if self.body is None:
-            return orientation, angles, sd
+            return orientation, angles, sd, aligned
         tree = self.body.tree
         tips, tip_sd = fingertip_posture(
             tree.layout, tree.geometry, self.body.tips, self.moving, relative, q, covariance, found.doubt,
             table.kinds, table.axes, pair_sd, axis_sd)
-        return orientation, angles, sd, tips, tip_sd
+        return orientation, angles, sd, tips, tip_sd, aligned
 
     def _joints(self) -> JointTable:
         if self.table is None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from estimators.body.alignment import ALIGNED_PORT, aligned_value
 from estimators.body.joint_angles import (
     Pairs,
     flexion_angles,
@@ -63,8 +64,9 @@ class VqfTracker:
     Inputs `gyr` (n, 3) rad/s and `acc` (n, 3) m/s^2, sensor frames equal to segment frames (z: flexion).
     Outputs `orientation` (n, 4), segment to earth, each with a heading of its own, and `angles`, rad: the
     flexion of each pair (z-x-y Euler), or for a single sensor (1,) the angle by which it has turned from its
-    first orientation. VQF: doi 10.1016/j.inffus.2022.10.014. Its sampling time is the period of this
-    block's clock: give the tracker the rate of its sensors.
+    first orientation; `aligned` (1,), 0 until the initial pose is over, then 1. VQF: doi
+    10.1016/j.inffus.2022.10.014. Its sampling time is the period of this block's clock: give the tracker the
+    rate of its sensors.
 
     Until `align_s` the outputs `angles` are the initial pose, reported as "aligning"; then the relative
     headings are set so that they agree with it. A lost sample (or frozen, or held for too long:
@@ -108,8 +110,13 @@ class VqfTracker:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """orientation and angles."""
+        """orientation, angles and aligned."""
         return _outputs(self.sensors, self.pairs)
+
+    @property
+    def needs_stillness(self) -> str:
+        """`aligned`, which ends the initial pose; "" where no pose is given."""
+        return "aligned" if self.initial_angles_deg is not None else ""
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> VqfTracker:
         """The same tracker for the number of sensors wired to it."""
@@ -129,10 +136,10 @@ class VqfTracker:
                 if not state.announced:
                     tick.report("aligning", f"initial pose until {self.align_s:g} s")
                     state.announced = True
-                return orientation, flexion
+                return orientation, flexion, aligned_value(False)
             if sound:
                 _align(state, orientation, flexion)
-        return orientation, _angles(state, orientation)
+        return orientation, _angles(state, orientation), aligned_value(state.aligned)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -172,7 +179,7 @@ class Vqf9Tracker:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """orientation and angles."""
+        """orientation, angles and aligned."""
         return _outputs(self.sensors, self.pairs)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Vqf9Tracker:
@@ -189,7 +196,7 @@ class Vqf9Tracker:
         orientation = state.bank.orientation()
         if sound and not state.aligned:
             _align(state, orientation, None)
-        return orientation, _angles(state, orientation)
+        return orientation, _angles(state, orientation), aligned_value(state.aligned)
 
 
 def _check(sensors: int, **positive: float) -> None:
@@ -202,7 +209,7 @@ def _check(sensors: int, **positive: float) -> None:
 
 def _outputs(sensors: int, pairs: Pairs) -> tuple[Port, ...]:
     joints = max(1, len(resolve_pairs(pairs, sensors))) if sensors else None
-    return Port("orientation", (sensors or None, 4), "1"), Port("angles", (joints,), "rad")
+    return Port("orientation", (sensors or None, 4), "1"), Port("angles", (joints,), "rad"), ALIGNED_PORT
 
 
 def _start(

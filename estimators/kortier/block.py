@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from estimators.body.alignment import ALIGNED_PORT, aligned_value
 from estimators.body.body import Body, body_of, posture_ports
 from estimators.kortier.chain import Filters, Gates, new_filters
 from estimators.kortier.navigation import HandFilter, HandGates, new_hands
@@ -72,8 +73,8 @@ class KortierTracker:
     heading is zero at the start); `angles` (a,), rad, all freedoms of the tree; `angle_sd` (a,), rad;
     `fingertips` (t, 3), m, in the frame of the tree's root (for a hand the WCS), and `fingertip_sd` (t, 3),
     m, from the filters' whole covariances, lengths taken as exact; `position` (3,), m, and `velocity` (3,),
-    m/s, of the base since the start. Five sensors without any setting are those of chain5
-    (`fesloop.streams.formats.chain5`), whose lengths are not known: there are no fingertips then.
+    m/s, of the base since the start; `aligned` (1,), always 1. Five sensors without any setting are those of
+    chain5 (`fesloop.streams.formats.chain5`), whose lengths are not known: there are no fingertips then.
 
     A lost rate (or frozen, or held for too long: `estimators.samples.arrivals`) is taken as the last one, a
     clipped one as read, with an uncertainty that says so. A joint is reported as "unseen", until "seen", when
@@ -179,10 +180,10 @@ class KortierTracker:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """orientation, angles, angle_sd, fingertips, fingertip_sd, position and velocity."""
+        """orientation, angles, angle_sd, fingertips, fingertip_sd, position, velocity and aligned."""
         ports = posture_ports(self.body, self.sensors)
         return (*ports[:5 if self._lengths_known() else 3], Port("position", (3,), "m"),
-                Port("velocity", (3,), "m/s"))
+                Port("velocity", (3,), "m/s"), ALIGNED_PORT)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> KortierTracker:
         """The same tracker for the number of sensors wired to it."""
@@ -217,7 +218,7 @@ class KortierTracker:
             state.unseen = report_unseen(state.unseen or (), body, worn.chains, seen, tick)
         fingertips = (tips[0], tips[1]) if self._lengths_known() else ()
         return (posture.orientation, angles[0], angles[1], *fingertips, motion[worn.base, 1].copy(),
-                motion[worn.base, 0].copy())
+                motion[worn.base, 0].copy(), aligned_value(True))
 
     def _wearer(self) -> tuple[Body, Worn]:
         if self.body is None or self.worn is None:

@@ -7,7 +7,8 @@ Inputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and, of B and M1, `mag` (n, 3) T, 
 frames. They may have rates of their own: give the tracker that of the gyroscopes. Outputs `orientation`
 (n, 4), segment to earth (z up; with magnetometers y to magnetic north at the first sensor, else its heading
 begins at zero); `angles` and `angle_sd` (d,), rad, all freedoms of the tree in its order; `fingertips` and
-`fingertip_sd` (t, 3), m, in the frame of the tree's root (of the hand: WCS).
+`fingertip_sd` (t, 3), m, in the frame of the tree's root (of the hand: WCS); `aligned` (1,), of M1 and M2 0
+until the initial pose has been taken, else 1.
 
 A joint is seen when both its segments have a sensor with sound samples; the others are reported as "unseen",
 are at angle 0 with sd pi, and "seen" when they come back. Joints between the root and the first sensor (of
@@ -29,6 +30,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from estimators.body.alignment import ALIGNED_PORT
 from estimators.body.body import Body, posture_ports
 from estimators.calibration.initial_pose import InitialPoseLimits
 from estimators.fusion.front_end import FrontEndName
@@ -96,8 +98,8 @@ class SalchowB:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """orientation, angles, angle_sd, fingertips, fingertip_sd."""
-        return posture_ports(self.body, self.sensors)
+        """orientation, angles, angle_sd, fingertips, fingertip_sd, aligned."""
+        return *posture_ports(self.body, self.sensors), ALIGNED_PORT
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SalchowB:
         """The same tracker for the number of sensors wired to it."""
@@ -156,14 +158,19 @@ class SalchowM1:
         object.__setattr__(self, "body", worn_by(self))
 
     @property
+    def needs_stillness(self) -> str:
+        """`aligned`, which ends the initial pose."""
+        return "aligned"
+
+    @property
     def inputs(self) -> tuple[Port, ...]:
         """gyr, acc and mag."""
         return sample_ports(self.sensors, magnetometer=True)
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """orientation, angles, angle_sd, fingertips, fingertip_sd."""
-        return posture_ports(self.body, self.sensors)
+        """orientation, angles, angle_sd, fingertips, fingertip_sd, aligned."""
+        return *posture_ports(self.body, self.sensors), ALIGNED_PORT
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SalchowM1:
         """The same tracker for the number of sensors wired to it."""
@@ -218,14 +225,19 @@ class SalchowM2:
         object.__setattr__(self, "body", worn_by(self))
 
     @property
+    def needs_stillness(self) -> str:
+        """`aligned`, which ends the initial pose."""
+        return "aligned"
+
+    @property
     def inputs(self) -> tuple[Port, ...]:
         """gyr and acc."""
         return sample_ports(self.sensors, magnetometer=False)
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """orientation, angles, angle_sd, fingertips, fingertip_sd."""
-        return posture_ports(self.body, self.sensors)
+        """orientation, angles, angle_sd, fingertips, fingertip_sd, aligned."""
+        return *posture_ports(self.body, self.sensors), ALIGNED_PORT
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SalchowM2:
         """The same tracker for the number of sensors wired to it."""

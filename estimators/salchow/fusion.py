@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from estimators.body.alignment import aligned_value
 from estimators.body.body import UNSEEN_SD, Body
 from estimators.calibration.initial_pose import (
     KEEP_STILL,
@@ -29,7 +30,7 @@ from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.signals import Sample, Value
 
 Array = NDArray[np.float64]
-Outputs = tuple[Array, Array, Array, Array, Array]
+Outputs = tuple[Array, Array, Array, Array, Array, Array]
 
 
 def track(state: SalchowState, body: Body, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
@@ -43,10 +44,10 @@ def track(state: SalchowState, body: Body, inputs: Sequence[Sample], tick: Tick)
     fused = state.bank.orientation()
     if method.pose is not None and state.aligned_ns is None:
         if not _take_pose(state, body, method, method.pose, inputs, fresh, tick):
-            _, angles, sd, tips, tip_sd = _posture(state, body, method, state.known, 0.0, tick)
+            _, angles, sd, tips, tip_sd, _ = _posture(state, body, method, state.known, 0.0, tick)
             if state.failing:
                 sd[:] = UNSEEN_SD
-            return fused, angles, sd, tips, tip_sd
+            return fused, angles, sd, tips, tip_sd, aligned_value(False)
         fused = state.bank.orientation()
     elapsed_s = (tick.time_ns - (state.aligned_ns or 0)) / NS_PER_S
     return _posture(state, body, method, fused, elapsed_s, tick)
@@ -135,11 +136,11 @@ def _posture(
     tilt = UNSEEN_SD if state.failing else method.mounting_sd
     heading = min(math.hypot(method.heading_sd, method.drift * elapsed_s), UNSEEN_SD)
     freedoms, tips = len(tree.ranges), len(body.tips)
-    outputs = (np.empty((len(fused), 4)), np.empty(freedoms), np.empty(freedoms), np.empty((tips, 3)),
-               np.empty((tips, 3)))
+    arrays = (np.empty((len(fused), 4)), np.empty(freedoms), np.empty(freedoms), np.empty((tips, 3)),
+              np.empty((tips, 3)))
     posture(tree.layout, tree.geometry, tree.ranges, body.sensors, state.counted, body.tips, fused,
-            state.headings, state.seen, method.constrained, tilt ** 2, heading ** 2, state.gaps, *outputs)
-    return outputs
+            state.headings, state.seen, method.constrained, tilt ** 2, heading ** 2, state.gaps, *arrays)
+    return *arrays, aligned_value(True)
 
 
 def _report_unseen(state: SalchowState, body: Body, tick: Tick) -> None:

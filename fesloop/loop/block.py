@@ -91,8 +91,10 @@ class Block(Protocol):
     `seek()`: called before the rehearsal, which may take a while; tells a user of what is not there yet.
 
     A device that touches a person has `guarded` (names of inputs), and a block that may stand directly before
-    it `guards = True`. `faults_behind(guard)`: InputErrors, what a device finds wrong with that one; see
-    `guarding`.
+    it `guards = True`. `faults_behind(guard)`: InputErrors, what a device finds wrong with that one. A
+    tracker that begins with an initial pose has `needs_stillness`: the name of the output, a vector, that is
+    0 until the pose has been taken ("" where its parameters need none); a guard names in `interlock` the
+    input that keeps stimulation off until then. See `guarding`.
     """
 
     @property

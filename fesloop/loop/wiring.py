@@ -13,7 +13,7 @@ from fesloop.loop.block import Block, Context, Plant
 from fesloop.loop.clock import NS_PER_MS, Clock, RateClock, duration_ns
 from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.fitting import fit_faults
-from fesloop.loop.guarding import guard_faults
+from fesloop.loop.guarding import guard_faults, interlock_faults
 from fesloop.loop.open_sizes import resolved
 from fesloop.loop.order import firing_order
 from fesloop.loop.wire import Wire
@@ -159,7 +159,7 @@ class Wiring:
             faults += fit_faults(
                 end.wire, end.source.part.outputs[end.source_port], end.target.part.inputs[end.target_port],
                 end.source.clock or end.clock, end.target.clock)
-        _raise(faults + guard_faults(self.connections))
+        _raise(faults + guard_faults(self.connections) + interlock_faults(self.nodes, self.connections))
         self.order = firing_order(self.nodes, self.connections)
 
     def with_seed(self, seed: int) -> Wiring:

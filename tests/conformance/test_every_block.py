@@ -59,6 +59,11 @@ def test_declared_ports_are_kept(kind, block):
         check_shapes(kind, block.outputs, outputs)
 
 
+def test_what_needs_stillness_says_with_which_output_it_ends(kind, block):
+    output = getattr(block, "needs_stillness", "")
+    assert not output or {port.name: port.shape for port in block.outputs}[output] == (1,)
+
+
 def test_something_comes_out_that_depends_on_what_goes_in(kind, block):
     if not block.inputs:
         pytest.skip("a source")

@@ -19,16 +19,16 @@ _NAMES = ("first", "second", "third", "fourth", "fifth")
 class Join:
     """Puts the rows of several inputs under each other.
 
-    Inputs `first`, `second`, ... (k_i, columns), output `joined` (sum of k_i, columns), all in `unit`. Each
-    input holds its newest message, so what comes late stands beside what is fresh; the output carries the
-    oldest and the newest capture of all. Rows of an input that nothing has reached yet are NaN, and the
-    status "waiting" names it.
+    Inputs `first`, `second`, ... (k_i, columns), output `joined` (sum of k_i, columns), all in `unit`; with
+    `columns` 0 they are vectors (k_i,). Each input holds its newest message, so what comes late lies beside
+    what is fresh; the output carries the oldest and the newest capture of all. Rows of an input that nothing
+    has reached yet are NaN, and the status "waiting" names it.
 
     Attributes
     ----------
     unit: of all ports.
     sources: how many inputs, 2 to 5.
-    columns: of each input, as of vectors in space.
+    columns: of each input, as of vectors in space; 0: the inputs are vectors.
     rows: k_i of each input; empty takes them from what is wired in.
     """
 
@@ -40,8 +40,8 @@ class Join:
     def __post_init__(self) -> None:
         if not 2 <= self.sources <= len(_NAMES):
             raise InputError("sources", f"{self.sources}", f"2 to {len(_NAMES)}")
-        if self.columns < 1:
-            raise InputError("columns", f"{self.columns}", "1 or more")
+        if self.columns < 0:
+            raise InputError("columns", f"{self.columns}", "1 or more, or 0 for vectors")
         if self.rows and (len(self.rows) != self.sources or min(self.rows) < 1):
             raise InputError("rows", f"{self.rows}", f"{self.sources} numbers, 1 or more each")
 
@@ -49,21 +49,26 @@ class Join:
     def inputs(self) -> tuple[Port, ...]:
         """`first`, `second` and so on."""
         sizes = self.rows or (None,) * self.sources
-        return tuple(Port(name, (size, self.columns), self.unit)
+        return tuple(Port(name, (size, *self._width), self.unit)
                      for name, size in zip(_NAMES, sizes, strict=False))
 
     @property
     def outputs(self) -> tuple[Port, ...]:
         """`joined`."""
-        return (Port("joined", (sum(self.rows) or None, self.columns), self.unit, gaps=True),)
+        return (Port("joined", (sum(self.rows) or None, *self._width), self.unit, gaps=True),)
+
+    @property
+    def _width(self) -> tuple[int, ...]:
+        return (self.columns,) if self.columns else ()
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Join:
         """For the rows that are wired in; raises InputError for what has no rows of `columns` numbers."""
         names = _NAMES[:self.sources]
         for name in names:
-            if len(shapes[name]) != 2 or shapes[name][1] != self.columns:
+            if not shapes[name] or shapes[name][1:] != self._width:
+                allowed = f"rows of {self.columns} numbers: shape (k, {self.columns})"
                 raise InputError(name, f"a signal of shape {shapes[name]} is wired in",
-                                 f"rows of {self.columns} numbers: shape (k, {self.columns})")
+                                 allowed if self.columns else "a vector: shape (k,)")
         return replace(self, rows=tuple(shapes[name][0] for name in names))
 
     def init(self, context: Context) -> StatusLatch:
@@ -72,7 +77,7 @@ class Join:
 
     def step(self, state: StatusLatch, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """The rows of now."""
-        joined = np.empty((sum(self.rows), self.columns))
+        joined = np.empty((sum(self.rows), *self._width))
         first, absent = 0, []
         for name, count, sample in zip(_NAMES, self.rows, inputs, strict=False):
             joined[first:first + count] = sample.value if sample.present else np.nan

@@ -27,7 +27,7 @@ def run(safety, values, ages_ms=None, period_ms=25):
         tick.index = k
         age = 0 if ages_ms is None else ages_ms[k] * MS
         sample = Sample(np.array(value, dtype=float), now - age, now, now)
-        pulses.append(safety.step(state, (sample, ABSENT, ABSENT, ABSENT), tick)[0])
+        pulses.append(safety.step(state, (sample, ABSENT, ABSENT, ABSENT, ABSENT), tick)[0])
     return np.array(pulses), tick.reports
 
 
@@ -60,7 +60,7 @@ def test_nothing_passes_before_the_first_input():
     safety, tick = Safety(**GENTLE), Tick()
     state = safety.init(CONTEXT)
     absent = Sample(np.full((1, 2), 0.01), NEVER, NEVER, NEVER)
-    assert not safety.step(state, (absent, ABSENT, ABSENT, ABSENT), tick)[0].any()
+    assert not safety.step(state, (absent, ABSENT, ABSENT, ABSENT, ABSENT), tick)[0].any()
     assert [status for status, _ in tick.reports] == ["no_input"]
 
 
@@ -114,12 +114,27 @@ def test_the_budget_of_a_run_is_spent_once_over_all_trials():
     state, given = safety.init(CONTEXT), []
     for _ in range(3):
         for tick.index in range(10):
-            pulses = safety.step(state, (wanted, ABSENT, ABSENT, ABSENT), tick)[0]
+            pulses = safety.step(state, (wanted, ABSENT, ABSENT, ABSENT, ABSENT), tick)[0]
             given.append(pulses[0, 0] * pulses[0, 1])
         state = safety.next_trial(state, CONTEXT)
     assert sum(given) == pytest.approx(15e-6)
     assert sum(given[16:]) == 0.0
     assert "budget_spent" in [status for status, _ in tick.reports]
+
+
+def test_nothing_passes_before_every_tracker_is_aligned_and_a_lost_one_ramps_to_zero():
+    safety, tick = Safety(**GENTLE, trackers=2), Tick()
+    state, wanted = safety.init(CONTEXT), np.array([[19e-3, 100e-6]])
+    widths = []
+    flags_by_tick = [None, (0, 0), (1, 0), (1, math.nan), (1, 1), (1, 1), (0, 1), (0, 1), (0, 1)]
+    for k, aligned in enumerate(flags_by_tick):
+        tick.index, tick.time_ns = k, k * 25 * MS
+        stamped = (k * 25 * MS,) * 3
+        flags = ABSENT if aligned is None else Sample(np.array(aligned, dtype=float), *stamped)
+        pulses, = safety.step(state, (Sample(wanted, *stamped), ABSENT, ABSENT, ABSENT, flags), tick)
+        widths.append(1e6 * pulses[0, 1])
+    np.testing.assert_allclose(widths, [0, 0, 0, 0, 100, 100, 100, 50, 0])
+    assert [status for status, _ in tick.reports] == ["not_aligned", "not_aligned"]
 
 
 @pytest.mark.parametrize("value", [1.0, math.nan, math.inf])
@@ -129,7 +144,8 @@ def test_the_emergency_stop_cuts_at_once_and_for_good(value):
     seen = []
     for k, stop in enumerate((0.0, value, 0.0, 0.0)):
         tick.index = k
-        seen.append(safety.step(state, (wanted, ABSENT, ABSENT, Sample(stop, 0, 0, 0)), tick)[0].any())
+        inputs = (wanted, ABSENT, ABSENT, Sample(stop, 0, 0, 0), ABSENT)
+        seen.append(safety.step(state, inputs, tick)[0].any())
         if k == 2:
             state = safety.next_trial(state, CONTEXT)
     assert seen == [True, False, False, False]
@@ -144,6 +160,9 @@ def test_takes_sizes_from_the_wires():
     assert open_ended.resolve({"stimulation": (3, 2), "posture": (23,)}).joints == 23
     with pytest.raises(InputError, match="posture"):
         open_ended.resolve({"stimulation": (3, 2), "posture": (23,), "posture_sd": (3,)})
+    assert open_ended.resolve({"stimulation": (3, 2), "aligned": (2,)}).trackers == 2
+    with pytest.raises(InputError, match="aligned"):
+        open_ended.resolve({"stimulation": (3, 2), "aligned": ()})
 
 
 @pytest.mark.parametrize(("key", "value"), [
@@ -169,11 +188,12 @@ STAMP = st.integers(-50, 300)
 TICKS = st.lists(st.tuples(
     st.lists(STIMULATION, min_size=4, max_size=4), STAMP,
     st.lists(ANGLE, min_size=2, max_size=2), STAMP, ANGLE, STAMP,
-    st.sampled_from([0.0] * 12 + [1.0, math.nan, -5.0]), st.sampled_from([1, 1, 1, 2, 60]), st.booleans()),
+    st.sampled_from([0.0] * 12 + [1.0, math.nan, -5.0]), st.sampled_from([1, 1, 1, 2, 60]), st.booleans(),
+    st.sampled_from([None] + [(1.0, 1.0)] * 6 + [(1.0, 0.0), (math.nan, 1.0)])),
     min_size=1, max_size=25)
-STRICT = Safety(channels=2, joints=2, current_max_ma=(40.0, 30.0), width_max_us=400.0, charge_max_uc=8.0,
-                energy_max_mj=2.0, charge_rise_uc=2.0, charge_per_s_max_uc=25.0, charge_total_max_mc=0.06,
-                max_age_ms=100.0, ramp_ms=60.0, watchdog=Watchdog(recover_s=0.05))
+STRICT = Safety(channels=2, joints=2, trackers=2, current_max_ma=(40.0, 30.0), width_max_us=400.0,
+                charge_max_uc=8.0, energy_max_mj=2.0, charge_rise_uc=2.0, charge_per_s_max_uc=25.0,
+                charge_total_max_mc=0.06, max_age_ms=100.0, ramp_ms=60.0, watchdog=Watchdog(recover_s=0.05))
 
 
 @settings(deadline=None, max_examples=400)
@@ -183,7 +203,7 @@ def test_no_output_ever_leaves_the_stated_set(rows):
     state, tick, index = STRICT.init(CONTEXT), Tick(), 0
     before, dose, total = np.zeros(2), {}, np.zeros(2)
     stopped, unsound_ns = False, None
-    for pulses, age, posture, posture_age, sd, sd_age, stop, ticks, ends in rows:
+    for pulses, age, posture, posture_age, sd, sd_age, stop, ticks, ends, aligned in rows:
         index += ticks
         tick.index, now = index, index * 25 * MS
         tick.time_ns = now
@@ -195,7 +215,8 @@ def test_no_output_ever_leaves_the_stated_set(rows):
         stimulation = sample(np.array(pulses).reshape(2, 2), age)
         given_posture = sample(np.array(posture), posture_age)
         out = STRICT.step(state, (stimulation, given_posture, sample(np.array([sd, 0.1]), sd_age),
-                                  Sample(stop, now, now, now)), tick)[0]
+                                  Sample(stop, now, now, now),
+                                  ABSENT if aligned is None else sample(np.array(aligned), 0)), tick)[0]
         current, width = out.T
         charge = current * width
         assert np.isfinite(out).all()
@@ -211,7 +232,7 @@ def test_no_output_ever_leaves_the_stated_set(rows):
         assert (total <= 60e-6 * (1.0 + 1e-12)).all()
         stopped = stopped or not stop <= 0.5
         assert not (stopped and out.any())
-        if _unsound(stimulation, given_posture, now):
+        if _unsound(stimulation, given_posture, now) or aligned != (1.0, 1.0):
             assert (charge <= before).all()
             unsound_ns = now if unsound_ns is None else unsound_ns
             assert now - unsound_ns < 60 * MS or not out.any()

@@ -40,7 +40,7 @@ def tracked(joints, motion, seconds, rate=50, **parameters):
     """(times, error of the angles, their sd, orientation, reports) of a tracker over a motion."""
     times = np.arange(int(seconds * rate)) / rate
     tracker = ConstrainedTracker(sensors=motion.sensors, joints=joints, **parameters)
-    (orientation, angles, sd), reports, _ = run_tracker(tracker, *motion.samples(times), rate=rate)
+    (orientation, angles, sd, _), reports, _ = run_tracker(tracker, *motion.samples(times), rate=rate)
     return times, away(angles, motion.angles(times)), sd, orientation, reports
 
 
@@ -94,7 +94,7 @@ def test_uncertainty_grows_when_motion_ends():
     gyr, acc = Jointed(EACH, 1, SENSORS).samples(times[:3000])
     gyr, acc = (np.concatenate([kind, np.repeat(still, 3000, axis=0)])
                 for kind, still in ((gyr, 0.0 * gyr[-1:]), (acc, acc[-1:])))
-    (_, _, sd), _, _ = run_tracker(OF_EACH, gyr, acc, rate=50)
+    (_, _, sd, _), _, _ = run_tracker(OF_EACH, gyr, acc, rate=50)
     assert sd[-1, 3:].max() > 1.2 * sd[2999, 3:].max()
     assert (np.diff(sd[3100::100, 3:].max(axis=1)) > 0).all()
 
@@ -123,7 +123,8 @@ def test_a_hinge_that_begins_upright_is_unsure_until_its_axis_leans():
         gyr[:, i] = quaternion.rotate(about_z, gyr[:, 0])
         up = np.stack([0.0 * lean, 9.81 * np.sin(lean), 9.81 * np.cos(lean)], axis=1)
         acc[:, i] = quaternion.rotate(about_z, up)
-    (_, angles, sd), reports, _ = run_tracker(ConstrainedTracker(sensors=2, joints=hinge), gyr, acc, rate=50)
+    tracker = ConstrainedTracker(sensors=2, joints=hinge)
+    (_, angles, sd, _), reports, _ = run_tracker(tracker, gyr, acc, rate=50)
     assert np.degrees(sd[:200].min()) > 90.0
     assert np.degrees(np.abs(away(angles[320:, 0], 2.0))).max() < 5.0
     assert np.degrees(sd[-1, 0]) < 10.0
@@ -135,10 +136,10 @@ def test_ranges_hold_a_joint_that_nothing_else_does():
     gyr = np.zeros((5000, 2, 3))
     gyr[:, 1, 2] = 0.02
     acc = np.tile([0.0, 0.0, 9.81], (5000, 2, 1))
-    (_, free, _), _, _ = run_tracker(ConstrainedTracker(sensors=2, joints=(
+    (_, free, _, _), _, _ = run_tracker(ConstrainedTracker(sensors=2, joints=(
         Joint(parent=0, child=1, kind="ball"),)), gyr, acc, rate=50)
     tracker = ConstrainedTracker(sensors=2, joints=limited)
-    (_, held, sd), reports, state = run_tracker(tracker, gyr, acc, rate=50)
+    (_, held, sd, _), reports, state = run_tracker(tracker, gyr, acc, rate=50)
     assert np.degrees(free.max()) > 90.0
     # First they decide between headings, then they hold, within twice their tolerance.
     assert not state.found.open
@@ -187,7 +188,7 @@ def test_joints_of_the_chain(recordings, sensor_set, hinge_bar, saddle_bar, chan
     recording = changed(open_recording(str(recordings / "chain5" / "trial1.npz"), sensor_set))
     for joints, apart, bar in (((), 1, hinge_bar), (SADDLES, 2, saddle_bar)):
         tracker = ConstrainedTracker(sensors=5, joints=joints)
-        (orientation, _, _), _, _ = run_tracker(tracker, recording.gyr, recording.acc, rate=40)
+        (orientation, _, _, _), _, _ = run_tracker(tracker, recording.gyr, recording.acc, rate=40)
         score = score_recording(recording, recording.stamps_ns, orientation, "relative")
         names = [f"seg{i}-seg{i + apart}" for i in range(2, 6 - apart)]
         pairs = [score["orientation_rmse_deg"][name]["total"] for name in names]
@@ -201,7 +202,7 @@ def test_lost_and_clipped_samples_stop_their_joints_and_cost_certainty():
     clean, _, _ = run_tracker(OF_EACH, gyr, acc, rate=50)
     gyr[400:410, 2, 1], acc[450, 3] = np.nan, 0.0
     gyr[470, 2, 0] = math.radians(2000.0)
-    (orientation, angles, sd), reports, _ = run_tracker(OF_EACH, gyr, acc, rate=50)
+    (orientation, angles, sd, _), reports, _ = run_tracker(OF_EACH, gyr, acc, rate=50)
     assert np.isfinite(orientation).all()
     assert np.isfinite(angles).all()
     np.testing.assert_array_equal(angles[:500, :2], clean[1][:500, :2])
@@ -220,7 +221,7 @@ def test_a_clipped_rate_still_moves_its_joint():
     turn = np.clip(np.arange(100) - 49, 0, 10) * math.radians(2000.0) / 500
     acc[:, 1] = 9.81 * np.stack([np.sin(turn), np.cos(turn), 0.0 * turn], axis=1)
     tracker = ConstrainedTracker(sensors=2, joints=(Joint(parent=0, child=1, kind="hinge"),))
-    (_, angles, sd), reports, _ = run_tracker(tracker, gyr, acc, rate=500)
+    (_, angles, sd, _), reports, _ = run_tracker(tracker, gyr, acc, rate=500)
     assert np.degrees(away(angles[60:, 0], turn[60:])).max() < 5.0
     assert sd[59, 0] > sd[49, 0]
     assert ("clipped_sample", "gyr of sensor 1") in reports
@@ -230,7 +231,7 @@ def test_a_sensor_that_never_speaks_leaves_its_joint_unknown():
     times = np.arange(200) / 50
     gyr, acc = Jointed(EACH, 2, SENSORS).samples(times)
     gyr[:, 2], acc[:, 2] = np.nan, np.nan
-    (orientation, angles, sd), reports, _ = run_tracker(OF_EACH, gyr, acc, rate=50)
+    (orientation, angles, sd, _), reports, _ = run_tracker(OF_EACH, gyr, acc, rate=50)
     assert np.isfinite(orientation).all()
     assert (angles[:, 2] == 0.0).all()
     assert (sd[:, 2] == math.pi).all()
@@ -304,7 +305,7 @@ def test_a_strip_left_off_is_unseen_and_the_other_fingers_are_as_before():
     strip = tuple(name for name in NAMES if not name.startswith("F3"))
     whole, _, _ = run_tracker(ConstrainedTracker(sensors=17), *hand_samples(NAMES, 300)[:2])
     gyr, acc, _ = hand_samples(strip, 300)
-    (orientation, angles, sd, tips, tip_sd), reports, _ = run_tracker(
+    (orientation, angles, sd, tips, tip_sd, _), reports, _ = run_tracker(
         ConstrainedTracker(sensors=14, sensed=strip), gyr, acc)
     assert reports[0] == ("unseen", "joint F3_mcp, F3_pip, F3_dip")
     of_strip = np.array([name.startswith("F3") for name in TREE.freedoms])
@@ -319,7 +320,7 @@ def test_a_strip_left_off_is_unseen_and_the_other_fingers_are_as_before():
 
 def test_without_a_forearm_the_wrist_is_unseen_and_neutral():
     gyr, acc, _ = hand_samples(NAMES[1:], 200)
-    (_, angles, sd, tips, _), reports, _ = run_tracker(ConstrainedTracker(sensors=16), gyr, acc)
+    (_, angles, sd, tips, _, _), reports, _ = run_tracker(ConstrainedTracker(sensors=16), gyr, acc)
     assert reports[0] == ("unseen", "joint wrist")
     assert (angles[:, :2] == 0.0).all()
     assert (sd[:, :2] == math.pi).all()
@@ -332,7 +333,7 @@ def test_a_sensor_that_is_silent_for_long_is_unseen_and_begins_anew():
     gyr, acc, true = hand_samples(sensed, 1200)
     gyr[300:600, 2] = np.nan
     tracker = ConstrainedTracker(sensors=4, sensed=sensed)
-    (_, angles, sd, _, _), reports, _ = run_tracker(tracker, gyr, acc)
+    (_, angles, sd, _, _, _), reports, _ = run_tracker(tracker, gyr, acc)
     pip = TREE.freedom("F2_pip_flexion")
     # At `unseen_deg_s` it takes 1.5 s until nothing is known.
     assert (np.diff(sd[300:440, pip]) > 0.0).all()
@@ -347,11 +348,11 @@ def test_another_tree_and_a_left_hand_are_followed_as_well():
     rod = (Segment(name="base"), Segment(name="rod", parent="base", joint="hinge", joint_name="elbow",
                                          offset=(0.3, 0.0, 0.0), axes=((0.0, 1.0, 0.0),)))
     body = ConstrainedTracker(sensors=2, segments=rod)
-    assert [port.shape for port in body.outputs] == [(2, 4), (1,), (1,), (1, 3), (1, 3)]
+    assert [port.shape for port in body.outputs] == [(2, 4), (1,), (1,), (1, 3), (1, 3), (1,)]
     motion = Jointed((Joint(parent=0, child=1, kind="hinge", parent_axis=(0.0, 1.0, 0.0),
                             child_axis=(0.0, 1.0, 0.0)),), 1, Errors(noise=0.0))
     times = np.arange(500) / 50
-    (_, angles, _, tips, _), _, _ = run_tracker(body, *motion.samples(times), rate=50)
+    (_, angles, _, tips, _, _), _, _ = run_tracker(body, *motion.samples(times), rate=50)
     np.testing.assert_allclose(tips[:, 0], 0.3 * np.stack(
         [np.cos(angles[:, 0]), 0.0 * times, -np.sin(angles[:, 0])], axis=1), atol=1e-3)
     assert np.degrees(np.abs(away(angles[250:], motion.angles(times)[250:])).max()) < 1.0
@@ -361,4 +362,4 @@ def test_another_tree_and_a_left_hand_are_followed_as_well():
 
 def test_joints_without_lengths_have_no_fingertips():
     for tracker in (ConstrainedTracker(sensors=5), OF_EACH):
-        assert [port.name for port in tracker.outputs] == ["orientation", "angles", "angle_sd"]
+        assert [port.name for port in tracker.outputs] == ["orientation", "angles", "angle_sd", "aligned"]

@@ -43,7 +43,7 @@ def test_stillness_leaves_both_headings_open_and_motion_finds_the_true_one():
     for seed in range(40):
         gyr, acc, true = still_then_moving(seed)
         tracker = ConstrainedTracker(sensors=2, joints=SADDLE)
-        (_, angles, sd), reports, state = run_tracker(tracker, gyr, acc, rate=50)
+        (_, angles, sd, _), reports, state = run_tracker(tracker, gyr, acc, rate=50)
         error = np.abs(away(angles, true)).max(axis=1)
         far = error > FAR
         wrong_first += far[100]
@@ -64,7 +64,7 @@ def test_saddles_of_the_chain_are_found_or_unsure_whenever_one_begins(recordings
     silent = []
     for start in range(0, 2200, 110):
         span = slice(start, start + 400)
-        (orientation, _, sd), _, _ = run_tracker(
+        (orientation, _, sd, _), _, _ = run_tracker(
             tracker, recording.gyr[span], recording.acc[span], rate=40)
         for j, (p, c) in enumerate(((1, 3), (2, 4))):
             found, reference = (quaternion.relative(q[:, p], q[:, c]) for q in (orientation, true[span]))
@@ -98,7 +98,8 @@ def test_a_known_pose_gives_the_first_headings():
         for k in range(20):
             tick.index, tick.time_ns = k, k * 10**7
             inputs = [Sample(np.zeros((17, 3)), *[tick.time_ns] * 3), Sample(acc, *[tick.time_ns] * 3)]
-            _, found, sd, places, _ = tracker.step(state, inputs, tick)
+            _, found, sd, places, _, aligned = tracker.step(state, inputs, tick)
+            assert aligned == float(not pose_s), "20 of 100 samples of the pose"
         off[pose_s] = (np.abs(places - tips).max(), np.degrees(np.abs(found - angles)).max(),
                        np.degrees(sd.max()))
     assert off[1.0][0] < 1e-3

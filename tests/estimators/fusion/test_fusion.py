@@ -39,7 +39,7 @@ def noisy(count, sensors, seed=0):
 def test_joint_angles_of_a_finger_whatever_the_hands_attitude(seed):
     base = quaternion.normalized(np.random.default_rng(seed).normal(size=4))
     gyr, acc, true = finger(base)
-    (_, angles), _, _ = run_tracker(VqfTracker(sensors=4, initial_angles_deg=START_DEG), gyr, acc)
+    (_, angles, _), _, _ = run_tracker(VqfTracker(sensors=4, initial_angles_deg=START_DEG), gyr, acc)
     # A rate held over 10 ms lags by 5 ms, and accelerometers feel the swing as well as gravity.
     assert np.degrees(np.abs(angles - true)).max() < 2.0
     assert np.degrees(np.sqrt(np.mean((angles - true) ** 2))) < 1.0
@@ -50,20 +50,20 @@ def test_joint_angles_from_modelled_sensors_with_noise_and_bias(base):
     imus = FingerImus(hand_orientation=tuple(base))
     motion = swing(TIMES, np.radians(START_DEG), np.radians([50.0, 60.0, 30.0]))
     (gyr, acc), _, _ = run_tracker(imus, *motion)
-    (_, angles), _, _ = run_tracker(VqfTracker(sensors=4, initial_angles_deg=START_DEG), gyr, acc)
+    (_, angles, _), _, _ = run_tracker(VqfTracker(sensors=4, initial_angles_deg=START_DEG), gyr, acc)
     assert np.degrees(np.sqrt(np.mean((angles - motion[0]) ** 2, axis=0))).max() < 1.5
 
 
 def test_headings_are_wrong_without_the_initial_pose():
     gyr, acc, true = finger(quaternion.from_axis_angle([1.0, 1.0, 0.0], 1.2))
-    (_, angles), _, _ = run_tracker(VqfTracker(sensors=4), gyr, acc)
+    (_, angles, _), _, _ = run_tracker(VqfTracker(sensors=4), gyr, acc)
     assert np.degrees(np.abs(angles - true).max()) > 5.0
 
 
 def test_the_initial_pose_stands_until_the_alignment_ends():
     gyr, acc, true = finger()
     tracker = VqfTracker(sensors=4, initial_angles_deg=START_DEG, align_s=0.3)
-    (_, angles), reports, _ = run_tracker(tracker, gyr, acc)
+    (_, angles, _), reports, _ = run_tracker(tracker, gyr, acc)
     np.testing.assert_array_equal(angles[:30], np.tile(np.radians(START_DEG), (30, 1)))
     assert reports == [("aligning", "initial pose until 0.3 s")]
     assert np.abs(angles[30] - true[30]).max() < 1e-3
@@ -72,7 +72,7 @@ def test_the_initial_pose_stands_until_the_alignment_ends():
 def test_pairs_choose_the_joints():
     gyr, acc, true = finger()
     tracker = VqfTracker(sensors=4, pairs=((0, 3), (2, 1)), initial_angles_deg=(60.0, -30.0))
-    (_, angles), _, _ = run_tracker(tracker, gyr, acc)
+    (_, angles, _), _, _ = run_tracker(tracker, gyr, acc)
     expected = np.stack([true.sum(axis=1), -true[:, 1]], axis=1)
     assert np.degrees(np.abs(np.angle(np.exp(1j * (angles - expected)))).max()) < 4.0
 
@@ -81,7 +81,7 @@ def test_a_single_sensor_gives_the_angle_it_has_turned():
     turn = 0.5 * TIMES
     gyr = np.tile([0.5, 0.0, 0.0], (len(TIMES), 1, 1))
     acc = np.stack([0 * turn, 9.81 * np.sin(turn), 9.81 * np.cos(turn)], axis=1)[:, np.newaxis]
-    (_, angles), _, _ = run_tracker(VqfTracker(sensors=1), gyr, acc)
+    (_, angles, _), _, _ = run_tracker(VqfTracker(sensors=1), gyr, acc)
     assert angles.shape == (len(TIMES), 1)
     np.testing.assert_allclose(angles[:, 0], turn, atol=0.02)
 
@@ -90,7 +90,7 @@ def test_a_single_sensor_gives_the_angle_it_has_turned():
                                               (Vqf9Tracker(sensors=3), "quat9D")])
 def test_orientations_equal_a_bare_batch_run(tracker, key):
     gyr, acc, mag = noisy(500, 3)
-    (orientation, _), _, _ = run_tracker(tracker, *(gyr, acc, mag)[:len(tracker.inputs)])
+    (orientation, _, _), _, _ = run_tracker(tracker, *(gyr, acc, mag)[:len(tracker.inputs)])
     for i in range(3):
         batch = VQF(1 / RATE).updateBatch(*(np.ascontiguousarray(kind[:, i]) for kind in (gyr, acc, mag)))
         np.testing.assert_array_equal(orientation[:, i], batch[key])
@@ -116,7 +116,7 @@ def test_lost_samples_leave_only_their_sensor_behind_and_are_reported_once():
     spoilt[20:25, 1] = np.nan
     spoilt[40:42, 1] = 0.0
     clean, _, _ = run_tracker(VqfTracker(sensors=2), gyr, acc)
-    (orientation, angles), reports, _ = run_tracker(VqfTracker(sensors=2), gyr, spoilt)
+    (orientation, angles, _), reports, _ = run_tracker(VqfTracker(sensors=2), gyr, spoilt)
     np.testing.assert_array_equal(orientation[:, 0], clean[0][:, 0])
     np.testing.assert_array_equal(orientation[20:25, 1], np.tile(orientation[19, 1], (5, 1)))
     assert np.isfinite(angles).all()
@@ -127,7 +127,7 @@ def test_lost_samples_leave_only_their_sensor_behind_and_are_reported_once():
 def test_clipped_and_repeated_samples_are_used_and_reported():
     gyr, acc, _ = noisy(30, 2)
     gyr[10, 0, 1] = np.radians(2000.0)
-    (orientation, _), reports, state = run_tracker(VqfTracker(sensors=2), gyr, acc)
+    (orientation, *_), reports, state = run_tracker(VqfTracker(sensors=2), gyr, acc)
     assert reports == [("clipped_sample", "gyr of sensor 0"),
                        ("samples_sound", "every sensor gives sound samples again")]
     batch = VQF(1 / RATE).updateBatch(np.ascontiguousarray(gyr[:, 0]), np.ascontiguousarray(acc[:, 0]))
@@ -147,13 +147,13 @@ def test_ticks_skipped_while_busy_are_made_good():
     tick = Tick()
     for k in (0, 1, 5, 9):
         tick.index, tick.time_ns = k, k * 10_000_000
-        orientation, _ = tracker.step(state, [sample(rate, tick.time_ns), sample(acc, tick.time_ns)], tick)
+        orientation, *_ = tracker.step(state, [sample(rate, tick.time_ns), sample(acc, tick.time_ns)], tick)
     assert quaternion.rotation_angle(orientation[0]) == pytest.approx(0.1, abs=1e-9)
 
 
 def test_sizes_come_from_the_wire():
     tracker = VqfTracker(initial_angles_deg=(0.0, 0.0)).resolve({"gyr": (3, 3), "acc": (3, 3)})
-    assert [port.shape for port in tracker.inputs + tracker.outputs] == [(3, 3), (3, 3), (3, 4), (2,)]
+    assert [port.shape for port in tracker.inputs + tracker.outputs] == [(3, 3), (3, 3), (3, 4), (2,), (1,)]
     with pytest.raises(InputError, match="initial_angles_deg"):
         VqfTracker(initial_angles_deg=(0.0, 0.0)).resolve({"gyr": (4, 3), "acc": (4, 3)})
 

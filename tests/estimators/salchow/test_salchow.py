@@ -135,6 +135,7 @@ def test_the_known_pose_stands_until_it_is_over(kind):
     outputs, reports, _ = run(with_pose(kind, sensors=17), motion)
     np.testing.assert_allclose(outputs["angles"][:299], np.tile(start_of(tree), (299, 1)), atol=1e-12)
     np.testing.assert_allclose(outputs["fingertips"][:299], motion.tips[:299], atol=1e-12)
+    np.testing.assert_array_equal(outputs["aligned"][:, 0], np.arange(400) >= 299)
     assert reports == [("aligning", "keep still in the known pose for 3 s"),
                        ("aligned", "initial pose taken")]
 
@@ -150,6 +151,8 @@ def test_a_pose_that_moved_is_named_and_the_next_still_one_is_taken():
     # From the last motion on, three seconds.
     assert (outputs["angle_sd"][100:440] == UNSEEN_SD).all()
     assert (outputs["angle_sd"][441:] < 0.2).all()
+    assert not outputs["aligned"][:440].any()
+    assert outputs["aligned"][441:].all()
     assert np.abs(outputs["angles"] - motion.angles)[600:].max() < 1e-3
 
 
@@ -321,7 +324,7 @@ def test_ticks_skipped_while_busy_are_made_good():
 
 def test_sizes_come_from_the_wire():
     tracker = SalchowM2().resolve({"gyr": (16, 3), "acc": (16, 3)})
-    assert [port.shape for port in tracker.outputs] == [(16, 4), (23,), (23,), (5, 3), (5, 3)]
+    assert [port.shape for port in tracker.outputs] == [(16, 4), (23,), (23,), (5, 3), (5, 3), (1,)]
     with pytest.raises(InputError, match="name the segments"):
         SalchowM2().resolve({"gyr": (5, 3), "acc": (5, 3)})
     with pytest.raises(InputError, match="sensors"):

@@ -5,7 +5,7 @@ import pytest
 from loop_parts import Memory
 
 from fesloop.errors import InputError
-from fesloop.loop.block import Tick
+from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
@@ -74,7 +74,7 @@ def test_a_late_wireless_sensor_stands_beside_the_strips_and_stamps_say_so():
 
 
 @pytest.mark.parametrize(("parameters", "name"), [
-    ({"sources": 1}, "sources"), ({"columns": 0}, "columns"), ({"rows": (1, 0)}, "rows"),
+    ({"sources": 1}, "sources"), ({"columns": -1}, "columns"), ({"rows": (1, 0)}, "rows"),
     ({"rows": (1, 2, 3)}, "rows")])
 def test_parameters_that_cannot_be_are_named(parameters, name):
     with pytest.raises(InputError, match=name):
@@ -84,3 +84,13 @@ def test_parameters_that_cannot_be_are_named(parameters, name):
 def test_a_signal_that_has_no_such_rows_is_refused():
     with pytest.raises(InputError, match=r"second: a signal of shape \(3,\)"):
         Join(unit="T").resolve({"first": (2, 3), "second": (3,)})
+
+
+def test_vectors_are_joined_where_there_are_no_columns():
+    join = Join(unit="1", columns=0).resolve({"first": (2,), "second": (1,)})
+    tick = Tick()
+    here, nothing = Sample(np.array([1.0, 2.0]), 0, 0, 0), Sample(np.zeros(1), NEVER, NEVER, NEVER)
+    joined, = join.step(join.init(Context("join")), (here, nothing), tick)
+    np.testing.assert_array_equal(joined, [1.0, 2.0, np.nan])
+    with pytest.raises(InputError, match=r"a vector: shape \(k,\)"):
+        Join(unit="1", columns=0).resolve({"first": (2, 1), "second": (1,)})
