@@ -11,16 +11,17 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import Port, Value
-from plants.fmu.archive import ExtractedFmu
+from plants.fmu.archive import SHIPPED, ExtractedFmu
 from plants.fmu.description import FmuDescription, read_description
 from plants.fmu.internal_step import fits, misfit, stepped_alike
 from plants.fmu.library import StartValue
 from plants.fmu.ports import FmuPort, bind_ports
 from plants.fmu.probe import Probed, probe
+from plants.fmu.process import Isolation
 from plants.fmu.running import FmuSetup
 from plants.fmu.state import FmuState
 
-_LONGEST_PROBE_S = 3600.0
+_LONGEST_S, _MOST_MB = 3600.0, 10**6
 """Chosen."""
 
 
@@ -32,8 +33,11 @@ class Fmu:
     outputs are those of the last communication point. An FMU is native code: nothing is loaded but the file
     named here. It is checked when the plant is made, in a process of its own: that it initialises, that its
     outputs are not stale (the communication step is a whole multiple of its internal step), whether it
-    replays from a saved state. Without that a run with it can go on, but not be snapshotted. In a run it
-    shares the process: if its code crashes there, so does the run.
+    replays from a saved state. Without that a run with it can go on, but not be snapshotted.
+
+    In a run an FMU has a process of its own, too: where it crashes, exits or hangs, or takes more memory than
+    allowed, the run fails in one line and what was recorded is kept. What it prints goes nowhere. Results are
+    the same in fesloop's process, and quicker.
 
     Attributes
     ----------
@@ -44,7 +48,11 @@ class Fmu:
     input_ports, output_ports: how variables make ports; without any, `bind_ports` tells how they are made.
     starts: start values by variable name, parameters above all.
     substeps: Runge-Kutta steps of order 8 in a communication step (model exchange only).
-    probe_timeout_s: how long the check may take.
+    isolate: whether it runs in a process of its own. By default all do but "shipped:finger", which is
+        compiled from fesloop's own sources: no file is taken for one of these by what it says of itself.
+    probe_timeout_s: how long the check may take, and initialisation in a process of its own.
+    step_timeout_s: how long a step may take in a process of its own.
+    memory_mb: how much data it may allocate in a process of its own.
 
     Raises
     ------
@@ -59,7 +67,10 @@ class Fmu:
     output_ports: tuple[FmuPort, ...] = ()
     starts: dict[str, float | int | bool | str] = field(default_factory=dict)
     substeps: int = 5
+    isolate: bool | None = None
     probe_timeout_s: float = 30.0
+    step_timeout_s: float = 30.0
+    memory_mb: int = 4096
     _grid: RateClock = field(init=False, repr=False)
     _extracted: ExtractedFmu = field(init=False, repr=False)
     _setup: FmuSetup = field(init=False, repr=False)
@@ -68,14 +79,16 @@ class Fmu:
     def __post_init__(self) -> None:
         if self.substeps < 1:
             raise InputError("substeps", f"{self.substeps}", "1 or more")
-        if not 0.0 < self.probe_timeout_s <= _LONGEST_PROBE_S:
-            raise InputError("probe_timeout_s", f"{self.probe_timeout_s:g}",
-                             f"above 0, at most {_LONGEST_PROBE_S:g}")
+        for name in ("probe_timeout_s", "step_timeout_s"):
+            if not 0.0 < getattr(self, name) <= _LONGEST_S:
+                raise InputError(name, f"{getattr(self, name):g}", f"above 0, at most {_LONGEST_S:g}")
+        if not 1 <= self.memory_mb <= _MOST_MB:
+            raise InputError("memory_mb", f"{self.memory_mb}", f"1 to {_MOST_MB}")
         grid = RateClock.from_rate(self.step_rate, where="step_rate")
         extracted = ExtractedFmu(Path(self.path))
         try:
             setup = self._fit(extracted, grid)
-            probed = probe(setup, extracted.folder, extracted.path, self.probe_timeout_s)
+            probed = probe(setup, extracted.folder, extracted.path, self._isolation)
             if not fits(setup.period_s, probed.internal_step_s):
                 raise misfit(setup.period_s, probed.internal_step_s)
             setup = stepped_alike(setup, probed.internal_step_s)
@@ -95,6 +108,10 @@ class Fmu:
             _checked_starts(description, self.starts), grid.period_num, grid.period_den, self.substeps)
         declared_s = description.internal_step_s
         return stepped_alike(setup, declared_s) if fits(setup.period_s, declared_s) else setup
+
+    @property
+    def _isolation(self) -> Isolation:
+        return Isolation(self.memory_mb, self.probe_timeout_s, self.step_timeout_s)
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -123,7 +140,9 @@ class Fmu:
 
     def init(self, context: Context) -> FmuState:
         """A new instance, initialised."""
-        return FmuState(self._setup, self._extracted, context.name, self._probed.why_not)
+        isolated = self.path != SHIPPED if self.isolate is None else self.isolate
+        return FmuState(self._setup, self._extracted, context.name, self._probed.why_not,
+                        self._isolation if isolated else None)
 
     def next_trial(self, state: FmuState, context: Context) -> FmuState:
         """A new instance; the old one is freed."""

@@ -1,30 +1,18 @@
-"""Trying an FMU out in a process of its own, so that one that crashes takes nothing with it.
-
-The child instantiates, initialises and steps the FMU, looks whether its outputs are stale and whether a
-saved state really replays, and writes down how far it has come; the parent tells a crash from a refusal.
-"""
+"""Trying an FMU out in a process of its own, so that one that crashes takes nothing with it."""
 
 from __future__ import annotations
 
 import json
-import math
 import pickle
-import signal
-import subprocess
-import sys
-import tempfile
-from dataclasses import dataclass
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from fesloop.errors import InputError, RunError
-from plants.fmu.internal_step import excite, find_by_finer_steps, find_internal_step
-from plants.fmu.running import FmuSetup, RunningFmu
-
-REPLAY_STEPS = 20
-"""Chosen: how far a saved state is followed, 0.1 s at least."""
+from plants.fmu.process import FmuDiedError, FmuProcess, Isolation
+from plants.fmu.running import FmuSetup
+from plants.fmu.serving import START, STEP, TRY, TRY_FINER
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,115 +31,42 @@ class Probed:
     why_not: str = ""
 
 
-def probe(setup: FmuSetup, folder: Path, path: Path, timeout_s: float) -> Probed:
+def probe(setup: FmuSetup, folder: Path, path: Path, isolation: Isolation) -> Probed:
     """Try the FMU out.
 
-    Raises InputError if it crashes, refuses, or takes longer than `timeout_s` before it can be stepped.
+    Raises InputError if it crashes, refuses, or takes too long before it can be stepped.
     """
-    with tempfile.TemporaryDirectory(prefix="fesloop-probe-") as name:
-        journal = Path(name) / "journal"
-        journal.touch()
-        command = [sys.executable, "-c", "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
-                   "from plants.fmu.probe import main; main()", json.dumps(sys.path), str(journal)]
-        try:
-            done = subprocess.run(command, input=pickle.dumps((setup, folder)), stdout=subprocess.DEVNULL,
-                                  stderr=subprocess.PIPE, timeout=timeout_s, check=False)
-            code = done.returncode
-            last_words = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
-        except subprocess.TimeoutExpired:
-            code, last_words = None, []
-        entries = [json.loads(line) for line in journal.read_text().splitlines()]
-    found = {key: value for entry in entries for key, value in entry.items()}
-    if "refused" in found:
-        raise InputError("path", f"{path}: {found['refused']}", "an FMU that can be initialised",
-                         "check its start values")
-    if "probed" in found:
-        return Probed(**found["probed"])
-    stage = found.get("stage", "loading")
-    if stage == "trial":
-        ended = "was not done" if code is None else f"ended, {_ending(code, last_words)},"
-        return Probed(why_not=f"the FMU {ended} when it was tried out at load with made-up inputs")
-    if code is None:
-        raise InputError("path", f"{path} did not finish {stage} within {timeout_s:g} s",
-                         remedy="give it longer with probe_timeout_s, or do not use it")
-    raise InputError("path", f"{path} crashed in {stage}: {_ending(code, last_words)}", "an FMU that runs",
-                     "have the FMU's maker mend it")
+    process, began, timeout_s = FmuProcess(isolation.memory_mb), time.monotonic(), isolation.start_timeout_s
 
+    def call(request: bytes) -> bytes:
+        process.limit(timeout_s, 1.0 - (time.monotonic() - began) / timeout_s)
+        return process.call(request)
 
-def _ending(code: int, last_words: list[str]) -> str:
-    """How a process ended, in words."""
-    if code < 0:
-        try:
-            return f"killed by {signal.Signals(-code).name}"
-        except ValueError:
-            return f"killed by signal {-code}"
-    return f"exit code {code}" + (f", {last_words[0]}" if last_words else "")
-
-
-def main() -> None:
-    """The child: setup on standard input, journal in the second argument."""
-    setup, folder = pickle.loads(sys.stdin.buffer.read())
-    with Path(sys.argv[2]).open("a", buffering=1) as journal:
-
-        def note(**entry: object) -> None:
-            journal.write(json.dumps(entry) + "\n")
-
-        try:
-            note(stage="initialisation")
-            running = RunningFmu(setup, folder, "probe")
-            note(stage="its first step")
-            running.step(False)
-        except RunError as fault:
-            note(refused=str(fault).removeprefix("probe: "))
-            return
-        note(stage="trial")
-        note(probed=_tried(setup, folder, running))
-
-
-def _tried(setup: FmuSetup, folder: Path, running: RunningFmu) -> dict[str, object]:
-    """What `Probed` says, of an FMU that has done its first step."""
-    stepped = setup.description.interface == "co_simulation"
-    internal_step_s = find_internal_step(setup, running) if stepped else 0.0
-    running.end()
-    if not setup.description.saves:
-        why_not = "the FMU does not offer it"
-    elif setup.description.once:
-        why_not = "the FMU can be instantiated only once in a process"
-    else:
-        why_not = _why_no_replay(setup, folder)
-    if stepped and not internal_step_s and not setup.description.once:
-        internal_step_s = find_by_finer_steps(setup, folder)
-    return {"internal_step_s": internal_step_s, "replays": not why_not, "why_not": why_not}
-
-
-def _why_no_replay(setup: FmuSetup, folder: Path) -> str:
-    """Why a saved state does not give the same future in a new instance; "" if it does."""
-    first, second = RunningFmu(setup, folder, "probe"), RunningFmu(setup, folder, "probe_again")
+    stage = "initialisation"
     try:
-        excite(setup, first)
-        for step in range(REPLAY_STEPS):
-            first.step(step == 0)
-        saved = first.save()
-        excite(setup, first)
-        future = _future(first)
-        second.restore(saved)
-        excite(setup, second)
-        if not np.array_equal(_future(second), future, equal_nan=True):
-            return "a restored state did not give the same outputs when it was tried at load"
-        if (future == future[0]).all():
-            return "no output moved when it was tried at load, so nothing shows that it replays"
+        call(START + pickle.dumps((setup, folder, "probe")))
+        stage = "its first step"
+        call(STEP)
+        return _tried(call)
+    except FmuDiedError as fault:
+        raise InputError("path", f"{path}: in {stage} it {fault}", "an FMU that runs",
+                         "have the FMU's maker mend it, or give it longer with probe_timeout_s") from None
     except RunError as fault:
-        return str(fault).removeprefix("probe: ").removeprefix("probe_again: ")
+        raise InputError("path", f"{path}: {str(fault).removeprefix('probe: ')}",
+                         "an FMU that can be initialised", "check its start values") from None
     finally:
-        first.end()
-        second.end()
-    return ""
+        process.end()
 
 
-def _future(running: RunningFmu) -> NDArray[np.float64]:
-    """Outputs of the steps to come, (steps, elements)."""
-    rows = []
-    for step in range(max(REPLAY_STEPS, math.ceil(0.1 / running.setup.period_s))):
-        running.step(step == 0)
-        rows.append(running.outputs.values.copy())
-    return np.array(rows)
+def _tried(call: Callable[[bytes], bytes]) -> Probed:
+    """What an FMU shows that has done its first step."""
+    try:
+        probed = Probed(**json.loads(call(TRY)))
+    except RunError as fault:
+        return Probed(why_not=f"with made-up inputs, when it was tried out at load, it {fault}")
+    if probed.internal_step_s == 0.0:
+        try:
+            probed = replace(probed, **json.loads(call(TRY_FINER)))
+        except RunError:
+            return probed
+    return probed

@@ -77,14 +77,14 @@ class RunningFmu:
 
     Attributes
     ----------
-    library: the instance. inputs, outputs: its variables, flat.
+    library: the instance. name: of the node. inputs, outputs: its variables, flat.
     tick: number of communication steps done.
     """
 
-    __slots__ = ("_pushes", "_stepper", "inputs", "library", "outputs", "setup", "tick")
+    __slots__ = ("_pushes", "_stepper", "inputs", "library", "name", "outputs", "setup", "tick")
 
     def __init__(self, setup: FmuSetup, folder: Path, name: str) -> None:
-        self.setup, self.tick = setup, 0
+        self.setup, self.name, self.tick = setup, name, 0
         description = setup.description
         self.library = FmuLibrary(description, folder, name)
         try:

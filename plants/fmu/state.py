@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import weakref
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,9 @@ from numpy.typing import NDArray
 from fesloop.errors import RunError, SnapshotError
 from fesloop.loop.signals import Value
 from plants.fmu.archive import ExtractedFmu
+from plants.fmu.isolated import IsolatedFmu
 from plants.fmu.ports import BoundPort
+from plants.fmu.process import Isolation
 from plants.fmu.running import FmuSetup, RunningFmu
 
 
@@ -24,13 +27,19 @@ class FmuState:
     FMU does not really replay. Freed by `end`, or when nobody holds it any more.
     """
 
-    __slots__ = ("__weakref__", "_end", "_scales", "extracted", "inputs", "read_plan", "running", "seen",
-                 "why_not")
+    __slots__ = ("__weakref__", "_end", "_isolation", "_owner", "_scales", "extracted", "inputs", "read_plan",
+                 "running", "seen", "why_not")
 
-    def __init__(self, setup: FmuSetup, extracted: ExtractedFmu, name: str, why_not: str) -> None:
-        self.extracted, self.why_not = extracted, why_not
-        self.running = RunningFmu(setup, extracted.folder, name)
-        self._end = weakref.finalize(self, _end, self.running, extracted, os.getpid())
+    def __init__(self, setup: FmuSetup, extracted: ExtractedFmu, name: str, why_not: str,
+                 isolation: Isolation | None) -> None:
+        self.extracted, self.why_not, self._isolation = extracted, why_not, isolation
+        self.running: RunningFmu | IsolatedFmu
+        if isolation is None:
+            self.running = RunningFmu(setup, extracted.folder, name)
+        else:
+            self.running = IsolatedFmu(setup, extracted.folder, name, extracted.path.name, isolation)
+        self._owner = os.getpid()
+        self._end = weakref.finalize(self, _end_unseen, self.running, extracted, self._owner)
         scales = [_scales([bound], bound.shape) for bound in setup.inputs]
         self.inputs = list(zip(_views(self.running.inputs.values, setup.inputs), scales, strict=True))
         self.seen: list[Value | None] = [None] * len(setup.inputs)
@@ -58,31 +67,35 @@ class FmuState:
                       else values[place].reshape(shape) for place, shape in self.read_plan])
 
     def end(self) -> None:
-        """Terminate the FMU and free it."""
-        self._end()
+        """Terminate the FMU and free it; RunError where it crashes there."""
+        if self._end.detach() is not None and os.getpid() == self._owner:
+            self.running.end()
 
     def __reduce__(self) -> tuple[object, tuple[object, ...]]:
         if self.why_not:
-            raise SnapshotError(f"{self.running.library.name}: the state of {self.extracted.path.name} "
+            raise SnapshotError(f"{self.running.name}: the state of {self.extracted.path.name} "
                                 f"cannot be saved: {self.why_not}")
         try:
             saved = self.running.save()
         except RunError as fault:
             raise SnapshotError(str(fault)) from fault
-        return _resumed, (self.running.setup, self.extracted, self.running.library.name, saved)
+        return _resumed, (self.running.setup, self.extracted, self.running.name,
+                          self._isolation, saved)
 
 
-def _resumed(setup: FmuSetup, extracted: ExtractedFmu, name: str, saved: Any) -> FmuState:
+def _resumed(setup: FmuSetup, extracted: ExtractedFmu, name: str, isolation: Isolation | None,
+             saved: Any) -> FmuState:
     """A new instance in a saved state."""
-    state = FmuState(setup, extracted, name, "")
+    state = FmuState(setup, extracted, name, "", isolation)
     state.running.restore(saved)
     return state
 
 
-def _end(running: RunningFmu, extracted: ExtractedFmu, owner: int) -> None:
-    """Free an instance; its files may go only now. A forked child leaves its parent's alone."""
+def _end_unseen(running: RunningFmu | IsolatedFmu, extracted: ExtractedFmu, owner: int) -> None:
+    """Free an instance that nobody holds; its files may go only now. A forked child leaves its parent's."""
     if os.getpid() == owner:
-        running.end()
+        with suppress(RunError):
+            running.end()
     del extracted
 
 

@@ -127,8 +127,8 @@ def test_interfaces_that_are_not_there(tmp_path, small2, small3):
 
 
 @pytest.mark.parametrize(("definition", "words"), [
-    ("CRASH", "crashed in initialisation: killed by SIGSEGV"),
-    ("ABORT", "crashed in initialisation: killed by SIGABRT"),
+    ("CRASH", "in initialisation it was killed by SIGSEGV"),
+    ("ABORT", "in initialisation it was killed by SIGABRT"),
     ("REFUSE", "fmi2ExitInitializationMode returned fmi2Error at 0 s: no licence for small")])
 def test_trouble_in_initialisation(small2, definition, words):
     assert words in refusal(path=str(small2(definition)))
@@ -136,7 +136,7 @@ def test_trouble_in_initialisation(small2, definition, words):
 
 def test_initialisation_without_end(small2):
     text = refusal(path=str(small2("HANG")), probe_timeout_s=8.0)
-    assert "did not finish initialisation within 8 s" in text
+    assert "in initialisation it did not finish within 8 s" in text
 
 
 @pytest.mark.parametrize("definitions", [("INTERNAL_STEP_S=0.01",), ("INTERNAL_STEP_S=0.01", "TELLS")])

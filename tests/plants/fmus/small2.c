@@ -1,13 +1,16 @@
 /* A small FMI 2.0 FMU that behaves or misbehaves as it is compiled to.
  *
  * Co-simulation: x' = (u - x) / 0.1 s, y = x, k = counted steps (Integer), exact between communication points.
- *   CRASH, ABORT, HANG, REFUSE: in initialisation.      ERROR_AT_S, DISCARD_AT_S: in mid-run.
+ *   CRASH_AT_LOAD, CRASH_IN_INSTANTIATION.   CRASH, ABORT, HANG, REFUSE: in initialisation.
+ *   ERROR_AT_S, DISCARD_AT_S: in mid-run.    CRASH_AT_END: in fmi2Terminate.    PRINTS: a line every step.
+ *   AT_S and MISDEED, a statement: in mid-run.
  *   INTERNAL_STEP_S, or parameter h: x moves on this grid only; TELLS: and the FMU admits it.
  *   FORGETS: a saved state leaves x out.     SQUARE_S: y is a square wave of this half period instead.
  * Model exchange: BALL is a bouncing ball (state events); else x' = 1 up to 0.0505 s and -1 after (time event).
  */
 #include <math.h>
 #include <signal.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -23,9 +26,16 @@ typedef struct {
     const fmi2CallbackFunctions *functions;
 } Model;
 
+#ifdef CRASH_AT_LOAD
+__attribute__((constructor)) static void load(void) { raise(SIGSEGV); }
+#endif
+
 fmi2Component fmi2Instantiate(fmi2String n, fmi2Type t, fmi2String g, fmi2String r,
                               const fmi2CallbackFunctions *f, fmi2Boolean v, fmi2Boolean l) {
     (void)n, (void)t, (void)g, (void)r, (void)v, (void)l;
+#ifdef CRASH_IN_INSTANTIATION
+    raise(SIGSEGV);
+#endif
     Model *m = calloc(1, sizeof *m);
     m->functions = f;
 #ifdef INTERNAL_STEP_S
@@ -61,6 +71,14 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean b) {
     (void)b;
     Model *m = c;
     m->steps++;
+#ifdef PRINTS
+    printf("{\"stdout\": %g}\n", t);
+    fflush(stdout);
+    fprintf(stderr, "stderr at %g s\n", t);
+#endif
+#ifdef MISDEED
+    if (t + 1e-9 > AT_S) MISDEED;
+#endif
 #ifdef ERROR_AT_S
     if (t + 1e-9 > ERROR_AT_S) {
         m->functions->logger(m->functions->componentEnvironment, "small", fmi2Error, "e", "dry at %.3f s", t);
@@ -211,4 +229,9 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean a, fmi2Real b, fmi2R
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) { return c ? fmi2OK : fmi2Error; }
 fmi2Status fmi2EnterEventMode(fmi2Component c) { return c ? fmi2OK : fmi2Error; }
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) { return c ? fmi2OK : fmi2Error; }
-fmi2Status fmi2Terminate(fmi2Component c) { return c ? fmi2OK : fmi2Error; }
+fmi2Status fmi2Terminate(fmi2Component c) {
+#ifdef CRASH_AT_END
+    raise(SIGSEGV);
+#endif
+    return c ? fmi2OK : fmi2Error;
+}

@@ -1,0 +1,68 @@
+"""Requests that an FMU's own process answers."""
+
+from __future__ import annotations
+
+import json
+import pickle
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from plants.fmu.process import serve
+from plants.fmu.running import FmuSetup, RunningFmu
+from plants.fmu.trial import tried, tried_finer
+
+START, STEP, CHANGE, SAVE, RESTORE, END, TRY, TRY_FINER = b"i", b"s", b"c", b"g", b"r", b"e", b"t", b"f"
+"""START takes (setup, folder, name), pickled, CHANGE the inputs, RESTORE what SAVE gave. START and RESTORE
+give inputs and outputs, STEP and CHANGE outputs, TRY and TRY_FINER JSON."""
+
+
+class Service:
+    """One FMU, from START to END."""
+
+    def __init__(self) -> None:
+        self._running: Any = None
+        self._start: tuple[FmuSetup, Path, str] | None = None
+
+    def answer(self, request: bytes) -> bytes:
+        """The answer to a request; raises RunError where the FMU refuses."""
+        kind, content = request[:1], request[1:]
+        running: RunningFmu = self._running
+        if kind == STEP:
+            running.step(False)
+            return running.outputs.values.tobytes()
+        if kind == CHANGE:
+            running.inputs.values[:] = np.frombuffer(content)
+            running.step(True)
+            return running.outputs.values.tobytes()
+        return self._seldom(kind, content)
+
+    def _seldom(self, kind: bytes, content: bytes) -> bytes:
+        running: RunningFmu = self._running
+        if kind == START:
+            self._start = pickle.loads(content)
+            self._running = RunningFmu(*self._start)
+            return self._values()
+        if kind == SAVE:
+            return pickle.dumps(running.save())
+        if kind == RESTORE:
+            running.restore(pickle.loads(content))
+            return self._values()
+        if kind == END:
+            running.end()
+            return b""
+        assert self._start is not None
+        setup, folder, _ = self._start
+        found = tried(setup, folder, running) if kind == TRY else tried_finer(setup, folder)
+        return json.dumps(found).encode()
+
+    def _values(self) -> bytes:
+        running: RunningFmu = self._running
+        return running.inputs.values.tobytes() + running.outputs.values.tobytes()
+
+
+def main() -> None:
+    """The process: socket and memory in the second and third argument."""
+    serve(Service().answer, int(sys.argv[2]), int(sys.argv[3]))

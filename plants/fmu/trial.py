@@ -1,0 +1,70 @@
+"""What an FMU does when it is tried out: whether its outputs are stale, and whether a saved state replays."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import RunError
+from plants.fmu.internal_step import excite, find_by_finer_steps, find_internal_step
+from plants.fmu.running import FmuSetup, RunningFmu
+
+REPLAY_STEPS = 20
+"""Chosen: how far a saved state is followed, 0.1 s at least."""
+
+
+def tried(setup: FmuSetup, folder: Path, running: RunningFmu) -> dict[str, object]:
+    """Fields of `Probed`, of an FMU that has done its first step; it is ended."""
+    stepped = setup.description.interface == "co_simulation"
+    internal_step_s = find_internal_step(setup, running) if stepped else 0.0
+    running.end()
+    if not setup.description.saves:
+        why_not = "the FMU does not offer it"
+    elif setup.description.once:
+        why_not = "the FMU can be instantiated only once in a process"
+    else:
+        why_not = _why_no_replay(setup, folder)
+    return {"internal_step_s": internal_step_s, "replays": not why_not, "why_not": why_not}
+
+
+def tried_finer(setup: FmuSetup, folder: Path) -> dict[str, object]:
+    """The internal step by finer communication steps, which are not without risk."""
+    if setup.description.interface != "co_simulation" or setup.description.once:
+        return {}
+    return {"internal_step_s": find_by_finer_steps(setup, folder)}
+
+
+def _why_no_replay(setup: FmuSetup, folder: Path) -> str:
+    """Why a saved state does not give the same future in a new instance; "" if it does."""
+    first, second = RunningFmu(setup, folder, "probe"), RunningFmu(setup, folder, "probe_again")
+    try:
+        excite(setup, first)
+        for step in range(REPLAY_STEPS):
+            first.step(step == 0)
+        saved = first.save()
+        excite(setup, first)
+        future = _future(first)
+        second.restore(saved)
+        excite(setup, second)
+        if not np.array_equal(_future(second), future, equal_nan=True):
+            return "a restored state did not give the same outputs when it was tried at load"
+        if (future == future[0]).all():
+            return "no output moved when it was tried at load, so nothing shows that it replays"
+    except RunError as fault:
+        return str(fault).removeprefix("probe: ").removeprefix("probe_again: ")
+    finally:
+        first.end()
+        second.end()
+    return ""
+
+
+def _future(running: RunningFmu) -> NDArray[np.float64]:
+    """Outputs of the steps to come, (steps, elements)."""
+    rows = []
+    for step in range(max(REPLAY_STEPS, math.ceil(0.1 / running.setup.period_s))):
+        running.step(step == 0)
+        rows.append(running.outputs.values.copy())
+    return np.array(rows)
