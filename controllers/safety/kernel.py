@@ -91,9 +91,9 @@ def limit_dose(pulses: Array, charges: Array, phases: float, second: Array, tota
         left = max(0.0, min(left_now, left_ever)) / phases * _SHAVE_SUM
         if charges[i] > left:
             hit |= RATE if left_now <= left_ever else TOTAL
-            pulses[i, 1] = left / pulses[i, 0] * _SHAVE
-            if pulses[i, 1] <= 0.0:
-                pulses[i, 0], pulses[i, 1] = 0.0, 0.0
+            pulses[i, 1] = left / pulses[i, 0]
+            if pulses[i, 1] == 0.0:
+                pulses[i, 0] = 0.0
             charges[i] = pulses[i, 0] * pulses[i, 1]
         total[i] += phases * charges[i]
     return hit

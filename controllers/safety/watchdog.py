@@ -102,9 +102,8 @@ class Watchdog:
             return "posture_silent", f"no posture for more than {self.silence_ms:g} ms: ramp to zero"
         if now_ns - posture.oldest_ns > max_age_ms * NS_PER_MS:
             return "posture_stale", f"posture older than {max_age_ms:g} ms: ramp to zero"
-        if sd.present and not (is_finite(sd.value)
-                               and np.max(sd.value, initial=0.0) <= math.radians(self.sd_max_deg)):
-            return "posture_unsure", f"sd of posture above {self.sd_max_deg:g} deg: ramp to zero"
+        if sd.present and not np.all((sd.value >= 0.0) & (sd.value <= math.radians(self.sd_max_deg))):
+            return "posture_unsure", f"sd of posture is not from 0 to {self.sd_max_deg:g} deg: ramp to zero"
         return SOUND
 
     def _plausible(self, state: WatchState, posture: Sample) -> tuple[str, str]:

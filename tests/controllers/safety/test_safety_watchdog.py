@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 from controllers.open_loop import Programme
 from controllers.safety import Safety
@@ -115,11 +117,27 @@ def test_a_jump_is_what_no_hand_does_in_the_time(moved_deg, elapsed_ms, sound):
     assert (found == SOUND) is sound
 
 
-def test_an_sd_says_that_posture_is_not_known():
-    dog, posture = Watchdog(sd_max_deg=30.0), Sample(np.array([0.2, 0.1]), 0, 0, 0)
-    for sd, status in ((0.4, ""), (0.6, "posture_unsure"), (math.nan, "posture_unsure")):
-        found = dog.look(WatchState(), posture, Sample(np.array([0.1, sd]), 0, 0, 0), 0, 500.0, True)
-        assert found[0] == status
+@settings(deadline=None, max_examples=100)
+@given(st.lists(st.floats() | st.floats(0.0, 0.5), min_size=1, max_size=5))
+@example([0.4, math.nan])
+@example([-math.inf, 0.1])
+@example([0.1, -1e-9])
+@example([0.0, math.radians(30.0)])
+def test_an_sd_that_is_none_or_too_great_says_that_posture_is_not_known(sd):
+    """NaN and infinities, and what lies below 0, are no standard deviations."""
+    dog, posture = Watchdog(sd_max_deg=30.0), Sample(np.zeros(len(sd)), 0, 0, 0)
+    found = dog.look(WatchState(), posture, Sample(np.array(sd), 0, 0, 0), 0, 500.0, True)
+    known = all(0.0 <= each <= math.radians(30.0) for each in sd)
+    assert found[0] == ("" if known else "posture_unsure")
+
+
+@pytest.mark.parametrize(("late_ns", "silent", "stale"), [
+    (0, "", ""), (1, "posture_silent", "posture_stale")])
+def test_a_posture_may_be_as_old_as_stated_to_the_nanosecond(late_ns, silent, stale):
+    now = 1000 * MS + late_ns
+    for captured, arrived, status in ((950, 950, silent), (500, 990, stale)):
+        posture = Sample(np.zeros(1), captured * MS, 990 * MS, arrived * MS)
+        assert Watchdog().look(WatchState(), posture, ABSENT, now, 500.0, True)[0] == status
 
 
 def test_what_a_tracker_does_while_nothing_is_stimulated_passes():
