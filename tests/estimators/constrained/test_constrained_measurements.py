@@ -4,10 +4,22 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import chi2
 
 from estimators.body.joint_constraints import Joint, joint_table
-from estimators.constrained.filter import _spread, _turn
-from estimators.constrained.measurements import LEVERS, SPACING, TILTS, N, axes_agree, shared_acceleration
+from estimators.constrained.filter import SOUND, _spread, _turn, advance
+from estimators.constrained.measurements import (
+    BIAS,
+    BIAS_WALK,
+    LEVERS,
+    PERIOD,
+    SPACING,
+    TILTS,
+    TURN,
+    N,
+    axes_agree,
+    shared_acceleration,
+)
 from fesloop.hand import quaternion
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -128,3 +140,28 @@ def test_the_covariance_moves_as_the_error_does(seed):
     _spread(cov, s, wc, dt, 0.0, 0.0)
     np.testing.assert_allclose(cov, expected, atol=1e-3 * np.abs(expected).max())
     np.testing.assert_allclose(cov, cov.T, atol=1e-12 * np.abs(cov).max())
+
+
+def test_the_covariance_of_what_is_not_measured_is_that_of_noise_drawn():
+    """Two gyroscopes that stand still a joint, 1500 joints: both have white noise and a bias that walks."""
+    rng, joints, steps, dt = np.random.default_rng(11), 1500, 200, 0.01
+    balls = tuple(Joint(parent=2 * j, child=2 * j + 1, kind="ball") for j in range(joints))
+    table, settings = joint_table(balls, 2 * joints), SETTINGS.copy()
+    settings[[PERIOD, SPACING, TURN, BIAS_WALK, BIAS]] = dt, 1e6, 2e-3, 1e-3, 0.0
+    true = quaternion.normalized(rng.normal(size=(joints, 4)))
+    q, rest, covariance = true.copy(), np.zeros((joints, 17)), np.zeros((joints, N, N))
+    seen, (gyr, acc) = np.full((2, 2 * joints), SOUND), np.zeros((2, 2, 2 * joints, 3))
+    bias = np.zeros((2 * joints, 3))
+    for k in range(1, steps + 1):
+        bias += settings[BIAS_WALK] * np.sqrt(dt) * rng.normal(size=bias.shape)
+        gyr = np.stack([gyr[1], bias + settings[TURN] / np.sqrt(dt) * rng.normal(size=bias.shape)])
+        advance(q, rest, covariance, np.zeros(joints), np.zeros(joints), table.ends, table.kinds, table.axes,
+                table.zero, table.ranges, gyr, acc, seen, settings, k)
+    turn = quaternion.relative(q, true)
+    parents = quaternion.rotate(quaternion.conjugate(true), bias[::2])
+    error = np.concatenate([2.0 * np.sign(turn[:, :1]) * turn[:, 1:], bias[1::2] - parents], axis=1)
+    for part in (slice(0, 3), slice(3, 6), slice(0, 6)):
+        freedoms = joints * (part.stop - part.start)
+        squares = error[:, part, None] * np.linalg.solve(covariance[:, part, part], error[:, part, None])
+        low, high = chi2.interval(0.9999, freedoms)
+        assert low < squares.sum() < high

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from estimators.body.body import UNSEEN_SD, body_of
 from estimators.salchow import kernels as salchow_kernels
-from estimators.salchow.kernels import find_seen, follow_gaps, posture
+from estimators.salchow.kernels import find_seen, follow_gaps, in_joint, joint_turns, posture
 from estimators.samples.faults import CLIPPED, LOST
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
@@ -183,6 +183,25 @@ def test_sds_are_those_of_errors_drawn(body, constrained):
     # 4000 draws know an sd to 1.1 %; errors of 0.5 deg are all but linear.
     np.testing.assert_allclose(sd, spread[:len(sd)], rtol=0.08)
     np.testing.assert_allclose(tip_sd.ravel(), spread[len(sd):], rtol=0.08, atol=1e-6)
+
+
+@given(seed=SEEDS)
+@settings(deadline=None, max_examples=50)
+def test_turns_are_how_a_small_change_of_each_angle_moves_the_child(seed):
+    """By differences of scipy's rotations, about axes of any direction."""
+    rng = np.random.default_rng(seed)
+    axes = Rotation.random(random_state=rng).as_matrix()
+    about = Rotation.from_matrix(np.stack([axes[1], axes[2], axes[0]], axis=1))
+    angles = rng.uniform([-3.0, -1.4, -3.0], [3.0, 1.4, 3.0])
+
+    def posed(angles):
+        return about * Rotation.from_euler("ZXY", angles) * about.inv()
+
+    measured = tuple(posed(angles).as_quat(scalar_first=True).tolist())
+    step = 1e-6
+    moved = [(posed(angles - step * one).inv() * posed(angles + step * one)).as_rotvec() / (2.0 * step)
+             for one in np.eye(3)]
+    np.testing.assert_allclose(joint_turns(axes, in_joint(axes, measured)), moved, atol=1e-7)
 
 
 def test_gaps_grow_with_the_time_and_fade_with_samples():
