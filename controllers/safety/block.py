@@ -193,9 +193,7 @@ class Safety:
         state.stopped = state.stopped or not cast(float, stop.value) <= 0.5
         state.latch.put(tick, "stopped", state.stopped, "emergency stop: no stimulation in this run any more")
         if state.stopped:
-            pulses = np.zeros((self.channels, 2))
-            state.charges = np.zeros(self.channels)
-            return (pulses,)
+            return (np.zeros((self.channels, 2)),)
         state.dose.book_repeated(state.charges, tick.time_ns)
         trouble = self._trouble(state, stimulation, posture, sd, aligned, tick.time_ns)
         if trouble != SOUND:

@@ -70,7 +70,7 @@ class StoredRows:
     def _begun(self) -> tuple[NDArray[Any], NDArray[np.int64]]:
         """Trials that have rows, and where their rows begin, the end of all behind them."""
         trials = self.read("trial", 0, self.count)
-        first = np.flatnonzero(np.diff(trials, prepend=-1)) if self.count else np.empty(0, np.int64)
+        first = np.flatnonzero(np.diff(trials, prepend=-1))
         return trials[first], np.append(first, self.count)
 
 

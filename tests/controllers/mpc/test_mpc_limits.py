@@ -204,6 +204,21 @@ def test_without_an_answer_the_last_plan_goes_on_to_its_end_and_is_then_ramped_t
     assert [status for status, _ in reports if status != "saturated"] == []
 
 
+def test_a_budget_that_is_overspent_leaves_nothing_and_has_an_answer():
+    """No drive at all keeps a budget as well as can be; it comes back when the window has room again."""
+    ample, scant = (controller(slew=1.0, horizon_charge_max_uc=budget_uc) for budget_uc in (1e3, 45.0))
+    state = ample.init(CONTEXT)
+    before, _ = stepped(ample, state, (0, 30))
+    during, reports = stepped(scant, state, (30, 30 + 2 * N))
+    assert [status for status, _ in reports if status != "saturated"] == []
+    given_uc = [1e6 * scant.allocation().charge(drive).sum() for drive in (*before, *during)]
+    spent = np.array([sum(given_uc[k - N + 1:k]) >= 45.0 for k in range(30, 30 + 2 * N)])
+    assert spent[0]
+    assert not spent[-1]
+    assert during[spent].max() < 1e-6
+    assert during[~spent].max() > 0.01
+
+
 @settings(deadline=None, max_examples=50)
 @given(st.integers(1, 6), st.integers(1, 4), st.integers(0, 2**32), st.floats(0.01, 1.0))
 def test_a_posture_is_within_a_box_if_a_linear_programme_in_states_finds_one(muscles, outputs, seed, wide):

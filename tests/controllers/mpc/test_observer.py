@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from controllers.mpc.observer import Observer
+from fesloop.loop.clock import NS_PER_S, RateClock
 from fesloop.models.linear_model import LinearModel
 
 MS = 1_000_000
@@ -49,6 +50,23 @@ def test_stored_drives_are_those_given_out_whole_periods_before():
         observer.record(state, k * 25 * MS, np.array([k, -k], dtype=float))
     stored = observer.ahead(state, 5 * 25 * MS, 4)[3:].reshape(4, 2)
     np.testing.assert_array_equal(stored[:, 0], [4.0, 3.0, 1.0, 1.0])
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.fractions(5, 200, max_denominator=7), st.integers(0, 500),
+       st.lists(st.floats(-0.24, 0.24), min_size=10, max_size=10))
+def test_stored_drives_are_told_apart_at_any_rate_and_by_ticks_that_are_not_punctual(rate, first, late):
+    """A period is rarely a whole number of ns, and a live stream's ticks come early and late."""
+    clock = RateClock.from_rate(rate)
+    period = round(clock.period_s * NS_PER_S)
+    observer = Observer.design(MODEL, **DESIGN | {"period_ns": period, "reach_ns": 9 * period})
+    for share in (0.0, 1.0):
+        state = observer.init()
+        ticks = [clock.tick(first + k) + round(share * late[k] * period) for k in range(10)]
+        for k in range(9):
+            observer.record(state, ticks[k], np.array([k, -k], dtype=float))
+        stored = observer.ahead(state, ticks[9], 9)[3:].reshape(9, 2)
+        np.testing.assert_array_equal(stored[:, 0], np.arange(9)[::-1])
 
 
 def test_finds_state_and_disturbance_from_late_samples_of_changing_age():

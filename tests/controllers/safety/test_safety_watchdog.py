@@ -156,3 +156,17 @@ def test_frozen_can_be_left_unwatched():
             posture = Sample(np.array([0.4]), at * MS, at * MS, at * MS)
             found = dog.look(state, posture, ABSENT, at * MS, 500.0, True)
         assert found[0] == last
+
+
+@pytest.mark.parametrize(("recover_s", "sound_again_ms"), [(0.0, []), (0.1, [375, 400]), (0.2, [])])
+def test_a_tracker_is_believed_again_after_so_long_of_sound_samples_on_end(recover_s, sound_again_ms):
+    """It jumps at 50 ms and again at 250; 0 is never in this trial."""
+    dog, state, sound = Watchdog(recover_s=recover_s), WatchState(), []
+    angle = 0.0
+    for at in range(0, 425, 25):
+        angle += 1e-3 + (1.0 if at in (50, 250) else 0.0)
+        found = dog.look(state, Sample(np.array([angle]), *[at * MS] * 3), ABSENT, at * MS, 500.0, True)
+        if found == SOUND:
+            sound.append(at)
+    first = [175, 200, 225] if recover_s == 0.1 else []
+    assert sound == [0, 25, *first, *sound_again_ms]

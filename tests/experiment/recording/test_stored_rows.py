@@ -3,7 +3,7 @@
 import h5py
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from fesloop.experiment.recording import stored_rows
@@ -51,8 +51,27 @@ def test_trials_are_spans_of_rows(dataset, room):
 
 
 @pytest.mark.parametrize("room", [0, WRITTEN.nbytes])
-def test_a_column_gives_slices_of_its_span(dataset, room):
-    column = Column(StoredRows(dataset, room), "angles", 25, 75)
-    assert column.shape == (50, 3)
-    for rows in (slice(None), slice(10, 20), slice(45, 80), slice(7, 7), slice(-5, None)):
-        assert np.array_equal(column[rows], WRITTEN["angles"][25:75][rows])
+def test_a_dataset_without_rows_has_trials_and_columns_without_rows(tmp_path, room):
+    with h5py.File(tmp_path / "empty.h5", "w") as file:
+        rows = StoredRows(file.create_dataset("rows", shape=(0,), dtype=TYPE, maxshape=(None,)), room)
+        assert [rows.span(trial) for trial in range(3)] == [(0, 0)] * 3
+        column = Column(rows, "angles", 0, 0)
+        assert [column[part].shape for part in (slice(None), slice(3, 5), slice(5, 3))] == [(0, 3)] * 3
+
+
+ENDS = st.none() | st.integers(-120, 120)
+
+
+@pytest.mark.parametrize("room", [0, WRITTEN.nbytes])
+@given(st.tuples(st.integers(0, 100), st.integers(0, 100)).map(sorted), ENDS, ENDS)
+@example([25, 75], 30, 10)
+@example([25, 75], None, None)
+@settings(max_examples=50, deadline=None)
+def test_a_column_is_sliced_like_the_array_of_its_span(dataset, room, span, start, stop):
+    """Empty stretches, and ends that come before their start, too."""
+    column = Column(StoredRows(dataset, room), "angles", *span)
+    written = WRITTEN["angles"][slice(*span)]
+    assert column.shape == written.shape
+    found = column[start:stop]
+    assert found.shape == written[start:stop].shape
+    assert np.array_equal(found, written[start:stop])

@@ -44,6 +44,22 @@ def test_a_worked_finger_weakens_and_carries_it_to_the_next_trial() -> None:
     assert (Finger().next_trial(state, context).fitness == 1.0).all()
 
 
+@given(start=st.floats(0.2, 1.0), share=st.floats(-3.0, 4.0), duration_s=st.floats(0.0, 600.0))
+@settings(max_examples=50, deadline=None)
+def test_a_muscle_works_no_harder_than_with_all_its_fibres_and_no_less_than_at_rest(
+    start: float, share: float, duration_s: float
+) -> None:
+    """A linear recruitment curve has no end: pulses beyond full scale, or below 0, tire like those at it."""
+    finger = Finger(fatigue=Fatigue(), recruitment_curve="linear", full_scale_us=500.0, delay_ms=0.0)
+    fitness = []
+    for width in (share, min(max(share, 0.0), 1.0)):
+        recruited = finger.recruited(np.tile([0.05, 500e-6 * width], (4, 1)))
+        fitness.append(finger.fatigue.after(np.full(4, start), recruited, duration_s))
+    np.testing.assert_allclose(*fitness, rtol=1e-12)
+    assert (fitness[0] >= 0.2 * (1.0 - 1e-12)).all()
+    assert (fitness[0] <= 1.0 + 1e-12).all()
+
+
 @pytest.mark.parametrize("change", [{"floor": 1.5}, {"fatigue_s": 0.0}, {"recovery_s": -1.0},
                                     {"frequency_hz": 120.0}, {"rest_between_trials_s": -1.0}])
 def test_bad_parameters_are_named(change: dict) -> None:

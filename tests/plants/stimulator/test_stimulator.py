@@ -18,9 +18,9 @@ from fesloop.loop.signals import NEVER, Port, Sample
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
 from plants.electrodes import Electrodes
-from plants.stimulator import Stimulator
+from plants.stimulator import Stimulator, generations
 from plants.stimulator.channels import VirtualElectrode
-from plants.stimulator.generations import PRESETS, given_pulse
+from plants.stimulator.generations import PRESETS, Limits, given_pulse
 
 ELEMENTS, CHARGE, CHARGE_RATE, ELEMENT_CHARGE, ELEMENT_CHARGE_RATE = range(5)
 
@@ -135,6 +135,33 @@ def test_a_given_pulse_is_in_range_on_the_steps_and_within_the_limits(current, w
     if not cut:
         assert abs(given_current - current) <= 1e-3 * (1.0 + 1e-8)
         assert abs(given_width - width) <= 0.5e-6 * (1.0 + 1e-8)
+
+
+@settings(deadline=None, max_examples=400)
+@given(st.floats(1.0, 150.0), st.floats(0.1, 3.0), st.floats(300.0, 5e3), st.floats(30.0, 800.0),
+       st.floats(0.3, 7.0), st.floats(0.5, 70.0), st.floats(1.0, 300.0), st.floats(50.0, 2000.0))
+def test_a_limit_between_two_steps_is_met_by_the_one_below(
+    most_ma, step_ma, load, most_us, step_us, charge_uc, wish_ma, wish_us
+):
+    """What a limit cuts is within it, and one step more would not be."""
+    limits = Limits(1e-3 * most_ma, 1e-3 * step_ma, 150.0 / load, 20e-6, 1e-6 * most_us, 1e-6 * step_us,
+                    1e-6 * charge_uc)
+    slack = 1.0 + 1e-8
+    for never_more in (False, True):
+        current, width, cut = given_pulse(limits, 1e-3 * wish_ma, 1e-6 * wish_us, never_more=never_more)
+        if current == 0.0:
+            continue
+        most_a = min(1e-3 * most_ma, 150.0 / load)
+        most_s = min(1e-6 * most_us, 1e-6 * charge_uc / current, 0.3 / (2.0 * 500.0 * current**2))
+        assert current <= most_a * slack
+        assert width <= most_s * slack
+        if cut & (generations.CURRENT | generations.VOLTAGE):
+            assert (current + 1e-3 * step_ma) * slack > most_a
+        if cut & (generations.WIDTH | generations.CHARGE | generations.ENERGY):
+            assert (width + 1e-6 * step_us) * slack > most_s
+        if never_more:
+            assert current <= 1e-3 * wish_ma * slack
+            assert width <= 1e-6 * wish_us * slack
 
 
 @pytest.mark.parametrize(("preset", "step"), [
