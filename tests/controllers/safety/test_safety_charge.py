@@ -102,13 +102,14 @@ def test_a_ramp_that_a_budget_has_cut_stays_below_the_cut_to_the_bit():
 
 
 def test_each_fault_has_a_ramp_of_its_own_and_is_reported_anew():
+    """The first of them, at t = 0, has nothing to ramp down."""
     safety, tick = Safety(channels=1, **WIDE, ramp_ms=100.0), Tick()
     state, widths = safety.init(CONTEXT), []
-    for k, sound in enumerate((1, 0, 0, 1, 1, 0, 0, 0, 0, 0)):
+    for k, sound in enumerate((0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 0)):
         wanted = np.array([[0.02, 4e-4 if sound else np.nan]])
         widths.append(1e6 * stepped(safety, state, k, 25 * k * MS, wanted, tick)[0, 1])
-    np.testing.assert_allclose(widths, [400, 400, 300, 400, 400, 400, 300, 200, 100, 0], atol=1e-6)
-    assert [status for status, _ in tick.reports] == ["non_finite"] * 2
+    np.testing.assert_allclose(widths, [0, 400, 400, 300, 400, 400, 400, 300, 200, 100, 0], atol=1e-6)
+    assert [status for status, _ in tick.reports] == ["non_finite"] * 3
 
 
 @pytest.mark.parametrize("wish", [(0.02, 0.0), (0.0, 3e-4), (-0.02, 3e-4), (0.02, -3e-4), (-0.02, -3e-4)])
