@@ -145,21 +145,38 @@ def test_the_process_ends_with_one_that_is_killed(small2, tmp_path, misdeed):
     fmu = small2("AT_S=0.5", f"MISDEED={misdeed}")
     script = tmp_path / "script.py"
     script.write_text(f"""
+import itertools
 from fesloop.loop.block import Context
 from plants.fmu import Fmu
 plant = Fmu(path={str(fmu)!r}, step_rate="100", probe_timeout_s=4, step_timeout_s=3600)
 state = plant.init(Context("plant"))
-print(state.running._process._process.pid, flush=True)
-while True:
+for step in itertools.count():
+    if step == 50:
+        print(state.running._process._process.pid, flush=True)
     plant.advance(state, [1.0], 0, 0)
 """)
     with subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True,
                           env={**os.environ, "PYTHONPATH": ":".join(sys.path)}) as parent:
         pid = int(parent.stdout.readline())
-        assert not has_ended(pid)
+        busy = worked_s(pid) + 0.2
+        wait(lambda: worked_s(pid) > busy)
         parent.send_signal(signal.SIGKILL)
+    try:
+        wait(lambda: has_ended(pid))
+    finally:
+        if not has_ended(pid):
+            os.kill(pid, signal.SIGKILL)
+
+
+def worked_s(pid):
+    """Processor time of a process."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return int(fields[11]) / os.sysconf("SC_CLK_TCK")
+
+
+def wait(holds):
     deadline = time.monotonic() + 20
-    while not has_ended(pid):
+    while not holds():
         assert time.monotonic() < deadline
         time.sleep(0.02)
 
