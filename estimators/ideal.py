@@ -15,6 +15,7 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.noise import NoiseStream
+from fesloop.loop.passages import Passage
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.models.linear_form import SampledForm, memoryless, uncovered
 
@@ -104,6 +105,13 @@ class IdealTracker:
             _per_joint(name, getattr(self, name), self.joints, signed=True)
             for name in ("bias_deg", "drift_deg_s", "noise_deg", "walk_deg")])
         return IdealState(context.noise(2 * self.joints), errors, np.zeros(self.joints))
+
+    def passages(self, context: Context) -> tuple[Passage, ...]:
+        """The delay, which no stamp shows; that of the first truth, put out until others are due, too."""
+        delay_ns = duration_ns(self.delay_ms, NS_PER_MS, "delay_ms")
+        if not delay_ns:
+            return ()
+        return (Passage(inputs=("angles",), delay_ns=delay_ns, since="read", delay="delay, in whole ticks"),)
 
     def linear_form(self, context: Context) -> SampledForm:
         """The truth with white noise, through a line of ticks where there is a delay.

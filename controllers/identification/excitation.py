@@ -16,6 +16,7 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns
 from fesloop.loop.noise import NoiseStream
+from fesloop.loop.passages import Passage
 from fesloop.loop.signals import Port, Sample, Value
 
 Array = NDArray[np.float64]
@@ -145,6 +146,12 @@ class Excitation:
         """`measured`, where something follows from it."""
         looks = self.current_search or self.answer_deg
         return (Port("measured", (self.measured or None,), "rad"),) if looks else ()
+
+    def passages(self, context: Context) -> tuple[Passage, ...]:
+        """A search for currents ends as soon as something moves; answers count when all stairs are over."""
+        if self.current_search:
+            return ()
+        return (Passage(inputs=("measured",), later="once its stairs are over"),)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Excitation:
         """For what is wired in; raises InputError for what is no vector."""

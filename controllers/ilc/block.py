@@ -26,6 +26,7 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.loop.guard import is_finite
+from fesloop.loop.passages import Passage
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.status import StatusLatch
 from fesloop.loop.surroundings import Surroundings
@@ -156,6 +157,10 @@ class Ilc:
     def outputs(self) -> tuple[Port, ...]:
         """`stimulation`."""
         return (Port("stimulation", (self.model.inputs, 2), "A,s"),)
+
+    def passages(self, context: Context) -> tuple[Passage, ...]:
+        """What is read is learnt from; the drives of a trial stand before it begins."""
+        return (Passage(inputs=tuple(port.name for port in self.inputs), later="in the next trial"),)
 
     def allocation(self) -> Allocation:
         """How drives become pulses."""

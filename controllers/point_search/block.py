@@ -22,6 +22,7 @@ from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns
 from fesloop.loop.guard import is_finite
 from fesloop.loop.noise import stream_key
+from fesloop.loop.passages import Passage
 from fesloop.loop.signals import Port, Sample, Value
 
 Array = NDArray[np.float64]
@@ -89,6 +90,10 @@ class PointSearch:
                 Port("query", (), "1", -1.0), Port("phase", (), "1"), Port("quality", (), "1"),
                 Port("best_quality", (), "1"), Port("best_stimulation", (2,), "A,s"),
                 Port("best_multiplexing", (count,), "1"))
+
+    def passages(self, context: Context) -> tuple[Passage, ...]:
+        """What is read counts when all that the query did is known."""
+        return (Passage(inputs=("angles", "angle_sd"), later="once its query is over"),)
 
     def init(self, context: Context) -> PointSearchState:
         """Nothing asked yet."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
+from dataclasses import replace
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +19,7 @@ from fesloop.experiment.files.patients import describe
 from fesloop.experiment.running.rehearsal import without_stand_in
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS
-from fesloop.loop.latency import LatencyReport, PathLatency
+from fesloop.loop.latency import MEANING, LatencyReport, PathLatency, StageSummary
 from fesloop.loop.realtime import is_live
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node
@@ -43,7 +45,11 @@ def execute(args: Namespace) -> int:
     if cautions:
         print()
         print_table("Cautions", ("node", "status", "detail"), cautions, sys.stdout)
-    for title, stages in _budgets(report):
+    budgets = _budgets(report)
+    if budgets:
+        print()
+        print(fill(MEANING, 120))
+    for title, stages in budgets:
         print()
         print_table(title, ("stage, ms", "min", "mean", "max"), stages, sys.stdout)
     _print_theory(theory)
@@ -110,13 +116,17 @@ def _cautions(experiment: Experiment) -> list[tuple[str, str, str]]:
 
 def _budgets(report: LatencyReport) -> list[tuple[str, list[tuple[str, ...]]]]:
     """Title and rows a way through the loop; ways of several signals that take the same time are one."""
-    budgets: dict[tuple[str, tuple[tuple[str, ...], ...]], list[str]] = {}
+    onward: dict[tuple[Any, ...], list[str]] = {}
     for path in report.paths:
-        source, _, way = path.name.partition(" -> ")
-        sources = budgets.setdefault((way, tuple(_stage_rows(path))), [])
-        if source not in sources:
-            sources.append(source)
-    return [(f"{', '.join(sources)} -> {way}", list(rows)) for (way, rows), sources in budgets.items()]
+        source, *through, target = path.name.split(" -> ")
+        targets = onward.setdefault((source, *through, path.later, tuple(_stage_rows(path))), [])
+        targets += [] if target in targets else [target]
+    budgets: dict[tuple[Any, ...], list[str]] = {}
+    for (source, *way), targets in onward.items():
+        budgets.setdefault((*way, tuple(targets)), []).append(source)
+    return [(" -> ".join([", ".join(sources), *through, ", ".join(targets)])
+             + (f"; {later}" if later else ""), list(rows))
+            for (*through, later, rows, targets), sources in budgets.items()]
 
 
 def _table(experiment: Experiment, report: LatencyReport) -> dict[str, Any]:
@@ -128,10 +138,16 @@ def _table(experiment: Experiment, report: LatencyReport) -> dict[str, Any]:
         "document": experiment.document(),
         "cautions": [{"node": node, "status": status, "detail": detail}
                      for node, status, detail in _cautions(experiment)],
-        "latency": [{"path": path.name, "stages": [
-            {"stage": s.name, "min_ms": s.least_ns / NS_PER_MS, "mean_ms": s.mean_ns / NS_PER_MS,
-             "max_ms": s.most_ns / NS_PER_MS} for s in path.summary()]} for path in report.paths],
+        "latency": [{"path": path.name, "later": path.later,
+                     "stages": [_stage(stage) for stage in path.summary()],
+                     "lanes": [_stage(lane) for lane in path.by_lane()]}
+                    for path in report.paths],
     }
+
+
+def _stage(stage: StageSummary) -> dict[str, Any]:
+    return {"stage": stage.name, "min_ms": stage.least_ns / NS_PER_MS, "mean_ms": stage.mean_ns / NS_PER_MS,
+            "max_ms": stage.most_ns / NS_PER_MS}
 
 
 def _print_wiring(experiment: Experiment) -> None:
@@ -163,6 +179,8 @@ def _wire_row(wire: Wire) -> tuple[str, str, str, str]:
 
 
 def _stage_rows(path: PathLatency) -> list[tuple[str, ...]]:
-    """The stages that take any time, and the total."""
+    """The stages that take any time, the total, and that of each lane where there are several."""
+    stages = [stage for stage in path.summary() if stage.most_ns or stage.name == "total"]
+    stages += [replace(lane, name=f"total, {lane.name}") for lane in path.by_lane()]
     return [(stage.name, *(f"{ns / NS_PER_MS:.3f}" for ns in (stage.least_ns, stage.mean_ns, stage.most_ns)))
-            for stage in path.summary() if stage.most_ns or stage.name == "total"]
+            for stage in stages]

@@ -64,6 +64,15 @@ class Timeline:
             self._steps[span] = self._found_within(start_ns, stop_ns)
         return self._steps[span]
 
+    def first_step(self, time_ns: int) -> int | None:
+        """First executed tick at or after `time_ns`; None if there is none within 60 s."""
+        index = self.clock.first_at_or_after(time_ns)
+        while self.clock.tick(index) < min(time_ns + LOST_AFTER_NS, FOREVER):
+            if self.left_ns(index) is not None:
+                return index
+            index += 1
+        return None
+
     def _found_within(self, start_ns: int, stop_ns: int) -> tuple[int, int] | None:
         first = last = None
         index = self.clock.first_at_or_after(start_ns)
@@ -168,6 +177,13 @@ class Transit:
             if arrival is not None and arrival <= time_ns:
                 return arrival, index
         raise AssertionError("a message that was read must have arrived")
+
+    def newest_at(self, time_ns: int, first: int) -> tuple[int, int]:
+        """(arrival, number) of the newest of messages `first` and later that has arrived by `time_ns`."""
+        last = first
+        while self._sender.clock.tick(last + 1) <= time_ns:
+            last += 1
+        return self.held_at(time_ns, first, last)
 
 
 class Traffic:

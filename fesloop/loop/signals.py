@@ -30,7 +30,7 @@ class Port:
     gaps: an output that may hold NaN: the sample of one sensor of several was lost, and whoever reads it
         is told so by the NaN itself. Infinite values are replaced as everywhere.
     every: an input of which no message may go unread, such as pulses: its block must step as often as its
-        source puts them out.
+        source puts them out, and what a pulse does lasts until the next of its train.
     """
 
     name: str

@@ -31,8 +31,8 @@ class Surroundings:
 
     Attributes
     ----------
-    loop_ns: of the slowest way from a plant output through the block to a plant input, the least time from
-        capture to effect; 0 where no way leads through it.
+    loop_ns: of the slowest way from a plant output through the block to a plant input (each channel of a
+        stimulator is one), the least time from capture to effect; 0 where no way leads through it.
     way: that way, in words.
     coming: by input port, all that a block without inputs puts out on it over a trial, stacked along a
         first axis; not there for ports wired otherwise.
@@ -57,7 +57,8 @@ def faults_in_place(wiring: Wiring, duration_ns: int) -> list[InputError]:
 
 def _of(wiring: Wiring, node: Node, duration_ns: int) -> Surroundings:
     report = LatencyReport(wiring, horizon_ns=min(duration_ns, _LATENCY_HORIZON_NS), through=node)
-    ways = [(least_ns, path.name) for path in report.paths if (least_ns := path.least_ns()) is not None]
+    ways = [(least_ns, f"{path.name}, {name}" if name else path.name) for path in report.paths
+            for lane, name in enumerate(path.lanes) if (least_ns := path.least_ns(lane)) is not None]
     loop_ns, way = max(ways, default=(0, ""))
     coming = {node.part.inputs[connection.target_port].name: _put_out(wiring, connection.source,
                                                                        connection.source_port, duration_ns)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fesloop.errors import InputError, did_you_mean
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, RateClock, duration_ns, parse_rate
+from fesloop.loop.passages import Passage
 from fesloop.loop.signals import Port, Sample, Value
 from plants.checks import require_positive
 from plants.stimulator.channels import VirtualElectrode, multiplexing
@@ -142,6 +143,19 @@ class Stimulator:
         return (Port("elements", (self.elements, 3), "A,s,Hz"), Port("charge", (channels,), "C"),
                 Port("charge_rate", (channels,), "C/s"), Port("element_charge", (self.elements,), "C"),
                 Port("element_charge_rate", (self.elements,), "C/s"))
+
+    def passages(self, context: Context) -> tuple[Passage, ...]:
+        """The device's latency, and the wait of each channel for its slot; charges stay until its next."""
+        pulses = "elements"
+        charges = tuple(port.name for port in self.outputs if port.name != pulses)
+        latency_ns = duration_ns(self.latency_ms or 0.0, NS_PER_MS, "stimulator.latency_ms")
+        channels = tuple(f"channel {channel}" for channel in range(self.channels))
+        return tuple(
+            Passage(inputs=(given,), outputs=outputs, delay_ns=delay_ns, delay="latency of the device",
+                    lanes=channels, slots=PRESETS[self.preset].channels, turn="wait for the channel's slot",
+                    holds=outputs is charges)
+            for given, delay_ns in (("stimulation", latency_ns), ("multiplexing", 0))
+            for outputs in ((pulses,), charges))
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Stimulator:
         """For the number of channels that is wired in; raises InputError where the device has fewer."""

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
-from fesloop.loop.latency import LatencyReport, PathLatency, StageSummary
-from fesloop.loop.wire import Wire
+from fesloop.loop.latency import MEANING, LatencyReport, PathLatency, StageSummary
 from fesloop.report.parts import Drawing, Fold, Notice, Paragraph, Part, Section, Table
 from fesloop.report.run import svg
 from fesloop.report.run.known import Known
@@ -20,8 +19,23 @@ _HORIZON_NS = 10 * NS_PER_S
 """Of the run that stages are averaged over, as `fesloop check` does."""
 _WIDE, _LEFT, _ROW, _BAR = 440.0, 8.0, 34.0, 10.0
 _MOST_STAGES = 24
-Way = tuple[str, tuple[StageSummary, ...]]
-"""Its name, and its stages that take any time, the total last."""
+Stages = tuple[StageSummary, ...]
+
+
+class Way(NamedTuple):
+    """A way from the patient to the patient.
+
+    Attributes
+    ----------
+    name: whom it leads through.
+    stages: those that take any time, the total last.
+    lanes: total of each channel, where there are several.
+    """
+
+    name: str
+    stages: Stages
+    lanes: Stages = ()
+
 
 
 def latency_section(known: Known) -> Section:
@@ -38,41 +52,39 @@ def latency_section(known: Known) -> Section:
 
 def _ways(paths: Sequence[PathLatency]) -> list[Way]:
     """Every way through a block on which a sample acts; those that take the same time are one."""
-    found: dict[tuple[tuple[str, ...], tuple[StageSummary, ...]], list[str]] = {}
-    known: dict[tuple[tuple[str, str, Wire], ...], tuple[StageSummary, ...]] = {}
+    found: dict[tuple[tuple[str, ...], str, Stages, Stages], list[str]] = {}
     for path in paths:
         through = tuple(connection.target.name for connection in path.connections)
-        key = tuple((connection.source.name, connection.target.name, _timing(connection.wire))
-                    for connection in path.connections)
-        if key not in known:
-            known[key] = tuple(stage for stage in path.summary() if stage.most_ns or stage.name == "total")
-        stages = known[key]
+        stages = tuple(stage for stage in path.summary() if stage.most_ns or stage.name == "total")
         if len(through) > 1 and stages:
-            sources = found.setdefault((through, stages), [])
+            sources = found.setdefault((through, path.later, stages, path.by_lane()), [])
             sources += [] if (name := path.connections[0].source.name) in sources else [name]
-    return [(" → ".join([", ".join(sources), *through]), stages)
-            for (through, stages), sources in found.items()]
-
-
-def _timing(wire: Wire) -> Wire:
-    """What of a wire decides when its messages arrive: its name too, where chance has a part in it."""
-    plain = wire.jitter.kind == "zero" and not wire.loss
-    return replace(wire, source="a.wire", target="a.wire") if plain else wire
+    return [Way(" → ".join([", ".join(sources), *through]) + (f"; {later}" if later else ""), stages, lanes)
+            for (through, later, stages, lanes), sources in found.items()]
 
 
 def _budget(known: Known, ways: Sequence[Way]) -> Iterator[Part]:
     if not ways:
         yield Paragraph(text="No way leads from the patient through blocks back to the patient.")
         return
-    yield Paragraph(text="From the instant that a sensor captures to the instant that the patient is acted "
-                         "on, computed from the wiring. A bar is the mean, the thin line goes from the least "
-                         "to the greatest.")
+    yield Paragraph(text=f"{MEANING} Computed from the wiring. A bar is the mean, the thin line goes from "
+                         "the least to the greatest.")
     first = _foremost(known, ways)
-    drawings = [Drawing(key=f"latency-{number}", title=name, svg=_time_line(stages), text=_in_words(stages))
-                for number, (name, stages) in enumerate([first, *(way for way in ways if way is not first)])]
-    yield drawings[0]
+    drawings = [[Drawing(key=f"latency-{number}", title=way.name, svg=_time_line(way.stages),
+                         text=_in_words(way.stages)), *_lane_table(way)]
+                for number, way in enumerate([first, *(way for way in ways if way is not first)])]
+    yield from drawings[0]
     if drawings[1:]:
-        yield Fold(title=f"{len(drawings) - 1} more ways", parts=drawings[1:])
+        yield Fold(title=f"{len(drawings) - 1} more ways",
+                   parts=[part for way in drawings[1:] for part in way])
+
+
+def _lane_table(way: Way) -> Iterator[Part]:
+    """The total by channel."""
+    if way.lanes:
+        yield Table(title="The same by channel, ms", columns=["channel", "least", "mean", "greatest"],
+                    rows=[[lane.name, _ms(lane.least_ns), _ms(lane.mean_ns), _ms(lane.most_ns)]
+                          for lane in way.lanes])
 
 
 def _foremost(known: Known, ways: Sequence[Way]) -> Way:
@@ -152,8 +164,8 @@ def _ages(known: Known) -> Iterator[Part]:
             rows.append([name, str(ages.size), *(told(float(value)) for value in
                                                  (ages.min(), *np.percentile(ages, (50, 99)), ages.max()))])
     if rows:
-        yield Table(title="In the run: age of the oldest capture behind each value that left, ms", rows=rows,
-                    columns=["signal", "values", "least", "median", "99 %", "greatest"])
+        yield Table(title="In the run: age of the oldest capture behind each value as it left its block, ms",
+                    rows=rows, columns=["signal", "values", "least", "median", "99 %", "greatest"])
 
 
 def _age_ms(known: Known, name: str) -> np.ndarray:

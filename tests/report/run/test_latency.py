@@ -1,11 +1,16 @@
 """The budget on the page is that of the wiring; ages are those of the recording."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import fesloop
+from fesloop.cli import main
 from fesloop.experiment.recording.reading import Recording
+from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.latency import LatencyReport
 from fesloop.report.parts import Drawing, Notice, Table
 from fesloop.report.run import latency
 from fesloop.report.run.known import known_of
@@ -20,7 +25,8 @@ def section(learning):
 
 def test_the_foremost_way_is_through_the_tracker_and_adds_up(section):
     first = next(part for part in section.parts if isinstance(part, Drawing))
-    assert first.title == "patient → imus → tracker → controller → safety → patient"
+    assert first.title == ("patient → imus → tracker → controller → safety → patient; "
+                           "controller acts on it in the next trial")
     # The file gives 20 ms to the controller and 5 ms to the patient; all blocks tick together.
     assert "tracker.angles → controller.measured: 20 ms" in first.svg
     assert "total: 25 ms" in first.svg
@@ -41,6 +47,24 @@ def test_where_it_cannot_be_computed_it_says_why(learning):
     with Recording(learning) as recording:
         section = latency_section(replace(known_of(recording), experiment=None, not_resolved="no such kind"))
     assert any(isinstance(part, Notice) and "cannot be computed" in part.text for part in section.parts)
+
+
+def test_page_check_and_budget_say_the_same_of_each_channel(capsys):
+    """Between capture and pulse lie 10 ms of radio, 0 or 5 for a tick, 1 in the device, and the slots."""
+    assert main(["check", "grasp_mpc", "--json"]) == 0
+    checked = next(way for way in json.loads(capsys.readouterr().out)["latency"]
+                   if "-> synergies -> controller -> grip ->" in way["path"])
+    by_channel = {lane["stage"]: (lane["min_ms"], lane["max_ms"]) for lane in checked["lanes"]}
+    slots_ms = [3.125 * slot for slot in (8, 1, 2, 3, 4, 5, 6, 7)]
+    assert by_channel == {f"channel {c}": (10.0 + slots_ms[c], 15.0 + slots_ms[c]) for c in range(8)}
+    total = checked["stages"][-1]
+    assert (total["min_ms"], total["max_ms"]) == (13.125, 40.0)
+    report = LatencyReport(fesloop.load("grasp_mpc").wiring, horizon_ns=NS_PER_S)
+    way = next(way for way in latency._ways(report.paths) if "synergies → controller → grip" in way.name)
+    assert latency._in_words(way.stages).endswith("total 13.1 to 40 ms, mean 26.6")
+    (table,) = latency._lane_table(way)
+    assert table.rows[0] == ["channel 0", "35", "37.5", "40"]
+    assert len(table.rows) == 8
 
 
 @pytest.mark.parametrize(("time_ns", "text"), [
