@@ -1,7 +1,7 @@
 """Samples of several rates in rows of one: found by where numbers are missing, held where a layout says so.
 
-A sensor that loses samples loses all its kinds at once, at irregular rows. A kind that is missing while others
-of the same sensor are there, row after row, or at regular rows, has a rate of its own.
+A sensor that loses samples loses all its kinds at once, at irregular rows. A kind that is missing while
+others of the same sensor are there, row after row, or at regular rows, has a rate of its own.
 """
 
 from __future__ import annotations
@@ -17,21 +17,24 @@ from fesloop.streams.recording import MotionRecording
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-_REGULAR_STRETCHES, _REGULAR_SHARE = 20, 0.95
-"""How many stretches without a sample, and which share of them of one length or one more, are no chance."""
-_ALONE_STRETCHES, _ALONE_SHARE = 8, 0.2
-"""How many stretches, and which share of a sensor's rows, one kind may lack while others are there (chosen)."""
+_STRETCHES = 20
+"""Stretches without a sample from which on a rate can be told from losses (chosen)."""
+_REGULAR = 0.95
+"""Which share of stretches of one length, or one more, is no chance (chosen)."""
+_ALONE = 0.35
+"""Which share of a sensor's rows one kind may lack while others are there (chosen: of two rates without
+common rows, one lacks half or more)."""
 
 
 def require_one_rate(recording: MotionRecording) -> None:
-    """Raise InputError where a kind of samples of a sensor has another rate than the rows of the recording."""
+    """Raise InputError where a kind of samples of a sensor has another rate than the recording's rows."""
     kinds: dict[str, Array] = {"gyr": recording.gyr, "acc": recording.acc}
     if recording.mag is not None:
         kinds["mag"] = recording.mag
-    there = {name: np.isfinite(values).all(axis=2) for name, values in kinds.items()}
+    there = {name: np.asarray(np.isfinite(values).all(axis=2)) for name, values in kinds.items()}
     if all(flags.all() for flags in there.values()):
         return
-    any_there = np.any(list(there.values()), axis=0)
+    any_there = np.asarray(np.any(list(there.values()), axis=0))
     for number, sensor in enumerate(recording.sensors):
         for kind, flags in there.items():
             if _has_own_rate(flags[:, number], any_there[:, number]):
@@ -41,10 +44,11 @@ def require_one_rate(recording: MotionRecording) -> None:
 def _has_own_rate(there: Flags, sensor_there: Flags) -> bool:
     """Whether rows (n,) with a sample of a kind are of another rate than all rows."""
     missing, filled = _stretches(there)
-    if missing.size >= _REGULAR_STRETCHES and _is_regular(missing) and _is_regular(filled):
-        return True
+    if missing.size < _STRETCHES:
+        return False
     alone = sensor_there & ~there
-    return bool(missing.size >= _ALONE_STRETCHES and alone.sum() > _ALONE_SHARE * sensor_there.sum())
+    regular = _is_regular(missing) and _is_regular(filled)
+    return bool(regular or alone.sum() > _ALONE * sensor_there.sum())
 
 
 def _stretches(there: Flags) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -59,18 +63,19 @@ def _is_regular(lengths: NDArray[np.int64]) -> bool:
     """Whether lengths are one number, or that and the next, as of two rates in one table."""
     counts = np.bincount(lengths)
     pairs = counts + np.append(counts[1:], 0)
-    return bool(pairs.max() >= _REGULAR_SHARE * lengths.size)
+    return bool(pairs.max() >= _REGULAR * lengths.size)
 
 
 def _refusal(where: str, kind: str, there: Flags) -> InputError:
     rows = np.diff(np.flatnonzero(there))
     usual = int(np.median(rows)) if rows.size else 0
-    whole = usual > 1 and (rows == usual).mean() >= _REGULAR_SHARE
+    whole = usual > 1 and (rows == usual).mean() >= _REGULAR
     how = f", usually every {_ordinal(usual)}" if whole else ""
-    remedy = ("say so in a layout, `every = {" + f"{kind} = {usual}" + "}`: each value then holds until the next"
+    remedy = (f"say so in a layout, `every = {{{kind} = {usual}}}`: each value then holds until the next"
               if whole else "give a table of one rate, with the rows of one kind alone")
-    return InputError(where, f"is there in {int(there.sum())} of {there.size} rows{how}: it has a rate of its "
-                      "own, and nothing is resampled unasked", "a sample of each kind in every row", remedy)
+    return InputError(where, f"is there in {int(there.sum())} of {there.size} rows{how}: it has a rate of "
+                      "its own, and nothing is resampled unasked",
+                      "a sample of each kind in every row", remedy)
 
 
 def _ordinal(number: int) -> str:
