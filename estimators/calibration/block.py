@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, cast
 
 import numba
@@ -32,7 +32,7 @@ from fesloop.errors import InputError, did_you_mean
 from fesloop.hand.kinematics_kernels import turned
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns
-from fesloop.loop.signals import NEVER, Port, Sample, Value
+from fesloop.loop.signals import NEVER, Port, Sample, Sensors, Value
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -111,6 +111,7 @@ class SegmentCalibration:
     axes: tuple[Vector, ...] = ()
     limits: PoseLimits = USUAL_LIMITS
     sensed: tuple[str, ...] = ()
+    _sensors: Sensors | None = field(init=False, repr=False, compare=False, default=None)
 
     def __post_init__(self) -> None:
         if self.sensors < 0:
@@ -143,8 +144,14 @@ class SegmentCalibration:
     def outputs(self) -> tuple[Port, ...]:
         """gyr, acc and mag, in the segments' frames."""
         shape = (self.sensors or None, 3)
-        return (Port("gyr", shape, "rad/s", gaps=True), Port("acc", shape, "m/s^2", gaps=True),
-                Port("mag", shape, "T", gaps=True))
+        return tuple(Port(name, shape, unit, gaps=True, sensors=self._sensors)
+                     for name, unit in (("gyr", "rad/s"), ("acc", "m/s^2"), ("mag", "T")))
+
+    def with_sensors(self, sources: Mapping[str, Sensors]) -> SegmentCalibration:
+        """The same, which hands on whose samples they are."""
+        told = replace(self)
+        object.__setattr__(told, "_sensors", next(iter(sources.values())))
+        return told
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SegmentCalibration:
         """The same for the number of sensors wired to it."""

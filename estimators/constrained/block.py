@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from estimators.body.alignment import ALIGNED_PORT, aligned_value
 from estimators.body.body import Body, body_of, posture_ports
 from estimators.body.joint_constraints import CHAIN5, Joint, JointTable, body_table, joint_table
+from estimators.body.worn_sensors import stated_by, worn_as_stated
 from estimators.calibration.initial_pose import known_angles
 from estimators.constrained.beginning import Hypotheses, Unknown
 from estimators.constrained.fingertips import fingertip_posture, moving_joints
@@ -27,7 +28,7 @@ from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.segments import Segment
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, RateClock, StampClock, duration_ns
-from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.signals import Port, Sample, Sensors, Value
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -186,6 +187,10 @@ class ConstrainedTracker:
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> ConstrainedTracker:
         """The same tracker for the number of sensors wired to it."""
         return replace(self, sensors=shapes["gyr"][0])
+
+    def with_sensors(self, sources: Mapping[str, Sensors]) -> ConstrainedTracker:
+        """The same tracker, its sensors on the segments that their source states; see `worn_as_stated`."""
+        return worn_as_stated(self, stated_by(sources))
 
     def init(self, context: Context) -> ConstrainedState:
         """Nothing known of any joint."""

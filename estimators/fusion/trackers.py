@@ -20,13 +20,14 @@ from estimators.body.joint_angles import (
     resolve_pairs,
     turned_angle,
 )
+from estimators.body.worn_sensors import stated_by, stated_pairs
 from estimators.fusion.vqf_bank import VqfBank
 from estimators.samples.arrivals import Arrivals
 from fesloop.errors import InputError
 from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, RateClock, StampClock, duration_ns
-from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.signals import Port, Sample, Sensors, Value
 
 Array = NDArray[np.float64]
 
@@ -76,7 +77,8 @@ class VqfTracker:
     Attributes
     ----------
     sensors: n; 0 takes it from what is wired to `gyr`.
-    pairs: (parent, child) sensors of each joint; empty: each sensor and the next.
+    pairs: (parent, child) sensors of each joint; empty: those that the source of the samples states, such as
+        a recording, or where it tells nothing of its sensors each and the next.
     initial_angles_deg: flexion of each joint in the initial pose, abduction and pronation zero; None where
         it is not known: the headings are then left as the filters start them, each at zero.
     align_s: when the initial pose ends, s (S19 keeps it for 3 s or more; 0.5 s is chosen for plants that
@@ -122,6 +124,12 @@ class VqfTracker:
         """The same tracker for the number of sensors wired to it."""
         return replace(self, sensors=shapes["gyr"][0])
 
+    def with_sensors(self, sources: Mapping[str, Sensors]) -> VqfTracker:
+        """The same tracker for the pairs that the sensors' source states; see `stated_pairs`."""
+        stated = stated_by(sources)
+        return replace(self, pairs=stated_pairs(self.pairs, stated),
+                       sensors=self.sensors or len(stated.names))
+
     def init(self, context: Context) -> FusionState:
         """Filters at their start, headings unknown."""
         return _start(self, context, magnetometer=False, tauAcc=self.tau_acc_s)
@@ -153,7 +161,7 @@ class Vqf9Tracker:
     Attributes
     ----------
     sensors: n; 0 takes it from what is wired to `gyr`.
-    pairs: (parent, child) sensors of each joint; empty: each sensor and the next.
+    pairs: (parent, child) sensors of each joint, as of VqfTracker.
     tau_acc_s, tau_mag_s: time constants of the inclination and heading corrections, s (VQF's own defaults).
     gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, as of VqfTracker.
     """
@@ -185,6 +193,12 @@ class Vqf9Tracker:
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Vqf9Tracker:
         """The same tracker for the number of sensors wired to it."""
         return replace(self, sensors=shapes["gyr"][0])
+
+    def with_sensors(self, sources: Mapping[str, Sensors]) -> Vqf9Tracker:
+        """The same tracker for the pairs that the sensors' source states; see `stated_pairs`."""
+        stated = stated_by(sources)
+        return replace(self, pairs=stated_pairs(self.pairs, stated),
+                       sensors=self.sensors or len(stated.names))
 
     def init(self, context: Context) -> FusionState:
         """Filters at their start."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from estimators.body.alignment import ALIGNED_PORT, aligned_value
 from estimators.body.body import Body, body_of, posture_ports
+from estimators.body.worn_sensors import stated_by, worn_as_stated
 from estimators.kortier.chain import Filters, Gates, new_filters
 from estimators.kortier.navigation import HandFilter, HandGates, new_hands
 from estimators.kortier.samples import Moment, Trust, no_moment
@@ -23,7 +24,7 @@ from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.segments import Segment
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock, StampClock
-from fesloop.loop.signals import NEVER, Port, Sample, Value
+from fesloop.loop.signals import NEVER, Port, Sample, Sensors, Value
 
 _UNKNOWN = STANDARD_GRAVITY
 """Sd of an acceleration whose sample is missing, m/s^2 (chosen: a hand in motion, upright or not)."""
@@ -188,6 +189,10 @@ class KortierTracker:
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> KortierTracker:
         """The same tracker for the number of sensors wired to it."""
         return replace(self, sensors=shapes["gyr"][0])
+
+    def with_sensors(self, sources: Mapping[str, Sensors]) -> KortierTracker:
+        """The same tracker, its sensors on the segments that their source states; see `worn_as_stated`."""
+        return worn_as_stated(self, stated_by(sources))
 
     def init(self, context: Context) -> KortierState:
         """Filters at their initial pose, the hand's attitude unknown."""

@@ -32,6 +32,7 @@ from dataclasses import dataclass, field, replace
 
 from estimators.body.alignment import ALIGNED_PORT
 from estimators.body.body import Body, posture_ports
+from estimators.body.worn_sensors import stated_by, worn_as_stated
 from estimators.calibration.initial_pose import InitialPoseLimits
 from estimators.fusion.front_end import FrontEndName
 from estimators.salchow.fusion import track
@@ -40,7 +41,7 @@ from estimators.salchow.state import SalchowState, start
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.segments import Segment
 from fesloop.loop.block import Context, Tick
-from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.signals import Port, Sample, Sensors, Value
 
 _USUAL = HandSize()
 _USUAL_LIMITS = InitialPoseLimits()
@@ -104,6 +105,10 @@ class SalchowB:
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SalchowB:
         """The same tracker for the number of sensors wired to it."""
         return replace(self, sensors=shapes["gyr"][0])
+
+    def with_sensors(self, sources: Mapping[str, Sensors]) -> SalchowB:
+        """The same tracker, its sensors on the segments that their source states; see `worn_as_stated`."""
+        return worn_as_stated(self, stated_by(sources))
 
     def init(self, context: Context) -> SalchowState:
         """Filters at their start."""
@@ -176,6 +181,10 @@ class SalchowM1:
         """The same tracker for the number of sensors wired to it."""
         return replace(self, sensors=shapes["gyr"][0])
 
+    def with_sensors(self, sources: Mapping[str, Sensors]) -> SalchowM1:
+        """The same tracker, its sensors on the segments that their source states; see `worn_as_stated`."""
+        return worn_as_stated(self, stated_by(sources))
+
     def init(self, context: Context) -> SalchowState:
         """Filters at their start, the initial pose ahead."""
         return start(wired(self.body), method_of(self, magnetometer=True), context)
@@ -242,6 +251,10 @@ class SalchowM2:
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SalchowM2:
         """The same tracker for the number of sensors wired to it."""
         return replace(self, sensors=shapes["gyr"][0])
+
+    def with_sensors(self, sources: Mapping[str, Sensors]) -> SalchowM2:
+        """The same tracker, its sensors on the segments that their source states; see `worn_as_stated`."""
+        return worn_as_stated(self, stated_by(sources))
 
     def init(self, context: Context) -> SalchowState:
         """Filters at their start, the initial pose ahead."""

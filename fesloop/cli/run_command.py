@@ -20,7 +20,7 @@ from fesloop.experiment.running.trial import Result, run
 from fesloop.loop.realtime import Pacing
 
 _SHOWN = 10
-_GRAVE = ("_failed", "non_finite", "samples_missing")
+_GRAVE = ("_failed", "non_finite", "recording_incomplete")
 """Ends of statuses after which a run's figures are not what they seem."""
 _EXIT_CODES = {"done": 0, "failed": 1, "interrupted": 130}
 

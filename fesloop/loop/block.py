@@ -70,6 +70,7 @@ class Block(Protocol):
 
     Optional members: `clock` (a Clock of its own, where the wiring gives no rate), `resolve(shapes)` (a
     copy of the block for the shapes, by input name, of what is wired to its open-sized inputs),
+    `with_sensors(sources)` (a copy for the `Sensors`, by input name, whose samples are wired to it),
     `next_trial(state, context)` (the state that the next trial starts from, where it is not
     `init(context)`: a learning controller learns here), `close(state)` (a device lets go),
     `cautions(context)` ((status, detail) each: what its parameters give to fear, shown by `fesloop check`),

@@ -16,6 +16,24 @@ NEVER = -1
 
 
 @dataclass(frozen=True, slots=True)
+class Sensors:
+    """The sensors that the rows of a signal belong to.
+
+    Attributes
+    ----------
+    names: one a row.
+    pairs: (parent, child) rows of sensors on neighbouring segments; empty where it is not known.
+    """
+
+    names: tuple[str, ...]
+    pairs: tuple[tuple[int, int], ...] = ()
+
+    def pair_name(self, pair: tuple[int, int]) -> str:
+        """"parent-child"."""
+        return f"{self.names[pair[0]]}-{self.names[pair[1]]}"
+
+
+@dataclass(frozen=True, slots=True)
 class Port:
     """One input or output of a block or plant.
 
@@ -31,6 +49,8 @@ class Port:
         is told so by the NaN itself. Infinite values are replaced as everywhere.
     every: an input of which no message may go unread, such as pulses: its block must step as often as its
         source puts them out, and what a pulse does lasts until the next of its train.
+    sensors: of an output, whose samples its rows are; blocks that are wired to it can learn it
+        (`with_sensors`).
     """
 
     name: str
@@ -40,6 +60,7 @@ class Port:
     optional: bool = False
     gaps: bool = False
     every: bool = False
+    sensors: Sensors | None = None
 
     @property
     def resolved(self) -> bool:

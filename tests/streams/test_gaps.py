@@ -108,7 +108,7 @@ def test_every_format_plays_its_gaps_as_missing_samples_at_the_pace_of_the_other
     assert np.abs(np.diff(stamps) * rate - 1.0).max() <= 0.51
     assert abs(missing.sum() - sum(periods - 1.0 for _, periods in lost)) <= 0.5 * len(lost) + 1e-3
     assert told.count("gap") == len(lost)
-    assert told.count("samples_missing") == bool(lost)
+    assert told.count("recording_incomplete") == bool(lost)
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -134,8 +134,8 @@ def test_angles_after_a_gap_are_those_of_their_instants(tmp_path, capsys, form, 
     assert np.sqrt(np.mean(np.square(error))) < 1.0
     assert np.abs(error).max() < 3.0
     assert int(seen.newest_ns[-1]) == pytest.approx(times[-1] * 1e9, abs=1e6)
-    assert {"gap", "samples_missing", "lost_sample", "samples_sound"} <= set(told)
-    assert "1 gap" in told["samples_missing"]
+    assert {"gap", "recording_incomplete", "lost_sample", "samples_sound"} <= set(told)
+    assert "1 gap" in told["recording_incomplete"]
 
 
 def test_what_is_missing_is_told_by_import_check_run_and_report(tmp_path, capsys, monkeypatch):
@@ -172,7 +172,7 @@ def test_a_part_may_begin_after_a_gap_and_end_in_one(tmp_path):
     assert replay.start_ns == 3_000_000_000
     assert stamps[-1] == pytest.approx(4.0)
     assert np.isnan(gyr).all(axis=(1, 2)).sum() == 101
-    assert told == ["samples_missing", "gap"]
+    assert told == ["recording_incomplete", "gap"]
     stamps, gyr, told = put_out(Replay(**given_, duration_s=1.5))
     assert told == []
     assert not np.isnan(gyr).any()

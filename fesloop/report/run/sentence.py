@@ -45,7 +45,7 @@ def _findings(known: Known) -> Iterator[str]:
 def _missing(known: Known) -> Iterator[str]:
     """What recordings that were played lack, which every figure of such a run may rest on."""
     yield from dict.fromkeys(f"the recording played by `{event.where}` lacks samples: {event.detail}"
-                             for event in known.recording.events if event.status == "samples_missing")
+                             for event in known.recording.events if event.status == "recording_incomplete")
 
 
 def _tracking(known: Known) -> Iterator[str]:

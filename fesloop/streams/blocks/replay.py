@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, StampClock, duration_ns
-from fesloop.loop.signals import Port, Value
+from fesloop.loop.signals import Port, Sensors, Value
 from fesloop.streams.files import open_recording
 from fesloop.streams.labels import not_understood
 from fesloop.streams.missing import missing_text
@@ -30,7 +30,7 @@ class Replay:
     pace of the samples (`fesloop.streams.pace`), and all outputs are NaN.
 
     Status: with the first sample `channels_left_out`, of a file that has channels which are not understood,
-    and `samples_missing`, which says how much the recording lacks; `gap` at the start of each gap.
+    and `recording_incomplete`, which says how much the recording lacks; `gap` at the start of each gap.
 
     Attributes
     ----------
@@ -94,8 +94,11 @@ class Replay:
     def outputs(self) -> tuple[Port, ...]:
         """gyr, acc and, where there is one, mag."""
         shape = (len(self.source.sensors), 3)
-        ports = (Port("gyr", shape, "rad/s", gaps=True), Port("acc", shape, "m/s^2", gaps=True))
-        return ports if self.source.mag is None else (*ports, Port("mag", shape, "T", gaps=True))
+        sensors = Sensors(self.source.sensors, self.source.pairs)
+        ports = (Port("gyr", shape, "rad/s", gaps=True, sensors=sensors),
+                 Port("acc", shape, "m/s^2", gaps=True, sensors=sensors))
+        return ports if self.source.mag is None else (
+            *ports, Port("mag", shape, "T", gaps=True, sensors=sensors))
 
     def cautions(self, context: Context) -> tuple[tuple[str, str], ...]:
         """Channels that are left out, and samples that are missing."""
@@ -103,7 +106,7 @@ class Replay:
 
     def _told(self) -> tuple[tuple[str, str], ...]:
         told = (("channels_left_out", not_understood(self.source.left_out)),
-                ("samples_missing", self._missing))
+                ("recording_incomplete", self._missing))
         return tuple((status, detail) for status, detail in told if detail)
 
     def init(self, context: Context) -> None:
