@@ -279,3 +279,16 @@ def test_the_stages_of_a_known_stimulator():
     assert (path.summary()[-1].least_ns, path.summary()[-1].most_ns) == (3_125_000, 25_000_000)
     assert [(lane.name, lane.mean_ns) for lane in path.by_lane()] == [
         ("channel 0", 25e6), ("channel 1", 3.125e6), ("channel 2", 6.25e6)]
+
+
+def test_a_command_is_in_force_until_the_next_that_the_device_has_read_is():
+    """Of commands every 1 ms the slots, each 3.125 ms, read numbers 0, 3, 6; number 3 holds from 4 to 7 ms."""
+    nodes = [Node("command", Command(channels=3), rate="1000"),
+             Node("stimulator", Stimulator(preset="generation3", elements=6))]
+    wires = [Wire("plant.y", "command.u"), Wire("command.stimulation", "stimulator.stimulation"),
+             Wire("stimulator.elements", "plant.u")]
+    probe = Probe(shape=(6, 3), unit="A,s,Hz")
+    path = LatencyReport(Wiring([Node("plant", probe), *nodes], wires)).path("plant.y", "plant.u")
+    acts = [path.of_tick(3, channel) for channel in range(3)]
+    assert [latency and latency.acts_ns for latency in acts] == [None, None, 6_250_000]
+    assert first_acts(probe, nodes, wires, 0, 3 * NS_PER_MS)[2, 0] == 6_250_000
