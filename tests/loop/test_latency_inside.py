@@ -282,7 +282,7 @@ def test_the_stages_of_a_known_stimulator():
 
 
 def test_a_command_is_in_force_until_the_next_that_the_device_has_read_is():
-    """Of commands every 1 ms the slots, each 3.125 ms, read numbers 0, 3, 6; number 3 holds from 4 to 7 ms."""
+    """Of commands every 1 ms the slots, each 3.125 ms, read numbers 0, 3, 6: 3 is in force from 4 to 7 ms."""
     nodes = [Node("command", Command(channels=3), rate="1000"),
              Node("stimulator", Stimulator(preset="generation3", elements=6))]
     wires = [Wire("plant.y", "command.u"), Wire("command.stimulation", "stimulator.stimulation"),
