@@ -148,12 +148,12 @@ def allocation_of(controller: Allocating) -> Allocation:
 
 @numba.njit(cache=True)
 def normal_quantile(p: float) -> float:
-    """Inverse of the normal distribution function for p in (0, 1), to rounding.
+    """Inverse of the normal distribution function for p in (0, 1), to rounding; 1e-300 stands for all below.
 
     Starts from Abramowitz and Stegun 26.2.23 (error below 4.5e-4) and refines by Halley's method against
     erfc, on the smaller tail, where the relative error stays small.
     """
-    tail = min(p, 1.0 - p)
+    tail = max(min(p, 1.0 - p), 1e-300)
     t = math.sqrt(-2.0 * math.log(tail))
     below = 1.0 + t * (1.432788 + t * (0.189269 + t * 0.001308))
     z = t - (2.515517 + t * (0.802853 + t * 0.010328)) / below

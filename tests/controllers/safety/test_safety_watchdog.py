@@ -149,6 +149,17 @@ def test_what_a_tracker_does_while_nothing_is_stimulated_passes():
     assert seen == ["", "posture_jumped", "", ""]
 
 
+def test_a_posture_is_frozen_once_fresh_captures_have_held_it_for_so_long():
+    """To the nanosecond; a bit that changes begins anew, and messages without a new capture tell nothing."""
+    dog, state, seen = Watchdog(frozen_ms=20.0), WatchState(), []
+    rows = [(0, 0.4), (10 * MS, 0.4), (20 * MS - 1, 0.4), (20 * MS - 1, 0.4), (21 * MS, 0.5), (40 * MS, 0.5),
+            (41 * MS, 0.5)]
+    for captured, angle in rows:
+        posture = Sample(np.array([angle]), captured, captured, 41 * MS)
+        seen.append(dog.look(state, posture, ABSENT, 41 * MS, 500.0, True)[0])
+    assert seen == [""] * 6 + ["posture_frozen"]
+
+
 def test_frozen_can_be_left_unwatched():
     for frozen_ms, last in ((20.0, "posture_frozen"), (0.0, "")):
         dog, state = Watchdog(frozen_ms=frozen_ms), WatchState()
