@@ -16,7 +16,7 @@ from fesloop.errors import InputError
 from fesloop.experiment.files.patients import describe
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S, RateClock
-from fesloop.models.patient_model import PatientModel, electrodes_in_words
+from fesloop.models.patient_model import RECRUITMENT, PatientModel, electrodes_in_words
 
 Array = NDArray[np.float64]
 THRESHOLD_SHARE = 0.05
@@ -45,7 +45,8 @@ class RecordingIdentified:
             for c, curve in enumerate(identified.curves)]
         return {"patient": model.patient, "outputs": list(model.outputs), "rate": model.rate,
                 "order": int(model.model.a.shape[0]), "delay_ms": model.model.delay_ns / 1e6,
-                "held_out_s": identified.held_out_s, "fit_percent": identified.fit, "channels": channels}
+                "held_out_s": identified.held_out_s, "fit_percent": identified.fit, "channels": channels,
+                "usable": model.usable, "weaknesses": model.weaknesses()}
 
 
 def identify_recording(path: str, *, measured: str = "", method: Method = "subspace") -> RecordingIdentified:
@@ -75,7 +76,9 @@ def identify_recording(path: str, *, measured: str = "", method: Method = "subsp
             electrodes=electrodes_in_words(blocks[stimulator] if stimulator else None, record.channels),
             current_ma=tuple(round(value, 9) for value in found.current_ma), rate=blocks[excitation]["rate"],
             model=found.model, operating_drive=found.operating_drive,
-            operating_outputs=found.operating_outputs, fit=found.fit)
+            operating_outputs=found.operating_outputs,
+            fit={**found.fit, RECRUITMENT: {f"channel {number}": curve.fit_percent
+                                            for number, curve in enumerate(found.curves)}})
     return RecordingIdentified(model=model, identified=found)
 
 

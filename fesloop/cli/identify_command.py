@@ -8,17 +8,31 @@ from typing import Any
 
 from fesloop.cli.output import print_made, print_table, progress_bar
 from fesloop.cli.target import free_target
+from fesloop.errors import InputError
 from fesloop.experiment.identifying import identifier
+from fesloop.models.patient_model import require_usable
 
 
 def execute(args: Namespace) -> int:
-    """Make the model file of a recording's patient; show how well it predicts what it was not fitted to."""
+    """Make the model file of a recording's patient; show how well it predicts what it was not fitted to.
+
+    A model that explains too little is written, for a look at it, and refused by controllers: exit code 1.
+    """
     path = free_target(args.out, f"--out {args.out}")
     with progress_bar(f"identify {args.recording}"):
         found = identifier()(args.recording, measured=args.measured, method=args.method)
     found.model.save(path)
+    usable = True
+    try:
+        require_usable(str(path), found.model)
+    except InputError as fault:
+        usable = False
+        print(f"fesloop: {fault}", file=sys.stderr)
+    else:
+        for weakness in found.model.weaknesses():
+            print(f"fesloop: {path}: {weakness}: expect little of it there", file=sys.stderr)
     print_made("model", path, found.report(), _print, as_json=args.json)
-    return 0
+    return 0 if usable else 1
 
 
 def _print(report: dict[str, Any]) -> None:

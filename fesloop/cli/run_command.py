@@ -6,6 +6,7 @@ import math
 import sys
 from argparse import Namespace
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +17,14 @@ from fesloop.experiment.files.guide import guide_of
 from fesloop.experiment.files.parse import load_picked
 from fesloop.experiment.metrics.not_known import NOT_KNOWN, reasons_of
 from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.recording.recorded import Event
 from fesloop.experiment.running.trial import Result, run
+from fesloop.experiment.trouble import troubles
 from fesloop.loop.realtime import Pacing
 
 _SHOWN = 10
 _GRAVE = ("_failed", "non_finite", "recording_incomplete")
-"""Ends of statuses after which a run's figures are not what they seem."""
+"""Ends of statuses that are shown first."""
 _EXIT_CODES = {"done": 0, "failed": 1, "interrupted": 130}
 
 
@@ -34,13 +37,15 @@ def execute(args: Namespace) -> int:
             result = run(experiment, Path(args.out), progress=bar)
     if pacing:  # nothing is drawn beside it, which takes tens of ms
         result = run(experiment, Path(args.out), realtime=pacing)
-    if result.cause:
-        print(f"fesloop: {result.cause}", file=sys.stderr)
-    _summarise(result)
+    with Recording(result.recording) as recording:
+        wrong, events = troubles(recording, result.metrics, result.cause), recording.events
+    for trouble in wrong:
+        print(f"fesloop: {trouble.text}", file=sys.stderr)
+    _summarise(result, events)
     guide = guide_of(picked.document) if result.status == "done" else None
     tell_what_next(result.recording, guide.next_commands(str(result.recording)) if guide else ())
     if args.json:
-        print_json(result.as_table())
+        print_json({**result.as_table(), **({"troubles": [each.text for each in wrong]} if wrong else {})})
     else:
         print(result.recording)
     return _EXIT_CODES[result.status]
@@ -55,7 +60,7 @@ def _pacing(args: Namespace) -> Pacing | bool:
     return args.realtime and Pacing(**asked)
 
 
-def _summarise(result: Result) -> None:
+def _summarise(result: Result, recorded: Sequence[Event]) -> None:
     """The summary: what happened and every plain metric, then a table for each metric that is one."""
     rows = [["status", result.status], ["seed", str(result.seed)]]
     tables = {}
@@ -70,14 +75,11 @@ def _summarise(result: Result) -> None:
             rows.append([name, _text(value)])
     rows += [["wall time", f"{result.wall_s:.2f} s"], ["real-time factor", f"{result.realtime_factor:.1f}"]]
     rows += _kept_time(result.realtime)
-    events = _events(result)
-    rows += [["events", f"{count} x {status} ({where})"] for (where, status, _), count in events[:_SHOWN]]
+    events = _events(recorded)
+    rows += [["events", f"{count} x {status} ({where})"] for (where, status), count in events[:_SHOWN]]
     if len(events) > _SHOWN:
         rows.append(["events", f"and {len(events) - _SHOWN} more kinds, in the recording"])
     print_table(result.experiment, ("", ""), rows, sys.stderr)
-    for (where, status, detail), _ in events:
-        if status.endswith(_GRAVE):
-            print(f"{where}: {status}: {detail}", file=sys.stderr)
     for name, reason in reasons_of(result.metrics):
         print(f"{name}: no number: {reason}", file=sys.stderr)
     for name, value in tables.items():
@@ -126,13 +128,7 @@ def _text(value: Any) -> str:
     return str(value)
 
 
-def _events(result: Result) -> list[tuple[tuple[str, str, str], int]]:
-    """Kinds of events with the detail of the first, failures first, then the most frequent."""
-    with Recording(result.recording) as recording:
-        events = recording.events
-    first: dict[tuple[str, str], str] = {}
-    for event in events:
-        first.setdefault((event.where, event.status), event.detail)
+def _events(events: Sequence[Event]) -> list[tuple[tuple[str, str], int]]:
+    """Kinds of events, failures first, then the most frequent."""
     counted = Counter((event.where, event.status) for event in events).most_common()
-    ordered = sorted(counted, key=lambda entry: not entry[0][1].endswith(_GRAVE))
-    return [((where, status, first[where, status]), count) for (where, status), count in ordered]
+    return sorted(counted, key=lambda entry: not entry[0][1].endswith(_GRAVE))

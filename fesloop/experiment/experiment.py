@@ -47,6 +47,7 @@ class Experiment:
     seed: of everything random.
     record, score: what is recorded and compared.
     patient: whose parameters the nodes have, for the record: the table [patient] of the file.
+    notes: what readers of its results have to know first, such as that a controller's model is a poor one.
 
     Raises
     ------
@@ -63,12 +64,14 @@ class Experiment:
     record: Record = field(default_factory=Record)
     score: Score = field(default_factory=Score)
     patient: Mapping[str, Any] | None = None
+    notes: tuple[str, ...] = ()
     wiring: Wiring = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "trials", _as_integer(self.trials))
         object.__setattr__(self, "seed", _as_integer(self.seed))
         _raise_any(self._faults_of_numbers())
+        object.__setattr__(self, "notes", tuple(self.notes))
         object.__setattr__(self, "nodes", tuple(self.nodes))
         object.__setattr__(self, "wires", tuple(self.wires))
         object.__setattr__(self, "wiring", Wiring(self.nodes, self.wires, self.seed))
@@ -134,7 +137,7 @@ class Experiment:
         """The document, its tables those that are kept."""
         about = {"name": self.name, "description": self.description,
                  "duration_s": None if self.duration_s is None else float(self.duration_s),
-                 "trials": self.trials, "seed": self.seed}
+                 "trials": self.trials, "seed": self.seed, "notes": list(self.notes) or None}
         return {"experiment": {key: value for key, value in about.items() if value is not None},
                 **self._tables}
 

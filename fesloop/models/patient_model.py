@@ -9,6 +9,7 @@ says otherwise.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -28,6 +29,13 @@ from fesloop.toml import TomlError, tables_of
 
 Array = NDArray[np.float64]
 FORMAT = "fesloop patient model 1"
+LEAST_FIT = 100.0 * (1.0 - math.sqrt(0.5))
+"""Percent, 29.3: from here on a prediction explains half of the variance, 1 - (1 - fit / 100)^2; below, what
+it leaves out is more than what it explains. Of presets and members of cohorts that were tried, every model
+has more in the free run of some output, and 59 and more in the recruitment of every channel; the worst,
+member 4 of cohort 1, has less in the free run of two of three outputs."""
+FREE_RUN, HALF_SECOND, RECRUITMENT = "free_run", "half_second", "recruitment"
+"""Kinds of fit that a model is judged by: by output on what was held out, and by channel."""
 _SHIPPED = Path(__file__).parent / "shipped"
 _NESTED = list[list[float]]
 _FORM = TypeAdapter(closed("PatientModel", {
@@ -61,7 +69,8 @@ class PatientModel:
     model: recruitment, dynamics and delay, from the controller's pulses to the instants of capture: what
         lies between (safety, stimulator) is in it, the tracker's age is not.
     operating_drive, operating_outputs: (channels,), (m,): mean of the binary part, around which it holds.
-    fit: percent by kind of prediction and output, on what was held out.
+    fit: percent by kind of prediction and output, on what was held out; under `recruitment` that of the
+        curves, by channel ("channel 0").
     """
 
     patient: str
@@ -82,6 +91,31 @@ class PatientModel:
         if len(self.outputs) != model.outputs:
             raise InputError("outputs", f"{len(self.outputs)} names", f"{model.outputs}, as the model has")
 
+    def weaknesses(self) -> list[str]:
+        """What the model explains less than half the variance of, half a sentence each: recruitment curves,
+        then free runs, the least explained first; none of a model whose fit is not known."""
+        found = []
+        for kind, what in ((RECRUITMENT, "the recruitment curve of"), (FREE_RUN, "the free run of")):
+            weak = [(name, fit) for name, fit in self.fit.get(kind, {}).items() if not fit >= LEAST_FIT]
+            found += [f"{what} {name} has a fit of {fit:.1f} %, {_explained(fit)} of the variance"
+                      for name, fit in sorted(weak, key=lambda row: np.nan_to_num(row[1], nan=-np.inf))]
+        return found
+
+    @property
+    def usable(self) -> bool:
+        """Whether controllers take it without being asked to.
+
+        Not one with a recruitment curve that explains less than half of the variance, nor one that explains
+        as much of no output in the free run, or of most outputs neither there nor half a second ahead.
+        """
+        free, ahead, curves = (self.fit.get(kind, {}) for kind in (FREE_RUN, HALF_SECOND, RECRUITMENT))
+        if not all(fit >= LEAST_FIT for fit in curves.values()):
+            return False
+        explained = [name for name, fit in free.items()
+                     if fit >= LEAST_FIT or ahead.get(name, -math.inf) >= LEAST_FIT]
+        return not free or (any(fit >= LEAST_FIT for fit in free.values())
+                            and 2 * len(explained) >= len(free))
+
     def table(self) -> dict[str, Any]:
         """As plain tables: what a file says."""
         model = self.model
@@ -100,6 +134,24 @@ class PatientModel:
             path.write_text(toml_text(self.table()), encoding="utf-8")
         except OSError as fault:
             raise InputError(str(path), f"cannot be written: {fault.strerror}", "a file") from None
+
+
+_REMEDY = ("identify again with more current, other electrodes or a longer experiment; or allow it: "
+           "any_fit = true")
+
+
+def _explained(fit: float) -> str:
+    """Share of the variance that a fit in percent stands for."""
+    share = 1.0 - (1.0 - fit / 100.0) ** 2
+    return f"{100.0 * share:.0f} %" if share > 0.0 else "nothing"
+
+
+def require_usable(path: str, model: PatientModel) -> None:
+    """Raise InputError for a model that is not `usable`, naming what it explains too little of."""
+    if not model.usable:
+        raise InputError(f"{path}: fit", f"the model explains too little: {'; '.join(model.weaknesses())}",
+                         f"half of the variance, a fit of {LEAST_FIT:.1f} %, for every recruitment curve and "
+                         "for most outputs", _REMEDY)
 
 
 def shipped_models() -> list[str]:

@@ -25,7 +25,7 @@ def experiment_table(kinds: Kinds) -> Any:
     """Typed dict of a whole file whose blocks are of these kinds."""
     about = closed("About", {"name": Required[str], "description": NotRequired[str],
                              "duration_s": NotRequired[float], "trials": NotRequired[int],
-                             "seed": NotRequired[int]})
+                             "seed": NotRequired[int], "notes": NotRequired[list[str]]})
     block: Any = _block(kinds)
     wire: Any = _wire(kinds)
     option: Any = option_table()

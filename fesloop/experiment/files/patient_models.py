@@ -17,9 +17,16 @@ from fesloop.experiment.files.patients import describe
 from fesloop.experiment.files.schema import Kinds, hints_of, plain
 from fesloop.models.error_process import ErrorProcess, error_process_table
 from fesloop.models.linear_model import LinearModel
-from fesloop.models.patient_model import PatientModel, electrodes_in_words, load_patient_model, require_same
+from fesloop.models.patient_model import (
+    PatientModel,
+    electrodes_in_words,
+    load_patient_model,
+    require_same,
+    require_usable,
+)
 
-_KEYS = {"file", "any_patient"}
+_SWITCHES = ("any_patient", "any_fit")
+_KEYS = {"file", *_SWITCHES}
 
 
 def with_models(document: dict[str, Any], kinds: Kinds) -> dict[str, Any]:
@@ -31,31 +38,40 @@ def with_models(document: dict[str, Any], kinds: Kinds) -> dict[str, Any]:
     blocks = document.get("blocks")
     if not isinstance(blocks, dict):
         return document
-    told, faults = {}, []
+    told: dict[str, Any] = {}
+    notes: list[str] = []
+    faults = []
     for name, table in blocks.items():
         try:
-            told[name] = _with_model(f"blocks.{name}", table, document, kinds)
+            told[name] = _with_model(f"blocks.{name}", table, document, kinds, notes)
         except InputError as fault:
             faults.append(fault)
     if faults:
         raise InputErrors(faults)
-    return {**document, "blocks": told}
+    return {**document, "blocks": told, **_noted(document.get("experiment"), notes)}
 
 
-def _with_model(where: str, table: Any, document: dict[str, Any], kinds: Kinds) -> Any:
-    """A block's table with the models of its files."""
+def _noted(about: Any, notes: list[str]) -> dict[str, Any]:
+    """The table [experiment] with more notes; nothing where there are none."""
+    if not notes or not isinstance(about, dict) or not isinstance(about.get("notes", []), list):
+        return {}
+    return {"experiment": {**about, "notes": [*about.get("notes", []), *notes]}}
+
+
+def _with_model(where: str, table: Any, document: dict[str, Any], kinds: Kinds, notes: list[str]) -> Any:
+    """A block's table with the models of its files; what is to be known of them is added to `notes`."""
     if not isinstance(table, dict) or table.get("kind") not in kinds:
         return table
     made = dict(table)
     for key, hint in hints_of(kinds[table["kind"]]).items():
         value = table.get(key)
         if hint is LinearModel and _is_file(value):
-            made[key] = _model(f"{where}.{key}", value, made, document)
+            made[key] = _model(f"{where}.{key}", value, made, document, notes)
         elif hint is ErrorProcess and isinstance(value, dict) and set(value) == {"file"}:
             made[key] = _process(f"{where}.{key}", value["file"])
         elif LinearModel in get_args(hint) and isinstance(value, list):
-            made[key] = [_model(f"{where}.{key}[{i}]", item, made, document) if _is_file(item) else item
-                         for i, item in enumerate(value)]
+            made[key] = [_model(f"{where}.{key}[{i}]", item, made, document, notes) if _is_file(item)
+                         else item for i, item in enumerate(value)]
     return made
 
 
@@ -71,11 +87,12 @@ def _process(where: str, file: Any) -> dict[str, Any]:
 
 def _is_file(value: Any) -> TypeGuard[dict[str, Any]]:
     return (isinstance(value, dict) and "file" in value and set(value) <= _KEYS
-            and isinstance(value["file"], str) and isinstance(value.get("any_patient", False), bool))
+            and isinstance(value["file"], str)
+            and all(isinstance(value.get(switch, False), bool) for switch in _SWITCHES))
 
 
 def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
-           document: Mapping[str, Any]) -> dict[str, Any]:
+           document: Mapping[str, Any], notes: list[str]) -> dict[str, Any]:
     """The plain table of a file's model; the block's `current_ma` is added to `table` if it has none."""
     try:
         model = load_patient_model(Path(value["file"]))
@@ -83,8 +100,14 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
         if value.get("any_patient"):
             del wanted["patient"]
         require_same(value["file"], model, wanted)
+        if not value.get("any_fit"):
+            require_usable(value["file"], model)
     except InputError as fault:
         raise InputError(f"{where}: {fault.where}", fault.found, fault.allowed, fault.remedy) from None
+    poor = model.weaknesses()
+    if poor:
+        much = "little" if model.usable else "too little to control by"
+        notes.append(f"{where.removeprefix('blocks.')} explains {much}: {'; '.join(poor)}")
     table.setdefault("current_ma", list(model.current_ma))
     found: dict[str, Any] = plain(model.model)
     return found

@@ -117,7 +117,8 @@ def _linear_model(kinds: Kinds) -> Any:
                for kind, cls in kinds.items() if hasattr(cls, "linear_model")]
     matrices = closed("LinearModel", {f.name: _key(f, checked(hint, {})) for f, hint in _hinted(LinearModel)})
     members.append(Annotated[matrices, Tag(_LITERAL)])
-    file = closed("ModelFile", {"file": Required[str], "any_patient": NotRequired[bool]})
+    file = closed("ModelFile", {"file": Required[str], "any_patient": NotRequired[bool],
+                                "any_fit": NotRequired[bool]})
     members.append(Annotated[file, Tag(_FILE)])
     return Annotated[Union[tuple(members)], Discriminator(_model_tag)]  # noqa: UP007
 

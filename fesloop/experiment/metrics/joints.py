@@ -64,13 +64,17 @@ def _known(values: Array) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(values).all(axis=tuple(range(1, values.ndim))))
 
 
-def rmse_deg(measured: Trace, wanted: Trace) -> Array:
+def rmse_deg(measured: Trace, wanted: Trace, *, still: bool = False) -> Array:
     """RMS of measured minus wanted at the measured instants that have both, (joints,), deg.
 
-    NaN where there is no such instant.
+    NaN where there is no such instant. `still`: as if what is measured had stayed at its first value.
     """
     total, count = np.zeros(measured[1].shape[1:]), 0
+    first: Array | None = None
     for times, values in _pieces(measured):
+        if still:
+            first = np.array(values[0]) if first is None else first
+            values = np.broadcast_to(first, values.shape)
         standing = held(wanted, times)
         known = _known(standing)
         total += np.square((values - standing)[known]).sum(axis=0)
@@ -84,6 +88,11 @@ def joint_rmse_deg(trials: Sequence[tuple[Trace, Trace]]) -> list[float]:
     `trials` holds (truth, reference) of each.
     """
     return [float(rms(np.atleast_1d(rmse_deg(truth, reference)))) for truth, reference in trials]
+
+
+def unmoved_rmse_deg(trials: Sequence[tuple[Trace, Trace]]) -> list[float]:
+    """`joint_rmse_deg` had the joints stayed where they were at the first instant of the truth."""
+    return [float(rms(np.atleast_1d(rmse_deg(truth, reference, still=True)))) for truth, reference in trials]
 
 
 def tracker_rmse_deg(trials: Sequence[tuple[Trace, Trace]]) -> list[float]:

@@ -20,6 +20,7 @@ from fesloop.experiment.metrics.joints import (
     rmse_deg,
     split_error,
     tracker_rmse_deg,
+    unmoved_rmse_deg,
 )
 from fesloop.experiment.metrics.not_known import give_reasons
 from fesloop.experiment.metrics.search import search_metrics
@@ -37,7 +38,8 @@ _SPLIT = ("total", "tracker", "controller")
 def metrics_of(recording: Recording) -> dict[str, Any]:
     """What the experiment's [score] asks for.
 
-    joint_rmse_deg: one a trial, truth against reference. tracker_rmse_deg: one a trial, estimate against
+    joint_rmse_deg: one a trial, truth against reference; unmoved_rmse_deg: what it would be had the joints
+    stayed where they were when the scored part began. tracker_rmse_deg: one a trial, estimate against
     the truth of the instant of its capture. split_rmse_deg: the error that the patient sees (total), what
     of it the controller could not see (tracker, latency included), and what it saw and did not put right
     (controller), one a trial. Under joints the same by joint; range_deg, how far each joint went, where
@@ -80,6 +82,7 @@ def _joint_metrics(recording: Recording, score: Score) -> dict[str, Any]:
     if score.truth and score.reference:
         pairs = list(zip(truth, wanted, strict=True))
         metrics["joint_rmse_deg"] = joint_rmse_deg(pairs)
+        metrics["unmoved_rmse_deg"] = unmoved_rmse_deg(pairs)
         _add_by_joint(joints, "joint_rmse_deg", [rmse_deg(*pair) for pair in pairs])
     if score.truth and score.estimate:
         pairs = [_seen(recording, score, trial) for trial in trials]

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fesloop.experiment.metrics.not_known import NOT_KNOWN
+from fesloop.experiment.trouble import KINDS, troubles
 from fesloop.report.comparison.compared import Compared, finite
 from fesloop.report.parts import Bars, Chart, Fold, Line, Notice, Paragraph, Part, Section, Table
 from fesloop.report.run.words import counted, listed, metric_label, told
@@ -110,6 +111,18 @@ def _beside(metric: str, title: str, having: Mapping[Compared, Sequence[float]])
 
 
 def sentence_of(runs: Sequence[Compared]) -> str:
+    """What went wrong, the most important first; which run has the least error, and which the most."""
+    return " ".join([*_troubles(runs), _errors(runs)])
+
+
+def _troubles(runs: Sequence[Compared]) -> list[str]:
+    """The most important thing that went wrong in each run, the gravest of them first."""
+    first = [(run, found[0]) for run in runs if (found := troubles(run.known.recording, run.known.metrics))]
+    first.sort(key=lambda pair: KINDS.index(pair[1].kind))
+    return [f"In {run.name}, {trouble.text}." for run, trouble in first]
+
+
+def _errors(runs: Sequence[Compared]) -> str:
     """Which run has the least error, and which the most."""
     names = sorted({run.recording.name for run in runs})
     begin = f"{counted(len(runs), 'run')} of {listed([f'`{name}`' for name in names])}."

@@ -6,10 +6,12 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from fesloop.experiment.metrics.grasp_outcome import OUTCOMES
+from fesloop.experiment.trouble import troubles
 from fesloop.report.run.known import Known
 from fesloop.report.run.words import counted, listed, told
 
+_SAID = ("broken_off", "rose")
+"""Kinds of trouble that the sentence says otherwise: by how it begins, and by the course of the error."""
 _BROKEN_OFF = {"running": "The run is not over, or was killed; of what it had recorded: ",
                "damaged": "The file is damaged; of what is left of it: ",
                "failed": "The run failed; of what it had recorded: ",
@@ -17,35 +19,38 @@ _BROKEN_OFF = {"running": "The run is not over, or was killed; of what it had re
 
 
 def sentence_of(known: Known) -> str:
-    """What came of the run, exactly: from its metrics, and saying what is not claimed."""
+    """What came of the run, exactly: first what went wrong, then what was measured, and what is not."""
     status = known.recording.status
     before = _BROKEN_OFF.get(status, "" if status == "done" else f"The run ended as {status!r}: ")
     if not known.begun:
         return f"{before}nothing was recorded." if before else "Nothing was recorded."
-    findings = list(_findings(known))
-    if not findings:
+    wrong = [each for each in troubles(known.recording, known.metrics) if each.kind not in _SAID]
+    repeated = len(known.metrics.get("held") or ()) == 1 and any(each.kind == "not_held" for each in wrong)
+    findings = list(_findings(known, grasp=not repeated))
+    if not findings and not repeated:
         findings = [f"{counted(known.begun, 'trial')} recorded, of which nothing was scored"]
+    if before:
+        return f"{before}{'; '.join([*(each.text for each in wrong), *findings])}."
     text = "; ".join(findings)
-    return f"{before}{text if before else text[:1].upper() + text[1:]}."
+    told = [each.sentence for each in wrong[:1]]
+    if wrong[1:]:
+        told.append(f"Also: {'; '.join(each.text for each in wrong[1:])}.")
+    if text:
+        told.append(f"{text[:1].upper()}{text[1:]}.")
+    return " ".join(told)
 
 
-def _findings(known: Known) -> Iterator[str]:
-    """What was found, the most important first."""
-    yield from _missing(known)
+def _findings(known: Known, *, grasp: bool) -> Iterator[str]:
+    """What was found, the most important first; `grasp`: whether the object was held, too."""
     yield from _tracking(known)
-    yield from _grasp(known)
+    if grasp:
+        yield from _grasp(known)
     yield from _grip(known)
     yield from _search(known.metrics)
     yield from _played(known)
     yield from _tracker(known)
     yield from _fingertips(known)
     yield from _decline(known)
-
-
-def _missing(known: Known) -> Iterator[str]:
-    """What recordings that were played lack, which every figure of such a run may rest on."""
-    yield from dict.fromkeys(f"the recording played by `{event.where}` lacks samples: {event.detail}"
-                             for event in known.recording.events if event.status == "recording_incomplete")
 
 
 def _tracking(known: Known) -> Iterator[str]:
@@ -104,9 +109,7 @@ def _grasp(known: Known) -> Iterator[str]:
     if not told_of:
         yield "whether the object was held is not known: no trial lasted long enough"
     elif len(held) == 1:
-        outcomes = known.metrics.get("object_outcome") or [""]
-        why = f": {OUTCOMES[outcomes[0]]}" if outcomes[0] in OUTCOMES else ""
-        yield "the object was held" if held[0] else f"the object was not held{why}"
+        yield "the object was held"
     else:
         among = f", the last one {'' if held[-1] else 'not '}among them"
         last = among if held[-1] is not None and any(told_of) and not all(told_of) else ""

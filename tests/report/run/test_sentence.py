@@ -10,7 +10,7 @@ from fesloop.report.run.sentence import sentence_of
 
 
 def run_of(metrics, score=(), status="done", trials=1, blocks=()):
-    recording = SimpleNamespace(status=status, experiment={"blocks": dict(blocks)})
+    recording = SimpleNamespace(status=status, trials=trials, events=(), experiment={"blocks": dict(blocks)})
     return Known(recording, trials, tuple(range(trials)), None, metrics, dict(score), (), frozenset())
 
 
@@ -43,8 +43,10 @@ def test_the_while_that_is_scored_is_said():
     ([None], "Whether the object was held is not known: no trial lasted long enough."),
     ([True, True], "The object was held in 2 of 2 trials."),
     ([False, True, True], "The object was held in 2 of 3 trials, the last one among them."),
-    ([True, False], "The object was held in 1 of 2 trials, the last one not among them."),
-    ([False, False], "The object was held in 0 of 2 trials."),
+    ([True, False], "The object was not held in the last of 2 trials. The object was held in 1 of 2 trials, "
+                    "the last one not among them."),
+    ([False, False], "The object was not held in the last of 2 trials. The object was held in 0 of 2 "
+                     "trials."),
     ([False, None], "The object was held in 0 of 2 trials (of 1 it is not known)."),
 ])
 def test_whether_the_object_was_held(held, words):
