@@ -24,6 +24,11 @@ _JOBS = {"closed_loop": "A closed loop around a virtual patient",
          "trackers": "Hand trackers by themselves"}
 
 
+_COMPILING = ("takes: once its code is compiled, on the machine on which it was measured. The first run of "
+              "a kind also compiles,\nonce on every machine: half a minute more, or longer.")
+"""Measured: 25 s of processor for `finger_mpc` with an empty cache, 2 s with a full one."""
+
+
 def execute(args: Namespace) -> int:
     """Print shipped experiments and their variants, studies, block kinds and patients."""
     documents = {name: read(name)[1] for name in shipped()}
@@ -63,6 +68,8 @@ def _print_experiments(documents: Mapping[str, Mapping[str, Any]]) -> None:
                 for name, guide in guides.items() if guide.job == job]
         print_table(title, ("name", "takes", "needs", "what it is"), rows, sys.stdout)
         print()
+    print(_COMPILING)
+    print()
     print_table("What settings need", ("--set", "needs", "in"), _needs_of_settings(guides), sys.stdout)
     print()
 

@@ -115,7 +115,7 @@ def _add_picture(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("recording", metavar="RUN.h5", help="a file that fesloop run wrote")
     command.add_argument("--at", metavar="SECONDS", type=float, nargs="+", default=[],
                          help="instants to draw (default: up to four whose postures differ most)")
-    command.add_argument("--trial", type=int, metavar="N", default=0, help="counted from 0 (default: 0)")
+    command.add_argument("--trial", type=int, metavar="N", help="counted from 0 (default: the last)")
     command.add_argument("--out", metavar="DIR", default="pictures",
                          help="folder of the pictures (default: pictures)")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")

@@ -19,11 +19,11 @@ def execute(args: Namespace) -> int:
     for note in drawn.notes:
         print(f"fesloop: {note}", file=sys.stderr)
     if args.json:
-        print_json({"recording": args.recording, "trial": args.trial, "instants_s": drawn.instants_s,
+        print_json({"recording": args.recording, "trial": drawn.trial, "instants_s": drawn.instants_s,
                     "chosen": drawn.chosen, "pictures": [str(path) for path in drawn.pictures],
                     "notes": drawn.notes})
     else:
         instants = ", ".join(f"{second:g}" for second in drawn.instants_s)
-        print(f"instants, s: {instants} ({drawn.chosen})", file=sys.stderr)
+        print(f"instants, s: {instants} ({drawn.chosen}; trial {drawn.trial})", file=sys.stderr)
         print(*drawn.pictures, sep="\n")
     return 0

@@ -11,7 +11,7 @@ from tempfile import TemporaryFile
 
 from fesloop.cli.output import as_json, print_json, print_table, progress_bar
 from fesloop.errors import InputError, did_you_mean
-from fesloop.reproduce.comparison import Band, Row, share_that_holds
+from fesloop.reproduce.comparison import Row, share_that_holds
 from fesloop.reproduce.result import Reproduction
 
 PAPERS = ("kortier2014", "salchow2019", "hour", "array_search", "grasp_ilc", "grasp_trackers", "grasp_mpc",
@@ -87,5 +87,4 @@ def _theirs(row: Row) -> str:
 
 
 def _ours(row: Row) -> str:
-    ours = row.ours
-    return f"{ours.median:.2f} ({ours.low:.2f}-{ours.high:.2f})" if isinstance(ours, Band) else ours
+    return str(row.ours)

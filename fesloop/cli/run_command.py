@@ -21,6 +21,7 @@ from fesloop.experiment.recording.recorded import Event
 from fesloop.experiment.running.trial import Result, run
 from fesloop.experiment.trouble import troubles
 from fesloop.loop.realtime import Pacing
+from fesloop.realtime.lateness import class_names
 
 _SHOWN = 10
 _GRAVE = ("_failed", "non_finite", "recording_incomplete")
@@ -39,8 +40,11 @@ def execute(args: Namespace) -> int:
         result = run(experiment, Path(args.out), realtime=pacing)
     with Recording(result.recording) as recording:
         wrong, events = troubles(recording, result.metrics, result.cause), recording.events
+    if result.cause:
+        print(f"fesloop: {result.cause}", file=sys.stderr)
     for trouble in wrong:
-        print(f"fesloop: {trouble.text}", file=sys.stderr)
+        if not (result.cause and trouble.kind == "broken_off"):
+            print(f"fesloop: {trouble.text}", file=sys.stderr)
     _summarise(result, events)
     guide = guide_of(picked.document) if result.status == "done" else None
     tell_what_next(result.recording, guide.next_commands(str(result.recording)) if guide else ())
@@ -98,8 +102,8 @@ def _kept_time(realtime: dict[str, Any]) -> list[list[str]]:
     rows += [[words, "  ".join(f"{name} {value:.3f}" for name, value in realtime[key].items())]
              for key, words in (("late_ms", "begun late, ms"), ("took_ms", "work took, ms"))]
     starts, counts = realtime["histogram"].values()
-    rows += [[f"late by {start:g} ms or more", str(count)]
-             for start, count in zip(starts, counts, strict=True) if count]
+    rows += [[f"late by {name}", str(count)]
+             for name, count in zip(class_names(starts), counts, strict=True) if count]
     rows += [["instants " + action, str(count)] for action, count in realtime["done"].items()]
     rows.append(["garbage collections", f"{realtime['collections']:g}, the longest "
                  f"{realtime['worst_collection_ms']:.3f} ms"])

@@ -119,11 +119,13 @@ def _show(summary: Summary, results: StudyResults) -> None:
     """A row a cell, as far as a screen goes, and failures by cause."""
     rows = results.summary()
     axes = list(dict.fromkeys(axis for row in rows for axis in row.levels))
-    intervals = len(results.metrics) <= _WITH_INTERVALS
+    intervals = len(results.metrics) <= _WITH_INTERVALS and any(
+        math.isfinite(each.high - each.low) for row in rows for each in row.metrics.values())
     cells = [[*(str(row.levels.get(axis, "all")) for axis in axes), f"{row.planned - row.waiting}",
               f"{row.failed}", *(_told(estimate, intervals) for estimate in row.metrics.values())]
              for row in rows]
-    told = "mean" + (" and 95 % interval" if intervals else "")
+    told = " or ".join(dict.fromkeys(each.statistic for row in rows for each in row.metrics.values()))
+    told += " and 95 % interval of what is repeated" if intervals else ""
     print_table(f"{summary.study}: {summary.done} of {summary.runs} runs done; {told}",
                 (*axes, "runs", "failed", *results.metrics), cells, sys.stderr)
     for cause, count in list(summary.failed.items())[:_SHOWN]:
@@ -133,5 +135,5 @@ def _show(summary: Summary, results: StudyResults) -> None:
 def _told(estimate: Estimate, interval: bool) -> str:
     if math.isnan(estimate.value):
         return "-"
-    known = interval and not math.isnan(estimate.low)
+    known = interval and math.isfinite(estimate.high - estimate.low)
     return f"{estimate.value:.3g}" + (f" ({estimate.low:.3g} to {estimate.high:.3g})" if known else "")

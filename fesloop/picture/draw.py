@@ -41,20 +41,23 @@ class Drawn:
     ----------
     pictures: files, in the order in which they were drawn.
     instants_s: that are drawn. chosen: why these.
-    notes: what could not be drawn, and why.
+    notes: what could not be drawn, and why. trial: that is drawn.
     """
 
     pictures: list[Path] = field(default_factory=list)
     instants_s: list[float] = field(default_factory=list)
     chosen: str = "as asked for"
     notes: list[str] = field(default_factory=list)
+    trial: int = 0
 
 
 def draw(
-    recording: Recording, folder: Path, at_s: Sequence[float] = (), trial: int = 0,
+    recording: Recording, folder: Path, at_s: Sequence[float] = (), trial: int | None = None,
     progress: Progress = lambda fraction: None,
 ) -> Drawn:
     """Draw the hand, the arrays at every instant, and time courses, as far as the recording has them.
+
+    `trial`: which; None: the last, as a first trial may be one before anything is learnt or stimulated.
 
     Raises
     ------
@@ -69,10 +72,11 @@ def draw(
     if not recording.trials:
         raise InputError(str(recording.path), f"holds no row of any trial (run {recording.status})",
                          "a recording with something to draw")
+    trial = recording.trials - 1 if trial is None else trial
     if not 0 <= trial < recording.trials:
         raise InputError(f"--trial {trial}", "is not in the recording", f"0 to {recording.trials - 1}")
     span = _recorded(recording, cast, trial)
-    drawn = Drawn()
+    drawn = Drawn(trial=trial)
     _write(folder, lambda: folder.mkdir(parents=True, exist_ok=True))
     at_ns = _instants(recording, cast, trial, span, at_s, drawn)
     drawn.instants_s = [float(now) / NS_PER_S for now in at_ns]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,11 @@ def quantiles(values: NDArray[np.float64]) -> dict[str, float]:
     """Median, 99th percentile and greatest."""
     p50, p99 = np.percentile(values, (50, 99))
     return {"p50": float(p50), "p99": float(p99), "worst": float(values.max())}
+
+
+def class_names(from_ms: Sequence[float]) -> list[str]:
+    """What each class of the histogram holds: from its edge to below the next; the last without end."""
+    return [*(f"{low:g} to {high:g} ms" for low, high in pairwise(from_ms)), f"{from_ms[-1]:g} ms or more"]
 
 
 def histogram(late_ms: NDArray[np.float64], edges_ms: Sequence[float] = EDGES_MS) -> NDArray[np.int64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -21,6 +22,13 @@ class Band:
     median: float
     low: float
     high: float
+
+    def __str__(self) -> str:
+        """Median and band; "-" where there is nothing to tell of."""
+        if not math.isfinite(self.median):
+            return "-"
+        known = math.isfinite(self.high - self.low)
+        return f"{self.median:.2f}" + (f" ({self.low:.2f}-{self.high:.2f})" if known else "")
 
     def holds(self, value: float) -> bool:
         """Whether a value lies in the band."""

@@ -131,3 +131,13 @@ def test_the_command_line_starts_without_matplotlib():
                            "print('matplotlib' in sys.modules, 'numba' in sys.modules)"],
                           capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "False"]
+
+
+def test_of_several_trials_the_last_is_drawn(recorded, capsys, tmp_path):
+    """A first trial may be one without stimulation, before anything is learnt."""
+    path = recorded("experiment.trials=2", "experiment.duration_s=0.1")
+    code, out, _ = draw(capsys, path, "--at", "0.05", "--json", "--out", tmp_path)
+    assert code == 0
+    told = json.loads(out)
+    assert told["trial"] == 1
+    assert all("_trial1" in Path(picture).name for picture in told["pictures"])

@@ -95,7 +95,10 @@ def from_document(document: Mapping[str, Any], name: str = "experiment") -> Expe
     try:
         kinds = kinds_in(tables)
         tables, faults = with_patient(tables, kinds)
-        tables = with_models(tables, kinds)
+        try:
+            tables = with_models(tables, kinds, patient_known=not faults)
+        except InputErrors as several:
+            raise InputErrors([*faults, *several.faults]) from None
         check(tables, kinds, faults)
         return _experiment(tables, kinds)
     except InputErrors as several:

@@ -29,11 +29,12 @@ _SWITCHES = ("any_patient", "any_fit")
 _KEYS = {"file", *_SWITCHES}
 
 
-def with_models(document: dict[str, Any], kinds: Kinds) -> dict[str, Any]:
+def with_models(document: dict[str, Any], kinds: Kinds, *, patient_known: bool = True) -> dict[str, Any]:
     """The document with the models of files in place of their names.
 
     A block that does not say `current_ma` gets the file's. What is not of the right form is left for the
-    document's check. Raises InputErrors, a line for each file that is no model, or one of something else.
+    document's check. Models are held against the patient only where it is known. Raises InputErrors, a line
+    for each file that is no model, or one of something else.
     """
     blocks = document.get("blocks")
     if not isinstance(blocks, dict):
@@ -43,7 +44,7 @@ def with_models(document: dict[str, Any], kinds: Kinds) -> dict[str, Any]:
     faults = []
     for name, table in blocks.items():
         try:
-            told[name] = _with_model(f"blocks.{name}", table, document, kinds, notes)
+            told[name] = _with_model(f"blocks.{name}", table, document, kinds, notes, patient_known)
         except InputError as fault:
             faults.append(fault)
     if faults:
@@ -58,7 +59,8 @@ def _noted(about: Any, notes: list[str]) -> dict[str, Any]:
     return {"experiment": {**about, "notes": [*about.get("notes", []), *notes]}}
 
 
-def _with_model(where: str, table: Any, document: dict[str, Any], kinds: Kinds, notes: list[str]) -> Any:
+def _with_model(where: str, table: Any, document: dict[str, Any], kinds: Kinds, notes: list[str],
+                patient_known: bool) -> Any:
     """A block's table with the models of its files; what is to be known of them is added to `notes`."""
     if not isinstance(table, dict) or table.get("kind") not in kinds:
         return table
@@ -66,12 +68,12 @@ def _with_model(where: str, table: Any, document: dict[str, Any], kinds: Kinds, 
     for key, hint in hints_of(kinds[table["kind"]]).items():
         value = table.get(key)
         if hint is LinearModel and _is_file(value):
-            made[key] = _model(f"{where}.{key}", value, made, document, notes)
+            made[key] = _model(f"{where}.{key}", value, made, document, notes, patient_known)
         elif hint is ErrorProcess and isinstance(value, dict) and set(value) == {"file"}:
             made[key] = _process(f"{where}.{key}", value["file"])
         elif LinearModel in get_args(hint) and isinstance(value, list):
-            made[key] = [_model(f"{where}.{key}[{i}]", item, made, document, notes) if _is_file(item)
-                         else item for i, item in enumerate(value)]
+            made[key] = [_model(f"{where}.{key}[{i}]", item, made, document, notes, patient_known)
+                         if _is_file(item) else item for i, item in enumerate(value)]
     return made
 
 
@@ -92,12 +94,12 @@ def _is_file(value: Any) -> TypeGuard[dict[str, Any]]:
 
 
 def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
-           document: Mapping[str, Any], notes: list[str]) -> dict[str, Any]:
+           document: Mapping[str, Any], notes: list[str], patient_known: bool) -> dict[str, Any]:
     """The plain table of a file's model; the block's `current_ma` is added to `table` if it has none."""
     try:
         model = load_patient_model(Path(value["file"]))
         wanted = _wanted(table, document, model)
-        if value.get("any_patient"):
+        if value.get("any_patient") or not patient_known:
             del wanted["patient"]
         require_same(value["file"], model, wanted)
         if not value.get("any_fit"):

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import Any
 
 from fesloop.loop.clock import NS_PER_MS
-from fesloop.realtime.lateness import realtime_summary
+from fesloop.realtime.lateness import class_names, realtime_summary
 from fesloop.report.parts import Bars, Chart, Part, Section, Table
 from fesloop.report.run.known import Known
 from fesloop.report.run.thinning import thinned
@@ -42,9 +41,8 @@ def _table(summary: dict[str, Any]) -> Table:
 
 def _histogram(summary: dict[str, Any]) -> Bars:
     starts, counts = summary["histogram"].values()
-    names = [f"{low:g} to {high:g} ms" for low, high in pairwise(starts)]
     return Bars(key="lateness-histogram", title="How late work began", x_label="instants",
-                names=[*names, f"{starts[-1]:g} ms or more"], values={"instants": counts},
+                names=class_names(starts), values={"instants": counts},
                 roles={"instants": "plain"}, stacked=False,
                 text="Number of instants by how late their work began.")
 

@@ -65,7 +65,7 @@ def _cost(results: StudyResults) -> Iterator[list[str]]:
 def _who(found: Provenance) -> Iterator[Part]:
     """Versions, when and by how many."""
     rows = [["results noted", f"{found.first} to {found.last}" if found.first else "none"],
-            ["workers", str(found.workers)]]
+            ["worker processes, of all sessions", str(found.workers)]]
     yield Table(columns=["", ""], rows=rows)
     used = [(version, count) for version, count in found.versions if count]
     if len(used) > 1:

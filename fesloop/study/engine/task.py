@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import json
+import os
 import shutil
 import socket
 import zlib
@@ -75,7 +76,7 @@ def run_one(id: str, document: bytes, seed: int, wanted: Wanted) -> Outcome:
         if status == "failed" and is_full(folder):
             status = NO_ROOM
     return Outcome(id, status, " ".join(cause.split())[:_LONGEST_CAUSE], metrics, perf_counter() - began,
-                   socket.gethostname(), recording, size, version_text())
+                   f"{socket.gethostname()} {os.getpid()}", recording, size, version_text())
 
 
 def _ending(document: bytes, seed: int, folder: Path, metrics: Sequence[KeptMetric]

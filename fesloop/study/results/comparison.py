@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fesloop.errors import InputError
 from fesloop.study.design.figure_specs import Statistic
 from fesloop.study.results.axis_levels import Axes, AxisLevel, level_text
-from fesloop.study.results.estimates import middle, place_at, settled_statistic, spread
+from fesloop.study.results.estimates import in_words, middle, place_at, settled_statistic, spread
 from fesloop.study.results.intervals import (
     Interval,
     mean_interval,
@@ -65,6 +65,10 @@ class Comparison:
     units: int
     dropped: dict[str, int]
     unpaired: int
+
+    def __str__(self) -> str:
+        """The difference and its interval: "-1.2 (-1.9 to -0.5)", or why there is none."""
+        return in_words(self.value, self.low, self.high, self.units)
 
 
 def compare(

@@ -62,10 +62,23 @@ class Estimate:
     missing: int
     waiting: int
 
+    def __str__(self) -> str:
+        """The value and its interval: "5.21 (4.9 to 5.52)", or why there is none."""
+        return in_words(self.value, self.low, self.high, self.units)
+
     @property
     def planned(self) -> int:
         """Runs of any outcome."""
         return self.runs + self.failed + self.missing + self.waiting
+
+
+def in_words(value: float, low: float, high: float, units: int) -> str:
+    """A value and its interval; "-" for a value that is not known, and why there is no interval."""
+    if not math.isfinite(value):
+        return "-"
+    if math.isfinite(high - low):
+        return f"{value:.3g} ({low:.3g} to {high:.3g})"
+    return f"{value:.3g} (no interval: {units} value{'' if units == 1 else 's'})"
 
 
 def estimates(

@@ -1,0 +1,114 @@
+"""Labels say what stands beside them: classes, intervals, workers, trials, and whose fault a fault is."""
+
+import contextlib
+import io
+import json
+import math
+import os
+import re
+import zlib
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from study_stores import write_store
+
+from fesloop.cli import main
+from fesloop.cli.run_command import _kept_time
+from fesloop.cli.study_command import _show
+from fesloop.errors import InputError, InputErrors
+from fesloop.experiment.files.parse import from_document, load, read, shipped
+from fesloop.realtime.lateness import EDGES_MS, histogram
+from fesloop.reproduce.comparison import band
+from fesloop.study import load as load_study
+from fesloop.study.engine.coordinator import Summary
+from fesloop.study.engine.task import Wanted, run_one
+
+NUMBER = r"([\d.e+-]+)"
+
+
+@settings(deadline=None)
+@given(st.lists(st.floats(0.0, 1e4), min_size=1, max_size=50))
+def test_a_class_of_lateness_counts_what_its_label_says(late):
+    """Read by its words alone: no instant is in two rows, and every one in the row that names it."""
+    counts = histogram(np.array(late)).tolist()
+    told = {"missed": 0, "deadlines": len(late), "period_ms": 1.0, "policy": "skip", "late_ms": {},
+            "took_ms": {}, "histogram": {"from_ms": list(EDGES_MS), "instants": counts}, "done": {},
+            "collections": 0.0, "worst_collection_ms": 0.0, "worst_write_ms": 0.0, "memory": "",
+            "scheduling": ""}
+    seen = 0
+    for label, count in _kept_time(told):
+        if found := re.fullmatch(rf"late by {NUMBER} to {NUMBER} ms", label):
+            low, high = map(float, found.groups())
+        elif found := re.fullmatch(rf"late by {NUMBER} ms or more", label):
+            low, high = float(found[1]), math.inf
+        else:
+            continue
+        assert int(count) == sum(low <= each < high for each in late)
+        seen += int(count)
+    assert seen == len(late)
+
+
+@pytest.mark.parametrize("name", [name for name in shipped() if "patient" in read(name)[1]])
+def test_a_patient_who_does_not_exist_is_named_before_all_else(name):
+    """Whatever else does not fit them: a model that was made for somebody cannot be theirs."""
+    with pytest.raises(InputError) as fault:
+        load(name, ["patient=nobody"])
+    assert "nobody: there is no patient of this name" in str(fault.value)
+    assert "the model is of" not in "".join(map(str, getattr(fault.value, "faults", ())))
+
+
+def test_other_faults_of_a_model_stand_beside_those_of_the_patient():
+    _, document = read("grasp_mpc")
+    document["patient"] = {"file": "nobody"}
+    document["blocks"]["controller"]["model"]["file"] = "no_such_model"
+    with pytest.raises(InputErrors) as fault:
+        from_document(document)
+    assert [("no patient" in str(each), "cannot be read" in str(each)) for each in fault.value.faults] == [
+        (True, False), (False, True)]
+
+
+@settings(deadline=None, max_examples=30)
+@given(values=st.lists(st.lists(st.floats(0.1, 9.0) | st.none(), min_size=1, max_size=3), min_size=1,
+                       max_size=3),
+       width=st.integers(1, 3))
+def test_a_study_speaks_of_intervals_where_it_shows_some(tmp_path_factory, values, width):
+    path = tmp_path_factory.mktemp("study") / "study.sqlite"
+
+    def outcome(levels, replicate):
+        each = values[levels["x"]]
+        return {"error_deg": each[replicate] if replicate < len(each) else None}
+
+    results = load_study(write_store(path, {"x": list(range(len(values)))}, width, outcome))
+    screen = io.StringIO()
+    with contextlib.redirect_stderr(screen):
+        _show(Summary(study="s", store=path, runs=1, done=1, wall_s=0.0), results)
+    told = screen.getvalue()
+    cells = results.cells("error_deg")
+    assert ("interval" in told) == bool(re.search(rf"\({NUMBER} to {NUMBER}\)", told))
+    assert "nan" not in told
+    for cell in cells:
+        assert "nan" not in str(cell)
+        assert ("no interval" in str(cell)) == (math.isfinite(cell.value) and not math.isfinite(cell.low))
+
+
+@given(st.lists(st.floats(-1e3, 1e3) | st.just(math.nan) | st.just(math.inf), min_size=1, max_size=5))
+def test_a_band_of_nothing_known_is_no_pair_of_nan(values):
+    with np.errstate(all="ignore"):
+        text = str(band(np.array(values)))
+    assert "nan" not in text
+    assert "inf" not in text
+
+
+def test_every_process_that_ran_something_is_a_worker_of_its_own(tmp_path):
+    document = load("finger_pid_latency", ["experiment.duration_s=0.2", "score.after_s=0.1"]).document()
+    outcome = run_one("a", zlib.compress(json.dumps(document).encode()), 1, Wanted((), "none", str(tmp_path)))
+    assert str(os.getpid()) in outcome.worker.split()
+
+
+def test_takes_is_said_to_be_without_compilation(capsys):
+    assert main(["list"]) == 0
+    told = capsys.readouterr().out
+    assert "first run" in told
+    assert "compile" in told
