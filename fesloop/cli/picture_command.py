@@ -24,6 +24,7 @@ def execute(args: Namespace) -> int:
                     "notes": drawn.notes})
     else:
         instants = ", ".join(f"{second:g}" for second in drawn.instants_s)
-        print(f"instants, s: {instants} ({drawn.chosen}; trial {drawn.trial})", file=sys.stderr)
+        print(f"trial {drawn.trial}, counted from 0", file=sys.stderr)
+        print(f"instants, s: {instants} ({drawn.chosen})", file=sys.stderr)
         print(*drawn.pictures, sep="\n")
     return 0
