@@ -7,6 +7,9 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
 
+_LONGEST, _LONGEST_LINE, _END = 400, 3000, 100
+"""Characters of a place or a value in a message, of a message, and of the end that a cut one keeps."""
+
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """The remedy for a name that does not exist: the known one that is most like it; empty if none is."""
@@ -19,6 +22,12 @@ def where_it_broke(fault: Exception) -> str:
     frames = traceback.extract_tb(fault.__traceback__)
     at = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
     return f"{type(fault).__name__}: {fault}{at}"
+
+
+def in_one_line(text: str, longest: int = _LONGEST) -> str:
+    """A text as one line that a terminal shows as it is: control characters escaped, too long a text cut."""
+    line = "".join(each if each.isprintable() else ascii(each)[1:-1] for each in " ".join(text.split()))
+    return line if len(line) <= longest else f"{line[:longest - _END]} ... {line[-_END:]}"
 
 
 class FesloopError(Exception):
@@ -38,12 +47,16 @@ class InputError(FesloopError, ValueError):
 
     def __init__(self, where: str, found: str, allowed: str = "", remedy: str = "") -> None:
         self.where, self.found, self.allowed, self.remedy = where, found, allowed, remedy
-        text = f"{where}: {found}"
+        text = f"{in_one_line(where)}: {in_one_line(found)}"
         if allowed:
             text += f"; allowed: {allowed}"
         if remedy:
             text += f"; {remedy}"
-        super().__init__(" ".join(text.split()))
+        super().__init__(in_one_line(text, _LONGEST_LINE))
+
+    def within(self, place: str) -> InputError:
+        """The same, its place led by another: the file that it is in, or the key of that file."""
+        return InputError(f"{place}: {self.where}", self.found, self.allowed, self.remedy)
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, str, str, str]]:
         return InputError, (self.where, self.found, self.allowed, self.remedy)
@@ -56,6 +69,10 @@ class InputErrors(InputError):
         self.faults = faults
         first = faults[0]
         super().__init__(first.where, first.found, first.allowed, first.remedy)
+
+    def within(self, place: str) -> InputErrors:
+        """The same, every place led by another."""
+        return InputErrors([fault.within(place) for fault in self.faults])
 
     def __reduce__(self) -> tuple[type[InputErrors], tuple[list[InputError]]]:  # type: ignore[override]
         return InputErrors, (self.faults,)

@@ -282,3 +282,17 @@ def test_check_prints_what_theory_knows_of_a_linear_loop(capsys):
 def test_check_says_nothing_of_theory_where_a_loop_is_not_linear(capsys):
     _, out, _ = run(capsys, "check", "finger_mpc", "--json")
     assert json.loads(out)["theory"] is None
+
+
+@pytest.mark.parametrize("arguments", [
+    ["run"], ["bogus"], ["check", "x", "--seed", "one"], ["check", "x", "--bogus"], ["fmu"],
+    ["picture", "x", "--at", "a"], ["stream", "x", "--network", "moon"], ["run", "x", "--late", "\x1b[31m\n"],
+    ["view", "a", "b", "c"]])
+def test_a_mistake_on_the_command_line_is_one_line(capsys, arguments):
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    captured = capsys.readouterr()
+    (line,) = captured.err.splitlines()
+    assert (ended.value.code, captured.out) == (2, "")
+    assert line.startswith("fesloop: ")
+    assert line.isprintable()

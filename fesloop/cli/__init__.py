@@ -9,7 +9,7 @@ from importlib import import_module
 
 from fesloop.cli.greeting import GREETING
 from fesloop.cli.parser import make_parser
-from fesloop.errors import InputError, RunError, where_it_broke
+from fesloop.errors import InputError, RunError, in_one_line, where_it_broke
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 _BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
@@ -35,7 +35,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except InputError as fault:
         return _refused(fault, getattr(args, "json", False))
     except RunError as fault:
-        print(f"fesloop: {' '.join(str(fault).split())}", file=sys.stderr)
+        print(f"fesloop: {in_one_line(str(fault), 3000)}", file=sys.stderr)
         return FAILED
     except KeyboardInterrupt:
         print("fesloop: interrupted", file=sys.stderr)
@@ -46,7 +46,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception as fault:
         if args.traceback:
             raise
-        print(f"fesloop: an error inside fesloop or a block, {' '.join(where_it_broke(fault).split())}; "
+        print(f"fesloop: an error inside fesloop or a block, {in_one_line(where_it_broke(fault))}; "
               "--traceback before the command shows the way there", file=sys.stderr)
         return FAILED
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import argparse
+from typing import NoReturn
+
+from fesloop.errors import in_one_line
 
 EPILOG = """exit codes: 0 done, 1 the run failed, 2 bad input, 130 interrupted
 
@@ -10,9 +13,17 @@ EXPERIMENT is the name of a shipped experiment (fesloop list), the path of a .to
 recording, which is then repeated."""
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line, as all of fesloop's."""
+
+    def error(self, message: str) -> NoReturn:
+        """End with exit code 2."""
+        self.exit(2, f"fesloop: {in_one_line(message)}; {self.prog} --help shows what there is\n")
+
+
 def make_parser() -> argparse.ArgumentParser:
     """The parser of `fesloop`."""
-    parser = argparse.ArgumentParser(
+    parser: argparse.ArgumentParser = _Parser(
         prog="fesloop", epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
         description="Closed-loop co-simulation of functional electrical stimulation of the hand.")
     parser.add_argument("--version", action=_Version)
