@@ -18,7 +18,7 @@ from fesloop.experiment import registry
 from fesloop.experiment.files.schema import plain
 from fesloop.experiment.reference_rows import row_faults
 from fesloop.experiment.wanted import Record, Score
-from fesloop.loop.clock import FOREVER, NS_PER_S, duration_ns
+from fesloop.loop.clock import FOREVER, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.surroundings import faults_in_place
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
@@ -31,6 +31,8 @@ _WIRE_NAMES = {"source": "from", "target": "to"}
 _LONGEST_NAME = 100
 _MOST_TRIALS, _GREATEST_SEED = 2**31 - 1, 2**63 - 1
 """What a recording has room for."""
+MOST_TICKS = 10**10
+"""Of a run (chosen: at 2 us each, the least that a tick takes, some six hours)."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -84,6 +86,7 @@ class Experiment:
         if self.score.after_s * NS_PER_S >= self.duration_ns:
             raise InputError("score.after_s", f"{self.score.after_s:g} leaves nothing of a trial",
                              f"below {self.duration_ns / NS_PER_S:g} s, the duration")
+        _raise_any(self._faults_of_size())
         _raise_any(faults_in_place(self.wiring, self.duration_ns))
 
     def with_seed(self, seed: int) -> Experiment:
@@ -116,6 +119,20 @@ class Experiment:
         if not self.nodes:
             yield InputError("blocks", "there is none", "one or more",
                              "add one: fesloop list names the kinds")
+
+    def _faults_of_size(self) -> Iterator[InputError]:
+        """What would take longer than anybody waits: named by the clock that ticks most."""
+        clocks = {f"blocks.{node.name}.rate": node.clock for node in self.nodes if not node.is_plant}
+        clocks |= {f"blocks.{node.name}": node.plant.grid for node in self.nodes if node.is_plant}
+        clocks["record.plant_rate"] = RateClock.from_rate(self.record.plant_rate)
+        ticks = {where: self.trials * clock.first_at_or_after(self.duration_ns)
+                 for where, clock in clocks.items() if clock is not None}
+        if sum(ticks.values()) > MOST_TICKS:
+            where, most = max(ticks.items(), key=lambda item: item[1])
+            length = f"{self.trials} x {self.duration_ns / NS_PER_S:g} s"
+            yield InputError(where, f"{clocks[where]} in {length} is {most:.2g} ticks",
+                             f"at most {MOST_TICKS:.0e} ticks and steps of all blocks and plants in a run",
+                             "take a lower rate, or a shorter run")
 
     @property
     def duration_ns(self) -> int:

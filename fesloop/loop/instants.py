@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
+
 from fesloop.loop.clock import FOREVER, NS_PER_S, Clock
 from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.loop.wiring import Connection, Node
@@ -25,27 +27,26 @@ class Timeline:
         fixed = recorded is None and not self._execution.random
         self._fixed_ns = self._execution.draw_ns(0.0) if fixed else None
         self._never_busy = node.execution.kind == "measured" or (most is not None and most <= shortest)
-        self._left: list[int | None] = []
+        self._executed: list[int] = []  # ticks, and when the outputs of each leave
+        self._left: list[int] = []
         self._steps: dict[tuple[int, int], tuple[int, int] | None] = {}
-        self._executed = self._busy_until = 0
 
     def left_ns(self, index: int) -> int | None:
         """When the outputs of tick `index` leave; None if that tick is skipped or never comes."""
         if self._never_busy:
             instant = self.clock.tick(index)
             return None if instant >= FOREVER else instant + self._duration_ns(index, 0)
-        while len(self._left) <= index:
-            self._left.append(self._step(len(self._left)))
-        return self._left[index]
-
-    def _step(self, index: int) -> int | None:
-        """What tick `index` does, all before it being known."""
-        instant = self.clock.tick(index)
-        if instant >= FOREVER or instant < self._busy_until:
-            return None
-        self._busy_until = instant + self._duration_ns(index, self._executed)
-        self._executed += 1
-        return self._busy_until
+        while not self._executed or self._executed[-1] < index:
+            # Ticks that pass while the block is busy are not counted one by one: at 1 GHz there are many.
+            busy = self._left[-1] if self._left else 0
+            tick = max(self._executed[-1] + 1 if self._executed else 0, self.clock.first_at_or_after(busy))
+            instant = self.clock.tick(tick)
+            if instant >= FOREVER:
+                break
+            self._left.append(instant + self._duration_ns(tick, len(self._left)))
+            self._executed.append(tick)
+        at = bisect_left(self._executed, index)
+        return self._left[at] if at < len(self._executed) and self._executed[at] == index else None
 
     def _duration_ns(self, index: int, executed: int) -> int:
         if self._fixed_ns is not None:
@@ -77,6 +78,9 @@ class Timeline:
         first = last = None
         index = self.clock.first_at_or_after(start_ns)
         stop = min(stop_ns, start_ns + LOST_AFTER_NS)
+        if self._never_busy:
+            last = self.clock.first_at_or_after(stop) - 1
+            return (index, last) if index <= last else None
         while self.clock.tick(index) < stop:
             if self.left_ns(index) is not None:
                 first, last = index if first is None else first, index
@@ -172,6 +176,8 @@ class Transit:
 
     def held_at(self, time_ns: int, first: int, last: int) -> tuple[int, int]:
         """(arrival, number) of the newest of messages `first` to `last` that has arrived by `time_ns`."""
+        # No later one has been sent long enough ago.
+        last = min(last, self._sender.clock.first_at_or_after(time_ns - self._least_ns + 1) - 1)
         for index in range(last, first - 1, -1):
             arrival = self.arrival_ns(index)
             if arrival is not None and arrival <= time_ns:

@@ -23,6 +23,7 @@ MEANING = ("From the instant that a sensor captures to the instant that the pati
            "stimulator, a channel's pulse. Least, mean and greatest are over samples and over channels.")
 """What a budget's numbers are, for whoever prints them."""
 _MOST_TICKS = 20_000
+_FASTEST_TICKS = 100_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,13 +255,16 @@ class LatencyReport:
     ----------
     wiring: what runs.
     trial: whose random numbers count.
-    horizon_ns: up to when the summaries look; 10 s by default.
+    horizon_ns: up to when the summaries look; 10 s by default. It ends with the 100,000th tick of the block
+        that ticks fastest, so that a report on a loop in the MHz takes no longer than others.
     through: a node that every path is to lead to or through; None for all paths.
     """
 
     def __init__(self, wiring: Wiring, trial: int = 0, horizon_ns: int | None = None,
                  through: Node | None = None) -> None:
         horizon = 10 * NS_PER_S if horizon_ns is None else horizon_ns
+        horizon = min([horizon, *(_FASTEST_TICKS * node.clock.shortest_ns for node in wiring.nodes
+                                  if isinstance(node.clock, RateClock))])
         traffic = Traffic(wiring.seed, trial)
         known: dict[Any, list[_Tally]] = {}
         self.paths = tuple(PathLatency(path, traffic, horizon, known)
