@@ -40,7 +40,7 @@ def strongest(model: SampledModel, weights: Array) -> float:
     """Greatest eigenvalue of G'WG: how strongly the strongest pattern of drives shows in weighted outputs.
 
     `weights` are (samples, outputs). Lanczos from a fixed start, so that equal problems give equal bits.
-    Raises InputError where no drive shows at all.
+    Raises InputError where no drive shows at all, and of a model that grows beyond floats.
     """
     samples, outputs = weights.shape
     root = np.sqrt(weights)
@@ -50,7 +50,11 @@ def strongest(model: SampledModel, weights: Array) -> float:
         return (root * response(model, back)).ravel()
 
     size = samples * outputs
-    start = apply(np.ones(size) + np.arange(size) / size)
+    with np.errstate(over="ignore", invalid="ignore"):
+        start = apply(np.ones(size) + np.arange(size) / size)
+    if not np.isfinite(start).all():
+        raise InputError("model", "its response leaves the range of floats within a trial", "a stable model",
+                         "check model.a: an eigenvalue with a large real part above 0 grows so")
     if not start.any():
         raise InputError("model", "no drive shows in an output that counts", "a model that responds",
                          "check output_weight and points: the first sample precedes every response")

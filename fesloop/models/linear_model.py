@@ -14,6 +14,9 @@ from fesloop.models.recruitment import Recruitment
 NS_PER_S = 1_000_000_000
 Matrix = NDArray[np.float64]
 
+_MOST_STORED = 2000
+"""Periods of a delay, each a state for every input (chosen: 2 s at 1 kHz)."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SampledModel:
@@ -94,7 +97,8 @@ class LinearModel:
         """Exact zero-order-hold model at a period, with any (fractional) input delay.
 
         A delay of d whole periods and a rest is carried by past inputs as states, newest first
-        (Franklin, Powell, Workman 1998, section 4.3.4). Raises InputError for a period of 0 or less.
+        (Franklin, Powell, Workman 1998, section 4.3.4). Raises InputError for a period of 0 or less, a
+        delay of more than 2000 periods, and dynamics that grow beyond floats within one.
         """
         if period_ns <= 0:
             raise InputError("period_ns", f"{period_ns}", "above 0")
@@ -109,6 +113,8 @@ class LinearModel:
         else:
             b_early, a_step = np.zeros_like(b_late), a_full
         stored = whole + (1 if rest else 0)
+        if stored > _MOST_STORED:
+            raise InputError("delay_ns", f"{delay} ns are {stored} periods", f"at most {_MOST_STORED}")
         if stored == 0:
             return SampledModel(a_step, b_late, self.c, self.offset, 0)
         size = states + stored * inputs
@@ -143,10 +149,15 @@ def matrix(where: str, rows: ArrayLike) -> NDArray[np.float64]:
 def zero_order_hold(a: Matrix, b: Matrix, duration_s: float) -> tuple[Matrix, Matrix]:
     """(Phi, Gamma) = (exp(a T), integral from 0 to T of exp(a s) ds b): x after T is Phi x + Gamma u, u held.
 
-    One exponential of the stacked matrix (Van Loan 1978, doi 10.1109/TAC.1978.1101743).
+    One exponential of the stacked matrix (Van Loan 1978, doi 10.1109/TAC.1978.1101743). Raises InputError
+    where that is not finite.
     """
     states, inputs = b.shape
     stacked = np.zeros((states + inputs, states + inputs))
     stacked[:states, :states], stacked[:states, states:] = a, b
-    exponential = expm(stacked * duration_s)
+    with np.errstate(over="ignore", invalid="ignore"):
+        exponential = expm(stacked * duration_s)
+    if not np.isfinite(exponential).all():
+        raise InputError("a", f"grows beyond the range of floats within {duration_s:g} s",
+                         "eigenvalues of a size that occurs")
     return exponential[:states, :states], exponential[:states, states:]

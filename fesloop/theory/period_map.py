@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.errors import RunError
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.losses import odds
 from fesloop.loop.order import Sampling
@@ -27,6 +28,8 @@ from fesloop.theory.schedule import Delivery, Schedule, schedule
 from fesloop.theory.steps import Draw, Flow, Step, pruned
 
 Array = NDArray[np.float64]
+_MOST_STATES = 3000
+"""Of a loop (chosen: a matrix of 72 MB)."""
 _PLANT_INPUT = 0
 """A linear plant has one, whatever its number among the ports."""
 
@@ -82,6 +85,9 @@ class _Rows:
             looks = [each.look for each in mine if each.look is not None]
             if looks:
                 depth = self.oldest = ages.oldest_age(connection, looks)
+            if self.total + depth * size > _MOST_STATES:
+                raise RunError(f"{connection.wire.name}: {depth} messages are under way at once, which makes "
+                               f"more than {_MOST_STATES} states")
             self.sent[connection.wire.name] = [self._next(size) for _ in range(depth)]
             if connection.target is not loop.plant:
                 self.port[connection.target.name, connection.target_port] = self._next(size)

@@ -93,6 +93,8 @@ class SecondMoments:
     def spectral_radius(self) -> float:
         """Of the operator: the factor by which second moments grow in a period, in the long run."""
         matrix = self._period.matrix
+        if not all(np.isfinite(step.matrix).all() for step in self._period.steps if isinstance(step, Flow)):
+            raise RunError("the growth of second moments was not found: within a period it is beyond floats")
         if matrix is not None:
             return float(np.abs(np.linalg.eigvals(matrix)).max(initial=0.0) ** 2)
         size = self.numbers

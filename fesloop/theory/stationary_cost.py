@@ -44,8 +44,11 @@ class StationaryCost:
 
     @property
     def growth_per_s(self) -> float:
-        """Factor by which second moments grow in a second, in the long run."""
-        return float(self.spectral_radius ** (1.0 / self.period_s))
+        """Factor by which second moments grow in a second, in the long run; infinite beyond floats."""
+        try:
+            return float(self.spectral_radius ** (1.0 / self.period_s))
+        except OverflowError:
+            return math.inf
 
     @property
     def rms_deg(self) -> Array:
