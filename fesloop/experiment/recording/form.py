@@ -2,24 +2,65 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NotRequired
 
 import h5py
 import numpy as np
+from pydantic import TypeAdapter, ValidationError
+from typing_extensions import TypedDict
 
 from fesloop.errors import InputError
 from fesloop.experiment.recording.rows import BLOCK_STAMPS, EVENT, INPUT_STAMPS, MESSAGES, PLANT_STAMPS
 from fesloop.streams.containers import hdf5
+from fesloop.toml import TomlError, plain_tables
 
 ALLOWED = "a file that fesloop run wrote"
 _TABLES = {"events": EVENT, "messages": MESSAGES}
 _STAMPS = {"blocks": BLOCK_STAMPS, "plants": PLANT_STAMPS, "inputs": INPUT_STAMPS}
+_TEXTS, _NAMES = TypeAdapter(dict[str, str]), TypeAdapter(list[str])
 _UNUSED_BYTES = 2**26
 """Chunks that are begun but not full, of all datasets together (chosen: 2000 datasets of 32 kB)."""
+
+
+
+class _About(TypedDict):
+    name: str
+    trials: int
+    seed: int
+
+
+class _Block(TypedDict):
+    kind: str
+
+
+_Wire = TypedDict("_Wire", {"from": str, "to": str})
+
+
+class _Score(TypedDict):
+    truth: NotRequired[str]
+    reference: NotRequired[str]
+    estimate: NotRequired[str]
+
+
+class _Patient(TypedDict):
+    file: str
+
+
+class _Experiment(TypedDict):
+    """What every version's tables of an experiment hold, whatever the kinds of its blocks."""
+
+    experiment: _About
+    blocks: dict[str, _Block]
+    wires: list[_Wire]
+    score: NotRequired[_Score]
+    record: NotRequired[dict[str, Any]]
+    patient: NotRequired[_Patient]
+
+
+_EXPERIMENT = TypeAdapter(_Experiment)
 
 
 @contextmanager
@@ -44,11 +85,10 @@ def require_form(file: h5py.File, path: Path) -> None:
 def _require_described(file: h5py.File, where: str) -> None:
     """What is told of the run as a whole."""
     told = hdf5.attributes(file, where)
-    for key, kind in (("name", str), ("fingerprint", str), ("versions", dict), ("wires", list)):
-        if kind is str:
-            hdf5.text(told, key, where)
-        else:
-            _json(told, key, kind, where)
+    for key in ("name", "fingerprint"):
+        hdf5.text(told, key, where)
+    _json(told, "versions", _TEXTS, where)
+    _json(told, "wires", _NAMES, where)
     if not isinstance(told.get("seed"), (int, np.integer)):
         raise InputError(f"{where}: seed", "is missing, or no number", ALLOWED)
 
@@ -73,16 +113,26 @@ def _require_tables(file: h5py.File, path: Path) -> None:
         raise InputError(where, f"has rows of {-room:.3g} bytes more than the file", ALLOWED)
 
 
-def _json(told: dict[str, Any], key: str, kind: type[Any], where: str) -> Any:
+def require_tables(told: Any, where: str) -> dict[str, Any]:
+    """The tables of a recorded experiment; InputError where they are damaged."""
     try:
-        value = json.loads(hdf5.text(told, key, where))
-    except InputError:
-        raise
-    except (ValueError, RecursionError):
-        value = None
-    if not isinstance(value, kind):
-        raise InputError(f"{where}: {key}", "is damaged", ALLOWED)
-    return value
+        tables = plain_tables(told if isinstance(told, dict) else {})
+        _EXPERIMENT.validate_python(tables, strict=True)
+    except TomlError as fault:
+        raise InputError(where, f"is damaged: {fault}", ALLOWED) from None
+    except ValidationError as fault:
+        first = fault.errors(include_url=False)[0]
+        raise InputError(".".join([where, *map(str, first["loc"])]), f"is damaged: {first['msg']}",
+                         ALLOWED) from None
+    return tables
+
+
+def _json(told: dict[str, Any], key: str, form: TypeAdapter[Any], where: str) -> Any:
+    text = hdf5.text(told, key, where)
+    try:
+        return form.validate_json(text)
+    except ValidationError:
+        raise InputError(f"{where}: {key}", "is damaged", ALLOWED) from None
 
 
 def _streams(group: Any, where: str) -> Iterator[tuple[str, h5py.Dataset]]:
@@ -111,7 +161,7 @@ def _size(dataset: Any, where: str) -> int:
 def _require_stream(dataset: h5py.Dataset, stamps: list[tuple[str, str]], where: str) -> None:
     """Raise InputError unless rows are stamps and ports, each of which has a unit."""
     dtype, names = dataset.dtype, dataset.dtype.names or ()
-    units = _json(hdf5.attributes(dataset, where), "units", dict, where)
+    units = _json(hdf5.attributes(dataset, where), "units", _TEXTS, where)
     ports = names[len(stamps):]
     sound = [(name, dtype[name].str) for name in names[:len(stamps)]] == stamps and set(ports) == set(units)
     if not sound or not all(dtype[port].base == np.dtype("<f8") for port in ports):

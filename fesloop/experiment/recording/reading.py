@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
-from fesloop.experiment.recording.form import ALLOWED, undamaged
+from fesloop.experiment.recording.form import ALLOWED, require_tables, undamaged
 from fesloop.experiment.recording.opening import open_file
 from fesloop.experiment.recording.recorded import Event, Signal, signal_of
 from fesloop.experiment.recording.rows import INSTANTS, ORIGINS
@@ -57,11 +57,11 @@ class Recording:
         """Tables of the experiment; the file is closed where they are damaged."""
         try:
             with undamaged(f"{self.path}: experiment"):
-                told: dict[str, Any] = dict(json.loads(self._file["experiment"][()]))
+                told = json.loads(self._file["experiment"][()])
+            return require_tables(told, f"{self.path}: experiment")
         except InputError:
             self.close()
             raise
-        return told
 
     def _values(self, path: str) -> Any:
         """All values of a dataset; InputError where the file has lost them."""
