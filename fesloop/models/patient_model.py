@@ -9,6 +9,7 @@ says otherwise.
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -19,7 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
-from fesloop.errors import InputError, did_you_mean
+from fesloop.errors import InputError, InputErrors, did_you_mean
+from fesloop.experiment.files.faults import faults_of
+from fesloop.experiment.files.layout import keys_at
 from fesloop.experiment.files.schema import closed, plain
 from fesloop.experiment.files.toml_text import toml_text
 from fesloop.loop.clock import NS_PER_MS, duration_ns
@@ -38,7 +41,7 @@ FREE_RUN, HALF_SECOND, RECRUITMENT = "free_run", "half_second", "recruitment"
 """Kinds of fit that a model is judged by: by output on what was held out, and by channel."""
 _SHIPPED = Path(__file__).parent / "shipped"
 _NESTED = list[list[float]]
-_FORM = TypeAdapter(closed("PatientModel", {
+_TABLE: Any = closed("PatientModel", {
     "format": Required[str], "patient": Required[str], "source": Required[str],
     "outputs": Required[list[str]], "electrodes": Required[list[str]], "current_ma": Required[list[float]],
     "rate": Required[str], "delay_ms": Required[float],
@@ -51,7 +54,8 @@ _FORM = TypeAdapter(closed("PatientModel", {
     "operating": Required[closed("Operating", {
         "drive": Required[list[float]], "outputs": Required[list[float]]})],
     "fit": Required[dict[str, dict[str, float]]],
-}))
+})
+_FORM = TypeAdapter(_TABLE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -175,11 +179,11 @@ def load_patient_model(path: Path) -> PatientModel:
     if table.get("format") != FORMAT:
         raise InputError(f"{path}: format", f"{table.get('format')!r}", repr(FORMAT), "run fesloop identify")
     try:
-        table = _FORM.validate_python(table)
+        _FORM.validate_json(json.dumps(table))
     except ValidationError as fault:
-        first = fault.errors(include_url=False)[0]
-        place = ".".join(str(key) for key in first["loc"])
-        raise InputError(f"{path}: {place}", first["msg"], remedy="run fesloop identify again") from None
+        faults = faults_of(fault.errors(include_url=False), table, lambda at: keys_at(_TABLE, at, table),
+                           tagged=False)
+        raise InputErrors(faults).within(str(path)) from None
     return _from_table(table, path)
 
 

@@ -84,7 +84,7 @@ def _faults_of_form(document: dict[str, Any]) -> list[InputError]:
     """Unknown and missing keys, and values of the wrong type."""
     form, adapter = _form()
     try:
-        adapter.validate_json(json.dumps(document, default=str))
+        adapter.validate_json(json.dumps(document))
     except ValidationError as fault:
         return faults_of(fault.errors(include_url=False), document,
                          lambda path: keys_at(form, path, document), tagged=False)

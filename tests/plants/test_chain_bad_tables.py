@@ -40,8 +40,8 @@ MISTAKES = {
     'blocks.hand.object={shape="ball", size_mm=[1.0, 2.0]}': "blocks.hand.object.size_mm: (1.0, 2.0)",
     "blocks.hand.object={mass_kg=0.0}": "blocks.hand.object.mass_kg",
     "blocks.hand.object={mass_kg=1e-20, position_m=[0.0, 0.1, -0.5]}": "sizes and masses of real things",
-    f"blocks.hand.object={{orientation={NAN_POSE}}}": "of length 1",
-    f"blocks.hand.forearm_orientation={NAN_POSE}": "blocks.hand.forearm_orientation: (nan",
+    f"blocks.hand.object={{orientation={NAN_POSE}}}": "blocks.hand.object.orientation[0]: nan",
+    f"blocks.hand.forearm_orientation={NAN_POSE}": "blocks.hand.forearm_orientation[0]: nan",
     "blocks.hand.table={height_m=-0.07}": "blocks.hand.object: reaches 30.0 mm into table",
     "blocks.hand.table={height_m=0.0, centre_m=[0.0, 0.07], half_m=[0.02, 0.02]}":
         "blocks.hand.table: reaches",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
 import json
 from collections.abc import Sequence
 from functools import lru_cache
@@ -37,19 +36,28 @@ def kinds_in(document: Any) -> dict[str, type[Any]]:
 
 def check(document: dict[str, Any], kinds: Kinds, faults: list[InputError]) -> None:
     """Raise InputErrors naming everything that is not of the declared form, and the `faults` known before."""
+    raise_all(faults + faults_of_form(document, kinds))
+
+
+def faults_of_form(document: dict[str, Any], kinds: Kinds) -> list[InputError]:
+    """Everything that is not of the declared form."""
     unknown = _blocks_of_no_kind(document, kinds)
-    faults = faults + [_unknown_kind(name, table) for name, table in unknown]
+    faults = [_unknown_kind(name, table) for name, table in unknown]
+    hidden = tuple(f"blocks.{name}" for name, _ in unknown)
+    faults += [each for each in _faults_of_values(document, kinds) if each.where not in hidden
+               and not each.where.startswith(tuple(f"{place}." for place in hidden))]
+    return [_with_alias(fault, document) for fault in faults]
+
+
+def _faults_of_values(document: Any, kinds: Kinds) -> list[InputError]:
+    """Unknown and missing keys, and values of another type."""
     table, adapter = _form(tuple(kinds.items()))
     try:
-        text = json.dumps(document, default=_as_text)
-        adapter.validate_json(text)
+        adapter.validate_json(json.dumps(document))
     except ValidationError as fault:
-        found = faults_of(fault.errors(include_url=False), document,
-                          lambda path: keys_at(table, path, document), tagged=len(kinds) > 1)
-        hidden = tuple(f"blocks.{name}" for name, _ in unknown)
-        faults += [each for each in found if each.where not in hidden and not each.where.startswith(
-            tuple(f"{place}." for place in hidden))]
-    raise_all([_with_alias(fault, document) for fault in faults])
+        return faults_of(fault.errors(include_url=False), document,
+                         lambda path: keys_at(table, path, document), tagged=len(kinds) > 1)
+    return []
 
 
 @lru_cache(maxsize=_FORMS)
@@ -70,18 +78,12 @@ def _with_alias(fault: InputError, document: dict[str, Any]) -> InputError:
     return fault
 
 
-def _as_text(value: Any) -> str:
-    """TOML's dates and times: no key takes one, so they are checked as the text they were."""
-    if isinstance(value, (datetime.date, datetime.time)):
-        return value.isoformat()
-    raise TypeError(f"{value!r} is not of TOML")
-
-
 def _blocks_of_no_kind(document: dict[str, Any], kinds: Kinds) -> list[tuple[str, Any]]:
     blocks = document.get("blocks")
     tables = blocks.items() if isinstance(blocks, dict) else ()
+    known = list(kinds)  # compared, not hashed: what stands there may be a list
     return [(name, table) for name, table in tables
-            if isinstance(table, dict) and table.get("kind") not in kinds]
+            if isinstance(table, dict) and table.get("kind") not in known]
 
 
 def _unknown_kind(name: str, table: dict[str, Any]) -> InputError:

@@ -9,9 +9,9 @@ from typing import Any
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.files.checking import check, kinds_in, raise_all
+from fesloop.experiment.files.checking import faults_of_form, kinds_in, raise_all
 from fesloop.experiment.files.patient_models import with_models
-from fesloop.experiment.files.patients import with_patient
+from fesloop.experiment.files.patients import patient_of, with_patient
 from fesloop.experiment.files.repeat import document_of
 from fesloop.experiment.files.schema import Kinds, make
 from fesloop.experiment.files.settings import apply_settings
@@ -22,7 +22,7 @@ from fesloop.loop.clock import Clock
 from fesloop.loop.duration import Duration
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node
-from fesloop.toml import TomlError, tables_of
+from fesloop.toml import TomlError, plain_tables, tables_of
 
 _PLACE = ("kind", "rate", "clock", "offset_ms", "execution")
 
@@ -91,24 +91,44 @@ def from_document(document: Mapping[str, Any], name: str = "experiment") -> Expe
 
     Variants are at their defaults.
     """
-    tables = pick(document, (), name).document
+    try:
+        tables = pick(plain_tables(document), (), name).document
+    except TomlError as fault:
+        raise InputError(name, str(fault), "plain tables, as of a TOML file") from None
     try:
         kinds = kinds_in(tables)
-        tables, faults = with_patient(tables, kinds)
-        try:
-            tables = with_models(tables, kinds, patient_known=not faults)
-        except InputErrors as several:
-            raise InputErrors([*faults, *several.faults]) from None
-        check(tables, kinds, faults)
-        return _experiment(tables, kinds)
-    except InputErrors as several:
-        raise InputErrors([_in_file(fault, name) for fault in several.faults]) from None
+        return _experiment(_filled(tables, kinds), kinds)
     except InputError as fault:
-        raise _in_file(fault, name) from None
+        raise fault.within(name) from None
 
 
-def _in_file(fault: InputError, name: str) -> InputError:
-    return InputError(f"{name}: {fault.where}", fault.found, fault.allowed, fault.remedy)
+def _filled(tables: dict[str, Any], kinds: Kinds) -> dict[str, Any]:
+    """The tables with what the patient and files of models add to them; raises InputErrors.
+
+    Nothing is read out of tables before they are of the declared form, but for parameters that are missing: a
+    patient or a model may add those.
+    """
+    faults = faults_of_form(tables, kinds)
+    patient, of_patient = patient_of(tables, faults)
+    if any(not _may_be_added(fault) for fault in faults):
+        raise_all(of_patient + faults)
+    filled = tables
+    try:
+        filled = tables if patient is None else with_patient(tables, patient, kinds)
+    except InputError as fault:
+        of_patient.append(fault)
+    try:
+        filled = with_models(filled, kinds, patient_known=not of_patient)
+    except InputErrors as several:
+        raise InputErrors([*of_patient, *several.faults]) from None
+    raise_all(of_patient + (faults if filled == tables else faults_of_form(filled, kinds)))
+    return filled
+
+
+def _may_be_added(fault: InputError) -> bool:
+    """Whether a fault is that of a parameter that a block lacks; none is added to an item of a list."""
+    return (fault.found == "is missing" and fault.where.startswith("blocks.") and "[" not in fault.where
+            and not fault.where.endswith(".kind"))
 
 
 def _experiment(document: dict[str, Any], kinds: Kinds) -> Experiment:

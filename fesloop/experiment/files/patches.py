@@ -190,4 +190,4 @@ def _same(one: Any, other: Any) -> bool:
     """Whether two values are written alike: 1, 1.0 and true are not."""
     if one is _ABSENT or other is _ABSENT:
         return one is other
-    return json.dumps(one, sort_keys=True, default=str) == json.dumps(other, sort_keys=True, default=str)
+    return json.dumps(one, sort_keys=True) == json.dumps(other, sort_keys=True)

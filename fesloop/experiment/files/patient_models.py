@@ -25,51 +25,43 @@ from fesloop.models.patient_model import (
     require_usable,
 )
 
-_SWITCHES = ("any_patient", "any_fit")
-_KEYS = {"file", *_SWITCHES}
-
 
 def with_models(document: dict[str, Any], kinds: Kinds, *, patient_known: bool = True) -> dict[str, Any]:
     """The document with the models of files in place of their names.
 
-    A block that does not say `current_ma` gets the file's. What is not of the right form is left for the
-    document's check. Models are held against the patient only where it is known. Raises InputErrors, a line
-    for each file that is no model, or one of something else.
+    A block that does not say `current_ma` gets the file's. The document's form must be the declared one, but
+    for parameters that are missing. Models are held against the patient only where it is known. Raises
+    InputErrors, a line for each file that is no model, or one of something else.
     """
-    blocks = document.get("blocks")
-    if not isinstance(blocks, dict):
-        return document
     told: dict[str, Any] = {}
     notes: list[str] = []
-    faults = []
-    for name, table in blocks.items():
+    faults: list[InputError] = []
+    for name, table in document["blocks"].items():
         try:
             told[name] = _with_model(f"blocks.{name}", table, document, kinds, notes, patient_known)
+        except InputErrors as several:
+            faults += several.faults
         except InputError as fault:
             faults.append(fault)
     if faults:
         raise InputErrors(faults)
-    return {**document, "blocks": told, **_noted(document.get("experiment"), notes)}
+    return {**document, "blocks": told, **_noted(document["experiment"], notes)}
 
 
-def _noted(about: Any, notes: list[str]) -> dict[str, Any]:
+def _noted(about: dict[str, Any], notes: list[str]) -> dict[str, Any]:
     """The table [experiment] with more notes; nothing where there are none."""
-    if not notes or not isinstance(about, dict) or not isinstance(about.get("notes", []), list):
-        return {}
-    return {"experiment": {**about, "notes": [*about.get("notes", []), *notes]}}
+    return {"experiment": {**about, "notes": [*about.get("notes", []), *notes]}} if notes else {}
 
 
-def _with_model(where: str, table: Any, document: dict[str, Any], kinds: Kinds, notes: list[str],
-                patient_known: bool) -> Any:
+def _with_model(where: str, table: Mapping[str, Any], document: dict[str, Any], kinds: Kinds,
+                notes: list[str], patient_known: bool) -> dict[str, Any]:
     """A block's table with the models of its files; what is to be known of them is added to `notes`."""
-    if not isinstance(table, dict) or table.get("kind") not in kinds:
-        return table
     made = dict(table)
     for key, hint in hints_of(kinds[table["kind"]]).items():
         value = table.get(key)
         if hint is LinearModel and _is_file(value):
             made[key] = _model(f"{where}.{key}", value, made, document, notes, patient_known)
-        elif hint is ErrorProcess and isinstance(value, dict) and set(value) == {"file"}:
+        elif hint is ErrorProcess and _is_file(value):
             made[key] = _process(f"{where}.{key}", value["file"])
         elif LinearModel in get_args(hint) and isinstance(value, list):
             made[key] = [_model(f"{where}.{key}[{i}]", item, made, document, notes, patient_known)
@@ -77,20 +69,16 @@ def _with_model(where: str, table: Any, document: dict[str, Any], kinds: Kinds, 
     return made
 
 
-def _process(where: str, file: Any) -> dict[str, Any]:
+def _process(where: str, file: str) -> dict[str, Any]:
     """The plain table of a file's error process."""
-    if not isinstance(file, str):
-        raise InputError(f"{where}.file", f"{file!r}", "the path of a file")
     try:
         return error_process_table(Path(file))
     except InputError as fault:
-        raise InputError(f"{where}: {fault.where}", fault.found, fault.allowed, fault.remedy) from None
+        raise fault.within(where) from None
 
 
 def _is_file(value: Any) -> TypeGuard[dict[str, Any]]:
-    return (isinstance(value, dict) and "file" in value and set(value) <= _KEYS
-            and isinstance(value["file"], str)
-            and all(isinstance(value.get(switch, False), bool) for switch in _SWITCHES))
+    return isinstance(value, dict) and "file" in value
 
 
 def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
@@ -105,7 +93,7 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
         if not value.get("any_fit"):
             require_usable(value["file"], model)
     except InputError as fault:
-        raise InputError(f"{where}: {fault.where}", fault.found, fault.allowed, fault.remedy) from None
+        raise fault.within(where) from None
     poor = model.weaknesses()
     if poor:
         much = "little" if model.usable else "too little to control by"
@@ -119,12 +107,11 @@ def _wanted(table: Mapping[str, Any], document: Mapping[str, Any], model: Patien
     """What the experiment says of all that a model is made for, as far as it does."""
     choice, blocks = document.get("patient"), document["blocks"]
     wanted: dict[str, Any] = {
-        "patient": describe({key: item for key, item in choice.items() if key != "day"})
-        if isinstance(choice, dict) and "file" in choice else ""}
+        "patient": describe({key: item for key, item in choice.items() if key != "day"}) if choice else ""}
     for other in blocks.values():
-        if isinstance(other, dict) and other.get("kind") == "stimulator":
+        if other["kind"] == "stimulator":
             wanted["electrodes"] = electrodes_in_words(other, len(model.current_ma))
-        if isinstance(other, dict) and other.get("kind") == "synergies" and "rows" in other:
+        if other["kind"] == "synergies" and "rows" in other:
             wanted["outputs"] = tuple(other["rows"])
     if "current_ma" in table:
         wanted["current_ma"] = tuple(float(value) for value in table["current_ma"])

@@ -7,12 +7,10 @@ module with the functions of `PatientReader`.
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, NotRequired, Protocol, Required, cast
-
-from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment.files.schema import Kinds, closed, hints_of, plain
@@ -89,47 +87,41 @@ def drawn_patient(choice: Mapping[str, Any]) -> Patient:
     return patient.on_day(choice["day"]) if "day" in choice else patient
 
 
-def with_patient(document: dict[str, Any], kinds: Kinds) -> tuple[dict[str, Any], list[InputError]]:
-    """The document with its patient's parameters under its blocks, and what is wrong with the patient.
+def patient_of(document: Mapping[str, Any], faults: Sequence[InputError]
+               ) -> tuple[Patient | None, list[InputError]]:
+    """A document's patient, None without one, and what is wrong with the patient.
 
-    What the document says of a block itself wins. A table of the wrong form is left for the document's check.
-    A patient of whom no block is told, and whom no model is held against, is refused: results would be said
-    to be theirs.
+    `faults` are those of the document's form: a table [patient] that is among them makes no patient.
     """
-    choice, blocks = document.get("patient"), document.get("blocks")
-    if choice is None or not _is_choice(choice) or not isinstance(blocks, dict):
-        return document, []
+    if "patient" not in document or any(fault.where.partition(".")[0] == "patient" for fault in faults):
+        return None, []
     try:
-        patient = drawn_patient(choice)
+        return drawn_patient(document["patient"]), []
     except InputErrors as several:
-        return document, [_of_patient(fault) for fault in several.faults]
+        return None, [_of_patient(fault) for fault in several.faults]
     except InputError as fault:
-        return document, [_of_patient(fault)]
+        return None, [_of_patient(fault)]
+
+
+def with_patient(document: Mapping[str, Any], patient: Patient, kinds: Kinds) -> dict[str, Any]:
+    """A document with its patient's parameters under its blocks. What it says of a block itself wins.
+
+    Its form must be the declared one, but for parameters that are missing. Raises InputError for a patient of
+    whom no block is told, and whom no model is held against: results would be said to be theirs.
+    """
+    choice, blocks = document["patient"], document["blocks"]
     added = {name: _parameters(table, patient, kinds) for name, table in blocks.items()}
-    if None not in added.values() and not any(added.values()) and not _of_a_file(blocks):
-        return document, [InputError("patient", f"{choice['file']!r} would change nothing",
-                                     "an experiment with a block that is told of a patient: a hand, muscles, "
-                                     "electrodes", "remove it")]
+    if not any(added.values()) and not _of_a_file(blocks):
+        raise InputError("patient", f"{choice['file']!r} would change nothing",
+                         "an experiment with a block that is told of a patient: a hand, muscles, electrodes",
+                         "remove it")
     told = {name: _merged(more, blocks[name]) if more else blocks[name] for name, more in added.items()}
-    return {**document, "blocks": told, "patient": {**choice, "drawn": patient.table()}}, []
-
-
-def _is_choice(choice: Any) -> bool:
-    try:
-        _choice_form().validate_python(choice)
-    except ValidationError:
-        return False
-    return True
-
-
-@cache
-def _choice_form() -> TypeAdapter[Any]:
-    return TypeAdapter(CHOICE)
+    return {**document, "blocks": told, "patient": {**choice, "drawn": patient.table()}}
 
 
 def _of_a_file(blocks: Mapping[str, Any]) -> bool:
     """Whether a controller has a model file, which says whose it is and is held against the patient."""
-    models = [table.get("model") for table in blocks.values() if isinstance(table, dict)]
+    models = [table.get("model") for table in blocks.values()]
     return any(isinstance(model, dict) and "file" in model for model in models)
 
 
@@ -138,10 +130,8 @@ def _of_patient(fault: InputError) -> InputError:
     return InputError(where, fault.found, fault.allowed, fault.remedy)
 
 
-def _parameters(table: Any, patient: Patient, kinds: Kinds) -> dict[str, Any] | None:
-    """What the patient adds to a block's table; None of a block that is not known."""
-    if not isinstance(table, dict) or table.get("kind") not in kinds:
-        return None
+def _parameters(table: Mapping[str, Any], patient: Patient, kinds: Kinds) -> dict[str, Any]:
+    """What the patient adds to a block's table."""
     kind = table["kind"]
     added = dict(patient.parameters(kind, table))
     if hints_of(kinds[kind]).get("hand") is HandSize:

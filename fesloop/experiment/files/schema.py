@@ -7,6 +7,7 @@ table, `plain` the table from an object.
 
 from __future__ import annotations
 
+import math
 import types
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import MISSING, Field, fields, is_dataclass
@@ -36,7 +37,7 @@ from fesloop.errors import InputError
 from fesloop.models.error_process import ErrorProcess
 from fesloop.models.linear_model import LinearModel, matrix
 
-STRICT = ConfigDict(strict=True, extra="forbid")
+STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
 Kinds = Mapping[str, type[Any]]
 NestedNumbers = list[float] | list[list[float]]
 _LITERAL, _FILE = "matrices", "file"
@@ -83,6 +84,8 @@ def closed(name: str, keys: dict[str, Any]) -> Any:
 def _key(field: Field[Any], annotation: Any) -> Any:
     if field.default is not MISSING:
         default = field.default
+        if isinstance(default, float) and math.isinf(default):  # no limit
+            annotation = Annotated[annotation, Described(allow_inf_nan=True)]
     elif field.default_factory is not MISSING:
         default = field.default_factory()
     else:
@@ -144,8 +147,8 @@ def _hinted(cls: type[Any]) -> list[tuple[Field[Any], Any]]:
 def build(annotation: Any, value: Any, kinds: Kinds, where: str) -> Any:
     """The object that a checked plain value stands for.
 
-    Raises InputError, its place led by `where`, for what the object itself refuses, and for matrices with
-    rows of unequal length.
+    Raises InputError, its place led by `where`, for what the object itself refuses, for matrices with rows of
+    unequal length, and for numbers with which what the object derives from them leaves the range of floats.
     """
     if annotation is LinearModel and isinstance(value, dict) and "kind" in value:
         rest = {key: item for key, item in value.items() if key != "kind"}
@@ -187,7 +190,11 @@ def make(cls: type[Any], values: Mapping[str, Any], kinds: Kinds, where: str) ->
     hints = hints_of(cls)
     given = {key: build(hints[key], value, kinds, f"{where}.{key}") for key, value in values.items()}
     try:
-        return cls(**given)
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            return cls(**given)
+    except (ArithmeticError, np.linalg.LinAlgError) as fault:
+        raise InputError(where, f"its numbers cannot be computed with: {fault}",
+                         "numbers of a size that occurs") from fault
     except InputError as fault:
         place = _place(fault.where, where, hints, cls.__name__.lower())
         raise InputError(place, fault.found, fault.allowed, fault.remedy) from fault

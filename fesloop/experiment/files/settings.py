@@ -12,7 +12,7 @@ from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment import registry
 from fesloop.experiment.files.patients import require_no_other
 from fesloop.experiment.files.schema import hints_of
-from fesloop.toml import TomlError, TooLargeError, tables_of
+from fesloop.toml import DEEPEST, TomlError, TooLargeError, tables_of
 
 _TOP = ("experiment", "patient", "record", "blocks", "wires", "score")
 _PART = re.compile(r'"([^"]*)"|([^.\[\]"]+)|\[(\d+)\]')
@@ -49,13 +49,20 @@ def _paths(document: dict[str, Any], key: str, name: str, variants: Sequence[str
     aliases = aliases if isinstance(aliases, dict) else {}
     if key in aliases:
         targets = aliases[key] if isinstance(aliases[key], list) else [aliases[key]]
-        return [key_parts(str(target)) for target in targets]
-    path = key_parts(key)
+        return [_bounded(key_parts(str(target)), key) for target in targets]
+    path = _bounded(key_parts(key), key)
     if len(path) < 2 or path[0] not in _TOP:
         known = [*variants, *aliases, *(f"{top}.KEY" for top in _TOP)]
         raise InputError(f"--set {key}", f"is no key of {name}", ", ".join(known),
                          did_you_mean(key, [*variants, *aliases]))
     return [path]
+
+
+def _bounded(path: list[str], key: str) -> list[str]:
+    """A path that leads no deeper than tables may be nested."""
+    if len(path) > DEEPEST:
+        raise InputError(f"--set {key}", f"leads through {len(path)} tables", f"at most {DEEPEST}")
+    return path
 
 
 def key_parts(key: str) -> list[str]:

@@ -40,7 +40,7 @@ def checked_variants(variants: Any, base: Tables) -> Tables:
     form, adapter = _form()
     faults = []
     try:
-        adapter.validate_json(json.dumps(patches, default=str))
+        adapter.validate_json(json.dumps(patches))
     except ValidationError as fault:
         faults = faults_of(fault.errors(include_url=False), patches,
                            lambda path: keys_at(form, path, patches), tagged=False)

@@ -74,7 +74,7 @@ def pick(document: Mapping[str, Any], settings: Sequence[str], name: str) -> Pic
         variants = checked_variants(declared, base)
         made = _made(variants, keyed(base))
     except InputErrors as several:
-        raise InputErrors([_in_file(fault, name) for fault in several.faults]) from None
+        raise several.within(name) from None
     asked = _asked(variants, settings, name)
     options = {variant: asked.get(variant, table["default"]) for variant, table in variants.items()}
     told = [f"{variant}={option}" for variant, option in options.items() if variant in asked]
@@ -90,10 +90,6 @@ def listed(document: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     return {variant: {"default": table["default"], "options": {
         option: patch.get("description", "") for option, patch in table.items() if option != "default"}}
         for variant, table in document.get("variants", {}).items()}
-
-
-def _in_file(fault: InputError, name: str) -> InputError:
-    return InputError(f"{name}: {fault.where}", fault.found, fault.allowed, fault.remedy)
 
 
 def _key(setting: str) -> str:

@@ -179,7 +179,6 @@ def read_layout(path: Path) -> Layout:
         document = tables_of(read_text(path, _ALLOWED))
     except TomlError as fault:
         raise InputError(name, f"is not TOML: {fault}", remedy="mend the line") from None
-    document = json.loads(json.dumps(document, default=str))  # dates of TOML: no key takes one
     form = table(Layout, {})
     try:
         TypeAdapter(form).validate_json(json.dumps(document))

@@ -18,7 +18,7 @@ from fesloop.experiment.files.schema import closed, make, table
 from fesloop.study.design.axes import Axis
 from fesloop.study.design.figure_specs import Figure
 from fesloop.study.design.study import About, Preparation, Study, is_name
-from fesloop.toml import TomlError, tables_of
+from fesloop.toml import TomlError, plain_tables, tables_of
 
 _SPAN = {"start": "from", "stop": "to"}
 
@@ -43,16 +43,16 @@ def read_study(study: str | Path, form: str = "") -> Study:
         raise InputError(name, f"is not TOML: {fault}", remedy="mend the line") from None
     try:
         return study_of(document, form, folder)
-    except InputErrors as several:
-        raise InputErrors([_in_file(fault, name) for fault in several.faults]) from None
     except InputError as fault:
-        raise _in_file(fault, name) from None
+        raise fault.within(name) from None
 
 
 def study_of(document: Mapping[str, Any], form: str = "", folder: Path | None = None) -> Study:
     """The study that plain tables describe, in one of its forms; `folder` is where paths start from."""
-    # TOML's dates and times: no key takes one, so they are the text they were.
-    settled, cost = _in_form(json.loads(json.dumps(document, default=str)), form)
+    try:
+        settled, cost = _in_form(plain_tables(document), form)
+    except TomlError as fault:
+        raise InputError("the study", str(fault), "plain tables, as of a TOML file") from None
     _check(settled)
     # What is said to people is no part of what is run, nor of what its results are held against.
     try_next = settled.pop("guide", {}).get("try_next", [])
@@ -147,7 +147,3 @@ def _renamed(axis: Mapping[str, Any]) -> dict[str, Any]:
     """An axis's table with the names of its class."""
     names = {name: own for own, name in _SPAN.items()}
     return {names.get(key, key): value for key, value in axis.items()}
-
-
-def _in_file(fault: InputError, name: str) -> InputError:
-    return InputError(f"{name}: {fault.where}", fault.found, fault.allowed, fault.remedy)
