@@ -83,6 +83,8 @@ def _summarise(result: Result, recorded: Sequence[Event]) -> None:
     rows += [["events", f"{count} x {status} ({where})"] for (where, status), count in events[:_SHOWN]]
     if len(events) > _SHOWN:
         rows.append(["events", f"and {len(events) - _SHOWN} more kinds, in the recording"])
+    if events:
+        rows.append(["events", "what they mean: docs/events.md"])
     print_table(result.experiment, ("", ""), rows, sys.stderr)
     for name, reason in reasons_of(result.metrics):
         print(f"{name}: no number: {reason}", file=sys.stderr)
