@@ -1,0 +1,271 @@
+"""Run every shipped experiment, its variants and each study in its small form, and doubt the results.
+
+    plausible.py [--only NAME]... [--workers N] [--studies] [--json FILE]
+
+A run is doubted when an initial pose or a calibration failed, when a pulse left the safety block before each
+tracker that needs stillness was aligned, when a metric is none without a reason in words, when one lies
+outside what a hand, a tracker or a stimulator can do, or when an event is not explained in docs/events.md.
+A sweep or a study is doubted when an error falls, beyond its 95 % interval, while latency or a tracker's
+error grows. What is doubted and right stands in EXPLAINED, with its reason. Ends with 1 if anything else is
+doubted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import re
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[1]
+EVENTS = ROOT / "docs" / "events.md"
+RECORDINGS = Path(os.environ.get("FESLOOP_RECORDINGS", ROOT.parent / "shared" / "data"))
+BODY16 = RECORDINGS / "body16" / "qmt_full_body_example_data.mat"
+
+SETTINGS = {"grasp_ilc": ["trials=3"], "open_close_ilc": ["trials=3"], "tracker_hour": ["duration_s=120"]}
+"""What keeps long experiments short without leaving anything of them out."""
+LEFT_OUT = {"array_search_exhaustive", "hil_live", "hil_dry_stimulator", "hil_twin", "hil_error_replay",
+            "hil_replay", "replay"}
+"""Three minutes of one search, and those that want a stream, a clock or a file, which other tests run."""
+SKIPPED = {("plant", "myohand"), ("tracker", "error_replay"), ("reference", "recorded")}
+"""Options that want an extra or a file."""
+SWEEPS = {
+    "grasp_mpc": ("tracker_latency_ms", (0, 30, 100, 200), (1, 2, 3)),
+    "finger_mpc": ("latency_ms", (0, 50, 150), (1, 2, 3, 4)),
+    "finger_pid_latency": ("latency_ms", (0, 50, 100, 150), (1, 2, 3, 4)),
+    "pinch_mpc": ("tracker_latency_ms", (0, 30, 100), (1, 2, 3)),
+}
+"""Latency by experiment: its setting, values in ms, and seeds."""
+
+BOUNDS = (
+    (r"(.*[_.])?(joint|tracker)_rmse_deg|(.*\.)?split.*", 0.0, 90.0),
+    (r"(orientation|heading|inclination).*_deg", 0.0, 180.0),
+    (r"fingertip_rmse_mm.*", 0.0, 200.0),
+    (r"object_moved_mm", 0.0, 200.0),
+    (r"aperture_mm\..*", 0.0, 250.0),
+    (r"grip_force_n\..*", 0.0, 100.0),
+    (r"grip_margin", 0.0, 50.0),
+    (r"(held_s|time_to_grasp_s)", 0.0, 120.0),
+    (r"wrist_extension_deg", -90.0, 90.0),
+    (r"unwanted_motion_deg", 0.0, 90.0),
+    (r"minutes", 0.0, 120.0),
+    (r"queries", 1.0, 10_000.0),
+    (r"charge_uc", 0.0, 1e7),
+    (r"grasps_until_fatigue", 0.0, 1e4),
+)
+"""What is possible of a metric, by its path."""
+ERRORS = re.compile(r"error|rmse|_deg$")
+WORSE = re.compile(r"latency|jitter|loss|dropout|silence|misalignment|magnet|noise|bias|drift|delay|error")
+
+EXPLAINED = {
+    r"^finger_pid_latency: joint_rmse_deg over latency_ms falls":
+        "PID set by hand is slow to follow; latency takes damping from it, which is faster up to 70 ms",
+}
+"""What is doubted and right: a pattern of the doubt, and why it is so."""
+
+
+class Case(NamedTuple):
+    """An experiment with settings."""
+
+    name: str
+    settings: tuple[str, ...] = ()
+    seed: int | None = None
+
+    def __str__(self) -> str:
+        seed = () if self.seed is None else (f"seed={self.seed}",)
+        return " ".join((self.name, *self.settings, *seed))
+
+
+def cases(only: Sequence[str]) -> Iterator[Case]:
+    """Each shipped experiment as it is, and with each option of each variant."""
+    from fesloop.experiment.files.parse import read, shipped
+
+    for name in shipped():
+        if name in LEFT_OUT or (only and name not in only):
+            continue
+        short = tuple(SETTINGS.get(name, ()))
+        yield Case(name, short)
+        for variant, table in read(name)[1].get("variants", {}).items():
+            for option, content in table.items():
+                if (isinstance(content, dict) and option != table.get("default")
+                        and (variant, option) not in SKIPPED):
+                    yield Case(name, (*short, f"{variant}={option}"))
+
+
+def sweep_cases(only: Sequence[str]) -> Iterator[Case]:
+    """Latencies by seeds."""
+    for name, (key, values, seeds) in SWEEPS.items():
+        if not only or name in only:
+            yield from (Case(name, (f"{key}={value}",), seed) for value in values for seed in seeds)
+
+
+def run(case: Case) -> tuple[Case, dict[str, Any], list[str]]:
+    """Metrics of a run, and what is doubtful about it."""
+    from fesloop import Recording, load
+
+    experiment = load(case.name, list(case.settings), case.seed)
+    with tempfile.TemporaryDirectory() as folder:
+        done = experiment.run(out=folder)
+        with Recording(done.recording) as recording:
+            doubts = [*events_doubted(recording), *pulses_doubted(recording, experiment.nodes),
+                      *metrics_doubted(done.metrics)]
+    return case, done.metrics, doubts
+
+
+def events_doubted(recording: Any) -> Iterator[str]:
+    """Poses that failed, and events that no page explains."""
+    explained = set(re.findall(r"`(\w+)`", EVENTS.read_text())) if EVENTS.exists() else set()
+    for status, where, detail in sorted({(e.status, e.where, e.detail) for e in recording.events}):
+        if status in ("initial_pose_failed", "calibration_failed"):
+            yield f"{status} ({where}): {detail}"
+    for status in sorted({event.status for event in recording.events} - explained):
+        yield f"event {status} is not explained in docs/events.md"
+
+
+def pulses_doubted(recording: Any, nodes: Sequence[Any]) -> Iterator[str]:
+    """Pulses that left a guard before every tracker that needs stillness was aligned."""
+    guards = [node.name for node in nodes if getattr(node.part, "guards", False)]
+    still = [f"{node.name}.{output}" for node in nodes
+             if (output := getattr(node.part, "needs_stillness", ""))]
+    for trial in range(recording.trials):
+        for guard in guards:
+            pulses = recording.signal(f"{guard}.stimulation", trial)
+            given = pulses.times_ns[pulses.values.reshape(len(pulses.values), -1).any(axis=1)]
+            for name in still:
+                aligned = recording.signal(name, trial)
+                since = aligned.times_ns[aligned.values[:, 0] > 0.5]
+                if given.size and (not since.size or given[0] < since[0]):
+                    yield f"trial {trial}: {guard} stimulates at {given[0] / 1e9:g} s, before {name}"
+
+
+def flat(metrics: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, list[Any]]]:
+    """Metrics by dotted path, a value a trial."""
+    for name, value in metrics.items():
+        at = f"{path}.{name}" if path else name
+        if name == "not_known":
+            continue
+        if isinstance(value, Mapping):
+            yield from flat(value, at)
+        elif isinstance(value, (list, int, float, type(None))):
+            yield at, list(value) if isinstance(value, list) else [value]
+
+
+def metrics_doubted(metrics: Mapping[str, Any]) -> Iterator[str]:
+    """Metrics that are none without a reason, or beyond what is possible."""
+    reasons = metrics.get("not_known", {})
+    for name, values in flat(metrics):
+        limits = next(((low, high) for pattern, low, high in BOUNDS if re.fullmatch(pattern, name)), None)
+        for trial, value in enumerate(values):
+            if value is None or (isinstance(value, float) and math.isnan(value)):
+                given = reasons.get(name)
+                if not (given[trial] if isinstance(given, list) else given):
+                    yield f"{name} of trial {trial} is none, without a reason"
+            elif isinstance(value, (int, float)) and limits and not limits[0] <= value <= limits[1]:
+                yield f"{name} of trial {trial} is {value:g}, possible is {limits[0]:g} to {limits[1]:g}"
+
+
+def falls(levels: Sequence[float], values: Sequence[Sequence[float]], name: str) -> Iterator[str]:
+    """Where the mean of an error falls from a level to the next by more than its 95 % interval.
+
+    Values are (levels, seeds), the same seeds at each level: the interval is of the paired difference.
+    """
+    from scipy.stats import t
+
+    for (low, before), (high, after) in pairwise(zip(levels, values, strict=True)):
+        change = np.subtract(after, before)
+        change = change[np.isfinite(change)]
+        if change.size < 2 or not np.isfinite(before).any():
+            continue
+        half = t.ppf(0.975, change.size - 1) * change.std(ddof=1) / math.sqrt(change.size)
+        if change.mean() + half < -0.01 * abs(np.nanmean(before)):
+            yield (f"{name} falls from {np.nanmean(before):.3g} at {low:g} to {np.nanmean(after):.3g} at "
+                   f"{high:g} (by {-change.mean():.2g} +- {half:.2g})")
+
+
+def sweeps_doubted(found: Mapping[Case, Mapping[str, Any]]) -> Iterator[tuple[str, str]]:
+    """Errors that fall with latency."""
+    for name, (key, levels, seeds) in SWEEPS.items():
+        runs = [[found.get(Case(name, (f"{key}={value}",), seed)) for seed in seeds] for value in levels]
+        if any(each is None for row in runs for each in row):
+            continue
+        for metric in ("joint_rmse_deg", "tracker_rmse_deg"):
+            values = [[np.mean(each[metric]) if each and metric in each else math.nan for each in row]
+                      for row in runs]
+            yield from ((name, doubt) for doubt in falls(levels, values, f"{metric} over {key}"))
+
+
+def study_doubted(name: str, workers: int) -> Iterator[str]:
+    """Runs of a small study that failed, and errors of its tables that fall."""
+    from fesloop.study import load, read_study, run_study
+
+    with tempfile.TemporaryDirectory() as folder:
+        results = load(run_study(read_study(name), out=folder, workers=workers).store)
+        table = results.frame()
+    failed = table[table["status"] != "done"]
+    for cause, count in failed["cause"].value_counts().items():
+        yield f"{count} of {len(table)} runs failed: {cause}"
+    axes = list(results.axes)
+    for axis in axes:
+        if not WORSE.search(axis) or table[axis].dtype.kind not in "if":
+            continue
+        others = [each for each in axes if each != axis]
+        for metric in filter(ERRORS.search, results.metrics):
+            for labels, group in table.groupby(others, dropna=False) if others else (((), table),):
+                by_level = group.pivot_table(index="replicate", columns=axis, values=metric)
+                if len(by_level) > 1:
+                    yield from falls(list(by_level), by_level.to_numpy().T.tolist(),
+                                     f"{metric} {labels} over {axis}")
+
+
+def explained(doubt: str) -> str:
+    """Why what is doubted is right; "" if nobody has said so."""
+    return next((why for pattern, why in EXPLAINED.items() if re.search(pattern, doubt)), "")
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Print what is doubted; exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--only", action="append", default=[])
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--studies", action="store_true")
+    parser.add_argument("--json", type=Path)
+    given = parser.parse_args(arguments)
+    asked = [*cases(given.only), *sweep_cases(given.only)]
+    found: dict[Case, dict[str, Any]] = {}
+    doubted: list[tuple[str, str]] = []
+    with ProcessPoolExecutor(given.workers) as pool:
+        for case, metrics, doubts in pool.map(run, asked):
+            found[case] = metrics
+            doubted += [(str(case), doubt) for doubt in doubts]
+            print("\n    ".join((f"{case}: {len(doubts)} doubts", *doubts)), flush=True)
+    doubted += sweeps_doubted(found)
+    if given.studies:
+        from fesloop.study.design.study_file import shipped_studies
+
+        for name in shipped_studies():
+            if not given.only or name in given.only:
+                doubted += [(name, doubt) for doubt in study_doubted(name, given.workers)]
+    if given.json:
+        metrics_of = {str(case): metrics for case, metrics in found.items()}
+        given.json.write_text(json.dumps(metrics_of, default=str))
+    left = 0
+    for name, doubt in doubted:
+        why = explained(f"{name}: {doubt}")
+        left += not why
+        print(f"{name}: {doubt}" + (f" [{why}]" if why else ""))
+    print(f"{len(asked)} runs, {len(doubted)} doubts, {left} not explained")
+    return int(left > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
