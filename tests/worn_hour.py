@@ -36,7 +36,7 @@ class Stepped:
         self.state = tracker.init(Context("tracker", clock=self.clock))
 
     def chunk(self, first, gyr, acc):
-        """angles, angle_sd, fingertips, fingertip_sd, each (count, ...), from sample `first` on."""
+        """angles, angle_sd, fingertips, fingertip_sd, aligned, each (count, ...), from sample `first` on."""
         found = []
         for i in range(len(gyr)):
             now = self.clock.tick(first + i)
@@ -67,7 +67,7 @@ def followed(hand, minutes, drifting=True, **parameters):
 
 
 def _compared(found, angles, tips, others):
-    values, sd, places, tip_sd = found
+    values, sd, places, tip_sd, _ = found
     error = np.angle(np.exp(1j * (values - angles)))
     away = places - tips
     row = {"tips": np.sqrt(np.mean(np.sum(away ** 2, axis=2), axis=0)),

@@ -159,7 +159,7 @@ def test_what_is_missing_is_told_by_import_check_run_and_report(tmp_path, capsys
         assert main([*command, "hil_replay", "--set", "recording=motion.h5"]) == 0
         assert words.replace(" ", "") in capsys.readouterr()[where].replace(" ", "").replace("\n", "")
     assert main(["report", "runs/hil_replay-1.h5"]) == 0
-    assert f"The recording played by `recording` lacks samples: {words}" in capsys.readouterr().err
+    assert f"he recording played by `recording` lacks samples: {words}" in capsys.readouterr().err
 
 
 def test_a_part_may_begin_after_a_gap_and_end_in_one(tmp_path):

@@ -25,7 +25,8 @@ class TimedBlock:
         self.durations_ns: list[int] = []
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
+        # The other block has been made for its wires: made again, it would no longer be timed.
+        if name.startswith("__") or name in ("resolve", "with_sensors"):
             raise AttributeError(name)
         return getattr(self._block, name)
 

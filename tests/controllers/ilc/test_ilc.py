@@ -46,6 +46,7 @@ def loop_of(ilc, finger, *, latency_ms=20.0, tracker="vqf", recorder=None):
                   Node("tracker", VqfTracker(initial_angles_deg=NOMINAL.rest_deg), "100")]
         wires += [Wire(f"finger.{port}", f"imus.{port}") for port in ("angles", "rates", "accelerations")]
         wires += [Wire(f"imus.{port}", f"tracker.{port}") for port in ("gyr", "acc")]
+        wires.append(Wire("tracker.aligned", "safety.aligned"))
     else:
         nodes.append(Node("tracker", IdealTracker(), "100"))
         wires.append(Wire("finger.angles", "tracker.angles"))

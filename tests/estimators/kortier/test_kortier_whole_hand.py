@@ -42,7 +42,7 @@ def test_the_posture_of_a_still_hand(count):
     start = {name: angle - 5.0 for name, angle in pose.items()}
     block = KortierTracker(sensors=count, initial_angles_deg=start)
     outputs, reports, _ = run_tracker(block, *still_hand(true, WORN[count]))
-    _, angles, sd, tips, tip_sd, _, _ = (port[-1] for port in outputs)
+    _, angles, sd, tips, tip_sd, *_ = (port[-1] for port in outputs)
     assert reports == ([] if count == 17 else [("unseen", "joint wrist")])
     seen = slice(0 if count == 17 else 2, None)
     assert np.degrees(np.abs(angles - true)[seen]).max() < 4.0

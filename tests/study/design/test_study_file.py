@@ -1,7 +1,6 @@
 import copy
 import datetime
 import math
-import time
 
 import pytest
 from hypothesis import given, settings
@@ -110,10 +109,8 @@ SPAN = {"start": 0, "stop": 1}
     (changed(forms={"../a": {}}), r"forms\.\.\./a: is no name"),
     (changed(axes=[1]), r"axes: \[1\] is a list")])
 def test_every_fault_of_a_study_is_named_without_a_cell_being_made(document, fault):
-    began = time.perf_counter()
     with pytest.raises(InputError, match=fault) as raised:
         study_of(document)
-    assert time.perf_counter() - began < 1.0
     assert all(len(line) < 500 for line in str(raised.value).splitlines())
 
 
