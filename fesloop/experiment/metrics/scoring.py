@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -15,6 +15,7 @@ from fesloop.experiment.metrics.fingertips import by_tip, coverage, fingertip_er
 from fesloop.experiment.metrics.grasp import grasp_metrics
 from fesloop.experiment.metrics.joints import (
     Trace,
+    held,
     joint_rmse_deg,
     range_deg,
     rmse_deg,
@@ -22,7 +23,7 @@ from fesloop.experiment.metrics.joints import (
     tracker_rmse_deg,
     unmoved_rmse_deg,
 )
-from fesloop.experiment.metrics.not_known import give_reasons
+from fesloop.experiment.metrics.not_known import NOT_KNOWN, give_reasons, note
 from fesloop.experiment.metrics.search import search_metrics
 from fesloop.experiment.recording.reading import Recording, Signal
 from fesloop.experiment.wanted import Score
@@ -40,7 +41,8 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
 
     joint_rmse_deg: one a trial, truth against reference; unmoved_rmse_deg: what it would be had the joints
     stayed where they were when the scored part began. tracker_rmse_deg: one a trial, estimate against
-    the truth of the instant of its capture. split_rmse_deg: the error that the patient sees (total), what
+    the truth of the instant of its capture, from when the tracker has taken its initial pose: what it puts
+    out before is an assumption. split_rmse_deg: the error that the patient sees (total), what
     of it the controller could not see (tracker, latency included), and what it saw and did not put right
     (controller), one a trial. Under joints the same by joint; range_deg, how far each joint went, where
     truth stands alone. `grasp_metrics`, `cycle_metrics` and `search_metrics` say theirs.
@@ -57,7 +59,10 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
     if score.fingertips is not None:
         metrics |= _fingertip_metrics(recording, score, score.fingertips)
     if score.grasp is not None:
+        reasons = metrics.pop(NOT_KNOWN, {})
         metrics |= grasp_metrics(recording, score.grasp)
+        if reasons:
+            metrics[NOT_KNOWN] = reasons | metrics.get(NOT_KNOWN, {})
     if score.cycles is not None:
         metrics |= cycle_metrics(recording, score.cycles)
     if score.search is not None:
@@ -87,10 +92,14 @@ def _joint_metrics(recording: Recording, score: Score) -> dict[str, Any]:
     if score.truth and score.estimate:
         pairs = [_seen(recording, score, trial) for trial in trials]
         metrics["tracker_rmse_deg"] = tracker_rmse_deg(pairs)
+        unaligned = [_never_aligned(recording, score.estimate, trial) for trial in trials]
+        for trial, why in enumerate(unaligned):
+            for path in _of_the_tracker(joints, score.reference is not None):
+                note(metrics, path, trial, len(pairs), why)
         _add_by_joint(joints, "tracker_rmse_deg", [rmse_deg(*pair) for pair in pairs])
         del pairs
     if score.truth and score.estimate and score.reference:
-        splits = [split_error(true, _arrived(recording, score.estimate, trial), reference)
+        splits = [split_error(true, _measured(recording, score.estimate, trial), reference)
                   for trial, (true, reference) in enumerate(zip(truth, wanted, strict=True))]
         metrics["split_rmse_deg"] = {part: [float(np.sqrt(np.mean(getattr(split, part) ** 2)))
                                             for split in splits] for part in _SPLIT}
@@ -133,8 +142,59 @@ def _seen(recording: Recording, score: Score, trial: int) -> tuple[Trace, Trace]
     told = (signal.newest_ns >= 0) & (signal.times_ns >= _ns(score.after_s))
     if score.until_s is not None:
         told &= signal.times_ns <= _ns(score.until_s)
+    for name in _alignments(recording, score.estimate):
+        told &= held(recording.column(name, trial), signal.times_ns)[:, 0] > 0.5
     captured = signal.newest_ns[told]
     return (captured, signal.values[told]), _trace(recording, score.truth, trial, 0.0)
+
+
+def _alignments(recording: Recording, estimate: str) -> list[str]:
+    """Outputs `aligned` of the trackers that an estimate comes from, none beyond a block that stimulates."""
+    units = recording.units
+    stimulating = {name.partition(".")[0] for name, unit in units.items() if unit.startswith("A,s")}
+    found, seen, ends = [], set(), [estimate.partition(".")[0]]
+    while ends:
+        node = ends.pop()
+        if node in seen or node in stimulating:
+            continue
+        seen.add(node)
+        if f"{node}.aligned" in units:
+            found.append(f"{node}.aligned")
+            continue
+        ends += [wire["from"].partition(".")[0] for wire in recording.experiment["wires"]
+                 if wire["to"].partition(".")[0] == node]
+    return found
+
+
+def _never_aligned(recording: Recording, estimate: str, trial: int) -> str | None:
+    """Why nothing of an estimate is scored in a trial, where it is for want of an initial pose."""
+    names = [name for name in _alignments(recording, estimate)
+             if not (recording.signal(name, trial).values > 0.5).any()]
+    return (f"{names[0].partition('.')[0]} never took its initial pose: what it put out is the pose that it "
+            "was given" if names else None)
+
+
+def _of_the_tracker(joints: Mapping[str, Any], split: bool) -> list[tuple[str, ...]]:
+    """Paths of the metrics that an estimate takes part in."""
+    paths: list[tuple[str, ...]] = [("tracker_rmse_deg",)]
+    paths += [("joints", name, "tracker_rmse_deg") for name in joints]
+    if split:
+        paths += [("split_rmse_deg", part) for part in _SPLIT]
+        paths += [("joints", name, f"split_{part}_deg") for name in joints for part in _SPLIT]
+    return paths
+
+
+def _measured(recording: Recording, name: str, trial: int) -> Trace:
+    """What the controller could see of an estimate; NaN until its tracker has taken its initial pose."""
+    times, values = _arrived(recording, name, trial)
+    for aligned in _alignments(recording, name):
+        since, flags = recording.column(aligned, trial)
+        taken = np.flatnonzero(flags[:][:, 0] > 0.5)
+        first = since[taken[0]] if taken.size else FOREVER
+        if times.size and times[0] < first:
+            values = np.array(values[:])
+            values[times < first] = np.nan
+    return times, values
 
 
 def _arrived(recording: Recording, name: str, trial: int) -> Trace:

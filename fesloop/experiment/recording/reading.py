@@ -140,11 +140,14 @@ class Recording:
     @property
     def signals(self) -> list[str]:
         """Every output signal, as "node.port"."""
-        found = []
-        for kind in ("blocks", "plants"):
-            for node, dataset in sorted(self._file.get(kind, {}).items()):
-                found += [f"{node}.{port}" for port in json.loads(dataset.attrs["units"])]
-        return found
+        return list(self.units)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of every output signal, by "node.port"."""
+        return {f"{node}.{port}": unit for kind in ("blocks", "plants")
+                for node, dataset in sorted(self._file.get(kind, {}).items())
+                for port, unit in json.loads(dataset.attrs["units"]).items()}
 
     @property
     def inputs(self) -> list[str]:

@@ -148,7 +148,7 @@ def test_the_instants_at_both_ends_of_what_is_scored_count(after_s, until_s):
     values[list(ends)] = 1.0
     signal = SimpleNamespace(times_ns=times, newest_ns=times, values=values)
     held_back = SimpleNamespace(
-        signal=lambda name, trial: signal,
+        units={"a": "rad"}, experiment={"wires": []}, signal=lambda name, trial: signal,
         column=lambda name, trial, after, until: (times[(times >= after) & (times <= until)], None))
     cut, _ = _trace(held_back, "a", 0, after_s, until_s)
     (seen, told), _ = _seen(held_back, Score(truth="a", estimate="a", after_s=after_s, until_s=until_s), 0)

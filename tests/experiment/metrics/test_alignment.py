@@ -1,0 +1,41 @@
+"""A tracker is scored on what it measures, not on the pose that it was given."""
+
+import math
+
+import numpy as np
+import pytest
+
+import fesloop
+
+SHORT = ["experiment.duration_s=1.6", "score.after_s=0"]
+
+
+@pytest.mark.parametrize("align_s", [0.2, 0.5, 1.1])
+def test_the_error_of_a_tracker_counts_from_its_alignment_on(align_s, tmp_path):
+    done = fesloop.load("finger_mpc", [*SHORT, f"blocks.tracker.align_s={align_s}"]).run(tmp_path)
+    with fesloop.Recording(done.recording) as recording:
+        truth, seen = recording.signal("patient.angles"), recording.signal("tracker.angles")
+    own = seen.times_ns >= round(align_s * 1e9)
+    newest = np.searchsorted(truth.times_ns, seen.newest_ns[own], side="right") - 1
+    error = np.degrees(seen.values[own] - truth.values[newest])
+    assert done.metrics["tracker_rmse_deg"] == pytest.approx([np.sqrt(np.mean(error**2))], rel=1e-9)
+
+
+def test_a_tracker_that_never_aligned_has_no_error_and_a_reason(tmp_path):
+    metrics = fesloop.load("finger_mpc", [*SHORT, "blocks.tracker.align_s=9"]).run(tmp_path).metrics
+    numbers = {"tracker_rmse_deg": metrics["tracker_rmse_deg"]}
+    numbers |= {f"split_rmse_deg.{part}": values for part, values in metrics["split_rmse_deg"].items()}
+    numbers |= {f"joints.MCP.{name}": values for name, values in metrics["joints"]["MCP"].items()
+                if name != "joint_rmse_deg"}
+    for name, (value,) in numbers.items():
+        assert value is None or math.isnan(value)
+        assert metrics["not_known"][name] == [
+            "tracker never took its initial pose: what it put out is the pose that it was given"]
+    assert math.isfinite(metrics["joint_rmse_deg"][0])
+
+
+def test_an_exact_tracker_beside_one_that_aligns_is_scored_throughout(tmp_path):
+    """The estimate's own tracker counts, not another one that the loop leads to."""
+    done = fesloop.load("finger_control", ["experiment.duration_s=1", "score.after_s=0"]).run(tmp_path)
+    assert "not_known" not in done.metrics
+    assert math.isfinite(done.metrics["tracker_rmse_deg"][0])
