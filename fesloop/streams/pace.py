@@ -35,6 +35,9 @@ _LAG, _BLOCK = 16, 64
 _STEADY = 0.02
 """By how much the rate of a stretch may differ from that of all (chosen: sensors' clocks are within 1 %)."""
 _REFINEMENTS = 5
+_LEVEL_AROUND, _LEVEL_LEAST = 512, 64
+"""Samples before and after a step back whose levels are compared, at most and at least: a sender that stamps
+chunk by chunk steps back at many of them, and forward again at others (chosen)."""
 _MOST_MISSING = 5_000_000
 """Samples in gaps that are played: more than half a day at 100 Hz (chosen)."""
 
@@ -122,6 +125,61 @@ def _breaks(times_s: Array, period: float) -> tuple[Numbers, float]:
         if late[k:k + _AROUND + int(catching_up)].min() - before > least:
             found.append(k)
     return np.array(found, dtype=np.int64), jitter
+
+
+def set_back(times_s: Array) -> tuple[int, float] | None:
+    """Where stamps (n,), s, step back for good: the first sample after it, and by how much, s; else None.
+
+    It is no jitter, and none of samples that change places: those that follow are earlier than those before
+    let expect, by half a period or more and by more than the stamps scatter.
+    """
+    steps = np.diff(times_s)
+    lag = min(_LEVEL_AROUND, times_s.size // 4)
+    if not lag or not (steps < 0.0).any():
+        return None
+    period = float(np.median(times_s[lag:] - times_s[:-lag])) / lag
+    if not period > 0.0:
+        return None
+    # No step of a normal jitter is below this, and the others need not be looked at.
+    scatter = 1.4826 * float(np.median(np.abs(steps - np.median(steps))))
+    number = np.arange(times_s.size, dtype=np.float64)
+    back = np.flatnonzero(steps < min(0.0, period - _DEVIATIONS * scatter)) + 1
+    back = back[(back >= _LEVEL_LEAST) & (back <= times_s.size - _LEVEL_LEAST)]
+    found = [(k, -change) for k in back.tolist() if (
+        change := level_change(number, times_s, k, _LEVEL_AROUND, period)) < -_MISSING * period]
+    return max(found, key=lambda each: each[1], default=None)
+
+
+def level_change(along: Array, values: Array, at: int, around: int, slope: float | None = None,
+                 steepest: float = np.inf) -> float:
+    """By how much values from a place on lie off the line of those before, 0 where that is within scatter.
+
+    Levels and slopes are medians of up to `around` values on each side, of two or more: a few that are far
+    off do not change them.
+
+    Parameters
+    ----------
+    along: (n,), increasing, what the line is along.
+    values: (n,).
+    at: number of the first value after the place.
+    slope: of the line; None for that of these values.
+    steepest: slope above which scatter of a few values is taken for one; then there is none.
+    """
+    sides = slice(max(0, at - around), at), slice(at, at + around)
+    half = min(at - sides[0].start, values[sides[1]].size) // 2
+    if half < 1:
+        return 0.0
+    runs = np.concatenate([along[side][half:] - along[side][:-half] for side in sides])
+    rises = np.concatenate([values[side][half:] - values[side][:-half] for side in sides])
+    if not (runs > 0.0).all():
+        return 0.0
+    own = float(np.median(rises / runs))
+    own = own if abs(own) <= steepest else 0.0
+    flat = [values[side] - own * along[side] for side in sides]
+    scatter = 1.4826 * float(np.median(np.abs(np.concatenate([part - np.median(part) for part in flat]))))
+    levels = flat if slope is None else [values[side] - slope * along[side] for side in sides]
+    change = float(np.median(levels[1]) - np.median(levels[0]))
+    return change if abs(change) > _DEVIATIONS * scatter else 0.0
 
 
 def _stretches(size: int, breaks: Numbers) -> tuple[Numbers, Array]:

@@ -13,7 +13,7 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.streams.checks import Array
 from fesloop.streams.formats.xdf_chunks import XdfStream
-from fesloop.streams.pace import on_lines, pace_of, rate_change
+from fesloop.streams.pace import level_change, on_lines, pace_of, rate_change, set_back
 from fesloop.streams.timebase import require_rate
 
 _WINSOR_S = 1e-4
@@ -25,6 +25,13 @@ _MOST_OFFSETS = 20_000
 _RESET_S, _RESET_DEVIATIONS = (5.0, 1.0), (5.0, 10.0)
 """A clock was reset where the time between offsets and the offsets both jump by more than these s and median
 absolute deviations (pyxdf 1.17)."""
+_LEAST_JUMP_S, _OFFSETS_AROUND = 0.02, 12
+"""A clock was reset as well where its offsets lie at another level than before, by more than so many s and
+than their scatter (chosen: measurements over a radio scatter by some ms; those of a minute are compared)."""
+_STEEPEST = 1e-3
+"""No clock gains more on another (sensors' clocks: 1e-4); a slope above is of scatter between few offsets."""
+_STEADY = "streams of steady clocks"
+_PARTS = "save the part before it, or after it, as a file of its own"
 
 
 def instants_s(stream: XdfStream, where: str, trust_header: bool = True) -> Array:
@@ -34,11 +41,17 @@ def instants_s(stream: XdfStream, where: str, trust_header: bool = True) -> Arra
     `trust_header`: whether the header's nominal rate must be that of the stamps.
 
     Raises InputError for instants that are no numbers, for a nominal rate that the stamps contradict, and
-    for a sender whose clock was reset on the way: pyxdf would guess how the parts belong together.
+    for a sender whose clock was reset on the way, as stamps that step back or clock offsets that jump show:
+    pyxdf would guess how the parts belong together, and a line through both compresses or stretches time.
     """
     if not np.isfinite(stream.times_s).all():
         raise InputError(where, "has stamps that are no numbers", "an undamaged XDF file")
     times: Array = np.array(stream.times_s)
+    back = set_back(times) if stream.rate_hz > 0.0 else None
+    if back is not None:
+        at, by_s = back
+        raise InputError(where, f"has stamps that step back by {by_s:.4g} s at {times[at - 1] - times[0]:.6g} s "
+                         f"(sample {at}): the sender's clock was set anew", _STEADY, _PARTS)
     if stream.clock_s:
         times = times + _offsets(stream, times, where)
     if stream.rate_hz <= 0.0 or times.size < 2:
@@ -58,24 +71,31 @@ def _offsets(stream: XdfStream, times: Array, where: str) -> Array:
         raise InputError(where, f"has {clock.size} clock offsets", f"at most {_MOST_OFFSETS}")
     if clock.size == 1:
         return np.full(times.size, offset[0])
-    if _was_reset(clock, offset):
-        raise InputError(where, "comes from a clock that was set anew while it was recorded",
-                         "streams of steady clocks", "cut the file where the clock was set")
+    at = _reset_at(clock, offset)
+    if at is not None:
+        on_recorder = clock + offset
+        raise InputError(where, f"comes from a clock that was set anew: its offset from the recorder's goes "
+                         f"from {offset[at - 1]:.6g} s to {offset[at]:.6g} s at "
+                         f"{on_recorder[at] - (times[0] + offset[0]):.6g} s", _STEADY, _PARTS)
     first, slope = _robust_line(clock, offset)
     return np.asarray(first + slope * (times - clock.min()))
 
 
-def _was_reset(clock: Array, offset: Array) -> bool:
-    """Whether a sender's clock jumped between two measurements of its offset."""
-    steps = np.diff(clock)
+def _reset_at(clock: Array, offset: Array) -> int | None:
+    """Number of the first measurement of its offset after a sender's clock jumped; None for a steady one."""
+    steps, changes = np.diff(clock), np.diff(offset)
     if (steps < 0.0).any():
-        return True
+        return int(np.argmax(steps < 0.0)) + 1
     jumps = []
-    for differences, limit_s, deviations in zip((steps, np.diff(offset)), _RESET_S, _RESET_DEVIATIONS,
-                                                strict=True):
+    for differences, limit_s, deviations in zip((steps, changes), _RESET_S, _RESET_DEVIATIONS, strict=True):
         off = np.abs(differences - np.median(differences))
         jumps.append((off > limit_s) & (off > deviations * (np.median(off) + np.finfo(float).eps)))
-    return bool((jumps[0] & jumps[1]).any())
+    if (jumps[0] & jumps[1]).any():
+        return int(np.argmax(jumps[0] & jumps[1])) + 1
+    far = (np.flatnonzero(np.abs(changes) > 0.5 * _LEAST_JUMP_S) + 1).tolist()
+    found = [k for k in far
+             if abs(level_change(clock, offset, k, _OFFSETS_AROUND, steepest=_STEEPEST)) > _LEAST_JUMP_S]
+    return max(found, key=lambda k: abs(float(changes[k - 1])), default=None)
 
 
 def _robust_line(clock: Array, offset: Array) -> tuple[float, float]:

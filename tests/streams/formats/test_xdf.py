@@ -16,7 +16,7 @@ from fesloop.streams.blocks.replay import Replay
 from fesloop.streams.files import open_recording
 from fesloop.streams.formats.xdf_chunks import read_streams
 from fesloop.streams.formats.xdf_clock import instants_s
-from fesloop.streams.pace import gaps_of, pace_of
+from fesloop.streams.pace import gaps_of, pace_of, set_back
 
 LABELS, UNITS = xdf.MOTION_LABELS, xdf.MOTION_UNITS
 
@@ -91,7 +91,7 @@ def test_gaps_stay_where_they_are_whatever_their_length_rate_and_jitter(tmp_path
     stretches = data.draw(st.lists(st.integers(20, 150), min_size=1, max_size=5), "samples between gaps")
     lost = data.draw(st.lists(st.floats(2.0, 2000.0), min_size=4, max_size=4), "periods of each gap")
     jitter = data.draw(st.sampled_from([0.0, 0.02, 0.1]), "jitter / period")
-    clock = data.draw(st.floats(-50.0, 50.0), "offset")
+    clock = data.draw(st.floats(-50.0, 50.0, allow_subnormal=False), "offset")  # pyxdf divides by it
     seed = data.draw(st.integers(0, 9))
     number = np.concatenate([np.arange(n, dtype=float) for n in stretches])
     starts = np.cumsum([0.0, *(n - 1 + gap for n, gap in zip(stretches[:-1], lost, strict=False))])
@@ -171,6 +171,47 @@ def test_a_clock_that_was_set_anew_is_refused(tmp_path):
                                          *(xdf.clock_offset(1, *step) for step in steps),
                                          xdf.samples(1, times, values)))
     refused(path, "stream imu", "set anew")
+
+
+def reset_file(tmp_path, back_s, offset_jump_s, at, rate, jitter, seed):
+    """A sender whose stamps step back, or forward, and whose clock's offset jumps, at a part of the whole."""
+    rng, count = np.random.default_rng(seed), round(40 * rate)
+    true, reset_s = np.arange(count) / rate, round(at * count) / rate
+    _, values = xdf.motion(count)
+    stamps = 1000.0 + true - back_s * (true >= reset_s) + rng.uniform(-jitter, jitter, count) / rate
+    measured = np.arange(0.0, count / rate, 2.0)
+    clock = 1000.0 + measured - back_s * (measured >= reset_s)
+    offset = 5.0 - 3e-5 * measured + offset_jump_s * (measured >= reset_s)
+    offset += 2e-4 * rng.normal(size=measured.size)
+    return written(tmp_path, xdf.file_of(
+        xdf.header(1, labels=LABELS, units=UNITS, rate=rate),
+        *(xdf.clock_offset(1, *each) for each in zip(clock, offset, strict=True)),
+        *(xdf.samples(1, stamps[k:k + 20], values[k:k + 20]) for k in range(0, count, 20)))), reset_s
+
+
+@given(back=st.one_of(st.floats(0.05, 100.0), st.floats(-100.0, -0.05)), told=st.booleans(),
+       at=st.floats(0.15, 0.85), rate=st.sampled_from([50.0, 100.0, 286.0]),
+       jitter=st.sampled_from([0.0, 0.3]), seed=st.integers(0, 5))
+@example(back=2.0, told=True, at=0.5, rate=100.0, jitter=0.05, seed=0)
+@example(back=10.0, told=False, at=0.5, rate=50.0, jitter=0.05, seed=0)
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_a_clock_that_is_set_back_or_forward_is_refused_not_put_on_a_line(tmp_path, back, told, at, rate,
+                                                                        jitter, seed):
+    """Whether the offsets show it or not; stamps that go forward without a jump of offsets are a gap."""
+    told = told or back < 0.0
+    path, reset_s = reset_file(tmp_path, back, back if told else 0.0, at, rate, jitter, seed)
+    text = refused(path, "stream imu", "set anew", "file of its own")
+    assert float(text.split(" s at ")[1].split(" s")[0]) == pytest.approx(reset_s, abs=2.1)
+
+
+@given(stall=st.floats(0.0, 0.05), drift=st.floats(-2e-4, 2e-4), chunk=st.sampled_from([1, 8, 32, 64]),
+       seed=st.integers(0, 9))
+@settings(max_examples=30, deadline=None)
+def test_stamps_that_step_back_between_chunks_are_not_set_back(stall, drift, chunk, seed):
+    """A chunk's last sample alone was stamped, each chunk late by another time."""
+    late = stall * np.random.default_rng(seed).random(-(-4000 // chunk))
+    stamps = 1000.0 + np.arange(4000) / 100.0 * (1.0 + drift) + np.repeat(late, chunk)[:4000]
+    assert set_back(stamps) is None
 
 
 @pytest.mark.parametrize("last", [(1000.0 + 300.0, 3.0), (1000.0 + 25.0, 900.0), (1000.0 + 25.0, 3.0)])
