@@ -137,6 +137,10 @@ def pulses_doubted(recording: Any, nodes: Sequence[Any]) -> Iterator[str]:
     guards = [node.name for node in nodes if getattr(node.part, "guards", False)]
     still = [f"{node.name}.{output}" for node in nodes
              if (output := getattr(node.part, "needs_stillness", ""))]
+    missing = {*still, *(f"{guard}.stimulation" for guard in guards)} - {*recording.signals}
+    if not still or missing:
+        yield from (f"{name} is not recorded" for name in sorted(missing) if still)
+        return
     for trial in range(recording.trials):
         for guard in guards:
             pulses = recording.signal(f"{guard}.stimulation", trial)

@@ -39,7 +39,7 @@ def test_a_pulse_before_alignment_is_doubted(plausible, first_pulse, doubted):
         widths[first_pulse:, 1] = 1e-4
     signals = {"safety.stimulation": SimpleNamespace(times_ns=times, values=widths),
                "tracker.aligned": SimpleNamespace(times_ns=times, values=(np.arange(100) >= 50)[:, None])}
-    recording = SimpleNamespace(trials=1, signal=lambda name, trial: signals[name])
+    recording = SimpleNamespace(trials=1, signals=list(signals), signal=lambda name, trial: signals[name])
     nodes = [SimpleNamespace(name="safety", part=SimpleNamespace(guards=True)),
              SimpleNamespace(name="tracker", part=SimpleNamespace(needs_stillness="aligned"))]
     assert bool(list(plausible.pulses_doubted(recording, nodes))) == doubted
