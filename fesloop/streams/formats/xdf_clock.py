@@ -50,8 +50,9 @@ def instants_s(stream: XdfStream, where: str, trust_header: bool = True) -> Arra
     back = set_back(times) if stream.rate_hz > 0.0 else None
     if back is not None:
         at, by_s = back
-        raise InputError(where, f"has stamps that step back by {by_s:.4g} s at {times[at - 1] - times[0]:.6g} s "
-                         f"(sample {at}): the sender's clock was set anew", _STEADY, _PARTS)
+        raise InputError(where, f"has stamps that step back by {by_s:.4g} s at "
+                         f"{times[at - 1] - times[0]:.6g} s (sample {at}): the sender's clock was set anew",
+                         _STEADY, _PARTS)
     if stream.clock_s:
         times = times + _offsets(stream, times, where)
     if stream.rate_hz <= 0.0 or times.size < 2:
