@@ -29,7 +29,7 @@ class ExtractedFmu:
     Attributes
     ----------
     path: the .fmu file.
-    digest: sha256 of that file.
+    digest: sha256 of that file; of the shipped one without its binary, which differs by compiler.
     folder: where the archive was extracted to.
     """
 
@@ -40,6 +40,10 @@ class ExtractedFmu:
         with _opened(path) as file:
             self.digest = hashlib.file_digest(file, "sha256").hexdigest()
             self.folder = _extract(file, path)
+        if str(path) == SHIPPED:
+            # Its description names the hash of all its sources and parameters.
+            description = (self.folder / "modelDescription.xml").read_bytes()
+            self.digest = hashlib.sha256(description).hexdigest()
         self._remove = weakref.finalize(self, _remove_folder, self.folder, os.getpid())
 
     def close(self) -> None:

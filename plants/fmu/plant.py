@@ -53,11 +53,14 @@ class Fmu:
     probe_timeout_s: how long the check may take, and initialisation in a process of its own.
     step_timeout_s: how long a step may take in a process of its own.
     memory_mb: how much data it may allocate in a process of its own.
+    fingerprint: SHA-256 of the file; left out: it is filled in. Where it is given, as in the recording of a
+        run that is run again, the file must still be the same.
 
     Raises
     ------
     InputError: for a file that is no FMU, is of an unsupported kind, has no binary for this platform, would
-        escape its folder, crashes or refuses initialisation, or is stale; and for ports that do not fit it.
+        escape its folder, is another than `fingerprint` says, crashes or refuses initialisation, or is stale;
+        and for ports that do not fit it.
     """
 
     path: str
@@ -71,6 +74,7 @@ class Fmu:
     probe_timeout_s: float = 30.0
     step_timeout_s: float = 30.0
     memory_mb: int = 4096
+    fingerprint: str = ""
     _grid: RateClock = field(init=False, repr=False)
     _extracted: ExtractedFmu = field(init=False, repr=False)
     _setup: FmuSetup = field(init=False, repr=False)
@@ -87,6 +91,7 @@ class Fmu:
         grid = RateClock.from_rate(self.step_rate, where="step_rate")
         extracted = ExtractedFmu(Path(self.path))
         try:
+            self._require_the_same(extracted.digest)
             setup = self._fit(extracted, grid)
             probed = probe(setup, extracted.folder, extracted.path, self._isolation)
             if not fits(setup.period_s, probed.internal_step_s):
@@ -95,9 +100,17 @@ class Fmu:
         except BaseException:
             extracted.close()
             raise
-        derived = {"_grid": grid, "_extracted": extracted, "_setup": setup, "_probed": probed}
+        derived = {"fingerprint": extracted.digest, "_grid": grid, "_extracted": extracted, "_setup": setup,
+                   "_probed": probed}
         for name, value in derived.items():
             object.__setattr__(self, name, value)
+
+    def _require_the_same(self, found: str) -> None:
+        """InputError for a file that is not the one of the fingerprint."""
+        if self.fingerprint not in ("", found):
+            raise InputError("path", f"{self.path} has changed, its fingerprint is {found[:12]}",
+                             f"{self.fingerprint[:12]}",
+                             'bring the file back, or set fingerprint to "" to run with this one')
 
     def _fit(self, extracted: ExtractedFmu, grid: RateClock) -> FmuSetup:
         """These parameters on that FMU."""
