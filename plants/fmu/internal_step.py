@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from decimal import ROUND_FLOOR, Context, Decimal
 from pathlib import Path
 
 import numpy as np
@@ -46,9 +47,17 @@ def stepped_alike(setup: FmuSetup, internal_s: float) -> FmuSetup:
     return setup if abs(step_s - setup.period_s) <= EXACT_S else replace(setup, own_step_s=step_s)
 
 
-def misfit(period_s: float, internal_s: float) -> InputError:
-    """The refusal of a communication step that does not fit, with a rate that does."""
+def misfit(period_s: float, internal_s: float, silent: bool = False) -> InputError:
+    """The refusal of a communication step that does not fit, with a rate that does.
+
+    `silent`: the FMU says nothing of its internal step, and `internal_s` is the longest that it can be.
+    """
     step, internal = _told_apart(1e3 * period_s, 1e3 * internal_s)
+    if silent:
+        return InputError(
+            "step_rate", f"the communication step, {step} ms, is shorter than the FMU's internal step, about "
+            f"{internal} ms: outputs would be stale", f"at most about {_rate_below(internal_s)} Hz",
+            "prefer the rate that the FMU's maker gives: this one is an estimate from outputs")
     rate = _rate_of(internal_s)
     if internal_s > period_s:
         return InputError(
@@ -69,6 +78,15 @@ def _rate_of(internal_s: float) -> str:
     """The shortest text of a rate in Hz whose period is the internal step, of six digits at least."""
     texts = [f"{1.0 / internal_s:.{digits}g}" for digits in range(6, 18)]
     return next((text for text in texts if fits(RateClock.from_rate(text).period_s, internal_s)), texts[-1])
+
+
+def _rate_below(internal_s: float) -> str:
+    """The shortest text of a rate in Hz whose period is an internal step to 1e-12 s, never shorter."""
+    exact = Decimal(1) / Decimal(internal_s) * (1 + Decimal("1e-13"))  # 200 Hz, not 199.999..., for 0.005
+    texts = [f"{Context(prec=digits, rounding=ROUND_FLOOR).create_decimal(exact).normalize():f}"
+             for digits in range(1, 18)]
+    near = (text for text in texts if abs(RateClock.from_rate(text).period_s - internal_s) <= EXACT_S)
+    return next(near, texts[-1])
 
 
 def find_internal_step(setup: FmuSetup, running: RunningFmu) -> float:
@@ -125,15 +143,15 @@ def _observed(running: RunningFmu, period_s: float) -> float:
         if instant_s is not None and instant_s not in reached[-1:]:
             reached.append(instant_s)
         if (running.outputs.values != before)[moving].any():
-            adjacent = adjacent or (bool(changes) and step - changes[-1] == 1)
-            changes.append(step)
+            adjacent = adjacent or (bool(changes) and running.tick - changes[-1] == 1)
+            changes.append(running.tick)
             before = running.outputs.values.copy()
             seen.add(before[moving].tobytes())
         if (adjacent and len(changes) > ENOUGH) or time.perf_counter() - began > STEPS_WALL_S:
             break
     if len(reached) > 1:
         return _told_step(np.diff(reached), period_s)
-    return 0.0 if len(seen) < len(changes) else _plateau(np.diff(changes), setup.period_s, period_s)
+    return 0.0 if len(seen) < len(changes) else _plateau(np.array(changes), setup.period_s, period_s)
 
 
 def _told_step(lengths: NDArray[np.float64], period_s: float) -> float:
@@ -148,13 +166,24 @@ def _told_step(lengths: NDArray[np.float64], period_s: float) -> float:
     return 0.0 if fits(period_s, unequal_s) else unequal_s
 
 
-def _plateau(gaps: NDArray[np.int64], step_s: float, period_s: float) -> float:
-    """The mean of equal gaps between changes, counted in steps, in s; 0 where they are not certainly longer
-    than `period_s`."""
+def _plateau(changes: NDArray[np.int64], step_s: float, period_s: float) -> float:
+    """The longest internal step, in s, that explains equal gaps between changes; 0 where they are not
+    certainly longer than `period_s`.
+
+    `changes` are communication points of distance `step_s`, counted from the start. Internal steps are
+    counted from there, too: the k-th shows at the first communication point that is not before it. Where
+    that explains the changes badly, their distances count alone, each end uncertain by a communication step.
+    """
+    gaps = np.diff(changes)
     if gaps.size < PLATEAUS or gaps.min() == 1 or np.ptp(gaps) > 1:
         return 0.0
-    surely_s = (gaps.sum() - 1) / gaps.size * step_s
-    return float(gaps.mean()) * step_s if surely_s > period_s + RESOLUTION_S else 0.0
+    if (gaps.sum() - 1) / gaps.size * step_s <= period_s + RESOLUTION_S:
+        return 0.0
+    numbers = max(1, round(changes[0] / gaps.mean())) + np.arange(changes.size)
+    longest = (changes / numbers).min()
+    if longest <= ((changes - 1) / numbers).max():
+        longest = (gaps.sum() + 1) / gaps.size
+    return float(longest * step_s)
 
 
 def excite(setup: FmuSetup, running: RunningFmu) -> None:

@@ -95,7 +95,7 @@ class Fmu:
             setup = self._fit(extracted, grid)
             probed = probe(setup, extracted.folder, extracted.path, self._isolation)
             if not fits(setup.period_s, probed.internal_step_s):
-                raise misfit(setup.period_s, probed.internal_step_s)
+                raise misfit(setup.period_s, probed.internal_step_s, probed.silent)
             setup = stepped_alike(setup, probed.internal_step_s)
         except BaseException:
             extracted.close()

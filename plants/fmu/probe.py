@@ -21,12 +21,15 @@ class Probed:
 
     Attributes
     ----------
-    internal_step_s: the FMU's own fixed step, 0 where none was seen.
+    internal_step_s: the FMU's own fixed step, 0 where none was seen; the longest that it can be of one that
+        is silent.
+    silent: whether the step was seen in outputs alone.
     replays: whether a saved and restored state gave identical outputs.
     why_not: why not, "" if it does.
     """
 
     internal_step_s: float = 0.0
+    silent: bool = False
     replays: bool = False
     why_not: str = ""
 

@@ -145,7 +145,7 @@ def test_stale_outputs_are_found_at_load(small2, definitions):
     text = refusal(path=fmu, step_rate="1000")
     assert "step_rate: " in text
     assert "communication step, 1 ms" in text
-    assert "internal step, 10 ms" in text
+    assert ("internal step, 10 ms" if "TELLS" in definitions else "internal step, about 10 ms") in text
     Fmu(path=fmu, step_rate="100")
     Fmu(path=fmu, step_rate="50")
 

@@ -117,5 +117,39 @@ def test_an_fmu_for_60_hz_runs_at_60_hz(small3, declared):
 
 
 def test_one_and_a_half_steps_are_stale(small2):
-    with pytest.raises(InputError, match=r"communication step, 16\.6667 ms, is shorter .* step, 25 ms"):
+    with pytest.raises(InputError, match=r"communication step, 16\.6667 ms, is shorter .* step, about 25 ms"):
         Fmu(path=str(small2("INTERNAL_STEP_S=0.025")), step_rate="60")
+
+
+@settings(max_examples=40, deadline=None)
+@given(rate=st.sampled_from(["1000", "200", "60", "2000/7"]), longer=st.floats(1.02, 8.0), neat=st.booleans())
+def test_a_silent_fmu_at_the_rate_that_its_refusal_names_is_not_stale(fmus, rate, longer, neat):
+    internal_s = longer / float(Fraction(rate))
+    internal_s = float(f"{internal_s:.2g}") if neat else internal_s
+    plant = fmus[KINDS[0]]
+    setup, step_s = tried(plant, Fraction(rate), internal_s)
+    assume(not fits(setup.period_s, step_s))
+    allowed = re.search(r"about ([0-9.]+) Hz", str(misfit(setup.period_s, step_s, silent=True)))[1]
+    clock = RateClock.from_rate(allowed)
+    assert internal_s - 1e-9 <= clock.period_s < 1.01 * internal_s
+    obeying = replace(setup, period_num=clock.period_num, period_den=clock.period_den, own_step_s=0.0)
+    running = RunningFmu(obeying, plant._extracted.folder, "obeying")
+    running.inputs.values[:] = 1.0
+    try:
+        before = 0.0
+        for _ in range(int(min(200, 2.0 / internal_s))):
+            running.step(True)
+            assert running.outputs.values[0] > before
+            before = running.outputs.values[0]
+    finally:
+        running.end()
+
+
+@pytest.mark.parametrize("internal", ["0.005", "0.02", "0.0017", "0.0125"])
+def test_the_rate_for_a_silent_fmu_of_a_neat_internal_step_is_its_own(small2, internal):
+    fmu = str(small2(f"INTERNAL_STEP_S={internal}"))
+    with pytest.raises(InputError, match=r"about [0-9.]+ ms") as caught:
+        Fmu(path=fmu)
+    allowed = re.search(r"at most about ([0-9.]+) Hz", str(caught.value))[1]
+    assert float(allowed) == pytest.approx(1.0 / float(internal), rel=1e-9)
+    Fmu(path=fmu, step_rate=allowed)
