@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -46,7 +46,7 @@ class Fmu:
     step_rate: communication points, Hz.
     interface: "auto" takes co-simulation where there is the choice.
     input_ports, output_ports: how variables make ports; without any, `bind_ports` tells how they are made.
-    starts: start values by variable name, parameters above all.
+    starts: start values by variable name, parameters above all; an input's holds until its first message.
     substeps: Runge-Kutta steps of order 8 in a communication step (model exchange only).
     isolate: whether it runs in a process of its own. By default all do but "shipped:finger", which is
         compiled from fesloop's own sources: no file is taken for one of these by what it says of itself.
@@ -115,10 +115,12 @@ class Fmu:
     def _fit(self, extracted: ExtractedFmu, grid: RateClock) -> FmuSetup:
         """These parameters on that FMU."""
         description = read_description(extracted.folder, extracted.path, self.interface)
+        starts = _checked_starts(description, self.starts)
+        description = _started(description, starts)
         setup = FmuSetup(
             description, bind_ports(description, "input", self.input_ports, "input_ports"),
             bind_ports(description, "output", self.output_ports, "output_ports"),
-            _checked_starts(description, self.starts), grid.period_num, grid.period_den, self.substeps)
+            starts, grid.period_num, grid.period_den, self.substeps)
         declared_s = description.internal_step_s
         return stepped_alike(setup, declared_s) if fits(setup.period_s, declared_s) else setup
 
@@ -191,3 +193,12 @@ def _checked_starts(
         if isinstance(value, str) != text or (isinstance(value, bool) and variable.type != "Boolean"):
             raise InputError(f"starts.{name}", f"{value!r}", f"a value of type {variable.type}")
     return tuple(starts.items())
+
+
+def _started(description: FmuDescription, starts: tuple[tuple[str, StartValue], ...]) -> FmuDescription:
+    """The description with start values in place of its own, which ports have before the first message."""
+    variables = dict(description.variables)
+    for name, value in starts:
+        if not isinstance(value, str):
+            variables[name] = replace(variables[name], start=float(value))
+    return replace(description, variables=variables)

@@ -15,6 +15,7 @@ from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
 from plants.fmu import Fmu
+from plants.fmu.ports import FmuPort
 
 
 def recorded(wiring, time_ns):
@@ -78,6 +79,22 @@ def test_python_made_fmus_run_in_the_loop(python_fmu, version):
         expected.append(y)
         y = k + (y - k) * math.exp(-0.01 / 0.1)
     np.testing.assert_allclose([row[5][0] for row in rows], expected, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("scale", [1.0, 57.3])
+def test_the_start_value_of_an_input_holds_until_its_first_message(small2, scale):
+    plant = Fmu(path=str(small2()), starts={"u": 3.0}, isolate=False,
+                input_ports=(FmuPort(name="u", variables=("u",), scale=scale),))
+    nodes = [Node("source", Pass(gain=0.0), rate="100"), Node("plant", plant),
+             Node("read", Pass(), rate="100")]
+    wires = [Wire("read.y", "source.u"), Wire("source.y", "plant.u", latency_ms=50),
+             Wire("plant.y", "read.u")]
+    rows = recorded(Wiring(nodes, wires), 200 * NS_PER_MS)["read"]
+    times = 0.01 * np.arange(len(rows))
+    reached = 3.0 * (1.0 - math.exp(-0.5))
+    expected = np.where(times <= 0.05, 3.0 * (1.0 - np.exp(-times / 0.1)),
+                        reached * np.exp(-(times - 0.05) / 0.1))
+    np.testing.assert_allclose([row[5][0] for row in rows], expected, rtol=0, atol=1e-9)
 
 
 def test_an_fmu_that_cannot_replay_refuses_the_snapshot(python_fmu):
