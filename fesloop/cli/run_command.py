@@ -19,13 +19,11 @@ from fesloop.experiment.metrics.not_known import NOT_KNOWN, reasons_of
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.recorded import Event
 from fesloop.experiment.running.trial import Result, run
-from fesloop.experiment.trouble import troubles
+from fesloop.experiment.trouble import graveness, troubles
 from fesloop.loop.realtime import Pacing
 from fesloop.realtime.lateness import class_names
 
 _SHOWN = 10
-_GRAVE = ("_failed", "non_finite", "recording_incomplete")
-"""Ends of statuses that are shown first."""
 _EXIT_CODES = {"done": 0, "failed": 1, "interrupted": 130}
 
 
@@ -135,6 +133,6 @@ def _text(value: Any) -> str:
 
 
 def _events(events: Sequence[Event]) -> list[tuple[tuple[str, str], int]]:
-    """Kinds of events, failures first, then the most frequent."""
+    """Kinds of events, the gravest first, then the most frequent."""
     counted = Counter((event.where, event.status) for event in events).most_common()
-    return sorted(counted, key=lambda entry: not entry[0][1].endswith(_GRAVE))
+    return sorted(counted, key=lambda entry: graveness(entry[0][1]))

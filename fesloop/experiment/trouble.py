@@ -11,11 +11,22 @@ import numpy as np
 
 from fesloop.experiment.metrics.grasp_outcome import OUTCOMES
 from fesloop.experiment.recording.recorded import Event
+from fesloop.experiment.withheld import Rows, Stimulated, stimulated
 
 _STATUSES = {"running": "the run is not over, or was killed", "damaged": "the file of the run is damaged",
              "failed": "the run failed", "interrupted": "the run was interrupted"}
 _WATCHDOG = "posture_"
 """How statuses begin by which a safety block says that it takes stimulation away."""
+_WITHHELD = ("stale_input", "no_posture")
+"""Others by which it says so, where trackers are aligned: before, nothing is to be stimulated anyway."""
+_UNHEARD = ("no_input", "stale_input")
+"""Statuses of other blocks by which nothing, or nothing new, had arrived."""
+_LIMITED = ("_limited", "_too_short", "_too_small")
+"""How statuses end that say that pulses were cut."""
+_LEARNERS = ("ilc",)
+"""Kinds of blocks that command nothing in the first trial, as they have learnt nothing yet."""
+_MOST_LOST = 0.5
+"""Chosen: a trial in which safety lets through less than this of the charge is another than was commanded."""
 _STOPPED = ("stopped", "budget_spent")
 """Its statuses after which there is no stimulation for the rest of the run."""
 _FAILED = ("_failed", "non_finite")
@@ -27,7 +38,7 @@ _ROSE = 1.1
 """Chosen: what noise changes from trial to trial is less."""
 
 
-class Recorded(Protocol):
+class Recorded(Rows, Protocol):
     """What is read of a recording."""
 
     @property
@@ -41,10 +52,6 @@ class Recorded(Protocol):
     @property
     def events(self) -> Sequence[Event]:
         """Everything that was reported, in order of time."""
-
-    @property
-    def experiment(self) -> Mapping[str, Any]:
-        """The document of the experiment."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +70,8 @@ class Trouble:
 KINDS = ("broken_off", "safety", "failed", "noted", "not_held", "no_better", "rose")
 """What goes wrong, the most important first.
 
-broken_off: the run did not get to its end. safety: the safety block took stimulation away. failed: a part
+broken_off: the run did not get to its end. safety: no channel gave a pulse, or the safety block took
+stimulation away, or most of it. failed: a part
 failed, such as a tracker that never took its initial pose. noted: what the experiment says of itself
 (`notes`), such as that a model is poor. not_held: the object, in the last trial. no_better: joints followed
 worse than had they not moved. rose: the error did, over the trials, by more than a tenth.
@@ -72,9 +80,17 @@ worse than had they not moved. rose: the error did, over the trials, by more tha
 
 def troubles(recording: Recorded, metrics: Mapping[str, Any], cause: str = "") -> list[Trouble]:
     """What went wrong in a run, the most important first; `cause`: why it failed, where that is known."""
-    found = (_broken_off(recording, cause), _safety(recording), _failures(recording), _notes(recording),
-             _not_held(metrics), _no_better(metrics), _rose(metrics))
+    found = (_broken_off(recording, cause), _safety(recording, metrics), _failures(recording),
+             _notes(recording), _not_held(metrics), _no_better(metrics), _rose(metrics))
     return [Trouble(kind, text) for kind, texts in zip(KINDS, found, strict=True) for text in texts]
+
+
+def graveness(status: str) -> int:
+    """Rank of an event's status, the gravest 0: failures, then what takes stimulation away, then the rest."""
+    if status.endswith((*_FAILED, "recording_incomplete")):
+        return 0
+    withheld = status.startswith(_WATCHDOG) or status in (*_WITHHELD, *_STOPPED)
+    return 1 if withheld else 2
 
 
 def _broken_off(recording: Recorded, cause: str) -> Iterator[str]:
@@ -84,25 +100,105 @@ def _broken_off(recording: Recorded, cause: str) -> Iterator[str]:
         yield f"{words}: {cause}" if cause else words
 
 
-def _safety(recording: Recorded) -> Iterator[str]:
-    """Stimulation that was taken away, but for a watchdog that sees a tracker stand still as it aligns."""
+def _safety(recording: Recorded, metrics: Mapping[str, Any]) -> Iterator[str]:
+    """Stimulation that was withheld or taken away, but for what keeps it off until trackers are aligned."""
     blocks = _of_kind(recording, "safety")
     told = [event for event in recording.events if event.where in blocks]
+    aligned: dict[int, float] = {event.trial: math.inf for event in recording.events
+                                 if event.status == _ALIGNING}
+    aligned |= {event.trial: event.time_ns for event in recording.events if event.status == _ALIGNED}
+    trials = {block: [stimulated(recording, block, trial, _from_ns(aligned, trial))
+                      for trial in range(recording.trials)] for block in sorted(blocks)}
+    without = {trial for each in trials.values()
+               for trial in _without_pulse(recording, metrics, told, each)}
     stopped = [event for event in told if event.status in _STOPPED]
+    if without:
+        yield _no_pulse(recording, blocks, sorted(without))
     if stopped:
         first = stopped[0]
         yield f"stimulation ended for good{_when(recording, first)}: {first.where}: {first.detail}"
-    aligning = {event.trial for event in recording.events if event.status == _ALIGNING}
-    aligned = {event.trial: event.time_ns for event in recording.events if event.status == _ALIGNED}
-    frozen = f"{_WATCHDOG}frozen"
-    ramped = [event for event in told if event.status.startswith(_WATCHDOG) and not (
-        event.status == frozen and event.trial in aligning
-        and event.time_ns <= aligned.get(event.trial, math.inf))]
+    ramped = [event for event in told if _took_away(event, aligned) and event.trial not in without
+              and not _idle(trials[event.where], event.trial)]
     if ramped:
         first = ramped[0]
         again = f", {len(ramped)} times in all" if len(ramped) > 1 else ""
         yield (f"stimulation was taken away{_when(recording, first)}{again}: {first.where}: {first.status}: "
                f"{first.detail}")
+    if not (ramped or stopped):
+        yield from _mostly_cut(recording, told, trials, without)
+
+
+def _from_ns(aligned: Mapping[int, float], trial: int) -> int:
+    """From when on a trial's trackers are aligned, as far as that is known."""
+    since = aligned.get(trial, 0.0)
+    return int(since) if math.isfinite(since) else 0
+
+
+def _idle(trials: Sequence[Stimulated | None], trial: int) -> bool:
+    """Whether a block was given nothing in a trial that it could take away."""
+    found = trials[trial] if trial < len(trials) else None
+    return found is not None and found.asked == 0.0 and found.passed == 0.0
+
+
+def _took_away(event: Event, aligned: Mapping[int, float]) -> bool:
+    """Whether a safety block's event takes stimulation away that an aligned tracker allows."""
+    until = aligned.get(event.trial)
+    if event.status == f"{_WATCHDOG}frozen":
+        return until is None or event.time_ns > until
+    if event.status.startswith(_WATCHDOG):
+        return True
+    # A tracker that is aligned from the start never says so, and nothing has arrived then.
+    return event.status in _WITHHELD and event.time_ns > (0.0 if until in (None, math.inf) else until)
+
+
+def _without_pulse(recording: Recorded, metrics: Mapping[str, Any], told: Sequence[Event],
+                   trials: Sequence[Stimulated | None]) -> Iterator[int]:
+    """Trials in which no channel gave a pulse, although there was something to do."""
+    blocks = recording.experiment.get("blocks", {})
+    learns = any(isinstance(table, dict) and table.get("kind") in _LEARNERS for table in blocks.values())
+    still = metrics.get("unmoved_rmse_deg")
+    for trial, found in enumerate(trials):
+        if found is None or found.given > 0.0 or recording.status != "done":
+            continue
+        if learns and trial == 0 and found.asked == 0.0:
+            continue
+        moves = isinstance(still, list) and trial < len(still) and _finite(still[trial]) \
+            and still[trial] > _MOVES_DEG
+        kept_off = any(event.trial == trial and event.status in _WITHHELD and event.time_ns > 0
+                       for event in told)
+        if found.asked > 0.0 or moves or kept_off:
+            yield trial
+
+
+def _no_pulse(recording: Recorded, blocks: set[str], trials: Sequence[int]) -> str:
+    """That no channel gave a pulse, when, and why: what safety said last, else any other block."""
+    inside = [event for event in recording.events if event.trial == trials[0]]
+    kept_off = [event for event in inside if event.where in blocks
+                and (event.status in _WITHHELD or event.status.startswith(_WATCHDOG))]
+    cut = [event for event in inside if event.status.endswith(_LIMITED)
+           or (event.where not in blocks and event.status in _UNHEARD)]
+    why = kept_off or cut or [event for event in inside if event.where in blocks]
+    which = f" in {len(trials)} of {recording.trials} trials" if recording.trials > 1 else ""
+    if not why:
+        return f"no channel gave a pulse{which}: nothing was commanded"
+    last = why[-1]
+    said = f"{last.where}: {last.status}{_when(recording, last)}: {last.detail}"
+    return f"no channel gave a pulse{which}: {said}"
+
+
+def _mostly_cut(recording: Recorded, told: Sequence[Event],
+                trials: Mapping[str, Sequence[Stimulated | None]], without: set[int]) -> Iterator[str]:
+    """Trials in which safety lets through less than half of the charge that is commanded."""
+    for block, each in trials.items():
+        cut = [(trial, found) for trial, found in enumerate(each) if found is not None
+               and trial not in without and found.passed < _MOST_LOST * found.asked]
+        if cut:
+            trial, found = cut[-1]
+            why = next((f": {event.status}{_when(recording, event)}" for event in told
+                        if event.where == block and event.status.endswith(_LIMITED)), "")
+            which = f" in trial {trial}" if recording.trials > 1 else ""
+            yield (f"{block} let through {100.0 * found.passed / found.asked:.2g} % of the charge that was "
+                   f"commanded{which}{why}")
 
 
 def _failures(recording: Recorded) -> Iterator[str]:

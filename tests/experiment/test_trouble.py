@@ -3,15 +3,18 @@
 import math
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fesloop.cli import main
+from fesloop.cli.run_command import _events as events_in_summary
 from fesloop.experiment.metrics.grasp_outcome import OUTCOMES
 from fesloop.experiment.recording.recorded import Event
 from fesloop.experiment.trouble import KINDS, troubles
 from fesloop.report.comparison.scored import sentence_of as sentence_of_several
+from fesloop.report.run.events import events_section
 from fesloop.report.run.known import Known
 from fesloop.report.run.sentence import sentence_of
 
@@ -46,7 +49,7 @@ def runs(draw):
                "object_outcome": [outcome if "not_held" in kinds else "held"] * trials}
     broken = draw(st.sampled_from(["failed", "interrupted", "running"]))
     recording = SimpleNamespace(
-        status=broken if "broken_off" in kinds else "done", trials=trials, name="grasp",
+        status=broken if "broken_off" in kinds else "done", trials=trials, name="grasp", signals=(),
         events=tuple(sorted(events, key=lambda each: (each.trial, each.time_ns))),
         experiment={"blocks": {"safety": {"kind": "safety"}, "tracker": {"kind": "salchow_m2"}},
                     "experiment": {"notes": [NOTE]} if "noted" in kinds else {}})
@@ -101,3 +104,69 @@ def test_the_summary_begins_with_the_most_important(settings, first, tmp_path, c
         arguments += ["--set", "tracker=ideal"]
     assert main(["run", "grasp_mpc", *arguments, "--out", str(tmp_path)]) == 0
     assert capsys.readouterr().err.startswith(first)
+
+
+class Told:
+    """A recording of a safety block between a controller and a stimulator, one row each 100 ms."""
+
+    def __init__(self, trials, events=(), learns=False):
+        self.charges, self.trials, self.status, self.name = trials, len(trials), "done", "grasp"
+        self.events = tuple(events)
+        self.signals = ["controller.stimulation", "safety.stimulation", "stimulator.charge"]
+        self.experiment = {
+            "blocks": {"controller": {"kind": "ilc" if learns else "mpc"}, "safety": {"kind": "safety"}},
+            "wires": [{"from": "controller.stimulation", "to": "safety.stimulation"},
+                      {"from": "safety.stimulation", "to": "stimulator.stimulation"}]}
+
+    def tables(self, names, trial=0):
+        uc = np.full((100, 2), 1e-6 * self.charges[trial][self.signals.index(names[0])])
+        pulses = np.stack([np.full(uc.shape, 1e-2), 100.0 * uc], axis=2)
+        values = uc if names[0].endswith("charge") else pulses
+        piece = SimpleNamespace(times_ns=np.arange(100) * S // 10, values=(values,))
+        return [SimpleNamespace(pieces=lambda: iter([piece]))]
+
+
+CHARGES = st.sampled_from([0.0, 1.0, 3.0])
+"""Asked, passed and given, uC."""
+FLOW = st.tuples(CHARGES, CHARGES, CHARGES).map(lambda each: tuple(sorted(each, reverse=True)))
+
+
+@given(st.lists(FLOW, min_size=1, max_size=4), st.sampled_from([0.0, 9.0]), st.booleans())
+def test_the_first_sentence_is_that_no_channel_gave_a_pulse_where_one_was_due(flows, still, learns):
+    metrics = {"joint_rmse_deg": [1.0] * len(flows), "unmoved_rmse_deg": [still] * len(flows)}
+    texts = [each.text for each in troubles(Told(flows, learns=learns), metrics)]
+    without = [trial for trial, (asked, _, given_) in enumerate(flows) if given_ == 0.0 and (
+        asked > 0.0 or (still > 0.0 and not (learns and trial == 0)))]
+    assert any("no channel gave a pulse" in text for text in texts) == bool(without)
+    if without:
+        assert texts[0].startswith("no channel gave a pulse")
+        assert len(flows) == 1 or f"{len(without)} of {len(flows)} trials" in texts[0]
+    cut = [trial for trial, (asked, passed, _) in enumerate(flows)
+           if trial not in without and passed < 0.5 * asked]
+    assert any("of the charge that was commanded" in text for text in texts) == bool(cut)
+
+
+@pytest.mark.parametrize(("status", "second", "told"), [
+    ("stale_input", 3.0, True), ("no_posture", 3.0, True), ("posture_silent", 0.5, True),
+    ("stale_input", 0.5, False), ("not_aligned", 0.0, False), ("no_input", 0.0, False)])
+def test_stimulation_is_taken_away_by_whatever_keeps_it_off_beyond_alignment(status, second, told):
+    events = [event(0.0, "tracker", "aligning"), event(second, "safety", status),
+              event(1.0, "tracker", "aligned")]
+    texts = [each.text for each in troubles(Told([(3.0, 2.0, 2.0)], events), {})]
+    assert bool(texts and texts[0].startswith(f"stimulation was taken away at {second:.3g} s")) == told
+
+
+def test_the_summary_says_first_that_no_pulse_was_given_and_why(tmp_path, capsys):
+    assert main(["run", "finger_control", "--set", "loss=0.9999", "--out", str(tmp_path)]) == 0
+    assert capsys.readouterr().err.startswith("fesloop: no channel gave a pulse: safety: no_posture")
+
+
+@given(st.integers(0, 30), st.sampled_from(["stale_input", "posture_silent", "no_posture", "budget_spent"]))
+def test_no_list_of_events_cuts_off_what_is_grave(others, status):
+    events = [event(0.1 * i, "other", f"saturated_{i}") for i in range(others) for _ in range(2)]
+    events += [event(9.0, "safety", status), event(9.5, "tracker", "initial_pose_failed")]
+    assert [kind for (_, kind), _ in events_in_summary(events)][:2] == ["initial_pose_failed", status]
+    rows = events_section(Known(SimpleNamespace(events=events, messages=()), 1, (0,), None, {}, {}, (),
+                                frozenset())).parts[0].rows
+    assert "initial_pose_failed" in rows[0][0]
+    assert status in rows[1][0]

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from fesloop.experiment.recording.reading import Event
+from fesloop.experiment.trouble import graveness
 from fesloop.report.parts import Fold, Paragraph, Part, Section, Table
 from fesloop.report.run.known import Known, seconds
 from fesloop.report.run.words import counted
@@ -30,7 +31,8 @@ def _events(events: Sequence[Event]) -> Iterator[Part]:
     for event in events:
         first.setdefault((event.where, event.status), event)
         last[event.where, event.status] = event
-    rows = [[_what(event), str(counts[key]), _when(event), _when(last[key])] for key, event in first.items()]
+    gravest = sorted(first.items(), key=lambda entry: graveness(entry[0][1]))
+    rows = [[_what(event), str(counts[key]), _when(event), _when(last[key])] for key, event in gravest]
     yield Table(title="By block and status, with what was told first", rows=rows,
                 columns=["what", "times", "first (trial: time)", "last"])
     shown = events[:_MOST_TOLD]

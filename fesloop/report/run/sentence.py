@@ -182,7 +182,10 @@ def _range(values: list[float]) -> str:
 def _tracker(known: Known) -> Iterator[str]:
     error, which = _newest(known, "tracker_rmse_deg")
     if math.isfinite(error):
-        yield f"the tracker's own error{which} was {told(error)} deg RMS"
+        split = known.metrics.get("split_rmse_deg", {}).get("total")
+        heard = not isinstance(split, list) or not split or any(math.isfinite(each) for each in split)
+        unheard = "" if heard else ", of which nothing reached the controller"
+        yield f"the tracker's own error{which} was {told(error)} deg RMS{unheard}"
 
 
 def _fingertips(known: Known) -> Iterator[str]:

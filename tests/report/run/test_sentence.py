@@ -10,7 +10,8 @@ from fesloop.report.run.sentence import sentence_of
 
 
 def run_of(metrics, score=(), status="done", trials=1, blocks=()):
-    recording = SimpleNamespace(status=status, trials=trials, events=(), experiment={"blocks": dict(blocks)})
+    recording = SimpleNamespace(status=status, trials=trials, events=(), signals=(),
+                                experiment={"blocks": dict(blocks)})
     return Known(recording, trials, tuple(range(trials)), None, metrics, dict(score), (), frozenset())
 
 
