@@ -31,6 +31,7 @@ from fesloop.experiment.metrics.joints import held
 from fesloop.experiment.metrics.not_known import note, put
 from fesloop.experiment.recording.reading import Recording, Signal
 from fesloop.experiment.recording.recorded import reached_ns
+from fesloop.experiment.withheld import given_signal
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import FINGERS
 from fesloop.loop.clock import NS_PER_S
@@ -83,10 +84,11 @@ def grasp_metrics(recording: Recording, score: GraspScore) -> dict[str, Any]:
     where it does not (rmse).
     With angles: wrist_extension_deg, mean of the hold; with `asked`, unwanted_motion_deg, RMS from
     `starts_s` to the end of the hold.
-    charge_uc: one phase of all pulses of all channels in the trial. grasps_until_fatigue: how many such
-    grasps hold one after the other under unchanged stimulation, if grip force falls as the fitness of the
-    muscles that close the hand falls from the first to the last instant of this trial; 0 where this one does
-    not hold, infinite where fitness does not fall.
+    charge_uc: one phase of all pulses of all channels in the trial: of those that the stimulator gave, where
+    the recording has the `charge` of the one that `pulses` command; else of those commanded.
+    grasps_until_fatigue: how many such grasps hold one after the other under unchanged stimulation, if grip
+    force falls as the fitness of the muscles that close the hand falls from the first to the last instant of
+    this trial; 0 where this one does not hold, infinite where fitness does not fall.
 
     A number that is not known is NaN (`held`: None), and `not_known` has the reason in words under its name,
     None for the trials in which it is known.
@@ -289,7 +291,11 @@ def _effort(trial: _Trial) -> dict[str, Any]:
     told: dict[str, Any] = {}
     if score.pulses is not None:
         node = trial.recording.experiment["blocks"][score.pulses.partition(".")[0]]
-        told["charge_uc"] = 1e6 * charge_c(*trial.whole(score.pulses), float(Fraction(node["frequency_hz"])))
+        given = given_signal(trial.recording, score.pulses)
+        if given is not None:
+            node = trial.recording.experiment["blocks"][given.partition(".")[0]]
+        told["charge_uc"] = 1e6 * charge_c(*trial.whole(given or score.pulses),
+                                           float(Fraction(node["frequency_hz"])))
     if score.activation is not None and score.fitness is not None:
         _, fitness = trial.whole(score.fitness)
         active = trial.hold(score.activation).mean(axis=0)

@@ -155,6 +155,20 @@ def test_charge_counts_every_pulse():
     assert math.isnan(charge_c(TIMES_S[:1], charges[:1], 40.0))
 
 
+@given(st.integers(1, 50))
+def test_charge_is_that_of_pulses_that_were_given(every):
+    """A stimulator leaves out pulses that are too short for it."""
+    pulses = np.tile([10e-3, 300e-6], (1000, 1, 1))
+    gives = np.arange(1000) % every == 0
+    charges = np.where(gives, 3e-6, 0.0)[:, np.newaxis]
+    told = recording({"safety": {"frequency_hz": 40.0}, "stimulator": {"frequency_hz": "40"}},
+                     safety__stimulation=pulses, stimulator__charge=charges)
+    told.signals = ("safety.stimulation", "stimulator.charge")
+    told.experiment["wires"] = [{"from": "safety.stimulation", "to": "stimulator.stimulation"}]
+    assert grasp_metrics(told, score(pulses="safety.stimulation"))["charge_uc"] == pytest.approx(
+        [1.2 * gives.sum()])
+
+
 @given(margin=st.floats(0.1, 50.0), ratio=st.floats(0.2, 0.999))
 def test_grasps_until_fatigue_are_those_counted_one_by_one(margin, ratio):
     counted, left = 0, margin
