@@ -11,6 +11,8 @@ NOT_KNOWN = "not_known"
 to a list of them, one a trial, None where it is known."""
 _TRIAL = "nothing that it is computed from was recorded in the scored part of this trial"
 _REASONS = (
+    ("split_", "nothing of the tracker had arrived at the controller in the scored part of this trial, "
+     "as far as it is recorded"),
     ("minutes", "the search had not ended"),
     ("found", "the search had found nothing by the end"),
     ("of_optimum", "the search had found nothing by the end"),
@@ -40,7 +42,8 @@ def give_reasons(metrics: dict[str, Any]) -> None:
         missing = [_none(item) for item in value] if isinstance(value, list) else [_none(value)]
         name = ".".join(path)
         if any(missing) and name not in noted:
-            why = next((words for start, words in _REASONS if path[0].startswith(start)), _TRIAL)
+            why = next((words for start, words in _REASONS if path[0].startswith(start)
+                        or path[-1].startswith(start)), _TRIAL)
             reasons = [why if none else None for none in missing]
             noted[name] = reasons if isinstance(value, list) else why
     if noted:

@@ -13,6 +13,7 @@ from fesloop import Experiment, InputError, Node, Recording, Wire
 from fesloop.experiment.metrics import joints as metrics
 from fesloop.experiment.metrics.grasp_score import GraspScore
 from fesloop.experiment.metrics.joints import held
+from fesloop.experiment.metrics.not_known import give_reasons, reasons_of
 from fesloop.experiment.metrics.scoring import _arrived, _seen, _trace, metrics_of
 from fesloop.experiment.recording import reading
 from fesloop.experiment.wanted import Score
@@ -138,6 +139,14 @@ def test_a_run_that_broke_off_at_once_gives_no_number_but_no_error_either(tmp_pa
         metrics = metrics_of(recording)
     assert np.isnan(metrics["joint_rmse_deg"]).all()
     assert np.isnan(metrics["split_rmse_deg"]["total"]).all()
+
+
+def test_an_error_that_cannot_be_divided_says_that_nothing_of_the_tracker_had_arrived():
+    told = {"split_rmse_deg": {"total": [1.0, np.nan]}, "joints": {"MCP": {"split_total_deg": [np.nan]}}}
+    give_reasons(told)
+    reasons = dict(reasons_of(told))
+    assert set(reasons) == {"split_rmse_deg.total, trial 1", "joints.MCP.split_total_deg"}
+    assert all(why.startswith("nothing of the tracker had arrived") for why in reasons.values())
 
 
 @pytest.mark.parametrize(("after_s", "until_s"), [(0.067, 1.001), (0.0, 2.0), (0.134, 1.019)])
