@@ -11,18 +11,20 @@ from __future__ import annotations
 import pickle
 from collections.abc import Collection
 from contextlib import ExitStack, suppress
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from fesloop.errors import RunError, SnapshotError
+from fesloop.errors import InputError, RunError, SnapshotError
 from fesloop.loop.agenda import Agenda
 from fesloop.loop.assembly import assembled
 from fesloop.loop.clock import Clock, RateClock
 from fesloop.loop.exchange import sampled_in_order
 from fesloop.loop.latency import LatencyReport
+from fesloop.loop.parameters import changed, parameter_digests
 from fesloop.loop.publish import Sampler
-from fesloop.loop.record import Recorder
+from fesloop.loop.record import EventRow, Recorder
 from fesloop.loop.snapshot import Snapshot
 from fesloop.loop.stations import BlockStation
 from fesloop.loop.wiring import Node, Wiring
@@ -77,11 +79,15 @@ class Loop:
     def run_until(self, time_ns: int) -> None:
         """Do everything due at or before `time_ns` that has not been done.
 
-        Raises RunError where a plant's output is not finite or a device fails; what was recorded stands, and
-        nothing goes on from there but a snapshot.
+        Raises RunError where an output is not what its port declares, a plant's is not finite or a device
+        fails; what was recorded stands, and nothing goes on from there but a snapshot. Raises InputError, and
+        does nothing, where `time_ns` is not a whole number.
         """
+        time_ns = _whole_ns(time_ns)
         if self._ended:
             raise RunError(f"the loop {self._ended}")
+        if self.recorder is None:
+            self._events.clear()
         self._ended = "has failed: restore a snapshot of before"
         try:
             # Overflow needs no warning of numpy's: what is not finite is caught where it is put out.
@@ -96,8 +102,14 @@ class Loop:
             raise
         self.now = max(self.now, time_ns)
         self._ended = ""
-        if self.recorder is None:
-            self._events.clear()
+
+    @property
+    def events(self) -> tuple[EventRow, ...]:
+        """(time in ns, node, status, detail) of what was reported.
+
+        With a recorder all that it holds, without one what came of the last `run_until`.
+        """
+        return tuple(self._events)
 
     def arrive(self, clock: RateClock, time_ns: int, skipping: Collection[str] = ()) -> None:
         """A message of a live stream has come: every block on its clock of arrivals ticks at `time_ns`.
@@ -176,19 +188,31 @@ class Loop:
             content = pickle.dumps(saved, protocol=pickle.HIGHEST_PROTOCOL)
         except (TypeError, pickle.PicklingError, AttributeError) as cause:
             raise SnapshotError(f"the state of a block cannot be saved: {cause}") from cause
-        return Snapshot(content, self.now, self.trial, self._signature())
+        return Snapshot(content, self.now, self.trial, self._signature(), self._parameters)
+
+    @cached_property
+    def _parameters(self) -> dict[str, dict[str, str]]:
+        """Digests of every node's parameters, which never change."""
+        return {node.name: parameter_digests(node.part) for node in self.wiring.nodes}
 
     def _signature(self) -> str:
-        """The wiring as text; values inside blocks are theirs to know."""
+        """The wiring as text, without the parameters of its parts."""
         nodes = [(n.name, type(n.part).__qualname__, str(n.clock), n.execution) for n in self.wiring.nodes]
         return repr((self.wiring.seed, nodes, [c.wire for c in self.wiring.connections]))
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go on from a snapshot of this wiring; the recorder goes on after the snapshot's instant."""
+        """Go on from a snapshot of this wiring; the recorder goes on after the snapshot's instant.
+
+        Raises SnapshotError for one of another trial, of another wiring or of other parameters.
+        """
         if snapshot.trial != self.trial:
             raise SnapshotError(f"the snapshot is of trial {snapshot.trial}, the loop is in {self.trial}")
         if snapshot.wiring != self._signature():
             raise SnapshotError("the snapshot is of another wiring")
+        for name, parameters in self._parameters.items():
+            if differing := changed(snapshot.parameters[name], parameters):
+                raise SnapshotError(f"{name}: the snapshot was made with other parameters "
+                                    f"({', '.join(differing)}); restore it into a loop of the same")
         links, stations, plants = pickle.loads(snapshot.content)
         for node in self.wiring.nodes:
             if node.name in self._open:
@@ -204,6 +228,8 @@ class Loop:
             publisher.settle()
         self._schedule()
         self.now, self._ended = snapshot.time_ns, ""
+        if self.recorder is None:
+            self._events.clear()
 
     def _stations(self) -> list[BlockStation | Sampler]:
         return [*self._blocks, *self._samplers]
@@ -229,6 +255,15 @@ class Loop:
         except RunError as fault:
             self._events.append((max(self.now, 0), "loop", "failed", str(fault)))
             raise
+
+
+def _whole_ns(time_ns: float) -> int:
+    """The instant as an integer. Raises InputError where it is no whole number of ns."""
+    whole = isinstance(time_ns, int | float | np.integer) and not isinstance(time_ns, bool)
+    if not whole or time_ns % 1 != 0:
+        raise InputError("run_until", f"{time_ns!r}", "a whole number of ns",
+                         "such as 1_500_000_000 for 1.5 s")
+    return int(time_ns)
 
 
 def _close(node: Node, state: Any) -> None:

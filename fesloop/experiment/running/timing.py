@@ -21,19 +21,19 @@ class TimedBlock:
     """
 
     def __init__(self, block: Block) -> None:
-        self._block = block
+        self.__wrapped__ = block
         self.durations_ns: list[int] = []
 
     def __getattr__(self, name: str) -> Any:
         # The other block has been made for its wires: made again, it would no longer be timed.
         if name.startswith("__") or name in ("resolve", "with_sensors"):
             raise AttributeError(name)
-        return getattr(self._block, name)
+        return getattr(self.__wrapped__, name)
 
     def step(self, state: Any, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """The other block's step."""
         began = perf_counter_ns()
-        outputs = self._block.step(state, inputs, tick)
+        outputs = self.__wrapped__.step(state, inputs, tick)
         self.durations_ns.append(perf_counter_ns() - began)
         return outputs
 
