@@ -2,7 +2,7 @@
 
 Both are frozen, keyword-only dataclasses of parameters. All that they remember lives in a state made by
 `init`, a plain object that pickles; `step` and `advance` may update the state in place and touch nothing
-else. Values that a block puts out are never written to again, neither by it nor by anyone else.
+else. The loop copies the arrays that a block puts out; nobody writes to what is read from an input.
 """
 
 from __future__ import annotations

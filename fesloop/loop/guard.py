@@ -1,6 +1,7 @@
 """No bad number travels: what blocks and plants put out is checked for its shape and for finiteness.
 
-NaN passes where a port declares gaps: there it is a lost sample, not a bad number.
+NaN passes where a port declares gaps: there it is a lost sample, not a bad number. What a block puts out is
+checked at every tick, and copied: whatever the block does to its arrays later, what it sent stays as it was.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from numpy.typing import NDArray
 
 from fesloop.errors import RunError
 from fesloop.loop.signals import Port, Value
+
+_FLOAT64 = np.dtype(np.float64)
 
 
 def is_finite(value: Value) -> bool:
@@ -54,3 +57,45 @@ def check_shapes(name: str, ports: Sequence[Port], values: Sequence[Value]) -> N
         elif not isinstance(value, np.ndarray) or value.shape != port.shape or value.dtype != np.float64:
             found = f"{value.dtype} {value.shape}" if isinstance(value, np.ndarray) else type(value).__name__
             raise RunError(f"{name}.{port.name}: put out {found}, declared is float64 {port.shape}")
+
+
+class Outputs:
+    """What a block puts out, taken over from it at each tick.
+
+    Arrays are copied, since a block may write to its own again. One that is put out again with the same
+    content stays the same copy, by which readers know without comparing that nothing has changed.
+    """
+
+    __slots__ = ("_arrays", "_given", "_name", "_ports", "_taken", "_types")
+
+    def __init__(self, name: str, ports: Sequence[Port]) -> None:
+        self._name, self._ports = name, tuple(ports)
+        self._types = [float if port.shape == () else np.ndarray for port in self._ports]
+        self._arrays = [(number, port.shape) for number, port in enumerate(self._ports) if port.shape != ()]
+        self._given: Sequence[Any] = (None,) * len(self._ports)
+        self._taken: Sequence[Any] = self._given
+
+    def take(self, values: tuple[Value, ...]) -> tuple[Value, ...]:
+        """The values, arrays as copies. Raises RunError where they are not what the ports declare."""
+        if type(values) is not tuple or [*map(type, values)] != self._types:
+            check_shapes(self._name, self._ports, values)
+        if not self._arrays:
+            return values
+        taken: list[Any] = [*values]
+        for number, shape in self._arrays:
+            value: Any = values[number]
+            if value.shape != shape or value.dtype is not _FLOAT64:
+                check_shapes(self._name, self._ports, values)
+            before = self._taken[number]
+            same = value is self._given[number] and value.tobytes() == before.tobytes()
+            taken[number] = before if same else value.copy()
+        self._given, self._taken = values, taken
+        return tuple(taken)
+
+    def save(self) -> Any:
+        """All that changes, for a snapshot."""
+        return self._given, self._taken
+
+    def restore(self, saved: Any) -> None:
+        """Back to what `save` gave."""
+        self._given, self._taken = saved

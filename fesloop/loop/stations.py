@@ -9,7 +9,7 @@ from typing import Any
 from fesloop.errors import RunError
 from fesloop.loop.block import Tick
 from fesloop.loop.clock import NS_PER_MS, ticks_from
-from fesloop.loop.guard import check_shapes, finite_check
+from fesloop.loop.guard import Outputs, finite_check
 from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.loop.publish import Publisher
 from fesloop.loop.record import BlockRow, EventRow
@@ -36,8 +36,8 @@ class BlockStation:
     """
 
     __slots__ = ("_checks", "_draws", "_executed", "_execution", "_incoming", "_next_tick",
-                 "_plain", "_publishers", "_random", "_recorded", "_sound", "_step", "block", "busy_until",
-                 "checked", "clock", "due", "events", "held", "index", "name", "plain_links", "rows",
+                 "_outputs", "_plain", "_publishers", "_random", "_recorded", "_step", "_take", "block",
+                 "busy_until", "clock", "due", "events", "held", "index", "name", "plain_links", "rows",
                  "sent", "state", "tick")
 
     def __init__(self, node: Node, state: Any, seed: int, trial: int, incoming: Outgoing,
@@ -55,12 +55,12 @@ class BlockStation:
                             for port, link in outgoing if link.plain)
         self._random = tuple((port, link.send) for port, link in outgoing if not link.plain)
         self._checks = tuple(finite_check(port) for port in self.block.outputs)
-        self._sound: tuple[Value | None, ...] = (None,) * len(self._checks)
+        self._outputs = Outputs(node.name, self.block.outputs)
+        self._take = self._outputs.take
         self.sent = 0
         self.held = [empty_sample(port) for port in self.block.inputs]
         self.tick = Tick()
         self.index = self.busy_until = self._executed = 0
-        self.checked = False
         self._incoming = tuple((port, link, link.queue) for port, link in incoming)
         self._publishers = publishers
         self._step = self.block.step
@@ -112,13 +112,11 @@ class BlockStation:
             self.busy_until = left
         if tick.captured_ns != NEVER:
             oldest = newest = self._captured_ns(time_ns)
-        if not self.checked:
-            check_shapes(self.name, self.block.outputs, values)
-            self.checked = True
-        for finite, value, before in zip(self._checks, values, self._sound, strict=True):
-            if value is not before and not finite(value):
+        values = self._take(values)
+        for finite, value in zip(self._checks, values, strict=True):
+            if not finite(value):
                 values = self._made_safe(values)
-        self._sound = values
+                break
         if tick.reports:
             self._record_reports(time_ns)
         for port, append, latency in self._plain:
@@ -176,11 +174,13 @@ class BlockStation:
 
     def save(self) -> Any:
         """All that changes, for a snapshot."""
-        return self.index, self.busy_until, self._executed, self.sent, self.state, list(self.held)
+        return self.index, self.busy_until, self._executed, self.sent, self.state, list(self.held), \
+            self._outputs.save()
 
     def restore(self, saved: Any) -> None:
         """Back to what `save` gave."""
-        self.index, self.busy_until, self._executed, self.sent, self.state, held = saved
+        self.index, self.busy_until, self._executed, self.sent, self.state, held, outputs = saved
+        self._outputs.restore(outputs)
         self.held[:] = held
         self._next_tick = ticks_from(self.clock, self.index)
         self.due = self._next_tick()

@@ -95,10 +95,12 @@ def run(experiment: Experiment, out: Path, *, realtime: bool | Pacing = False,
         try:
             status, cause = _outcome(this)
         finally:
-            with suppress(RunError):
-                this.flush()
-            wall_s = time.perf_counter() - began
-            writer.close(status, wall_s, this.outcome)
+            try:
+                with suppress(RunError):
+                    this.flush()
+            finally:
+                wall_s = time.perf_counter() - began
+                writer.close(status, wall_s, this.outcome)
     with Recording(writer.path) as recording:
         metrics, kept_time = _scored(recording, status), realtime_summary(recording)
     return Result(experiment=experiment.name, seed=experiment.seed, status=status, recording=writer.path,
