@@ -20,6 +20,7 @@ from plants.fmu.probe import Probed, probe
 from plants.fmu.process import Isolation
 from plants.fmu.running import FmuSetup
 from plants.fmu.state import FmuState
+from plants.fmu.vector import integer_range
 
 _LONGEST_S, _MOST_MB = 3600.0, 10**6
 """Chosen."""
@@ -192,6 +193,13 @@ def _checked_starts(
         text = variable.type in ("String", "Binary")
         if isinstance(value, str) != text or (isinstance(value, bool) and variable.type != "Boolean"):
             raise InputError(f"starts.{name}", f"{value!r}", f"a value of type {variable.type}")
+        if variable.type == "Boolean" and value not in (0, 1):
+            raise InputError(f"starts.{name}", f"{value!r}", "true or false")
+        limits = integer_range(description.version, variable.type)
+        if limits and not (isinstance(value, (int, float)) and limits[0] <= value <= limits[1]
+                           and value == int(value)):
+            raise InputError(f"starts.{name}", f"{value!r}",
+                             f"a whole number from {limits[0]} to {limits[1]}")
     return tuple(starts.items())
 
 

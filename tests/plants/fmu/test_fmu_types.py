@@ -1,0 +1,47 @@
+"""Integers and Booleans of an FMU: rounded once, never bent to fit."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fesloop.errors import InputError
+from plants.fmu.description import FmuDescription, FmuVariable
+from plants.fmu.plant import _checked_starts
+from plants.fmu.vector import as_type
+
+INTEGERS = st.sampled_from([np.int8, np.uint8, np.int16, np.uint16, np.int32, np.uint32, np.int64, np.uint64])
+
+
+@given(value=st.floats(), kind=INTEGERS)
+def test_an_integer_input_is_the_nearest_or_none(value, kind):
+    limits = np.iinfo(kind)
+    try:
+        found = as_type(np.array([value]), np.dtype(kind), False).astype(kind)
+    except OverflowError:
+        assert not np.isfinite(value) or not limits.min <= round(value) <= limits.max
+    else:
+        assert int(found[0]) == round(value)
+
+
+@pytest.mark.parametrize(("value", "expected"), [(1.7, 1), (0.4, 0), (0.6, 1), (-3.0, 0), (np.nan, 0)])
+@pytest.mark.parametrize("kind", [np.int32, np.bool_])
+def test_a_boolean_input_is_true_above_a_half(value, expected, kind):
+    assert as_type(np.array([value]), np.dtype(kind), True).astype(kind)[0] == expected
+
+
+@pytest.mark.parametrize(("kind", "value", "words"), [
+    ("Integer", 2.7, "a whole number"), ("Integer", 4e9, "a whole number"), ("Integer", 2**31, "a whole"),
+    ("Integer", float("nan"), "a whole number"), ("Enumeration", 1.5, "a whole number"),
+    ("Boolean", 2, "true or false"), ("Integer", 7.0, ""), ("Boolean", 1, ""), ("Boolean", False, "")])
+def test_a_start_value_fits_its_type_or_is_refused(kind, value, words):
+    description = FmuDescription(
+        version=2, interface="co_simulation", identifier="m", token="t",
+        variables={"k": FmuVariable("k", 0, kind, "parameter", "fixed", (), "1", 0.0)},
+        states=0, indicators=0, completes_steps=False, saves=False, once=False, needs_tool=False,
+        internal_step_s=0.0, has_sources=False)
+    if not words:
+        assert _checked_starts(description, {"k": value}) == (("k", value),)
+        return
+    with pytest.raises(InputError, match=words):
+        _checked_starts(description, {"k": value})
