@@ -40,11 +40,13 @@ def write_run(path, nodes, events=(), parameters=None, name="made_up", killed=Fa
     path.parent.mkdir(parents=True, exist_ok=True)
     open_path = path.with_suffix(".open") if killed else path
     file = h5py.File(open_path, "w", libver="latest")
-    blocks = {node.name: {"kind": "made_up"} for node in nodes} | (parameters or {})
+    blocks = {node.name: {"kind": "made_up"} for node in nodes}
+    blocks |= {node: {"kind": "made_up"} | table for node, table in (parameters or {}).items()}
     file.attrs.update({"format": "fesloop recording 1", "name": name, "seed": 7, "fingerprint": "f" * 64,
                        "versions": json.dumps({"fesloop": "0.1.0"}), "wires": "[]"})
     file.create_dataset("experiment", data=json.dumps({
-        "experiment": {"name": name, "description": "made up"}, "blocks": blocks}))
+        "experiment": {"name": name, "description": "made up", "trials": 1, "seed": 7}, "blocks": blocks,
+        "wires": []}))
     file.create_dataset("status", data=np.array(b"running" if killed else b"done", "S16"))
     wall = file.create_group("wall")
     wall.attrs["started"] = "2026-11-21T10:00:00+00:00"

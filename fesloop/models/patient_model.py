@@ -14,11 +14,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Required
+from typing import Annotated, Any, Required
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import TypeAdapter, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment.files.faults import faults_of
@@ -53,7 +53,7 @@ _TABLE: Any = closed("PatientModel", {
         "offset": Required[list[float]]})],
     "operating": Required[closed("Operating", {
         "drive": Required[list[float]], "outputs": Required[list[float]]})],
-    "fit": Required[dict[str, dict[str, float]]],
+    "fit": Required[dict[str, dict[str, Annotated[float, Field(allow_inf_nan=True)]]]],
 })
 _FORM = TypeAdapter(_TABLE)
 
