@@ -36,7 +36,7 @@ SETTINGS = {"grasp_ilc": ["trials=3"], "open_close_ilc": ["trials=3"], "tracker_
 """What keeps long experiments short without leaving anything of them out."""
 LEFT_OUT = {"array_search_exhaustive", "array_search_magnets", "array_search_two_phase", "hil_live",
             "hil_dry_stimulator", "hil_twin", "hil_error_replay", "hil_replay", "replay"}
-"""Searches of minutes beside `array_search_gp`, and what wants a stream, a clock or a file: tests run them."""
+"""Long searches beside `array_search_gp`, and what wants a stream, a clock or a file (tests run them)."""
 SKIPPED = {("plant", "myohand"), ("tracker", "error_replay"), ("reference", "recorded")}
 """Options that want an extra or a file."""
 SWEEPS = {
