@@ -91,7 +91,7 @@ def test_gaps_stay_where_they_are_whatever_their_length_rate_and_jitter(tmp_path
     stretches = data.draw(st.lists(st.integers(20, 150), min_size=1, max_size=5), "samples between gaps")
     lost = data.draw(st.lists(st.floats(2.0, 2000.0), min_size=4, max_size=4), "periods of each gap")
     jitter = data.draw(st.sampled_from([0.0, 0.02, 0.1]), "jitter / period")
-    clock = data.draw(st.floats(-50.0, 50.0, allow_subnormal=False), "offset")  # pyxdf divides by it
+    clock = 1e-6 * data.draw(st.integers(-50_000_000, 50_000_000), "offset, us")  # pyxdf divides by it
     seed = data.draw(st.integers(0, 9))
     number = np.concatenate([np.arange(n, dtype=float) for n in stretches])
     starts = np.cumsum([0.0, *(n - 1 + gap for n, gap in zip(stretches[:-1], lost, strict=False))])
