@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from fesloop.errors import InputError
 
 Value = float | NDArray[np.float64]
 """A scalar port carries a float, any other a float64 array that nobody writes to again."""
@@ -21,16 +24,49 @@ class Sensors:
 
     Attributes
     ----------
-    names: one a row.
+    names: one a row, all different.
     pairs: (parent, child) rows of sensors on neighbouring segments; empty where it is not known.
     """
 
     names: tuple[str, ...]
     pairs: tuple[tuple[int, int], ...] = ()
 
+    def __post_init__(self) -> None:
+        for name in self.names:
+            if self.names.count(name) > 1:
+                raise InputError("sensors", f"{self.names.count(name)} sensors are named {name!r}",
+                                 "different names")
+        require_pairs(self.pairs, self.names, "pairs")
+
     def pair_name(self, pair: tuple[int, int]) -> str:
         """"parent-child"."""
         return f"{self.names[pair[0]]}-{self.names[pair[1]]}"
+
+
+def require_pairs(pairs: Sequence[tuple[int, int]], names: Sequence[str], where: str) -> None:
+    """Raise InputError for (parent, child) numbers of sensors that are not there, listed twice, or in a loop.
+
+    A child may have several parents: the nearest, and others further towards the root.
+    """
+    parents: dict[int, set[int]] = {}
+    for parent, child in pairs:
+        if not (0 <= parent < len(names) and 0 <= child < len(names)):
+            raise InputError(where, f"[{parent}, {child}] names a sensor that is not there",
+                             f"0 to {len(names) - 1}")
+        told = f"{names[parent]!r} and {names[child]!r}"
+        if parent == child:
+            raise InputError(where, f"{names[parent]!r} is paired with itself", "two different sensors")
+        if parent in parents.get(child, ()):
+            raise InputError(where, f"{told} are listed twice", "each pair once")
+        above, seen = [parent], {parent}
+        while above:
+            further = parents.get(above.pop(), set()) - seen
+            seen |= further
+            above += further
+        if child in seen:
+            raise InputError(where, f"{told} close a loop", "(parent, child), parents towards the root",
+                             "remove a pair, or swap its two names")
+        parents.setdefault(child, set()).add(parent)
 
 
 @dataclass(frozen=True, slots=True)

@@ -115,8 +115,6 @@ def read_motion_file(path: Path, sensor_set: str | None = None) -> MotionRecordi
     for name, samples in (("gyr", gyr), ("acc", acc), ("mag", mag)):
         if samples is not None and np.isinf(samples).any():
             raise InputError(f"{where}: {name}", "holds infinite numbers", "finite ones, NaN where lost")
-    if pairs.size and not ((pairs >= 0) & (pairs < len(sensors))).all():
-        raise InputError(f"{where}: pairs", "names a sensor that is not there", f"0 to {len(sensors) - 1}")
     return MotionRecording(
         path=path, source_format=hdf5.text(told, "source_format", where), sensor_set=held, sensors=sensors,
         rate=_rate(told, where), stamps_ns=stamps, gyr=gyr, acc=acc, mag=mag, reference=reference,

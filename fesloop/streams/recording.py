@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.loop.signals import require_pairs
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
@@ -83,6 +84,7 @@ class MotionRecording:
             if array.shape != shape:
                 raise InputError(f"{self.path}: {name}", f"has shape {array.shape}", f"{shape}")
             array.flags.writeable = False
+        require_pairs(self.pairs, self.sensors, f"{self.path}: pairs")
         self.stamps_ns.flags.writeable = False
         if self.reference is not None:
             self.reference.orientation.flags.writeable = False

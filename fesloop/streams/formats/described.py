@@ -37,6 +37,9 @@ class Source(Protocol):
     def columns(self, place: Place, count: int, where: str) -> Array:
         """The columns of a place, (n, count), a fresh array."""
 
+    def numbers(self, place: Place, count: int, where: str) -> list[tuple[str, int]]:
+        """Variable and number from 0 of each of these columns, however the place names them."""
+
 
 def read_described(path: Path, layout_path: Path) -> MotionRecording:
     """The recording in a file that a layout describes.
@@ -54,6 +57,7 @@ def read_described(path: Path, layout_path: Path) -> MotionRecording:
             if place is not None:
                 samples = source.columns(place, 3, f"{layout_path}: sensors.{name}.{kind}")
                 sensors.setdefault(name, {})[kind] = samples * scales[kind]
+    _require_single(source, layout, layout_path)
     every = asdict(layout.every)
     sensors = {name: hold(samples, every) for name, samples in sensors.items()}
     length = len(next(iter(sensors.values()))["gyr"])
@@ -64,6 +68,35 @@ def read_described(path: Path, layout_path: Path) -> MotionRecording:
         pairs=[(names.index(parent), names.index(child)) for parent, child in layout.pairs],
         source_units={kind: units[kind] for kind in SI if kind in units and (
             kind != "mag" or "mag" in next(iter(sensors.values())))})
+
+
+def _require_single(source: Source, layout: Layout, layout_path: Path) -> None:
+    """Raise InputError where samples are of a column that the layout uses elsewhere, as after copying a line.
+
+    Sensors on one segment may share its orientation.
+    """
+    places: list[tuple[str, Place | None, int]] = [("time", layout.time, 1)]
+    for name, sensor in layout.sensors.items():
+        places += [(f"sensors.{name}.{kind}", getattr(sensor, kind), 3) for kind in ("gyr", "acc", "mag")]
+    used: dict[tuple[str, int], str] = {}
+    for key, place, count in places:
+        for column in source.numbers(place, count, f"{layout_path}: {key}") if place is not None else ():
+            if column in used:
+                raise _twice(layout_path, key, column, used[column])
+            used[column] = key
+    for name, sensor in layout.sensors.items():
+        key, own = f"sensors.{name}.orientation", dict(used)
+        if sensor.orientation is not None:
+            for column in source.numbers(sensor.orientation, 4, f"{layout_path}: {key}"):
+                if column in own:
+                    raise _twice(layout_path, key, column, own[column])
+                own[column] = key
+
+
+def _twice(layout_path: Path, key: str, column: tuple[str, int], other: str) -> InputError:
+    named = f"column {column[1] + 1}" + (f" of {column[0]}" if column[0] else "")
+    return InputError(f"{layout_path}: {key}", f"names {named} "
+                      + ("twice" if other == key else f"as well as {other}"), "each column once")
 
 
 def _source(path: Path, layout: Layout, layout_path: Path) -> tuple[str, Source]:
@@ -172,16 +205,16 @@ class _Table:
 
     def columns(self, place: Place, count: int, where: str) -> Array:
         """See `Source`."""
+        return self._table.values[:, [number for _, number in self.numbers(place, count, where)]]
+
+    def numbers(self, place: Place, count: int, where: str) -> list[tuple[str, int]]:
+        """See `Source`."""
         if isinstance(place, Columns):
             raise InputError(where, "names a variable, but a text file is one table", "columns alone")
         each = place if isinstance(place, tuple) else (place,)
         if len(each) != count:
             raise InputError(where, f"names {len(each)} columns", f"{count}")
-        numbers = [self._number(column, where) for column in each]
-        if len(set(numbers)) < count:
-            raise InputError(where, f"names the same column twice: {', '.join(map(str, each))}",
-                             f"{count} different ones")
-        return self._table.values[:, numbers]
+        return [("", self._number(column, where)) for column in each]
 
     def _number(self, column: str | int, where: str) -> int:
         names, most = self._table.names, self._table.values.shape[1]
@@ -226,6 +259,13 @@ class _Variables:
         if len(matrices) != count or any(matrix.shape[1] != 1 for matrix in matrices.values()):
             raise InputError(where, f"names {len(each)} variables", f"{count} different ones of one column")
         return np.concatenate(list(matrices.values()), axis=1)
+
+    def numbers(self, place: Place, count: int, where: str) -> list[tuple[str, int]]:
+        """See `Source`."""
+        if isinstance(place, Columns):
+            return [(place.variable, int(column) - 1) for column in place.columns]
+        names = place if isinstance(place, tuple) else (place,)
+        return [(str(name), k) for name in names for k in range(count if len(names) == 1 else 1)]
 
     def _matrix(self, name: str, where: str) -> Array:
         """A variable as a matrix of samples, (n, columns); of three axes the last runs fastest."""

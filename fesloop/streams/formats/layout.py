@@ -32,6 +32,7 @@ from typing import Any, Literal
 from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors
+from fesloop.loop.signals import require_pairs
 from fesloop.streams.containers.text_table import TextForm, read_text
 from fesloop.toml import TomlError, tables_of
 
@@ -133,7 +134,7 @@ class Layout:
     rate: of the samples, Hz; or `time`: their instants, in `units.time`, any first one.
     every: of kinds of samples that are not in every row.
     units, text, reference: see there.
-    pairs: names of (parent, child) sensors on neighbouring segments.
+    pairs: names of (parent, child) sensors on neighbouring segments, each pair once, in no loop.
     """
 
     sensors: dict[str, SensorLayout]
@@ -157,8 +158,9 @@ class Layout:
             for name in pair:
                 if name not in self.sensors:
                     raise InputError("pairs", f"{name!r} is no sensor", ", ".join(self.sensors))
-            if pair[0] == pair[1]:
-                raise InputError("pairs", f"{pair[0]!r} stands beside itself", "two different sensors")
+        names = list(self.sensors)
+        require_pairs([(names.index(parent), names.index(child)) for parent, child in self.pairs], names,
+                      "pairs")
         given = [each.orientation is not None for each in self.sensors.values()]
         if any(given) and not all(given):
             name = list(self.sensors)[given.index(False)]

@@ -52,14 +52,21 @@ class XdfSource:
         """
         if isinstance(place, str) and count == 1:
             return self._instants()[:, np.newaxis]
+        channels = self.numbers(place, count, where)
+        stream = self._stream(channels[0][0], where)
+        self._used[stream.name] = stream
+        return np.asarray(stream.values, dtype=np.float64)[:, [number for _, number in channels]]
+
+    def numbers(self, place: Place, count: int, where: str) -> list[tuple[str, int]]:
+        """Stream and number from 0 of each channel; none where a stream's name means its instants."""
+        if isinstance(place, str) and count == 1:
+            return []
         stream, wanted = self._timed, place if isinstance(place, tuple) else ()
         if isinstance(place, Columns):
             stream, wanted = self._stream(place.variable, where), place.columns
-            self._used[stream.name] = stream
         if len(wanted) != count:
             raise InputError(where, f"names {len(wanted)} channels", f"{count}")
-        numbers = [_number(each, stream, where) for each in wanted]
-        return np.asarray(stream.values, dtype=np.float64)[:, numbers]
+        return [(stream.name, _number(each, stream, where)) for each in wanted]
 
     def _instants(self) -> Array:
         parts = []

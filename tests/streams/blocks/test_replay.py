@@ -113,8 +113,8 @@ gyr = [1, 2, 3]
 acc = [4, 5, 6]
 orientation = [7, 8, 9, 10]
 [sensors.b]
-gyr = [1, 2, 3]
-acc = [4, 5, 6]
+gyr = [11, 12, 13]
+acc = [14, 15, 16]
 orientation = [7, 8, 9, 10]
 """
 
@@ -124,6 +124,7 @@ def described(tmp_path):
     """The tables of an experiment that plays two sensors at rest, of a table that a layout describes."""
     rows = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 9.81, 1.0, 0.0, 0.0, 0.0], (300, 1))
     rows[:, :6] += np.random.default_rng(0).normal(0.0, 1e-3, (300, 6))
+    rows = np.hstack([rows, rows[:, :6]])
     np.savetxt(tmp_path / "lab.csv", rows, delimiter=",")
     (tmp_path / "layout.toml").write_text(LAYOUT)
     recording = {"kind": "replay", "recording": str(tmp_path / "lab.csv"),
