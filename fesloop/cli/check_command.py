@@ -18,7 +18,7 @@ from fesloop.experiment.files.parse import load_picked
 from fesloop.experiment.files.patients import describe
 from fesloop.experiment.running.rehearsal import without_stand_in
 from fesloop.loop.block import Context
-from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.latency import MEANING, LatencyReport, PathLatency, StageSummary
 from fesloop.loop.realtime import is_live
 from fesloop.loop.wire import Wire
@@ -32,7 +32,7 @@ def execute(args: Namespace) -> int:
     """Validate and print the wiring, the latency budget and what the file's aliases change."""
     with progress_bar(f"check {args.experiment}"):
         experiment, picked = load_picked(args.experiment, args.settings, args.seed)
-        report = LatencyReport(experiment.wiring, horizon_ns=min(experiment.duration_ns, 10**10))
+        report = LatencyReport(experiment.wiring, horizon_ns=experiment.duration_ns)
         theory = _theory(experiment)
     aliases = picked.document.get("aliases", {})
     if args.json:
@@ -48,7 +48,7 @@ def execute(args: Namespace) -> int:
     budgets = _budgets(report)
     if budgets:
         print()
-        print(fill(MEANING, 120))
+        print(fill(f"{MEANING} {report.coverage(experiment.trials)}", 120))
     for title, stages in budgets:
         print()
         print_table(title, ("stage, ms", "min", "mean", "max"), stages, sys.stdout)
@@ -138,7 +138,7 @@ def _table(experiment: Experiment, report: LatencyReport) -> dict[str, Any]:
         "document": experiment.document(),
         "cautions": [{"node": node, "status": status, "detail": detail}
                      for node, status, detail in _cautions(experiment)],
-        "latency": [{"path": path.name, "later": path.later,
+        "latency": [{"path": path.name, "later": path.later, "covers_s": path.covered_ns / NS_PER_S,
                      "stages": [_stage(stage) for stage in path.summary()],
                      "lanes": [_stage(lane) for lane in path.by_lane()]}
                     for path in report.paths],

@@ -22,6 +22,7 @@ class BlockOnWay:
     ----------
     reader: when it steps.
     lanes: names of what it serves in turn; empty where it serves all at once.
+    slots: ticks after which it serves the same again; 1 where it serves all at once.
     waiting: all that decides, beside wires and clocks, on what it puts out when.
     stages: what takes time in it, in order.
     later: that it acts on what it reads only later, in words; empty where it does not.
@@ -37,6 +38,7 @@ class BlockOnWay:
         self._passage = declared or _AT_ONCE
         self._waits = self._passage.delay_ns > 0 or bool(self._passage.lanes)
         self.lanes = self._passage.lanes
+        self.slots = max(1, self._passage.slots)
         self.later = f"{node.name} acts on it {self._passage.later}" if self._passage.later else ""
         self._round_ns = self._passage.slots * self.reader.clock.period_s * NS_PER_S
         half_a_tick = 0.5 * self.reader.clock.period_s * NS_PER_S

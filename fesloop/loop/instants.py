@@ -13,7 +13,12 @@ LOST_AFTER_NS = 60 * NS_PER_S
 
 
 class Timeline:
-    """When a block steps and when its outputs leave, with the ticks that it skips while busy."""
+    """When a block steps and when its outputs leave, with the ticks that it skips while busy.
+
+    Attributes
+    ----------
+    never_busy: whether it skips none.
+    """
 
     def __init__(self, node: Node, seed: int, trial: int) -> None:
         clock = node.clock
@@ -26,14 +31,19 @@ class Timeline:
         most, shortest = node.execution.most_ns, getattr(clock, "shortest_ns", 0)
         fixed = recorded is None and not self._execution.random
         self._fixed_ns = self._execution.draw_ns(0.0) if fixed else None
-        self._never_busy = node.execution.kind == "measured" or (most is not None and most <= shortest)
+        self.never_busy = node.execution.kind == "measured" or (most is not None and most <= shortest)
         self._executed: list[int] = []  # ticks, and when the outputs of each leave
         self._left: list[int] = []
         self._steps: dict[tuple[int, int], tuple[int, int] | None] = {}
 
+    @property
+    def drawn(self) -> bool:
+        """Whether steps take different times."""
+        return self._fixed_ns is None
+
     def left_ns(self, index: int) -> int | None:
         """When the outputs of tick `index` leave; None if that tick is skipped or never comes."""
-        if self._never_busy:
+        if self.never_busy:
             instant = self.clock.tick(index)
             return None if instant >= FOREVER else instant + self._duration_ns(index, 0)
         while not self._executed or self._executed[-1] < index:
@@ -78,7 +88,7 @@ class Timeline:
         first = last = None
         index = self.clock.first_at_or_after(start_ns)
         stop = min(stop_ns, start_ns + LOST_AFTER_NS)
-        if self._never_busy:
+        if self.never_busy:
             last = self.clock.first_at_or_after(stop) - 1
             return (index, last) if index <= last else None
         while self.clock.tick(index) < stop:

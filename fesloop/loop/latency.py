@@ -4,13 +4,18 @@ Everything is computed from the wiring in whole ns, without running it, so that 
 it. The numbers of jitter, loss and execution times are those that the run draws: functions of seed, name,
 trial and tick. A block's wall time ("measured") is not known beforehand and counts as nothing here. What
 an input waits for inside a block counts where the block declares it (`passages`).
+
+Where nothing on a way is drawn, the latencies of its samples repeat with the least common multiple of the
+periods of its clocks. One such round, each of its samples counted as often as it comes, is the whole run.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise, product, takewhile
+from itertools import pairwise, product
+from operator import mul
 from typing import Any, NamedTuple
 
 from fesloop.loop.clock import FOREVER, NS_PER_S, Clock, RateClock
@@ -23,6 +28,10 @@ MEANING = ("From the instant that a sensor captures to the instant that the pati
            "stimulator, a channel's pulse. Least, mean and greatest are over samples and over channels.")
 """What a budget's numbers are, for whoever prints them."""
 _MOST_TICKS = 20_000
+"""Samples of a way that are looked at."""
+_MOST_IN_ALL, _LEAST_EACH = 50_000, 1000
+"""Samples that all ways of a report share, and how many each gets at the least (chosen: a report of eight
+channels takes seconds)."""
 _FASTEST_TICKS = 100_000
 
 
@@ -72,12 +81,15 @@ class PathLatency:
         sample reaches at a time of its own; one without a name where there is no such block.
     later: which block acts on a sample only later, and when, in words; empty where none does. The stages of
         such a way are those of its blocks and wires alone.
+    drawn: whether jitter, losses or execution times on the way vary.
+    covered_ns: what the summaries say holds for all samples captured before this instant: the horizon, or
+        earlier where that would take too long.
     """
 
-    def __init__(self, connections: tuple[Connection, ...], traffic: Traffic, horizon_ns: int,
+    def __init__(self, connections: tuple[Connection, ...], traffic: Traffic, limits: _Limits,
                  known: dict[Any, list[_Tally]]) -> None:
         self.connections = connections
-        self._horizon_ns, self._known = horizon_ns, known
+        self._known = known
         first, last = connections[0], connections[-1]
         assert first.clock is not None
         self._sampling: Clock = first.clock
@@ -94,6 +106,35 @@ class PathLatency:
                       for block, turn in zip(self._blocks, turns, strict=True) if block.lanes)
             for turns in self._turns)
         self.later = "; ".join(block.later for block in self._blocks if block.later)
+        self.drawn = any(c.wire.loss or c.wire.jitter.random for c in connections) or \
+            any(block.reader.drawn for block in self._blocks)
+        self._samples, self._looks, self._round = self._rounds(limits)
+        self.covered_ns = limits.horizon_ns
+        if not self._round and self._looks < self._samples:
+            self.covered_ns = self._sampling.tick(self._looks)
+
+    def _rounds(self, limits: _Limits) -> tuple[int, int, int]:
+        """How many samples lie before the horizon, how many are looked at, and after how many of these
+        latencies repeat; the last 0 where all that count are looked at one by one."""
+        samples = self._sampling.first_at_or_after(limits.horizon_ns)
+        most = min(samples, limits.samples, self._sampling.first_at_or_after(limits.looks_ns))
+        given = [(clock, 1) for clock in (self._sampling, self._source_grid, self._target_grid) if clock]
+        given += [(block.reader.clock, block.slots) for block in self._blocks]
+        clocks = [(clock, slots) for clock, slots in given if isinstance(clock, RateClock)]
+        skips = any(not block.reader.never_busy for block in self._blocks)
+        if self.drawn or skips or len(clocks) < len(given):
+            return samples, most, 0
+        assert isinstance(self._sampling, RateClock)
+        round_ns = math.lcm(*(clock.period_num * slots for clock, slots in clocks))
+        every = round_ns // self._sampling.period_num * self._sampling.period_den
+        looks = every + self._sampling.first_at_or_after(max(clock.offset_ns for clock, _ in clocks))
+        return (samples, looks, every) if looks <= most and looks < samples else (samples, most, 0)
+
+    def _times(self, index: int) -> int:
+        """How many samples before the horizon have the latency of sample `index`, which is looked at."""
+        if not self._round or index < self._looks - self._round:
+            return 1
+        return -((index - self._samples) // self._round)
 
     def _stage_names(self) -> tuple[str, ...]:
         names = [f"{self.connections[0].source.name} holds its last step"] if self._source_grid else []
@@ -168,24 +209,21 @@ class PathLatency:
         sent, grid = self._sampling.tick(index), self._source_grid
         return grid.tick(grid.last_at_or_before(sent)) if grid else sent
 
-    def _looked_at(self) -> Iterator[int]:
-        """Every sample within the horizon, 20,000 at most."""
-        return takewhile(lambda index: self._sampling.tick(index) <= self._horizon_ns, range(_MOST_TICKS))
-
     def ticks(self, lane: int | None = None) -> Iterator[TickLatency]:
-        """Every sample within the horizon (20,000 at most) that acts, by one lane or by each."""
+        """Every sample before the horizon (20,000 at most) that acts, by one lane or by each."""
         lanes = range(len(self.lanes)) if lane is None else (lane,)
-        found = (self.of_tick(index, each) for index in self._looked_at() for each in lanes)
+        found = (self.of_tick(index, each) for index in range(min(self._samples, _MOST_TICKS))
+                 for each in lanes)
         return (latency for latency in found if latency is not None)
 
     def least_ns(self, lane: int = 0) -> int | None:
-        """The least time from capture to effect of the samples within the horizon; None if none acts."""
-        totals = (carried.acts_ns - self._captured_ns(index) for index in self._looked_at()
+        """The least time from capture to effect of the samples before `covered_ns`; None if none acts."""
+        totals = (carried.acts_ns - self._captured_ns(index) for index in range(self._looks)
                   if (carried := self._carried(index, lane)) is not None)
         return min(totals, default=None)
 
     def summary(self, lane: int | None = None) -> tuple[StageSummary, ...]:
-        """Each stage, then the total, over the samples that act; empty if none does.
+        """Each stage, then the total, over the samples before `covered_ns` that act; empty if none does.
 
         Least, mean and greatest are over samples and lanes alike, unless one lane is named.
         """
@@ -219,9 +257,14 @@ class PathLatency:
     def _counted(self) -> list[_Tally]:
         tallies = []
         for lane in range(len(self.lanes)):
-            rows = [(*latency.stages_ns, latency.total_ns) for latency in self.ticks(lane)]
+            found = [(latency, self._times(index)) for index in range(self._looks)
+                     if (latency := self.of_tick(index, lane)) is not None]
+            times = [count for _, count in found]
+            rows = ((*latency.stages_ns, latency.total_ns) for latency, _ in found)
             columns = list(zip(*rows, strict=True))
-            tallies.append(_Tally(len(rows), *([of(column) for column in columns] for of in (min, sum, max))))
+            tallies.append(_Tally(sum(times), [min(column) for column in columns],
+                                  [sum(map(mul, column, times)) for column in columns],
+                                  [max(column) for column in columns]))
         return tallies
 
     @property
@@ -237,6 +280,14 @@ class _Tally(NamedTuple):
     least: list[int]
     sums: list[int]
     most: list[int]
+
+
+class _Limits(NamedTuple):
+    """Before when samples count, and up to when and how many of them are looked at."""
+
+    horizon_ns: int
+    looks_ns: int
+    samples: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -255,21 +306,36 @@ class LatencyReport:
     ----------
     wiring: what runs.
     trial: whose random numbers count.
-    horizon_ns: up to when the summaries look; 10 s by default. It ends with the 100,000th tick of the block
-        that ticks fastest, so that a report on a loop in the MHz takes no longer than others.
+    horizon_ns: before when samples are captured that the summaries count, such as the end of the run; 10 s
+        by default. Each way is looked at sample by sample up to the 20,000th at most, and the 100,000th tick
+        of the block that ticks fastest (fewer where there are many ways); where that is not all of it, its
+        `covered_ns` is earlier.
     through: a node that every path is to lead to or through; None for all paths.
     """
 
     def __init__(self, wiring: Wiring, trial: int = 0, horizon_ns: int | None = None,
                  through: Node | None = None) -> None:
-        horizon = 10 * NS_PER_S if horizon_ns is None else horizon_ns
-        horizon = min([horizon, *(_FASTEST_TICKS * node.clock.shortest_ns for node in wiring.nodes
-                                  if isinstance(node.clock, RateClock))])
+        self.horizon_ns = 10 * NS_PER_S if horizon_ns is None else horizon_ns
+        looks_ns = min((_FASTEST_TICKS * node.clock.shortest_ns for node in wiring.nodes
+                        if isinstance(node.clock, RateClock)), default=FOREVER)
         traffic = Traffic(wiring.seed, trial)
         known: dict[Any, list[_Tally]] = {}
-        self.paths = tuple(PathLatency(path, traffic, horizon, known)
-                           for path in _paths(wiring.connections)
-                           if through is None or any(connection.target is through for connection in path))
+        ways = [path for path in _paths(wiring.connections)
+                if through is None or any(connection.target is through for connection in path)]
+        samples = min(_MOST_TICKS, max(_LEAST_EACH, _MOST_IN_ALL // max(1, len(ways))))
+        limits = _Limits(self.horizon_ns, looks_ns, samples)
+        self.paths = tuple(PathLatency(path, traffic, limits, known) for path in ways)
+
+    def coverage(self, trials: int = 1) -> str:
+        """Over which samples the summaries are, in a sentence; `trials`: how many the run has."""
+        covered_ns = min((path.covered_ns for path in self.paths), default=self.horizon_ns)
+        covered, horizon = (f"{time_ns / NS_PER_S:.9g} s" for time_ns in (covered_ns, self.horizon_ns))
+        said = f"Every sample in the {horizon} of a trial counts."
+        if covered_ns < self.horizon_ns:
+            said = (f"Only samples in the first {covered} of a trial of {horizon} count: later ones can take "
+                    "longer.")
+        drawn = trials > 1 and any(path.drawn for path in self.paths)
+        return f"{said} What is random is as in the first of {trials} trials." if drawn else said
 
     def path(self, source: str, target: str) -> PathLatency:
         """The only path from a plant output ("node.port") to a plant input; KeyError if none or several."""

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from fractions import Fraction
+from itertools import count, takewhile
 
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -152,3 +153,60 @@ def test_paths_through_a_block_are_those_of_all_that_pass_it():
     for name, way in (("second", "plant.y -> first -> second -> plant.u"),
                       ("third", "plant.y -> third -> other.u"), ("other", "plant.y -> third -> other.u")):
         assert [path.name for path in LatencyReport(wiring, through=wiring.node(name)).paths] == [way]
+
+
+def beating(duration_s, **wire):
+    """Report on a plant sampled at 60 Hz for a block at 60.01 Hz, which are in step again after 100 s."""
+    wires = [Wire("plant.y", "b.u", rate="60", **wire), Wire("b.y", "plant.u")]
+    wiring = Wiring([Node("plant", ImpulseProbe()), Node("b", Pass(), rate="60.01")], wires)
+    return LatencyReport(wiring, horizon_ns=duration_s * NS_PER_S)
+
+
+def test_the_greatest_latency_of_rates_that_hardly_differ_is_that_of_the_whole_run():
+    """A sample waits for the next tick: k / 60 s rounded up to the grid of 1 / 60.01 s."""
+    waits = [(-(-k * 6001 // 6000)) * Fraction(100, 6001) - Fraction(k, 60) for k in range(6000)]
+    for duration_s in (100, 3600):
+        report = beating(duration_s)
+        total = report.path("plant.y", "plant.u").summary()[-1]
+        assert abs(total.most_ns - max(waits) * NS_PER_S) <= 1
+        assert abs(total.mean_ns - sum(waits) / 6000 * NS_PER_S) < 1
+        assert report.coverage() == f"Every sample in the {duration_s} s of a trial counts."
+    assert 16.66e6 < total.most_ns < NS_PER_S / 60
+
+
+def test_a_budget_that_is_not_of_the_whole_run_says_so():
+    report = beating(3600, loss=0.1)
+    path = report.path("plant.y", "plant.u")
+    assert path.covered_ns == path._sampling.tick(20_000) == 333_333_333_333
+    assert report.coverage() == ("Only samples in the first 333.333333 s of a trial of 3600 s count: later "
+                                 "ones can take longer.")
+    assert beating(10, loss=0.1).coverage(3) == (
+        "Every sample in the 10 s of a trial counts. What is random is as in the first of 3 trials.")
+
+
+def test_the_sample_at_the_end_of_a_run_is_not_part_of_it():
+    """At 10 Hz a run of 0.3 s has the samples of 0, 100 and 200 ms, of which the last waits for 70 ms."""
+    wires = [Wire("plant.y", "b.u", rate="10"), Wire("b.y", "plant.u")]
+    wiring = Wiring([Node("plant", ImpulseProbe()), Node("b", Pass(), rate="100/9")], wires)
+    path = LatencyReport(wiring, horizon_ns=3 * NS_PER_S // 10).path("plant.y", "plant.u")
+    waits_ms = [0, 80, 70]
+    assert [latency.total_ns for latency in path.ticks()] == [wait * NS_PER_MS for wait in waits_ms]
+    assert path.summary()[-1].mean_ns == 50 * NS_PER_MS
+
+
+@given(chains(), st.integers(1, 1500))
+@settings(max_examples=100, deadline=None)
+def test_a_summary_is_of_every_sample_of_the_run(chain, duration_ms):
+    """Looked at one by one, whether a round of them stands for the others or not."""
+    grid, nodes, wires, seed = chain
+    wiring = Wiring([Node("plant", ImpulseProbe(grid=grid)), *nodes], wires, seed)
+    path = LatencyReport(wiring, horizon_ns=duration_ms * NS_PER_MS).path("plant.y", "plant.u")
+    instants = takewhile(lambda index: path._sampling.tick(index) < duration_ms * NS_PER_MS, count())
+    every = [found.total_ns for index in instants if (found := path.of_tick(index)) is not None]
+    total = path.summary()[-1] if every else None
+    assert path.covered_ns == duration_ms * NS_PER_MS
+    if total is None:
+        assert path.summary() == ()
+        return
+    assert (total.least_ns, total.most_ns) == (min(every), max(every))
+    assert total.mean_ns == sum(every) / len(every)

@@ -235,7 +235,7 @@ def test_without_a_latency_of_the_device_the_pulses_stamps_are_the_budget(
     for acts_ns, _, oldest_ns, _, elements in recorder.inputs["plant"]:
         if elements.any() and oldest_ns >= 300 * NS_PER_MS:  # before, some pulses derive from no capture
             stamped[int(np.flatnonzero(elements[:, 0])[0])].setdefault(oldest_ns, acts_ns)
-    path = LatencyReport(wiring, horizon_ns=NS_PER_S).path("plant.y", "plant.u")
+    path = LatencyReport(wiring, horizon_ns=NS_PER_S + 1).path("plant.y", "plant.u")
     for channel in range(channels):
         assert stamped[channel] == {
             latency.captured_ns: latency.acts_ns for latency in path.ticks(channel)
@@ -292,3 +292,23 @@ def test_a_command_is_in_force_until_the_next_that_the_device_has_read_is():
     acts = [path.of_tick(3, channel) for channel in range(3)]
     assert [latency and latency.acts_ns for latency in acts] == [None, None, 6_250_000]
     assert first_acts(probe, nodes, wires, 0, 3 * NS_PER_MS)[2, 0] == 6_250_000
+
+
+@given(stimulated(), st.integers(100, 1000))
+@settings(max_examples=60, deadline=None)
+def test_a_summary_by_channel_is_of_every_sample_of_the_run(loop, duration_ms):
+    """At rates that meet again within the run, a round of samples stands for all."""
+    probe, nodes, wires, seed, _ = loop
+    nodes = [replace(node, rate=None if node.rate is None else "50", execution=ZERO) for node in nodes]
+    wires = [replace(wire, jitter=ZERO, loss=0.0, rate=wire.rate and "100") for wire in wires]
+    wiring = Wiring([Node("plant", probe), *nodes], wires, seed)
+    for path in LatencyReport(wiring, horizon_ns=duration_ms * NS_PER_MS).paths:
+        samples = range(path._sampling.first_at_or_after(duration_ms * NS_PER_MS))
+        for lane in range(len(path.lanes)):
+            every = [found.total_ns for k in samples if (found := path.of_tick(k, lane)) is not None]
+            summary = path.summary(lane)
+            assert bool(summary) == bool(every)
+            if every:
+                total = summary[-1]
+                assert (total.least_ns, total.most_ns) == (min(every), max(every))
+                assert total.mean_ns == sum(every) / len(every)

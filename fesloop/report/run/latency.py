@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.latency import MEANING, LatencyReport, PathLatency, StageSummary
 from fesloop.report.parts import Drawing, Fold, Notice, Paragraph, Part, Section, Table
 from fesloop.report.run import svg
@@ -15,8 +15,6 @@ from fesloop.report.run.known import Known
 from fesloop.report.run.stimulated import final_stimulation
 from fesloop.report.run.words import told
 
-_HORIZON_NS = 10 * NS_PER_S
-"""Of the run that stages are averaged over, as `fesloop check` does."""
 _WIDE, _LEFT, _ROW, _BAR = 440.0, 8.0, 34.0, 10.0
 _MOST_STAGES = 24
 Stages = tuple[StageSummary, ...]
@@ -44,9 +42,8 @@ def latency_section(known: Known) -> Section:
     if known.experiment is None:
         parts.append(Notice(text=f"The budget cannot be computed here: {known.not_resolved}"))
     else:
-        horizon_ns = min(known.experiment.duration_ns, _HORIZON_NS)
-        report = LatencyReport(known.experiment.wiring, horizon_ns=horizon_ns)
-        parts += _budget(known, _ways(report.paths))
+        report = LatencyReport(known.experiment.wiring, horizon_ns=known.experiment.duration_ns)
+        parts += _budget(known, _ways(report.paths), report.coverage(known.experiment.trials))
     return Section(key="latency", title="Latency budget", parts=[*parts, *_ages(known)])
 
 
@@ -63,12 +60,12 @@ def _ways(paths: Sequence[PathLatency]) -> list[Way]:
             for (through, later, stages, lanes), sources in found.items()]
 
 
-def _budget(known: Known, ways: Sequence[Way]) -> Iterator[Part]:
+def _budget(known: Known, ways: Sequence[Way], coverage: str) -> Iterator[Part]:
     if not ways:
         yield Paragraph(text="No way leads from the patient through blocks back to the patient.")
         return
-    yield Paragraph(text=f"{MEANING} Computed from the wiring. A bar is the mean, the thin line goes from "
-                         "the least to the greatest.")
+    yield Paragraph(text=f"{MEANING} {coverage} Computed from the wiring. A bar is the mean, the thin line "
+                         "goes from the least to the greatest.")
     first = _foremost(known, ways)
     drawings = [[Drawing(key=f"latency-{number}", title=way.name, svg=_time_line(way.stages),
                          text=_in_words(way.stages)), *_lane_table(way)]
