@@ -11,6 +11,7 @@ import time
 from dataclasses import replace
 from decimal import ROUND_FLOOR, Context, Decimal
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +27,10 @@ STEPS_WALL_S = 2.0
 PLATEAUS = 3
 ENOUGH = 30
 FINER = 16
-"""Chosen: how far an FMU is tried out, how many equal plateaus of an output are taken for a fixed step, after
-how many changes an output is taken to move at will, and how much finer than the communication step it is
-looked for."""
+ROUNDINGS = 16
+"""Chosen: how far an FMU is tried out, how many equal plateaus of an output are taken for a fixed step, how
+many steps it takes at least, how much finer than the communication step is looked for, and how many times its
+resolution an output moves that does not just drift by rounding."""
 
 
 def fits(period_s: float, internal_s: float) -> bool:
@@ -47,25 +49,25 @@ def stepped_alike(setup: FmuSetup, internal_s: float) -> FmuSetup:
     return setup if abs(step_s - setup.period_s) <= EXACT_S else replace(setup, own_step_s=step_s)
 
 
-def misfit(period_s: float, internal_s: float, silent: bool = False) -> InputError:
-    """The refusal of a communication step that does not fit, with a rate that does.
-
-    `silent`: the FMU says nothing of its internal step, and `internal_s` is the longest that it can be.
-    """
-    step, internal = _told_apart(1e3 * period_s, 1e3 * internal_s)
-    if silent:
+def misfit(period_s: float, internal: InternalStep) -> InputError:
+    """The refusal of a communication step that does not fit, with a rate that does."""
+    internal_s, outputs = internal
+    step, shown = _told_apart(1e3 * period_s, 1e3 * internal_s)
+    if outputs:
+        names = ", ".join(map(repr, outputs[:3])) + (f" and {len(outputs) - 3} more" if outputs[3:] else "")
         return InputError(
             "step_rate", f"the communication step, {step} ms, is shorter than the FMU's internal step, about "
-            f"{internal} ms: outputs would be stale", f"at most about {_rate_below(internal_s)} Hz",
-            "prefer the rate that the FMU's maker gives: this one is an estimate from outputs")
+            f"{shown} ms: {names} would be stale", f"at most about {_rate_below(internal_s)} Hz",
+            "prefer the rate that the FMU's maker gives: this one is an estimate from outputs; or set "
+            "sampled = true in an output port whose values are meant to hold")
     rate = _rate_of(internal_s)
     if internal_s > period_s:
         return InputError(
             "step_rate", f"the communication step, {step} ms, is shorter than the FMU's internal step, "
-            f"{internal} ms: outputs would be stale", f"at most {rate} Hz")
+            f"{shown} ms: outputs would be stale", f"at most {rate} Hz")
     return InputError(
         "step_rate", f"the communication step, {step} ms, is no whole multiple of the FMU's internal step, "
-        f"{internal} ms: outputs would be up to so much old", f"{rate} Hz, or that over a whole number")
+        f"{shown} ms: outputs would be up to so much old", f"{rate} Hz, or that over a whole number")
 
 
 def _told_apart(one: float, other: float) -> tuple[str, str]:
@@ -89,20 +91,33 @@ def _rate_below(internal_s: float) -> str:
     return next(near, texts[-1])
 
 
-def find_internal_step(setup: FmuSetup, running: RunningFmu) -> float:
-    """The internal step of a co-simulation FMU in s, 0 where nothing shows that there is one.
+class InternalStep(NamedTuple):
+    """An internal step.
+
+    Attributes
+    ----------
+    length_s: 0 where nothing shows that there is one; the longest that it can be if it shows in outputs.
+    outputs: names of the outputs that alone show it, as they hold still between its steps.
+    """
+
+    length_s: float = 0.0
+    outputs: tuple[str, ...] = ()
+
+
+def find_internal_step(setup: FmuSetup, running: RunningFmu) -> InternalStep:
+    """The internal step of a co-simulation FMU.
 
     A declared one is believed where the communication step does not fit it because it is shorter. Else the
     FMU is stepped as in a run.
     """
     declared_s = setup.description.internal_step_s
     if declared_s > setup.period_s and not fits(setup.period_s, declared_s):
-        return declared_s
+        return InternalStep(declared_s)
     return _observed(running, setup.period_s)
 
 
-def find_by_finer_steps(setup: FmuSetup, folder: Path) -> float:
-    """The same, by finer steps than those of a run, which not every FMU can do; 0 where it cannot.
+def find_by_finer_steps(setup: FmuSetup, folder: Path) -> InternalStep:
+    """The same, by finer steps than those of a run, which not every FMU can do.
 
     So shows an internal step that is longer than the communication step, but less than twice as long.
     """
@@ -110,30 +125,32 @@ def find_by_finer_steps(setup: FmuSetup, folder: Path) -> float:
     try:
         running = RunningFmu(finer, folder, "probe")
     except RunError:
-        return 0.0
+        return InternalStep()
     try:
         return _observed(running, setup.period_s)
     finally:
         running.end()
 
 
-def _observed(running: RunningFmu, period_s: float) -> float:
-    """The internal step by what the FMU says or, if it is silent and it is longer than `period_s`, does.
+def _observed(running: RunningFmu, period_s: float) -> InternalStep:
+    """The internal step by what the FMU says or, if that fits `period_s`, by what its outputs do.
 
-    It says which instant it has reached; or its continuous outputs move on every m-th step only, each time to
-    values not seen before (a square wave comes back to them). An FMU that does not move at all is given
-    inputs for the second half.
+    It says which instant it has reached; or an output moves on every m-th step only, each time to a value
+    not seen before (a square wave comes back to them). Each continuous output is looked at by itself: one
+    that moves at every step says nothing of the others. If any does not move at all, inputs are moved for the
+    second half, and those that had moved before count no further.
     """
     setup = running.setup
-    moving = np.concatenate([np.full(v.size, v.variability == "continuous")
-                             for bound in setup.outputs for v in bound.variables] or [np.zeros(0, bool)])
-    changes: list[int] = []
+    watched, outputs = _watched(setup)
+    before = running.outputs.values[watched]
     reached = [instant_s for instant_s in [running.reached_s()] if instant_s is not None]
-    seen: set[bytes] = set()
-    adjacent, before, began = False, running.outputs.values.copy(), time.perf_counter()
+    open_, began = set(range(len(outputs))), time.perf_counter()
     for step in range(STEPS):
-        excited = step == STEPS // 2 and not changes
+        excited = step == STEPS // 2
         if excited:
+            open_ = {i for i in open_ if not outputs[i].changes}
+            if not fits(period_s, _shown(reached, outputs, setup.period_s, period_s).length_s):
+                break
             excite(setup, running)
         try:
             running.step(excited)
@@ -142,16 +159,74 @@ def _observed(running: RunningFmu, period_s: float) -> float:
         instant_s = running.reached_s()
         if instant_s is not None and instant_s not in reached[-1:]:
             reached.append(instant_s)
-        if (running.outputs.values != before)[moving].any():
-            adjacent = adjacent or (bool(changes) and running.tick - changes[-1] == 1)
-            changes.append(running.tick)
-            before = running.outputs.values.copy()
-            seen.add(before[moving].tobytes())
-        if (adjacent and len(changes) > ENOUGH) or time.perf_counter() - began > STEPS_WALL_S:
+        now = running.outputs.values[watched]
+        if not excited:  # what follows an input at once does so between its steps, too
+            moved = (now != before) & ~(np.isnan(now) & np.isnan(before))
+            for i in open_.intersection(np.flatnonzero(moved).tolist()):
+                if not outputs[i].move(running.tick, float(before[i]), float(now[i])):
+                    open_.remove(i)
+        before = now
+        if (not open_ and step >= ENOUGH) or time.perf_counter() - began > STEPS_WALL_S:
             break
-    if len(reached) > 1:
-        return _told_step(np.diff(reached), period_s)
-    return 0.0 if len(seen) < len(changes) else _plateau(np.array(changes), setup.period_s, period_s)
+    return _shown(reached, outputs, setup.period_s, period_s)
+
+
+class _Output:
+    """One element of the outputs: the communication points at which it moved.
+
+    `rounding`: part of its value that its type resolves, nearly.
+    """
+
+    __slots__ = ("_furthest", "_rounding", "_seen", "changes", "name")
+
+    def __init__(self, name: str, rounding: float) -> None:
+        self.name, self._rounding = name, rounding
+        self.changes: list[int] = []
+        self._seen: set[float] = set()
+        self._furthest = 0.0
+
+    def move(self, tick: int, before: float, now: float) -> bool:
+        """Note a change; whether an internal step may still show, as it was not at the point before, too."""
+        adjacent = self.changes[-1:] == [tick - 1]
+        self.changes.append(tick)
+        self._seen.add(now)
+        size = max(abs(now), abs(before))
+        if size > 0.0:
+            self._furthest = max(self._furthest, abs(now - before) / size)
+        return not adjacent
+
+    def plateau(self, step_s: float, period_s: float) -> float:
+        """The internal step in s, 0 where none shows: see `_plateau`."""
+        if len(self._seen) < len(self.changes) or self._furthest <= self._rounding:
+            return 0.0
+        return _plateau(np.array(self.changes), step_s, period_s)
+
+
+def _watched(setup: FmuSetup) -> tuple[NDArray[np.intp], list[_Output]]:
+    """Places of the continuous outputs among all, and these."""
+    places: list[int] = []
+    outputs: list[_Output] = []
+    place = 0
+    for bound in setup.outputs:
+        for variable in bound.variables:
+            if variable.variability == "continuous" and not bound.sampled:
+                kind = np.float32 if variable.type == "Float32" else np.float64
+                rounding = ROUNDINGS * float(np.finfo(kind).eps)
+                places += range(place, place + variable.size)
+                outputs += [_Output(variable.name, rounding) for _ in range(variable.size)]
+            place += variable.size
+    return np.array(places, dtype=np.intp), outputs
+
+
+def _shown(reached: list[float], outputs: list[_Output], step_s: float, period_s: float) -> InternalStep:
+    """The internal step by the instants reached or, if that fits, by the outputs."""
+    told_s = _told_step(np.diff(reached), period_s) if len(reached) > 1 else 0.0
+    if fits(period_s, told_s):
+        held = [(output.plateau(step_s, period_s), output.name) for output in outputs]
+        longest_s = max((length_s for length_s, _ in held), default=0.0)
+        if longest_s:
+            return InternalStep(longest_s, tuple(dict.fromkeys(name for length_s, name in held if length_s)))
+    return InternalStep(told_s)
 
 
 def _told_step(lengths: NDArray[np.float64], period_s: float) -> float:

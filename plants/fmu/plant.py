@@ -95,9 +95,9 @@ class Fmu:
             self._require_the_same(extracted.digest)
             setup = self._fit(extracted, grid)
             probed = probe(setup, extracted.folder, extracted.path, self._isolation)
-            if not fits(setup.period_s, probed.internal_step_s):
-                raise misfit(setup.period_s, probed.internal_step_s, probed.silent)
-            setup = stepped_alike(setup, probed.internal_step_s)
+            if not fits(setup.period_s, probed.internal.length_s):
+                raise misfit(setup.period_s, probed.internal)
+            setup = stepped_alike(setup, probed.internal.length_s)
         except BaseException:
             extracted.close()
             raise

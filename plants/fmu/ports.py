@@ -6,7 +6,7 @@ import itertools
 import math
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from typing import cast
 
@@ -31,6 +31,8 @@ class FmuPort:
     unit: of the port; "" takes that of the variables.
     scale: the FMU's value is the port's times this, such as 57.29577951308232 for an FMU in degrees; one
         for all elements, or one for each place of the last index, such as [1e3, 1e6] for mA and us.
+    sampled: of an output port, whether its values are meant to hold between samples of the FMU's own; that
+        they hold is then no sign that the FMU is stale.
     """
 
     name: str
@@ -38,6 +40,7 @@ class FmuPort:
     shape: tuple[int, ...] = ()
     unit: str = ""
     scale: float | tuple[float, ...] = 1.0
+    sampled: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +50,7 @@ class BoundPort:
     port: Port
     variables: tuple[FmuVariable, ...]
     scales: tuple[float, ...]
+    sampled: bool = False
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -105,7 +109,8 @@ def _declared(description: FmuDescription, causality: str, wanted: FmuPort, wher
     if isinstance(wanted.scale, tuple) and len(wanted.scale) != (shape or (1,))[-1]:
         raise InputError(f"{where}.scale", f"{len(wanted.scale)} scales",
                          f"one, or {(shape or (1,))[-1]}, one for each place of the last index")
-    return _bound(wanted.name, variables, shape, wanted.unit, _listed(wanted.scale))
+    bound = _bound(wanted.name, variables, shape, wanted.unit, _listed(wanted.scale))
+    return replace(bound, sampled=wanted.sampled)
 
 
 def _listed(scale: float | tuple[float, ...]) -> tuple[float, ...]:

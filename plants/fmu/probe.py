@@ -6,10 +6,12 @@ import json
 import pickle
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from fesloop.errors import InputError, RunError
+from plants.fmu.internal_step import InternalStep
 from plants.fmu.process import FmuDiedError, FmuProcess, Isolation
 from plants.fmu.running import FmuSetup
 from plants.fmu.serving import START, STEP, TRY, TRY_FINER
@@ -21,15 +23,12 @@ class Probed:
 
     Attributes
     ----------
-    internal_step_s: the FMU's own fixed step, 0 where none was seen; the longest that it can be of one that
-        is silent.
-    silent: whether the step was seen in outputs alone.
+    internal: the FMU's own fixed step.
     replays: whether a saved and restored state gave identical outputs.
     why_not: why not, "" if it does.
     """
 
-    internal_step_s: float = 0.0
-    silent: bool = False
+    internal: InternalStep = field(default_factory=InternalStep)
     replays: bool = False
     why_not: str = ""
 
@@ -64,12 +63,21 @@ def probe(setup: FmuSetup, folder: Path, path: Path, isolation: Isolation) -> Pr
 def _tried(call: Callable[[bytes], bytes]) -> Probed:
     """What an FMU shows that has done its first step."""
     try:
-        probed = Probed(**json.loads(call(TRY)))
+        probed = Probed(**_answer(call(TRY)))
     except RunError as fault:
         return Probed(why_not=f"with made-up inputs, when it was tried out at load, it {fault}")
-    if probed.internal_step_s == 0.0:
+    if probed.internal.length_s == 0.0:
         try:
-            probed = replace(probed, **json.loads(call(TRY_FINER)))
+            probed = replace(probed, **_answer(call(TRY_FINER)))
         except RunError:
             return probed
     return probed
+
+
+def _answer(content: bytes) -> dict[str, Any]:
+    """Fields of `Probed`."""
+    found: dict[str, Any] = json.loads(content)
+    if "internal" in found:
+        length_s, outputs = found["internal"]
+        found["internal"] = InternalStep(length_s, tuple(outputs))
+    return found

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import RunError
-from plants.fmu.internal_step import excite, find_by_finer_steps, find_internal_step
+from plants.fmu.internal_step import InternalStep, excite, find_by_finer_steps, find_internal_step
 from plants.fmu.running import FmuSetup, RunningFmu
 
 REPLAY_STEPS = 20
@@ -19,8 +19,7 @@ REPLAY_STEPS = 20
 def tried(setup: FmuSetup, folder: Path, running: RunningFmu) -> dict[str, object]:
     """Fields of `Probed`, of an FMU that has done its first step; it is ended."""
     stepped = setup.description.interface == "co_simulation"
-    internal_step_s = find_internal_step(setup, running) if stepped else 0.0
-    silent = not setup.description.internal_step_s and not running.reached_s()
+    internal = find_internal_step(setup, running) if stepped else InternalStep()
     running.end()
     if not setup.description.saves:
         why_not = "the FMU does not offer it"
@@ -28,14 +27,14 @@ def tried(setup: FmuSetup, folder: Path, running: RunningFmu) -> dict[str, objec
         why_not = "the FMU can be instantiated only once in a process"
     else:
         why_not = _why_no_replay(setup, folder)
-    return {"internal_step_s": internal_step_s, "silent": silent, "replays": not why_not, "why_not": why_not}
+    return {"internal": internal, "replays": not why_not, "why_not": why_not}
 
 
 def tried_finer(setup: FmuSetup, folder: Path) -> dict[str, object]:
     """The internal step by finer communication steps, which are not without risk."""
     if setup.description.interface != "co_simulation" or setup.description.once:
         return {}
-    return {"internal_step_s": find_by_finer_steps(setup, folder)}
+    return {"internal": find_by_finer_steps(setup, folder)}
 
 
 def _why_no_replay(setup: FmuSetup, folder: Path) -> str:

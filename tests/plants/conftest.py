@@ -29,9 +29,11 @@ DESCRIPTION2 = """<?xml version="1.0" encoding="UTF-8"?>
       <Real derivative="6"/></ScalarVariable>
     <ScalarVariable name="h" valueReference="6" causality="parameter" variability="fixed">
       <Real start="0"/></ScalarVariable>
+    <ScalarVariable name="w" valueReference="7" causality="output" variability="continuous">
+      <Real/></ScalarVariable>
   </ModelVariables>
   <ModelStructure>
-    <Outputs><Unknown index="2"/><Unknown index="3"/></Outputs>
+    <Outputs><Unknown index="2"/><Unknown index="3"/><Unknown index="9"/></Outputs>
     {derivatives}
   </ModelStructure>
 </fmiModelDescription>

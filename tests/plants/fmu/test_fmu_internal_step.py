@@ -13,7 +13,14 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context
 from fesloop.loop.clock import RateClock
 from plants.fmu import Fmu
-from plants.fmu.internal_step import find_by_finer_steps, find_internal_step, fits, misfit, stepped_alike
+from plants.fmu.internal_step import (
+    InternalStep,
+    find_by_finer_steps,
+    find_internal_step,
+    fits,
+    misfit,
+    stepped_alike,
+)
 from plants.fmu.running import RunningFmu
 
 RATES = st.fractions(min_value=5, max_value=5000, max_denominator=1000)
@@ -39,10 +46,11 @@ def tried(plant, rate, internal_s, declared_s=0.0):
     running = RunningFmu(setup, plant._extracted.folder, "probe")
     try:
         running.step(False)
-        step_s = find_internal_step(setup, running) or find_by_finer_steps(setup, plant._extracted.folder)
+        found = find_internal_step(setup, running)
+        found = found if found.length_s else find_by_finer_steps(setup, plant._extracted.folder)
     finally:
         running.end()
-    return setup, step_s
+    return setup, found
 
 
 @settings(max_examples=60, deadline=None)
@@ -53,7 +61,7 @@ def test_a_whole_multiple_of_the_internal_step_fits_at_any_rate(fmus, kind, rate
     if rounded:
         internal_s = round(internal_s, 9)
     assume(kind == KINDS[3] or abs(part * internal_s - float(1 / rate)) < ROUNDED_S)
-    setup, step_s = tried(fmus[kind], rate, internal_s, internal_s if kind == KINDS[3] else 0.0)
+    setup, (step_s, _) = tried(fmus[kind], rate, internal_s, internal_s if kind == KINDS[3] else 0.0)
     assert fits(setup.period_s, step_s)
     setup = stepped_alike(setup, step_s)
     assert setup.period_s == pytest.approx(float(1 / rate), abs=part * ROUNDED_S)
@@ -72,7 +80,7 @@ def test_an_internal_step_that_is_longer_is_refused(fmus, kind, rate, longer):
     period_s = float(1 / rate)
     internal_s = period_s * (1 + longer)
     assume(internal_s < 0.25 and internal_s - period_s > ROUNDED_S)
-    setup, step_s = tried(fmus[kind], rate, internal_s, internal_s if kind == KINDS[3] else 0.0)
+    setup, (step_s, _) = tried(fmus[kind], rate, internal_s, internal_s if kind == KINDS[3] else 0.0)
     assert not fits(setup.period_s, step_s)
     assert step_s == pytest.approx(internal_s, rel=1e-9 if kind != KINDS[0] else 0.05)
 
@@ -82,11 +90,11 @@ def test_an_internal_step_that_is_longer_is_refused(fmus, kind, rate, longer):
 def test_an_fmu_that_says_what_it_reached_may_not_fall_short(fmus, kind, rate, ratio):
     period_s = float(1 / rate)
     internal_s = float(1 / (rate * ratio))
-    setup, step_s = tried(fmus[kind], rate, internal_s)
+    setup, (step_s, outputs) = tried(fmus[kind], rate, internal_s)
     assert fits(setup.period_s, step_s) == (ratio.denominator == 1)
     if ratio.denominator > 1:
         assert step_s == pytest.approx(internal_s, rel=1e-6)
-        assert "no whole multiple" in str(misfit(period_s, step_s))
+        assert "no whole multiple" in str(misfit(period_s, InternalStep(step_s, outputs)))
 
 
 @settings(max_examples=200, deadline=None)
@@ -96,7 +104,7 @@ def test_a_refusal_shows_two_numbers_and_a_rate_that_fits(rate, ratio):
     period_s = float(1 / rate)
     internal_s = period_s * ratio
     assume(not fits(period_s, internal_s))
-    fault = misfit(period_s, internal_s)
+    fault = misfit(period_s, InternalStep(internal_s))
     numbers = re.findall(r"([0-9.e+-]+) ms", str(fault))
     assert numbers[0] != numbers[1]
     allowed = re.search(r"([0-9.e+-]+) Hz", str(fault))[1]
@@ -127,9 +135,9 @@ def test_a_silent_fmu_at_the_rate_that_its_refusal_names_is_not_stale(fmus, rate
     internal_s = longer / float(Fraction(rate))
     internal_s = float(f"{internal_s:.2g}") if neat else internal_s
     plant = fmus[KINDS[0]]
-    setup, step_s = tried(plant, Fraction(rate), internal_s)
+    setup, (step_s, outputs) = tried(plant, Fraction(rate), internal_s)
     assume(not fits(setup.period_s, step_s))
-    allowed = re.search(r"about ([0-9.]+) Hz", str(misfit(setup.period_s, step_s, silent=True)))[1]
+    allowed = re.search(r"about ([0-9.]+) Hz", str(misfit(setup.period_s, InternalStep(step_s, outputs))))[1]
     clock = RateClock.from_rate(allowed)
     assert internal_s - 1e-9 <= clock.period_s < 1.01 * internal_s
     obeying = replace(setup, period_num=clock.period_num, period_den=clock.period_den, own_step_s=0.0)

@@ -5,6 +5,7 @@
  *   ERROR_AT_S, DISCARD_AT_S: in mid-run.    CRASH_AT_END: in fmi2Terminate.    PRINTS: a line every step.
  *   AT_S and MISDEED, a statement: in mid-run.
  *   INTERNAL_STEP_S, or parameter h: x moves on this grid only; TELLS: and the FMU admits it.
+ *   MOVES: w is the time at the communication point (else y), whatever the grid of y.
  *   FORGETS: a saved state leaves x out.     SQUARE_S: y is a square wave of this half period instead.
  * Model exchange: BALL is a bouncing ball (state events); else x' = 1 up to 0.0505 s and -1 after (time event).
  */
@@ -21,7 +22,7 @@
 #define TURN_S 0.0505
 
 typedef struct {
-    double x[2], u, time, h;
+    double x[2], u, time, h, w;
     int steps;
     const fmi2CallbackFunctions *functions;
 } Model;
@@ -71,6 +72,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean b) {
     (void)b;
     Model *m = c;
     m->steps++;
+    m->w = t + h;
 #ifdef PRINTS
     printf("{\"stdout\": %g}\n", t);
     fflush(stdout);
@@ -115,10 +117,15 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind k, fmi2Real *
 #endif
 }
 
-/* references: 0 u, 1 y, 2 x, 3 der(x), 4 v, 5 der(v), 6 h; Integer 0: steps */
+#ifdef MOVES
+#define W m->w
+#else
+#define W m->x[0]
+#endif
+/* references: 0 u, 1 y, 2 x, 3 der(x), 4 v, 5 der(v), 6 h, 7 w; Integer 0: steps */
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Real v[]) {
     Model *m = c;
-    for (size_t i = 0; i < n; i++) v[i] = r[i] == 0 ? m->u : r[i] == 4 ? m->x[1] : m->x[0];
+    for (size_t i = 0; i < n; i++) v[i] = r[i] == 0 ? m->u : r[i] == 4 ? m->x[1] : r[i] == 7 ? W : m->x[0];
     return fmi2OK;
 }
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Real v[]) {
