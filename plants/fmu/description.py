@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
+from xml.etree import ElementTree
 
 from fesloop.errors import InputError
+from plants.fmu.units import POWERS, BaseUnit
 
 Interface = Literal["co_simulation", "model_exchange"]
 SUPPORTED = "FMI 2.0 co-simulation, FMI 2.0 model exchange, FMI 3.0 co-simulation"
@@ -22,7 +25,7 @@ class FmuVariable:
     ----------
     name, reference, type, causality, variability: as FMI says; type such as "Real" or "Float64".
     shape: () for a scalar, the dimensions of an FMI 3.0 array.
-    unit: as the FMU names it, "1" if it names none.
+    unit: as the FMU names it, "" if it names none. base: what the FMU says that unit is, None if nothing.
     start: start value of a scalar, nan if there is none that is a number.
     """
 
@@ -34,6 +37,7 @@ class FmuVariable:
     shape: tuple[int, ...]
     unit: str
     start: float
+    base: BaseUnit | None = None
 
     @property
     def size(self) -> int:
@@ -102,10 +106,12 @@ def read_description(folder: Path, path: Path, wanted: Literal["auto"] | Interfa
         raise InputError("path", f"{path} has the modelIdentifier {part.modelIdentifier!r}", "a C identifier",
                          "do not use this file")
     sources = (folder / "sources").is_dir()
+    relative = _relative(folder)
+    units = {str(unit.name): _base_unit(unit.baseUnit) for unit in model.unitDefinitions if unit.baseUnit}
     _check_binary(folder, path, version, str(part.modelIdentifier), sources)
     return FmuDescription(
         version=version, interface=interface, identifier=str(part.modelIdentifier), token=str(model.guid),
-        variables={v.name: _variable(v) for v in model.modelVariables},
+        variables={v.name: _variable(v, units, v.name in relative) for v in model.modelVariables},
         states=len(model.derivatives), indicators=int(model.numberOfEventIndicators or 0),
         completes_steps=bool(getattr(part, "needsCompletedIntegratorStep", False)),
         saves=bool(part.canGetAndSetFMUstate and part.canSerializeFMUstate),
@@ -142,12 +148,29 @@ def _check_binary(folder: Path, path: Path, version: int, identifier: str, sourc
                      f"binaries/{ours}/{identifier}{fmpy.sharedLibraryExtension}", remedy)
 
 
-def _variable(variable: Any) -> FmuVariable:
-    unit = variable.unit or (variable.declaredType.unit if variable.declaredType is not None else None)
+def _base_unit(base: Any) -> BaseUnit:
+    """A unit's definition."""
+    powers = tuple(int(getattr(base, name)) for name in POWERS)
+    return BaseUnit(powers, float(base.factor), float(base.offset))
+
+
+def _relative(folder: Path) -> set[str]:
+    """Names of the variables that say that they are relative quantities, which FMPy passes over."""
+    variables = ElementTree.parse(folder / "modelDescription.xml").getroot().find("ModelVariables")
+    return {str(variable.get("name")) for variable in (variables if variables is not None else ())
+            if any(each.get("relativeQuantity") in ("true", "1") for each in (variable, *variable))}
+
+
+def _variable(variable: Any, units: Mapping[str, BaseUnit], relative: bool) -> FmuVariable:
+    declared = variable.declaredType
+    unit = str(variable.unit or (declared.unit if declared is not None else None) or "")
+    base = units.get(unit)
+    if base is not None and (relative or getattr(declared, "relativeQuantity", False)):
+        base = replace(base, offset=0.0)  # a difference of temperatures has no zero of its own
     try:
         start = float({"true": "1", "false": "0"}.get(variable.start, variable.start))
     except (TypeError, ValueError):
         start = float("nan")
     return FmuVariable(
         variable.name, int(variable.valueReference), str(variable.type), str(variable.causality),
-        str(variable.variability), tuple(int(n) for n in variable.shape or ()), unit or "1", start)
+        str(variable.variability), tuple(int(n) for n in variable.shape or ()), unit, start, base)

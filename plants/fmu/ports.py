@@ -15,6 +15,7 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.loop.signals import Port
 from plants.fmu.description import NUMERIC, FmuDescription, FmuVariable
+from plants.fmu.units import unit_of
 
 _INDEXED = re.compile(r"(?P<base>.+)\[(?P<index>\d+(?:\s*,\s*\d+)*)\]")
 
@@ -28,9 +29,10 @@ class FmuPort:
     name: of the port.
     variables: names of the FMU's variables, in the order of the port's elements (last index fastest).
     shape: of the port; () makes a vector of several variables, and a float of a single scalar one.
-    unit: of the port; "" takes that of the variables.
+    unit: of the port, or a unit for each place of the last index ("A,s"); "" takes that of the variables.
     scale: the FMU's value is the port's times this, such as 57.29577951308232 for an FMU in degrees; one
-        for all elements, or one for each place of the last index, such as [1e3, 1e6] for mA and us.
+        for all elements, or one for each place of the last index, such as [1e3, 1e6] for mA and us. Left out:
+        1, or what the FMU's definitions of its units say where these are not the port's.
     sampled: of an output port, whether its values are meant to hold between samples of the FMU's own; that
         they hold is then no sign that the FMU is stale.
     """
@@ -39,17 +41,24 @@ class FmuPort:
     variables: tuple[str, ...]
     shape: tuple[int, ...] = ()
     unit: str = ""
-    scale: float | tuple[float, ...] = 1.0
+    scale: float | tuple[float, ...] | None = None
     sampled: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class BoundPort:
-    """A port with the variables behind it; `scales` are those of its elements, flat."""
+    """A port with the variables behind it.
+
+    Attributes
+    ----------
+    scales, offsets: of its elements, flat: the FMU's value is the port's times the scale, plus the offset.
+    sampled: as declared.
+    """
 
     port: Port
     variables: tuple[FmuVariable, ...]
     scales: tuple[float, ...]
+    offsets: tuple[float, ...]
     sampled: bool = False
 
     @property
@@ -68,7 +77,8 @@ def bind_ports(
     a joined port differ by its last index, its unit lists them ("A,s").
 
     Raises InputError, naming `where`, for a variable that is not there, of the wrong kind or not numeric,
-    for a shape that does not hold the variables, and for two ports of one name.
+    for a shape that does not hold the variables, for a unit that is not the FMU's and cannot be converted,
+    for a variable that is listed twice, and for two ports of one name.
     """
     if declared:
         ports = tuple(
@@ -80,6 +90,12 @@ def bind_ports(
         if names.count(name) > 1:
             raise InputError(where, f"there are two ports {name!r}", "unique names",
                              f"declare {where} by hand")
+    set_by: dict[str, str] = {}
+    for bound in ports if causality == "input" else ():
+        for variable in bound.variables:
+            if set_by.setdefault(variable.name, bound.port.name) != bound.port.name:
+                raise InputError(where, f"{variable.name!r} is in {set_by[variable.name]!r} and in "
+                                 f"{bound.port.name!r}", "each variable in one port", "remove one")
     return ports
 
 
@@ -95,10 +111,11 @@ def _declared(description: FmuDescription, causality: str, wanted: FmuPort, wher
             raise InputError(
                 f"{where}.variables", f"the FMU has no numeric {causality} {name!r}",
                 ", ".join(allowed[:20]) or "none", f"did you mean {close[0]!r}?" if close else "")
+        if wanted.variables.count(name) > 1:
+            raise InputError(f"{where}.variables", f"{name!r} is listed twice", "each variable once",
+                             "remove one")
     if not wanted.name.isidentifier():
         raise InputError(f"{where}.name", f"{wanted.name!r}", "letters, digits and underscores")
-    if not all(math.isfinite(scale) and scale != 0.0 for scale in _listed(wanted.scale)):
-        raise InputError(f"{where}.scale", f"{wanted.scale}", "finite numbers other than 0")
     variables = tuple(description.variables[name] for name in wanted.variables)
     count = sum(v.size for v in variables)
     natural = variables[0].shape if len(variables) == 1 else (count,)
@@ -106,15 +123,48 @@ def _declared(description: FmuDescription, causality: str, wanted: FmuPort, wher
     if math.prod(shape) != count or count == 0:
         raise InputError(f"{where}.shape", f"{list(shape)} for {count} elements",
                          "a shape that holds them all")
-    if isinstance(wanted.scale, tuple) and len(wanted.scale) != (shape or (1,))[-1]:
-        raise InputError(f"{where}.scale", f"{len(wanted.scale)} scales",
-                         f"one, or {(shape or (1,))[-1]}, one for each place of the last index")
-    bound = _bound(wanted.name, variables, shape, wanted.unit, _listed(wanted.scale))
+    scales, offsets = _conversion(variables, shape, wanted, where)
+    bound = _bound(wanted.name, variables, shape, wanted.unit, scales, offsets)
     return replace(bound, sampled=wanted.sampled)
 
 
-def _listed(scale: float | tuple[float, ...]) -> tuple[float, ...]:
-    return scale if isinstance(scale, tuple) else (scale,)
+def _conversion(variables: Sequence[FmuVariable], shape: tuple[int, ...], wanted: FmuPort,
+                where: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Scales and offsets of a declared port's elements: as given, or by the units."""
+    columns = (shape or (1,))[-1]
+    elements = [variable for variable in variables for _ in range(variable.size)]
+    if wanted.scale is not None:
+        given = wanted.scale if isinstance(wanted.scale, tuple) else (wanted.scale,)
+        if not all(math.isfinite(scale) and scale != 0.0 for scale in given):
+            raise InputError(f"{where}.scale", f"{wanted.scale}", "finite numbers other than 0")
+        if isinstance(wanted.scale, tuple) and len(given) != columns:
+            raise InputError(f"{where}.scale", f"{len(given)} scales",
+                             f"one, or {columns}, one for each place of the last index")
+        named = next((v for v in elements if v.unit), None)
+        if named is not None and not wanted.unit and set(given) != {1.0}:
+            raise InputError(f"{where}.unit", f"is not given, and the scale takes {named.name!r} out of its "
+                             f"unit {named.unit!r}", "the unit of the scaled values")
+        return tuple(np.resize(given, len(elements)).tolist()), (0.0,) * len(elements)
+    units = wanted.unit.split(",")
+    units = units if len(units) == columns else [wanted.unit]
+    pairs = [_converted(variable, units[place % len(units)], where)
+             for place, variable in enumerate(elements)]
+    return tuple(scale for scale, _ in pairs), tuple(offset for _, offset in pairs)
+
+
+def _converted(variable: FmuVariable, unit: str, where: str) -> tuple[float, float]:
+    """Scale and offset from a port's unit to a variable's."""
+    if variable.unit in ("", unit) or not unit:
+        return 1.0, 0.0
+    ours = unit_of(unit)
+    found = ours.to(variable.base) if ours is not None and variable.base is not None else None
+    if found is None:
+        known = ("the FMU does not define its unit" if variable.base is None
+                 else "that unit is not known" if ours is None else "these are different quantities")
+        raise InputError(f"{where}.unit", f"{unit!r}, but {variable.name!r} is in {variable.unit!r}, and "
+                         f"{known}", f"{variable.unit!r}",
+                         "give the scale from one to the other (1 if both names mean the same)")
+    return found
 
 
 def _automatic(variables: Sequence[FmuVariable]) -> Iterable[BoundPort]:
@@ -157,13 +207,13 @@ def _identifier(name: str) -> str:
 
 
 def _bound(name: str, variables: tuple[FmuVariable, ...], shape: tuple[int, ...], unit: str = "",
-           scale: tuple[float, ...] = (1.0,)) -> BoundPort:
+           scales: tuple[float, ...] = (), offsets: tuple[float, ...] = ()) -> BoundPort:
     starts = np.concatenate([np.full(v.size, v.start) for v in variables])
-    scales = np.resize(scale, starts.size)
-    starts = np.nan_to_num(starts, nan=0.0, posinf=0.0, neginf=0.0) / scales
+    scales, offsets = scales or (1.0,) * starts.size, offsets or (0.0,) * starts.size
+    starts = (np.nan_to_num(starts, nan=0.0, posinf=0.0, neginf=0.0) - offsets) / scales
     initial = float(starts[0]) if (starts == starts[0]).all() else starts.reshape(shape).tolist()
     return BoundPort(Port(name, shape, unit or _unit(variables, shape), cast("float", _tuples(initial))),
-                     variables, tuple(scales.tolist()))
+                     variables, scales, offsets)
 
 
 def _tuples(value: object) -> object:
@@ -172,7 +222,7 @@ def _tuples(value: object) -> object:
 
 def _unit(variables: Sequence[FmuVariable], shape: tuple[int, ...]) -> str:
     """The variables' common unit, or their units by last index."""
-    units = [unit for v in variables for unit in [v.unit] * v.size]
+    units = [unit for v in variables for unit in [v.unit or "1"] * v.size]
     columns = units[: shape[-1]] if shape else units[:1]
     if len(set(units)) > 1 and units == columns * (len(units) // len(columns)):
         return ",".join(columns)

@@ -53,7 +53,7 @@ class FmuState:
             if value is not seen[i]:
                 seen[i] = value
                 view, scales = self.inputs[i]
-                scaled = value if scales is None else value * scales
+                scaled = value if scales is None else value * scales[0] + scales[1]
                 if (view != scaled).any():
                     view[...] = scaled
                     changed = True
@@ -62,7 +62,8 @@ class FmuState:
     def read(self) -> tuple[Value, ...]:
         """Fresh values of the outputs."""
         values = self.running.outputs.values
-        values = values.copy() if self._scales is None else values / self._scales
+        values = (values.copy() if self._scales is None
+                  else (values - self._scales[1]) / self._scales[0])
         return tuple([values.item(place) if isinstance(place, int) else values[place] if shape is None
                       else values[place].reshape(shape) for place, shape in self.read_plan])
 
@@ -118,7 +119,10 @@ def _read_plan(ports: Sequence[BoundPort]) -> list[tuple[int | slice, tuple[int,
     return plan
 
 
-def _scales(ports: Sequence[BoundPort], shape: tuple[int, ...]) -> NDArray[np.float64] | None:
-    """The scale of every element, in a shape; None where all are one."""
+def _scales(ports: Sequence[BoundPort],
+            shape: tuple[int, ...]) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Scale and offset of every element, in a shape; None where nothing is converted."""
     scales = np.array([scale for bound in ports for scale in bound.scales])
-    return scales.reshape(shape) if (scales != 1.0).any() else None
+    offsets = np.array([offset for bound in ports for offset in bound.offsets])
+    same = (scales == 1.0).all() and (offsets == 0.0).all()
+    return None if same else (scales.reshape(shape), offsets.reshape(shape))
