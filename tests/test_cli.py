@@ -279,9 +279,40 @@ def test_check_prints_what_theory_knows_of_a_linear_loop(capsys):
     assert "never" in out
 
 
-def test_check_says_nothing_of_theory_where_a_loop_is_not_linear(capsys):
+def test_check_says_why_there_is_no_theory_where_a_loop_is_not_linear(capsys):
     _, out, _ = run(capsys, "check", "finger_mpc", "--json")
-    assert json.loads(out)["theory"] is None
+    theory = json.loads(out)["theory"]
+    why = "controller: Mpc is not linear; allowed: linear blocks, for the theory of a linear loop"
+    assert theory == {"critical_latency_ms": {}, "not_known": {"rms at rest": why, "critical latencies": why}}
+    _, out, _ = run(capsys, "check", "finger_mpc")
+    assert f"Theory gives no rms at rest and critical latencies: {why}" in out.splitlines()
+
+
+@pytest.mark.parametrize(("settings", "line"), [
+    (["jitter_ms=3"], "Theory gives no critical latencies: under jitter or loss they take long: "
+     "fesloop.theory.critical_latency_ms gives them"),
+    (["loss=0.1", "latency_ms=300"], "Theory gives no critical latencies: under jitter or loss they take "
+     "long: fesloop.theory.critical_latency_ms gives them")])
+def test_check_says_which_part_of_the_theory_is_missing_and_why(capsys, settings, line):
+    """Under jitter or loss, and where the loop is unstable besides, a part used to go without a word."""
+    given = [part for setting in settings for part in ("--set", setting)]
+    _, out, _ = run(capsys, "check", "linear_loop", *given)
+    assert line in out.splitlines()
+    _, out, _ = run(capsys, "check", "linear_loop", "--json", *given)
+    theory = json.loads(out)["theory"]
+    assert {"rms" if "rms" in theory else "", *theory["not_known"]} == {"rms", "critical latencies"}
+
+
+def test_check_prints_latencies_as_they_are_compared_to_the_nanosecond(capsys):
+    """Into a block latency acts in whole ticks: 110 ms is stable, 110.000001 is not, and no 110.000."""
+    wire = "tracker.angles->controller.measured"
+    for latency, rest in (("110", "rms at rest"), ("110.000001", "at rest  ")):
+        _, out, _ = run(capsys, "check", "linear_loop", "--set", f"latency_ms={latency}")
+        (row,) = (line for line in out.splitlines() if f"critical latency of {wire}" in line)
+        assert row.split()[-5:] == ["110.000001", "ms", latency, "ms", "now"]
+        assert any(line.startswith(rest) for line in out.splitlines())
+        assert any(line.split()[:4] == ["tracker.angles", "controller.measured", latency, "ms"]
+                   for line in out.splitlines())
 
 
 @pytest.mark.parametrize("arguments", [

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fesloop.cli.output import print_json, print_table, progress_bar
-from fesloop.errors import FesloopError
 from fesloop.experiment import registry
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load_picked
@@ -30,15 +29,16 @@ if TYPE_CHECKING:
 
 def execute(args: Namespace) -> int:
     """Validate and print the wiring, the latency budget and what the file's aliases change."""
+    from fesloop.theory.first_answer import first_answer
+
     with progress_bar(f"check {args.experiment}"):
         experiment, picked = load_picked(args.experiment, args.settings, args.seed)
         report = LatencyReport(experiment.wiring, horizon_ns=experiment.duration_ns)
-        theory = _theory(experiment)
+        theory = first_answer(experiment)
     aliases = picked.document.get("aliases", {})
     if args.json:
         print_json(_table(experiment, report) | {
-            "theory": theory.as_table() if theory is not None else None,
-            "aliases": aliases, "variants": picked.variants})
+            "theory": theory.as_table(), "aliases": aliases, "variants": picked.variants})
         return 0
     _print_wiring(experiment)
     cautions = _cautions(experiment)
@@ -64,22 +64,10 @@ def execute(args: Namespace) -> int:
     return 0
 
 
-def _theory(experiment: Experiment) -> FirstAnswer | None:
-    """What theory says at once; None where the loop is not linear, or beyond it."""
-    from fesloop.theory.first_answer import first_answer
-
-    try:
-        return first_answer(experiment)
-    except FesloopError:
-        return None
-
-
-def _print_theory(theory: FirstAnswer | None) -> None:
-    """What is known without a run, where anything is."""
-    if theory is None:
-        return
-    rows = [(f"critical latency of {wire}", "none up to 500 ms" if critical is None else f"{critical:.3f} ms",
-             f"{now:g} ms now") for wire, (now, critical) in theory.critical_ms.items()]
+def _print_theory(theory: FirstAnswer) -> None:
+    """What is known without a run, to the nanosecond, and why the rest is not."""
+    rows = [(f"critical latency of {wire}", _critical(critical), f"{_exact_ms(now)} now")
+            for wire, (now, critical) in theory.critical_ms.items()]
     cost = theory.cost
     if cost is not None and not cost.stable:
         rows.append(("at rest", "never", f"squares grow {cost.growth_per_s:.3g}-fold a second"))
@@ -92,6 +80,22 @@ def _print_theory(theory: FirstAnswer | None) -> None:
         print()
         print_table("Theory of the linear loop, while nothing saturates", ("", "exactly", ""), rows,
                     sys.stdout)
+    if theory.not_known:
+        print()
+    for reason in dict.fromkeys(theory.not_known.values()):
+        missing = " and ".join(what for what, why in theory.not_known.items() if why == reason)
+        print(f"Theory gives no {missing}: {reason}")
+
+
+def _critical(latency_ms: float | None) -> str:
+    if latency_ms is None:
+        return "none up to 500 ms"
+    return _exact_ms(latency_ms) if latency_ms else "0 ms: unstable without it, too"
+
+
+def _exact_ms(latency_ms: float) -> str:
+    """To the nanosecond, as wires take it: 110.000001 ms is no 110 ms, where a tick is missed."""
+    return f"{latency_ms:.6f}".rstrip("0").rstrip(".") + " ms"
 
 
 def _option_rows(table: dict[str, Any], picked: str) -> list[tuple[str, str]]:
@@ -169,7 +173,7 @@ def _node_row(node: Node) -> tuple[str, str, str, str]:
 
 
 def _wire_row(wire: Wire) -> tuple[str, str, str, str]:
-    parts = [f"{wire.latency_ms:g} ms"]
+    parts = [_exact_ms(wire.latency_ns / NS_PER_MS)]
     if wire.jitter.kind != "zero":
         parts.append(f"{wire.jitter.kind} jitter")
     if wire.loss:
