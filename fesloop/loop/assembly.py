@@ -43,7 +43,7 @@ def assembled(wiring: Wiring, trial: int, states: Mapping[str, Any], recorder: R
     """A wiring with the state of each node; the recorder, if any, gets a list of rows for each stream."""
     links = [Link(connection.wire, wiring.seed, trial) for connection in wiring.connections]
     ends = list(zip(wiring.connections, links, strict=True))
-    plants = {node.name: _plant_station(node, states[node.name], ends, recorder)
+    plants = {node.name: _plant_station(node, states[node.name], ends, recorder, events)
               for node in wiring.nodes if node.is_plant}
     samplers = [_sampler(each, plants, ends) for each in wiring.order if isinstance(each, Sampling)]
     published = publishers(wiring, samplers)
@@ -56,7 +56,8 @@ def _incoming(node: Node, ends: _Ends) -> tuple[tuple[int, Link], ...]:
     return tuple((connection.target_port, link) for connection, link in ends if connection.target is node)
 
 
-def _plant_station(node: Node, state: Any, ends: _Ends, recorder: Recorder | None) -> PlantStation:
+def _plant_station(node: Node, state: Any, ends: _Ends, recorder: Recorder | None,
+                   events: list[EventRow]) -> PlantStation:
     plant = node.plant
     input_rows = rows = clock = None
     if recorder is not None:
@@ -69,7 +70,7 @@ def _plant_station(node: Node, state: Any, ends: _Ends, recorder: Recorder | Non
     record = PlantRecord(node.name, plant, rows, clock, sampled)
     if plant.grid is None:
         return ExactStation(node.name, plant, state, inputs, record)
-    return GridStation(node.name, plant, state, inputs, record, plant.grid)
+    return GridStation(node.name, plant, state, inputs, record, plant.grid, events)
 
 
 def _sampler(sampling: Sampling, plants: Mapping[str, PlantStation], ends: _Ends) -> Sampler:

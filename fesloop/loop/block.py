@@ -126,7 +126,8 @@ class Plant(Protocol):
     what advancing a copy would give, at each instant the same to the last bit whichever others are asked
     for), `advance_through(state, inputs, start_ns, times_ns)` (what advancing to these ascending instants one
     by one and reading at each would give, to the last bit, outputs stacked in the same way),
-    for fixed steps `glance(state)` (by port number, those of the outputs that
+    for fixed steps `reports(state)` ((status, detail) each: what it has to report of its last step, or of its
+    beginning), `glance(state)` (by port number, those of the outputs that
     need none of the work that the others take: a wire that samples no other is spared `read`),
     `next_trial(state, context)`, `close(state)`, `resolve(shapes)`, `linear_form(output)` (as of a block,
     with one of the outputs).

@@ -17,6 +17,7 @@ import numpy as np
 from fesloop.loop.block import Plant
 from fesloop.loop.clock import FOREVER, RateClock, ticks_from
 from fesloop.loop.plant_ports import PlantInputs, PlantRecord
+from fesloop.loop.record import EventRow
 from fesloop.loop.signals import Value
 from fesloop.loop.wire import Link
 
@@ -176,17 +177,18 @@ class GridStation:
     hand_over: has the recorder take what was seen.
     """
 
-    __slots__ = ("_advance", "_following", "_glance", "_grid", "_inputs", "_next_step", "_read", "_record",
-                 "_shown", "hand_over", "name", "now", "plant", "state")
+    __slots__ = ("_advance", "_events", "_following", "_glance", "_grid", "_inputs", "_next_step", "_read",
+                 "_record", "_reports", "_shown", "hand_over", "name", "now", "plant", "state")
 
     def __init__(self, name: str, plant: Plant, state: Any, inputs: PlantInputs, record: PlantRecord,
-                 grid: RateClock) -> None:
+                 grid: RateClock, events: list[EventRow]) -> None:
         self.name, self.plant, self.state = name, plant, state
         self.now = 0
         self._inputs, self._record, self._grid = inputs, record, grid
         self.hand_over = record.hand_over
         self._advance, self._read = plant.advance, plant.read
         self._glance = None if plant.feedthrough else getattr(plant, "glance", None)
+        self._reports, self._events = getattr(plant, "reports", None), events
         self._shown: tuple[Value, ...] | None = None
         self._start_steps()
 
@@ -206,6 +208,7 @@ class GridStation:
     def _through(self, times_ns: Sequence[int], glance: Callable[[Any], Any] | None) -> Iterator[Any]:
         state, inputs, record, advance = self.state, self._inputs, self._record, self._advance
         values, queues, direct = inputs.values, inputs.queues, self.plant.feedthrough
+        reports = self._reports
         following = self._following
         for instant in times_ns:
             while following <= instant:
@@ -217,6 +220,8 @@ class GridStation:
                     shown = self._shown
                     record.see_held(now, following, self.read_now() if shown is None or direct else shown)
                 advance(state, values, now, following)
+                if reports is not None:
+                    self._events += [(following, self.name, *each) for each in reports(state)]
                 self._shown = None
                 self.now = following
                 self._following = following = self._next_step()

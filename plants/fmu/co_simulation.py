@@ -26,8 +26,8 @@ class CoSimulation2:
     def step(self, start_s: float, stop_s: float, inputs_changed: bool) -> None:
         """One communication step; RunError for anything but success."""
         status = self._do_step(self._component, start_s, self._length_s, 1)
-        if status > WARNING:
-            self._library.fail("fmi2DoStep", status, start_s)
+        if status:
+            self._library.check("fmi2DoStep", status, start_s)
 
     def reached_s(self) -> float | None:
         """The instant that the FMU says it has reached, None if it does not say."""
@@ -64,8 +64,8 @@ class CoSimulation3:
     def step(self, start_s: float, stop_s: float, inputs_changed: bool) -> None:
         """One communication step; RunError for anything but success, early return included."""
         status = self._do_step(self._component, start_s, self._length_s, True, *self._arguments)
-        if status > WARNING:
-            self._library.fail("fmi3DoStep", status, start_s)
+        if status:
+            self._library.check("fmi3DoStep", status, start_s)
         if self._terminate.value:
             raise RunError(f"{self._library.name}: the FMU asked at {stop_s:.9g} s for the run to end")
         if self._early.value:

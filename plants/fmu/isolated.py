@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import pickle
 from pathlib import Path
 from typing import NoReturn
@@ -34,10 +35,11 @@ class IsolatedFmu:
     isolation: limits of the process.
     """
 
-    __slots__ = ("_fmu", "_process", "inputs", "name", "outputs", "setup", "tick")
+    __slots__ = ("_fmu", "_messages", "_process", "inputs", "name", "outputs", "setup", "tick")
 
     def __init__(self, setup: FmuSetup, folder: Path, name: str, fmu: str, isolation: Isolation) -> None:
         self.setup, self.name, self.tick, self._fmu = setup, name, 0, fmu
+        self._messages: list[str] = []
         self._process = FmuProcess(isolation.memory_mb)
         self._process.limit(isolation.start_timeout_s)
         sizes = (sum(v.size for bound in ports for v in bound.variables)
@@ -56,8 +58,13 @@ class IsolatedFmu:
             answer = self._process.call(CHANGE + self.inputs.values.tobytes() if inputs_changed else STEP)
         except FmuDiedError as fault:
             self._died(f"the step from {self.setup.instant_s(self.tick):.9g} s", fault)
-        self.outputs.values[:] = np.frombuffer(answer)
+        self.outputs.values[:] = self._numbers(answer, self.outputs.values.size)
         self.tick += 1
+
+    def take_messages(self) -> list[str]:
+        """What it has said since the last call, as `FmuLibrary.take_messages`."""
+        said, self._messages = self._messages, []
+        return said
 
     def save(self) -> tuple[bytes, int]:
         """All that it remembers, as only its own kind can read it; RunError where the FMU refuses."""
@@ -85,6 +92,12 @@ class IsolatedFmu:
 
     def _take(self, content: bytes) -> None:
         """Inputs and outputs as the FMU has them."""
-        values = np.frombuffer(content)
+        values = self._numbers(content, self.inputs.values.size + self.outputs.values.size)
         self.inputs.values[:] = values[: self.inputs.values.size]
         self.outputs.values[:] = values[self.inputs.values.size :]
+
+    def _numbers(self, content: bytes, count: int) -> NDArray[np.float64]:
+        """The numbers that an answer begins with; what the FMU has said follows them."""
+        if len(content) > 8 * count:
+            self._messages += json.loads(content[8 * count :])
+        return np.frombuffer(content, count=count)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import itertools
+import re
 from collections import deque
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,12 +20,50 @@ from plants.fmu.description import FmuDescription
 StartValue = float | int | bool | str
 WARNING, ERROR, FATAL = 1, 3, 4
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
+MOST_KINDS, LONGEST = 8, 300
+"""Chosen: how many kinds of messages of an instance are kept, and how many characters of each."""
+_NUMBER = re.compile(r"[-+]?[0-9][0-9.]*(?:[eE][-+]?[0-9]+)?")
 _INTEGERS = ("Integer", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64")
+
+class FmuLog:
+    """What one instance says.
+
+    Attributes
+    ----------
+    last: its latest messages, for the reason of a failure.
+    fresh: those that nobody has taken, the first of each kind; kinds differ in more than numbers.
+    heard: whether there was any since `check` looked.
+    """
+
+    __slots__ = ("_kinds", "fresh", "heard", "last")
+
+    def __init__(self) -> None:
+        self.last: deque[str] = deque(maxlen=4)
+        self.fresh: list[str] = []
+        self.heard = False
+        self._kinds: set[str] = set()
+
+    def hear(self, message: str) -> None:
+        """Take in a message of a warning or worse."""
+        text = " ".join(message.split())
+        self.last.append(text)
+        self.heard = True
+        self.note(text)
+
+    def note(self, text: str) -> None:
+        """Keep a text of a new kind until it is taken; of very many kinds the first."""
+        kind = _NUMBER.sub("0", text)
+        if kind in self._kinds or len(self._kinds) > MOST_KINDS:
+            return
+        self._kinds.add(kind)
+        full = len(self._kinds) > MOST_KINDS
+        self.fresh.append("more messages, which are left out" if full else text[:LONGEST])
+
 
 # FMPy's proxy, which formats an FMU's printf-like messages, forwards all of them to the one callback that
 # was registered last in the process. So there is one callback for ever, and it finds the instance that a
 # message is from by the environment pointer that the instance was given.
-_LOGS: dict[int, deque[str]] = {}
+_LOGS: dict[int, FmuLog] = {}
 _NUMBERS = itertools.count(1)
 
 
@@ -33,7 +72,7 @@ def _receive(
 ) -> None:
     log = _LOGS.get(environment or 0)
     if log is not None and message and status >= WARNING:
-        log.append(message.decode("utf-8", "replace").strip())
+        log.hear(message.decode("utf-8", "replace"))
 
 
 _LOGGER = fmi2.fmi2CallbackLoggerTYPE(_receive)
@@ -62,7 +101,7 @@ class FmuLibrary:
         self.name, self.version = name, description.version
         self._needs_tool = description.needs_tool
         self._number = next(_NUMBERS)
-        self._log: deque[str] = deque(maxlen=4)
+        self._log = FmuLog()
         self._worst = 0
         _LOGS[self._number] = self._log
         made = {(2, "co_simulation"): fmi2.FMU2Slave, (2, "model_exchange"): fmi2.FMU2Model,
@@ -91,7 +130,7 @@ class FmuLibrary:
         self, _environment: Any, status: int, _category: bytes, message: bytes | None
     ) -> None:
         if message and status >= WARNING:
-            self._log.append(message.decode("utf-8", "replace").strip())
+            self._log.hear(message.decode("utf-8", "replace"))
 
     def initialise(self, starts: Mapping[str, StartValue], description: FmuDescription) -> None:
         """Set start values, and go through initialisation at time 0."""
@@ -112,6 +151,19 @@ class FmuLibrary:
                  else int(value) if kind in _INTEGERS else float(value))
         getattr(self.functions, f"set{kind}")([variable.reference], [typed])
 
+    def check(self, function: str, status: int, time_s: float) -> None:
+        """Note what a C function returned if it is a warning without a message; `fail` for anything worse."""
+        if status > WARNING or status < 0:
+            self.fail(function, status, time_s)
+        heard, self._log.heard = self._log.heard, False
+        if not heard:
+            self._log.note(f"{function} returned fmi{self.version}Warning at {time_s:.9g} s")
+
+    def take_messages(self) -> list[str]:
+        """Messages since the last call, of warnings and worse, the first of each kind."""
+        fresh, self._log.fresh = self._log.fresh, []
+        return fresh
+
     def fail(self, function: str, status: int, time_s: float) -> None:
         """Raise RunError for what a C function returned, with the FMU's own last words."""
         self._worst = max(self._worst, status)
@@ -120,7 +172,7 @@ class FmuLibrary:
         raise RunError(f"{self.name}: {function} returned {label} at {time_s:.9g} s: {reason}")
 
     def _reasons(self, otherwise: str) -> str:
-        said = " ".join("; ".join(self._log).split()) or otherwise
+        said = " ".join("; ".join(self._log.last).split()) or otherwise
         return said + (" (it declares that it needs the program that made it)" if self._needs_tool else "")
 
     def end(self) -> None:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
 from fesloop.errors import RunError
-from plants.fmu.library import WARNING, FmuLibrary
+from plants.fmu.library import FmuLibrary
 from plants.fmu.vector import FmuVector
 
 MAX_EVENT_ITERATIONS = 1000
@@ -96,8 +96,8 @@ class ModelExchange2:
 
     def _call(self, function: str, *arguments: Any) -> None:
         status = getattr(self._dll, function)(self._component, *arguments)
-        if status > WARNING:
-            self._library.fail(function, status, self._now_s)
+        if status:
+            self._library.check(function, status, self._now_s)
 
     def _integrate_to(self, target_s: float) -> bool:
         """One substep, shorter if a state event cuts it; whether an event was handled."""
@@ -121,8 +121,8 @@ class ModelExchange2:
             self._set(start_s + node * length_s)
             if count:
                 status = self._get_derivatives(self._component, slope_pointer, count)
-                if status > WARNING:
-                    self._library.fail("fmi2GetDerivatives", status, start_s)
+                if status:
+                    self._library.check("fmi2GetDerivatives", status, start_s)
         np.dot(_WEIGHTS, self._slopes, out=stage)
         stage *= length_s
         stage += before
@@ -133,12 +133,12 @@ class ModelExchange2:
     def _set(self, time_s: float) -> None:
         """Put the FMU at a time, in the states of `_stage`."""
         status = self._set_time(self._component, time_s)
-        if status > WARNING:
-            self._library.fail("fmi2SetTime", status, time_s)
+        if status:
+            self._library.check("fmi2SetTime", status, time_s)
         if self._count:
             status = self._set_states(self._component, self._stage_pointer, self._count)
-            if status > WARNING:
-                self._library.fail("fmi2SetContinuousStates", status, time_s)
+            if status:
+                self._library.check("fmi2SetContinuousStates", status, time_s)
 
     def _crossed(self) -> bool:
         """Whether an indicator has another sign than when the substep began."""

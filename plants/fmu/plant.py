@@ -173,6 +173,10 @@ class Fmu:
         """One communication step; RunError with time and message where the FMU fails."""
         state.step(inputs)
 
+    def reports(self, state: FmuState) -> list[tuple[str, str]]:
+        """Warnings and worse that the FMU has logged, or returned, since the last call."""
+        return state.reports()
+
     def read(self, state: FmuState, inputs: Sequence[Value]) -> tuple[Value, ...]:
         """Outputs of the last communication point."""
         return state.read()

@@ -124,6 +124,10 @@ class RunningFmu:
         """The instant that the FMU says it has reached, None if it does not say."""
         return self._stepper.reached_s()
 
+    def take_messages(self) -> list[str]:
+        """What it has said since the last call, as `FmuLibrary.take_messages`."""
+        return self.library.take_messages()
+
     def save(self) -> tuple[bytes, Any, Any, int]:
         """All that it remembers; RunError where the FMU refuses."""
         functions = self.library.functions

@@ -16,7 +16,8 @@ from plants.fmu.trial import tried, tried_finer
 
 START, STEP, CHANGE, SAVE, RESTORE, END, TRY, TRY_FINER = b"i", b"s", b"c", b"g", b"r", b"e", b"t", b"f"
 """START takes (setup, folder, name), pickled, CHANGE the inputs, RESTORE what SAVE gave. START and RESTORE
-give inputs and outputs, STEP and CHANGE outputs, TRY and TRY_FINER JSON."""
+give inputs and outputs, STEP and CHANGE outputs, all four then what the FMU has said, as JSON if it has said
+anything; TRY and TRY_FINER give JSON."""
 
 
 class Service:
@@ -32,11 +33,11 @@ class Service:
         running: RunningFmu = self._running
         if kind == STEP:
             running.step(False)
-            return running.outputs.values.tobytes()
+            return running.outputs.values.tobytes() + self._said()
         if kind == CHANGE:
             running.inputs.values[:] = np.frombuffer(content)
             running.step(True)
-            return running.outputs.values.tobytes()
+            return running.outputs.values.tobytes() + self._said()
         return self._seldom(kind, content)
 
     def _seldom(self, kind: bytes, content: bytes) -> bytes:
@@ -60,7 +61,11 @@ class Service:
 
     def _values(self) -> bytes:
         running: RunningFmu = self._running
-        return running.inputs.values.tobytes() + running.outputs.values.tobytes()
+        return running.inputs.values.tobytes() + running.outputs.values.tobytes() + self._said()
+
+    def _said(self) -> bytes:
+        said = self._running.take_messages()
+        return json.dumps(said).encode() if said else b""
 
 
 def main() -> None:

@@ -6,6 +6,7 @@ import os
 import weakref
 from collections.abc import Sequence
 from contextlib import suppress
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -58,6 +59,24 @@ class FmuState:
                     view[...] = scaled
                     changed = True
         self.running.step(changed)
+        values = self.running.outputs.values
+        if not isfinite(np.vdot(values, values)) and not np.isfinite(values).all():
+            self._refuse()
+
+    def _refuse(self) -> None:
+        """Raise RunError naming the first output that is not finite, whenever anybody looks at it next."""
+        setup, values = self.running.setup, self.running.outputs.values
+        elements = [(bound.port.name, v.name) for bound in setup.outputs for v in bound.variables
+                    for _ in range(v.size)]
+        first = int(np.argmin(np.isfinite(values)))
+        port, variable = elements[first]
+        time_ms = 1e3 * setup.instant_s(self.running.tick)
+        raise RunError(f"{self.running.name}.{port} is not finite at {time_ms:.6f} ms: "
+                       f"the FMU puts out {values[first]:g} for {variable!r}")
+
+    def reports(self) -> list[tuple[str, str]]:
+        """What the FMU has said since the last call."""
+        return [("fmu_warning", f"the FMU says: {text}") for text in self.running.take_messages()]
 
     def read(self) -> tuple[Value, ...]:
         """Fresh values of the outputs."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import RunError
 from plants.fmu.description import FmuVariable
-from plants.fmu.library import WARNING, FmuLibrary
+from plants.fmu.library import FmuLibrary
 
 _FMI2: dict[str, tuple[str, type[Any]]] = {
     "Real": ("Real", np.float64), "Integer": ("Integer", np.int32), "Enumeration": ("Integer", np.int32),
@@ -96,14 +96,14 @@ class FmuVector:
                 except OverflowError as fault:
                     raise RunError(f"{self._library.name}: an input at {time_s:.9g} s {fault}") from None
             status = group.setter(*group.arguments)
-            if status > WARNING:
-                self._library.fail(group.names[1], status, time_s)
+            if status:
+                self._library.check(group.names[1], status, time_s)
 
     def pull(self, time_s: float) -> None:
         """Take the values from the FMU; RunError where it refuses."""
         for group in self._groups:
             status = group.getter(*group.arguments)
-            if status > WARNING:
-                self._library.fail(group.names[0], status, time_s)
+            if status:
+                self._library.check(group.names[0], status, time_s)
             if group.buffer is not None:
                 self.values[group.places] = group.buffer

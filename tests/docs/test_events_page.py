@@ -20,6 +20,7 @@ SECTIONS = {
     "plants/electrodes/": "Electrodes and muscles",
     "plants/muscles/": "Electrodes and muscles",
     "plants/imus/": "Sensors on the hand",
+    "plants/fmu/": "FMUs",
     "plants/fingertip_force.py": "Sensors on the hand",
     "estimators/": "Trackers and calibration",
     "controllers/pid/": "PID",

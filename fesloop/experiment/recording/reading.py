@@ -219,9 +219,11 @@ class Recording:
     def events(self) -> list[Event]:
         """Everything out of the ordinary, in the order in which it happened."""
         texts = ("where", "status", "detail")
-        return [Event(int(row["trial"]), int(row["time_ns"]),
-                      *(row[name].decode(errors="replace") for name in texts))
-                for row in self._values("events")]
+        events = [Event(int(row["trial"]), int(row["time_ns"]),
+                        *(row[name].decode(errors="replace") for name in texts))
+                  for row in self._values("events")]
+        # A plant is advanced when somebody looks, and reports only then.
+        return sorted(events, key=lambda event: (event.trial, event.time_ns))
 
     @property
     def messages(self) -> list[dict[str, dict[str, int]]]:

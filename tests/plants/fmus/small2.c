@@ -6,6 +6,7 @@
  *   AT_S and MISDEED, a statement: in mid-run.
  *   INTERNAL_STEP_S, or parameter h: x moves on this grid only; TELLS: and the FMU admits it.
  *   MOVES: w is the time at the communication point (else y), whatever the grid of y.
+ *   WARNS: each step returns fmi2Warning, with a message where SAYS is its text (for a time).
  *   FORGETS: a saved state leaves x out.     SQUARE_S: y is a square wave of this half period instead.
  * Model exchange: BALL is a bouncing ball (state events); else x' = 1 up to 0.0505 s and -1 after (time event).
  */
@@ -68,6 +69,11 @@ fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
     return fmi2OK;
 }
 
+#ifdef WARNS
+#define DONE fmi2Warning
+#else
+#define DONE fmi2OK
+#endif
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean b) {
     (void)b;
     Model *m = c;
@@ -77,6 +83,9 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean b) {
     printf("{\"stdout\": %g}\n", t);
     fflush(stdout);
     fprintf(stderr, "stderr at %g s\n", t);
+#endif
+#ifdef SAYS
+    m->functions->logger(m->functions->componentEnvironment, "small", fmi2Warning, "w", SAYS, t);
 #endif
 #ifdef MISDEED
     if (t + 1e-9 > AT_S) MISDEED;
@@ -99,12 +108,12 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean b) {
             m->x[0] = m->u + (m->x[0] - m->u) * exp(-m->h / 0.1);
             m->time += m->h;
         }
-        return fmi2OK;
+        return DONE;
     }
     m->x[0] = m->u + (m->x[0] - m->u) * exp(-h / 0.1);
     m->time = t + h;
 #endif
-    return fmi2OK;
+    return DONE;
 }
 
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind k, fmi2Real *v) {
