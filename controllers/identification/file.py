@@ -13,7 +13,7 @@ from controllers.identification.dynamics import Method
 from controllers.identification.patient_model import IdentificationRecord, Identified, identify
 from controllers.limits.allocation import Allocation
 from fesloop.errors import InputError
-from fesloop.experiment.files.patients import describe
+from fesloop.experiment.files.patients import describe, patient_fingerprint
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S, RateClock
 from fesloop.models.patient_model import RECRUITMENT, PatientModel, electrodes_in_words
@@ -72,6 +72,7 @@ def identify_recording(path: str, *, measured: str = "", method: Method = "subsp
         choice = recording.experiment.get("patient")
         model = PatientModel(
             patient=describe(choice) if choice else "",
+            patient_fingerprint=patient_fingerprint(choice) if choice else "",
             source=f"{recording.name} {recording.fingerprint[:12]} {signal}", outputs=record.outputs,
             electrodes=electrodes_in_words(blocks[stimulator] if stimulator else None, record.channels),
             current_ma=tuple(round(value, 9) for value in found.current_ma), rate=blocks[excitation]["rate"],

@@ -14,7 +14,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Required
+from typing import Annotated, Any, NotRequired, Required
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,7 @@ _SHIPPED = Path(__file__).parent / "shipped"
 _NESTED = list[list[float]]
 _TABLE: Any = closed("PatientModel", {
     "format": Required[str], "patient": Required[str], "source": Required[str],
+    "patient_fingerprint": NotRequired[str],
     "outputs": Required[list[str]], "electrodes": Required[list[str]], "current_ma": Required[list[float]],
     "rate": Required[str], "delay_ms": Required[float],
     "recruitment": Required[closed("Curves", {
@@ -66,6 +67,8 @@ class PatientModel:
     ----------
     patient: in words (`fesloop.experiment.files.patients.describe`); empty for a plant without one.
     source: of which recording.
+    patient_fingerprint: SHA-256 of what the patient's file said (`patient_fingerprint` there); empty where
+        that is not known.
     outputs: names of the m outputs.
     electrodes: of each channel, in words; empty where there is no stimulator.
     current_ma: (channels,), at which pulse widths were modulated.
@@ -87,6 +90,7 @@ class PatientModel:
     operating_drive: Array
     operating_outputs: Array
     fit: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    patient_fingerprint: str = ""
 
     def __post_init__(self) -> None:
         model, channels = self.model, len(self.current_ma)
@@ -124,7 +128,9 @@ class PatientModel:
         """As plain tables: what a file says."""
         model = self.model
         return {
-            "format": FORMAT, "patient": self.patient, "source": self.source, "outputs": list(self.outputs),
+            "format": FORMAT, "patient": self.patient,
+            **({"patient_fingerprint": self.patient_fingerprint} if self.patient_fingerprint else {}),
+            "source": self.source, "outputs": list(self.outputs),
             "electrodes": list(self.electrodes), "current_ma": list(self.current_ma), "rate": self.rate,
             "delay_ms": model.delay_ns / NS_PER_MS,
             "recruitment": plain(model.recruitment),
@@ -198,7 +204,8 @@ def _from_table(table: Mapping[str, Any], path: Path) -> PatientModel:
             patient=table["patient"], source=table["source"], outputs=tuple(table["outputs"]),
             electrodes=tuple(table["electrodes"]), current_ma=tuple(table["current_ma"]), rate=table["rate"],
             model=model, fit=table["fit"], operating_drive=np.array(table["operating"]["drive"]),
-            operating_outputs=np.array(table["operating"]["outputs"]))
+            operating_outputs=np.array(table["operating"]["outputs"]),
+            patient_fingerprint=table.get("patient_fingerprint", ""))
     except InputError as fault:
         raise InputError(f"{path}: {fault.where}", fault.found, fault.allowed, fault.remedy) from None
 
@@ -222,8 +229,8 @@ def electrodes_in_words(stimulator: Mapping[str, Any] | None, channels: int) -> 
 def require_same(path: str, model: PatientModel, wanted: Mapping[str, Any]) -> None:
     """Raise InputError naming both where a model is of another patient, other channels or other outputs.
 
-    `wanted` has those of `patient` (a model of one day may be used on another), `electrodes`, `current_ma`
-    and `outputs` that are known.
+    `wanted` has those of `patient` (a model of one day may be used on another), `patient_fingerprint`,
+    `electrodes`, `current_ma` and `outputs` that are known.
     """
     made_for = {"patient": model.patient.partition(", day ")[0], "electrodes": model.electrodes,
                 "current_ma": model.current_ma, "outputs": model.outputs}
@@ -233,6 +240,12 @@ def require_same(path: str, model: PatientModel, wanted: Mapping[str, Any]) -> N
                              f"{_words(wanted[key])}, as this experiment has",
                              "identify this one, or say any_patient = true" if key == "patient"
                              else "identify with these, or change the experiment")
+    now = wanted.get("patient_fingerprint")
+    if now and model.patient_fingerprint not in ("", now):
+        raise InputError(f"{path}: patient_fingerprint",
+                         f"the model is of {model.patient!r} as {model.patient_fingerprint[:12]}",
+                         f"{now[:12]}: that patient has changed since",
+                         "identify again, or say any_patient = true")
 
 
 def _words(value: Any) -> str:

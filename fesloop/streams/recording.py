@@ -6,12 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.loop.signals import require_pairs
+from fesloop.streams.contents import content_hash
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
@@ -76,6 +78,15 @@ class MotionRecording:
     source: str = ""
     source_units: Mapping[str, str] = field(default_factory=dict)
     left_out: tuple[str, ...] = ()
+
+    def fingerprint(self) -> str:
+        """SHA-256 of all that blocks and scores are given, as hexadecimal text; not of path and source."""
+        named: list[Any] = [self.sensors, self.pairs, None if self.rate is None else str(self.rate)]
+        arrays: list[NDArray[Any] | None] = [self.stamps_ns, self.gyr, self.acc, self.mag]
+        if self.reference is not None:
+            named += [self.reference.sensor_frames, self.reference.north]
+            arrays += [self.reference.stamps_ns, self.reference.orientation, self.reference.scored]
+        return content_hash(named, arrays)
 
     def __post_init__(self) -> None:
         shape = (self.stamps_ns.size, len(self.sensors), 3)

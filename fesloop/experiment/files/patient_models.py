@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, TypeGuard, get_args
 
 from fesloop.errors import InputError, InputErrors
-from fesloop.experiment.files.patients import describe
+from fesloop.experiment.files.patients import describe, patient_fingerprint
 from fesloop.experiment.files.schema import Kinds, hints_of, plain
 from fesloop.models.error_process import ErrorProcess, error_process_table
 from fesloop.models.linear_model import LinearModel
@@ -89,6 +89,7 @@ def _model(where: str, value: Mapping[str, Any], table: dict[str, Any],
         wanted = _wanted(table, document, model)
         if value.get("any_patient") or not patient_known:
             del wanted["patient"]
+            wanted.pop("patient_fingerprint", None)
         require_same(value["file"], model, wanted)
         if not value.get("any_fit"):
             require_usable(value["file"], model)
@@ -108,6 +109,8 @@ def _wanted(table: Mapping[str, Any], document: Mapping[str, Any], model: Patien
     choice, blocks = document.get("patient"), document["blocks"]
     wanted: dict[str, Any] = {
         "patient": describe({key: item for key, item in choice.items() if key != "day"}) if choice else ""}
+    if choice and model.patient_fingerprint:
+        wanted["patient_fingerprint"] = patient_fingerprint(choice)
     for other in blocks.values():
         if other["kind"] == "stimulator":
             wanted["electrodes"] = electrodes_in_words(other, len(model.current_ma))

@@ -7,6 +7,8 @@ module with the functions of `PatientReader`.
 from __future__ import annotations
 
 import copy
+import hashlib
+import json
 from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
@@ -111,7 +113,7 @@ def with_patient(document: Mapping[str, Any], patient: Patient, kinds: Kinds) ->
     """
     choice, blocks = document["patient"], document["blocks"]
     added = {name: _parameters(table, patient, kinds) for name, table in blocks.items()}
-    if not any(added.values()) and not _of_a_file(blocks):
+    if "drawn" not in choice and not any(added.values()) and not _of_a_file(blocks):
         raise InputError("patient", f"{choice['file']!r} would change nothing",
                          "an experiment with a block that is told of a patient: a hand, muscles, electrodes",
                          "remove it")
@@ -148,6 +150,29 @@ def _merged(added: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
         elif isinstance(value, dict) and isinstance(own[key], dict):
             merged[key] = _merged(value, own[key])
     return merged
+
+
+def patient_fingerprint(choice: Mapping[str, Any]) -> str:
+    """SHA-256 of the patient of a table [patient], whatever the day, as hexadecimal text.
+
+    "" where that is not known: a patient who was drawn for a day, and whose file no longer gives that one.
+    """
+    table = choice.get("drawn")
+    try:
+        if table is None or "day" in choice:
+            whose = {key: choice[key] for key in ("file", "cohort", "member", "day") if key in choice}
+            if table is not None and _text(drawn_patient(whose).table()) != _text(table):
+                return ""
+            whose.pop("day", None)
+            table = drawn_patient(whose).table()
+    except (InputError, InputErrors):
+        return ""
+    return hashlib.sha256(_text(table).encode()).hexdigest()
+
+
+def _text(table: Mapping[str, Any]) -> str:
+    """A patient's table without its description, the same text for the same patient."""
+    return json.dumps({key: value for key, value in table.items() if key != "description"}, sort_keys=True)
 
 
 def describe(choice: Mapping[str, Any]) -> str:

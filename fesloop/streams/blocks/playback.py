@@ -13,6 +13,7 @@ from fesloop.experiment.recording.reading import Recording, Signal
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import StampClock
 from fesloop.loop.signals import Port, Value
+from fesloop.streams.contents import content_hash, require_the_same
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -28,6 +29,8 @@ class Playback:
     recording: path of the run (.h5).
     signal: "node.port".
     trial: which, counted from 0.
+    fingerprint: SHA-256 of the signal as it was read (values, stamps, unit); left out: it is filled in. Where
+        it is given, as in the recording of a run, the file must still say the same.
     clock: instants at which the values left (not a parameter).
     played: the signal itself (not a parameter).
     """
@@ -35,6 +38,7 @@ class Playback:
     recording: str
     signal: str
     trial: int = 0
+    fingerprint: str = ""
     clock: StampClock = field(init=False, repr=False)
     played: Signal = field(init=False, repr=False)
 
@@ -50,6 +54,9 @@ class Playback:
         if not played.times_ns.size:
             raise InputError("signal", f"{self.signal!r} is empty in trial {self.trial} of {self.recording}",
                              "a signal with values")
+        found = content_hash([played.unit], [played.values, played.left_ns, played.newest_ns])
+        require_the_same(self.recording, self.fingerprint, found)
+        object.__setattr__(self, "fingerprint", found)
         played.values.flags.writeable = False
         object.__setattr__(self, "played", played)
         object.__setattr__(self, "clock", StampClock(played.left_ns, f"{self.recording}: {self.signal}"))

@@ -13,6 +13,7 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, StampClock, duration_ns
 from fesloop.loop.signals import Port, Sensors, Value
+from fesloop.streams.contents import require_the_same
 from fesloop.streams.files import open_recording
 from fesloop.streams.labels import not_understood
 from fesloop.streams.missing import missing_text
@@ -39,6 +40,9 @@ class Replay:
     layout: path of a layout file, for a recording that says too little of itself.
     start_s: what of the recording to leave out; the first sample at or after it plays at t = 0.
     duration_s: how much to play; None plays to the end.
+    fingerprint: SHA-256 of the whole recording as it was read (samples, stamps, sensors, pairs, reference);
+        left out: it is filled in. Where it is given, as in the recording of a run, the file must still say
+        the same.
     clock: instants of the samples, those that gaps lack among them (not a parameter).
     start_ns: stamp, in the recording, of the sample that plays at t = 0 (not a parameter).
     source: the recording itself (not a parameter).
@@ -49,6 +53,7 @@ class Replay:
     layout: str | None = None
     start_s: float = 0.0
     duration_s: float | None = None
+    fingerprint: str = ""
     clock: StampClock = field(init=False, repr=False)
     start_ns: int = field(init=False, repr=False)
     source: MotionRecording = field(init=False, repr=False)
@@ -59,6 +64,8 @@ class Replay:
 
     def __post_init__(self) -> None:
         source = open_recording(self.recording, self.sensor_set, self.layout)
+        fingerprint = source.fingerprint()
+        require_the_same(self.recording, self.fingerprint, fingerprint)
         start = duration_ns(self.start_s, NS_PER_S, "start_s")
         first = int(np.searchsorted(source.stamps_ns, start))
         if first == source.samples:
@@ -79,7 +86,8 @@ class Replay:
         nothing = np.full((len(source.sensors), 3), np.nan)
         nothing.flags.writeable = False
         for name, value in (
-                ("source", source), ("start_ns", start_ns), ("_nothing", nothing), ("_gaps", line.gaps),
+                ("fingerprint", fingerprint), ("source", source), ("start_ns", start_ns),
+                ("_nothing", nothing), ("_gaps", line.gaps),
                 ("clock", StampClock(line.stamps_ns[within], self.recording)),
                 ("_rows", np.where(line.rows < 0, line.rows, line.rows + first)[within]),
                 ("_missing", missing_text(source, first, stop, list(line.gaps.values())))):
@@ -130,7 +138,7 @@ class Replay:
 def replay_of(table: Mapping[str, Any]) -> Replay:
     """The replay that a recorded experiment tells of in a block's table, which also says where it stands.
 
-    Raises InputError for a recording that is not there any more.
+    Raises InputError for a recording that is not there any more, or has changed.
     """
     parameters = {each.name for each in fields(Replay) if each.init}
     return Replay(**{key: value for key, value in table.items() if key in parameters})

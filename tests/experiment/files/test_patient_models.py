@@ -1,10 +1,13 @@
+import json
 import tomllib
+from importlib import resources
 
 import numpy as np
 import pytest
 
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import from_document
+from fesloop.experiment.files.patients import describe, drawn_patient, patient_fingerprint
 from fesloop.experiment.registry import find
 from fesloop.models.patient_model import PatientModel, load_patient_model
 
@@ -122,3 +125,40 @@ def test_a_model_written_into_the_experiment_is_refused_by_its_key():
         document["blocks"]["mpc"]["current_ma"] = [40.0] * 4
         with pytest.raises(InputError, match=rf"blocks.mpc.model.{key}: {told}"):
             from_document(document)
+
+
+def patient_file(tmp_path, hand_mm="190.0"):
+    """A patient of one's own, with a hand of this length."""
+    path = tmp_path / "me.toml"
+    text = (resources.files("plants") / "patients" / "sci_c6.toml").read_text()
+    assert "hand_mm = 190.0 " in text
+    path.write_text(text.replace("hand_mm = 190.0 ", f"hand_mm = {hand_mm} "))
+    return path
+
+
+@pytest.mark.parametrize("who", [{}, {"member": 3}, {"member": 3, "cohort": 2}, {"day": 4},
+                                 {"member": 1, "day": 2}])
+def test_the_fingerprint_is_that_of_the_contents_whatever_the_day(tmp_path, who):
+    choice = {"file": str(patient_file(tmp_path)), **who}
+    found = patient_fingerprint(choice)
+    recorded = json.loads(json.dumps({**choice, "drawn": drawn_patient(choice).table()}))
+    assert patient_fingerprint(recorded) == found
+    assert patient_fingerprint({key: item for key, item in choice.items() if key != "day"}) == found
+    patient_file(tmp_path, "191.0")
+    assert patient_fingerprint(choice) != found
+    assert patient_fingerprint(recorded) == ("" if "day" in who else found)
+
+
+@pytest.mark.parametrize("day", [{}, {"day": 3}])
+def test_a_model_of_a_patient_whose_file_has_changed_is_refused(tmp_path, day):
+    who = {"file": str(patient_file(tmp_path))}
+    a_model(patient=describe(who), patient_fingerprint=patient_fingerprint(who)).save(tmp_path / "model.toml")
+    document = {**controlled({"file": str(tmp_path / "model.toml")}), "patient": {**who, **day}}
+    made = from_document(document)
+    assert from_document(json.loads(made.as_json())) == made
+    patient_file(tmp_path, "191.0")
+    with pytest.raises(InputError, match="that patient has changed since") as refused:
+        from_document(document)
+    assert len(str(refused.value).splitlines()) == 1
+    document["blocks"]["mpc"]["model"]["any_patient"] = True
+    from_document(document)
