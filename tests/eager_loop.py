@@ -295,9 +295,9 @@ class EagerLoop:
     def _step(self, number, node, now):
         self._deliver(node, now)
         held = self._held[node.name]
-        present = [sample for sample in held if sample.present]
-        stamps = (min((s.oldest_ns for s in present), default=now),
-                  max((s.newest_ns for s in present), default=now))
+        wired = [held[c.target_port] for c in self.wiring.connections if c.target is node]
+        stamps = (min((s.oldest_ns if s.present else 0 for s in wired), default=now),
+                  max((s.newest_ns if s.present else 0 for s in wired), default=now))
         values = node.block.step(self.states[node.name], held, SimpleNamespace(index=number, time_ns=now))
         left = now
         if node.execution.kind != "zero":

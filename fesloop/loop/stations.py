@@ -33,6 +33,10 @@ class BlockStation:
 
     Outputs are sent as the block steps; with an execution time they leave that much later, which a link
     treats as part of the way. A tick that falls due before then is skipped and recorded.
+
+    An output is as old as the oldest of what the block has read. A wired input that nothing has reached yet
+    counts as captured when the trial began, so that what a block makes of an assumption in its place is not
+    taken for fresh. A block without wired inputs is a source: its outputs are of the instant of its step.
     """
 
     __slots__ = ("_checks", "_draws", "_executed", "_execution", "_incoming", "_next_tick",
@@ -98,8 +102,10 @@ class BlockStation:
                     oldest = old
                 if new > newest:
                     newest = new
+            else:
+                oldest = 0  # what stands in for it is as old as the trial
         if newest < 0:
-            oldest = newest = time_ns
+            oldest = newest = 0 if self._incoming else time_ns
         tick = self.tick
         tick.index, tick.time_ns = index, time_ns
         left = time_ns
