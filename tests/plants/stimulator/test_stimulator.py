@@ -276,3 +276,13 @@ def test_bad_parameters_are_named(parameters, named):
 def test_bad_virtual_electrodes_are_named(elements, shares):
     with pytest.raises(InputError, match="virtual_electrode"):
         VirtualElectrode(elements=elements, shares=shares)
+
+
+@pytest.mark.parametrize("never_more", [False, True])
+@given(current=st.floats(0.0, 1.0), width=st.floats(0.0, 1e-3))
+def test_a_wish_for_no_pulse_is_met_and_not_called_too_small_or_too_short(never_more, current, width):
+    limits = generations.Limits(
+        current_max=0.1, current_driven=0.1, current_step=1e-3, width_min=2e-5, width_max=5e-4,
+        width_step=1e-6, charge_max=5e-5)
+    for wish in ((0.0, width), (current, 0.0)):
+        assert generations.given_pulse(limits, *wish, never_more=never_more) == (0.0, 0.0, 0)
