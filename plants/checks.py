@@ -6,6 +6,9 @@ import numpy as np
 
 from fesloop.errors import InputError
 
+MOST_ELEMENTS = 4096
+"""Of an electrode array (chosen: fifty times the largest that is worn): their tables fit in memory."""
+
 
 def require_positive(owner: str, parameters: object, *keys: str) -> None:
     """Raise InputError unless every number under each key is finite and above 0."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from plants.checks import require_not_negative, require_positive, require_shape
+from plants.checks import MOST_ELEMENTS, require_not_negative, require_positive, require_shape
 
 Array = NDArray[np.float64]
 
@@ -51,6 +51,8 @@ class ElectrodeArray:
         if bool(self.positions) == bool(self.rows * self.columns):
             found = f"{self.rows} rows, {self.columns} columns and {len(self.positions)} positions"
             raise InputError("array", found, "rows and columns, or positions in their place")
+        if self.elements > MOST_ELEMENTS:
+            raise InputError("array", f"{self.elements} elements", f"at most {MOST_ELEMENTS}")
 
     @property
     def elements(self) -> int:

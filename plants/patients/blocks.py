@@ -12,6 +12,7 @@ from fesloop.errors import InputError
 from fesloop.experiment.files.schema import plain
 from fesloop.hand.muscles import MUSCLES
 from fesloop.loop.noise import NoiseStream, stream_key
+from plants.checks import MOST_ELEMENTS
 from plants.electrodes.arrays import DORSAL
 from plants.electrodes.axons import MOTOR_POINTS, AxonScatter
 from plants.muscles.ding import Ding2003, Ding2003Fatigue
@@ -144,7 +145,8 @@ def _elements(arrays: Any) -> int:
 
         return Electrodes().elements
     try:
-        return sum(len(array.get("positions", ())) or array.get("rows", 0) * array.get("columns", 0)
-                   for array in arrays)
+        count = sum(len(array.get("positions", ())) or array.get("rows", 0) * array.get("columns", 0)
+                    for array in arrays)
+        return count if 0 < count <= len(arrays) * MOST_ELEMENTS else 0
     except (TypeError, AttributeError):
         return 0

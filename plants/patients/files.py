@@ -15,6 +15,7 @@ from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment.files.faults import faults_of
 from fesloop.experiment.files.layout import keys_at
 from fesloop.experiment.files.schema import build, hints_of, table
+from fesloop.given_files import read_whole
 from fesloop.toml import TomlError, tables_of
 from plants.patients.patient import Patient
 
@@ -37,10 +38,7 @@ def load(file: str | Path) -> Patient:
                              did_you_mean(text, names()) or "or give the path of a .toml file")
         content = (resources.files("plants") / "patients" / f"{text}.toml").read_bytes()
     else:
-        try:
-            content = Path(file).read_bytes()
-        except OSError as fault:
-            raise InputError(text, f"cannot be read: {fault.strerror}", "a patient's file") from None
+        content = read_whole(text, "a patient's file")
     try:
         tables = tables_of(content.decode("utf-8-sig"))
     except UnicodeDecodeError as fault:

@@ -14,7 +14,7 @@ from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, RateClock, duration_ns, parse_rate
 from fesloop.loop.passages import Passage
 from fesloop.loop.signals import Port, Sample, Value
-from plants.checks import require_positive
+from plants.checks import MOST_ELEMENTS, require_positive
 from plants.stimulator.channels import VirtualElectrode, multiplexing
 from plants.stimulator.generations import IEC_VOLTAGE_V, PRESETS, Limits, PresetName
 from plants.stimulator.kernels import share_out
@@ -100,6 +100,8 @@ class Stimulator:
             raise InputError("stimulator.compliance_v", f"{self.compliance_v:g}",
                              f"at most {IEC_VOLTAGE_V:g}")
         self._require_frequency()
+        if self.elements > MOST_ELEMENTS:
+            raise InputError("stimulator.elements", f"{self.elements}", f"at most {MOST_ELEMENTS}")
         if self.channels or self.electrodes:
             multiplexing(self.electrodes, self.channels or len(self.electrodes), self.elements)
 
