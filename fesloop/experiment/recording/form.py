@@ -106,7 +106,7 @@ def _require_tables(file: h5py.File, path: Path) -> None:
         if items[name].dtype != dtype:
             raise InputError(f"{where}: {name}", f"has rows of {items[name].dtype}", ALLOWED)
     for kind, stamps in _STAMPS.items():
-        for place, dataset in _streams(items.get(kind), f"{where}: {kind}"):
+        for place, dataset in _streams(items.get(kind), f"{where}: {kind}", nested=kind == "inputs"):
             room -= _size(dataset, place)
             _require_stream(dataset, stamps, place)
     if room < 0:
@@ -135,14 +135,14 @@ def _json(told: dict[str, Any], key: str, form: TypeAdapter[Any], where: str) ->
         raise InputError(f"{where}: {key}", "is damaged", ALLOWED) from None
 
 
-def _streams(group: Any, where: str) -> Iterator[tuple[str, h5py.Dataset]]:
-    """Datasets of a kind, those of plants' inputs one level below."""
+def _streams(group: Any, where: str, *, nested: bool) -> Iterator[tuple[str, h5py.Dataset]]:
+    """Datasets of a kind, one level below where they are `nested`, as those of plants' inputs."""
     if group is None:
         return
     if not isinstance(group, h5py.Group):
         raise InputError(where, "is no group", ALLOWED)
     for name, item in hdf5.members(group, where).items():
-        if isinstance(item, h5py.Group):
+        if nested and isinstance(item, h5py.Group):
             for port, dataset in hdf5.members(item, f"{where}/{name}").items():
                 yield f"{where}/{name}/{port}", dataset
         else:

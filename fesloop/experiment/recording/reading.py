@@ -96,8 +96,12 @@ class Recording:
 
     def _read_wall(self) -> dict[str, Any]:
         wall = self._file["wall"]
-        numbers = {name: item[()].item() for name, item in wall.items()
+        scalars = {name: item for name, item in wall.items()
                    if isinstance(item, h5py.Dataset) and item.shape == ()}
+        for name, item in scalars.items():
+            if item.dtype.kind not in "biuf":
+                raise InputError(f"{self.path}: wall/{name}", "is no number", ALLOWED)
+        numbers = {name: item[()].item() for name, item in scalars.items()}
         return {**numbers, **dict(wall.attrs)}
 
     @property

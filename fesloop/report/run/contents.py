@@ -43,13 +43,18 @@ def _listed(file: h5py.File) -> tuple[list[list[str]], list[list[str]]]:
     attributes = [["/", key, _short(value)] for key, value in file.attrs.items()]
 
     def note(name: str, item: Any) -> None:
-        told = f"{item.dtype}, {' x '.join(map(str, item.shape)) or 'one value'}" \
-            if isinstance(item, h5py.Dataset) else "group"
-        items.append([name, _short(told)])
+        items.append([name, _short(_extent(item) if isinstance(item, h5py.Dataset) else "group")])
         attributes.extend([name, key, _short(value)] for key, value in item.attrs.items())
 
     file.visititems(note)
     return items, attributes
+
+
+def _extent(item: h5py.Dataset) -> str:
+    """Type and size of a dataset."""
+    if item.shape is None:
+        return f"{item.dtype}, empty"
+    return f"{item.dtype}, {' x '.join(map(str, item.shape)) or 'one value'}"
 
 
 def _short(value: Any) -> str:

@@ -1,6 +1,7 @@
 """Recordings whose description is damaged are refused in one line, by whatever command opens them."""
 
 import json
+import os
 import shutil
 from pathlib import Path
 
@@ -23,7 +24,8 @@ def sound(tmp_path_factory):
 def refused(capsys, path, command):
     arguments = {"report": ("--out", f"{path}.html"), "fit-error": (f"{path}.toml",),
                  "picture": ("--out", f"{path}-pictures"), "identify": ("--out", f"{path}.toml"),
-                 "export": ("--format", "xdf", "--out", f"{path}.xdf"), "check": ()}[command]
+                 "export": ("--format", "xdf", "--out", f"{path}.xdf"), "check": (),
+                 "run": ("--out", f"{path}-runs")}[command]
     # Of a file that is no sound recording, a report says why, and what is in it.
     assert main(["--traceback", command, str(path), *arguments]) == (0 if command == "report" else 2)
     line = capsys.readouterr().err.splitlines()[0]
@@ -32,7 +34,7 @@ def refused(capsys, path, command):
     assert line.isprintable()
 
 
-COMMANDS = ["report", "fit-error", "picture", "identify", "export", "check"]
+COMMANDS = ["report", "fit-error", "picture", "identify", "export", "check", "run"]
 VALUES = [None, 3, "\x1b[31m", [], {"x": 1}, [1.5]]
 PLACES = [("experiment",), ("experiment", "name"), ("experiment", "trials"), ("blocks",), ("blocks", "pid"),
           ("blocks", "finger", "kind"), ("wires",), ("wires", 0), ("wires", 0, "from"), ("score",),
@@ -69,4 +71,32 @@ def test_attributes_of_another_type(capsys, tmp_path, sound, where, key, text, c
     shutil.copy(sound, file)
     with h5py.File(file, "r+") as opened:
         opened[where].attrs[key] = text
+    refused(capsys, file, command)
+
+
+def _group_for_rows(file):
+    del file["blocks/pid"]
+    file.create_group("blocks/pid")
+
+
+def _wall_text(file):
+    del file["wall/deadlines"]
+    file["wall/deadlines"] = "many"
+
+
+def _empty(file):
+    del file["experiment"]
+    file["experiment"] = h5py.Empty("f")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("damage", [_group_for_rows, _wall_text, _empty])
+def test_datasets_of_another_kind(capsys, tmp_path, sound, damage, command):
+    if damage is _wall_text and command != "report":
+        pytest.skip("looks at no wall-clock facts")
+    file = tmp_path / "damaged.h5"
+    shutil.copy(sound, file)
+    with h5py.File(file, "r+") as opened:
+        damage(opened)
+    os.utime(file, (0, 0))
     refused(capsys, file, command)
