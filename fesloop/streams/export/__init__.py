@@ -34,6 +34,8 @@ FORMATS: dict[str, Writer] = {
 _TAKES = {"mot": "joint angles (a port `angles`, rad)", "sto": "orientations (quaternions)",
           "motion-bids": "motion"}
 _A_SIGNAL_A_FILE = ("mot", "sto")
+_FOLDERS = {"csv": "tables and events", "motion-bids": "tables and what describes them"}
+"""Formats that are several files however little is written, and which."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,11 +84,11 @@ def export(run: str | Path, format: str, out: str | Path | None = None, trial: i
 
 
 def _require_one_file(target: Path, format: str, selection: Selection) -> None:
-    """Raise InputError where more than one file is to be written; of CSV there are a table and events."""
+    """Raise InputError where more than one file is to be written."""
     trials, signals = len(selection.trials), len(selection.signals)
     count = trials * (signals if format in _A_SIGNAL_A_FILE else 1)
-    if format == "csv":
-        raise InputError(f"--out {target}", "is one file, and tables and events are to be written",
+    if format in _FOLDERS:
+        raise InputError(f"--out {target}", f"is one file, and {_FOLDERS[format]} are to be written",
                          "a folder")
     if count > 1:
         raise InputError(f"--out {target}", f"is one file, and {count} are to be written", "a folder",

@@ -85,6 +85,8 @@ REFUSED = {
     "trial below": ({"trial": -1}, "--trial: -1; allowed: 0 to 2"),
     "one file for several": ({"format": "mat", "out": "o.mat"}, "is one file, and 3 are to be written"),
     "one file for tables": ({"out": "o.csv"}, "o.csv: is one file, and tables and events are to be written"),
+    "one file for a folder": ({"format": "motion-bids", "out": "o.motion-bids"},
+                              "o.motion-bids: is one file, and tables and what describes them"),
     "name of another format": ({"format": "mat", "out": "o.STO"}, r"o\.STO: ends as files of another format"),
     "no recording": ({"run": "absent.h5"}, "absent.h5: there is no such recording"),
 }
