@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from fesloop.cli.output import print_json, progress_bar
 from fesloop.errors import InputError
+from fesloop.given_files import is_file, is_folder
 
 if TYPE_CHECKING:
     from fesloop.report.parts import Page, Section
@@ -56,13 +57,13 @@ def _page(sources: Sequence[Path], progress: Callable[[float], None]) -> tuple[s
 
 def _require_no_runs(folder: Path) -> None:
     """A folder of recordings is no study, and which of them stand side by side is for their reader to say."""
-    if any(folder.glob("*.h5")) and not any(folder.glob("*.sqlite")):
+    if is_folder(folder) and any(folder.glob("*.h5")) and not any(folder.glob("*.sqlite")):
         raise InputError(str(folder), "is a folder of recordings", "recordings by name, or a study's folder",
                          f"fesloop report {folder}/NAME.h5")
 
 
 def _is_study(source: Path) -> bool:
-    return source.is_dir() or source.suffix == ".sqlite"
+    return is_folder(source) or source.suffix == ".sqlite"
 
 
 def _run(source: Path, progress: Callable[[float], None]) -> Page:
@@ -75,7 +76,7 @@ def _run(source: Path, progress: Callable[[float], None]) -> Page:
         try:
             recording, notices = stack.enter_context(readable(source))
         except InputError as fault:
-            if not source.is_file():
+            if not is_file(source):
                 raise
             return contents_page(source, fault)
         return run_page(recording, notices, progress)
@@ -105,7 +106,7 @@ def _out(sources: Sequence[Path], given: str | None) -> Path:
         return out
     first = sources[0]
     if _is_study(first):
-        return (first if first.is_dir() else first.parent) / "report.html"
+        return (first if is_folder(first) else first.parent) / "report.html"
     if len(sources) == 1:
         return first.with_suffix(".html")
     others = sources[1].stem if len(sources) == 2 else f"{len(sources) - 1}_more"

@@ -32,8 +32,8 @@ def write_page(page: Page, path: Path) -> None:
     text = page_html(page)
     try:
         path.write_text(text, encoding="utf-8", errors="replace", newline="\n")
-    except OSError as error:
-        found = error.strerror or str(error)
+    except (OSError, ValueError) as error:
+        found = getattr(error, "strerror", None) or str(error)
         raise InputError(str(path), found, "", "give a file that can be written") from error
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from fesloop.errors import InputError
+from fesloop.given_files import is_folder
 from fesloop.streams import motion_file
 from fesloop.streams.containers.hdf5 import form_of
 from fesloop.streams.containers.reading import head_of, is_container, is_hdf5, read_container
@@ -67,7 +68,7 @@ def _opened(file: Path, sensor_set: str | None, layout: str | Path | None) -> Mo
         if sensor_set is not None:
             raise InputError("sensor_set", f"{sensor_set!r} beside a layout", "one of the two")
         return read_described(file, Path(layout))
-    if file.is_dir() or file.name.endswith(motion_bids.ENDING):
+    if is_folder(file) or file.name.endswith(motion_bids.ENDING):
         return motion_bids.read(file, sensor_set)
     head = head_of(file, ALLOWED)
     if head.startswith(_GZIP):

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
+from fesloop.given_files import is_file, is_folder
 from fesloop.report.run.opening import readable
 from fesloop.study.store.file import FILE
 from fesloop.view.followed import RUNNING, FollowedRecording
@@ -30,7 +31,7 @@ def open_recording(path: Path) -> Source:
 
     Raises InputError for a folder, and for a file that is none, or holds no hand.
     """
-    if path.is_dir():
+    if is_folder(path):
         raise _no_file(path)
     growing = _growing(path)
     if growing is None:
@@ -57,7 +58,7 @@ def _no_file(folder: Path) -> InputError:
 
 def _growing(path: Path) -> Recording | None:
     """A recording that is being written; None for any other file."""
-    if not path.is_file() or not _may_be_growing(path):
+    if not is_file(path) or not _may_be_growing(path):
         return None
     try:
         recording = _opened(path)

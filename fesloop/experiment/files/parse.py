@@ -18,6 +18,7 @@ from fesloop.experiment.files.settings import apply_settings
 from fesloop.experiment.files.variants import Picked, pick
 from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.wanted import Record, Score
+from fesloop.given_files import read_whole
 from fesloop.loop.clock import Clock
 from fesloop.loop.duration import Duration
 from fesloop.loop.wire import Wire
@@ -73,10 +74,7 @@ def read(experiment: str | Path) -> tuple[str, dict[str, Any]]:
                              did_you_mean(text, shipped()) or "or give the path of a .toml file")
         content = (resources.files("fesloop.experiment") / "shipped" / f"{text}.toml").read_bytes()
     else:
-        try:
-            content = Path(experiment).read_bytes()
-        except OSError as fault:
-            raise InputError(text, f"cannot be read: {fault.strerror}", "an experiment file") from None
+        content = read_whole(text, "an experiment file")
     try:
         return text, tables_of(content.decode("utf-8-sig"))
     except UnicodeDecodeError as fault:

@@ -10,6 +10,7 @@ import h5py
 
 from fesloop.errors import InputError
 from fesloop.experiment.recording.form import ALLOWED, require_form, undamaged
+from fesloop.given_files import is_file
 from fesloop.streams.containers.hdf5 import require_sound_heaps
 
 _LOOKS, _BETWEEN_S = 3, 0.02
@@ -18,7 +19,7 @@ _LOOKS, _BETWEEN_S = 3, 0.02
 
 def open_file(path: Path) -> h5py.File:
     """The file, for reading; InputError for one that is missing, damaged or no recording."""
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(str(path), "there is no such recording", ALLOWED)
     try:
         require_sound_heaps(path)

@@ -11,6 +11,7 @@ from fesloop.experiment.recording.description import FORMAT
 from fesloop.experiment.recording.opening import open_file
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.rescue import rescued
+from fesloop.given_files import is_file
 
 
 @contextmanager
@@ -23,7 +24,7 @@ def readable(path: Path) -> Iterator[tuple[Recording, Sequence[str]]]:
         try:
             recording, notices = _sound(path, stack), []
         except InputError as fault:
-            if not path.is_file():
+            if not is_file(path):
                 raise
             try:
                 found = stack.enter_context(rescued(path))

@@ -36,7 +36,7 @@ def open_hdf5(path: Path, allowed: str) -> h5py.File:
     try:
         require_sound_heaps(path)
         return h5py.File(path, "r")
-    except (OSError, RuntimeError) as fault:
+    except (OSError, RuntimeError, ValueError) as fault:
         raise InputError(str(path), f"is no HDF5 file, or a damaged one: {fault}", allowed) from None
 
 

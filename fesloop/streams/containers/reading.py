@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from fesloop.errors import InputError
+from fesloop.given_files import exists, is_file, is_folder
 from fesloop.streams.containers.mat5_structure import sound_variables
 from fesloop.streams.room import Room
 
@@ -51,8 +52,8 @@ def is_container(head: bytes) -> bool:
 def head_of(path: Path, allowed: str) -> bytes:
     """How a file starts; InputError, with what is `allowed`, where it cannot be read."""
     where = str(path)
-    if path.exists() and not path.is_file():  # reading a pipe would wait for its writer
-        raise InputError(where, "is a folder" if path.is_dir() else "is no file", allowed)
+    if exists(path) and not is_file(path):  # reading a pipe would wait for its writer
+        raise InputError(where, "is a folder" if is_folder(path) else "is no file", allowed)
     try:
         with path.open("rb") as file:
             return file.read(_HEAD_BYTES)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fesloop.errors import InputError
+from fesloop.given_files import read_whole
 from fesloop.streams.checks import Array
 from fesloop.streams.room import Room
 
@@ -62,13 +63,9 @@ def read_text(path: Path, allowed: str) -> str:
     """All of a text file; InputError, with what is `allowed`, where it cannot be read or is no text."""
     where = str(path)
     try:
-        return path.read_bytes().decode("utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(where, "there is no such file", allowed) from None
+        return read_whole(path, allowed).decode("utf-8-sig")
     except UnicodeDecodeError as fault:
         raise InputError(where, f"is not UTF-8 text (byte {fault.start})", allowed) from None
-    except (OSError, ValueError) as fault:
-        raise InputError(where, f"cannot be read: {fault}", allowed) from None
 
 
 def read_table(path: Path, form: TextForm) -> TextTable:

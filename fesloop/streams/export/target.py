@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fesloop.errors import InputError, RunError
+from fesloop.given_files import exists
 
 
 @contextmanager
@@ -33,7 +34,7 @@ def published(target: Path, single: bool) -> Iterator[Path]:
 def _draft(target: Path) -> Path:
     """A new hidden folder beside the target; folders above it are made."""
     where = f"--out {target}"
-    if target.exists() or target.is_symlink():
+    if exists(target):
         raise InputError(where, "is there already", "a name that is free", "give another, or remove it")
     draft = target.parent / f".{target.name}-{secrets.token_hex(8)}"
     try:

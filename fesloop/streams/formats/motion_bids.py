@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fesloop.errors import InputError, did_you_mean
+from fesloop.given_files import is_file, is_folder
 from fesloop.streams import checks
 from fesloop.streams.formats.bids_files import ENDING, TrackingSystem, entities, read_system
 from fesloop.streams.formats.channels import Channel
@@ -57,13 +58,13 @@ def read(path: Path, sensor_set: str | None) -> MotionRecording:
 
 def _files(path: Path) -> dict[str, Path]:
     """Files of a recording by the names of their tracking systems."""
-    if path.is_file():
+    if is_file(path):
         own = entities(path)
         beside = sorted(path.parent.glob(f"*{ENDING}"))
         alike = [file for file in beside if _but_system(file) == _but_system(path)]
         return {own.get("tracksys", path.name): path} | {
             entities(file).get("tracksys", file.name): file for file in alike}
-    if not path.is_dir():
+    if not is_folder(path):
         raise InputError(str(path), "there is no such file", _ALLOWED)
     files = []
     for file in _below(path):

@@ -15,6 +15,7 @@ from fesloop.experiment.files.faults import faults_of
 from fesloop.experiment.files.layout import keys_at
 from fesloop.experiment.files.patches import merged
 from fesloop.experiment.files.schema import closed, make, table
+from fesloop.given_files import read_whole
 from fesloop.study.design.axes import Axis
 from fesloop.study.design.figure_specs import Figure
 from fesloop.study.design.study import About, Preparation, Study, is_name
@@ -95,10 +96,7 @@ def _content(study: str | Path) -> tuple[str, bytes, Path | None]:
             raise InputError(text, "there is no shipped study of this name", ", ".join(shipped_studies()),
                              did_you_mean(text, shipped_studies()) or "or give the path of a .toml file")
         return text, (resources.files("fesloop.study") / "shipped" / f"{text}.toml").read_bytes(), None
-    try:
-        return text, Path(study).read_bytes(), Path(study).parent
-    except OSError as fault:
-        raise InputError(text, f"cannot be read: {fault.strerror}", "a study file") from None
+    return text, read_whole(text, "a study file"), Path(study).parent
 
 
 def _in_form(document: Mapping[str, Any], form: str) -> tuple[dict[str, Any], str]:

@@ -13,6 +13,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from fesloop.errors import RunError
+from fesloop.given_files import exists, is_file
 from fesloop.study.design.plan import PlannedCell, plan
 from fesloop.study.design.study import Study
 from fesloop.study.engine.bases import meanwhile
@@ -76,7 +77,7 @@ def cost(study: Study, out: str | Path = "studies", *, workers: int | None = Non
     require_started()
     require_workers(workers)
     folder = Path(out) / study.name
-    there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+    there = next(each for each in (folder, *folder.absolute().parents) if exists(each))
     ids, simulated_s, sample = _gone_through(study, watch)
     done = _done(folder, study) & ids if not study.prepare else _done(folder, study)
     with connected(workers, scheduler) as client:
@@ -108,7 +109,7 @@ def _gone_through(study: Study, watch: Watch) -> tuple[set[str], float, list[Pla
 
 def _done(folder: Path, study: Study) -> set[str]:
     """Ids of runs that have a result; none of another study's."""
-    if not (folder / FILE).exists():
+    if not is_file(folder / FILE):
         return set()
     results = load(folder)
     same = decisive(results.study) == decisive(json.loads(json.dumps(study.document)))

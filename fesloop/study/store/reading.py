@@ -10,6 +10,7 @@ from typing import Any
 from urllib.parse import quote
 
 from fesloop.errors import InputError
+from fesloop.given_files import is_file, is_folder
 from fesloop.study.store.file import FILE, FORMAT
 
 _BUSY_S = 30.0
@@ -41,9 +42,9 @@ class StoreRows:
 def store_path(path: str | Path) -> Path:
     """The store itself, of a store or of the folder that holds one; InputError where there is none."""
     given = Path(path)
-    found = given / FILE if given.is_dir() else given
-    if not found.is_file():
-        what = f"holds no {FILE}" if given.is_dir() else "does not exist"
+    found = given / FILE if is_folder(given) else given
+    if not is_file(found):
+        what = f"holds no {FILE}" if is_folder(given) else "does not exist"
         raise InputError(str(given), what, "a study's store, or the folder that holds it")
     return found
 
