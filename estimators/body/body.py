@@ -101,8 +101,11 @@ def posture_ports(body: Body | None, sensors: int) -> tuple[Port, ...]:
     """Output ports of a tracker: orientation, angles, angle_sd, fingertips, fingertip_sd."""
     freedoms = len(body.tree.ranges) if body else None
     tips = len(body.tips) if body else None
-    return (Port("orientation", (sensors or None, 4), "1"), Port("angles", (freedoms,), "rad"),
-            Port("angle_sd", (freedoms,), "rad", UNSEEN_SD), Port("fingertips", (tips, 3), "m"),
+    names = body.tree.freedoms if body else ()
+    worn = tuple(body.tree.names[k] for k in body.sensed) if body else ()
+    return (Port("orientation", (sensors or None, 4), "1", rows=worn),
+            Port("angles", (freedoms,), "rad", rows=names),
+            Port("angle_sd", (freedoms,), "rad", UNSEEN_SD, rows=names), Port("fingertips", (tips, 3), "m"),
             Port("fingertip_sd", (tips, 3), "m"))
 
 

@@ -177,7 +177,8 @@ class ConstrainedTracker:
         if self.table is None or self.body is not None:
             return *ports, ALIGNED_PORT
         shape = (self.table.angles,)
-        return ports[0], replace(ports[1], shape=shape), replace(ports[2], shape=shape), ALIGNED_PORT
+        angles, sd = (replace(port, shape=shape, rows=()) for port in ports[1:3])
+        return ports[0], angles, sd, ALIGNED_PORT
 
     @property
     def needs_stillness(self) -> str:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,7 @@ from fesloop.loop.clock import NS_PER_S, RateClock, StampClock, duration_ns
 from fesloop.loop.signals import Port, Sample, Sensors, Value
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 
 
 @dataclass(slots=True, eq=False)
@@ -95,6 +96,7 @@ class VqfTracker:
     tau_acc_s: float = 3.0
     gyr_range_deg_s: float = 2000.0
     acc_range_g: float = 16.0
+    _stated: Sensors | None = field(init=False, repr=False, compare=False, default=None)
 
     def __post_init__(self) -> None:
         _check(self.sensors, tau_acc_s=self.tau_acc_s, gyr_range_deg_s=self.gyr_range_deg_s,
@@ -113,7 +115,7 @@ class VqfTracker:
     @property
     def outputs(self) -> tuple[Port, ...]:
         """orientation, angles and aligned."""
-        return _outputs(self.sensors, self.pairs)
+        return _outputs(self.sensors, self.pairs, self._stated)
 
     @property
     def needs_stillness(self) -> str:
@@ -126,9 +128,7 @@ class VqfTracker:
 
     def with_sensors(self, sources: Mapping[str, Sensors]) -> VqfTracker:
         """The same tracker for the pairs that the sensors' source states; see `stated_pairs`."""
-        stated = stated_by(sources)
-        return replace(self, pairs=stated_pairs(self.pairs, stated),
-                       sensors=self.sensors or len(stated.names))
+        return _named(self, sources)
 
     def init(self, context: Context) -> FusionState:
         """Filters at their start, headings unknown."""
@@ -172,6 +172,7 @@ class Vqf9Tracker:
     tau_mag_s: float = 9.0
     gyr_range_deg_s: float = 2000.0
     acc_range_g: float = 16.0
+    _stated: Sensors | None = field(init=False, repr=False, compare=False, default=None)
 
     def __post_init__(self) -> None:
         _check(self.sensors, tau_acc_s=self.tau_acc_s, tau_mag_s=self.tau_mag_s,
@@ -188,7 +189,7 @@ class Vqf9Tracker:
     @property
     def outputs(self) -> tuple[Port, ...]:
         """orientation, angles and aligned."""
-        return _outputs(self.sensors, self.pairs)
+        return _outputs(self.sensors, self.pairs, self._stated)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Vqf9Tracker:
         """The same tracker for the number of sensors wired to it."""
@@ -196,9 +197,7 @@ class Vqf9Tracker:
 
     def with_sensors(self, sources: Mapping[str, Sensors]) -> Vqf9Tracker:
         """The same tracker for the pairs that the sensors' source states; see `stated_pairs`."""
-        stated = stated_by(sources)
-        return replace(self, pairs=stated_pairs(self.pairs, stated),
-                       sensors=self.sensors or len(stated.names))
+        return _named(self, sources)
 
     def init(self, context: Context) -> FusionState:
         """Filters at their start."""
@@ -221,9 +220,21 @@ def _check(sensors: int, **positive: float) -> None:
             raise InputError(name, f"{value} is not positive", "a finite number above 0")
 
 
-def _outputs(sensors: int, pairs: Pairs) -> tuple[Port, ...]:
-    joints = max(1, len(resolve_pairs(pairs, sensors))) if sensors else None
-    return Port("orientation", (sensors or None, 4), "1"), Port("angles", (joints,), "rad"), ALIGNED_PORT
+def _outputs(sensors: int, pairs: Pairs, stated: Sensors | None) -> tuple[Port, ...]:
+    joints = resolve_pairs(pairs, sensors) if sensors else ()
+    names: tuple[str, ...] = ()
+    if stated is not None:
+        names = tuple(map(stated.pair_name, joints)) or stated.names
+    return (Port("orientation", (sensors or None, 4), "1", sensors=stated),
+            Port("angles", (max(1, len(joints)) if sensors else None,), "rad", rows=names), ALIGNED_PORT)
+
+
+def _named(tracker: T, sources: Mapping[str, Sensors]) -> T:
+    """A tracker for the pairs, and of the names, that the source of its samples states."""
+    stated, given = stated_by(sources), cast(Any, tracker)
+    told = replace(given, pairs=stated_pairs(given.pairs, stated), sensors=given.sensors or len(stated.names))
+    object.__setattr__(told, "_stated", stated)
+    return cast(T, told)
 
 
 def _start(

@@ -87,6 +87,7 @@ class Port:
         source puts them out, and what a pulse does lasts until the next of its train.
     sensors: of an output, whose samples its rows are; blocks that are wired to it can learn it
         (`with_sensors`).
+    rows: of an output, names of its rows, such as joints; empty: those of `sensors`, or numbers.
     """
 
     name: str
@@ -97,6 +98,12 @@ class Port:
     gaps: bool = False
     every: bool = False
     sensors: Sensors | None = None
+    rows: tuple[str, ...] = ()
+
+    @property
+    def row_names(self) -> tuple[str, ...]:
+        """Names of the rows, as far as they are stated; empty where they are not."""
+        return self.rows or (self.sensors.names if self.sensors is not None else ())
 
     @property
     def resolved(self) -> bool:

@@ -14,6 +14,7 @@ from typing_extensions import TypedDict
 
 from fesloop.errors import InputError
 from fesloop.experiment.recording.rows import BLOCK_STAMPS, EVENT, INPUT_STAMPS, MESSAGES, PLANT_STAMPS
+from fesloop.loop.signals import require_pairs
 from fesloop.streams.containers import hdf5
 from fesloop.toml import TomlError, plain_tables
 
@@ -21,6 +22,7 @@ ALLOWED = "a file that fesloop run wrote"
 _TABLES = {"events": EVENT, "messages": MESSAGES}
 _STAMPS = {"blocks": BLOCK_STAMPS, "plants": PLANT_STAMPS, "inputs": INPUT_STAMPS}
 _TEXTS, _NAMES = TypeAdapter(dict[str, str]), TypeAdapter(list[str])
+_ROWS, _PAIRS = TypeAdapter(dict[str, list[str]]), TypeAdapter(dict[str, list[tuple[int, int]]])
 _UNUSED_BYTES = 2**26
 """Chunks that are begun but not full, of all datasets together (chosen: 2000 datasets of 32 kB)."""
 
@@ -166,3 +168,11 @@ def _require_stream(dataset: h5py.Dataset, stamps: list[tuple[str, str]], where:
     sound = [(name, dtype[name].str) for name in names[:len(stamps)]] == stamps and set(ports) == set(units)
     if not sound or not all(dtype[port].base == np.dtype("<f8") for port in ports):
         raise InputError(where, f"has rows of {', '.join(names)}", ALLOWED)
+    told = hdf5.attributes(dataset, where)
+    rows = _json(told, "rows", _ROWS, where) if "rows" in told else {}
+    pairs = _json(told, "pairs", _PAIRS, where) if "pairs" in told else {}
+    for port, of_port in rows.items():
+        if port not in ports or dtype[port].shape[:1] != (len(of_port),):
+            raise InputError(f"{where}: rows", f"names {len(of_port)} rows of {port}", ALLOWED)
+    for port, of_port in pairs.items():
+        require_pairs(of_port, rows.get(port, []), f"{where}: pairs")

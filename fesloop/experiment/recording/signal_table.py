@@ -17,11 +17,26 @@ _PIECE_BYTES = 2**20
 
 @dataclass(frozen=True, slots=True)
 class TableSignal:
-    """A signal of a table: its name ("finger.angles"), its unit, and the shape of its port."""
+    """A signal of a table.
+
+    Attributes
+    ----------
+    name: "finger.angles".
+    unit, shape: of its port.
+    rows: names of its rows, as its port states them; empty where it does not.
+    pairs: (parent, child) rows of sensors on neighbouring segments.
+    """
 
     name: str
     unit: str
     shape: tuple[int, ...]
+    rows: tuple[str, ...] = ()
+    pairs: tuple[tuple[int, int], ...] = ()
+
+    @property
+    def named_pairs(self) -> tuple[tuple[str, str], ...]:
+        """`pairs` by the names of the rows."""
+        return tuple((self.rows[parent], self.rows[child]) for parent, child in self.pairs)
 
     @property
     def node(self) -> str:
@@ -60,7 +75,8 @@ class SignalTable:
         self._rows, self._fields = rows, tuple(fields)
         self._first, self._stop = rows.span(trial)
         self.trial = trial
-        self.signals = tuple(TableSignal(name, rows.units[field], rows.dtype[field].shape)
+        self.signals = tuple(TableSignal(name, rows.units[field], rows.dtype[field].shape,
+                                         rows.names.get(field, ()), rows.pairs.get(field, ()))
                              for field, name in fields.items())
 
     @property

@@ -45,6 +45,18 @@ class StoredRows:
         told: dict[str, str] = json.loads(self._dataset.attrs["units"])
         return told
 
+    @cached_property
+    def names(self) -> dict[str, tuple[str, ...]]:
+        """Names of the rows of ports that state them."""
+        told = json.loads(self._dataset.attrs.get("rows", "{}"))
+        return {port: tuple(names) for port, names in told.items()}
+
+    @cached_property
+    def pairs(self) -> dict[str, tuple[tuple[int, int], ...]]:
+        """(parent, child) rows of ports whose rows are sensors that are known."""
+        told = json.loads(self._dataset.attrs.get("pairs", "{}"))
+        return {port: tuple((parent, child) for parent, child in pairs) for port, pairs in told.items()}
+
     def read(self, field: str, first: int, stop: int) -> NDArray[Any]:
         """One field of rows `first` to `stop`, an array of its own.
 

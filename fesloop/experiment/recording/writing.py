@@ -124,6 +124,9 @@ class RecordingWriter:
                                  f"none of {', '.join(taken)}", "rename the port")
         dataset = self._dataset(path, np.dtype([*stamps, *((p.name, "<f8", p.shape) for p in ports)]))
         dataset.attrs["units"] = json.dumps({port.name: port.unit for port in ports})
+        dataset.attrs["rows"] = json.dumps({port.name: port.row_names for port in ports if port.row_names})
+        dataset.attrs["pairs"] = json.dumps({port.name: port.sensors.pairs for port in ports
+                                             if port.sensors is not None})
         return dataset
 
     def _input_stream(self, node: str, port: Port) -> h5py.Dataset:

@@ -12,6 +12,7 @@ from fesloop.streams.export.channels import Quantity, quantity
 from fesloop.streams.export.names import unique
 from fesloop.streams.export.rates import rate_of_stamps
 from fesloop.streams.export.selection import Selection
+from fesloop.streams.formats.bids_files import PAIRS
 
 BIDS_VERSION = "1.10.0"
 _TYPES: dict[Quantity, str] = {"acceleration": "ACCEL", "rate": "GYRO", "field": "MAGN",
@@ -74,6 +75,7 @@ def motion(selection: Selection, table: SignalTable, task: str, system: str,
     rate = rate_of_stamps(times)
     kinds = Counter(row[2] for row in described)
     points = {row[3] for row in described} - {"n/a"}
+    pairs = dict.fromkeys(pair for signal in table.signals for pair in signal.named_pairs)
     return {
         "TaskName": task, "TaskDescription": _description(selection) or "n/a",
         "TrackingSystemName": system, "SamplingFrequency": rate.hertz,
@@ -84,6 +86,7 @@ def motion(selection: Selection, table: SignalTable, task: str, system: str,
         "SoftwareVersions": selection.recording.versions.get("fesloop", "n/a"),
         "SubjectArtefactDescription": "n/a", "TrackedPointsCount": len(points),
         "MotionChannelCount": sum(count for kind, count in kinds.items() if kind not in ("MISC", "LATENCY")),
+        **({PAIRS: [list(pair) for pair in pairs]} if pairs else {}),
         **{f"{kind}ChannelCount": kinds[kind] for kind in _KINDS}}
 
 

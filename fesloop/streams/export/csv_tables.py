@@ -82,18 +82,21 @@ def _clock(table: SignalTable) -> dict[str, str]:
 
 
 def _sensors(selection: Selection, names: dict[TableSignal, list[str]]) -> dict[str, object]:
-    """Where the sensors' samples stand (`fesloop.streams.formats.layout`); empty where there are none."""
+    """The sensors' columns and pairs (`fesloop.streams.formats.layout`); empty where there are none."""
     sensors: dict[str, dict[str, list[str]]] = {}
+    pairs: dict[tuple[str, str], None] = {}
     units = {"time": "s"}
     for signal, columns in names.items():
         kind = _SENSORS.get(quantity(signal), "")
         if not kind or len(signal.shape) != 2:
             continue
         units[kind] = signal.unit
+        pairs |= dict.fromkeys(signal.named_pairs)
         for number, channel in enumerate(selection.channels(signal)[::3]):
             sensors.setdefault(channel.point, {}).setdefault(kind, columns[3 * number:3 * number + 3])
     whole = {name: places for name, places in sensors.items() if {"gyr", "acc"} <= set(places)}
-    return {"units": units, "sensors": whole} if whole else {}
+    stated = [list(pair) for pair in pairs if set(pair) <= set(whole)]
+    return ({"pairs": stated} if stated else {}) | {"units": units, "sensors": whole} if whole else {}
 
 
 def _write_events(selection: Selection, trial: int, path: Path) -> None:

@@ -20,6 +20,9 @@ _ANGULAR = ("rad", "rad/s", "rad/s^2")
 def row_names(signal: TableSignal, block: Mapping[str, Any]) -> tuple[str, ...]:
     """Names of a signal's rows, as many as its shape has; none for a scalar.
 
+    They are those that its port states, such as sensors in the order of a recording; else the block's
+    parameters are looked through.
+
     Parameters
     ----------
     block: parameters of the signal's node, as the recording's experiment has them.
@@ -27,6 +30,8 @@ def row_names(signal: TableSignal, block: Mapping[str, Any]) -> tuple[str, ...]:
     if not signal.shape:
         return ()
     count = signal.shape[0]
+    if signal.rows:
+        return signal.rows
     named = _vector(signal, block) if len(signal.shape) == 1 else _matrix(signal, block)
     return named if len(named) == count else tuple(str(number) for number in range(count))
 

@@ -8,7 +8,7 @@ capture. Channels are described as the XDF wiki's page on motion capture asks fo
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -66,15 +66,15 @@ class _Writer:
     streams: list[_Stream] = field(default_factory=list)
 
     def add(self, name: str, kind: str, rate_hz: float, number_format: str,
-            described: list[chunks.Xml]) -> _Stream:
-        """A new stream; its stamps are on the clock of all others."""
+            described: list[chunks.Xml], sensors: chunks.Xml | None = None) -> _Stream:
+        """A new stream; its stamps are on the clock of all others; `sensors` is more of its description."""
         recording = self.selection.recording
         header: chunks.Xml = [
             ("name", name), ("type", kind), ("channel_count", str(len(described))),
             ("nominal_srate", repr(rate_hz)), ("channel_format", number_format),
             ("source_id", f"{recording.fingerprint[:16]}-{recording.seed}-{self.trial}-{name}"),
             ("version", "1.1"), ("created_at", "0.0"), ("session_id", recording.name), ("hostname", ""),
-            ("desc", [("channels", [("channel", channel) for channel in described]),
+            ("desc", [("channels", [("channel", channel) for channel in described]), *(sensors or []),
                       ("acquisition", [("manufacturer", "fesloop"), ("model", recording.name)])])]
         stream = _Stream(len(self.streams) + 1, header)
         self.streams.append(stream)
@@ -143,13 +143,26 @@ def _streams(writer: _Writer, table: SignalTable) -> list[_Stream]:
     nominal = rate.hertz if rate.even else 0.0
     streams = []
     for signal in table.signals:
-        described = [_channel(signal, each) for each in writer.selection.channels(signal)]
-        streams.append(writer.add(signal.name, _TYPES[quantity(signal)], nominal, "double64", described))
+        found = writer.selection.channels(signal)
+        described = [_channel(signal, each) for each in found]
+        streams.append(writer.add(signal.name, _TYPES[quantity(signal)], nominal, "double64", described,
+                                  _sensors(signal, found)))
     described = [[("label", stamp), ("type", "Stamp"), ("unit", "1" if stamp == "index" else "nanoseconds")]
                  for stamp in STAMPS]
     name = f"{writer.selection.told(table)}.stamps"
     streams.append(writer.add(name, "Stamps", nominal, "int64", described))
     return streams
+
+
+def _sensors(signal: TableSignal, described: Sequence[Channel]) -> chunks.Xml:
+    """Names and pairs of the sensors whose samples a signal holds; none of other signals.
+
+    Names can be any text, of which labels that are made of them can say something else.
+    """
+    inertial = quantity(signal) in ("acceleration", "rate", "field")
+    return [("sensors", [("sensor", channel.point) for channel in described[::3]] if inertial else []),
+            ("pairs", [("pair", [("parent", parent), ("child", child)])
+                       for parent, child in signal.named_pairs if inertial])]
 
 
 def _channel(signal: TableSignal, channel: Channel) -> chunks.Xml:

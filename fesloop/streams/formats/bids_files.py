@@ -22,6 +22,8 @@ from fesloop.streams.timebase import exact_rate, require_stated_rate
 from fesloop.streams.units import factor
 
 ENDING = "_motion.tsv"
+PAIRS = "SensorPairs"
+"""Key of *_motion.json, fesloop's own: (parent, child) tracked points on neighbouring segments."""
 _MISSING = ("n/a",)
 _TABLE = TextForm(separator="\t", header=0, missing=_MISSING)
 _REQUIRED = ("name", "component", "type", "tracked_point", "units")
@@ -51,12 +53,14 @@ class TrackingSystem:
     channels: one a column.
     times_s: (n,), from the start of the recording.
     values: (n, channels), NaN where missing.
+    pairs: (parent, child) tracked points on neighbouring segments, where the description states them.
     """
 
     name: str
     channels: tuple[BidsChannel, ...]
     times_s: Array
     values: Array
+    pairs: tuple[tuple[str, str], ...] = ()
 
 
 def entities(path: Path) -> dict[str, str]:
@@ -79,7 +83,18 @@ def read_system(path: Path) -> TrackingSystem:
     times = _instants(path, channels, values)
     require_stated_rate(max(channel.sampling_frequency for channel in channels), times,
                         f"{described}: sampling_frequency")
-    return TrackingSystem(entities(path).get("tracksys", path.name), channels, times, values)
+    return TrackingSystem(entities(path).get("tracksys", path.name), channels, times, values, _pairs(path))
+
+
+def _pairs(path: Path) -> tuple[tuple[str, str], ...]:
+    """What the description states under `PAIRS`."""
+    description = _find_beside(path, "motion.json")
+    stated = _read_description(description).get(PAIRS, []) if description is not None else []
+    if not (isinstance(stated, list) and all(
+            isinstance(pair, list) and len(pair) == 2 and all(isinstance(name, str) for name in pair)
+            for pair in stated)):
+        raise InputError(f"{description}: {PAIRS}", "holds no pairs of names", '[["forearm", "hand"]]')
+    return tuple((parent, child) for parent, child in stated)
 
 
 def _beside(path: Path, suffix: str) -> Path:

@@ -54,8 +54,11 @@ def time_base(parts: Sequence[Part], where: str) -> tuple[Stamps, Fraction | Non
 
 
 def joined(path: Path, source_format: str, parts: Sequence[Part], sensor_set: str | None,
-           reference: Reference | None = None, left_out: Sequence[str] = ()) -> MotionRecording:
+           reference: Reference | None = None, left_out: Sequence[str] = (),
+           pairs: Sequence[tuple[str, str]] = ()) -> MotionRecording:
     """The recording of all sensors of all parts; `left_out` are labels of channels that are in none.
+
+    `pairs`: names of (parent, child) sensors, as the parts state them; those of absent sensors do not count.
 
     Raises InputError as `time_base`, and for sensors that lack a channel or a known unit.
     """
@@ -66,6 +69,9 @@ def joined(path: Path, source_format: str, parts: Sequence[Part], sensor_set: st
         first += part.values.shape[1]
     stamps, rate = time_base(parts, str(path))
     table = np.concatenate([part.values for part in parts], axis=1)
-    return recording_of(path, source_format, sensors_of(channels, table, str(path), left_out), stamps, rate,
-                        sensor_set=sensor_set, reference=reference, source_units=units_of(channels),
-                        left_out=left_out)
+    sensors = sensors_of(channels, table, str(path), left_out)
+    names = list(sensors)
+    stated = [(names.index(parent), names.index(child)) for parent, child in dict.fromkeys(pairs)
+              if parent in sensors and child in sensors]
+    return recording_of(path, source_format, sensors, stamps, rate, sensor_set=sensor_set,
+                        reference=reference, pairs=stated, source_units=units_of(channels), left_out=left_out)

@@ -53,7 +53,8 @@ def read(path: Path, sensor_set: str | None) -> MotionRecording:
     reference = None
     if optical:
         reference = _reference(read_system(_named(optical.strip(), files, path)), sensors, start_s)
-    return joined(path, FORMAT, parts, sensor_set, reference)
+    return joined(path, FORMAT, parts, sensor_set, reference,
+                  pairs=[pair for system in systems for pair in system.pairs])
 
 
 def _files(path: Path) -> dict[str, Path]:

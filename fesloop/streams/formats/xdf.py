@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -50,11 +51,23 @@ def read(path: Path, sensor_set: str | None) -> MotionRecording:
         number for number, stream in enumerate(streams)
         if number in chosen or _INERTIAL.search(f"{stream.type} {stream.name}")]
     left_out = [label for number in meant for label in _others(streams[number], described[number])]
-    return joined(path, FORMAT, parts, sensor_set, left_out=left_out)
+    return joined(path, FORMAT, parts, sensor_set, left_out=left_out,
+                  pairs=[pair for number in chosen for pair in streams[number].pairs])
 
 
 def _channels(stream: XdfStream) -> dict[int, Channel]:
-    """The channels of inertial sensors of a stream, by number: as labels say, or types beside them."""
+    """The channels of inertial sensors of a stream, by number: as labels say, or types beside them.
+
+    A stream that lists its sensors, as fesloop exports them, has three channels of each, of the quantity that
+    their types say; one that lists none is of something else, whatever its labels are like.
+    """
+    if stream.sensors is not None and 3 * len(stream.sensors) in (0, stream.channels):
+        if not stream.sensors:
+            return {}
+        stated = {number: channel_of_label("xyz"[number % 3], unit, kind)
+                  for number, (unit, kind) in enumerate(zip(stream.units, stream.types, strict=True))}
+        return {number: replace(channel, sensor=stream.sensors[number // 3])
+                for number, channel in stated.items() if channel is not None}
     described = zip(stream.labels, stream.units, stream.types, strict=True)
     found = {number: channel_of_label(*each) for number, each in enumerate(described)}
     return {number: channel for number, channel in found.items() if channel is not None}

@@ -41,6 +41,8 @@ class XdfStream:
     ----------
     name, type: as the header says; rate_hz: nominal, 0 for an irregular one.
     labels, units, types: of each channel; empty text where the header says nothing.
+    sensors, pairs: of a stream that fesloop exported: names of its sensors, and of (parent, child) ones;
+        None where the header lists none.
     drops: whether the header says that its sender can drop samples.
     times_s: (n,), on the sender's clock.
     values: (n, channels); of a stream of text nothing is kept.
@@ -56,6 +58,8 @@ class XdfStream:
     units: tuple[str, ...]
     types: tuple[str, ...]
     drops: bool
+    sensors: tuple[str, ...] | None = None
+    pairs: tuple[tuple[str, str], ...] = ()
     times_s: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     values: NDArray[Any] = field(default_factory=lambda: np.zeros((0, 0)))
     clock_s: list[float] = field(default_factory=list)
@@ -167,10 +171,14 @@ def _stream(text: bytes, where: str) -> XdfStream:
         raise InputError(where, f"describes {len(described)} channels and has {channels}", "one each")
     told = [tuple((each.findtext(key) or "").strip() for each in described) or ("",) * channels
             for key in ("label", "unit", "type")]
+    listed = header.find("desc/sensors")
     return XdfStream(
         name=(header.findtext("name") or "").strip(), type=(header.findtext("type") or "").strip(),
         rate_hz=rate, dtype=np.dtype(_FORMATS[form]) if form != _TEXT else None, labels=told[0],
         units=told[1], types=told[2],
+        sensors=None if listed is None else tuple(each.text or "" for each in listed),
+        pairs=tuple((each.findtext("parent") or "", each.findtext("child") or "")
+                    for each in header.findall("desc/pairs/pair")),
         drops=(header.findtext("desc/synchronization/can_drop_samples") or "").strip().lower() == "true")
 
 
