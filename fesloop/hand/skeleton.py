@@ -9,6 +9,8 @@ A forearm bone that is not quite parallel to it is a matter of how its sensor is
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -49,6 +51,22 @@ def hand_tree(size: HandSize) -> SegmentTree:
                 offset=(0.0, sign * float(length), 0.0), ranges=radians(row)))
             parent, base = name, (0.0, 0.0, 0.0)
     return SegmentTree(tuple(segments))
+
+
+def pairs_of_names(names: Sequence[str]) -> tuple[tuple[int, int], ...]:
+    """(parent, child) of sensors that are all named after segments of the hand; none of others."""
+    tree = hand_tree(HandSize())
+    if not all(name in tree.names for name in names):
+        return ()
+    parents = {segment.name: segment.parent for segment in tree.segments}
+    pairs = []
+    for child, name in enumerate(names):
+        parent = parents[name]
+        while parent is not None and parent not in names:
+            parent = parents[parent]
+        if parent is not None:
+            pairs.append((names.index(parent), child))
+    return tuple(pairs)
 
 
 def contact_points(size: HandSize) -> Array:

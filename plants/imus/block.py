@@ -10,9 +10,10 @@ import numpy as np
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.hand.anthropometry import HandSize
-from fesloop.hand.skeleton import hand_tree
+from fesloop.hand.skeleton import hand_tree, pairs_of_names
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.signals import Sensors as StatedSensors
 from plants.checks import require_not_negative, require_shape
 from plants.imus.device import KINDS, Device
 from plants.imus.errors import TriadErrors
@@ -97,6 +98,7 @@ class Imus:
     channels: int = 0
     _sites: tuple[int, ...] = field(init=False, repr=False, compare=False)
     _mag_sites: tuple[int, ...] = field(init=False, repr=False, compare=False)
+    _stated: StatedSensors = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if self.preset not in PRESETS:
@@ -111,6 +113,8 @@ class Imus:
         object.__setattr__(self, "_sites", tuple(self._number("sites", site) for site in self.sites))
         if len(set(self._sites)) < len(self._sites):
             raise InputError("imus.sites", f"{self.sites}", "each site once")
+        names = tuple(self.site_names[site] for site in self._sites)
+        object.__setattr__(self, "_stated", StatedSensors(names, pairs_of_names(names)))
         with_mag = self.sites if self.mag_sites is None else self.mag_sites
         object.__setattr__(self, "_mag_sites", tuple(self._number("mag_sites", site) for site in with_mag))
         if "mag" in self.measures and not set(self._mag_sites) & set(self._sites):
@@ -184,7 +188,7 @@ class Imus:
     @property
     def outputs(self) -> tuple[Port, ...]:
         """Samples of the kinds that are measured."""
-        return tuple(Port(kind, (len(self._sites), 3), UNITS[kind], gaps=True)
+        return tuple(Port(kind, (len(self._sites), 3), UNITS[kind], gaps=True, sensors=self._stated)
                      for kind in KINDS if kind in self.measures)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Imus:

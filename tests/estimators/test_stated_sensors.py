@@ -7,9 +7,17 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
+from estimators.constrained.block import ConstrainedTracker
+from estimators.fusion.trackers import VqfTracker
+from estimators.salchow.block import SalchowM2
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.reading import Recording
+from fesloop.loop.open_sizes import resolved
+from fesloop.loop.wire import Wire
+from fesloop.loop.wiring import Node
+from fesloop.streams.live.inlet import LslInlet
+from plants.imus.block import Imus
 
 RATE, SECONDS = 50, 6
 LETTERS = "abcdefgh"
@@ -138,3 +146,34 @@ def test_five_sensors_are_a_chain_only_where_that_is_stated(tmp_path, kind):
         load("replay", [*written(tmp_path, bends(5), star), *settings_given])
     with pytest.raises(InputError, match="which of a, b, c, d, e are neighbours is not stated"):
         load("replay", [*written(tmp_path, bends(5), []), *settings_given])
+
+
+@given(names=st.lists(st.sampled_from(HAND), min_size=3, max_size=6, unique=True),
+       kind=st.sampled_from([VqfTracker, ConstrainedTracker, SalchowM2]), live=st.booleans())
+@settings(max_examples=20, deadline=None)
+def test_trackers_take_simulated_and_live_sensors_as_they_are_named(names, kind, live):
+    source = LslInlet(stream="imus", sensors=len(names), sensor_names=tuple(names)) if live else Imus(
+        sites=tuple(names), measures=("gyr", "acc"))
+    nodes = [Node("imus", source, rate=None if live else 100), Node("tracker", kind(), rate=100)]
+    wires = [Wire(f"imus.{port}", f"tracker.{port}") for port in ("gyr", "acc")]
+    expected = {(nearest(name, names), name) for name in names if nearest(name, names)}
+    if kind is VqfTracker and not expected:
+        with pytest.raises(InputError, match="which of the sensors"):
+            resolved(nodes, wires)
+        return
+    tracker = resolved(nodes, wires)[1].part
+    if kind is VqfTracker:
+        assert {(names[p], names[c]) for p, c in tracker.pairs} == expected
+    else:
+        assert tracker.sensed == tuple(names)
+
+
+def test_pairs_of_live_sensors_of_any_names_reach_the_tracker():
+    given_ = {"stream": "imus", "sensors": 3, "sensor_names": ("a", "b", "c")}
+    source = LslInlet(**given_, pairs=(("c", "a"), ("c", "b")))
+    wires = [Wire(f"imus.{port}", f"tracker.{port}") for port in ("gyr", "acc")]
+    nodes = [Node("imus", source), Node("tracker", VqfTracker(), rate=100)]
+    assert resolved(nodes, wires)[1].part.pairs == ((2, 0), (2, 1))
+    for pairs, words in (((("c", "d"),), "'d' is none of sensor_names"), ((("c", "a"), ("a", "c")), "loop")):
+        with pytest.raises(InputError, match=f"pairs: .*{words}"):
+            LslInlet(**given_, pairs=pairs)

@@ -40,7 +40,7 @@ def run_of(folder, names, pairs):
     told = MotionRecording(
         path=folder / "lab", source_format="table", sensor_set=None, sensors=names, rate=Fraction(100),
         stamps_ns=stamps_of_rate(SAMPLES, Fraction(100)), gyr=rng.normal(0.0, 0.1, shape),
-        acc=[0.0, 0.0, 9.81] + rng.normal(0.0, 0.1, shape), mag=None, reference=None, pairs=pairs)
+        acc=rng.normal([0.0, 0.0, 9.81], 0.1, shape), mag=None, reference=None, pairs=pairs)
     write_motion_file(told, folder / "lab.h5")
     experiment = from_document({
         "experiment": {"name": "worn"},

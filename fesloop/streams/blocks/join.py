@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fesloop.errors import InputError
+from fesloop.hand.skeleton import pairs_of_names
 from fesloop.loop.block import Context, Tick
-from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.signals import Port, Sample, Sensors, Value
 from fesloop.loop.status import StatusLatch
 
 _NAMES = ("first", "second", "third", "fourth", "fifth")
@@ -30,12 +31,17 @@ class Join:
     sources: how many inputs, 2 to 5.
     columns: of each input, as of vectors in space; 0: the inputs are vectors.
     rows: k_i of each input; empty takes them from what is wired in.
+
+    The output states the sensors of all inputs, and their pairs, where every input states its own. Sensors of
+    one name in two inputs are called "first.NAME" and "second.NAME". Where all are segments of the hand, they
+    are paired as the hand has them, also from one input to another.
     """
 
     unit: str
     sources: int = 2
     columns: int = 3
     rows: tuple[int, ...] = ()
+    _stated: Sensors | None = field(init=False, repr=False, compare=False, default=None)
 
     def __post_init__(self) -> None:
         if not 2 <= self.sources <= len(_NAMES):
@@ -55,7 +61,8 @@ class Join:
     @property
     def outputs(self) -> tuple[Port, ...]:
         """`joined`."""
-        return (Port("joined", (sum(self.rows) or None, *self._width), self.unit, gaps=True),)
+        return (Port("joined", (sum(self.rows) or None, *self._width), self.unit, gaps=True,
+                     sensors=self._stated),)
 
     @property
     def _width(self) -> tuple[int, ...]:
@@ -70,6 +77,14 @@ class Join:
                 raise InputError(name, f"a signal of shape {shapes[name]} is wired in",
                                  allowed if self.columns else "a vector: shape (k,)")
         return replace(self, rows=tuple(shapes[name][0] for name in names))
+
+    def with_sensors(self, sources: Mapping[str, Sensors]) -> Join:
+        """The same, which states the sensors of all its inputs."""
+        told = replace(self)
+        if len(sources) == self.sources:
+            object.__setattr__(told, "_stated", _together({name: sources[name] for name in
+                                                           _NAMES[:self.sources]}))
+        return told
 
     def init(self, context: Context) -> StatusLatch:
         """The statuses that hold."""
@@ -88,3 +103,14 @@ class Join:
             state.put(tick, "waiting", bool(absent), "nothing has arrived at " + ", ".join(absent))
         return (joined,)
 
+
+def _together(sources: Mapping[str, Sensors]) -> Sensors:
+    """The sensors of several inputs, one after another."""
+    every = [name for stated in sources.values() for name in stated.names]
+    names: list[str] = []
+    pairs: list[tuple[int, int]] = []
+    for source, stated in sources.items():
+        first = len(names)
+        names += [name if every.count(name) == 1 else f"{source}.{name}" for name in stated.names]
+        pairs += [(first + parent, first + child) for parent, child in stated.pairs]
+    return Sensors(tuple(names), pairs_of_names(names) or tuple(pairs))

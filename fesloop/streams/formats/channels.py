@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from fesloop.errors import InputError
-from fesloop.hand.anthropometry import HandSize
-from fesloop.hand.skeleton import hand_tree
+from fesloop.hand.skeleton import pairs_of_names
 from fesloop.streams import checks
 from fesloop.streams.checks import Array
 from fesloop.streams.labels import not_understood, read_label
@@ -110,22 +109,6 @@ def recording_of(
         stamps_ns=stamps_ns, gyr=gyr, acc=acc, mag=mag, reference=reference,
         pairs=tuple(pairs) or pairs_of_names(tuple(sensors)),
         source_units=dict(source_units or {}), left_out=tuple(left_out))
-
-
-def pairs_of_names(names: Sequence[str]) -> tuple[tuple[int, int], ...]:
-    """(parent, child) of sensors that are all named after segments of the hand; none of others."""
-    tree = hand_tree(HandSize())
-    if not all(name in tree.names for name in names):
-        return ()
-    parents = {segment.name: segment.parent for segment in tree.segments}
-    pairs = []
-    for child, name in enumerate(names):
-        parent = parents[name]
-        while parent is not None and parent not in names:
-            parent = parents[parent]
-        if parent is not None:
-            pairs.append((names.index(parent), child))
-    return tuple(pairs)
 
 
 def units_of(channels: Mapping[int, Channel]) -> dict[str, str]:

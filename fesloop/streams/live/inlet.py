@@ -9,12 +9,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.errors import InputError
+from fesloop.errors import InputError, did_you_mean
+from fesloop.hand.skeleton import pairs_of_names
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.guard import is_finite
 from fesloop.loop.realtime import Present
-from fesloop.loop.signals import NEVER, Port, Sample, Value
+from fesloop.loop.signals import NEVER, Port, Sample, Sensors, Value
 from fesloop.streams.labels import Kind
 from fesloop.streams.live.description import Declared, Picked, channels_of, pick_angles, pick_inertial
 from fesloop.streams.live.first_samples import check_first_samples, check_rate
@@ -60,6 +61,8 @@ class LslInlet:
     holds: "imu" or "posture".
     sensors: n.
     sensor_names: those that are wanted, in the order of the outputs; empty takes all, in the stream's order.
+    pairs: names of (parent, child) sensors on neighbouring segments, for trackers; of `sensor_names`. Empty:
+        as the hand has them, where all names are of its segments.
     magnetometers: whether `mag` is put out.
     joints: names of the k angles, as the channels are labelled.
     nominal_rate: of the stream, Hz.
@@ -76,6 +79,7 @@ class LslInlet:
     holds: Literal["imu", "posture"] = "imu"
     sensors: int = 0
     sensor_names: tuple[str, ...] = ()
+    pairs: tuple[tuple[str, str], ...] = ()
     magnetometers: bool = False
     joints: tuple[str, ...] = ()
     nominal_rate: str = "100"
@@ -99,6 +103,12 @@ class LslInlet:
             names = getattr(self, key)
             if len(set(names)) < len(names):
                 raise InputError(key, f"a name stands twice: {', '.join(names)}", "different names")
+        for name in (name for pair in self.pairs for name in pair):
+            if name not in self.sensor_names:
+                raise InputError("pairs", f"{name!r} is none of sensor_names",
+                                 ", ".join(self.sensor_names) or "sensor_names that are given",
+                                 did_you_mean(name, self.sensor_names))
+        self._stated()
         if not self.silent_ms >= 1.0:
             raise InputError("silent_ms", f"{self.silent_ms:g}", "1 or more")
         duration_ns(self.silent_ms, NS_PER_MS, "silent_ms")
@@ -127,7 +137,17 @@ class LslInlet:
         """gyr, acc, mag; or angles."""
         if self.holds == "posture":
             return (Port("angles", (len(self.joints),), "rad", gaps=True),)
-        return tuple(Port(kind, (self.sensors, 3), _UNITS[kind], gaps=True) for kind in self.kinds)
+        stated = self._stated()
+        return tuple(Port(kind, (self.sensors, 3), _UNITS[kind], gaps=True, sensors=stated)
+                     for kind in self.kinds)
+
+    def _stated(self) -> Sensors | None:
+        """The sensors and their pairs, where names are given: a stream says its own only once it is open."""
+        names = self.sensor_names
+        if not names:
+            return None
+        pairs = tuple((names.index(parent), names.index(child)) for parent, child in self.pairs)
+        return Sensors(names, pairs or pairs_of_names(names))
 
     def stand_in(self) -> InletStandIn:
         """Sensors at rest, at the nominal rate."""

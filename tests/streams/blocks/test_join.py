@@ -9,7 +9,7 @@ from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
-from fesloop.loop.signals import NEVER, Port, Sample
+from fesloop.loop.signals import NEVER, Port, Sample, Sensors
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
 from fesloop.streams.blocks.join import Join
@@ -94,3 +94,29 @@ def test_vectors_are_joined_where_there_are_no_columns():
     np.testing.assert_array_equal(joined, [1.0, 2.0, np.nan])
     with pytest.raises(InputError, match=r"a vector: shape \(k,\)"):
         Join(unit="1", columns=0).resolve({"first": (2, 1), "second": (1,)})
+
+
+class Worn:
+    """Puts out samples of named sensors."""
+
+    inputs = ()
+
+    def __init__(self, names, pairs):
+        sensors = Sensors(tuple(names), tuple(pairs)) if names else None
+        self.outputs = (Port("y", (len(names) or 2, 3), "T", sensors=sensors),)
+
+    def init(self, context):
+        return Memory()
+
+
+@pytest.mark.parametrize(("first", "second", "names", "pairs"), [
+    ((("a", "b"), ((1, 0),)), (("c", "d"), ((0, 1),)), ("a", "b", "c", "d"), ((1, 0), (2, 3))),
+    ((("imu",), ()), (("imu", "x"), ((1, 0),)), ("first.imu", "second.imu", "x"), ((2, 1),)),
+    ((("hand",), ()), (("F2m", "F2p"), ((1, 0),)), ("hand", "F2m", "F2p"), ((2, 1), (0, 2))),
+    ((("a",), ()), ((), ()), None, None)])
+def test_sensors_of_all_inputs_are_stated(first, second, names, pairs):
+    nodes = [Node("one", Worn(*first), rate=100), Node("two", Worn(*second), rate=100),
+             Node("join", Join(unit="T"), rate=100)]
+    wiring = Wiring(nodes, [Wire("one.y", "join.first"), Wire("two.y", "join.second")])
+    (joined,) = next(node for node in wiring.nodes if node.name == "join").part.outputs
+    assert joined.sensors == (None if names is None else Sensors(names, pairs))
