@@ -33,7 +33,10 @@ _LEVELS = 4
 
 @dataclass(frozen=True, slots=True)
 class BidsChannel:
-    """A row of *_channels.tsv; see BIDS for what the columns mean. `sampling_frequency`, Hz: 0 for none."""
+    """A row of *_channels.tsv; see BIDS for what the columns mean.
+
+    `sampling_frequency`, Hz: 0 for none. `bad`: whether its status is "bad", for `why` (status_description).
+    """
 
     name: str
     component: str
@@ -41,6 +44,16 @@ class BidsChannel:
     tracked_point: str
     units: str
     sampling_frequency: float = 0.0
+    bad: bool = False
+    why: str = ""
+
+    def require_good(self, where: str) -> None:
+        """Raise InputError for a channel that whoever published the recording marked as bad."""
+        if self.bad:
+            because = f" ({self.why})" if self.why not in ("", *_MISSING) else ""
+            raise InputError(f"{where}: channel {self.name}", f"has the status bad{because}", "good, or n/a",
+                             "choose systems without it with sensor_set, or describe the table with a layout "
+                             "that leaves its sensor out")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,10 +145,20 @@ def _read_channels(path: Path) -> tuple[BidsChannel, ...]:
         channels.append(BidsChannel(
             name=told["name"], component=told["component"], type=told["type"],
             tracked_point=told["tracked_point"], units=told["units"],
-            sampling_frequency=_hertz(told, f"{path}: line {line}")))
+            sampling_frequency=_hertz(told, f"{path}: line {line}"),
+            bad=_is_bad(told, f"{path}: line {line}"),
+            why=told.get("status_description", _MISSING[0])))
     if not channels:
         raise InputError(str(path), "names no channel", "one or more")
     return tuple(channels)
+
+
+def _is_bad(told: Mapping[str, str], where: str) -> bool:
+    """Whether a row's optional column `status` marks its channel."""
+    status = told.get("status", _MISSING[0])
+    if status not in ("good", "bad", *_MISSING):
+        raise InputError(f"{where}: status", f"{status[:40]!r} is no status", "good, bad or n/a")
+    return status == "bad"
 
 
 def _hertz(told: Mapping[str, str], where: str) -> float:
@@ -156,6 +179,7 @@ def _instants(path: Path, channels: tuple[BidsChannel, ...], values: Array) -> A
     if len(latencies) > 1:
         raise InputError(str(path), f"has {len(latencies)} channels LATENCY", "one or none")
     if latencies:
+        channels[latencies[0]].require_good(str(path))
         unit = channels[latencies[0]].units
         times = values[:, latencies[0]] * factor("time", unit, f"{path}: units of LATENCY")
         description = _find_beside(path, "motion.json")

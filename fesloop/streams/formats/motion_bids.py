@@ -109,6 +109,7 @@ def _channels(system: TrackingSystem, path: Path) -> dict[int, Channel]:
     for number, channel in enumerate(system.channels):
         if channel.type not in _QUANTITIES:
             continue
+        channel.require_good(f"{path}: {system.name}")
         if channel.component not in ("x", "y", "z"):
             raise InputError(f"{path}: {system.name}: channel {channel.name}", f"is the component "
                              f"{channel.component!r} of {channel.type}", "x, y, z")
@@ -128,6 +129,8 @@ def _reference(system: TrackingSystem, sensors: list[str], start_s: float) -> Re
         if missing:
             raise InputError(place, f"has no channel ORNT {missing[0]} of {sensor}",
                              "quaternions of every sensor's tracked point")
+        for part in _QUATERNION:
+            system.channels[columns[sensor, part]].require_good(place)
         quaternions = system.values[:, [columns[sensor, part] for part in _QUATERNION]]
         each.append(checks.orientations(quaternions, f"{place}: ORNT of {sensor}"))
     from_start = system.times_s >= start_s

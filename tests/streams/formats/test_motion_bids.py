@@ -182,3 +182,33 @@ def test_recordings_of_a_folder_are_told_apart(tmp_path):
     refused(tmp_path / "none", "no such file")
     (tmp_path / "empty").mkdir()
     refused(tmp_path / "empty", "without a Motion-BIDS recording")
+
+
+def with_status(path, marked, status="bad", why="n/a"):
+    """Add the optional columns of a channel's status: `status` where its name begins with `marked`."""
+    beside = path.with_name(path.name.replace("motion.tsv", "channels.tsv"))
+    first, *rows = beside.read_text().splitlines()
+    told = [f"{row}\t{status}\t{why}" if row.startswith(marked) else f"{row}\tgood\tn/a" for row in rows]
+    beside.write_text("\n".join([f"{first}\tstatus\tstatus_description", *told]) + "\n")
+
+
+@pytest.mark.parametrize(("system", "marked", "sensor_set"), [
+    ("imu", "forearm_gyr_x", None), ("imu", "hand_mag_z", None), ("imu", "latency", None),
+    ("optical", "forearm_qy", "imu/optical")])
+def test_a_bad_channel_is_refused_where_it_is_read(tmp_path, system, marked, sensor_set):
+    path = bids_files.write_dataset(tmp_path, latency=True)
+    other = path.with_name(path.name.replace("tracksys-imu", f"tracksys-{system}"))
+    names = other.with_name(other.name.replace("motion.tsv", "channels.tsv")).read_text()
+    assert marked in names
+    with_status(other, marked, why="cable broke")
+    refused(tmp_path, f"channel {marked}", "status bad (cable broke)", "sensor_set", sensor_set=sensor_set)
+    if system == "optical":
+        assert open_recording(tmp_path, "imu").sensors == bids_files.POINTS
+
+
+def test_good_channels_are_read_and_a_status_that_bids_does_not_know_is_refused(tmp_path):
+    path = bids_files.write_dataset(tmp_path)
+    with_status(path, "forearm_gyr_x", status="n/a")
+    assert open_recording(path).sensors == bids_files.POINTS
+    change(path, "channels.tsv", "\tgood\t", "\tBAD\t")
+    refused(path, "status: 'BAD' is no status", "good, bad or n/a")
