@@ -70,8 +70,6 @@ WORSE = re.compile(r"latency|jitter|loss|dropout|silence|misalignment|magnet|noi
 EXPLAINED = {
     r"^finger_pid_latency: joint_rmse_deg over latency_ms falls":
         "PID set by hand is slow to follow; latency takes damping from it, which is faster up to 70 ms",
-    r"^tracker_hour.*initial_pose_failed \(m2_calibrated\): no sensor has given a sample":
-        "its samples begin when the calibration before it ends; the next pose is taken",
 }
 """What is doubted and right: a pattern of the doubt, and why it is so."""
 

@@ -29,6 +29,7 @@ from fesloop.hand.segments import SegmentTree
 
 Array = NDArray[np.float64]
 KEEP_STILL = "keep still in the known pose"
+NO_SAMPLE = "no sensor has given a sample"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,7 +148,7 @@ def faults(
     least: samples that each sensor should have given.
     """
     if not rest.present.any():
-        return ["no sensor has given a sample"]
+        return [NO_SAMPLE]
     found = []
     ups = quaternion.rotate(quaternion.conjugate(ties.relative), rest.acc[ties.neighbours])
     for s in range(len(rest.present)):

@@ -13,6 +13,7 @@ from estimators.body.alignment import aligned_value
 from estimators.body.body import UNSEEN_SD, Body
 from estimators.calibration.initial_pose import (
     KEEP_STILL,
+    NO_SAMPLE,
     faults,
     headings,
     known_angles,
@@ -99,8 +100,11 @@ def _take_pose(
     state.record.clear()
     state.pose_ticks, state.failing = 0, bool(found)
     if found and tick.time_ns >= state.quiet_ns:
-        tick.report("initial_pose_failed", f"{'; '.join(found)}: {KEEP_STILL} for {pose.duration_s:g} s, "
-                    "the next that is still is taken")
+        then = f"{'; '.join(found)}: {KEEP_STILL} for {pose.duration_s:g} s, the next that is still is taken"
+        if found == [NO_SAMPLE]:
+            tick.report("waiting", then)
+        else:
+            tick.report("initial_pose_failed", then)
         state.quiet_ns = tick.time_ns + round(pose.duration_s * NS_PER_S)
     return not found
 

@@ -156,6 +156,20 @@ def test_a_pose_that_moved_is_named_and_the_next_still_one_is_taken():
     assert np.abs(outputs["angles"] - motion.angles)[600:].max() < 1e-3
 
 
+def test_a_tracker_without_a_sample_waits_and_its_pose_has_not_failed():
+    """Its sensors begin after the time of a pose, as behind a calibration."""
+    tree = hand_tree(RIGHT)
+    motion = moving_hand(tree, RATE, 8.0, 9, still_s=7.5, start=start_of(tree), inertia=False)
+    gyr, acc = motion.gyr.copy(), motion.acc.copy()
+    gyr[:310], acc[:310] = np.nan, np.nan
+    outputs, reports, _ = run(with_pose(SalchowM2, sensors=17), motion, gyr=gyr, acc=acc)
+    told = [(status, detail) for status, detail in reports if status in ("waiting", "initial_pose_failed")]
+    assert [status for status, _ in told] == ["waiting"]
+    assert told[0][1].startswith("no sensor has given a sample: keep still")
+    assert outputs["aligned"][-1, 0] == 1.0
+    assert not outputs["aligned"][:310].any()
+
+
 @pytest.mark.parametrize(("sensor", "factor", "words"), [(3, 0.8, "calibrate"), (9, 1.2, "sensor 9 (F3m)")])
 def test_a_pose_that_gravity_contradicts_is_refused(sensor, factor, words):
     tree = hand_tree(RIGHT)
