@@ -203,5 +203,5 @@ def test_streams_of_which_one_has_a_gap_are_not_put_beside_each_other(tmp_path):
         xdf.header(1, "gyr", labels=LABELS[:3], units=UNITS[:3], form="double64"),
         xdf.header(2, "acc", labels=LABELS[3:6], units=UNITS[3:6], form="double64"),
         xdf.samples(1, times, rows[:, :3]), xdf.samples(2, times[kept], rows[kept, 3:6])))
-    with pytest.raises(InputError, match=r"has other instants than stream gyr; .*gyr \(300 samples\).*\(260"):
+    with pytest.raises(InputError, match=r"other instants than stream gyr; .*gyr \(300 samples .*\(260"):
         open_recording(path)

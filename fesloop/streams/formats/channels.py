@@ -49,18 +49,18 @@ def channel_of_label(label: str, unit: str, channel_type: str = "") -> Channel |
 
 
 def sensors_of(channels: Mapping[int, Channel], table: Array, where: str,
-               left_out: Sequence[str] = ()) -> dict[str, dict[str, Array]]:
+               left_out: Sequence[str] = (), choose: str = "") -> dict[str, dict[str, Array]]:
     """Samples in SI of each sensor, {sensor: {quantity: (n, 3)}}, from the columns of a table (n, columns).
 
     Raises InputError for an axis that is missing or there twice, or a unit that is not known; what is
-    missing may be among the channels that were left out.
+    missing may be among the channels that were left out. `choose` is what to do about what is there twice.
     """
     columns: dict[tuple[str, str], dict[int, int]] = {}
     for number, channel in channels.items():
         axes = columns.setdefault((channel.sensor, channel.quantity), {})
         if channel.axis in axes:
             raise InputError(f"{where}: {channel.sensor}", f"has two channels of {channel.quantity} "
-                             f"{'xyz'[channel.axis]}", "one an axis", "choose with sensor_set")
+                             f"{'xyz'[channel.axis]}", "one an axis", choose)
         axes[channel.axis] = number
     sensors: dict[str, dict[str, Array]] = {}
     for (sensor, quantity), axes in columns.items():

@@ -27,30 +27,44 @@ class Part:
     Attributes
     ----------
     name: for messages, "stream imu".
+    key: by which `sensor_set` chooses it.
     times_s: (n,), on a clock that all parts share.
     values: (n, columns).
     channels: of inertial sensors, by number of the column.
     """
 
     name: str
+    key: str
     times_s: Array
     values: Array
     channels: dict[int, Channel]
 
 
-def time_base(parts: Sequence[Part], where: str) -> tuple[Stamps, Fraction | None]:
+def time_base(parts: Sequence[Part], where: str, remedy: str = "") -> tuple[Stamps, Fraction | None]:
     """Stamps from the first sample on, ns, and exact rate, which all parts share.
 
-    Raises InputError for parts of different instants: nothing is resampled.
+    Raises InputError for parts of different instants, as of devices that sample by themselves: nothing is
+    resampled. `remedy` is what to do then, where `sensor_set` does not choose.
     """
     first = parts[0]
     for part in parts[1:]:
         if part.times_s.size == first.times_s.size and np.abs(part.times_s - first.times_s).max() <= _SAME_S:
             continue
-        told = ", ".join(f"{each.name} ({each.times_s.size} samples)" for each in parts)
-        raise InputError(f"{where}: {part.name}", f"has other instants than {first.name}; there are {told}",
-                         "the same instants: nothing is resampled", "choose with sensor_set")
+        told = ", ".join(f"{each.name} ({each.times_s.size} samples{_rate(each)})" for each in parts)
+        apart = "" if part.times_s.size != first.times_s.size else (
+            f", by up to {1e3 * float(np.abs(part.times_s - first.times_s).max()):.3g} ms")
+        choices = ", ".join(repr(each.key) for each in parts)
+        raise InputError(f"{where}: {part.name}",
+                         f"has other instants than {first.name}{apart}; there are {told}",
+                         "the same instants: nothing is resampled",
+                         remedy or f"play each by itself, with sensor_set one of {choices}")
     return stamps_of_times(first.times_s - first.times_s[0], 1.0, f"{where}: {first.name}")
+
+
+def _rate(part: Part) -> str:
+    """The mean rate of a part, for messages."""
+    lasts_s = float(part.times_s[-1] - part.times_s[0])
+    return f" at {(part.times_s.size - 1) / lasts_s:.4g} Hz" if lasts_s > 0.0 else ""
 
 
 def joined(path: Path, source_format: str, parts: Sequence[Part], sensor_set: str | None,
@@ -69,7 +83,8 @@ def joined(path: Path, source_format: str, parts: Sequence[Part], sensor_set: st
         first += part.values.shape[1]
     stamps, rate = time_base(parts, str(path))
     table = np.concatenate([part.values for part in parts], axis=1)
-    sensors = sensors_of(channels, table, str(path), left_out)
+    choices = ", ".join(repr(part.key) for part in parts)
+    sensors = sensors_of(channels, table, str(path), left_out, f"choose with sensor_set, of {choices}")
     names = list(sensors)
     stated = [(names.index(parent), names.index(child)) for parent, child in dict.fromkeys(pairs)
               if parent in sensors and child in sensors]

@@ -44,7 +44,7 @@ def read(path: Path, sensor_set: str | None) -> MotionRecording:
     else:
         chosen = list(files.values())
     systems = [read_system(file) for file in dict.fromkeys(chosen)]
-    parts = [Part(f"tracking system {system.name}", system.times_s, system.values, channels)
+    parts = [Part(f"tracking system {system.name}", system.name, system.times_s, system.values, channels)
              for system in systems if (channels := _channels(system, path))]
     if not parts:
         raise InputError(str(path), "holds no channel of an inertial sensor", ", ".join(_QUANTITIES))

@@ -27,8 +27,8 @@ def read(path: Path, sensor_set: str | None) -> MotionRecording:
 
     Parameters
     ----------
-    sensor_set: names of the streams, with commas between; None takes every stream with channels of
-        gyroscopes, accelerometers or magnetometers.
+    sensor_set: names of the streams, with commas between, "imu#1" and "imu#2" for two of one name; None takes
+        every stream with channels of gyroscopes, accelerometers or magnetometers.
 
     What is not understood of these, or of a stream that says it is of inertial sensors, is in `left_out`.
 
@@ -42,10 +42,10 @@ def read(path: Path, sensor_set: str | None) -> MotionRecording:
     parts = []
     for number in chosen:
         stream = streams[number]
-        name = f"stream {stream.name}"
+        name = f"stream {stream.key}"
         if not stream.times_s.size:
             raise InputError(f"{where}: {name}", "holds no sample", "samples")
-        parts.append(Part(name, instants_s(stream, f"{where}: {name}"),
+        parts.append(Part(name, stream.key, instants_s(stream, f"{where}: {name}"),
                           np.asarray(stream.values, dtype=np.float64), described[number]))
     meant = chosen if sensor_set is not None else [
         number for number, stream in enumerate(streams)
@@ -82,20 +82,20 @@ def _others(stream: XdfStream, understood: Mapping[int, Channel]) -> list[str]:
 def _chosen(streams: list[XdfStream], described: dict[int, dict[int, Channel]], sensor_set: str | None,
             where: str) -> list[int]:
     """Numbers of the streams that are wanted."""
-    names = [stream.name for stream in streams]
+    names = [stream.key for stream in streams]
     if sensor_set is None:
         wanted = [number for number, channels in described.items() if channels]
         if not wanted:
             raise InputError(where, "holds no stream whose channels are of inertial sensors, but "
-                             + (", ".join(f"{each.name} ({each.type})" for each in streams[:8]) or "none"),
+                             + (", ".join(f"{each.key} ({each.type})" for each in streams[:8]) or "none"),
                              "channels labelled like F2p_gyr_x, with units")
         return wanted
     wanted = []
     for name in (part.strip() for part in sensor_set.split(",")):
-        if names.count(name) != 1:
-            found = f"{names.count(name)} streams are named {name!r}" if name in names else (
-                f"has no stream {name!r}")
-            raise InputError("sensor_set", f"{where}: {found}", ", ".join(names) or "none",
+        if name not in names:
+            alike = [stream.key for stream in streams if stream.name == name]
+            raise InputError("sensor_set", f"{where}: {len(alike)} streams are named {name!r}" if alike else
+                             f"{where}: has no stream {name!r}", ", ".join(alike or names) or "none",
                              did_you_mean(name, names))
         if not described[names.index(name)]:
             raise InputError("sensor_set", f"{where}: stream {name!r} has no channel of an inertial sensor",

@@ -48,6 +48,7 @@ class XdfStream:
     values: (n, channels); of a stream of text nothing is kept.
     clock_s, offset_s: instants on the recorder's clock, and by how much the sender's clock was behind then.
     counted: samples that the footer tells, -1 where it tells none.
+    key: by which a user chooses it: its name, of the second stream of one name "imu#2".
     """
 
     name: str
@@ -65,7 +66,11 @@ class XdfStream:
     clock_s: list[float] = field(default_factory=list)
     offset_s: list[float] = field(default_factory=list)
     counted: int = -1
+    key: str = ""
     pieces: list[tuple[NDArray[np.float64], NDArray[Any]]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.key = self.key or self.name
 
     @property
     def channels(self) -> int:
@@ -96,7 +101,12 @@ def read_streams(path: Path) -> list[XdfStream]:
             stream.times_s, stream.values = np.concatenate(times), np.concatenate(values)
             stream.pieces.clear()
         drop_stray_end(stream)
-    return list(streams.values())
+    found = list(streams.values())
+    names = [stream.name for stream in found]
+    for number, stream in enumerate(found):
+        if names.count(stream.name) > 1:
+            stream.key = f"{stream.name}#{names[:number].count(stream.name) + 1}"
+    return found
 
 
 def _chunks(content: mmap.mmap, where: str) -> Iterator[tuple[int, int, bytes]]:

@@ -42,7 +42,7 @@ class XdfSource:
             raise InputError(f"{where}: time", "names no stream of the XDF file", ", ".join(
                 stream.name for stream in self._streams), "the instants of a stream are in the file")
         self._timed = self._stream(timed, f"{where}: time")
-        self._used = {timed: self._timed}
+        self._used = {self._timed.key: self._timed}
 
     def columns(self, place: Place, count: int, where: str) -> Array:
         """Channels, (n, count); of a stream's name alone its instants, (n, 1), s.
@@ -54,7 +54,7 @@ class XdfSource:
             return self._instants()[:, np.newaxis]
         channels = self.numbers(place, count, where)
         stream = self._stream(channels[0][0], where)
-        self._used[stream.name] = stream
+        self._used[stream.key] = stream
         return np.asarray(stream.values, dtype=np.float64)[:, [number for _, number in channels]]
 
     def numbers(self, place: Place, count: int, where: str) -> list[tuple[str, int]]:
@@ -66,23 +66,24 @@ class XdfSource:
             stream, wanted = self._stream(place.variable, where), place.columns
         if len(wanted) != count:
             raise InputError(where, f"names {len(wanted)} channels", f"{count}")
-        return [(stream.name, _number(each, stream, where)) for each in wanted]
+        return [(stream.key, _number(each, stream, where)) for each in wanted]
 
     def _instants(self) -> Array:
         parts = []
         for name, stream in self._used.items():
             # A layout names the stamps as the time: what the header says of a rate does not matter.
             times = instants_s(stream, f"{self._where}: stream {name}", trust_header=False)
-            parts.append(Part(f"stream {name}", times, stream.values, {}))
-        time_base(parts, self._where)
+            parts.append(Part(f"stream {name}", name, times, stream.values, {}))
+        time_base(parts, self._where, "take the sensors of each stream in a layout and a block of their own")
         return np.asarray(parts[0].times_s - parts[0].times_s[0])
 
     def _stream(self, name: str, where: str) -> XdfStream:
-        found = [stream for stream in self._streams if stream.name == name]
-        names = [stream.name for stream in self._streams]
-        if len(found) != 1:
-            raise InputError(where, f"{len(found)} streams of {self._where} are named {name!r}",
-                             ", ".join(names) or "none", did_you_mean(name, names))
+        found = [stream for stream in self._streams if stream.key == name]
+        names = [stream.key for stream in self._streams]
+        if not found:
+            alike = [stream.key for stream in self._streams if stream.name == name]
+            raise InputError(where, f"{len(alike)} streams of {self._where} are named {name!r}",
+                             ", ".join(alike or names) or "none", did_you_mean(name, names))
         if not found[0].times_s.size:
             raise InputError(where, f"stream {name!r} of {self._where} holds no sample", "samples")
         return found[0]

@@ -306,6 +306,46 @@ def test_streams_of_the_same_instants_are_one_set_and_others_are_to_be_chosen(tm
     refused(path, "'emg' has no channel of an inertial sensor", sensor_set="emg")
 
 
+@given(late_us=st.integers(2, 9000), rate=st.sampled_from([0.0, 100.0]))
+@settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_streams_of_other_instants_say_how_far_apart_they_are_and_what_chooses(tmp_path, late_us, rate):
+    """As LSL has them: two devices never sample at one instant."""
+    times, values = xdf.motion(100)
+    path = written(tmp_path, xdf.file_of(
+        xdf.header(1, "one", labels=LABELS, units=UNITS, rate=rate),
+        xdf.header(2, "two", labels=[f"hand {label}" for label in LABELS], units=UNITS, rate=rate),
+        xdf.samples(1, times, values), xdf.samples(2, times + 1e-6 * late_us, values)))
+    text = refused(path, "stream two: has other instants than stream one, by up to ",
+                   "(100 samples at 100 Hz)", "sensor_set one of 'one', 'two'")
+    assert "\n" not in text
+    told_ms = float(text.split("by up to ")[1].split(" ms")[0])
+    assert told_ms == pytest.approx(1e-3 * late_us, rel=0.01, abs=1e-3)
+    assert open_recording(path, "two").samples == 100
+
+
+def test_streams_of_one_name_are_chosen_by_number(tmp_path):
+    times, values = xdf.motion(100)
+    path = written(tmp_path, xdf.file_of(
+        xdf.header(1, "imu", labels=LABELS, units=UNITS), xdf.header(2, "imu", labels=LABELS, units=UNITS),
+        xdf.samples(1, times, values), xdf.samples(2, times, values[::-1])))
+    refused(path, "two channels of gyr x", "sensor_set, of 'imu#1', 'imu#2'")
+    refused(path, "2 streams are named 'imu'; allowed: imu#1, imu#2", sensor_set="imu")
+    for key, told in (("imu#1", values), ("imu#2", values[::-1])):
+        np.testing.assert_allclose(open_recording(path, key).acc[0, 0],
+                                   told[0, 3:6].astype(float) * 9.80665)
+    layout = tmp_path / "layout.toml"
+    layout.write_text(LAYOUT_OF_NAMED.replace('"imu"', '"imu#2"'))
+    np.testing.assert_allclose(open_recording(path, layout=layout).acc[0, 0],
+                               values[-1, 3:6].astype(float) * 9.80665)
+    layout.write_text(LAYOUT_OF_NAMED)
+    with pytest.raises(InputError, match=r"2 streams of .* are named 'imu'; allowed: imu#1, imu#2"):
+        open_recording(path, layout=layout)
+
+
+LAYOUT_OF_NAMED = ('time = "imu"\n[units]\ngyr = "deg/s"\nacc = "g"\n'
+                   '[sensors.imu]\ngyr = [1, 2, 3]\nacc = [4, 5, 6]\n')
+
+
 @pytest.mark.parametrize("form", ["{axis}_{kind}", "{kind}.{axis}.3", "{kind} hand {axis}"])
 def test_labels_are_understood_as_those_of_live_streams(tmp_path, form):
     words = {"gyr": "omega", "acc": "acc", "mag": "magnetic"}
