@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.recording.reading import Recording
+from fesloop.given_files import exists, is_file, is_folder
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import NS_PER_S
@@ -63,6 +64,8 @@ def read_courses(file: str, signal: str, trial: int) -> NamedCourses:
 
     Raises InputError, naming file and column, for anything that cannot be a reference.
     """
+    if exists(Path(file)) and not is_file(Path(file)) and not is_folder(Path(file)):
+        raise InputError(file, "is a pipe or a device", _FILES, "copy what it gives to a file")
     try:
         with Path(file).open("rb") as opened:
             head = opened.read(8)
