@@ -31,6 +31,8 @@ _STOPPED = ("stopped", "budget_spent")
 """Its statuses after which there is no stimulation for the rest of the run."""
 _FAILED = ("_failed", "non_finite")
 """How statuses end after which a run's figures are not what they seem."""
+_DISAGREE = "rates_disagree"
+"""Status of a replay by which what it plays cannot be right."""
 _ALIGNING, _ALIGNED = "aligning", "aligned"
 _MOVES_DEG = 1.0
 """Chosen: a reference that stays nearer than this to where the joints are asks for no motion."""
@@ -67,11 +69,12 @@ class Trouble:
         return f"{self.text[:1].upper()}{self.text[1:]}."
 
 
-KINDS = ("broken_off", "safety", "failed", "noted", "not_held", "no_better", "rose")
+KINDS = ("broken_off", "recording", "safety", "failed", "noted", "not_held", "no_better", "rose")
 """What goes wrong, the most important first.
 
-broken_off: the run did not get to its end. safety: no channel gave a pulse, or the safety block took
-stimulation away, or most of it. failed: a part
+broken_off: the run did not get to its end. recording: gyroscope and accelerometer of the recording that was
+played do not tell the same turn, so that no angle of the run is right. safety: no channel gave a pulse,
+or the safety block took stimulation away, or most of it. failed: a part
 failed, such as a tracker that never took its initial pose. noted: what the experiment says of itself
 (`notes`), such as that a model is poor. not_held: the object, in the last trial. no_better: joints followed
 worse than had they not moved. rose: the error did, over the trials, by more than a tenth.
@@ -80,14 +83,14 @@ worse than had they not moved. rose: the error did, over the trials, by more tha
 
 def troubles(recording: Recorded, metrics: Mapping[str, Any], cause: str = "") -> list[Trouble]:
     """What went wrong in a run, the most important first; `cause`: why it failed, where that is known."""
-    found = (_broken_off(recording, cause), _safety(recording, metrics), _failures(recording),
-             _notes(recording), _not_held(metrics), _no_better(metrics), _rose(metrics))
+    found = (_broken_off(recording, cause), _recording(recording), _safety(recording, metrics),
+             _failures(recording), _notes(recording), _not_held(metrics), _no_better(metrics), _rose(metrics))
     return [Trouble(kind, text) for kind, texts in zip(KINDS, found, strict=True) for text in texts]
 
 
 def graveness(status: str) -> int:
     """Rank of an event's status, the gravest 0: failures, then what takes stimulation away, then the rest."""
-    if status.endswith((*_FAILED, "recording_incomplete")):
+    if status.endswith((*_FAILED, "recording_incomplete", _DISAGREE)):
         return 0
     withheld = status.startswith(_WATCHDOG) or status in (*_WITHHELD, *_STOPPED)
     return 1 if withheld else 2
@@ -98,6 +101,12 @@ def _broken_off(recording: Recorded, cause: str) -> Iterator[str]:
     if status != "done":
         words = _STATUSES.get(status, f"the run ended as {status!r}")
         yield f"{words}: {cause}" if cause else words
+
+
+def _recording(recording: Recorded) -> Iterator[str]:
+    """What is played and cannot be right."""
+    yield from dict.fromkeys(f"the recording played by `{event.where}` is wrong: {event.detail}"
+                             for event in recording.events if event.status == _DISAGREE)
 
 
 def _safety(recording: Recorded, metrics: Mapping[str, Any]) -> Iterator[str]:

@@ -36,6 +36,8 @@ def runs(draw):
     events = [event(0.0, "tracker", "aligning"), event(0.0, "controller", "no_input"),
               event(draw(st.floats(0.0, 0.9)), "safety", "posture_frozen"), event(1.0, "tracker", "aligned"),
               *(event(draw(st.floats(0.0, 9.0)), "controller", "saturated", last) for _ in range(3))]
+    if "recording" in kinds:
+        events.append(event(0.0, "recording", "rates_disagree"))
     if "safety" in kinds:
         status = draw(st.sampled_from(["posture_silent", "posture_jumped", "posture_frozen", "stopped",
                                        "budget_spent"]))

@@ -13,6 +13,7 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, StampClock, duration_ns
 from fesloop.loop.signals import Port, Sensors, Value
+from fesloop.streams.agreement import disagreement_text
 from fesloop.streams.contents import require_the_same
 from fesloop.streams.files import open_recording
 from fesloop.streams.labels import not_understood
@@ -31,7 +32,8 @@ class Replay:
     pace of the samples (`fesloop.streams.pace`), and all outputs are NaN.
 
     Status: with the first sample `channels_left_out`, of a file that has channels which are not understood,
-    and `recording_incomplete`, which says how much the recording lacks; `gap` at the start of each gap.
+    `recording_incomplete`, which says how much the recording lacks, and `rates_disagree`, which names sensors
+    whose gyroscope and accelerometer do not tell the same turn; `gap` at the start of each gap.
 
     Attributes
     ----------
@@ -60,6 +62,7 @@ class Replay:
     _rows: NDArray[np.int64] = field(init=False, repr=False)
     _gaps: dict[int, Gap] = field(init=False, repr=False)
     _missing: str = field(init=False, repr=False)
+    _disagreeing: str = field(init=False, repr=False)
     _nothing: NDArray[np.float64] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -90,6 +93,7 @@ class Replay:
                 ("_nothing", nothing), ("_gaps", line.gaps),
                 ("clock", StampClock(line.stamps_ns[within], self.recording)),
                 ("_rows", np.where(line.rows < 0, line.rows, line.rows + first)[within]),
+                ("_disagreeing", disagreement_text(source, first, stop)),
                 ("_missing", missing_text(source, first, stop, list(line.gaps.values())))):
             object.__setattr__(self, name, value)
 
@@ -109,12 +113,12 @@ class Replay:
             *ports, Port("mag", shape, "T", gaps=True, sensors=sensors))
 
     def cautions(self, context: Context) -> tuple[tuple[str, str], ...]:
-        """Channels that are left out, and samples that are missing."""
+        """Channels that are left out, samples that are missing, and rates that do not explain gravity."""
         return self._told()
 
     def _told(self) -> tuple[tuple[str, str], ...]:
         told = (("channels_left_out", not_understood(self.source.left_out)),
-                ("recording_incomplete", self._missing))
+                ("recording_incomplete", self._missing), ("rates_disagree", self._disagreeing))
         return tuple((status, detail) for status, detail in told if detail)
 
     def init(self, context: Context) -> None:
