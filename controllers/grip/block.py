@@ -19,6 +19,7 @@ from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.guard import is_finite
+from fesloop.loop.input_ages import AgeLimit
 from fesloop.loop.signals import NEVER, Port, Sample, Value
 from fesloop.loop.status import StatusLatch
 
@@ -148,6 +149,11 @@ class GripForce:
         """For the channels and fingertips that are wired in; raises InputError for numbers beyond them."""
         return replace(self, channels=shapes.get("stimulation", (self.channels,))[0],
                        fingertips=shapes.get("force", (self.fingertips,))[0])
+
+    def age_limits(self) -> tuple[AgeLimit, ...]:
+        """Of `force`."""
+        return (AgeLimit(port="force", limit_ms=self.max_age_ms, since="newest",
+                         then="nothing is held, and what comes in goes out"),)
 
     def init(self, context: Context) -> GripForceState:
         """Nothing held."""

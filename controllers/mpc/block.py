@@ -27,6 +27,7 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.guard import is_finite
+from fesloop.loop.input_ages import AgeLimit
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.surroundings import Surroundings
 from fesloop.models.linear_model import LinearModel
@@ -158,6 +159,13 @@ class Mpc:
     def cautions(self, context: Context) -> tuple[tuple[str, str], ...]:
         """What is to be feared before the first trial: (status, detail) each."""
         return mpc_checks.cautions(self)
+
+    def age_limits(self) -> tuple[AgeLimit, ...]:
+        """Of `measured` and `force`."""
+        limits = {"measured": "nothing is controlled, and the drive falls to zero",
+                  "force": "whether the hand touches something is never known"}
+        return tuple(AgeLimit(port=port, limit_ms=self.max_age_ms, since="newest", then=then)
+                     for port, then in limits.items())
 
     def init(self, context: Context) -> MpcState:
         """At rest, the programme and the observer for the context's clock.

@@ -18,6 +18,7 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.guard import is_finite
+from fesloop.loop.input_ages import AgeLimit
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.status import StatusLatch
 from fesloop.models.linear_model import LinearModel
@@ -168,6 +169,10 @@ class TunedPid:
             rows.append((kp, kp * period_s / integral_s, period_s / integral_s,
                          filter_s / (filter_s + period_s), kp * derivative_s / (filter_s + period_s)))
         return np.array(rows)
+
+    def age_limits(self) -> tuple[AgeLimit, ...]:
+        """Of `measured`."""
+        return (AgeLimit(port="measured", limit_ms=self.max_age_ms, since="newest", then="no stimulation"),)
 
     def init(self, context: Context) -> TunedPidState:
         """At rest, coefficients for the context's clock."""

@@ -18,6 +18,7 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.guard import is_finite
+from fesloop.loop.input_ages import AgeLimit
 from fesloop.loop.signals import NEVER, Port, Sample, Value
 from fesloop.loop.status import StatusLatch
 from fesloop.models.linear_form import SampledForm, memoryless
@@ -162,6 +163,11 @@ class Safety:
             raise InputError("aligned", f"shape {trackers} is wired in", "a vector: shape (k,)")
         return replace(self, channels=shapes.get("stimulation", (self.channels,))[0], joints=joints,
                        trackers=trackers[0])
+
+    def age_limits(self) -> tuple[AgeLimit, ...]:
+        """Of `stimulation` and `posture`."""
+        return tuple(AgeLimit(port=port, limit_ms=self.max_age_ms, since="oldest",
+                              then="all stimulation is withheld") for port in ("stimulation", "posture"))
 
     def linear_form(self, context: Context) -> SampledForm:
         """The pulses as they are: while no limit acts."""

@@ -20,6 +20,7 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.recorded import Event
 from fesloop.experiment.running.trial import Result, run
 from fesloop.experiment.trouble import graveness, troubles
+from fesloop.loop.input_ages import always_too_old
 from fesloop.loop.realtime import Pacing
 from fesloop.realtime.lateness import class_names
 
@@ -32,6 +33,10 @@ def execute(args: Namespace) -> int:
     pacing = _pacing(args)
     with progress_bar(args.experiment) as bar:
         experiment, picked = load_picked(args.experiment, args.settings, args.seed)
+        cautions = always_too_old(experiment.wiring, experiment.duration_ns)
+    for node, status, detail in cautions:
+        print(f"fesloop: caution: {node}: {status}: {detail}", file=sys.stderr)
+    with progress_bar(args.experiment) as bar:
         if not pacing:
             result = run(experiment, Path(args.out), progress=bar)
     if pacing:  # nothing is drawn beside it, which takes tens of ms

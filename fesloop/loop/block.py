@@ -77,7 +77,8 @@ class Block(Protocol):
     `linear_form(context)` (what theory is told of a block that is linear, or can be: `models.linear_form`),
     `faults(context, surroundings)` (InputErrors: what of its parameters cannot work where it stands, told
     when an experiment is made; see `surroundings`),
-    `passages(context)` (what inputs wait for inside it before the outputs follow; see `passages`).
+    `passages(context)` (what inputs wait for inside it before the outputs follow; see `passages`),
+    `age_limits()` (the ages from which on it takes no notice of inputs; see `input_ages`).
 
     A block that hears the world as it is now has some of these too; with `attach` or a clock of arrivals it
     runs in step with the wall clock (`fesloop run --realtime`) and is refused elsewhere.

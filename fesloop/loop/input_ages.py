@@ -1,0 +1,196 @@
+"""How old the inputs of blocks are whenever they are read, found without running the blocks.
+
+A block that takes no notice of what is too old, such as a safety block, has a member `age_limits()` that
+declares it, an `AgeLimit` for each input. Where the wires of a loop make an input older than that at every
+tick, the block does nothing all through a run. Stamps depend on clocks, wires and execution times, never on
+values, so the loop is run with stand-ins that compute nothing: what they read is as old as in the run itself.
+Only what a block says of captures of its own (`Tick.captured_ns`) is left out, which makes nothing younger.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import FOREVER, NS_PER_MS, NS_PER_S, Clock, RateClock, waits_for_arrivals
+from fesloop.loop.duration import ZERO
+from fesloop.loop.run import Loop
+from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.wiring import Connection, Node, Wiring
+
+STATUS = "always_too_old"
+_HORIZON_NS = 10 * NS_PER_S
+"""Up to when a loop is looked at (chosen: a wire takes some seconds at the most)."""
+_MOST_TICKS = 200_000
+"""Of all stand-ins together (chosen: about a second of wall time)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AgeLimit:
+    """The age from which on a block takes no notice of an input.
+
+    Attributes
+    ----------
+    port: name of the input.
+    limit_ms: the greatest age at which it counts.
+    since: what the age is counted from: the oldest or the newest capture behind the value.
+    key: the parameter that sets the limit.
+    then: what the block does where the input is older, in words.
+    """
+
+    port: str
+    limit_ms: float
+    since: Literal["oldest", "newest"]
+    key: str = "max_age_ms"
+    then: str
+
+
+def age_limits(node: Node) -> Sequence[AgeLimit]:
+    """What a block declares of the ages of its inputs."""
+    declared = getattr(node.part, "age_limits", None)
+    return declared() if declared is not None else ()
+
+
+def always_too_old(wiring: Wiring, duration_ns: int) -> list[tuple[str, str, str]]:
+    """(node, status, detail) of each input that is older than its block allows whenever it is read.
+
+    Ticks before `limit_ms` has passed do not count: nothing is old then.
+    """
+    heard = {(c.target.name, c.target.part.inputs[c.target_port].name): c for c in wiring.connections}
+    watched = [(node, limit, heard[node.name, limit.port]) for node in wiring.nodes
+               for limit in age_limits(node) if (node.name, limit.port) in heard]
+    if not watched:
+        return []
+    kept = _upstream(wiring, [node for node, *_ in watched])
+    horizon_ns = min(duration_ns, _HORIZON_NS, round(_MOST_TICKS / _ticks_per_s(wiring, kept) * NS_PER_S))
+    looks = [_Look(connection.target_port, limit) for _, limit, connection in watched]
+    stand_ins = [_stand_in(node, [look for look, (of, *_) in zip(looks, watched, strict=True) if of is node])
+                 for node in wiring.nodes if node.name in kept]
+    wires = [c.wire for c in wiring.connections if c.target.name in kept and not c.target.is_plant]
+    Loop(Wiring(stand_ins, wires, wiring.seed)).run_until(max(horizon_ns - 1, 0))
+    return [(node.name, STATUS, _in_words(wiring, node, look, horizon_ns))
+            for look, (node, *_) in zip(looks, watched, strict=True) if look.old and not look.sound]
+
+
+@dataclass(slots=True)
+class _Look:
+    """What is seen of an input's age: ticks at which it is too old, and at which it is not.
+
+    Attributes
+    ----------
+    least_ns, most_ns: of the age of what was captured after the trial began.
+    """
+
+    port: int
+    limit: AgeLimit
+    old: int = 0
+    sound: int = 0
+    least_ns: int = FOREVER
+    most_ns: int = 0
+
+    def take(self, sample: Sample, now_ns: int) -> None:
+        """Note the age at one tick."""
+        limit_ns = self.limit.limit_ms * NS_PER_MS
+        if now_ns <= limit_ns:
+            return
+        stamp_ns = sample.oldest_ns if self.limit.since == "oldest" else sample.newest_ns
+        if sample.present and now_ns - stamp_ns <= limit_ns:
+            self.sound += 1
+            return
+        self.old += 1
+        if stamp_ns > 0:
+            self.least_ns = min(self.least_ns, now_ns - stamp_ns)
+            self.most_ns = max(self.most_ns, now_ns - stamp_ns)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Block:
+    """Steps as another block does, computes nothing, and looks at ages."""
+
+    inputs: tuple[Port, ...]
+    outputs: tuple[Port, ...]
+    looks: Sequence[_Look]
+
+    def init(self, context: Context) -> None:
+        return None
+
+    def step(self, state: None, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        for look in self.looks:
+            look.take(inputs[look.port], tick.time_ns)
+        return (0.0,) * len(self.outputs)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Plant:
+    """Is sampled as another plant is, without inputs: what is captured is new, whatever reached the plant."""
+
+    outputs: tuple[Port, ...]
+    grid: RateClock | None
+    inputs: tuple[Port, ...] = ()
+    feedthrough: bool = False
+
+    def init(self, context: Context) -> None:
+        return None
+
+    def advance(self, state: None, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
+        return None
+
+    def read(self, state: None, inputs: Sequence[Value]) -> tuple[Value, ...]:
+        return (0.0,) * len(self.outputs)
+
+
+def _stand_in(node: Node, looks: Sequence[_Look]) -> Node:
+    inputs, outputs = (tuple(Port(port.name, optional=True) for port in ports)
+                       for ports in (node.part.inputs, node.part.outputs))
+    if node.is_plant:
+        return Node(node.name, _Plant(outputs=outputs, grid=node.plant.grid))
+    clock: Any = node.clock
+    if waits_for_arrivals(clock):
+        clock = replace(clock, arrivals="")
+    # How long a step takes that is measured is not known beforehand: no time makes nothing younger.
+    execution = ZERO if node.execution.kind == "measured" else node.execution
+    return Node(node.name, _Block(inputs=inputs, outputs=outputs, looks=looks), clock, execution=execution)
+
+
+def _upstream(wiring: Wiring, nodes: Sequence[Node]) -> set[str]:
+    """Names of nodes and of all that stamps of their inputs come from: back to plants and sources."""
+    found, ends = set(), [node.name for node in nodes]
+    while ends:
+        name = ends.pop()
+        if name not in found:
+            found.add(name)
+            ends += [c.source.name for c in _into(wiring, name)]
+    return found
+
+
+def _into(wiring: Wiring, name: str) -> Iterator[Connection]:
+    """Connections to a block; what reaches a plant decides on no stamp."""
+    return (c for c in wiring.connections if c.target.name == name and not c.target.is_plant)
+
+
+def _ticks_per_s(wiring: Wiring, kept: set[str]) -> float:
+    clocks: list[Clock | None] = [node.plant.grid if node.is_plant else node.clock
+                                  for node in wiring.nodes if node.name in kept]
+    clocks += [c.clock for c in wiring.connections if c.source.name in kept]
+    return max(1.0, sum(1.0 / clock.period_s for clock in clocks if isinstance(clock, RateClock)))
+
+
+def _in_words(wiring: Wiring, node: Node, look: _Look, horizon_ns: int) -> str:
+    """What is too old, what comes of it, and what to change."""
+    limit = look.limit
+    told = f"{limit.key} is {limit.limit_ms:g} ms, and `{limit.port}` "
+    if look.least_ns < FOREVER:
+        told += f"is at least {look.least_ns / NS_PER_MS:.9g} ms old whenever it is read"
+        raised = f" or raise blocks.{node.name}.{limit.key} to {-(-look.most_ns // NS_PER_MS)} or more"
+    else:
+        told += (f"derives, up to {horizon_ns / NS_PER_S:g} s, from nothing that was captured after the "
+                 "trial began")
+        raised = ""
+    nodes = _upstream(wiring, [node])
+    behind = [c for c in wiring.connections if c.target.name in nodes and not c.target.is_plant]
+    slowest = max(behind, key=lambda c: c.wire.latency_ns)
+    wire = f" (wire {slowest.wire.name}: {slowest.wire.latency_ns / NS_PER_MS:g} ms)" \
+        if slowest.wire.latency_ns else ""
+    return f"{told}: {limit.then}; lower the latency of what leads to it{wire}{raised}"
