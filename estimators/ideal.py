@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
@@ -161,7 +161,7 @@ class IdealTracker:
         return past[0][1]
 
 
-@numba.njit(cache=True)
+@compiled
 def with_error(
     truth: Any, errors: Any, walk: Any, row: Any, time_s: float, elapsed_s: float, step: float
 ) -> Any:

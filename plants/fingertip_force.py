@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S
@@ -21,7 +21,7 @@ from plants.checks import require_not_negative, require_positive
 Array = NDArray[np.float64]
 
 
-@njit(cache=True)
+@compiled
 def read_forces(
     force: Array, gain: Array, offset: Array, noise: Array, errors: Array, drift_n: float, samples: Array
 ) -> int:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]
 _TINY_RIDGE = 1e-10
@@ -30,7 +31,7 @@ def linear_rest(a: Array, c: Array, drive: Array, measured: Array) -> tuple[Arra
     return np.asarray(b), np.asarray(found[-outputs:]), np.asarray(error)
 
 
-@njit(cache=True)
+@compiled
 def _regressors(a: Array, c: Array, drive: Array) -> Array:
     """(samples outputs, channels n + n + outputs): of B's entries channel by channel, of the first state, of
     the offset. S_c[k+1] = A S_c[k] + v_c[k] I are the states under B = I, one column an entry."""

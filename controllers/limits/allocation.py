@@ -12,10 +12,10 @@ import math
 from dataclasses import dataclass
 from typing import Protocol
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.recruitment import Recruitment
@@ -146,7 +146,7 @@ def allocation_of(controller: Allocating) -> Allocation:
                       charge_max_uc=controller.charge_max_uc)
 
 
-@numba.njit(cache=True)
+@compiled
 def normal_quantile(p: float) -> float:
     """Inverse of the normal distribution function for p in (0, 1), to rounding; 1e-300 stands for all below.
 
@@ -164,7 +164,7 @@ def normal_quantile(p: float) -> float:
     return -z if p < 0.5 else z
 
 
-@numba.njit(cache=True)
+@compiled
 def allocate(table: Array, drive: Array, pulses: Array) -> int:
     """Write the pulses (channels, 2) of a drive; the number of channels at their longest pulse."""
     saturated = 0
@@ -189,7 +189,7 @@ def allocate(table: Array, drive: Array, pulses: Array) -> int:
     return saturated
 
 
-@numba.njit(cache=True)
+@compiled
 def risen(table: Array, pulses: Array, charge_rise_c: float, drive: Array) -> None:
     """Fill `drive` (channels,) with the greatest that a rise of charge per phase above `pulses` allows.
 
@@ -204,7 +204,7 @@ def risen(table: Array, pulses: Array, charge_rise_c: float, drive: Array) -> No
         drive[i] = 0.5 * math.erfc(-math.log(effective_ma / table[i, 3]) / table[i, 4] * SQRT_HALF)
 
 
-@numba.njit(cache=True)
+@compiled
 def planned_charge(table: Array, drives: Array) -> float:
     """Charge per phase of drives (steps, channels), summed over all of them, C."""
     total, pulses = 0.0, np.empty((drives.shape[1], 2))

@@ -6,7 +6,6 @@ an array as to fill one.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,12 +13,13 @@ from controllers.limits.allocation import allocate, risen
 from controllers.mpc.observer import ahead, correct, record
 from controllers.mpc.plan import free_optimum, limits
 from controllers.qp.kernel import NOT_FINITE, check_vectors
+from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
 
 
-@numba.njit(cache=True)
+@compiled
 def pose(
     ladder: Array, c: Array, offset: Array, gain: Array, x: Array, disturbance: Array, strength: Array,
     stamps: Stamps, inputs: Array, period_ns: int, delay_ns: int, at_ns: int, captured_ns: int, now_ns: int,
@@ -70,7 +70,7 @@ def pose(
     return fault
 
 
-@numba.njit(cache=True)
+@compiled
 def centre(
     rows: Array, differences: int, muscles: int, best: Array, lower: Array, upper: Array, below: Array,
     above: Array,
@@ -93,7 +93,7 @@ def centre(
         below[at], above[at] = lower[at] - total, upper[at] - total
 
 
-@numba.njit(cache=True)
+@compiled
 def give_out(
     table: Array, drive: Array, stamps: Stamps, inputs: Array, time_ns: int, pulses: Array
 ) -> int:

@@ -11,11 +11,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_are
 
+from fesloop.compiled import compiled
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.signals import NEVER
 from fesloop.models.linear_model import LinearModel, zero_order_hold
@@ -150,7 +150,7 @@ class Observer:
         return present
 
 
-@numba.njit(cache=True)
+@compiled
 def record(stamps: Stamps, inputs: Array, time_ns: int, drive: Array) -> None:
     """Append to the records, the oldest falling out."""
     stamps[:-1] = stamps[1:]
@@ -159,7 +159,7 @@ def record(stamps: Stamps, inputs: Array, time_ns: int, drive: Array) -> None:
     inputs[-1] = drive
 
 
-@numba.njit(cache=True)
+@compiled
 def step_rung(ladder: Array, rung: int, x: Array, strength: Array, drive: Array, after: Array) -> None:
     """x over the duration of one rung, in place."""
     states = x.size
@@ -174,7 +174,7 @@ def step_rung(ladder: Array, rung: int, x: Array, strength: Array, drive: Array,
     x[:] = after
 
 
-@numba.njit(cache=True)
+@compiled
 def hold(
     ladder: Array, x: Array, strength: Array, drive: Array, period_ns: int, duration_ns: int, after: Array
 ) -> None:
@@ -192,7 +192,7 @@ def hold(
             rung += 1
 
 
-@numba.njit(cache=True)
+@compiled
 def carry(
     ladder: Array, x: Array, strength: Array, stamps: Stamps, inputs: Array, period_ns: int, delay_ns: int,
     from_ns: int, to_ns: int,
@@ -211,7 +211,7 @@ def carry(
         k += 1
 
 
-@numba.njit(cache=True)
+@compiled
 def correct(
     ladder: Array, c: Array, offset: Array, gain: Array, x: Array, disturbance: Array, strength: Array,
     stamps: Stamps, inputs: Array, period_ns: int, delay_ns: int, from_ns: int, captured_ns: int,
@@ -231,7 +231,7 @@ def correct(
             disturbance[j] += gain[states + j, i] * innovation[i]
 
 
-@numba.njit(cache=True)
+@compiled
 def ahead(
     ladder: Array, x: Array, strength: Array, stamps: Stamps, inputs: Array, period_ns: int, delay_ns: int,
     from_ns: int, to_ns: int, stored: int,

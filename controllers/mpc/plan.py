@@ -25,12 +25,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, cho_factor, cho_solve, null_space
 
 from controllers.limits.allocation import planned_charge
+from fesloop.compiled import compiled
 from fesloop.models.linear_model import SampledModel
 
 Array = NDArray[np.float64]
@@ -158,7 +158,7 @@ def charge_room(
     return left
 
 
-@numba.njit(cache=True)
+@compiled
 def free_optimum(
     free: Array, present: Array, shift: Array, reference: Array, previous: Array, drives: Array
 ) -> None:
@@ -195,7 +195,7 @@ def free_optimum(
             drives[i] += known[j] * free[j, i]
 
 
-@numba.njit(cache=True)
+@compiled
 def limits(
     reach: Array, slew: Array, previous: Array, rise: Array, charge: Array, boxes: Array, reference: Array,
     best: Array, lower: Array, upper: Array,

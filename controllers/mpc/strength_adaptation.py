@@ -18,12 +18,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from controllers.mpc.observer import Observer, ObserverState, carry
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 
@@ -139,7 +139,7 @@ class StrengthAdaptation:
                 observer.delay_ns, estimate.at_ns, captured_ns)
 
 
-@numba.njit(cache=True)
+@compiled
 def respond(
     ladder: Array, responses: Array, stamps: NDArray[np.int64], inputs: Array, period_ns: int, delay_ns: int,
     from_ns: int, to_ns: int,
@@ -152,7 +152,7 @@ def respond(
         alone[i] = 0.0
 
 
-@numba.njit(cache=True)
+@compiled
 def regress(
     strength: Array, least: float, greatest: float, mean: Array, covariance: Array, responses: Array,
     c: Array, unexplained: Array, kept: float, strength_variance: float, walk_variance: float,

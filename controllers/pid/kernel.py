@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.limits.allocation import allocate
+from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]
 INTEGRAL, DERIVATIVE, PREVIOUS = 0, 1, 2
@@ -17,7 +17,7 @@ RUNNING, SATURATED, NON_FINITE = 0, 1, 2
 """What a tick comes to."""
 
 
-@numba.njit(cache=True)
+@compiled
 def pid_tick(
     gains: Array, mixing: Array, channels: Array, table: Array, memory: Array, primed: bool,
     reference: Array, measured: Array,
@@ -59,7 +59,7 @@ def pid_tick(
     return (SATURATED if saturated else RUNNING), pulses
 
 
-@numba.njit(cache=True)
+@compiled
 def can_follow(weights: Array, channels: Array, drive: Array, growth: float) -> bool:
     """Whether the integral of a joint may grow: a muscle follows it, or it leads most out of saturation."""
     deeper, back = 0.0, 0.0

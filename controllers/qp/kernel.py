@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]
 SOUND, NOT_FINITE, CROSSED, MISSHAPEN = 0, 1, 2, 3
 """Faults of the vectors of a programme."""
 
 
-@numba.njit(cache=True)
+@compiled
 def check_vectors(q: Array, lower: Array, upper: Array) -> int:
     """SOUND, NOT_FINITE (or infinity as a bound's wrong side), or CROSSED bounds."""
     for i in range(q.size):
@@ -28,7 +29,7 @@ def check_vectors(q: Array, lower: Array, upper: Array) -> int:
     return fault
 
 
-@numba.njit(cache=True)
+@compiled
 def minus_product(matrix: Array, vector: Array) -> Array:
     """Minus a symmetric matrix times a vector, fresh, summed in a fixed order."""
     product = np.zeros(vector.size)
@@ -38,7 +39,7 @@ def minus_product(matrix: Array, vector: Array) -> Array:
     return product
 
 
-@numba.njit(cache=True)
+@compiled
 def around(
     centre: Array, lower: Array, upper: Array, below: Array, above: Array, indptr: NDArray[np.int64],
     indices: NDArray[np.int64], values: Array,
@@ -61,7 +62,7 @@ def around(
     return fault
 
 
-@numba.njit(cache=True)
+@compiled
 def settle(
     x: Array, lower: Array, upper: Array, indptr: NDArray[np.int64], indices: NDArray[np.int64], values: Array
 ) -> tuple[bool, float]:

@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.loop.block import Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
@@ -93,7 +93,7 @@ def reference_values(course: Course, ahead_s: Array, tick: Tick) -> tuple[Value,
     return (angles[0],) if ahead_s.size == 1 else (angles[0], angles[1:])
 
 
-@numba.njit(cache=True)
+@compiled
 def minimum_jerk(times_s: Array, values: Array, at_s: Array) -> Array:
     """Minimum-jerk interpolation of way-points `values` (points, m) at `at_s` (n,), (n, m)."""
     points, rows = values.shape

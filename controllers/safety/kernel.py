@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]
 TEST_LOAD_OHM = 500.0
@@ -30,7 +31,7 @@ _SHAVE_SUM = 1.0 - 2.0**-40
 """The same for sums of up to thousands of messages, in whatever order they are added."""
 
 
-@numba.njit(cache=True)
+@compiled
 def limit_pulses(wanted: Array, limits: Array, charges: Array) -> tuple[int, Array]:
     """(bits of what was limited, pulses (channels, 2) within the limits).
 
@@ -71,7 +72,7 @@ def limit_pulses(wanted: Array, limits: Array, charges: Array) -> tuple[int, Arr
     return hit, pulses
 
 
-@numba.njit(cache=True)
+@compiled
 def limit_dose(pulses: Array, charges: Array, phases: float, second: Array, total: Array,
                budgets: Array) -> int:
     """Shorten pulses to what is left of the budgets; bits of what was limited.
@@ -99,7 +100,7 @@ def limit_dose(pulses: Array, charges: Array, phases: float, second: Array, tota
     return hit
 
 
-@numba.njit(cache=True)
+@compiled
 def fall(pulses: Array, charges: Array) -> None:
     """Shorten pulses (channels, 2) to the charge of the tick before, in place; `charges` becomes theirs."""
     for i in range(pulses.shape[0]):

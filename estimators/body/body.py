@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics_kernels import place, turned
@@ -109,7 +109,7 @@ def posture_ports(body: Body | None, sensors: int) -> tuple[Port, ...]:
             Port("fingertip_sd", (tips, 3), "m"))
 
 
-@numba.njit(cache=True)
+@compiled
 def chain_up(layout: Numbers, relative: Array, orientations: Array) -> None:
     """Fill `orientations` (n, 4), segment to root, from quaternions (n, 4) to each parent."""
     for k in range(layout.shape[0]):
@@ -122,7 +122,7 @@ def chain_up(layout: Numbers, relative: Array, orientations: Array) -> None:
         orientations[k, 0], orientations[k, 1], orientations[k, 2], orientations[k, 3] = q
 
 
-@numba.njit(cache=True)
+@compiled
 def place_tips(
     layout: Numbers, geometry: Array, orientations: Array, tips: Numbers, positions: Array, fingertips: Array
 ) -> None:
@@ -135,7 +135,7 @@ def place_tips(
         fingertips[i] = positions[tips[i]]
 
 
-@numba.njit(cache=True)
+@compiled
 def fill_lever(q: Array, offset: Array, origin: Array, tip: Array, lever: Array) -> None:
     """Fill `lever` (3, 3), m/rad: how a tip moves with the error d of a segment's joint, R [d]x r.
 
@@ -152,7 +152,7 @@ def fill_lever(q: Array, offset: Array, origin: Array, tip: Array, lever: Array)
         lever[0, a], lever[1, a], lever[2, a] = v * z - w * y, w * x - u * z, u * y - v * x
 
 
-@numba.njit(cache=True)
+@compiled
 def spread_tips(
     layout: Numbers, geometry: Array, orientations: Array, positions: Array, covariance: Array, tips: Numbers,
     sd: Array
@@ -179,7 +179,7 @@ def spread_tips(
         sd[i, 0], sd[i, 1], sd[i, 2] = math.sqrt(x), math.sqrt(y), math.sqrt(z)
 
 
-@numba.njit(cache=True)
+@compiled
 def _quadratic(row: Array, covariance: Array) -> float:
     total = 0.0
     for a in range(3):

@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.hand.quaternion_kernels import conjugate, euler_z_of_zxy, multiply, rotation_angle
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 Pairs = tuple[tuple[int, int], ...]
 
 
-@numba.njit(cache=True)
+@compiled
 def flexion_angles(orientation: Any, pairs: Any, heading: Any) -> Any:
     """Flexion of each joint, (pairs,), rad: first of the z-x-y Euler angles of child to parent.
 
@@ -41,7 +41,7 @@ def flexion_angles(orientation: Any, pairs: Any, heading: Any) -> Any:
     return angles
 
 
-@numba.njit(cache=True)
+@compiled
 def turned_angle(origin: Any, orientation: Any) -> Any:
     """Angle between two orientations, each (1, 4), as (1,), rad in [0, pi]."""
     a, b = origin[0], orientation[0]

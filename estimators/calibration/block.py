@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, cast
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,6 +27,7 @@ from estimators.calibration.sensor_to_segment import (
     mounting_from_flat,
     mounting_from_poses,
 )
+from fesloop.compiled import compiled
 from fesloop.errors import InputError, did_you_mean
 from fesloop.hand.kinematics_kernels import turned
 from fesloop.loop.block import Context, Tick
@@ -240,7 +240,7 @@ class SegmentCalibration:
         return begin, end
 
 
-@numba.njit(cache=True)
+@compiled
 def turn_samples(rotations: Any, passing: Any, gyr: Any, acc: Any, mag: Any) -> tuple[Any, Any, Any]:
     """Three kinds of samples (n, 3) turned by quaternions (n, 4), fresh; NaN where not `passing` (n,)."""
     rows = np.full((3, passing.size, 3), np.nan)

@@ -13,13 +13,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from estimators.body.body import Body
 from estimators.calibration.still_record import PoseRecord, Rest, add_samples, new_record, rest_of
 from estimators.samples.faults import LOST
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.hand.kinematics import relative_orientations
@@ -123,7 +123,7 @@ def headings(ties: Ties, orientation: Array) -> Array:
     return turns
 
 
-@numba.njit(cache=True)
+@compiled
 def turn_headings(
     neighbours: NDArray[np.int64], relative: Array, order: NDArray[np.int64], orientation: Array, turns: Array
 ) -> None:

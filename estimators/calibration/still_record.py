@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from estimators.samples.faults import LOST
+from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ def new_record(sensors: int) -> PoseRecord:
                       np.zeros((2, sensors)), np.zeros((sensors, 3)), np.zeros(sensors))
 
 
-@numba.njit(cache=True)
+@compiled
 def add_samples(
     gyr: Array, acc: Array, mag: Array, codes: NDArray[np.uint8], fresh: NDArray[np.bool_], half: int,
     rate_limit: float, record: PoseRecord

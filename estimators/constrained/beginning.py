@@ -12,7 +12,6 @@ import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +19,7 @@ from estimators.body.heading import ANY, first_orientations, orientation_in_pose
 from estimators.body.joint_constraints import JointTable
 from estimators.constrained.measurements import N
 from estimators.constrained.vectors import components
+from fesloop.compiled import compiled
 from fesloop.hand.quaternion_kernels import conjugate, multiply, rotation_angle
 
 Array = NDArray[np.float64]
@@ -118,7 +118,7 @@ def _begin(
     found.open |= count > 1
 
 
-@numba.njit(cache=True)
+@compiled
 def weigh(q: Any, rest: Any, covariance: Any, surprise: Any, doubt: Any) -> bool:
     """Put the likeliest hypotheses first, drop what is decided, fill `doubt`; whether any joint is open.
 
@@ -155,7 +155,7 @@ def weigh(q: Any, rest: Any, covariance: Any, surprise: Any, doubt: Any) -> bool
     return undecided
 
 
-@numba.njit(cache=True)
+@compiled
 def _exchange(a: Any, b: Any) -> None:
     for i in range(a.size):
         a[i], b[i] = b[i], a[i]

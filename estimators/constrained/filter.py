@@ -23,7 +23,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 
 from estimators.constrained.measurements import (
@@ -42,6 +41,7 @@ from estimators.constrained.measurements import (
 from estimators.constrained.ranges import keep_in_range
 from estimators.constrained.vectors import components, dot, rotated, store, turn_by
 from estimators.samples.faults import LOST as MISSING
+from fesloop.compiled import compiled
 from fesloop.hand.quaternion_kernels import conjugate, multiply
 
 LOST, DOUBTED, SOUND = range(3)
@@ -50,7 +50,7 @@ _COHERENT = 0.25
 """Angle over which a joint's turning does not reverse, rad, shared by two sensors (chosen)."""
 
 
-@numba.njit(cache=True)
+@compiled
 def _lose(at: Any, s: Any, cov: Any, period: float, unseen: float) -> None:
     """A period without a sound sample. An unknown rate lasts: its angle grows with the time unseen."""
     before = s[12]
@@ -61,7 +61,7 @@ def _lose(at: Any, s: Any, cov: Any, period: float, unseen: float) -> None:
         at[:] = np.nan
 
 
-@numba.njit(cache=True)
+@compiled
 def advance(
     q: Any, rest: Any, covariance: Any, surprise: Any, doubt: Any, ends: Any, kinds: Any, axes: Any,
     zero: Any, ranges: Any, gyr: Any, acc: Any, seen: Any, settings: Any, number: int
@@ -119,7 +119,7 @@ def advance(
             _lose(at, s, cov, period, settings[UNSEEN])
 
 
-@numba.njit(cache=True)
+@compiled
 def admit(new_gyr: Any, new_acc: Any, codes: Any, gyr: Any, acc: Any, seen: Any) -> None:
     """Move the newest sample to before and the new one, (n, 3) each, in; a lost one is kept as zero.
 
@@ -135,13 +135,13 @@ def admit(new_gyr: Any, new_acc: Any, codes: Any, gyr: Any, acc: Any, seen: Any)
             acc[1, i, k] = 0.0 if lost else new_acc[i, k]
 
 
-@numba.njit(cache=True)
+@compiled
 def _rate(gyr: Any, seen: Any, i: int) -> Any:
     """Mean of both samples' rates, or this one's where only it was seen."""
     return mean_of(gyr, i) if seen[0, i] > LOST else (gyr[1, i, 0], gyr[1, i, 1], gyr[1, i, 2])
 
 
-@numba.njit(cache=True)
+@compiled
 def _turn(q: Any, s: Any, wp: Any, wc: Any, dt: float) -> None:
     """The relative rotation `dt` on with constant rates."""
     before = turn_by(-dt * wp[0], -dt * wp[1], -dt * wp[2])
@@ -149,7 +149,7 @@ def _turn(q: Any, s: Any, wp: Any, wc: Any, dt: float) -> None:
     store(q, multiply(multiply(before, components(q)), after))
 
 
-@numba.njit(cache=True)
+@compiled
 def _turned_bias(q: Any, wp: Any, wc: Any, bias_sd: float) -> float:
     """Variance that b gains a second, rad^2/s^3, as the parent's share turns in the child's frame."""
     v = rotated(conjugate(components(q)), wp)
@@ -157,7 +157,7 @@ def _turned_bias(q: Any, wp: Any, wc: Any, bias_sd: float) -> float:
     return _COHERENT * bias_sd ** 2 * math.sqrt(dot(d, d))
 
 
-@numba.njit(cache=True)
+@compiled
 def _spread(cov: Any, s: Any, wc: Any, dt: float, turned: float, walked: float) -> None:
     """The covariance `dt` on; `turned` and `walked` are the variances that one sensor adds."""
     w, i, j, k = turn_by(-dt * (wc[0] - s[0]), -dt * (wc[1] - s[1]), -dt * (wc[2] - s[2]))

@@ -16,7 +16,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,6 +23,7 @@ from estimators.body.body import UNSEEN_SD, Body, chain_up, place_tips
 from estimators.body.joint_constraints import BALL, HINGE, JointTable
 from estimators.constrained.posture import mounting_share
 from estimators.constrained.vectors import components, cross, rotated
+from fesloop.compiled import compiled
 from fesloop.hand.quaternion_kernels import conjugate
 
 Numbers = NDArray[np.int64]
@@ -37,7 +37,7 @@ def moving_joints(body: Body, table: JointTable) -> Numbers:
     return joints
 
 
-@numba.njit(cache=True)
+@compiled
 def fingertip_posture(
     layout: Any, geometry: Any, tips: Any, joint_of: Any, relative: Any, q: Any, covariance: Any, doubt: Any,
     kinds: Any, axes: Any, pair_sd: float, axis_sd: float
@@ -71,7 +71,7 @@ def fingertip_posture(
     return places, sd
 
 
-@numba.njit(cache=True)
+@compiled
 def _spread_of(
     relative: Any, covariance: Any, doubt: float, kind: int, axes: Any, pair_sd: float, axis_sd: float,
     kept: Any, own: Any
@@ -98,7 +98,7 @@ def _spread_of(
                 own[i, k] += left * kept[k, c]
 
 
-@numba.njit(cache=True)
+@compiled
 def _spread_unseen(geometry: Any, freedoms: int, own: Any) -> None:
     """No knowledge of what the joint leaves free, into `own`."""
     for f in range(freedoms):
@@ -107,7 +107,7 @@ def _spread_unseen(geometry: Any, freedoms: int, own: Any) -> None:
                 own[i, k] += UNSEEN_SD ** 2 * geometry[f, i] * geometry[f, k]
 
 
-@numba.njit(cache=True)
+@compiled
 def _spread_tip(
     layout: Any, geometry: Any, orientations: Any, positions: Any, turns: Any, kept: Any, own: Any, tip: int,
     mounted: float, sd: Any
@@ -141,7 +141,7 @@ def _spread_tip(
         sd[i] = math.sqrt(variance[i])
 
 
-@numba.njit(cache=True)
+@compiled
 def _lever(turn: Any, tip: Any, frame: Any, offset: Any, lever: Any) -> None:
     """L_k, (3, 3): how the tip moves with a small rotation of a segment about its joint, in its own frame."""
     bone = rotated(turn, (offset[0], offset[1], offset[2]))

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
-
 from estimators.body.joint_constraints import BALL, SADDLE
 from estimators.constrained.vectors import components, cross, dot, rotated, store, turn_by, unit
+from fesloop.compiled import compiled
 from fesloop.hand.quaternion_kernels import conjugate, multiply
 
 N, LEVERS, TILTS = 16, 6, 12
@@ -23,14 +22,14 @@ _MEAN_TIME = 1.0
 """Time constant of a force's mean, s (chosen: longer than tremor and shorter than a posture)."""
 
 
-@numba.njit(cache=True)
+@compiled
 def mean_of(samples: Any, i: int) -> Any:
     """Mean of the two samples of sensor i."""
     return (0.5 * (samples[0, i, 0] + samples[1, i, 0]), 0.5 * (samples[0, i, 1] + samples[1, i, 1]),
             0.5 * (samples[0, i, 2] + samples[1, i, 2]))
 
 
-@numba.njit(cache=True)
+@compiled
 def measure(
     cov: Any, h: Any, innovation: float, variance: float, x: Any, gain: Any, first: int, last: int
 ) -> float:
@@ -64,14 +63,14 @@ def measure(
     return left * left + math.log(total)
 
 
-@numba.njit(cache=True)
+@compiled
 def _change(samples: Any, i: int, period: float) -> Any:
     return ((samples[1, i, 0] - samples[0, i, 0]) / period,
             (samples[1, i, 1] - samples[0, i, 1]) / period,
             (samples[1, i, 2] - samples[0, i, 2]) / period)
 
 
-@numba.njit(cache=True)
+@compiled
 def _spin_matrix(w: Any, dw: Any, matrix: Any) -> None:
     """[dw]x + [w]x [w]x into `matrix` (3, 3)."""
     size = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
@@ -86,7 +85,7 @@ def _spin_matrix(w: Any, dw: Any, matrix: Any) -> None:
     matrix[2, 1] += dw[0]
 
 
-@numba.njit(cache=True)
+@compiled
 def _lasting(s: Any, v: Any, wc: Any, period: float, settings: Any) -> Any:
     """The force v, in the child's frame, without what differs from its mean by no more than noise does.
 
@@ -105,7 +104,7 @@ def _lasting(s: Any, v: Any, wc: Any, period: float, settings: Any) -> Any:
     return mean[0] + kept * off[0], mean[1] + kept * off[1], mean[2] + kept * off[2]
 
 
-@numba.njit(cache=True)
+@compiled
 def shared_acceleration(
     q: Any, s: Any, cov: Any, gyr: Any, acc: Any, p: int, c: int, settings: Any, x: Any, h: Any,
     gain: Any, levers: Any
@@ -146,7 +145,7 @@ def shared_acceleration(
     return surprise
 
 
-@numba.njit(cache=True)
+@compiled
 def axes_agree(
     q: Any, s: Any, kind: int, axes: Any, zero: Any, cov: Any, settings: Any, x: Any, h: Any, gain: Any
 ) -> float:
@@ -190,7 +189,7 @@ def axes_agree(
     return surprise
 
 
-@numba.njit(cache=True)
+@compiled
 def correct(q: Any, s: Any, x: Any) -> None:
     """The error found goes into the state, and is zero then."""
     store(q, multiply(components(q), turn_by(x[0], x[1], x[2])))

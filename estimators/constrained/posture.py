@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 
 from estimators.body.joint_constraints import BALL, HINGE, SADDLE
 from estimators.constrained.vectors import components, cross, dot, rotated, store, turn_by
+from fesloop.compiled import compiled
 from fesloop.hand.quaternion_kernels import (
     conjugate,
     euler_x_of_zxy,
@@ -19,7 +19,7 @@ from fesloop.hand.quaternion_kernels import (
 )
 
 
-@numba.njit(cache=True)
+@compiled
 def joint_angles(q: Any, kind: int, axes: Any, zero: Any) -> Any:
     """Angles of a joint, rad, and their derivatives by t: three of each, the joint's own first."""
     quat = components(q)
@@ -51,7 +51,7 @@ def joint_angles(q: Any, kind: int, axes: Any, zero: Any) -> Any:
         (scale * r_y[0], scale * r_y[1], scale * r_y[2]))
 
 
-@numba.njit(cache=True)
+@compiled
 def _allowed(q: Any, kind: int, axes: Any, share: float) -> Any:
     """q with `share` of what its joint forbids taken off, by the least rotation that does."""
     if kind == BALL:
@@ -68,7 +68,7 @@ def _allowed(q: Any, kind: int, axes: Any, share: float) -> Any:
     return multiply(turn_by(scale * across[0], scale * across[1], scale * across[2]), q)
 
 
-@numba.njit(cache=True)
+@compiled
 def posture(
     roots: Any, q: Any, covariance: Any, doubt: Any, root_of: Any, ends: Any, kinds: Any, axes: Any,
     zero: Any, first_angle: Any, angles: int, pair_sd: float, axis_sd: float
@@ -117,7 +117,7 @@ def posture(
     return orientation, values, sds, relative, worst
 
 
-@numba.njit(cache=True)
+@compiled
 def mounting_share(pair_sd: float, axis_sd: float) -> float:
     """How much of a rotation that a joint forbids is its sensors' mounting, and not its axes' tilt."""
     return pair_sd ** 2 / (pair_sd ** 2 + axis_sd ** 2)

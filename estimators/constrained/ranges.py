@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
-
 from estimators.constrained.measurements import RANGE, SPACING, TISSUE_TIME, correct, measure
 from estimators.constrained.posture import joint_angles
+from fesloop.compiled import compiled
 
 
-@numba.njit(cache=True)
+@compiled
 def keep_in_range(
     q: Any, s: Any, kind: int, axes: Any, zero: Any, ranges: Any, cov: Any, settings: Any,
     x: Any, h: Any, gain: Any, decided: bool
@@ -47,7 +46,7 @@ def keep_in_range(
     return surprise
 
 
-@numba.njit(cache=True)
+@compiled
 def truncated(mean: float, variance: float, low: float, high: float) -> Any:
     """Mean and variance of a normal distribution inside [low, high]."""
     sd = math.sqrt(variance)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from estimators.body.joint_constraints import JointTable
+from fesloop.compiled import compiled
 from fesloop.loop.block import Tick
 
 SURE, UNSURE, UNSEEN = range(3)
@@ -17,7 +17,7 @@ _SURE_AGAIN = 0.8
 """Share of the limit below which a joint is sure again; in between nothing is reported (chosen)."""
 
 
-@numba.njit(cache=True)
+@compiled
 def stand(worst: Any, limit: float, standing: Any) -> bool:
     """Whether any joint stands otherwise than `standing` (joints,) says.
 
@@ -30,7 +30,7 @@ def stand(worst: Any, limit: float, standing: Any) -> bool:
     return changed
 
 
-@numba.njit(cache=True)
+@compiled
 def stands(worst: float, limit: float, before: int) -> int:
     """SURE, UNSURE or UNSEEN, of a joint that stood at `before`."""
     if worst == math.inf:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
+from fesloop.compiled import compiled
 
 
-@numba.njit(cache=True)
+@compiled
 def turn_by(x: float, y: float, z: float) -> Any:
     """Quaternion of a rotation vector."""
     angle = math.sqrt(x * x + y * y + z * z)
@@ -16,7 +16,7 @@ def turn_by(x: float, y: float, z: float) -> Any:
     return math.cos(0.5 * angle), scale * x, scale * y, scale * z
 
 
-@numba.njit(cache=True)
+@compiled
 def rotated(q: Any, v: Any) -> Any:
     """v turned by the unit quaternion q."""
     w, x, y, z = q
@@ -26,32 +26,32 @@ def rotated(q: Any, v: Any) -> Any:
     return (v[0] + w * a + y * c - z * b, v[1] + w * b + z * a - x * c, v[2] + w * c + x * b - y * a)
 
 
-@numba.njit(cache=True)
+@compiled
 def components(row: Any) -> Any:
     """A row of four as a tuple."""
     return row[0], row[1], row[2], row[3]
 
 
-@numba.njit(cache=True)
+@compiled
 def cross(a: Any, b: Any) -> Any:
     """a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@numba.njit(cache=True)
+@compiled
 def dot(a: Any, b: Any) -> float:
     """a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]  # type: ignore[no-any-return]
 
 
-@numba.njit(cache=True)
+@compiled
 def unit(a: Any) -> Any:
     """a with length 1."""
     length = math.sqrt(dot(a, a))
     return a[0] / length, a[1] / length, a[2] / length
 
 
-@numba.njit(cache=True)
+@compiled
 def store(q: Any, value: Any) -> None:
     """`value` into the row q, with length 1."""
     length = math.sqrt(value[0] ** 2 + value[1] ** 2 + value[2] ** 2 + value[3] ** 2)

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.hand.kinematics_kernels import turned
 from fesloop.hand.quaternion_kernels import Components, about_z, conjugate, multiply
@@ -32,7 +32,7 @@ BIAS_SHARE = HALVING / 160.0
 _START = np.array([0.5, 0.5, 0.5, 0.5])
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def _turn(x: float, y: float, z: float) -> Components:
     """Rotation by the vector (x, y, z), rad."""
     angle = math.sqrt(x * x + y * y + z * z)
@@ -40,7 +40,7 @@ def _turn(x: float, y: float, z: float) -> Components:
     return math.cos(0.5 * angle), share * x, share * y, share * z
 
 
-@numba.njit(cache=True)
+@compiled
 def gain(tau_s: float, step: int, period_s: float, rating: float) -> float:
     """Share k of a disagreement that a sample takes away.
 
@@ -54,7 +54,7 @@ def gain(tau_s: float, step: int, period_s: float, rating: float) -> float:
     return 1.0 / ((1.0 + HALVING * reached / period_s) * rating)
 
 
-@numba.njit(cache=True)
+@compiled
 def _learn(
     bias: Array, q: Components, error: tuple[float, float, float], share: float, period_s: float, zeta: float
 ) -> None:
@@ -66,7 +66,7 @@ def _learn(
     bias[2] -= scale * z
 
 
-@numba.njit(cache=True)
+@compiled
 def predict(gyr: Array, used: NDArray[np.bool_], period_s: float, q: Array, bias: Array) -> None:
     """Strapdown integration of rates (n, 3), rad/s, less `bias` (n, 3), into q (n, 4) of the sensors used."""
     for s in range(q.shape[0]):
@@ -77,7 +77,7 @@ def predict(gyr: Array, used: NDArray[np.bool_], period_s: float, q: Array, bias
             _keep(q[s], now)
 
 
-@numba.njit(cache=True)
+@compiled
 def correct_inclination(
     acc: Array, used: NDArray[np.bool_], settings: Array, q: Array, bias: Array, steps: NDArray[np.int64],
     deviations: Array
@@ -111,7 +111,7 @@ def correct_inclination(
             _learn(bias[s], now, error, share, period, zeta)
 
 
-@numba.njit(cache=True)
+@compiled
 def correct_heading(
     mag: Array, used: NDArray[np.bool_], settings: Array, q: Array, bias: Array, steps: NDArray[np.int64]
 ) -> None:
@@ -133,7 +133,7 @@ def correct_heading(
             _learn(bias[s], now, error, share, period, zeta)
 
 
-@numba.njit(cache=True)
+@compiled
 def level_at(acc: Array, used: NDArray[np.bool_], q: Array) -> None:
     """Fill q (n, 4) of the sensors used with the least rotation that makes acc (n, 3) upright."""
     for s in range(q.shape[0]):
@@ -143,7 +143,7 @@ def level_at(acc: Array, used: NDArray[np.bool_], q: Array) -> None:
             _keep(q[s], (upright, y, -x, 0.0) if upright > 1e-9 else (0.0, 1.0, 0.0, 0.0))
 
 
-@numba.njit(cache=True)
+@compiled
 def face_north(mag: Array, used: NDArray[np.bool_], q: Array) -> None:
     """Turn q (n, 4) of the sensors used about the vertical so that mag (n, 3) points to y."""
     for s in range(q.shape[0]):
@@ -153,7 +153,7 @@ def face_north(mag: Array, used: NDArray[np.bool_], q: Array) -> None:
             _keep(q[s], multiply(about_z(math.atan2(x, y)), now))
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def _keep(row: Array, q: Components) -> None:
     scale = 1.0 / math.sqrt(q[0] ** 2 + q[1] ** 2 + q[2] ** 2 + q[3] ** 2)
     for i in range(4):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +14,7 @@ from estimators.kortier.rows import add_accelerations, add_constraints, add_fiel
 from estimators.kortier.samples import Moment, repeats
 from estimators.kortier.tree import Chains
 from estimators.kortier.work import Work, error_size, fill_rotations, new_work
+from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]
 BALL = 3
@@ -89,14 +89,14 @@ def new_filters(chains: Chains, q: Array, angle_sd: float, bias_sd: float) -> Fi
         seen=np.zeros(len(q), dtype=np.bool_), begun=np.zeros(len(q), dtype=np.bool_))
 
 
-@numba.njit(cache=True)
+@compiled
 def covariance_of(chain: int, chains: Chains, filters: Filters) -> Any:
     """The covariance of one chain's error state, a view."""
     size = error_size(chains.first[chain + 1] - chains.first[chain])
     return filters.covariance[chains.first_entry[chain]:chains.first_entry[chain + 1]].reshape((size, size))
 
 
-@numba.njit(cache=True)
+@compiled
 def track_chains(
     chains: Chains, filters: Filters, moment: Moment, elapsed: Any, gates: Gates
 ) -> bool:
@@ -124,7 +124,7 @@ def track_chains(
     return changed
 
 
-@numba.njit(cache=True)
+@compiled
 def _look(chain: Chain, moment: Moment, gates: Gates, begun: Any) -> bool:
     """Which joints are seen, and whether that has changed; a segment that is not seen stands still."""
     changed = False
@@ -141,7 +141,7 @@ def _look(chain: Chain, moment: Moment, gates: Gates, begun: Any) -> bool:
     return changed
 
 
-@numba.njit(cache=True)
+@compiled
 def _track(chain: Chain, moment: Moment, elapsed: Any, gates: Gates, work: Work) -> None:
     if elapsed[0] > 0.0:
         kept = chain.q.copy()
@@ -158,7 +158,7 @@ def _track(chain: Chain, moment: Moment, elapsed: Any, gates: Gates, work: Work)
             correct(chain.q, chain.bias, chain.covariance, count, work)
 
 
-@numba.njit(cache=True)
+@compiled
 def _forget(covariance: Any, at: int) -> None:
     """Nothing is known of the joint whose error begins at `at`."""
     for i in range(at, at + 3):
@@ -167,7 +167,7 @@ def _forget(covariance: Any, at: int) -> None:
         covariance[i, i] = UNSEEN_SD ** 2 / 3.0
 
 
-@numba.njit(cache=True)
+@compiled
 def _measure(chain: Chain, moment: Moment, elapsed: Any, gates: Gates, work: Work) -> int:
     """Rows of all that is new and passes; how many."""
     joints = chain.seen.size
@@ -194,7 +194,7 @@ def _measure(chain: Chain, moment: Moment, elapsed: Any, gates: Gates, work: Wor
     return count
 
 
-@numba.njit(cache=True)
+@compiled
 def length(v: Any) -> float:
     """Length of a vector."""
     return math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])

@@ -12,12 +12,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
-
+from fesloop.compiled import compiled
 from fesloop.hand.quaternion_kernels import Components, multiply
 
 
-@numba.njit(cache=True)
+@compiled
 def from_rotation_vector(x: float, y: float, z: float) -> Components:
     """Quaternion of the rotation by |v| rad about v = (x, y, z)."""
     angle = math.sqrt(x * x + y * y + z * z)
@@ -26,7 +25,7 @@ def from_rotation_vector(x: float, y: float, z: float) -> Components:
     return math.cos(0.5 * angle), scale * x, scale * y, scale * z
 
 
-@numba.njit(cache=True)
+@compiled
 def turn(q: Any, before: Components, after: Components) -> None:
     """q (4,) becomes before q after, of unit length."""
     w, x, y, z = multiply(multiply(before, (q[0], q[1], q[2], q[3])), after)
@@ -34,7 +33,7 @@ def turn(q: Any, before: Components, after: Components) -> None:
     q[0], q[1], q[2], q[3] = scale * w, scale * x, scale * y, scale * z
 
 
-@numba.njit(cache=True)
+@compiled
 def fill_matrix(q: Components, matrix: Any) -> None:
     """Write the rotation matrix of q into `matrix` (3, 3)."""
     w, x, y, z = q
@@ -49,7 +48,7 @@ def fill_matrix(q: Components, matrix: Any) -> None:
     matrix[2, 2] = 1.0 - 2.0 * (x * x + y * y)
 
 
-@numba.njit(cache=True)
+@compiled
 def fill_right_jacobian(x: float, y: float, z: float, matrix: Any) -> None:
     """Write J (3, 3) of Exp(v + d) = Exp(v) Exp(J d) to first order in d, v = (x, y, z).
 
@@ -69,7 +68,7 @@ def fill_right_jacobian(x: float, y: float, z: float, matrix: Any) -> None:
     matrix[1, 2], matrix[2, 1] = first * x + second * y * z, -first * x + second * y * z
 
 
-@numba.njit(cache=True)
+@compiled
 def fill_minus_cross(matrix: Any, x: float, y: float, z: float, out: Any) -> None:
     """Write -M [v]x into `out` (3, 3): how M v answers to an error of the rotation M."""
     for i in range(3):
@@ -79,7 +78,7 @@ def fill_minus_cross(matrix: Any, x: float, y: float, z: float, out: Any) -> Non
         out[i, 2] = b * x - a * y
 
 
-@numba.njit(cache=True)
+@compiled
 def add_outer(covariance: Any, row: int, a: Any, col: int, b: Any, variance: float) -> None:
     """Add variance a b' at (row, col) of the covariance, a and b (3, 3)."""
     for i in range(3):
@@ -88,7 +87,7 @@ def add_outer(covariance: Any, row: int, a: Any, col: int, b: Any, variance: flo
                 a[i, 0] * b[j, 0] + a[i, 1] * b[j, 1] + a[i, 2] * b[j, 2])
 
 
-@numba.njit(cache=True)
+@compiled
 def absorb(
     covariance: Any, error: Any, row: Any, first: int, stop: int,
     residual: float, variance: float, image: Any, gain: Any,
@@ -127,7 +126,7 @@ def absorb(
     return innovation * innovation / spread
 
 
-@numba.njit(cache=True)
+@compiled
 def symmetrise(covariance: Any) -> None:
     """Replace the covariance by its symmetric part."""
     n = covariance.shape[0]

@@ -20,8 +20,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
-
 from estimators.kortier.error_state import (
     absorb,
     add_outer,
@@ -31,12 +29,13 @@ from estimators.kortier.error_state import (
     turn,
 )
 from estimators.kortier.work import Work, fill_rotations
+from fesloop.compiled import compiled
 from fesloop.hand.quaternion_kernels import conjugate
 
 UNTURNED = (1.0, 0.0, 0.0, 0.0)
 
 
-@numba.njit(cache=True)
+@compiled
 def predict(
     q: Any, bias: Any, covariance: Any, rates: Any, gyr_variance: Any, walk_variance: float, dt: float,
     work: Work,
@@ -84,7 +83,7 @@ def predict(
         covariance[i, i] += walk_variance
 
 
-@numba.njit(cache=True)
+@compiled
 def _transform(covariance: Any, joints: int, work: Work) -> None:
     """F P F': biases stay, each dth depends on itself and on the biases of its two segments."""
     size, turns = covariance.shape[0], 3 * joints
@@ -121,7 +120,7 @@ def _transform(covariance: Any, joints: int, work: Work) -> None:
             covariance[b, j] = row[b]
 
 
-@numba.njit(cache=True)
+@compiled
 def correct(q: Any, bias: Any, covariance: Any, count: int, work: Work) -> float:
     """Absorb the first `count` measurement rows and move their errors into the state (eq. 12-15).
 

@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,6 +28,7 @@ from estimators.kortier.error_state import (
     symmetrise,
     turn,
 )
+from fesloop.compiled import compiled
 from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.quaternion_kernels import conjugate
 
@@ -62,7 +62,7 @@ class HandWork(NamedTuple):
     gain: Array
 
 
-@numba.njit(cache=True)
+@compiled
 def new_hand_work() -> HandWork:
     """Scratch of the hand's kernels."""
     return HandWork(
@@ -71,7 +71,7 @@ def new_hand_work() -> HandWork:
         np.zeros(SIZE))
 
 
-@numba.njit(cache=True)
+@compiled
 def predict_hand(
     q: Any, bias: Any, motion: Any, covariance: Any, shared: Any, rate: Any, acc: Any,
     gyr_variance: float, acc_variance: float, walk_variance: float, dt: float, work: HandWork,
@@ -116,7 +116,7 @@ def predict_hand(
         covariance[BIAS + i, BIAS + i] += walk_variance
 
 
-@numba.njit(cache=True)
+@compiled
 def _spread(covariance: Any, shared: Any, acc_variance: float, work: HandWork) -> None:
     """P becomes F P F' + F C G' + G C' F' + variance G G', and C = shared becomes F C + variance G."""
     transition, noise, product = work.transition, work.noise, work.product
@@ -145,7 +145,7 @@ def _spread(covariance: Any, shared: Any, acc_variance: float, work: HandWork) -
                 covariance[i, m] += shared[i, j] * noise[m, j] + noise[i, j] * work.image[m]
 
 
-@numba.njit(cache=True)
+@compiled
 def fill_vector_rows(q: Any, earth: Any, vector: Any, work: HandWork) -> None:
     """Rows and residuals of a vector known in the earth's frame: y - Rh'u = [Rh'u]x dth + noise.
 
@@ -165,7 +165,7 @@ def fill_vector_rows(q: Any, earth: Any, vector: Any, work: HandWork) -> None:
     work.rows[2, 0], work.rows[2, 1] = -y, x
 
 
-@numba.njit(cache=True)
+@compiled
 def fill_still_rows(motion: Any, work: HandWork) -> None:
     """Rows and residuals of a velocity of zero: 0 - vh = dv + noise."""
     work.rows[:] = 0.0
@@ -174,7 +174,7 @@ def fill_still_rows(motion: Any, work: HandWork) -> None:
         work.residual[i] = -motion[0, i]
 
 
-@numba.njit(cache=True)
+@compiled
 def correct_hand(
     q: Any, bias: Any, motion: Any, covariance: Any, shared: Any,
     variance: float, shared_variance: float, work: HandWork,
@@ -209,7 +209,7 @@ def correct_hand(
     return nis
 
 
-@numba.njit(cache=True)
+@compiled
 def stillness(rates: Any, accs: Any, bias: Any, gyr_scale: float, acc_scale: float) -> float:
     """Statistic of the zero-velocity detector (Skog et al. 2010, doi 10.1109/TBME.2010.2060723, eq. 21).
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 
 from estimators.kortier.chain import Gates, length
@@ -21,6 +20,7 @@ from estimators.kortier.hand import (
     stillness,
 )
 from estimators.kortier.samples import Moment, repeats
+from fesloop.compiled import compiled
 from fesloop.hand.motion import STANDARD_GRAVITY, UPWARDS
 from fesloop.hand.quaternion_kernels import about_z
 
@@ -82,7 +82,7 @@ def new_hands(count: int, window: int) -> HandFilter:
         np.tile([UPWARDS, (0.0, 0.0, 0.0)], (count, 1, 1)), np.zeros((count, 5), dtype=np.int64))
 
 
-@numba.njit(cache=True)
+@compiled
 def track_hands(
     hands: HandFilter, sensors: Any, moment: Moment, elapsed: Any, gates: Gates, own: HandGates
 ) -> None:
@@ -94,7 +94,7 @@ def track_hands(
         _track(hand, sensors[i], moment, elapsed, gates, own, work)
 
 
-@numba.njit(cache=True)
+@compiled
 def _track(
     hand: HandFilter, sensor: int, moment: Moment, elapsed: Any, gates: Gates, own: HandGates, work: HandWork
 ) -> None:
@@ -121,7 +121,7 @@ def _track(
         _read_field(hand, moment.mag[sensor], moment.mag_variance[sensor], gates, work)
 
 
-@numba.njit(cache=True)
+@compiled
 def _begin(hand: HandFilter, acc: Any, own: HandGates) -> None:
     """Upright by the accelerometer, heading zero, at rest at the origin: this defines them."""
     x, y, z = acc[0], acc[1], acc[2]
@@ -141,7 +141,7 @@ def _begin(hand: HandFilter, acc: Any, own: HandGates) -> None:
     hand.flags[BEGUN] = 1
 
 
-@numba.njit(cache=True)
+@compiled
 def _read_vertical(
     hand: HandFilter, rate: Any, times: float, gates: Gates, own: HandGates, work: HandWork
 ) -> None:
@@ -154,7 +154,7 @@ def _read_vertical(
                      variance + times * own.motion_sd ** 2, variance, work)
 
 
-@numba.njit(cache=True)
+@compiled
 def _stand_still(hand: HandFilter, rate: Any, own: HandGates, work: HandWork) -> None:
     window = hand.rates.shape[0]
     oldest = hand.flags[OLDEST]
@@ -171,7 +171,7 @@ def _stand_still(hand: HandFilter, rate: Any, own: HandGates, work: HandWork) ->
                      work)
 
 
-@numba.njit(cache=True)
+@compiled
 def _read_field(hand: HandFilter, mag: Any, variance: float, gates: Gates, work: HandWork) -> None:
     """The first sample defines the field and turns the heading to it: y to magnetic north."""
     if hand.flags[FIELD_KNOWN]:

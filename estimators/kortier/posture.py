@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
 import numpy as np
 
 from estimators.body.body import UNSEEN_SD, chain_up, fill_lever, place_tips
 from estimators.kortier.chain import Filters, covariance_of
 from estimators.kortier.tree import Chains
+from fesloop.compiled import compiled
 from fesloop.hand.quaternion_kernels import (
     Components,
     conjugate,
@@ -21,7 +21,7 @@ from fesloop.hand.quaternion_kernels import (
 )
 
 
-@numba.njit(cache=True)
+@compiled
 def put_angles(chains: Chains, filters: Filters, angles: Any, sds: Any) -> None:
     """Fill angles and sd (freedoms,), rad: 0 and pi of a joint that is not seen.
 
@@ -49,7 +49,7 @@ def put_angles(chains: Chains, filters: Filters, angles: Any, sds: Any) -> None:
                 sds[chains.first_angle[k] + i] = min(math.sqrt(variance), UNSEEN_SD)
 
 
-@numba.njit(cache=True)
+@compiled
 def _in_joint(q: Any, axes: Any) -> Components:
     """q (4,) in a frame whose z, x and y are the joint's axes."""
     f, a, p = axes[0], axes[1], axes[2]
@@ -58,7 +58,7 @@ def _in_joint(q: Any, axes: Any) -> Components:
             f[0] * x + f[1] * y + f[2] * z)
 
 
-@numba.njit(cache=True)
+@compiled
 def _variance(row: Any, axes: Any, covariance: Any) -> float:
     """Of an angle that answers to dth by `row`, (3,) in the frame of _in_joint."""
     f, a, p = axes[0], axes[1], axes[2]
@@ -69,7 +69,7 @@ def _variance(row: Any, axes: Any, covariance: Any) -> float:
                  + 2.0 * (u * v * covariance[0, 1] + u * w * covariance[0, 2] + v * w * covariance[1, 2]))
 
 
-@numba.njit(cache=True)
+@compiled
 def put_orientations(
     layout: Any, sensors: Any, chains: Chains, filters: Filters, attitudes: Any, relative: Any,
     orientation: Any
@@ -99,17 +99,17 @@ def put_orientations(
             _store(orientation[sensors[k]], multiply(turn, _components(within[k])))
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def _components(q: Any) -> Components:
     return q[0], q[1], q[2], q[3]
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def _store(row: Any, q: Components) -> None:
     row[0], row[1], row[2], row[3] = q
 
 
-@numba.njit(cache=True)
+@compiled
 def put_fingertips(
     layout: Any, geometry: Any, tips: Any, chains: Chains, filters: Filters, relative: Any, fingertips: Any,
     sds: Any
@@ -150,7 +150,7 @@ def put_fingertips(
             sds[t, x] = math.sqrt(sds[t, x])
 
 
-@numba.njit(cache=True)
+@compiled
 def _add_unseen(lever: Any, axes: Any, freedoms: int, variance: Any) -> None:
     for i in range(freedoms):
         for x in range(3):
@@ -158,7 +158,7 @@ def _add_unseen(lever: Any, axes: Any, freedoms: int, variance: Any) -> None:
             variance[x] += (UNSEEN_SD * moved) ** 2
 
 
-@numba.njit(cache=True)
+@compiled
 def _add_seen(levers: Any, path: Any, i: int, chains: Chains, filters: Filters, variance: Any) -> None:
     """Add the part of joint `i` of a path, with what it shares with joints of its chain before it."""
     joint, chain = chains.joint_of[path[i]], chains.chain_of[path[i]]

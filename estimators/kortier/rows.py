@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
-
 from estimators.kortier.error_state import fill_minus_cross
 from estimators.kortier.work import Work
+from fesloop.compiled import compiled
 
 
-@numba.njit(cache=True)
+@compiled
 def add_accelerations(
     acc: Any, steady: Any, acc_variance: Any, used: Any, count: int, work: Work
 ) -> int:
@@ -59,7 +58,7 @@ def add_accelerations(
     return count
 
 
-@numba.njit(cache=True)
+@compiled
 def add_field(base: Any, tip: Any, joints: int, variance: float, count: int, work: Work) -> int:
     """Measurement rows of the magnetometers of first and last segment, from row `count` on; the new count.
 
@@ -91,7 +90,7 @@ def add_field(base: Any, tip: Any, joints: int, variance: float, count: int, wor
     return count + 3
 
 
-@numba.njit(cache=True)
+@compiled
 def add_constraints(freedoms: Any, axes: Any, variance: float, count: int, work: Work) -> int:
     """Rows of what joints cannot do, from row `count` on; the new count.
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from estimators.samples.faults import CLIPPED, LOST
+from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]
 _SMOOTHING_S = 0.2
@@ -77,13 +77,13 @@ def no_moment(sensors: int) -> Moment:
         missing=np.full(sensors, np.inf))
 
 
-@numba.njit(cache=True)
+@compiled
 def repeats(error_time_s: float, elapsed_s: float) -> float:
     """How often an error that lasts 2 tau is measured: by this its variance grows, as if measured once."""
     return max(1.0, 2.0 * error_time_s / elapsed_s)
 
 
-@numba.njit(cache=True)
+@compiled
 def take(
     gyr: Any, acc: Any, mag: Any, codes: Any, elapsed: Any, period: float, trust: Trust, moment: Moment
 ) -> None:

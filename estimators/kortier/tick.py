@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +13,7 @@ from estimators.kortier.navigation import HandFilter, HandGates, track_hands
 from estimators.kortier.posture import put_angles, put_fingertips, put_orientations
 from estimators.kortier.samples import Moment, Trust, take
 from estimators.kortier.tree import Chains, chains_of
+from fesloop.compiled import compiled
 from fesloop.loop.block import Tick
 
 Array = NDArray[np.float64]
@@ -72,7 +72,7 @@ def worn_by(body: Body, base: int) -> Worn:
                 int(chains.part_of[base]), chains)
 
 
-@numba.njit(cache=True)
+@compiled
 def track(
     gyr: Any, acc: Any, mag: Any, codes: Any, elapsed: Any, period: float, worn: Worn, settings: Settings,
     hands: HandFilter, filters: Filters, moment: Moment, posture: Posture

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from estimators.kortier.error_state import fill_matrix
+from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]
 
@@ -45,13 +45,13 @@ class Work(NamedTuple):
     gain: Array
 
 
-@numba.njit(cache=True)
+@compiled
 def error_size(joints: int) -> int:
     """Length of the error state of a chain: 3 a joint and 3 a segment."""
     return 3 * joints + 3 * (joints + 1)
 
 
-@numba.njit(cache=True)
+@compiled
 def new_work(joints: int) -> Work:
     """Scratch for chains of so many joints at most: 3 rows a joint of accelerations, 3 of its constraints."""
     size, measurements = error_size(joints), 6 * joints + 3
@@ -62,7 +62,7 @@ def new_work(joints: int) -> Work:
         np.zeros((measurements, 2), dtype=np.int64), np.zeros(size), np.zeros(size), np.zeros(size))
 
 
-@numba.njit(cache=True)
+@compiled
 def fill_rotations(q: Any, work: Work) -> None:
     """Write Rh of each joint."""
     for k in range(q.shape[0]):

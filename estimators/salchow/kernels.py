@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from estimators.body.body import UNSEEN_SD, chain_up, place_tips, spread_tips
 from estimators.samples.faults import LOST
+from fesloop.compiled import compiled
 from fesloop.hand.kinematics_kernels import about, turned
 from fesloop.hand.quaternion_kernels import (
     Components,
@@ -32,7 +32,7 @@ _UNCORRECTED = math.radians(0.5)
 it has found one, doi 10.1016/j.inffus.2022.10.014)."""
 
 
-@numba.njit(cache=True)
+@compiled
 def follow_gaps(
     codes: NDArray[np.uint8], elapsed_s: float, rate_sd: float, forget: Array, silent_s: Array, gaps: Array
 ) -> bool:
@@ -62,7 +62,7 @@ def follow_gaps(
     return lost
 
 
-@numba.njit(cache=True)
+@compiled
 def find_seen(
     layout: Numbers, sensors: Numbers, silent_s: Array, posed: Flags, gap_s: float, seen: Flags
 ) -> bool:
@@ -80,12 +80,12 @@ def find_seen(
     return changed
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def _unit(q: Array) -> Components:
     return q[0], q[1], q[2], q[3]
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def _in_segment(axes: Array, v: Triple) -> Triple:
     """A vector given along a joint's own x, y, z (its axes are listed z, x, y), in its segment's frame."""
     return (v[0] * axes[1, 0] + v[1] * axes[2, 0] + v[2] * axes[0, 0],
@@ -93,17 +93,17 @@ def _in_segment(axes: Array, v: Triple) -> Triple:
             v[0] * axes[1, 2] + v[1] * axes[2, 2] + v[2] * axes[0, 2])
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def _cross(a: Triple, b: Triple) -> Triple:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def _dot(a: Triple, b: Triple) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def in_joint(axes: Array, q: Components) -> Components:
     """A rotation of a segment, in its joint's own axes."""
     w, x, y, z = q
@@ -112,7 +112,7 @@ def in_joint(axes: Array, q: Components) -> Components:
             x * axes[0, 0] + y * axes[0, 1] + z * axes[0, 2])
 
 
-@numba.njit(cache=True)
+@compiled
 def joint_turns(axes: Array, q: Components) -> tuple[Triple, Triple, Triple]:
     """By what turn flexion, abduction and pronation move the child, in its frame, rad/rad.
 
@@ -126,7 +126,7 @@ def joint_turns(axes: Array, q: Components) -> tuple[Triple, Triple, Triple]:
             _in_segment(axes, (scale * cosine, 0.0, scale * sine)), (axes[2, 0], axes[2, 1], axes[2, 2]))
 
 
-@numba.njit(cache=True)
+@compiled
 def joint_angles(q: Components, freedoms: int, first: int, angles: Array) -> None:
     """Fill `angles` (d,) from `first` on: flexion, abduction, pronation (eq. 20-22), those that are free."""
     if freedoms > 0:
@@ -137,7 +137,7 @@ def joint_angles(q: Components, freedoms: int, first: int, angles: Array) -> Non
         angles[first + 2] = euler_y_of_zxy(q)
 
 
-@numba.njit(cache=True)
+@compiled
 def allowed(axes: Array, ranges: Array, freedoms: int, first: int, angles: Array) -> Components:
     """The rotation a joint allows (section 2.4.3), its `angles` (d,) clipped from `first` on, others zero."""
     q = (1.0, 0.0, 0.0, 0.0)
@@ -147,7 +147,7 @@ def allowed(axes: Array, ranges: Array, freedoms: int, first: int, angles: Array
     return q
 
 
-@numba.njit(cache=True)
+@compiled
 def spread_joint(
     turns: tuple[Triple, Triple, Triple], freedoms: int, upright: Triple, tilt: float, heading: float,
     constrained: bool, first: int, sd: Array, covariance: Array
@@ -179,7 +179,7 @@ def spread_joint(
                         covariance[a, b] += turns[i][a] * shared * turns[j][b]
 
 
-@numba.njit(cache=True)
+@compiled
 def posture(
     layout: Numbers, geometry: Array, ranges: Array, sensors: Numbers, counted: Flags, tips: Numbers,
     fused: Array, headings: Array, seen: Flags, constrained: bool, tilt: float, heading: float, gaps: Array,

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba
+from fesloop.compiled import compiled
 
 LOST, CLIPPED = 1, 2
 _NO_RATE = 1e-6
@@ -27,7 +27,7 @@ GYR, ACC, MAG = 1, 2, 4
 """Bits of sets of kinds of samples."""
 
 
-@numba.njit(cache=True)
+@compiled
 def inspect(vectors: Any, limit: float, zero_is_lost: bool, codes: Any) -> int:
     """Add to `codes` (n,) what is wrong with `vectors` (n, 3); give the sum of all codes."""
     total, absurd = 0, _ABSURD * limit
@@ -42,7 +42,7 @@ def inspect(vectors: Any, limit: float, zero_is_lost: bool, codes: Any) -> int:
     return total
 
 
-@numba.njit(cache=True)
+@compiled
 def inspect_kinds(
     gyr: Any, acc: Any, mag: Any, kinds: int, silent: int, limits: Any, read: Any, stuck: Any,
     stuck_limit: int, codes: Any
@@ -79,7 +79,7 @@ def inspect_kinds(
     return wrong
 
 
-@numba.njit(cache=True)
+@compiled
 def compare(gyr: Any, acc: Any, mag: Any, newer: bool, before: Any, stuck: Any) -> int:
     """Kinds of which any number is another than `before` (3, n, 3), which becomes these samples (n, 3).
 

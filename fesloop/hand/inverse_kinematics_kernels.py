@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.hand.kinematics_kernels import forward, joint_lines, point_jacobian, turned
 
 Array = NDArray[np.float64]
@@ -24,7 +24,7 @@ _FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-6, 1e-14, 1e4
 """m^2/rad^2. Chosen: squared lever arms of a hand's joints are 1e-4 to 1e-2 m^2."""
 
 
-@numba.njit(cache=True)
+@compiled
 def place_tips(
     layout: Layout, geometry: Array, root: Array, angles: Array, segments: NDArray[np.int64], places: Array,
     poses: Array, tips: Array,
@@ -38,7 +38,7 @@ def place_tips(
             tips[i, j] = pose[4 + j] + arm[j]
 
 
-@numba.njit(cache=True)
+@compiled
 def slopes_of_tips(
     layout: Layout, geometry: Array, moves: NDArray[np.bool_], angles: Array, poses: Array,
     segments: NDArray[np.int64], tips: Array, basis: Array, lines: Array, each: Array, slopes: Array,
@@ -50,7 +50,7 @@ def slopes_of_tips(
         slopes[3 * i:3 * i + 3] = each[:3] @ basis
 
 
-@numba.njit(cache=True)
+@compiled
 def damp_step(
     slopes: Array, gradient: Array, held: NDArray[np.bool_], damping: float, step: Array
 ) -> None:
@@ -66,7 +66,7 @@ def damp_step(
     step[:] = np.linalg.solve(matrix, right)
 
 
-@numba.njit(cache=True)
+@compiled
 def seek(
     layout: Layout, geometry: Array, moves: NDArray[np.bool_], root: Array, segments: NDArray[np.int64],
     places: Array, targets: Array, basis: Array, offset: Array, low: Array, high: Array, preferred: Array,

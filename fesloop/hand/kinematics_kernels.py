@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.hand.quaternion_kernels import (
     Components,
     conjugate,
@@ -27,7 +27,7 @@ Layout = NDArray[np.int64]
 Triple = tuple[float, float, float]
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def turned(q: Components, x: float, y: float, z: float) -> Triple:
     """The vector (x, y, z) turned by q: v + w t + u x t with t = 2 u x v and q = (w, u)."""
     w, a, b, c = q
@@ -35,21 +35,21 @@ def turned(q: Components, x: float, y: float, z: float) -> Triple:
     return (x + w * tx + b * tz - c * ty, y + w * ty + c * tx - a * tz, z + w * tz + a * ty - b * tx)
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def about(axis: Array, angle: float) -> Components:
     """Rotation by `angle` about a unit vector (3,)."""
     sine = math.sin(0.5 * angle)
     return math.cos(0.5 * angle), sine * axis[0], sine * axis[1], sine * axis[2]
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def moved(real: Components, dual: Components, vector: Array) -> Components:
     """Dual part of (real + eps dual) (1 + eps (0, vector) / 2): a translation along the turned axes."""
     bw, bx, by, bz = multiply(real, (0.0, 0.5 * vector[0], 0.5 * vector[1], 0.5 * vector[2]))
     return dual[0] + bw, dual[1] + bx, dual[2] + by, dual[3] + bz
 
 
-@numba.njit(cache=True)
+@compiled
 def forward(layout: Layout, geometry: Array, angles: Array, root: Array, poses: Array) -> None:
     """Fill `poses` (n, 7) by dual quaternions, doi 10.3390/s19010208, eq. 23-27."""
     count = layout.shape[0]
@@ -74,7 +74,7 @@ def forward(layout: Layout, geometry: Array, angles: Array, root: Array, poses: 
         poses[k, 4], poses[k, 5], poses[k, 6] = 2.0 * x, 2.0 * y, 2.0 * z
 
 
-@numba.njit(cache=True)
+@compiled
 def place(layout: Layout, geometry: Array, orientations: Array, positions: Array) -> None:
     """Fill `positions` (n, 3) of segments whose orientations (n, 4) are known; the root's stays as it is."""
     for k in range(layout.shape[0]):
@@ -89,7 +89,7 @@ def place(layout: Layout, geometry: Array, orientations: Array, positions: Array
         positions[k, 2] = positions[parent, 2] + z + c
 
 
-@numba.njit(cache=True)
+@compiled
 def joint_rotations(layout: Layout, geometry: Array, orientations: Array, rotations: Array) -> None:
     """Fill `rotations` (n, 3): each joint's flexion, abduction, pronation (`kinematics.joint_rotations`)."""
     for k in range(layout.shape[0]):
@@ -108,7 +108,7 @@ def joint_rotations(layout: Layout, geometry: Array, orientations: Array, rotati
         rotations[k, 2] = euler_y_of_zxy(q)
 
 
-@numba.njit(cache=True)
+@compiled
 def joint_lines(layout: Layout, geometry: Array, angles: Array, poses: Array, lines: Array) -> None:
     """Fill `lines` (d, 6): unit vector of each freedom's axis, then its joint's centre, in `poses`' frame."""
     for k in range(layout.shape[0]):
@@ -126,7 +126,7 @@ def joint_lines(layout: Layout, geometry: Array, angles: Array, poses: Array, li
             turn = multiply(turn, about(axis, angles[freedom]))
 
 
-@numba.njit(cache=True)
+@compiled
 def point_jacobian(lines: Array, acts: NDArray[np.bool_], point: Array, jacobian: Array) -> None:
     """Fill `jacobian` (6, d): change of a point's place (m/rad, rows 0-2) and of its segment's orientation.
 
@@ -143,7 +143,7 @@ def point_jacobian(lines: Array, acts: NDArray[np.bool_], point: Array, jacobian
         jacobian[3, j], jacobian[4, j], jacobian[5, j] = a, b, c
 
 
-@numba.njit(cache=True)
+@compiled
 def jacobians(
     layout: Layout, geometry: Array, moves: NDArray[np.bool_], angles: Array, root: Array, segment: int,
     point: Array, rows: Array,

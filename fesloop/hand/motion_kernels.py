@@ -9,15 +9,16 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]
 Layout = NDArray[np.int64]
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def carry(motion: Array, lever: Array) -> None:
     """Move a motion's specific force to a point at `lever` (3,): it gains alpha x r + omega x (omega x r)."""
     wx, wy, wz = motion[0, 0], motion[0, 1], motion[0, 2]
@@ -29,7 +30,7 @@ def carry(motion: Array, lever: Array) -> None:
     motion[2, 2] += ax * y - ay * x + wx * vy - wy * vx
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def turn(motion: Array, axis: Array, angle: float, rate: float, acceleration: float) -> None:
     """Pass a motion over a hinge about a unit vector: into the turned frame, with the hinge's own rates."""
     cosine, sine = math.cos(angle), math.sin(angle)
@@ -50,7 +51,7 @@ def turn(motion: Array, axis: Array, angle: float, rate: float, acceleration: fl
     motion[0, 2] += rate * c
 
 
-@numba.njit(cache=True)
+@compiled
 def motions(
     layout: Layout, geometry: Array, angles: Array, rates: Array, accelerations: Array, root: Array,
     chain: Array,
@@ -69,7 +70,7 @@ def motions(
         carry(chain[k], geometry[k, 4])
 
 
-@numba.njit(cache=True)
+@compiled
 def sense(chain: Array, segments: NDArray[np.int64], places: Array, work: Array, samples: Array) -> None:
     """Fill `samples` (2, m, 3): angular velocity and specific force at `places` (m, 3) of `segments` (m,).
 
@@ -82,7 +83,7 @@ def sense(chain: Array, segments: NDArray[np.int64], places: Array, work: Array,
         samples[1, i] = work[2]
 
 
-@numba.njit(cache=True)
+@compiled
 def sensed_rows(
     layout: Layout, geometry: Array, angles: Array, rates: Array, accelerations: Array, root: Array,
     segments: NDArray[np.int64], places: Array, rows: Array,

@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
+
+from fesloop.compiled import compiled
 
 Components = tuple[Any, Any, Any, Any]
 """w, x, y, z: floats in a kernel, arrays of one shape in plain Python."""
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def multiply(a: Components, b: Components) -> Components:
     """Product a b: first b's rotation, then a's."""
     aw, ax, ay, az = a
@@ -29,26 +30,26 @@ def multiply(a: Components, b: Components) -> Components:
     )
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def conjugate(q: Components) -> Components:
     """The inverse rotation of a unit quaternion."""
     return q[0], -q[1], -q[2], -q[3]
 
 
-@numba.njit(cache=True)
+@compiled
 def about_z(angle: Any) -> Components:
     """Rotation by `angle` (rad) about z."""
     zero = 0.0 * angle
     return np.cos(0.5 * angle), zero, zero, np.sin(0.5 * angle)
 
 
-@numba.njit(cache=True)
+@compiled
 def rotation_angle(q: Components) -> Any:
     """Angle of the whole rotation, rad in [0, pi]; well conditioned at both ends."""
     return 2.0 * np.arctan2(np.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]), np.abs(q[0]))
 
 
-@numba.njit(cache=True)
+@compiled
 def twist_z(q: Components) -> Any:
     """Angle, rad in [-pi, pi], of the rotation about z in q = tilt twist, the tilt's axis normal to z.
 
@@ -58,28 +59,28 @@ def twist_z(q: Components) -> Any:
     return 2.0 * np.arctan2(sign * q[3], sign * q[0])
 
 
-@numba.njit(cache=True)
+@compiled
 def tilt_z(q: Components) -> Any:
     """Angle, rad in [0, pi], by which q tilts the z axis: the inclination error where z is up."""
     tilt = np.sqrt(q[1] * q[1] + q[2] * q[2])
     return 2.0 * np.arctan2(tilt, np.sqrt(q[0] * q[0] + q[3] * q[3]))
 
 
-@numba.njit(cache=True)
+@compiled
 def euler_z_of_zxy(q: Components) -> Any:
     """First of the intrinsic z-x-y Euler angles, rad: flexion (doi 10.3390/s19010208, eq. 20-22)."""
     w, x, y, z = q
     return np.arctan2(2.0 * (w * z - x * y), 1.0 - 2.0 * (x * x + z * z))
 
 
-@numba.njit(cache=True)
+@compiled
 def euler_x_of_zxy(q: Components) -> Any:
     """Second of the intrinsic z-x-y Euler angles, rad in [-pi/2, pi/2]: abduction."""
     w, x, y, z = q
     return np.arcsin(np.minimum(1.0, np.maximum(-1.0, 2.0 * (w * x + y * z))))
 
 
-@numba.njit(cache=True)
+@compiled
 def euler_y_of_zxy(q: Components) -> Any:
     """Third of the intrinsic z-x-y Euler angles, rad: pronation."""
     w, x, y, z = q

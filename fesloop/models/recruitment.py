@@ -11,16 +11,16 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
 
 Array = NDArray[np.float64]
 
 
-@njit(cache=True)
+@compiled
 def recruit(
     stimulation: Array, threshold_ma: Array, spread: Array, chronaxie_us: float, fraction: Array
 ) -> None:

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -19,7 +20,7 @@ BOX, CYLINDER, BALL = 0, 1, 2
 """Kinds of solids."""
 
 
-@numba.njit(cache=True)
+@compiled
 def bar_distance(p: Vector, bar: Array) -> float:
     """From a point to a bar's skin, m, negative inside."""
     ax, ay, az = p[0] - bar[0], p[1] - bar[1], p[2] - bar[2]
@@ -30,14 +31,14 @@ def bar_distance(p: Vector, bar: Array) -> float:
     return float(math.sqrt(x * x + y * y + z * z) - bar[6] - share * (bar[7] - bar[6]))
 
 
-@numba.njit(cache=True)
+@compiled
 def blended(a: float, b: float, reach: float) -> float:
     """The smaller of two distances, rounded where they differ by less than `reach`."""
     overlap = max(reach - abs(a - b), 0.0) / reach
     return min(a, b) - 0.25 * reach * overlap * overlap
 
 
-@numba.njit(cache=True)
+@compiled
 def flesh_distance(
     p: Vector, bars: Array, groups: Numbers, blends: Array, near: Numbers, count: int
 ) -> float:
@@ -54,7 +55,7 @@ def flesh_distance(
     return min(least, of_group)
 
 
-@numba.njit(cache=True)
+@compiled
 def solid_distance(p: Vector, solid: Array) -> float:
     """From a point to a solid: kind, position, rotation matrix to the global frame, half sizes; m."""
     dx, dy, dz = p[0] - solid[1], p[1] - solid[2], p[2] - solid[3]
@@ -71,7 +72,7 @@ def solid_distance(p: Vector, solid: Array) -> float:
     return float(min(max(u, v, w), 0.0) + outside)
 
 
-@numba.njit(cache=True)
+@compiled
 def nearest(
     p: Vector, bars: Array, groups: Numbers, blends: Array, solids: Array, near: Numbers, count: int
 ) -> tuple[float, int]:
@@ -84,7 +85,7 @@ def nearest(
     return least, surface
 
 
-@numba.njit(cache=True)
+@compiled
 def find_near(start: Vector, along: Vector, bounds: Array, reach: float, ahead: bool, near: Numbers) -> int:
     """List bars whose bounding ball (x, y, z, radius) a ray comes within `reach` of; how many."""
     count = 0
@@ -98,7 +99,7 @@ def find_near(start: Vector, along: Vector, bounds: Array, reach: float, ahead: 
     return count
 
 
-@numba.njit(cache=True)
+@compiled
 def find_about(p: Vector, bounds: Array, reach: float, near: Numbers) -> int:
     """List bars whose bounding ball is within `reach` of a point; how many."""
     count = 0
@@ -110,7 +111,7 @@ def find_about(p: Vector, bounds: Array, reach: float, near: Numbers) -> int:
     return count
 
 
-@numba.njit(cache=True)
+@compiled
 def moved(p: Vector, along: Vector, far: float) -> Vector:
     """The point `far` along a direction."""
     return p[0] + far * along[0], p[1] + far * along[1], p[2] + far * along[2]
@@ -123,7 +124,7 @@ def bounding_balls(bars: Array) -> Array:
     return np.concatenate([middle, (half + bars[:, 6:].max(axis=1))[:, np.newaxis]], axis=1)
 
 
-@numba.njit(cache=True)
+@compiled
 def flesh_distances(points: Array, bars: Array, groups: Numbers, blends: Array) -> Array:
     """From points (n, 3) to the flesh of all bars, (n,), m."""
     every = np.arange(bars.shape[0])

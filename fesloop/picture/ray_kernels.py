@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
+from fesloop.compiled import compiled
 from fesloop.picture.distance_kernels import (
     FAR,
     Array,
@@ -39,7 +39,7 @@ _SOFTNESS = 14.0
 """Distance over gap at which a light that is passed close by is in full (chosen: a large lamp)."""
 
 
-@numba.njit(cache=True)
+@compiled
 def march(
     start: Vector, along: Vector, begin: float, length: float, room: float, keep: float, bars: Array,
     groups: Numbers, blends: Array, solids: Array, near: Numbers, count: int,
@@ -61,7 +61,7 @@ def march(
     return length, -1
 
 
-@numba.njit(cache=True)
+@compiled
 def lit_share(
     start: Vector, light: Vector, bars: Array, groups: Numbers, blends: Array, solids: Array,
     near: Numbers, count: int,
@@ -80,7 +80,7 @@ def lit_share(
     return share * share * (3.0 - 2.0 * share)
 
 
-@numba.njit(cache=True)
+@compiled
 def find_normal(
     p: Vector, bars: Array, groups: Numbers, blends: Array, solids: Array, near: Numbers, count: int
 ) -> Vector:
@@ -93,7 +93,7 @@ def find_normal(
     return x / size, y / size, z / size
 
 
-@numba.njit(cache=True)
+@compiled
 def ambient_share(
     p: Vector, normal: Vector, bars: Array, groups: Numbers, blends: Array, solids: Array, near: Numbers,
     count: int,
@@ -107,7 +107,7 @@ def ambient_share(
     return min(1.0, max(0.0, 1.0 - 1.1 * taken))
 
 
-@numba.njit(cache=True)
+@compiled
 def nearest_bar(p: Vector, bars: Array, near: Numbers, count: int) -> int:
     """The bar whose skin is nearest; -1 for none."""
     least, found = FAR, -1
@@ -118,7 +118,7 @@ def nearest_bar(p: Vector, bars: Array, near: Numbers, count: int) -> int:
     return found
 
 
-@numba.njit(cache=True)
+@compiled
 def shade(
     p: Vector, lamp: Vector, bars: Array, groups: Numbers, blends: Array, bounds: Array,
     solids: Array, near: Numbers, pixel: Array,
@@ -134,7 +134,7 @@ def shade(
         pixel[5] = lit_share(above, lamp, bars, groups, blends, solids, near, count)
 
 
-@numba.njit(cache=True)
+@compiled
 def trace_pixel(
     start: Vector, way: Vector, lamp: Vector, begin: float, length: float, bars: Array, groups: Numbers,
     blends: Array, bounds: Array, solids: Array, near: Numbers, count: int, like: Array, like_surface: int,
@@ -157,7 +157,7 @@ def trace_pixel(
             shade(p, lamp, bars, groups, blends, bounds, solids, about, pixel)
 
 
-@numba.njit(cache=True)
+@compiled
 def trace(
     origin: Array, right: Array, down: Array, along: Array, light: Array, length: float, bars: Array,
     groups: Numbers, blends: Array, bounds: Array, solids: Array, shading: bool, seen: Array,

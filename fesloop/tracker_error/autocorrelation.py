@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]
 
 
-@numba.njit(cache=True)
+@compiled
 def autocorrelation(errors: Any, known: Any, lags: Any) -> Any:
     """Of what is left when each row's mean is taken off, (runs, lags); errors (runs, n), known (n,).
 

@@ -9,10 +9,10 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.models.error_process import ErrorSeries
 
 Array = NDArray[np.float64]
@@ -33,13 +33,13 @@ def rows_of(series: Sequence[ErrorSeries]) -> Array:
     return np.array([each.row() for each in series])
 
 
-@numba.njit(cache=True)
+@compiled
 def held_within(value: Any, least: Any, greatest: Any) -> Any:
     """The value, or the bound that it is beyond."""
     return min(max(value, least), greatest)
 
 
-@numba.njit(cache=True)
+@compiled
 def following(row: Any, angle: float, rate: float) -> Any:
     """What of the error follows from the motion, rad: `angle` from its centre, rad, and `rate`, rad/s."""
     a = held_within(angle, row[LEAST], row[GREATEST])
@@ -47,7 +47,7 @@ def following(row: Any, angle: float, rate: float) -> Any:
     return row[BIAS] + row[SLOPE] * a + row[CURVE] * a * a + row[LEAD] * turning
 
 
-@numba.njit(cache=True)
+@compiled
 def along(row: Any, angles: Any, rates: Any) -> Any:
     """What follows from a motion, (n,), rad; angles and rates (n,)."""
     errors = np.empty(angles.size)
@@ -56,14 +56,14 @@ def along(row: Any, angles: Any, rates: Any) -> Any:
     return errors
 
 
-@numba.njit(cache=True)
+@compiled
 def relaxed(value: float, sd: float, time_s: float, elapsed_s: float, draw: float) -> Any:
     """An Ornstein-Uhlenbeck process `elapsed_s` later, exactly."""
     kept = math.exp(-elapsed_s / time_s) if time_s > 0.0 else 0.0
     return kept * value + sd * math.sqrt(1.0 - kept * kept) * draw
 
 
-@numba.njit(cache=True)
+@compiled
 def smooth_steps(time_s: float, elapsed_s: float) -> Any:
     """How a smooth process of variance 1 goes on: transition (2, 2), and root (2, 2) of what drives it.
 
@@ -88,7 +88,7 @@ def smooth_steps(time_s: float, elapsed_s: float) -> Any:
     return steps, root
 
 
-@numba.njit(cache=True)
+@compiled
 def move_on(row: Any, parts: Any, rate: float, elapsed_s: float, first: bool, draws: Any) -> None:
     """Move slow part, its derivative, fast and quick part, `parts` (PARTS,), rad, on by `elapsed_s`.
 
@@ -112,7 +112,7 @@ def move_on(row: Any, parts: Any, rate: float, elapsed_s: float, first: bool, dr
                 + row[SLOW_SD] * (root[1, 0] * draws[0] + root[1, 1] * draws[1]))
 
 
-@numba.njit(cache=True)
+@compiled
 def errors_now(
     rows: Any, parts: Any, angles: Any, rates: Any, elapsed_s: float, first: bool, draws: Any
 ) -> Any:
@@ -134,7 +134,7 @@ def errors_now(
     return errors
 
 
-@numba.njit(cache=True)
+@compiled
 def ensemble(row: Any, angles: Any, rates: Any, steps_s: Any, draws: Any) -> Any:
     """Errors of one series along a given motion, many times over: (runs, n), rad.
 
@@ -155,7 +155,7 @@ def ensemble(row: Any, angles: Any, rates: Any, steps_s: Any, draws: Any) -> Any
     return errors
 
 
-@numba.njit(cache=True)
+@compiled
 def random_variance(row: Any, rates: Any, steps_s: Any) -> Any:
     """Variance of the random part along a motion, (n,), rad^2: exactly, without any draw."""
     variance = np.empty(rates.size)

@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.tracker_error.error_steps import smooth_steps
 
 Array = NDArray[np.float64]
@@ -58,7 +58,7 @@ def likelihood(
     return Likelihood(log, scale, innovations / math.sqrt(scale))
 
 
-@numba.njit(cache=True)
+@compiled
 def slow_steps(slow: float, slow_s: float, smooth: bool, elapsed_s: float) -> Any:
     """How the slow part, of variance `slow`, and its derivative go on.
 
@@ -77,7 +77,7 @@ def slow_steps(slow: float, slow_s: float, smooth: bool, elapsed_s: float) -> An
     return steps, driven
 
 
-@numba.njit(cache=True)
+@compiled
 def whiten(
     errors: Any, times_s: Any, speeds: Any, slow: float, slow_s: float, smooth: bool,
     fast_s: float, white: float, speed_s: float, innovations: Any

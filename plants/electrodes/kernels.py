@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 
-@numba.njit(cache=True)
+@compiled
 def find_active(pulses: Array, active: Flags) -> tuple[int, float]:
     """Fill `active` (elements,) from pulses (elements, 3); first faulty element, -1 for none, and frequency.
 
@@ -29,7 +30,7 @@ def find_active(pulses: Array, active: Flags) -> tuple[int, float]:
     return -1, hertz
 
 
-@numba.njit(cache=True)
+@compiled
 def field_row(
     element: Array, axons: Array, turn: float, circumference_mm: float, reference_mm: float, row: Array
 ) -> None:
@@ -50,7 +51,7 @@ def field_row(
         row[i] = share * math.sqrt(share) / axons[i, 3]
 
 
-@numba.njit(cache=True)
+@compiled
 def fill_rows(
     active: Flags, known: Flags, places: Array, axons: Array, turn: float, circumference_mm: float,
     reference_mm: float, field: Array
@@ -62,7 +63,7 @@ def fill_rows(
             known[e] = True
 
 
-@numba.njit(cache=True)
+@compiled
 def fire(pulses: Array, skin: Array, active: Flags, field: Array, chronaxie_s: float, fired: Flags) -> None:
     """Fill `fired` (axons,) with the axons that simultaneous `pulses` (elements, 3) excite.
 
@@ -79,7 +80,7 @@ def fire(pulses: Array, skin: Array, active: Flags, field: Array, chronaxie_s: f
         fired[i] = drive[i] >= 1.0
 
 
-@numba.njit(cache=True)
+@compiled
 def recruit_muscles(
     fired: Flags, hertz: Array, muscles: NDArray[np.int64], recruitment: Array, frequency: Array
 ) -> None:

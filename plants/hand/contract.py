@@ -6,10 +6,10 @@ import math
 from typing import Protocol, cast
 
 import mujoco
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.muscles import MUSCLES
@@ -93,7 +93,7 @@ def sensed(views: Views, fixed: bool, segments: Numbers, sites: Numbers,
     return found
 
 
-@numba.njit(cache=True)
+@compiled
 def gather(
     xpos: Array, xquat: Array, xmat: Array, site_xpos: Array, felt: Array, fixed: bool, segments: Numbers,
     sites: Numbers, tips: Numbers,

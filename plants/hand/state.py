@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import mujoco
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.errors import RunError
 from fesloop.loop.clock import NS_PER_MS
 
@@ -93,7 +93,7 @@ def step(model: mujoco.MjModel, state: HandState) -> None:
     state.evaluated = False
 
 
-@numba.njit(cache=True)
+@compiled
 def find_unstable(angles: Array, speeds: Array, low: Array, high: Array) -> int:
     """Number of the fastest freedom if it is too fast, or of the first hinge outside its bounds; -1: none.
 

@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]
 
 
-@njit(cache=True)
+@compiled
 def chain_samples(
     angles: Array, rates: Array, accelerations: Array, lengths: Array, up: Array, samples: Array
 ) -> None:
@@ -48,7 +49,7 @@ def chain_samples(
         y += centripetal
 
 
-@njit(cache=True)
+@compiled
 def corrupt(
     samples: Array, mounting: Array, bias: Array, noise: Array, noise_sd: Array, limits: Array,
     resolution: Array,
@@ -82,7 +83,7 @@ def corrupt(
     return clipped
 
 
-@njit(cache=True)
+@compiled
 def walk_bias(bias: Array, noise: Array, sd: float) -> None:
     """One step of the gyroscopes' random walk on `bias` (2, sensors, 3); `noise` (3 sensors,) normal."""
     for sensor in range(bias.shape[1]):
@@ -90,7 +91,7 @@ def walk_bias(bias: Array, noise: Array, sd: float) -> None:
             bias[0, sensor, axis] += sd * noise[sensor * 3 + axis]
 
 
-@njit(cache=True)
+@compiled
 def measure(
     angles: Array, rates: Array, accelerations: Array, geometry: Array, mounting: Array, bias: Array,
     noise: Array, errors: Array, samples: Array,

@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.hand.kinematics_kernels import turned
 from fesloop.hand.quaternion_kernels import conjugate
 from plants.imus.magnetic_field import add_sources, place_carried
@@ -86,7 +86,7 @@ class Memory(NamedTuple):
     true: Array
 
 
-@numba.njit(cache=True)
+@compiled
 def feel_field(
     sensors: Sensors, around: Surroundings, orientation: Array, position: Array, true: Array
 ) -> None:
@@ -107,7 +107,7 @@ def feel_field(
         true[i, 0], true[i, 1], true[i, 2] = turned(back, field[i, 0], field[i, 1], field[i, 2])
 
 
-@numba.njit(cache=True)
+@compiled
 def feel_motion(
     sensors: Sensors, memory: Memory, rate: Array, force: Array, shaking: tuple[float, float],
     elapsed_s: float,
@@ -127,7 +127,7 @@ def feel_motion(
             own_rate(motion[0], motion[1], true[0, i])
 
 
-@numba.njit(cache=True)
+@compiled
 def wander(numbers: Array, columns: Numbers, noise: Array, elapsed_s: float, drift: Array, kind: int) -> None:
     """Bring the biases `drift` (2, 3, n, 3) of one kind on; with 0 s elapsed, draw the trial's first."""
     if columns[1] >= 0:
@@ -144,7 +144,7 @@ def wander(numbers: Array, columns: Numbers, noise: Array, elapsed_s: float, dri
                 drift[1, kind, i, axis] += step * noise[columns[2] + 3 * i + axis]
 
 
-@numba.njit(cache=True)
+@compiled
 def read(
     sensors: Sensors, memory: Memory, kind: int, noise: Array, spike: float, samples: Array, clipped: Flags
 ) -> int:
@@ -175,7 +175,7 @@ def read(
     return count
 
 
-@numba.njit(cache=True)
+@compiled
 def lose(losing: Array, chances: Array, first: bool, lost: Flags) -> None:
     """Which samples are lost now, by uniform numbers `chances` (n,) and by what was lost before.
 
@@ -187,7 +187,7 @@ def lose(losing: Array, chances: Array, first: bool, lost: Flags) -> None:
         lost[i] = chances[i] < threshold
 
 
-@numba.njit(cache=True)
+@compiled
 def measure(
     sensors: Sensors, around: Surroundings, memory: Memory, orientation: Array, position: Array, rate: Array,
     force: Array, instants: Array, stimulation: Array, window_s: float, noise: Array, chances: Array,

@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.hand.kinematics_kernels import turned
 from plants.checks import require_not_negative, require_positive, require_shape
@@ -23,7 +23,7 @@ _MU_0_OVER_4_PI = 1e-7
 """T m/A: mu_0 / (4 pi), exact to 6e-10 (CODATA 2018)."""
 
 
-@numba.njit(cache=True)
+@compiled
 def add_sources(sources: Array, points: Array, field: Array) -> None:
     """Add to `field` (n, 3), T, at `points` (n, 3) what `sources` (k, 7) give there."""
     for source in sources:
@@ -41,7 +41,7 @@ def add_sources(sources: Array, points: Array, field: Array) -> None:
             field[i, 2] += _MU_0_OVER_4_PI * (along * z - across * mz)
 
 
-@numba.njit(cache=True)
+@compiled
 def place_carried(
     carried: Array, carriers: NDArray[np.int64], orientation: Array, position: Array, sources: Array
 ) -> None:

@@ -13,10 +13,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.hand.motion import STANDARD_GRAVITY
 from plants.checks import require_not_negative, require_positive, require_shape
@@ -64,7 +64,7 @@ class SoftTissue:
                          math.radians(self.sag_deg) / STANDARD_GRAVITY, *self.outwards])
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def _leaning(tissue: Array, force: Array, axis: int) -> float:
     """Rotation about an axis at which a held specific force (3,) is balanced, rad."""
     b, c = (axis + 1) % 3, (axis + 2) % 3
@@ -72,7 +72,7 @@ def _leaning(tissue: Array, force: Array, axis: int) -> float:
     return turned
 
 
-@numba.njit(cache=True)
+@compiled
 def wobble(tissue: Array, rate: Array, force: Array, elapsed_s: float, motion: Array) -> None:
     """Bring `motion` (4, 3) on by `elapsed_s`: rotation, rad, its rate, bone's rate and force before.
 
@@ -100,7 +100,7 @@ def wobble(tissue: Array, rate: Array, force: Array, elapsed_s: float, motion: A
     motion[3] = force
 
 
-@numba.njit(cache=True)
+@compiled
 def turn_back(rotation: Array, vector: Array) -> None:
     """Coordinates (3,) in the bone's frame to those in a frame turned by a rotation vector (3,), in place."""
     x, y, z = rotation[0], rotation[1], rotation[2]
@@ -116,7 +116,7 @@ def turn_back(rotation: Array, vector: Array) -> None:
     vector[2] = c - first * r + second * (x * q - y * p)
 
 
-@numba.njit(cache=True)
+@compiled
 def own_rate(rotation: Array, speed: Array, vector: Array) -> None:
     """Add to `vector` (3,), rad/s, what a rotation vector (3,) that changes at `speed` (3,) turns by.
 

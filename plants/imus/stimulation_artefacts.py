@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.noise import NoiseStream, stream_key
@@ -155,7 +155,7 @@ def charge(stimulation: Array, full_charge_uc: float) -> float:
     return float((stimulation[:, 0] * stimulation[:, 1]).max()) / (1e-6 * full_charge_uc)
 
 
-@numba.njit(cache=True)
+@compiled
 def vibration(
     numbers: Array, components: Array, time_s: float, elapsed_s: float, stimulation: Array, level: Array
 ) -> tuple[float, float]:

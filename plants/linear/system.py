@@ -15,9 +15,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.loop.clock import NS_PER_S
 from fesloop.models.linear_model import zero_order_hold
 
@@ -27,7 +27,7 @@ NEGLIGIBLE = 1e-100
 """What is smaller becomes zero, or a system at rest would decay into denormal numbers, which are slow."""
 
 
-@njit(cache=True)
+@compiled
 def step_held(step_t: Array, z: Array) -> None:
     """z[:n] := [Phi Gamma] z, where `step_t` (n + m, n) is the transpose of [Phi Gamma]."""
     states = step_t.shape[1]
@@ -39,7 +39,7 @@ def step_held(step_t: Array, z: Array) -> None:
         z[i] = after[i] if abs(after[i]) > NEGLIGIBLE else 0.0
 
 
-@njit(cache=True)
+@compiled
 def advance_digits(table: Array, z: Array, duration_ns: int, after: Array) -> None:
     """Apply the steps of the duration's digits, lowest place first, to z; `after` (n,) is scratch."""
     place = 0
@@ -58,13 +58,13 @@ def advance_digits(table: Array, z: Array, duration_ns: int, after: Array) -> No
         place += 1
 
 
-@njit(cache=True)
+@compiled
 def advance_held(table: Array, z: Array, duration_ns: int) -> None:
     """Take z over a duration, in place."""
     advance_digits(table, z, duration_ns, np.empty(table.shape[3]))
 
 
-@njit(cache=True)
+@compiled
 def read_outputs(output_t: Array, z: Array, y: Array) -> None:
     """y := offset + [c d] z; `output_t` stacks offset, c' and d' (d' left out where d is zero)."""
     for i in range(y.size):
@@ -75,7 +75,7 @@ def read_outputs(output_t: Array, z: Array, y: Array) -> None:
             y[i] += output_t[j + 1, i] * factor
 
 
-@njit(cache=True)
+@compiled
 def read_first(output_t: Array, z: Array) -> float:
     """The first output alone, as a float."""
     first = output_t[0, 0]
@@ -84,7 +84,7 @@ def read_first(output_t: Array, z: Array) -> float:
     return float(first)
 
 
-@njit(cache=True)
+@compiled
 def read_ahead(
     table: Array, output_t: Array, z: Array, start_ns: int, times_ns: NDArray[np.int64], rows: Array
 ) -> None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.hand.kinematics_kernels import forward, turned
 from fesloop.hand.motion import STANDARD_GRAVITY
 from fesloop.hand.motion_kernels import motions, sense
@@ -18,7 +18,7 @@ Numbers = NDArray[np.int64]
 _AT_REFERENCE = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
-@numba.njit(cache=True)
+@compiled
 def follow(knots: Array, knot_ns: int, time_ns: int, columns: Array) -> None:
     """Fill `columns` (3, c): value, rate, acceleration at an instant of quintic pieces between knots.
 
@@ -45,7 +45,7 @@ def follow(knots: Array, knot_ns: int, time_ns: int, columns: Array) -> None:
         columns[2, c] = (a0 + u * (6.0 * c3 + u * (12.0 * c4 + u * 20.0 * c5))) / (h * h)
 
 
-@numba.njit(cache=True)
+@compiled
 def observe_rows(
     layout: Numbers, geometry: Array, knots: Array, knot_ns: int, room: Array, segments: Numbers,
     places: Array, tips: Numbers, times_ns: Numbers, postures: Array, fingertips: Array, orientations: Array,
@@ -86,7 +86,7 @@ def observe_rows(
                 back, tip[4] - wrist[4], tip[5] - wrist[5], tip[6] - wrist[6])
 
 
-@numba.njit(cache=True)
+@compiled
 def _place_sites(
     poses: Array, to_global: tuple[float, float, float, float], shift: Array, segments: Numbers,
     places: Array, orientations: Array, positions: Array

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.loop.clock import NS_PER_S
 from plants.muscles.fitness import FASTEST_HZ, tire
 from plants.muscles.lags import settle_lags
@@ -13,7 +13,7 @@ from plants.muscles.lags import settle_lags
 Array = NDArray[np.float64]
 
 
-@njit(cache=True)
+@compiled
 def follow(
     levels: Array, drive: Array, lags_s: tuple[float, float], changed_ns: int, fitness: Array, effort: Array,
     fatigue: tuple[float, float, float], worn_ns: int, times_ns: NDArray[np.int64], activation: Array,
@@ -33,7 +33,7 @@ def follow(
             activation[k, i] = min(settled[1, i], 1.0) * fit[k, i]
 
 
-@njit(cache=True)
+@compiled
 def limit_pulses(
     recruitment: Array, frequency: Array, highest_hz: float, before: Array, pulses: Array
 ) -> bool:
@@ -49,7 +49,7 @@ def limit_pulses(
     return changed
 
 
-@njit(cache=True)
+@compiled
 def held_drives(
     pulses: Array, effort: Array, reflex: Array, fusion_hz: float, frequency_weight: float
 ) -> tuple[Array, Array, Array]:

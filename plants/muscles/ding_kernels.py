@@ -16,9 +16,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.loop.clock import FOREVER, NS_PER_S
 from plants.linear.system import NEGLIGIBLE
 
@@ -49,7 +49,7 @@ class Constants(NamedTuple):
     recovery: float
 
 
-@njit(cache=True)
+@compiled
 def slope(
     force: float, scaling: float, relaxation: float, sensitivity: float, troponin: float, recruited: float,
     constants: Constants,
@@ -64,7 +64,7 @@ def slope(
         rest * (constants.km_rest - sensitivity) + constants.alpha_km * force)
 
 
-@njit(cache=True)
+@compiled
 def go(muscle: Array, recruited: float, elapsed_s: float, constants: Constants) -> None:
     """Take one muscle, (6,), over `elapsed_s` without a pulse, in place."""
     half = math.exp(-0.5 * elapsed_s / constants.tauc)
@@ -90,7 +90,7 @@ def go(muscle: Array, recruited: float, elapsed_s: float, constants: Constants) 
             muscle[i] = 0.0
 
 
-@njit(cache=True)
+@compiled
 def next_pulse(train: Instants, frequency: float) -> int:
     """Instant of the next pulse of one train, (4,), ns."""
     if frequency < SLOWEST_HZ:
@@ -98,7 +98,7 @@ def next_pulse(train: Instants, frequency: float) -> int:
     return int(train[START]) + int(train[COUNT] * (NS_PER_S / frequency))
 
 
-@njit(cache=True)
+@compiled
 def fire(muscle: Array, train: Instants, recruited: float, constants: Constants) -> None:
     """The pulse that is due at the muscle's node; one that recruits nothing leaves no trace."""
     train[COUNT] += 1
@@ -112,7 +112,7 @@ def fire(muscle: Array, train: Instants, recruited: float, constants: Constants)
     train[LAST] = train[NODE]
 
 
-@njit(cache=True)
+@compiled
 def advance_nodes(
     muscles: Array, trains: Instants, recruited: Array, frequency: Array, constants: Constants, stop_ns: int
 ) -> None:
@@ -134,7 +134,7 @@ def advance_nodes(
                 fire(muscle, train, recruited[i], constants)
 
 
-@njit(cache=True)
+@compiled
 def reach(muscles: Array, trains: Instants, recruited: Array, constants: Constants, time_ns: int) -> None:
     """Take every muscle from its last node to `time_ns`, which becomes a node; none lies in between."""
     for i in range(recruited.size):
@@ -143,7 +143,7 @@ def reach(muscles: Array, trains: Instants, recruited: Array, constants: Constan
             trains[i, NODE] = time_ns
 
 
-@njit(cache=True)
+@compiled
 def change_trains(trains: Instants, before: Array, after: Array, time_ns: int) -> None:
     """Where the frequency (n,) changes at `time_ns`, start a train an interval after the newest pulse."""
     for i in range(after.size):
@@ -155,7 +155,7 @@ def change_trains(trains: Instants, before: Array, after: Array, time_ns: int) -
         trains[i, START], trains[i, COUNT] = start, 0
 
 
-@njit(cache=True)
+@compiled
 def look_ahead(
     muscles: Array, trains: Instants, recruited: Array, constants: Constants, time_ns: int, seen: Array
 ) -> None:

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from plants.checks import require_positive
 
@@ -17,7 +17,7 @@ FASTEST_HZ = 100.0
 """Frequencies above wear no more."""
 
 
-@njit(cache=True)
+@compiled
 def tire(
     fitness: Array, effort: Array, floor: float, wear: float, repair: float, elapsed_s: float, after: Array
 ) -> None:

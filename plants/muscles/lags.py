@@ -10,9 +10,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.hand.muscles import MUSCLES
 from fesloop.loop.clock import NS_PER_S
 from plants.checks import require_positive
@@ -25,7 +25,7 @@ UNTIRED = np.ones(len(MUSCLES))
 UNTIRED.flags.writeable = False
 
 
-@njit(cache=True)
+@compiled
 def settle_lags(
     levels: Array, drive: Array, first_s: float, second_s: float, elapsed_s: float, after: Array
 ) -> None:

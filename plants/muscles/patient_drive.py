@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.hand.muscles import MUSCLES, muscle
 from fesloop.loop.block import Context
@@ -101,7 +101,7 @@ class StretchReflex:
         return drive
 
 
-@njit(cache=True)
+@compiled
 def oscillation(waves: Array, time_s: float) -> float:
     """Sum of the sinusoids `waves` (3, c): amplitude, frequency in Hz, phase in rad."""
     sum_of_waves = 0.0

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]
 
 
-@numba.njit(cache=True)
+@compiled
 def joint_rotations(parents: NDArray[np.int64], axes: Array, rates: Array, accelerations: Array) -> Array:
     """Angles, rates and accelerations (n, 3, 3) of flexion, abduction and pronation between segments.
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]
 
 
-@numba.njit(cache=True)
+@compiled
 def share_out(given: Array, shares: Array, hertz: float, elements: Array) -> None:
     """Put a pulse, current and width (2,), on the `elements` (e, 3) that have `shares` (e,) of it."""
     if given[0] > 0.0:
@@ -22,7 +23,7 @@ def share_out(given: Array, shares: Array, hertz: float, elements: Array) -> Non
                 elements[e, 2] = hertz
 
 
-@numba.njit(cache=True)
+@compiled
 def tally(
     given: Array, shares: Array, hertz: float, area_cm2: float
 ) -> tuple[Array, Array, Array, Array, Array]:
