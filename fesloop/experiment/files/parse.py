@@ -3,35 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.checking import faults_of_form, kinds_in, raise_all
+from fesloop.experiment.files.patches import extended
 from fesloop.experiment.files.patient_models import with_models
 from fesloop.experiment.files.patients import patient_of, with_patient
 from fesloop.experiment.files.repeat import document_of
 from fesloop.experiment.files.schema import Kinds, make
 from fesloop.experiment.files.settings import apply_settings
+from fesloop.experiment.files.source import Shelf, read_tables
 from fesloop.experiment.files.variants import Picked, pick
 from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.wanted import Record, Score
-from fesloop.given_files import read_whole
 from fesloop.loop.clock import Clock
 from fesloop.loop.duration import Duration
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node
-from fesloop.toml import TomlError, plain_tables, tables_of
+from fesloop.toml import TomlError, plain_tables
 
 _PLACE = ("kind", "rate", "clock", "offset_ms", "execution")
 
 
+EXPERIMENTS = Shelf("experiment", "fesloop.experiment")
+
+
 def shipped() -> list[str]:
     """Names of the experiments that come with fesloop."""
-    folder = resources.files("fesloop.experiment") / "shipped"
-    return sorted(file.name.removesuffix(".toml") for file in folder.iterdir() if file.name.endswith(".toml"))
+    return EXPERIMENTS.names()
 
 
 def load(experiment: str | Path, settings: Sequence[str] = (), seed: int | None = None) -> Experiment:
@@ -64,23 +66,11 @@ def load_picked(experiment: str | Path, settings: Sequence[str] = (),
 
 
 def read(experiment: str | Path) -> tuple[str, dict[str, Any]]:
-    """Name for messages, and the raw tables of an experiment."""
+    """Name for messages, and the raw tables of an experiment, those that it extends under them."""
     text = str(experiment)
     if text.endswith(".h5"):
         return text, document_of(Path(text))
-    if isinstance(experiment, str) and not text.endswith(".toml") and "/" not in text:
-        if text not in shipped():
-            raise InputError(text, "there is no shipped experiment of this name", ", ".join(shipped()),
-                             did_you_mean(text, shipped()) or "or give the path of a .toml file")
-        content = (resources.files("fesloop.experiment") / "shipped" / f"{text}.toml").read_bytes()
-    else:
-        content = read_whole(text, "an experiment file")
-    try:
-        return text, tables_of(content.decode("utf-8-sig"))
-    except UnicodeDecodeError as fault:
-        raise InputError(text, f"is not UTF-8 text (byte {fault.start})", "a TOML file") from None
-    except TomlError as fault:
-        raise InputError(text, f"is not TOML: {fault}", remedy="mend the line") from None
+    return read_tables(experiment, EXPERIMENTS, extended)[:2]
 
 
 @one_blas_thread()

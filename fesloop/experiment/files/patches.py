@@ -20,6 +20,8 @@ from typing import Any
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.files.settings import key_parts, key_text
 
+BESIDE = ("guide", "variants")
+"""Tables of a file that no variant changes, and a file that extends another may."""
 PATCHED = ("experiment", "patient", "record", "blocks", "wires", "score", "aliases")
 """Tables of a file that a patch may change."""
 _SIGNALS = ("timed", "leave_out")
@@ -78,8 +80,9 @@ def patched(document: Mapping[str, Any], patch: Mapping[str, Any], where: str) -
     Raises InputError for a removal of what is not there.
     """
     made = copy.deepcopy(dict(document))
+    place = f"{where}.remove" if where else "remove"
     gone = [path for number, key in enumerate(patch.get("remove", ()))
-            for path in _remove(made, key_parts(key), f"{where}.remove[{number}]")]
+            for path in _remove(made, key_parts(key), f"{place}[{number}]")]
     for key in PATCHED:
         if key in patch and key != "wires":
             made[key] = merged(made.get(key, {}), patch[key])
@@ -87,6 +90,30 @@ def patched(document: Mapping[str, Any], patch: Mapping[str, Any], where: str) -
         made["wires"][_ends(wire)] = merged(made["wires"].get(_ends(wire), {}), wire)
     _drop_aliases(made, [path for path in gone if not _stands(made, path)])
     return _named(plain_lists(made))
+
+
+def extended(base: Mapping[str, Any], document: Mapping[str, Any]) -> Tables:
+    """The tables of a file laid over those of the one that it extends, as a patch with [guide] and [variants].
+
+    Raises InputError for tables that are of no form to be laid over each other, or a removal of what is not
+    there.
+    """
+    for each, told in ((base, "what it extends"), (document, "this file")):
+        if not is_patchable({key: value for key, value in each.items() if key not in BESIDE}):
+            raise InputError(told, "has no such form that one can be laid over the other",
+                             "blocks, wires with from and to, and other tables of an experiment file")
+    removed = document.get("remove", [])
+    if not isinstance(removed, list) or not all(isinstance(key, str) for key in removed):
+        raise InputError("remove", f"{removed!r}", "a list of key paths")
+    beside = [key for key in removed if key_parts(key)[:1] and key_parts(key)[0] in BESIDE]
+    made = plain_lists(patched(keyed(base), {**document, "remove": [
+        key for key in removed if key not in beside]}, ""))
+    rest = {key: copy.deepcopy(base[key]) for key in base if key not in PATCHED}
+    for number, key in enumerate(beside):
+        _take_out(rest, key_parts(key), f"remove[{number}]")
+    rest |= {key: merged(rest.get(key, {}), value) for key, value in document.items()
+             if key not in (*PATCHED, "remove")}
+    return made | rest
 
 
 def merged(old: Any, new: Any) -> Any:
@@ -98,16 +125,24 @@ def merged(old: Any, new: Any) -> Any:
 
 def _remove(document: Tables, path: list[str], where: str) -> list[list[str]]:
     """Take out what stands at a path, and what cannot be without it; their paths."""
-    here: Any = {key: document[key] for key in PATCHED if key in document}
+    _take_out({key: document[key] for key in PATCHED if key in document}, path, where)
+    if len(path) == 1:
+        del document[path[0]]
+    document.setdefault("wires", {})
+    return [path, *(_detach(document, path[1]) if path[0] == "blocks" and len(path) == 2 else [])]
+
+
+def _take_out(tables: Tables, path: Sequence[str], where: str) -> None:
+    """Take out what stands at a path; raises InputError if there is nothing."""
+    holder: Any = {}
+    here: Any = tables
     for depth, part in enumerate(path or [""]):
         if not isinstance(here, dict) or part not in here:
             known = list(here) if isinstance(here, dict) else []
             raise InputError(where, f"there is no {key_text(path[:depth + 1])!r}", ", ".join(known),
                              did_you_mean(part, known))
-        holder, here = (here if depth else document), here[part]
+        holder, here = here, here[part]
     del holder[path[-1]]
-    document.setdefault("wires", {})
-    return [path, *(_detach(document, path[1]) if path[0] == "blocks" and len(path) == 2 else [])]
 
 
 def _stands(here: Any, path: Sequence[str]) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from importlib import resources
 from pathlib import Path
 from typing import Any, NotRequired, Required
 
@@ -15,19 +14,21 @@ from fesloop.experiment.files.faults import faults_of
 from fesloop.experiment.files.layout import keys_at
 from fesloop.experiment.files.patches import merged
 from fesloop.experiment.files.schema import closed, make, table
-from fesloop.given_files import read_whole
+from fesloop.experiment.files.source import Shelf, read_tables
 from fesloop.study.design.axes import Axis
 from fesloop.study.design.figure_specs import Figure
 from fesloop.study.design.study import About, Preparation, Study, is_name
-from fesloop.toml import TomlError, plain_tables, tables_of
+from fesloop.toml import TomlError, plain_tables
 
 _SPAN = {"start": "from", "stop": "to"}
 
 
+STUDIES = Shelf("study", "fesloop.study")
+
+
 def shipped_studies() -> list[str]:
     """Names of the studies that come with fesloop."""
-    folder = resources.files("fesloop.study") / "shipped"
-    return sorted(file.name.removesuffix(".toml") for file in folder.iterdir() if file.name.endswith(".toml"))
+    return STUDIES.names()
 
 
 def read_study(study: str | Path, form: str = "") -> Study:
@@ -35,13 +36,7 @@ def read_study(study: str | Path, form: str = "") -> Study:
 
     Raises InputError, InputErrors: every fault of the file, one line each, with file, key, found and allowed.
     """
-    name, content, folder = _content(study)
-    try:
-        document = tables_of(content.decode("utf-8-sig"))
-    except UnicodeDecodeError as fault:
-        raise InputError(name, f"is not UTF-8 text (byte {fault.start})", "a TOML file") from None
-    except TomlError as fault:
-        raise InputError(name, f"is not TOML: {fault}", remedy="mend the line") from None
+    name, document, folder = read_tables(study, STUDIES, merged)
     try:
         return study_of(document, form, folder)
     except InputError as fault:
@@ -82,21 +77,10 @@ def described_studies() -> dict[str, dict[str, str]]:
     """Shipped studies: under "" what each is, under the name of each other form what that costs."""
     found = {}
     for name in shipped_studies():
-        document = tables_of(_content(name)[1].decode("utf-8-sig"))
+        document = read_tables(name, STUDIES, merged)[1]
         forms = {form: str(patch.get("cost", "")) for form, patch in document.get("forms", {}).items()}
         found[name] = {"": str(document["study"].get("description", "")), **forms}
     return found
-
-
-def _content(study: str | Path) -> tuple[str, bytes, Path | None]:
-    """Name for messages, text, and the folder of a file."""
-    text = str(study)
-    if isinstance(study, str) and not text.endswith(".toml") and "/" not in text:
-        if text not in shipped_studies():
-            raise InputError(text, "there is no shipped study of this name", ", ".join(shipped_studies()),
-                             did_you_mean(text, shipped_studies()) or "or give the path of a .toml file")
-        return text, (resources.files("fesloop.study") / "shipped" / f"{text}.toml").read_bytes(), None
-    return text, read_whole(text, "a study file"), Path(study).parent
 
 
 def _in_form(document: Mapping[str, Any], form: str) -> tuple[dict[str, Any], str]:
