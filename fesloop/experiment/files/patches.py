@@ -106,8 +106,8 @@ def extended(base: Mapping[str, Any], document: Mapping[str, Any]) -> Tables:
     if not isinstance(removed, list) or not all(isinstance(key, str) for key in removed):
         raise InputError("remove", f"{removed!r}", "a list of key paths")
     beside = [key for key in removed if key_parts(key)[:1] and key_parts(key)[0] in BESIDE]
-    made = plain_lists(patched(keyed(base), {**document, "remove": [
-        key for key in removed if key not in beside]}, ""))
+    made = plain_lists(patched(keyed({key: base[key] for key in PATCHED if key in base}), {
+        **document, "remove": [key for key in removed if key not in beside]}, ""))
     rest = {key: copy.deepcopy(base[key]) for key in base if key not in PATCHED}
     for number, key in enumerate(beside):
         _take_out(rest, key_parts(key), f"remove[{number}]")
