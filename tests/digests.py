@@ -1,4 +1,4 @@
-"""Digests of what all shipped experiments compute, to compare before and after a change that must change none.
+"""Digests of what shipped experiments compute, to compare before and after a change that must change none.
 
 Signals with their stamps, and events; not the text of the experiment, so that files may be written anew.
 
@@ -43,7 +43,8 @@ def digest(name):
 
 def content_digest(recording):
     """SHA-256 of signals with all their stamps, and of events."""
-    total = hashlib.sha256(repr([(e.status, e.where, e.detail, e.time_ns) for e in recording.events]).encode())
+    told = [(event.status, event.where, event.detail, event.time_ns) for event in recording.events]
+    total = hashlib.sha256(repr(told).encode())
     for name in sorted(recording.signals):
         for trial in range(recording.trials):
             signal = recording.signal(name, trial)

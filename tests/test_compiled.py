@@ -13,8 +13,8 @@ FILES = {
     "constants": "SCALE = 10\n",
     "middle": "from kernels_here.constants import SCALE\nfrom kernels_here import (\n    inner,\n)\n"
               "base = inner.base\n",
-    "outer": "from fesloop.compiled import compiled\nfrom kernels_here.middle import SCALE, base\n\n@compiled\n"
-             "def top(x):\n    return SCALE * base(x)\n",
+    "outer": "from fesloop.compiled import compiled\nfrom kernels_here.middle import SCALE, base\n\n"
+             "@compiled\ndef top(x):\n    return SCALE * base(x)\n",
     "aside": "UNUSED = 1\n",
 }
 PROGRAM = """
@@ -45,7 +45,8 @@ def test_a_compiled_function_is_kept_between_processes(package):
 
 
 @pytest.mark.parametrize(("name", "old", "new", "value"), [
-    ("inner", "x + 1", "x + 2", 30), ("constants", "10", "100", 200), ("outer", "SCALE *", "1 + SCALE *", 21)])
+    ("inner", "x + 1", "x + 2", 30), ("constants", "10", "100", 200),
+    ("outer", "SCALE *", "1 + SCALE *", 21)])
 def test_a_change_of_any_file_that_it_depends_on_compiles_it_anew(package, name, old, new, value):
     answer(package)
     file = package / f"{name}.py"

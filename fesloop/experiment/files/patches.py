@@ -93,7 +93,7 @@ def patched(document: Mapping[str, Any], patch: Mapping[str, Any], where: str) -
 
 
 def extended(base: Mapping[str, Any], document: Mapping[str, Any]) -> Tables:
-    """The tables of a file laid over those of the one that it extends, as a patch with [guide] and [variants].
+    """Tables of a file over those of the one that it extends: a patch that may change [guide] and [variants].
 
     Raises InputError for tables that are of no form to be laid over each other, or a removal of what is not
     there.

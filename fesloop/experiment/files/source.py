@@ -58,8 +58,8 @@ class Shelf(NamedTuple):
 def read_tables(source: str | Path, shelf: Shelf, overlay: Overlay) -> tuple[str, Tables, Path | None]:
     """Name for messages, tables, and the folder of a file; None for a shipped one.
 
-    `overlay(base, tables)` lays tables over what they extend. Raises InputError for a file that cannot be read
-    or is not TOML, for what it extends and cannot, and whatever `overlay` raises, with the file's name.
+    `overlay(base, tables)` lays tables over what they extend. Raises InputError for a file that cannot be
+    read or is not TOML, for what it extends and cannot, and whatever `overlay` raises, with the file's name.
     """
     return _read(source, shelf, overlay, None, ())
 
