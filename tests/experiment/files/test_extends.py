@@ -1,0 +1,124 @@
+"""A file that extends another is the same experiment as one that says all of it."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fesloop.errors import InputError
+from fesloop.experiment.files.parse import load, read, shipped
+from fesloop.study.design.study_file import read_study
+
+BASE = """
+[experiment]
+name = "base"
+duration_s = 1
+
+[blocks.reference]
+kind = "minimum_jerk"
+rate = "50"
+times_s = [0.0, 1.0]
+angles_deg = [[0, 0, 0], [10, 20, 30]]
+
+[blocks.finger]
+kind = "finger"
+
+[variants.goal.near]
+blocks.reference.angles_deg = [[0, 0, 0], [1, 2, 3]]
+[variants.goal.far]
+description = "as the file says"
+[variants.goal]
+default = "far"
+"""
+
+
+
+def lay(tmp_path, name, text):
+    path = tmp_path / f"{name}.toml"
+    path.write_text(text)
+    return path
+
+
+def test_tables_are_merged_lists_replaced_and_the_rest_stays(tmp_path):
+    lay(tmp_path, "base", BASE)
+    mine = lay(tmp_path, "mine", 'extends = "base.toml"\n[experiment]\nname = "mine"\n'
+                                 "[blocks.reference]\ntimes_s = [0.0, 0.5]\n"
+                                 '[variants.goal]\ndefault = "near"\n')
+    document = read(mine)[1]
+    assert document["experiment"] == {"name": "mine", "duration_s": 1}
+    assert document["blocks"]["reference"] == {
+        "kind": "minimum_jerk", "rate": "50", "times_s": [0.0, 0.5], "angles_deg": [[0, 0, 0], [10, 20, 30]]}
+    assert document["variants"]["goal"]["default"] == "near"
+    assert set(document["variants"]["goal"]) == {"default", "near", "far"}
+    assert "extends" not in document
+
+
+def test_what_is_removed_is_gone_with_its_wires(tmp_path):
+    mine = lay(tmp_path, "mine", 'extends = "grasp_mpc"\nremove = ["blocks.grip", "variants.scene"]\n'
+                                 'wires = [{ from = "controller.stimulation", to = "safety.stimulation" }]\n')
+    document = read(mine)[1]
+    ends = [(wire["from"], wire["to"]) for wire in document["wires"]]
+    assert not any("grip." in end for pair in ends for end in pair)
+    assert ends[-1] == ("controller.stimulation", "safety.stimulation")
+    assert "scene" not in document["variants"]
+    assert "tracker" in document["variants"]
+
+
+def test_paths_start_from_the_folder_of_the_file_that_names_them(tmp_path):
+    folder = tmp_path / "lab" / "rigs"
+    folder.mkdir(parents=True)
+    (folder / "base.toml").write_text(BASE)
+    (tmp_path / "lab" / "middle.toml").write_text('extends = "rigs/base.toml"\n[experiment]\nseed = 2\n')
+    mine = lay(tmp_path, "mine", 'extends = "lab/middle.toml"\n[experiment]\nname = "mine"\n')
+    assert read(mine)[1]["experiment"] == {"name": "mine", "duration_s": 1, "seed": 2}
+
+
+@given(names=st.permutations(["a", "b", "c", "d"]))
+@settings(max_examples=10, deadline=None)
+def test_a_line_of_files_is_laid_over_each_other_in_turn(tmp_path_factory, names):
+    """The last of a line that says a key counts; a key that only one says stays."""
+    folder = tmp_path_factory.mktemp("line")
+    (folder / "base.toml").write_text(BASE)
+    below = "base"
+    for number, name in enumerate(names):
+        (folder / f"{name}.toml").write_text(
+            f'extends = "{below}.toml"\n[experiment]\nseed = {number}\nnotes = ["{name}"]\n'
+            f"[aliases]\n{name} = \"experiment.seed\"\n")
+        below = name
+    document = read(folder / f"{below}.toml")[1]
+    assert document["experiment"]["seed"] == len(names) - 1
+    assert document["experiment"]["notes"] == [names[-1]]
+    assert set(document["aliases"]) == set(names)
+
+
+def test_rigs_are_not_listed_and_cannot_be_run_by_name():
+    assert "hand_rig" not in shipped()
+    with pytest.raises(InputError, match="there is no shipped experiment of this name"):
+        load("hand_rig")
+
+
+@pytest.mark.parametrize(("text", "told"), [
+    ('extends = "mine.toml"\n', "leads round in a circle"),
+    ("extends = 3\n", "3 is no text"),
+    ('extends = "hand_rigg"\n', "did you mean 'hand_rig'"),
+    ('extends = "nowhere.toml"\n', "cannot be read"),
+    ('extends = "grasp_mpc"\nremove = ["blocks.gripp"]\n', "there is no 'blocks.gripp'"),
+    ('extends = "grasp_mpc"\nremove = ["variants.trackr"]\n', "there is no 'variants.trackr'"),
+    ('extends = "grasp_mpc"\nremove = "blocks.grip"\n', "a list of key paths"),
+    ('extends = "grasp_mpc"\nblocks = 3\n', "can be laid over"),
+    ('extends = "grasp_mpc"\n[blocks.controller]\nhorizn = 3\n', "horizn: unknown key"),
+])
+def test_what_cannot_be_extended_is_refused_in_a_line(tmp_path, text, told):
+    mine = lay(tmp_path, "mine", text)
+    with pytest.raises(InputError) as caught:
+        load(mine)
+    assert told in str(caught.value)
+    assert len([line for line in str(caught.value).splitlines() if told in line]) == 1
+
+
+def test_a_study_extends_a_study(tmp_path):
+    mine = lay(tmp_path, "mine", 'extends = "linear_map"\n[study]\nname = "mine"\n')
+    theirs = read_study("linear_map")
+    study = read_study(mine)
+    assert study.about.name == "mine"
+    assert study.axes.keys() == theirs.axes.keys()
+    assert study.about.experiment == theirs.about.experiment
