@@ -43,8 +43,8 @@ def digest(name):
 
 def content_digest(recording):
     """SHA-256 of signals with all their stamps, and of events."""
-    told = [(event.status, event.where, event.detail, event.time_ns) for event in recording.events]
-    total = hashlib.sha256(repr(told).encode())
+    told = [(event.trial, event.time_ns, event.where, event.status, event.detail) for event in recording.events]
+    total = hashlib.sha256(repr(sorted(told)).encode())
     for name in sorted(recording.signals):
         for trial in range(recording.trials):
             signal = recording.signal(name, trial)
