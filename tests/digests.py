@@ -43,7 +43,7 @@ def digest(name):
 
 def content_digest(recording):
     """SHA-256 of signals with all their stamps, and of events."""
-    told = [(event.trial, event.time_ns, event.where, event.status, event.detail) for event in recording.events]
+    told = [(each.trial, each.time_ns, each.where, each.status, each.detail) for each in recording.events]
     total = hashlib.sha256(repr(sorted(told)).encode())
     for name in sorted(recording.signals):
         for trial in range(recording.trials):

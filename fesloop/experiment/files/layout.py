@@ -79,9 +79,15 @@ def _block(kinds: Kinds) -> Any:
 
 
 def json_schema() -> dict[str, Any]:
-    """JSON Schema of experiment files, for every registered kind."""
+    """JSON Schema of experiment files, for every registered kind; loose for those that extend others."""
     kinds = {kind: registry.find(kind) for kind in registry.kinds()}
-    return TypeAdapter(experiment_table(kinds)).json_schema()
+    whole = TypeAdapter(experiment_table(kinds)).json_schema()
+    definitions = whole.pop("$defs", {})
+    text = {"type": "string"}
+    extending = {"required": ["extends"], "properties": {
+        "extends": text, "remove": {"type": "array", "items": text}}}
+    return {"title": whole["title"], "type": "object", "$defs": definitions,
+            "if": {"required": ["extends"]}, "then": extending, "else": whole}
 
 
 def keys_at(annotation: Any, path: Sequence[Any], document: Any) -> list[str]:

@@ -1,10 +1,12 @@
 """A file that extends another is the same experiment as one that says all of it."""
 
+import jsonschema
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError
+from fesloop.experiment.files.layout import json_schema
 from fesloop.experiment.files.parse import load, read, shipped
 from fesloop.study.design.study_file import read_study
 
@@ -122,3 +124,11 @@ def test_a_study_extends_a_study(tmp_path):
     assert study.about.name == "mine"
     assert study.axes.keys() == theirs.axes.keys()
     assert study.about.experiment == theirs.about.experiment
+
+
+def test_the_schema_takes_a_file_that_extends_another():
+    document, schema = {"extends": "grasp_mpc", "blocks": {"hand": {"settle_s": 1.0}}}, json_schema()
+    jsonschema.validate(document, schema)
+    for wrong in ({**document, "extends": 3}, {key: document[key] for key in ("blocks",)}):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(wrong, schema)
