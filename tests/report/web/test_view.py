@@ -13,12 +13,13 @@ from fesloop.experiment.running.trial import run
 from fesloop.view.sources import open_recording
 
 GRASP = str(Path(__file__).parents[2] / "picture" / "grasp.toml")
+TRIAL_S = 2.0
 _READBACK = "GPU stall due to ReadPixels"
 
 
 @pytest.fixture(scope="module")
 def source(tmp_path_factory):
-    settings = ["experiment.trials=2", "experiment.duration_s=2"]
+    settings = ["experiment.trials=2", f"experiment.duration_s={TRIAL_S}"]
     found = open_recording(Path(run(load(GRASP, settings), tmp_path_factory.mktemp("runs")).recording))
     yield found
     found.close()
@@ -66,10 +67,13 @@ def wait_for(page, condition):
 
 def play_slowly_from(page, share):
     """At a tenth of the speed, so that a slow machine sees it too; from a thousandth of the trial on."""
+    button = page.locator(".transport").get_by_role("button", name=re.compile("^(Play|Pause)$"))
+    while button.get_attribute("aria-label") == "Pause":  # at the end of the trial it is paused by itself
+        button.click()
     page.get_by_label("Speed").select_option("0.1")
     page.get_by_label("Time in the trial").fill(str(share))
-    for paused in page.locator(".transport").get_by_role("button", name="Play").all():
-        paused.click()
+    wait_for(page, lambda trial, at_s: abs(at_s - share * TRIAL_S / 1000) < 0.02)
+    button.click()
 
 
 def test_the_hand_moves_until_the_trial_ends(looked_at):
