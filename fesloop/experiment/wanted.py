@@ -150,7 +150,8 @@ class Score:
                 continue
             if port.unit not in ("rad", "1"):
                 faults.append(InputError(f"score.{key}", f"{name!r} is in {port.unit!r}", "angles, in 'rad'"))
-            elif truth and None not in (*port.shape, *truth.shape) and port.shape != truth.shape:
+            elif truth and None not in (*port.shape, *truth.shape) \
+                    and (port.shape or (1,)) != (truth.shape or (1,)):
                 faults.append(InputError(f"score.{key}", f"{name!r} has shape {port.shape}",
                                          f"{truth.shape}, as {self.truth!r}"))
         return faults

@@ -8,6 +8,11 @@ from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
 
 
+def is_one_number(out: Port, into: Port) -> bool:
+    """Whether a number reaches a vector of one: a block reads it as that."""
+    return out.shape == () and into.shape == (1,)
+
+
 def fit_faults(
     wire: Wire, out: Port, into: Port, sender: Clock | None, reader: Clock | None
 ) -> list[InputError]:
@@ -19,7 +24,7 @@ def fit_faults(
         InputError(f"wire {wire.name}", f"the size of {end!r} is not settled: {port.shape}",
                    "a size given by the block or by its source")
         for port, end in ((out, wire.source), (into, wire.target)) if not port.resolved]
-    if not faults and out.shape != into.shape:
+    if not faults and out.shape != into.shape and not (reader and is_one_number(out, into)):
         faults.append(InputError(f"wire {wire.name}", f"{wire.source!r} has shape {out.shape}",
                                  f"{into.shape}, the shape of {wire.target!r}"))
     if out.unit != into.unit:

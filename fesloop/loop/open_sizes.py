@@ -30,6 +30,7 @@ def resolved(nodes: Sequence[Node], wires: Sequence[Wire]) -> tuple[Node, ...]:
                 continue
             shapes = _incoming_shapes(node, wires, current)
             if open_inputs <= shapes.keys():
+                _check_dimensions(node, shapes)
                 part = _named(node, node.part.resolve, shapes)
                 if any(not port.resolved for port in part.inputs):
                     raise InputError(name, "leaves open a size that its wires settle",
@@ -83,6 +84,20 @@ def _named(node: Node, make: Callable[[Any], Any], what: Any) -> Any:
 def _incoming_shapes(
     node: Node, wires: Sequence[Wire], nodes: Mapping[str, Node]
 ) -> dict[str, tuple[int, ...]]:
-    """Known shapes of what is wired to a node, by input name."""
-    return {name: cast(tuple[int, ...], port.shape) for name, port in _incoming_ports(node, wires, nodes)
-            if port.resolved}
+    """Known shapes of what is wired to a node, by input name; a number counts as a vector of one."""
+    vectors = {port.name for port in node.part.inputs if port.shape == (None,)}
+    return {name: cast(tuple[int, ...], port.shape) or ((1,) if name in vectors else ())
+            for name, port in _incoming_ports(node, wires, nodes) if port.resolved}
+
+
+def _check_dimensions(node: Node, shapes: Mapping[str, tuple[int, ...]]) -> None:
+    """Raise InputError for what is wired to an open-sized input and is of other dimensions."""
+    for port in node.part.inputs:
+        shape = shapes.get(port.name)
+        if port.resolved or shape is None:
+            continue
+        if len(shape) != len(port.shape) or any(size not in (None, given)
+                                                for size, given in zip(port.shape, shape, strict=True)):
+            sizes = ", ".join("any" if size is None else str(size) for size in port.shape)
+            raise InputError(f"{node.name}.{port.name}", f"a signal of shape {shape} is wired in",
+                             f"shape ({sizes}{',' if len(port.shape) == 1 else ''})")

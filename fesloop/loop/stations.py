@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from time import perf_counter_ns
 from typing import Any
 
+import numpy as np
+
 from fesloop.errors import RunError
 from fesloop.loop.block import Tick
 from fesloop.loop.clock import NS_PER_MS, ticks_from
@@ -40,9 +42,9 @@ class BlockStation:
     """
 
     __slots__ = ("_checks", "_draws", "_executed", "_execution", "_incoming", "_next_tick",
-                 "_outputs", "_plain", "_publishers", "_random", "_recorded", "_step", "_take", "block",
-                 "busy_until", "clock", "due", "events", "held", "index", "name", "plain_links", "rows",
-                 "sent", "state", "tick")
+                 "_outputs", "_plain", "_publishers", "_random", "_recorded", "_singles", "_step", "_take",
+                 "block", "busy_until", "clock", "due", "events", "held", "index", "name", "plain_links",
+                 "rows", "sent", "state", "tick")
 
     def __init__(self, node: Node, state: Any, seed: int, trial: int, incoming: Outgoing,
                  outgoing: Outgoing, publishers: tuple[Publisher, ...], rows: list[BlockRow] | None,
@@ -66,6 +68,7 @@ class BlockStation:
         self.tick = Tick()
         self.index = self.busy_until = self._executed = 0
         self._incoming = tuple((port, link, link.queue) for port, link in incoming)
+        self._singles = tuple(port for port, _ in incoming if self.block.inputs[port].shape == (1,))
         self._publishers = publishers
         self._step = self.block.step
         self._execution = None if node.execution.kind == "zero" else node.execution
@@ -104,6 +107,9 @@ class BlockStation:
                     newest = new
             else:
                 oldest = 0  # what stands in for it is as old as the trial
+        for port in self._singles:
+            if isinstance(held[port][0], float):  # a number is read as a vector of one
+                held[port] = held[port]._replace(value=np.array([held[port][0]]))
         if newest < 0:
             oldest = newest = 0 if self._incoming else time_ns
         tick = self.tick

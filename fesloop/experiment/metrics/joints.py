@@ -1,7 +1,8 @@
 """Metrics as pure functions on arrays: joint angles, and how their error divides.
 
 Everything is in rad and ns in, degrees out where the name says so. A joint by itself may have no axis of
-joints. NaN in a reference means unknown and is left out; NaN anywhere else comes out as NaN.
+joints, in one trace and not in another. NaN in a reference means unknown and is left out; NaN anywhere else
+comes out as NaN.
 """
 
 from __future__ import annotations
@@ -75,7 +76,7 @@ def rmse_deg(measured: Trace, wanted: Trace, *, still: bool = False) -> Array:
         if still:
             first = np.array(values[0]) if first is None else first
             values = np.broadcast_to(first, values.shape)
-        standing = held(wanted, times)
+        standing = held(wanted, times).reshape(values.shape)
         known = _known(standing)
         total += np.square((values - standing)[known]).sum(axis=0)
         count += int(known.sum())
@@ -145,7 +146,7 @@ def split_error(truth: Trace, estimate: Trace, reference: Trace) -> TrackingSpli
     tracker, controller, product, total = np.zeros((4, *truth[1].shape[1:]))
     count = 0
     for times, true_values in _pieces(truth):
-        seen, wanted = held(estimate, times), held(reference, times)
+        seen, wanted = (held(trace, times).reshape(true_values.shape) for trace in (estimate, reference))
         both = _known(seen + wanted)
         missed_by_tracker = (true_values - seen)[both]
         missed_by_controller = (seen - wanted)[both]
