@@ -45,8 +45,9 @@ class StateSpace:
     Exact at any instant while u is held, or, with `grid_rate`, a plant of fixed steps that latches u at
     the ticks of its grid (each step then takes the exact period). Input `u` and output `y` are vectors, or
     a float where there is one of them only, which a block reads as a vector of one. With `recruitment` the
-    input is `stimulation` (m, 2), A and s, in place of `u`, which then is the recruited fraction of each muscle: the numbers of a file that
-    `fesloop identify` wrote make that patient a plant (a delay is a wire's).
+    input is `stimulation` (m, 2), A and s, in place of `u`, which then is the recruited fraction of each
+    muscle: the numbers of a file that `fesloop identify` wrote make that patient a plant (a delay is a
+    wire's).
 
     Attributes
     ----------

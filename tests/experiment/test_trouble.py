@@ -62,7 +62,9 @@ def runs(draw):
 def test_troubles_are_all_told_in_the_order_of_their_weight(run):
     kinds, known = run
     found = troubles(known.recording, known.metrics)
-    assert list(dict.fromkeys(each.kind for each in found)) == [kind for kind in KINDS if kind in kinds]
+    # Trials that were not alike are not compared.
+    told = kinds - {"rose"} if kinds & {"recording", "safety", "failed"} else kinds
+    assert list(dict.fromkeys(each.kind for each in found)) == [kind for kind in KINDS if kind in told]
     assert all(each.sentence.endswith(".") and not math.isnan(len(each.text)) for each in found)
 
 
@@ -160,7 +162,8 @@ def test_stimulation_is_taken_away_by_whatever_keeps_it_off_beyond_alignment(sta
 
 def test_the_summary_says_first_that_no_pulse_was_given_and_why(tmp_path, capsys):
     assert main(["run", "finger_control", "--set", "loss=0.9999", "--out", str(tmp_path)]) == 0
-    assert capsys.readouterr().err.startswith("fesloop: no channel gave a pulse: safety: no_posture")
+    lines = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("fesloop: caution: ")]
+    assert lines[0].startswith("fesloop: no channel gave a pulse: safety: no_posture")
 
 
 @given(st.integers(0, 30), st.sampled_from(["stale_input", "posture_silent", "no_posture", "budget_spent"]))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import shlex
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -14,6 +15,9 @@ Need = Literal["extra lsl", "extra myohand", "extra search", "extra stimulator",
                "an error process", "a live stream", "real time", "a C compiler"]
 RUN = "RUN.h5"
 """Stands for the recording of the run in commands to try next."""
+_PATIENT = ("patient", "plant")
+"""Settings that say whose model is identified."""
+_TAKES_MODEL = "--set model="
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,9 +45,16 @@ class Guide:
         if not self.takes_s > 0.0:
             raise InputError("takes_s", f"{self.takes_s:g}", "seconds above 0")
 
-    def next_commands(self, recording: str) -> list[str]:
-        """Commands to try next, with the recording of the run in them."""
-        return [command.replace(RUN, recording) for command in self.try_next]
+    def next_commands(self, recording: str, settings: Sequence[str] = ()) -> list[str]:
+        """Commands to try next, with the recording of the run in them.
+
+        One that takes a model of the run's patient goes on with that patient: with those of the run's
+        `settings`, "KEY=VALUE" each, that choose it.
+        """
+        same = "".join(f" --set {shlex.quote(setting)}" for setting in settings
+                       if setting.partition("=")[0].strip() in _PATIENT)
+        return [command.replace(RUN, recording) + (same if _TAKES_MODEL in command else "")
+                for command in self.try_next]
 
 
 def guide_of(document: Mapping[str, Any]) -> Guide | None:

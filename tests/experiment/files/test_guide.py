@@ -3,7 +3,7 @@
 import pytest
 
 from fesloop.errors import InputError
-from fesloop.experiment.files.guide import guide_of
+from fesloop.experiment.files.guide import Guide, guide_of
 from fesloop.experiment.files.parse import from_document, read
 
 SOUND = {"job": "closed_loop", "takes_s": 3}
@@ -36,3 +36,13 @@ def test_a_run_takes_time():
 def test_the_recording_stands_in_commands_to_try_next():
     guide = guide_of(document(try_next=["fesloop picture RUN.h5", "fesloop list"]))
     assert guide.next_commands("runs/a-1.h5") == ["fesloop picture runs/a-1.h5", "fesloop list"]
+
+
+def test_a_model_is_tried_on_the_patient_that_it_was_identified_on():
+    guide = Guide(job="closed_loop", takes_s=1.0, try_next=(
+        "fesloop identify RUN.h5 --out mine.toml", "fesloop run grasp_ilc --set model=mine.toml"))
+    settings = ("seed=3", "patient=able_bodied", "plant=finger")
+    assert guide.next_commands("a.h5", settings) == [
+        "fesloop identify a.h5 --out mine.toml",
+        "fesloop run grasp_ilc --set model=mine.toml --set patient=able_bodied --set plant=finger"]
+    assert guide.next_commands("a.h5")[1] == "fesloop run grasp_ilc --set model=mine.toml"

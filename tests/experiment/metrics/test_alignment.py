@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 import fesloop
+from fesloop.cli.run_command import _summarise
+from fesloop.report.run.known import known_of
+from fesloop.report.run.split import split_section
 
 SHORT = ["experiment.duration_s=1.6", "score.after_s=0"]
 
@@ -19,6 +22,26 @@ def test_the_error_of_a_tracker_counts_from_its_alignment_on(align_s, tmp_path):
     newest = np.searchsorted(truth.times_ns, seen.newest_ns[own], side="right") - 1
     error = np.degrees(seen.values[own] - truth.values[newest])
     assert done.metrics["tracker_rmse_deg"] == pytest.approx([np.sqrt(np.mean(error**2))], rel=1e-9)
+
+
+@pytest.mark.parametrize(("align_s", "latency_ms"), [(0.5, 10), (1.1, 10), (0.0, 150)])
+def test_the_span_of_the_split_error_is_said(align_s, latency_ms, tmp_path, capsys):
+    """Over the instants of the span that is said, the total is the tracking error, and it is not over all."""
+    settings = [*SHORT, f"latency_ms={latency_ms}", f"blocks.tracker.align_s={align_s}"]
+    done = fesloop.load("finger_mpc", settings).run(tmp_path)
+    (since_s,) = done.metrics["split_from_s"]
+    assert since_s >= max(align_s, latency_ms / 1e3)
+    with fesloop.Recording(done.recording) as recording:
+        truth, wanted = recording.signal("patient.angles"), recording.signal("reference.angles")
+        counted = truth.times_ns >= round(since_s * 1e9)
+        times = truth.times_ns[counted]
+        then = np.searchsorted(wanted.times_ns, times, side="right") - 1
+        error = np.degrees(truth.values[counted] - wanted.values[then])
+        page = split_section(known_of(recording))
+    assert done.metrics["split_rmse_deg"]["total"] == pytest.approx([np.sqrt(np.mean(error**2))], rel=1e-9)
+    assert f"count from {since_s:.3g} s" in page.parts[1].text
+    _summarise(done, ())
+    assert f"split_rmse_deg total, from {since_s:.3g} s on" in capsys.readouterr().err
 
 
 def test_a_tracker_that_never_aligned_has_no_error_and_a_reason(tmp_path):

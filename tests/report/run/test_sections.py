@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.reading import Event, Recording
 from fesloop.loop.latency import StageSummary
 from fesloop.report.parts import Bars, Line, Paragraph, Table
@@ -165,3 +166,67 @@ def test_of_many_trials_the_first_and_the_last_stand_in_the_table():
     assert [int(row[0]) for row in table.rows] == [*range(30), *range(170, 200)]
     assert [float(row[1]) for row in table.rows] == [*range(30), *range(170, 200)]
     assert "140 trials" in table.title
+
+
+ONE = """
+[experiment]
+name = "one"
+duration_s = 1
+[blocks.reference]
+kind = "minimum_jerk"
+rate = "50"
+times_s = [0.2, 0.8]
+angles_deg = [[20], [30]]
+[blocks.tracker]
+kind = "ideal"
+rate = "100"
+[blocks.controller]
+kind = "pid"
+rate = "50"
+kp = [2.0]
+ki = [1.0]
+kd = [0.0]
+mixing = [[1.0]]
+current_ma = [20]
+recruitment_curve = "linear"
+[blocks.plant]
+kind = "state_space"
+a = [[-2.0]]
+b = [[2.0]]
+c = [[1.0]]
+recruitment = { threshold_ma = [10], spread = [0.5] }
+output_unit = "rad"
+[score]
+truth = "plant.y"
+reference = "reference.angles"
+estimate = "tracker.angles"
+[[wires]]
+from = "reference.angles"
+to = "controller.reference"
+[[wires]]
+from = "plant.y"
+to = "tracker.angles"
+[[wires]]
+from = "tracker.angles"
+to = "controller.measured"
+latency_ms = 10
+[[wires]]
+from = "controller.stimulation"
+to = "plant.stimulation"
+latency_ms = 1
+"""
+
+
+def test_a_plant_of_one_output_is_drawn_with_its_own_errors(tmp_path):
+    (tmp_path / "one.toml").write_text(ONE)
+    done = load(str(tmp_path / "one.toml")).run(tmp_path)
+    with Recording(done.recording) as recording:
+        known = known_of(recording)
+        course = result.result_section(known).parts[0]
+        charts = tracking.tracking_section(known).parts[1:]
+        own = tracker.tracker_section(known).parts
+    drawn = np.sqrt(np.mean(course.lines[0].y[np.isfinite(course.lines[0].y)] ** 2))
+    assert drawn == pytest.approx(done.metrics["joint_rmse_deg"][0], rel=1e-4)
+    assert {line.name for line in charts[0].lines} == {"reference", "truth", "estimate"}
+    (line,) = next(part for part in own if getattr(part, "key", "") == "tracker-course-0").lines
+    assert line.y[np.isfinite(line.y)] == pytest.approx(0.0, abs=1e-9)

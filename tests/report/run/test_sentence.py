@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from fesloop.experiment.recording.recorded import Event
 from fesloop.report.run.known import Known
 from fesloop.report.run.sentence import sentence_of
 
@@ -31,6 +32,19 @@ def run_of(metrics, score=(), status="done", trials=1, blocks=()):
 ])
 def test_how_the_error_went(errors, words):
     assert sentence_of(run_of({"joint_rmse_deg": errors}, trials=len(errors))) == words
+
+
+@pytest.mark.parametrize("status", ["posture_jumped", "stopped"])
+@pytest.mark.parametrize("errors", [[9.0, 3.0, 2.0], [2.0, 3.0, 9.0], [2.0, math.nan, 9.0]])
+def test_no_change_over_trials_is_claimed_where_stimulation_was_withheld_in_one(status, errors):
+    known = run_of({"joint_rmse_deg": errors}, trials=3, blocks={"safety": {"kind": "safety"}})
+    known.recording.events = (Event(1, 500_000_000, "safety", status, "ramp to zero"),)
+    told = sentence_of(known)
+    assert told.startswith("Stimulation ")
+    assert "fell" not in told
+    assert "rose" not in told
+    assert "9.00 deg RMS" in told
+    assert "no change over them is claimed" in told
 
 
 def test_the_while_that_is_scored_is_said():
