@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -77,7 +77,8 @@ played do not tell the same turn, so that no angle of the run is right. safety: 
 or the safety block took stimulation away, or most of it. failed: a part
 failed, such as a tracker that never took its initial pose. noted: what the experiment says of itself
 (`notes`), such as that a model is poor. not_held: the object, in the last trial. no_better: joints followed
-worse than had they not moved. rose: the error did, over the trials, by more than a tenth.
+worse than had they not moved. rose: the error did, over the trials, by more than a tenth, where the trials
+are `comparable`.
 """
 
 
@@ -85,7 +86,16 @@ def troubles(recording: Recorded, metrics: Mapping[str, Any], cause: str = "") -
     """What went wrong in a run, the most important first; `cause`: why it failed, where that is known."""
     found = (_broken_off(recording, cause), _recording(recording), _safety(recording, metrics),
              _failures(recording), _notes(recording), _not_held(metrics), _no_better(metrics), _rose(metrics))
-    return [Trouble(kind, text) for kind, texts in zip(KINDS, found, strict=True) for text in texts]
+    told = [Trouble(kind, text) for kind, texts in zip(KINDS, found, strict=True) for text in texts]
+    return told if comparable(told) else [each for each in told if each.kind != "rose"]
+
+
+def comparable(found: Iterable[Trouble]) -> bool:
+    """Whether the trials of a run were alike, so that a change from one to another says something.
+
+    Not so where stimulation was withheld in some, a part failed, or the recording played is not sound.
+    """
+    return not any(each.kind in ("recording", "safety", "failed") for each in found)
 
 
 def graveness(status: str) -> int:

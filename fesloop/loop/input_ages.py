@@ -181,16 +181,14 @@ def _in_words(wiring: Wiring, node: Node, look: _Look, horizon_ns: int) -> str:
     """What is too old, what comes of it, and what to change."""
     limit = look.limit
     told = f"{limit.key} is {limit.limit_ms:g} ms, and `{limit.port}` "
-    if look.least_ns < FOREVER:
-        told += f"is at least {look.least_ns / NS_PER_MS:.9g} ms old whenever it is read"
-        raised = f" or raise blocks.{node.name}.{limit.key} to {-(-look.most_ns // NS_PER_MS)} or more"
-    else:
-        told += (f"derives, up to {horizon_ns / NS_PER_S:g} s, from nothing that was captured after the "
-                 "trial began")
-        raised = ""
+    if look.least_ns == FOREVER:
+        return (f"{told}derives, up to {horizon_ns / NS_PER_S:g} s, from nothing that was captured after the "
+                f"trial began: {limit.then}; look at latency and loss of the wires that lead to it")
+    told += f"is at least {look.least_ns / NS_PER_MS:.9g} ms old whenever it is read"
     nodes = _upstream(wiring, [node])
     behind = [c for c in wiring.connections if c.target.name in nodes and not c.target.is_plant]
     slowest = max(behind, key=lambda c: c.wire.latency_ns)
     wire = f" (wire {slowest.wire.name}: {slowest.wire.latency_ns / NS_PER_MS:g} ms)" \
         if slowest.wire.latency_ns else ""
-    return f"{told}: {limit.then}; lower the latency of what leads to it{wire}{raised}"
+    return (f"{told}: {limit.then}; lower the latency of what leads to it{wire} or raise blocks.{node.name}."
+            f"{limit.key} to {-(-look.most_ns // NS_PER_MS)} or more")

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.experiment.metrics.joints import held
+from fesloop.experiment.metrics.joints import columns, held
 from fesloop.experiment.recording.reading import Recording, Signal
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
@@ -154,8 +154,8 @@ def _against_truth(recording: Recording, score: dict[str, object]) -> MeasuredEr
     if captured.size < 2:
         raise InputError(str(recording.path), f"{estimate} holds nothing captured",
                          "estimates of the whole run")
-    values = signal.values[told][newest]
-    true = held(recording.column(truth), captured)
+    values = columns(signal.values[told][newest])
+    true = columns(held(recording.column(truth), captured))
     times_s = captured / NS_PER_S
     cut_s = 0.5 * float(times_s[0] + times_s[-1])
     early = times_s < cut_s

@@ -162,8 +162,8 @@ def test_stimulation_is_taken_away_by_whatever_keeps_it_off_beyond_alignment(sta
 
 def test_the_summary_says_first_that_no_pulse_was_given_and_why(tmp_path, capsys):
     assert main(["run", "finger_control", "--set", "loss=0.9999", "--out", str(tmp_path)]) == 0
-    lines = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("fesloop: caution: ")]
-    assert lines[0].startswith("fesloop: no channel gave a pulse: safety: no_posture")
+    said = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("fesloop: caution:")]
+    assert said[0].startswith("fesloop: no channel gave a pulse: safety: stale_input")
 
 
 @given(st.integers(0, 30), st.sampled_from(["stale_input", "posture_silent", "no_posture", "budget_spent"]))

@@ -7,12 +7,15 @@ comes out as NaN.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from fesloop.loop.clock import NS_PER_S
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
@@ -45,6 +48,11 @@ def held(trace: Trace, at_ns: Stamps) -> Array:
         first, last = newest[told].min(), newest.max()
         standing[told] = values[first:last + 1][newest[told] - first]
     return standing
+
+
+def columns(values: Array) -> Array:
+    """Rows as vectors, (n, size): a number is a vector of one."""
+    return values.reshape(len(values), -1)
 
 
 def rms(error: Array) -> Array:
@@ -128,12 +136,14 @@ class TrackingSplit:
     controller: estimate against reference, what it saw and did not put right.
     correlation: of the two parts, (joints,), so that total^2 = tracker^2 + controller^2
         + 2 correlation tracker controller; negative where the two errors cancel.
+    from_s: of the first instant that counts; NaN where none does.
     """
 
     total: Array
     tracker: Array
     controller: Array
     correlation: Array
+    from_s: float
 
 
 def split_error(truth: Trace, estimate: Trace, reference: Trace) -> TrackingSplit:
@@ -144,7 +154,7 @@ def split_error(truth: Trace, estimate: Trace, reference: Trace) -> TrackingSpli
     none are left.
     """
     tracker, controller, product, total = np.zeros((4, *truth[1].shape[1:]))
-    count = 0
+    count, from_s = 0, math.nan
     for times, true_values in _pieces(truth):
         seen, wanted = (held(trace, times).reshape(true_values.shape) for trace in (estimate, reference))
         both = _known(seen + wanted)
@@ -154,14 +164,16 @@ def split_error(truth: Trace, estimate: Trace, reference: Trace) -> TrackingSpli
         controller += np.square(missed_by_controller).sum(axis=0)
         product += (missed_by_tracker * missed_by_controller).sum(axis=0)
         total += np.square(missed_by_tracker + missed_by_controller).sum(axis=0)
+        if both.any() and not count:
+            from_s = float(times[both][0]) / NS_PER_S
         count += int(both.sum())
     if not count:
         nothing = np.full(total.shape, np.nan)
-        return TrackingSplit(nothing, nothing, nothing, nothing)
+        return TrackingSplit(nothing, nothing, nothing, nothing, from_s)
     scale = np.sqrt(tracker * controller)
     correlation = np.divide(product, scale, out=np.zeros_like(scale), where=scale > 0.0)
     total, tracker, controller = np.degrees(np.sqrt(np.stack([total, tracker, controller]) / count))
-    return TrackingSplit(total, tracker, controller, correlation)
+    return TrackingSplit(total, tracker, controller, correlation, from_s)
 
 
 def by_joint(values: Array, names: Sequence[str]) -> dict[str, float]:

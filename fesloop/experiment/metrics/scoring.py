@@ -44,8 +44,10 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
     the truth of the instant of its capture, from when the tracker has taken its initial pose: what it puts
     out before is an assumption. split_rmse_deg: the error that the patient sees (total), what
     of it the controller could not see (tracker, latency included), and what it saw and did not put right
-    (controller), one a trial. Under joints the same by joint; range_deg, how far each joint went, where
-    truth stands alone. `grasp_metrics`, `cycle_metrics` and `search_metrics` say theirs.
+    (controller), one a trial; split_from_s: from when on, as it takes an aligned tracker and a latency until
+    the controller sees anything, so that the total is not joint_rmse_deg. Under joints the same by joint;
+    range_deg, how far each joint went, where truth stands alone. `grasp_metrics`, `cycle_metrics` and
+    `search_metrics` say theirs.
     orientation_rmse_deg and relative_angle_rmse_deg: against the reference of the recording that was
     played. fingertip_rmse_mm: by
     tracker and fingertip, one a trial; fingertip_coverage likewise, where the tracker gives its sd. step_us:
@@ -103,6 +105,7 @@ def _joint_metrics(recording: Recording, score: Score) -> dict[str, Any]:
                   for trial, (true, reference) in enumerate(zip(truth, wanted, strict=True))]
         metrics["split_rmse_deg"] = {part: [float(np.sqrt(np.mean(getattr(split, part) ** 2)))
                                             for split in splits] for part in _SPLIT}
+        metrics["split_from_s"] = [split.from_s for split in splits]
         for part in _SPLIT:
             _add_by_joint(joints, f"split_{part}_deg", [getattr(split, part) for split in splits])
     return metrics | ({"joints": joints} if joints else {})
@@ -179,7 +182,7 @@ def _of_the_tracker(joints: Mapping[str, Any], split: bool) -> list[tuple[str, .
     paths: list[tuple[str, ...]] = [("tracker_rmse_deg",)]
     paths += [("joints", name, "tracker_rmse_deg") for name in joints]
     if split:
-        paths += [("split_rmse_deg", part) for part in _SPLIT]
+        paths += [("split_from_s",), *(("split_rmse_deg", part) for part in _SPLIT)]
         paths += [("joints", name, f"split_{part}_deg") for name in joints for part in _SPLIT]
     return paths
 

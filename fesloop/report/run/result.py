@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.metrics.joints import held
+from fesloop.experiment.metrics.joints import columns, held
 from fesloop.experiment.metrics.not_known import reasons_of
 from fesloop.hand.muscles import muscle
 from fesloop.report.parts import Bars, Chart, Fold, Mark, Paragraph, Part, Section
@@ -56,8 +56,9 @@ def _error_course(known: Known) -> Part | None:
         return None
     (table,) = known.recording.tables([truth], 0)
     wanted = known.recording.column(reference, 0)
-    pieces = ((piece.times_ns, np.degrees(np.sqrt(np.mean(np.square(
-        piece.values[0] - held(wanted, piece.times_ns)), axis=1)))) for piece in table.pieces())
+    apart = ((piece.times_ns, columns(piece.values[0]) - columns(held(wanted, piece.times_ns)))
+             for piece in table.pieces())
+    pieces = ((times_ns, np.degrees(np.sqrt(np.mean(np.square(error), axis=1)))) for times_ns, error in apart)
     found = thinned(pieces, table.count)
     if found is None:
         return None

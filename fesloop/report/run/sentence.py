@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from fesloop.experiment.trouble import troubles
+from fesloop.experiment.trouble import comparable, troubles
 from fesloop.report.run.known import Known
 from fesloop.report.run.words import counted, listed, told
 
@@ -24,9 +24,10 @@ def sentence_of(known: Known) -> str:
     before = _BROKEN_OFF.get(status, "" if status == "done" else f"The run ended as {status!r}: ")
     if not known.begun:
         return f"{before}nothing was recorded." if before else "Nothing was recorded."
-    wrong = [each for each in troubles(known.recording, known.metrics) if each.kind not in _SAID]
+    found = troubles(known.recording, known.metrics)
+    wrong = [each for each in found if each.kind not in _SAID]
     repeated = len(known.metrics.get("held") or ()) == 1 and any(each.kind == "not_held" for each in wrong)
-    findings = list(_findings(known, grasp=not repeated))
+    findings = list(_findings(known, grasp=not repeated, compared=comparable(found)))
     if not findings and not repeated:
         findings = [f"{counted(known.begun, 'trial')} recorded, of which nothing was scored"]
     if before:
@@ -40,9 +41,15 @@ def sentence_of(known: Known) -> str:
     return " ".join(told)
 
 
-def _findings(known: Known, *, grasp: bool) -> Iterator[str]:
-    """What was found, the most important first; `grasp`: whether the object was held, too."""
-    yield from _tracking(known)
+def _findings(known: Known, *, grasp: bool, compared: bool) -> Iterator[str]:
+    """What was found, the most important first.
+
+    Parameters
+    ----------
+    grasp: whether the object was held, too.
+    compared: whether trials can be: else no change from one to another is claimed.
+    """
+    yield from _tracking(known, compared)
     if grasp:
         yield from _grasp(known)
     yield from _grip(known)
@@ -53,7 +60,7 @@ def _findings(known: Known, *, grasp: bool) -> Iterator[str]:
     yield from _decline(known)
 
 
-def _tracking(known: Known) -> Iterator[str]:
+def _tracking(known: Known, compared: bool) -> Iterator[str]:
     errors = known.per_trial("joint_rmse_deg")
     finite = [error for error in errors if math.isfinite(error)]
     if not errors:
@@ -63,8 +70,12 @@ def _tracking(known: Known) -> Iterator[str]:
         yield f"no tracking error is known: there is nothing to score in {counted(len(errors), 'trial')}"
     elif len(errors) == 1:
         yield f"the tracking error{over} was {told(finite[0])} deg RMS"
-    else:
+    elif compared:
         yield _course(errors, over, _in_last(known))
+    else:
+        among = "" if len(finite) == len(errors) else f"{len(finite)} of "
+        yield (f"the tracking error{over} was {_range(finite)} deg RMS in {among}"
+               f"{counted(len(errors), 'trial')}, which were not alike: no change over them is claimed")
 
 
 def _in_last(known: Known) -> str:

@@ -26,7 +26,18 @@ def split_section(known: Known) -> Section | None:
     if not isinstance(split, dict):
         return None
     return Section(key="split", title="Error: the tracker's share and the controller's",
-                   parts=[Paragraph(text=_ABOUT), *_parts(known, split)])
+                   parts=[Paragraph(text=_ABOUT), *_span(known), *_parts(known, split)])
+
+
+def _span(known: Known) -> Iterator[Part]:
+    """From when on the parts count, and that the tracking error's span is another."""
+    since = [each for each in known.per_trial("split_from_s") if np.isfinite(each)]
+    if since:
+        least, greatest = (f"{each:.3g}" for each in (min(since), max(since)))
+        begin = f"{least} s" if least == greatest else f"{least} to {greatest} s, by trial,"
+        yield Paragraph(text=f"All three count from {begin} on, when an estimate of an aligned tracker had "
+                        "reached the controller. The tracking error of the result counts what was before, "
+                        "too, and need not be the same number.")
 
 
 def _parts(known: Known, split: dict[str, list[float]]) -> Iterator[Part]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.experiment.metrics.joints import columns
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S
 from fesloop.report.parts import Line
@@ -35,6 +36,11 @@ class Course:
     mean: Array
     low: Array | None
     high: Array | None
+
+    def columns(self) -> Course:
+        """The same of vectors: a number is a vector of one."""
+        low, high = (None if each is None else columns(each) for each in (self.low, self.high))
+        return Course(self.seconds, columns(self.mean), low, high)
 
     def line(self, name: str, role: str, at: int | tuple[int, ...] = (), factor: float = 1.0,
              style: str = "line") -> Line:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.metrics.joints import held
+from fesloop.experiment.metrics.joints import columns, held
 from fesloop.experiment.recording.signal_table import SignalTable
 from fesloop.loop.clock import NS_PER_S
 from fesloop.report.parts import Bars, Chart, Line, Paragraph, Part, Section, Table
@@ -61,7 +61,7 @@ def _error_lines(known: Known, estimate: str, truth: str, trial: int) -> list[Li
     """Error as it was and, where the tracker tells it, its standard deviation as it thought."""
     wanted = known.recording.column(truth, trial)
     (table,) = known.recording.tables([estimate], trial)
-    found = thinned(((captured, _rms_deg(values - held(wanted, captured)))
+    found = thinned(((captured, _rms_deg(columns(values) - columns(held(wanted, captured))))
                      for captured, values in _derived(table)), table.count)
     lines = [] if found is None else [found.line("estimate against truth", "tracker")]
     deviation = _deviation(known, estimate)

@@ -76,7 +76,7 @@ def _charts(known: Known, angles: _Angles, trial: int, points: int) -> list[tupl
     names = {"reference": angles.reference, "truth": angles.truth, "estimate": angles.estimate}
     found = {role: each for role, name in names.items()
              if name and (each := course(known.recording, name, trial, points)) is not None}
-    flat = {role: each for role, each in found.items() if each.mean.ndim == 2}
+    flat = {role: each.columns() for role, each in found.items() if each.mean.ndim <= 2}
     if not flat:
         return []
     count = min(each.mean.shape[1] for each in flat.values())
