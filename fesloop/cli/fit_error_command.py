@@ -33,7 +33,8 @@ def _print(report: dict[str, Any]) -> None:
              _yes(angle["rmse_within_15_percent"]), _yes(angle["autocorrelation_in_band"]),
              f"{100.0 * angle['lags_in_band_share']:.0f}"] for angle in report["angles"]]
     print_table(
-        f"{report['source']}: RMS error, deg; fitted to {report['fitted_s']:.3g} s, held against the "
+        f"{report['source']}: RMS error, deg; fitted to {report['fitted_s']:.3g} s "
+        f"from {report['from_s']:.3g} s on, held against the "
         f"{report['judged_s']:.3g} s after", [
             "angle", "moved", "first half", "second half", "process there", "within 15 %",
             "autocorrelation in band", "lags %"], rows, sys.stderr)

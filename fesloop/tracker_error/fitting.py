@@ -45,7 +45,7 @@ class FittedError:
     left_out: angles of which too little is known in either half.
     ahead_ms: median of the `lead_s` of the angles that are moved. No tracker is ahead of what it tracks:
         where this is above 0, it is rather the reference that is late (`reference_late_ms` takes that off).
-    fitted_s, judged_s: length of both halves.
+    fitted_s, judged_s: length of both halves. from_s: where the first begins: what is scored, once aligned.
     """
 
     process: ErrorProcess
@@ -55,10 +55,12 @@ class FittedError:
     ahead_ms: float
     fitted_s: float
     judged_s: float
+    from_s: float
 
     def report(self) -> dict[str, Any]:
         """As plain tables."""
         return {"source": self.process.source, "fitted_s": self.fitted_s, "judged_s": self.judged_s,
+                "from_s": self.from_s,
                 "ahead_ms": self.ahead_ms, "age_ms": self.process.age_ms, "loss": self.process.loss,
                 "angles": [judgement.as_table() for judgement in self.judgements],
                 "too_slow_to_tell": list(self.too_slow), "left_out": list(self.left_out)}
@@ -140,7 +142,7 @@ def fit_measured(measured: MeasuredErrors, seed: int = 0, progress: Progress | N
     kept = {fit.series.name for fit in fits}
     return FittedError(
         process=process, judgements=judgements, ahead_ms=1e3 * float(np.median(leads)) if leads else 0.0,
-        fitted_s=_length(enough, 0), judged_s=_length(enough, 1),
+        fitted_s=_length(enough, 0), judged_s=_length(enough, 1), from_s=float(enough[0][0].times_s[0]),
         too_slow=tuple(fit.series.name for fit in fits if fit.too_slow),
         left_out=tuple(record.name for record in measured.records if record.name not in kept))
 

@@ -16,8 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.experiment.files.schema import make
 from fesloop.experiment.metrics.joints import columns, held
+from fesloop.experiment.metrics.scoring import measuring
 from fesloop.experiment.recording.reading import Recording, Signal
+from fesloop.experiment.wanted import Score
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
@@ -76,7 +79,7 @@ def _against_reference(recording: Recording, name: str, player: str, late_ns: in
         raise InputError(table["recording"], "has no reference of two neighbouring segments",
                          "a recording with one, such as of the sets chain5 and wrist")
     signal = recording.signal(name)
-    told = signal.newest_ns >= 0
+    told = measuring(recording, make(Score, recording.experiment["score"], {}, "score"), name, signal)
     captured = signal.newest_ns[told] + played.start_ns
     stamps = reference.stamps_ns - late_ns
     inside = (stamps >= captured.min(initial=FOREVER)) & (stamps <= captured.max(initial=NEVER))
@@ -149,7 +152,7 @@ def _against_truth(recording: Recording, score: dict[str, object]) -> MeasuredEr
     """Errors of joint angles of a simulated hand."""
     estimate, truth = str(score["estimate"]), str(score["truth"])
     signal = recording.signal(estimate)
-    told = signal.newest_ns >= score_after_ns(score)
+    told = measuring(recording, make(Score, score, {}, "score"), estimate, signal)
     captured, newest = np.unique(signal.newest_ns[told], return_index=True)
     if captured.size < 2:
         raise InputError(str(recording.path), f"{estimate} holds nothing captured",
@@ -166,12 +169,6 @@ def _against_truth(recording: Recording, score: dict[str, object]) -> MeasuredEr
     return MeasuredErrors(records=tuple(records), cut_s=cut_s, estimates=signal,
                           lost=np.zeros(signal.times_ns.size, dtype=bool),
                           source=f"{recording.name} {recording.fingerprint[:12]} {estimate}")
-
-
-def score_after_ns(score: dict[str, object]) -> int:
-    """Start of what is scored, ns."""
-    after_s = score.get("after_s", 0.0)
-    return round(after_s * NS_PER_S) if isinstance(after_s, (int, float)) else 0
 
 
 def _joint_names(score: dict[str, object], count: int) -> tuple[str, ...]:

@@ -91,3 +91,16 @@ def test_settings_are_for_what_is_yet_to_be_played(tmp_path):
         fit_error(str(tmp_path / "run.h5"), settings=("tracker=vqf",))
     with pytest.raises(InputError, match="reference-late"):
         fit_error("a.npz", reference_late_ms=float("nan"))
+
+
+@pytest.mark.parametrize("align_s", [0.0, 0.5, 1.5])
+def test_errors_are_those_of_a_tracker_that_has_aligned(align_s, tmp_path):
+    settings = ["experiment.duration_s=3", "score.after_s=0.2", f"blocks.tracker.align_s={align_s}"]
+    done = fesloop.load("finger_mpc", settings).run(tmp_path)
+    with Recording(done.recording) as recording:
+        errors = measured_errors(recording)
+    begins_s = max(align_s, 0.2)
+    for record in errors.records:
+        assert begins_s - 0.02 <= record.times_s[0] <= begins_s + 0.02
+    rms = np.sqrt(np.mean([record.rms_deg**2 for record in errors.records]))
+    assert rms == pytest.approx(done.metrics["tracker_rmse_deg"][0])

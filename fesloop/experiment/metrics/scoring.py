@@ -142,16 +142,23 @@ def _seen(recording: Recording, score: Score, trial: int) -> tuple[Trace, Trace]
     """The estimate, stamped with the newest capture behind each value, and the whole truth."""
     assert score.estimate is not None
     signal = recording.signal(score.estimate, trial)
-    told = (signal.newest_ns >= 0) & (signal.times_ns >= _ns(score.after_s))
-    if score.until_s is not None:
-        told &= signal.times_ns <= _ns(score.until_s)
-    for name in _alignments(recording, score.estimate):
-        told &= held(recording.column(name, trial), signal.times_ns)[:, 0] > 0.5
+    told = measuring(recording, score, score.estimate, signal, trial)
     captured = signal.newest_ns[told]
     return (captured, signal.values[told]), _trace(recording, score.truth, trial, 0.0)
 
 
-def _alignments(recording: Recording, estimate: str) -> list[str]:
+def measuring(recording: Recording, score: Score, name: str, signal: Signal,
+              trial: int = 0) -> NDArray[np.bool_]:
+    """Rows of a tracker's output that say something of it: captured, in the scored while, once aligned."""
+    told = (signal.newest_ns >= 0) & (signal.times_ns >= _ns(score.after_s))
+    if score.until_s is not None:
+        told &= signal.times_ns <= _ns(score.until_s)
+    for aligned in alignments(recording, name):
+        told &= held(recording.column(aligned, trial), signal.times_ns)[:, 0] > 0.5
+    return told
+
+
+def alignments(recording: Recording, estimate: str) -> list[str]:
     """Outputs `aligned` of the trackers that an estimate comes from, none beyond a block that stimulates."""
     units = recording.units
     stimulating = {name.partition(".")[0] for name, unit in units.items() if unit.startswith("A,s")}
@@ -171,7 +178,7 @@ def _alignments(recording: Recording, estimate: str) -> list[str]:
 
 def _never_aligned(recording: Recording, estimate: str, trial: int) -> str | None:
     """Why nothing of an estimate is scored in a trial, where it is for want of an initial pose."""
-    names = [name for name in _alignments(recording, estimate)
+    names = [name for name in alignments(recording, estimate)
              if not (recording.signal(name, trial).values > 0.5).any()]
     return (f"{names[0].partition('.')[0]} never took its initial pose: what it put out is the pose that it "
             "was given" if names else None)
@@ -190,7 +197,7 @@ def _of_the_tracker(joints: Mapping[str, Any], split: bool) -> list[tuple[str, .
 def _measured(recording: Recording, name: str, trial: int) -> Trace:
     """What the controller could see of an estimate; NaN until its tracker has taken its initial pose."""
     times, values = _arrived(recording, name, trial)
-    for aligned in _alignments(recording, name):
+    for aligned in alignments(recording, name):
         since, flags = recording.column(aligned, trial)
         taken = np.flatnonzero(flags[:][:, 0] > 0.5)
         first = since[taken[0]] if taken.size else FOREVER
