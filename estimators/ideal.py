@@ -83,7 +83,8 @@ class IdealTracker:
         if not (math.isfinite(self.quantisation_deg) and self.quantisation_deg >= 0.0):
             raise InputError("quantisation_deg", f"{self.quantisation_deg}", "zero or more")
         for name in ("bias_deg", "drift_deg_s", "walk_deg", "noise_deg"):
-            _per_joint(name, getattr(self, name), self.joints, signed=name in ("bias_deg", "drift_deg_s"))
+            signed = name in ("bias_deg", "drift_deg_s")
+            _require_per_joint(name, getattr(self, name), self.joints, signed=signed)
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -101,9 +102,8 @@ class IdealTracker:
 
     def init(self, context: Context) -> IdealState:
         """No walk yet."""
-        errors = np.radians([
-            _per_joint(name, getattr(self, name), self.joints, signed=True)
-            for name in ("bias_deg", "drift_deg_s", "noise_deg", "walk_deg")])
+        errors = np.array([_rad(getattr(self, name), self.joints)
+                           for name in ("bias_deg", "drift_deg_s", "noise_deg", "walk_deg")])
         return IdealState(context.noise(2 * self.joints), errors, np.zeros(self.joints))
 
     def passages(self, context: Context) -> tuple[Passage, ...]:
@@ -122,7 +122,7 @@ class IdealTracker:
         for name in ("drift_deg_s", "walk_deg", "quantisation_deg"):
             if np.any(getattr(self, name)):
                 raise uncovered(name, f"{getattr(self, name)}", "0")
-        sd = np.radians(_per_joint("noise_deg", self.noise_deg, self.joints, signed=False))
+        sd = _rad(self.noise_deg, self.joints)
         whole = memoryless(("angles",), "angles", np.eye(self.joints), np.diag(sd) if sd.any() else None)
         delay, clock = duration_ns(self.delay_ms, NS_PER_MS, "delay_ms"), context.clock
         if not delay:
@@ -178,11 +178,18 @@ def with_error(
     return angles
 
 
-def _per_joint(name: str, value: PerJoint, joints: int, *, signed: bool) -> tuple[float, ...]:
-    """One value a joint. Raises InputError for a wrong number, and for a negative one where not `signed`."""
-    values = value if isinstance(value, tuple) else (value,) * max(1, joints)
-    if joints and len(values) != joints:
+def _require_per_joint(name: str, value: PerJoint, joints: int, *, signed: bool) -> None:
+    """Raises InputError for a wrong number, and for a negative one where not `signed`.
+
+    Nothing as long as `joints` is made: that number is not held against the wires yet.
+    """
+    values = value if isinstance(value, tuple) else (value,)
+    if values is value and joints and len(values) != joints:
         raise InputError(name, f"has {len(values)} values", f"one, or {joints}: one a joint")
     if not values or not all(math.isfinite(v) and (signed or v >= 0.0) for v in values):
         raise InputError(name, f"{value}", "finite numbers" if signed else "finite numbers, zero or more")
-    return values
+
+
+def _rad(value_deg: PerJoint, joints: int) -> Array:
+    """One value a joint, (joints,), rad."""
+    return np.radians(np.full(joints, value_deg, dtype=np.float64))

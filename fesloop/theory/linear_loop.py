@@ -21,6 +21,7 @@ from fesloop.loop.order import Sampling, firing_order
 from fesloop.loop.wiring import Connection, Node
 from fesloop.models.linear_form import ContinuousForm, LinearBlock, LinearPlant, SampledForm, uncovered
 from fesloop.theory import wires
+from fesloop.theory.floats import within_floats
 
 Array = NDArray[np.float64]
 
@@ -82,6 +83,7 @@ class LinearLoop:
             replace(c, wire=wire) if c is changed else c for c in self.connections))
 
 
+@within_floats("the linear loop")
 def linear_loop(experiment: Experiment) -> LinearLoop:
     """The linear loop of an experiment, at rest, while nothing saturates and no limit acts.
 

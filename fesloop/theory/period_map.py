@@ -23,6 +23,7 @@ from fesloop.loop.wiring import Node
 from fesloop.models.linear_form import SampledForm, numbers_of
 from fesloop.models.linear_model import zero_order_hold
 from fesloop.theory import ages, wires
+from fesloop.theory.floats import within_floats
 from fesloop.theory.linear_loop import LinearLoop
 from fesloop.theory.schedule import Delivery, Schedule, schedule
 from fesloop.theory.steps import Draw, Flow, Step, pruned
@@ -57,6 +58,7 @@ class PeriodMap:
         return only.matrix if len(self.steps) == 1 and isinstance(only, Flow) else None
 
 
+@within_floats("a period of the loop")
 def period_map(loop: LinearLoop, read: bool = True) -> PeriodMap:
     """The period of a loop, with the recorder's readings where `read`."""
     plan = schedule(loop, read)

@@ -13,9 +13,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, gmres
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, gmres
 
 from fesloop.errors import RunError
+from fesloop.theory.floats import within_floats
 from fesloop.theory.period_map import PeriodMap
 from fesloop.theory.steps import Draw, Flow
 
@@ -63,6 +64,7 @@ class SecondMoments:
                     moments = moments + chances[:, None, None] * step.covariance
         return moments
 
+    @within_floats("the second moments at rest")
     def at_rest(self) -> Array:
         """The stationary moments of a loop that is mean-square stable; others have none."""
         matrix = self._period.matrix
@@ -90,6 +92,7 @@ class SecondMoments:
             moments = self.after(moments, noise=False)
         return moments.ravel()
 
+    @within_floats("the growth of second moments")
     def spectral_radius(self) -> float:
         """Of the operator: the factor by which second moments grow in a period, in the long run."""
         matrix = self._period.matrix
@@ -108,10 +111,11 @@ class SecondMoments:
             # rightmost; others of the same modulus may turn.
             found = eigs(operator, k=1, which="LR", v0=start, tol=_ACCURACY, return_eigenvectors=False,
                          ncv=min(size - 1, 40), maxiter=1000)
-        except ArpackNoConvergence as fault:
+        except ArpackError as fault:
             raise RunError(f"the growth of second moments was not found: {fault}") from None
         return float(found[0].real ** (1.0 / _PERIODS))
 
+    @within_floats("the variance at rest")
     def variance(self, moments: Array) -> Array:
         """Of each output, (outputs,): its mean over the recorder's instants, given the moments at rest."""
         total, readings, chances = 0.0, 0, self._period.chain

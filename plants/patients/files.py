@@ -56,7 +56,7 @@ def from_table(tables: Mapping[str, Any], name: str = "patient") -> Patient:
     hints = hints_of(Patient)
     sections: dict[str, Any] = {}
     for key, value in document.items():
-        if key not in wrong:
+        if key in hints and key not in wrong:
             try:
                 sections[key] = build(hints[key], value, {}, key)
             except InputError as fault:

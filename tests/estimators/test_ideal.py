@@ -80,3 +80,8 @@ def test_the_compiled_kernel_equals_plain_python():
 def test_impossible_parameters_are_refused(wrong):
     with pytest.raises(InputError, match=list(wrong)[-1]):
         IdealTracker(**wrong)
+
+
+def test_a_number_of_joints_takes_no_memory_before_it_is_held_against_the_wires():
+    tracker = IdealTracker(joints=2**62, noise_deg=1.0, delay_ms=10.0)
+    assert [port.shape for port in tracker.inputs] == [(2**62,)]

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from fesloop.errors import InputError, did_you_mean
+from fesloop.experiment.files.toml_text import toml_key
 
 _MISSING, _UNKNOWN = "missing", "extra_forbidden"
 _ALLOWED = {
@@ -45,7 +46,7 @@ def key_path(path: Sequence[Any]) -> str:
     """A path as it is written: blocks.pid.gain, wires[2].latency_ms."""
     text = ""
     for key in path:
-        text += f"[{key}]" if isinstance(key, int) else f".{key}" if text else str(key)
+        text += f"[{key}]" if isinstance(key, int) else f".{toml_key(key)}" if text else toml_key(key)
     return text or "the file"
 
 

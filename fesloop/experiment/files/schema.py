@@ -192,8 +192,9 @@ def make(cls: type[Any], values: Mapping[str, Any], kinds: Kinds, where: str) ->
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
             return cls(**given)
-    except (ArithmeticError, np.linalg.LinAlgError) as fault:
-        raise InputError(where, f"its numbers cannot be computed with: {fault}",
+    except (ArithmeticError, MemoryError, np.linalg.LinAlgError) as fault:
+        why = str(fault) or "they need more memory than there is"
+        raise InputError(where, f"its numbers cannot be computed with: {why}",
                          "numbers of a size that occurs") from fault
     except InputError as fault:
         place = _place(fault.where, where, hints, cls.__name__.lower())

@@ -19,18 +19,19 @@ def toml_text(tables: Mapping[str, Any]) -> str:
 
 
 def _lines(table: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
-    own = [f"{_key(key)} = {_own(value)}" for key, value in table.items() if not _stands_below(value, path)]
+    own = [f"{toml_key(key)} = {_own(value)}" for key, value in table.items()
+           if not _stands_below(value, path)]
     below = [(key, value) for key, value in table.items() if _stands_below(value, path)]
     lines = own
     if path and (own or not below):
-        lines = ["", f"[{'.'.join(_key(part) for part in path)}]", *own]
+        lines = ["", f"[{'.'.join(toml_key(part) for part in path)}]", *own]
     for key, value in below:
         if isinstance(value, Mapping):
             lines += _lines(value, (*path, key))
             continue
         for row in value:
-            lines += ["", f"[[{_key(key)}]]",
-                      *(f"{_key(name)} = {toml_value(item)}" for name, item in row.items())]
+            lines += ["", f"[[{toml_key(key)}]]",
+                      *(f"{toml_key(name)} = {toml_value(item)}" for name, item in row.items())]
     return lines
 
 
@@ -50,7 +51,8 @@ def _own(value: Any) -> str:
     return "".join(["[\n", *(f"    {toml_value(row)},\n" for row in value), "]"])
 
 
-def _key(key: str) -> str:
+def toml_key(key: str) -> str:
+    """A key as TOML writes it, quoted where it must be."""
     return key if _BARE.fullmatch(key) else _text(key)
 
 
@@ -70,6 +72,6 @@ def toml_value(value: Any) -> str:
     if isinstance(value, (int, float)):
         return repr(value)
     if isinstance(value, Mapping):
-        inner = ", ".join(f"{_key(key)} = {toml_value(item)}" for key, item in value.items())
+        inner = ", ".join(f"{toml_key(key)} = {toml_value(item)}" for key, item in value.items())
         return f"{{ {inner} }}" if inner else "{}"
     raise TypeError(f"{value!r} has no place in TOML")

@@ -1,5 +1,6 @@
 """Every mistake in a file is named, with its key and what is allowed, and all of them at once."""
 
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from controllers.pid import Pid
 from controllers.reference import MinimumJerk
 from fesloop import Duration, Experiment, InputError, Node, Score, Wire
 from fesloop.experiment.files.parse import from_document, read, shipped
+from fesloop.experiment.files.schema import make
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.recruitment import Recruitment
 from plants.finger import Finger
@@ -290,3 +292,18 @@ def test_shipped_experiments_describe_themselves():
 def test_what_must_be_given_is_told_by_its_short_name(name, alias):
     with pytest.raises(InputError, match=f"is missing; give it with --set {alias}="):
         fesloop.load(name)
+
+
+@dataclass(kw_only=True)
+class Spacious:
+    """As long as its number."""
+
+    length: int
+
+    def __post_init__(self):
+        self.zeros = [0] * self.length
+
+
+def test_what_needs_more_memory_than_there_is_is_refused_by_name():
+    with pytest.raises(InputError, match=r"blocks.wide: its numbers cannot be computed with: .*memory"):
+        make(Spacious, {"length": 2**62}, {}, "blocks.wide")

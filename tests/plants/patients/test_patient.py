@@ -189,6 +189,9 @@ def test_a_longer_forearm_carries_motor_points_and_arrays_further_down():
     ({"strenght": {}}, "strenght: unknown key"),
     ({"tremor": {"activation": "much"}}, "tremor.activation"),
     ({"strength": 3}, "strength"),
+    ({"": "anna"}, '"": unknown key'),
+    ({"strength.overall": 0.5}, '"strength.overall": unknown key'),
+    ({"day[0]": {}}, '"day[0]": unknown key'),
 ])
 def test_impossible_patients_are_refused_by_name(sections, where):
     lines = refused(**sections)
