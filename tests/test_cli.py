@@ -327,3 +327,8 @@ def test_a_mistake_on_the_command_line_is_one_line(capsys, arguments):
     assert (ended.value.code, captured.out) == (2, "")
     assert line.startswith("fesloop: ")
     assert line.isprintable()
+
+
+def test_a_set_of_sensors_of_a_hand_that_has_one_is_refused(capsys):
+    assert main(["stream", "hand", "--sensor-set", "q"]) == 2
+    assert capsys.readouterr().err == "fesloop: --sensor-set: 'q', but hand has one set; allowed: none\n"

@@ -12,6 +12,7 @@ from typing import Any
 import fesloop.bench
 from fesloop.cli.output import print_json, print_table, progress_bar
 from fesloop.errors import InputError, did_you_mean
+from fesloop.loop.realtime import Pacing
 
 _COLUMNS = ("us_median", "us_p99", "us_worst", "reference_us_median", "ratio")
 
@@ -27,6 +28,7 @@ def execute(args: Namespace) -> int:
     if args.name is not None and args.name not in names():
         raise InputError(f"bench {args.name}", "there is no such bench", ", ".join(names()),
                          did_you_mean(args.name, names()))
+    Pacing(priority=args.priority)  # refuses one that is none, before a process of a bench meets it
     if args.name is not None:
         results = [_one(args.name, args)]
     else:

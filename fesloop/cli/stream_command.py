@@ -25,6 +25,8 @@ def execute(args: Namespace) -> int:
     """Play until the recording ends, the time is over, or somebody stops it."""
     if args.duration is not None and not args.duration > 0.0:
         raise InputError("--duration", f"{args.duration:g}", "seconds above 0")
+    if args.recording == HAND and args.sensor_set is not None:
+        raise InputError("--sensor-set", f"{args.sensor_set!r}, but {HAND} has one set", "none")
     faults = tuple(SenderFault.parse(text) for text in args.fault)
     open_library(args.network)
     if args.recording == HAND:

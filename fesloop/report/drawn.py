@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -61,7 +62,7 @@ def _chart(chart: Chart, numbers: Numbers) -> dict[str, Any]:
     return {"kind": "chart", "x_label": chart.x_label, "y_label": chart.y_label,
             "lines": [_line(line, numbers, limits) for line in chart.lines],
             "marks": [{"text": mark.text, "at": float(mark.at), "until": float(mark.until)}
-                      for mark in chart.marks if np.isfinite([mark.at, mark.until]).all()],
+                      for mark in chart.marks if _are_numbers((mark.at, mark.until))],
             "timed": chart.timed, "limits": limits,
             "x_levels": [*chart.x_levels], "x_log": chart.x_log}
 
@@ -75,7 +76,13 @@ def _strips(strips: Strips, numbers: Numbers) -> dict[str, Any]:
 
 def _limits(ends: tuple[float, float] | None) -> list[float] | None:
     """Of an axis; None where they are no numbers."""
-    return None if ends is None or not np.isfinite(ends).all() else [float(ends[0]), float(ends[1])]
+    return None if ends is None or not _are_numbers(ends) else [float(ends[0]), float(ends[1])]
+
+
+def _are_numbers(values: Sequence[Any]) -> bool:
+    """Whether all are finite numbers; a damaged document may hold text, or integers beyond floats."""
+    kinds, most = (int, float, np.integer, np.floating), sys.float_info.max
+    return all(isinstance(each, kinds) and bool(-most <= each <= most) for each in values)
 
 
 def _line(line: Line, numbers: Numbers, limits: Sequence[float] | None = None) -> dict[str, Any]:

@@ -54,3 +54,11 @@ def test_what_cannot_run_here_is_told_and_left_out_of_all(benches, capsys):
 def test_asked_for_by_name_it_is_bad_input(benches, capsys):
     assert main(["bench", "without"]) == 2
     assert "FESLOOP_RECORDINGS" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("priority", ["500", "-1", "99"])
+@pytest.mark.parametrize("name", [[], ["paced"], ["plain"]])
+def test_a_priority_that_is_none_is_refused_before_any_bench_runs(benches, capsys, name, priority):
+    assert main(["bench", *name, "--priority", priority]) == 2
+    assert capsys.readouterr().err.startswith(f"fesloop: --priority: {priority}; allowed: 1 to 98")
+    assert benches == []

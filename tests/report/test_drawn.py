@@ -20,7 +20,9 @@ def drawn(chart):
 
 
 def test_limits_and_marks_that_are_no_numbers_are_left_out():
-    marks = [Mark(text="nowhere", at=np.nan, until=1.0), Mark(text="here", at=1.0, until=np.float64(2.0))]
+    nowhere = [(np.nan, 1.0), ("\x1b", 2.0), (0.0, 10**400), (None, 2.0), (1.0, [2.0])]
+    marks = [*(Mark(text="nowhere", at=at, until=until) for at, until in nowhere),
+             Mark(text="here", at=1.0, until=np.float64(2.0))]
     chart, _ = drawn(replace(error(), limits=(0.0, np.inf), marks=marks))
     assert chart["limits"] is None
     assert chart["marks"] == [{"text": "here", "at": 1.0, "until": 2.0}]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
+import numpy as np
+
 from fesloop.errors import FesloopError, InputError
 from fesloop.experiment.recording.reading import Recording
 from fesloop.report.comparison.compared import Compared, compared
@@ -21,6 +23,7 @@ _SECTIONS: tuple[tuple[str, str, Build], ...] = (
 )
 
 
+@np.errstate(all="ignore")  # a damaged file may hold any number
 def comparison_page(recordings: Sequence[Recording]) -> Page:
     """The report of runs side by side, of one experiment or of several.
 

@@ -55,6 +55,7 @@ _SECTIONS: tuple[tuple[str, str, Build], ...] = (
 )
 
 
+@np.errstate(all="ignore")  # a damaged file may hold any number
 def run_page(recording: Recording, notices: Sequence[str] = (),
              progress: Progress = lambda fraction: None) -> Page:
     """The report of one run. What cannot be shown is said where it would stand; nothing is raised for that.
@@ -62,11 +63,10 @@ def run_page(recording: Recording, notices: Sequence[str] = (),
     `notices`: what is known to be missing of the file. `progress` is told the fraction done.
     """
     sections = []
-    with np.errstate(all="ignore"):  # a damaged file may hold any number
-        known = known_of(recording)
-        for number, (key, title, build) in enumerate(_SECTIONS):
-            sections += list(_built(known, key, title, build))
-            progress((number + 1) / len(_SECTIONS))
+    known = known_of(recording)
+    for number, (key, title, build) in enumerate(_SECTIONS):
+        sections += list(_built(known, key, title, build))
+        progress((number + 1) / len(_SECTIONS))
     said = [*notices, *known.lacks]
     if said:
         notes = [Notice(text=each) for each in said]

@@ -8,9 +8,11 @@ import h5py
 import numpy as np
 
 from fesloop.experiment.recording.reading import Recording
+from fesloop.report.comparison.page import comparison_page
 from fesloop.report.parts import Bars
 from fesloop.report.run import tracker
 from fesloop.report.run.known import Known, known_of
+from fesloop.report.run.page import run_page
 from fesloop.report.run.split import split_section
 
 
@@ -57,3 +59,16 @@ def test_rows_without_a_capture_take_no_peak_of_their_neighbours_with_them(learn
     chart = next(part for part in section.parts if getattr(part, "key", "") == "tracker-course-0")
     line = chart.lines[0]
     assert np.nanmax(line.high) > math.degrees(40.0)
+
+
+def test_stimulation_beyond_floats_is_reported_without_a_warning(recorded, tmp_path):
+    path = tmp_path / "damaged.h5"
+    shutil.copy(recorded("finger_pid_latency", "experiment.duration_s=0.6"), path)
+    with h5py.File(path, "r+") as file:
+        rows = file["blocks/safety"]
+        mine = rows[:]
+        mine["stimulation"] = 1e308
+        rows[:] = mine
+    with Recording(path) as recording:
+        assert "stimulation" in {section.key for section in run_page(recording).sections}
+        assert comparison_page([recording, recording]).sections
