@@ -38,6 +38,11 @@ def arguments(line):
             yield words[1:words.index(">")] if ">" in words else words[1:]
 
 
+def test_commands_and_tables_are_found():
+    assert sum(len(list(arguments(line))) for page in PAGES for line in command_lines(page)) > 100
+    assert sum(len(blocks(page, "toml")) for page in PAGES) > 10
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_every_command_is_one_of_the_program(page):
     for line in command_lines(page):

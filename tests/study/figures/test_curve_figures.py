@@ -2,6 +2,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from matplotlib import colormaps
 from matplotlib.colors import to_rgba
 from study_stores import write_cells, write_store
 
@@ -123,8 +124,10 @@ def test_over_text_lines_stand_beside_each_other_and_are_not_joined(results):
                 and len(line.get_xdata()) == 3 and line.get_marker() == "None"]
     markers = [line.get_xdata() for line in axes.lines if len(line.get_xdata()) == 3]
     assert {round(float(x), 6) for each in markers for x in each % 1.0} == {0.76, 0.88, 0.0, 0.12}
-    assert {tuple(to_rgba(line.get_color())) for line in axes.lines if len(line.get_xdata()) == 3} == {
-        tuple(to_rgba(line.get_color())) for line in axes.lines if len(line.get_xdata()) == 3}
+    places = {round(float(x % 1.0), 6): to_rgba(line.get_color())
+              for line in axes.lines if line.get_marker() != "None" for x in line.get_xdata()}
+    colours = [colormaps["viridis"](0.22 * number) for number in range(len(LATENCIES))]
+    assert [places[place] for place in (0.76, 0.88, 0.0, 0.12, 0.24)] == colours
 
 
 def test_where_many_bands_overlap_each_interval_has_a_bar_of_its_own(tmp_path):
