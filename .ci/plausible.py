@@ -47,6 +47,8 @@ SWEEPS = {
 }
 """Latency by experiment: its setting, values in ms, and seeds."""
 
+REPLICATES = 3
+"""Runs of each cell of a study, at least."""
 BOUNDS = (
     (r"(.*[_.])?(joint|tracker)_rmse_deg|(.*\.)?split.*", 0.0, 90.0),
     (r"(orientation|heading|inclination).*_deg", 0.0, 180.0),
@@ -68,6 +70,8 @@ ERRORS = re.compile(r"error|rmse|_deg$")
 WORSE = re.compile(r"latency|jitter|loss|dropout|silence|misalignment|magnet|noise|bias|drift|delay|error")
 
 EXPLAINED = {
+    r"^tracker_map: \w+ of salchow_b over magnet_a_m2 falls from .* at 5 ":
+        "at 5 A m2 the wrist is found again and fingers are opened as far as they go (docs/maps.md)",
     r"^finger_pid_latency: joint_rmse_deg over latency_ms falls":
         "PID set by hand is slow to follow; latency takes damping from it, which is faster up to 70 ms",
 }
@@ -178,10 +182,12 @@ def metrics_doubted(metrics: Mapping[str, Any]) -> Iterator[str]:
                 yield f"{name} of trial {trial} is {value:g}, possible is {limits[0]:g} to {limits[1]:g}"
 
 
-def falls(levels: Sequence[float], values: Sequence[Sequence[float]], name: str) -> Iterator[str]:
+def falls(levels: Sequence[float], values: Sequence[Sequence[float]], name: str,
+          comparisons: int = 1) -> Iterator[str]:
     """Where the mean of an error falls from a level to the next by more than its 95 % interval.
 
-    Values are (levels, seeds), the same seeds at each level: the interval is of the paired difference.
+    Values are (levels, seeds), the same seeds at each level: the interval is of the paired difference, and
+    of all `comparisons` together (Bonferroni).
     """
     from scipy.stats import t
 
@@ -190,7 +196,7 @@ def falls(levels: Sequence[float], values: Sequence[Sequence[float]], name: str)
         change = change[np.isfinite(change)]
         if change.size < 2 or not np.isfinite(before).any():
             continue
-        half = t.ppf(0.975, change.size - 1) * change.std(ddof=1) / math.sqrt(change.size)
+        half = t.ppf(1.0 - 0.025 / comparisons, change.size - 1) * change.std(ddof=1) / math.sqrt(change.size)
         if change.mean() + half < -0.01 * abs(np.nanmean(before)):
             yield (f"{name} falls from {np.nanmean(before):.3g} at {low:g} to {np.nanmean(after):.3g} at "
                    f"{high:g} (by {-change.mean():.2g} +- {half:.2g})")
@@ -208,27 +214,41 @@ def sweeps_doubted(found: Mapping[Case, Mapping[str, Any]]) -> Iterator[tuple[st
             yield from ((name, doubt) for doubt in falls(levels, values, f"{metric} over {key}"))
 
 
-def study_doubted(name: str, workers: int) -> Iterator[str]:
-    """Runs of a small study that failed, and errors of its tables that fall."""
-    from fesloop.study import load, read_study, run_study
+def courses_of(table: Any, axes: Sequence[str], metrics: Sequence[str]) -> Iterator[
+        tuple[list[float], list[list[float]], str]]:
+    """Errors over each axis that makes things worse: levels, values (levels, pairs), and what is compared.
 
+    One course for each choice of options on the other axes; replicates and their numeric levels make pairs.
+    """
+    numeric = [axis for axis in axes if table[axis].dtype.kind in "if"]
+    for axis in filter(WORSE.search, numeric):
+        options = [each for each in axes if each not in numeric]
+        pairs = ["replicate", *(each for each in numeric if each != axis)]
+        for labels, group in table.groupby(options, dropna=False) if options else (((), table),):
+            for metric in metrics:
+                by_level = group.pivot_table(index=pairs, columns=axis, values=metric).dropna()
+                if len(by_level) > 1 and by_level.shape[1] > 1:
+                    yield (list(by_level), by_level.to_numpy().T.tolist(),
+                           f"{metric} of {', '.join(map(str, labels)) or 'all'} over {axis}")
+
+
+def study_doubted(name: str, workers: int) -> Iterator[str]:
+    """Runs of a small study that failed, and errors of its tables that fall; replicates make the interval."""
+    from fesloop.study import load, read_study, run_study, study_of
+
+    document = dict(read_study(name).document)
+    document["study"] = {**document["study"], "replicates": max(REPLICATES, document["study"]["replicates"])}
     with tempfile.TemporaryDirectory() as folder:
-        results = load(run_study(read_study(name), out=folder, workers=workers).store)
+        results = load(run_study(study_of(document), out=folder, workers=workers).store)
         table = results.frame()
     failed = table[table["status"] != "done"]
     for cause, count in failed["cause"].value_counts().items():
         yield f"{count} of {len(table)} runs failed: {cause}"
-    axes = list(results.axes)
-    for axis in axes:
-        if not WORSE.search(axis) or table[axis].dtype.kind not in "if":
-            continue
-        others = [each for each in axes if each != axis]
-        for metric in filter(ERRORS.search, results.metrics):
-            for labels, group in table.groupby(others, dropna=False) if others else (((), table),):
-                by_level = group.pivot_table(index="replicate", columns=axis, values=metric)
-                if len(by_level) > 1:
-                    yield from falls(list(by_level), by_level.to_numpy().T.tolist(),
-                                     f"{metric} {labels} over {axis}")
+    courses = list(courses_of(table, list(results.axes), [*filter(ERRORS.search, results.metrics)]))
+    steps = sum(len(levels) - 1 for levels, _, _ in courses)
+    for levels, values, told in courses:
+        yield from falls(levels, values, told, max(steps, 1))
+    print(f"{name}: {len(table)} runs, {len(courses)} courses of errors, {steps} steps compared", flush=True)
 
 
 def explained(doubt: str) -> str:

@@ -73,13 +73,12 @@ def _summarise(result: Result, recorded: Sequence[Event]) -> None:
     rows = [["status", result.status], ["seed", str(result.seed)]]
     tables = {}
     for name, value in result.metrics.items():
-        if name in (NOT_KNOWN, "split_from_s"):
+        if name == NOT_KNOWN:
             continue
         if isinstance(value, dict) and all(isinstance(item, dict) for item in value.values()):
             tables[name] = value
         elif isinstance(value, dict):
-            since = _since(result.metrics) if name == "split_rmse_deg" else ""
-            rows += [[f"{name} {key}{since}", _text(item)] for key, item in value.items()]
+            rows += [[f"{name} {key}", _text(item)] for key, item in value.items()]
         else:
             rows.append([name, _text(value)])
     rows += [["wall time", f"{result.wall_s:.2f} s"], ["real-time factor", f"{result.realtime_factor:.1f}"]]
@@ -98,15 +97,6 @@ def _summarise(result: Result, recorded: Sequence[Event]) -> None:
         cells = [[key, *(_text(_last(row.get(column))) for column in columns)] for key, row in value.items()]
         print(file=sys.stderr)
         print_table(f"{name}{_which(value)}", ("", *columns), cells, sys.stderr)
-
-
-def _since(metrics: dict[str, Any]) -> str:
-    """From when on the split error counts, for the name of its rows."""
-    known = [each for each in metrics.get("split_from_s", ()) if each is not None and math.isfinite(each)]
-    if not known:
-        return ""
-    least, greatest = (f"{each:.3g}" for each in (min(known), max(known)))
-    return f", from {least if least == greatest else f'{least} to {greatest}'} s on"
 
 
 def _kept_time(realtime: dict[str, Any]) -> list[list[str]]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from fesloop.experiment.metrics.grasp_outcome import OUTCOMES
 from fesloop.experiment.recording.recorded import Event
-from fesloop.experiment.withheld import Rows, Stimulated, stimulated
+from fesloop.experiment.withheld import Rows, Stimulated, commanded_signal, stimulated
 
 _STATUSES = {"running": "the run is not over, or was killed", "damaged": "the file of the run is damaged",
              "failed": "the run failed", "interrupted": "the run was interrupted"}
@@ -132,7 +132,7 @@ def _safety(recording: Recorded, metrics: Mapping[str, Any]) -> Iterator[str]:
                for trial in _without_pulse(recording, metrics, told, each)}
     stopped = [event for event in told if event.status in _STOPPED]
     if without:
-        yield _no_pulse(recording, blocks, sorted(without))
+        yield _no_pulse(recording, blocks, sorted(without), trials)
     if stopped:
         first = stopped[0]
         yield f"stimulation ended for good{_when(recording, first)}: {first.where}: {first.detail}"
@@ -189,8 +189,14 @@ def _without_pulse(recording: Recorded, metrics: Mapping[str, Any], told: Sequen
             yield trial
 
 
-def _no_pulse(recording: Recorded, blocks: set[str], trials: Sequence[int]) -> str:
-    """That no channel gave a pulse, when, and why: what safety said last, else any other block."""
+def _no_pulse(recording: Recorded, blocks: set[str], trials: Sequence[int],
+              found: Mapping[str, Sequence[Stimulated | None]]) -> str:
+    """That no channel gave a pulse, when, and why: what safety said last, else any other block.
+
+    Where no pulse came into the safety block, that is why, whatever the block said.
+    """
+    silent = [source for block in found if (each := found[block][trials[0]]) is not None and each.asked == 0.0
+              and (source := commanded_signal(recording, block)) in recording.signals]
     inside = [event for event in recording.events if event.trial == trials[0]]
     kept_off = [event for event in inside if event.where in blocks
                 and (event.status in _WITHHELD or event.status.startswith(_WATCHDOG))]
@@ -198,6 +204,9 @@ def _no_pulse(recording: Recorded, blocks: set[str], trials: Sequence[int]) -> s
            or (event.where not in blocks and event.status in _UNHEARD)]
     why = kept_off or cut or [event for event in inside if event.where in blocks]
     which = f" in {len(trials)} of {recording.trials} trials" if recording.trials > 1 else ""
+    if len(silent) == len(found):
+        told = next((f" ({each.where}: {each.status}: {each.detail})" for each in reversed(cut)), "")
+        return f"no channel gave a pulse{which}: none was commanded: {', '.join(silent)} has none{told}"
     if not why:
         return f"no channel gave a pulse{which}: nothing was commanded"
     last = why[-1]
@@ -266,14 +275,14 @@ def _not_held(metrics: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _no_better(metrics: Mapping[str, Any]) -> Iterator[str]:
-    """Joints that followed worse than if they had stayed where they were."""
+    """Joints that followed worse than if they had stayed where the trial began."""
     errors, still = metrics.get("joint_rmse_deg"), metrics.get("unmoved_rmse_deg")
     if not (isinstance(errors, list) and isinstance(still, list) and errors and len(still) == len(errors)):
         return
     if _finite(errors[-1]) and _finite(still[-1]) and errors[-1] > still[-1] > _MOVES_DEG:
         which = f" in the last of {len(errors)} trials" if len(errors) > 1 else ""
         yield (f"the joints followed worse{which} than if they had not moved ({errors[-1]:.3g} deg RMS; "
-               f"{still[-1]:.3g} deg had they stayed where they were)")
+               f"{still[-1]:.3g} deg had they stayed where the trial began)")
 
 
 def _rose(metrics: Mapping[str, Any]) -> Iterator[str]:

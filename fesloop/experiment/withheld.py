@@ -42,6 +42,12 @@ class Stimulated:
     given: float
 
 
+def commanded_signal(recording: Rows, safety: str) -> str:
+    """What is wired into a safety block as stimulation; "" where nothing is."""
+    return next((str(wire["from"]) for wire in recording.experiment.get("wires", ())
+                 if wire["to"] == f"{safety}.{_PORT}"), "")
+
+
 def given_signal(recording: Rows, commanded: str) -> str | None:
     """The recorded `charge` of the device that a signal of pulses commands; None where there is none."""
     for wire in recording.experiment.get("wires", ()):
@@ -56,8 +62,7 @@ def stimulated(recording: Rows, safety: str, trial: int, from_ns: int = 0) -> St
     passed = f"{safety}.{_PORT}"
     if passed not in recording.signals:
         return None
-    source = next((wire["from"] for wire in recording.experiment.get("wires", ())
-                   if wire["to"] == passed), "")
+    source = commanded_signal(recording, safety)
     asked = _mean(recording, source, trial, from_ns) if source in recording.signals else 0.0
     let_through = _mean(recording, passed, trial, from_ns)
     given = _mean(recording, given_signal(recording, passed) or passed, trial, from_ns)

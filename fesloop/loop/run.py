@@ -27,7 +27,7 @@ from fesloop.loop.publish import Sampler
 from fesloop.loop.record import EventRow, Recorder
 from fesloop.loop.snapshot import Snapshot
 from fesloop.loop.stations import BlockStation
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Node, Wiring, require_count
 
 
 class Loop:
@@ -45,7 +45,7 @@ class Loop:
     """
 
     def __init__(self, wiring: Wiring, trial: int = 0, recorder: Recorder | None = None) -> None:
-        self.wiring, self.trial, self.now = wiring, trial, -1
+        self.wiring, self.trial, self.now = wiring, require_count("trial", trial), -1
         self.recorder = recorder
         self._ended = ""
         self._events = recorder.events if recorder is not None else []
@@ -201,14 +201,16 @@ class Loop:
         return repr((self.wiring.seed, nodes, [c.wire for c in self.wiring.connections]))
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go on from a snapshot of this wiring; the recorder goes on after the snapshot's instant.
+        """Go on from a snapshot of this wiring.
+
+        The recorder keeps the rows that it has, those after the snapshot's instant too: drain it before.
 
         Raises SnapshotError for one of another trial, of another wiring or of other parameters.
         """
         if snapshot.trial != self.trial:
             raise SnapshotError(f"the snapshot is of trial {snapshot.trial}, the loop is in {self.trial}")
         if snapshot.wiring != self._signature():
-            raise SnapshotError("the snapshot is of another wiring")
+            raise SnapshotError("the snapshot is of another wiring or seed")
         for name, parameters in self._parameters.items():
             if differing := changed(snapshot.parameters[name], parameters):
                 raise SnapshotError(f"{name}: the snapshot was made with other parameters "

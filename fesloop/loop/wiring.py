@@ -136,9 +136,7 @@ class Wiring:
     """
 
     def __init__(self, nodes: Iterable[Node], wires: Iterable[Wire], seed: int = 0) -> None:
-        if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-            raise InputError("seed", f"{seed!r}", "an integer, 0 or more")
-        self.seed = seed
+        self.seed = require_count("seed", seed)
         declared = list(nodes)
         wires = list(wires)
         names = [node.name for node in declared]
@@ -165,12 +163,19 @@ class Wiring:
     def with_seed(self, seed: int) -> Wiring:
         """The same nodes and wires with another seed, on which nothing that is checked here depends."""
         made = copy(self)
-        made.seed = seed
+        made.seed = require_count("seed", seed)
         return made
 
     def node(self, name: str) -> Node:
         """The node of that name; KeyError if there is none."""
         return next(node for node in self.nodes if node.name == name)
+
+
+def require_count(name: str, value: int) -> int:
+    """A number such as a seed's; raises InputError for what is no integer from 0 to below 2^63."""
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**63:
+        raise InputError(name, f"{value!r}", "an integer from 0 to below 2^63")
+    return value
 
 
 def _raise(faults: Sequence[InputError]) -> None:

@@ -163,7 +163,8 @@ def test_stimulation_is_taken_away_by_whatever_keeps_it_off_beyond_alignment(sta
 def test_the_summary_says_first_that_no_pulse_was_given_and_why(tmp_path, capsys):
     assert main(["run", "finger_control", "--set", "loss=0.9999", "--out", str(tmp_path)]) == 0
     said = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("fesloop: caution:")]
-    assert said[0].startswith("fesloop: no channel gave a pulse: safety: stale_input")
+    assert said[0].startswith("fesloop: no channel gave a pulse: none was commanded: controller.stimulation")
+    assert "(controller: no_input" in said[0]
 
 
 @given(st.integers(0, 30), st.sampled_from(["stale_input", "posture_silent", "no_posture", "budget_spent"]))
@@ -175,3 +176,15 @@ def test_no_list_of_events_cuts_off_what_is_grave(others, status):
                                 frozenset())).parts[0].rows
     assert "initial_pose_failed" in rows[0][0]
     assert status in rows[1][0]
+
+
+def test_a_silent_controller_is_named_where_safety_only_said_how_a_trial_begins():
+    """`no_posture` at 0 s is how every trial begins, and no reason."""
+    told = Told([(0.0, 0.0, 0.0)], [event(0.0, "safety", "no_posture")])
+    first = troubles(told, {"joint_rmse_deg": [9.0], "unmoved_rmse_deg": [9.0]})[0].text
+    assert first == "no channel gave a pulse: none was commanded: controller.stimulation has none"
+    events = [event(0.0, "safety", "no_posture"), event(0.0, "controller", "no_input")]
+    heard = Told([(0.0, 0.0, 0.0)], events)
+    assert "(controller: no_input" in troubles(heard, {"unmoved_rmse_deg": [9.0]})[0].text
+    kept = Told([(3.0, 0.0, 0.0)], [event(0.0, "safety", "no_posture")])
+    assert "safety: no_posture" in troubles(kept, {})[0].text

@@ -292,3 +292,13 @@ def test_each_trial_loses_messages_of_its_own():
         received.append([s.value for _, s in loop.states()["sink"].log])
         loop.next_trial()
     assert received[0] != received[1]
+
+
+@pytest.mark.parametrize("value", [None, True, 1.5, 1.0, -1, 2**63, "1"])
+def test_seeds_and_trials_are_whole_numbers(value):
+    wiring = Wiring([Node("source", Source(), "10")], [])
+    with pytest.raises(InputError, match="seed"):
+        wiring.with_seed(value)
+    with pytest.raises(InputError, match="trial"):
+        Loop(wiring, trial=value)
+    assert wiring.with_seed(3).seed == 3

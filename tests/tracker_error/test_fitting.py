@@ -60,11 +60,12 @@ def test_what_the_reference_is_late_by_is_taken_off(recordings, tmp_path):
 
 def test_a_recording_is_opened_as_the_settings_say(tmp_path):
     """Without its layout nobody knows what is in a table."""
-    rows = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 9.81], (300, 1))
-    rows[:, :3] += np.random.default_rng(0).normal(0.0, 1e-3, (300, 3))
+    rows = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 9.81], (300, 2))
+    rows += np.tile([1e-3, 1e-3, 1e-3, 0.0, 0.0, 0.0], 2) * np.random.default_rng(0).normal(size=(300, 12))
     np.savetxt(tmp_path / "lab.csv", rows, delimiter=",")
     (tmp_path / "layout.toml").write_text("rate = 100\n[text]\nheader = 0\n[sensors.a]\ngyr = [1, 2, 3]\n"
-                                          "acc = [4, 5, 6]\n[sensors.b]\ngyr = [1, 2, 3]\nacc = [4, 5, 6]\n")
+                                          "acc = [4, 5, 6]\n[sensors.b]\ngyr = [7, 8, 9]\n"
+                                          "acc = [10, 11, 12]\n")
     layout = f"blocks.recording.layout={tmp_path / 'layout.toml'}"
     for path, settings, tracker in (
             (tmp_path / "lab.csv", (layout, "pairs=[[0, 1]]"), "vqf"),

@@ -9,7 +9,7 @@ from typing import Any
 from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.checking import faults_of_form, kinds_in, raise_all
-from fesloop.experiment.files.patches import extended
+from fesloop.experiment.files.patches import extended, of_its_own
 from fesloop.experiment.files.patient_models import with_models
 from fesloop.experiment.files.patients import patient_of, with_patient
 from fesloop.experiment.files.repeat import document_of
@@ -70,7 +70,8 @@ def read(experiment: str | Path) -> tuple[str, dict[str, Any]]:
     text = str(experiment)
     if text.endswith(".h5"):
         return text, document_of(Path(text))
-    return read_tables(experiment, EXPERIMENTS, extended)[:2]
+    name, document, _ = read_tables(experiment, EXPERIMENTS, extended)
+    return name, of_its_own(document)
 
 
 @one_blas_thread()
@@ -98,8 +99,9 @@ def _filled(tables: dict[str, Any], kinds: Kinds) -> dict[str, Any]:
     """
     faults = faults_of_form(tables, kinds)
     patient, of_patient = patient_of(tables, faults)
-    if any(not _may_be_added(fault) for fault in faults):
-        raise_all(of_patient + faults)
+    sure = [fault for fault in faults if not _may_be_added(fault)]
+    if sure:
+        raise_all(of_patient + sure)
     filled = tables
     try:
         filled = tables if patient is None else with_patient(tables, patient, kinds)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import copy
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from fesloop.errors import InputError, did_you_mean
@@ -22,6 +22,8 @@ from fesloop.experiment.files.settings import key_parts, key_text
 
 BESIDE = ("guide", "variants")
 """Tables of a file that no variant changes, and a file that extends another may."""
+EXTENDING = "said by files that extend others"
+"""Key under which a document has what each file said that it is made of, but the first."""
 PATCHED = ("experiment", "patient", "record", "blocks", "wires", "score", "aliases")
 """Tables of a file that a patch may change."""
 _SIGNALS = ("timed", "leave_out")
@@ -112,8 +114,74 @@ def extended(base: Mapping[str, Any], document: Mapping[str, Any]) -> Tables:
     for number, key in enumerate(beside):
         _take_out(rest, key_parts(key), f"remove[{number}]")
     rest |= {key: merged(rest.get(key, {}), value) for key, value in document.items()
-             if key not in (*PATCHED, "remove")}
-    return made | rest
+             if key not in (*PATCHED, "remove", EXTENDING)}
+    own = {key: value for key, value in keyed(document).items() if key in (*PATCHED, *BESIDE)}
+    return made | rest | {EXTENDING: [*base.get(EXTENDING, []), own]}
+
+
+def of_its_own(document: Mapping[str, Any]) -> Tables:
+    """A document without the description and [guide] of what it extends, which say nothing of it."""
+    made = dict(document)
+    if EXTENDING not in document:
+        return made
+    own = document[EXTENDING][-1]
+    if "description" not in own.get("experiment", {}) and "experiment" in made:
+        made["experiment"] = {key: value for key, value in made["experiment"].items() if key != "description"}
+    if "guide" not in own:
+        made.pop("guide", None)
+    return made
+
+
+def overruled(document: Mapping[str, Any], changed: Mapping[str, Any], variant: str,
+              options: Sequence[str], asked: bool) -> str:
+    """The first key that a file says over those that it extends, and that an option of theirs changes.
+
+    An option that somebody has `asked` for may take the key out.
+
+    Parameters
+    ----------
+    document, changed: keyed, before and after the option. A file that says of the key what it is to be with
+        the option, or with one that the option is like (`options`), is obeyed.
+    """
+    layers = document.get(EXTENDING, ())
+    for number, own in enumerate(layers):
+        patches = [_by_ends(each.get("variants", {}).get(variant, {}).get(option, {}))
+                   for each in layers[number:] for option in options]
+        for path in _leaves({key: own[key] for key in own if key in PATCHED and key != "aliases"}):
+            was, now = _at(document, path), _at(changed, path)
+            if _same(was, now) or not _same(_at(own, path), was) or (now is _ABSENT and asked):
+                continue
+            if not any(_says(patch, path) for patch in patches):
+                return key_text(path)
+    return ""
+
+
+def _says(patch: Mapping[str, Any], path: tuple[str, ...]) -> bool:
+    """Whether a patch gives a key or takes it out."""
+    removed = [key_parts(key) for key in patch.get("remove", ())]
+    return _at(patch, path) is not _ABSENT or any(list(path[:len(each)]) == each for each in removed)
+
+
+def _by_ends(patch: Mapping[str, Any]) -> Tables:
+    return {**patch, "wires": {_ends(wire): wire for wire in patch.get("wires", ())}}
+
+
+def _leaves(tables: Mapping[str, Any], path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
+    """Paths of all that is no table."""
+    for key, value in tables.items():
+        if isinstance(value, Mapping):
+            yield from _leaves(value, (*path, key))
+        else:
+            yield (*path, key)
+
+
+def _at(tables: Any, path: Sequence[str]) -> Any:
+    """What stands at a path."""
+    for part in path:
+        if not isinstance(tables, Mapping) or part not in tables:
+            return _ABSENT
+        tables = tables[part]
+    return tables
 
 
 def merged(old: Any, new: Any) -> Any:

@@ -31,7 +31,16 @@ from itertools import combinations
 from typing import Any
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
-from fesloop.experiment.files.patches import combined, cut_off, is_patchable, keyed, patched, plain_lists
+from fesloop.experiment.files.patches import (
+    EXTENDING,
+    combined,
+    cut_off,
+    is_patchable,
+    keyed,
+    overruled,
+    patched,
+    plain_lists,
+)
 from fesloop.experiment.files.settings import key_text, text_value
 from fesloop.experiment.files.variant_form import checked_variants, faults_of_aliases, options_of
 
@@ -65,13 +74,14 @@ def pick(document: Mapping[str, Any], settings: Sequence[str], name: str) -> Pic
     check. Raises InputError, InputErrors: what is wrong with the variants, with an option asked for, or
     with two options together.
     """
-    base = {key: value for key, value in document.items() if key != "variants"}
+    base = {key: value for key, value in document.items() if key not in ("variants", EXTENDING)}
     declared = document.get("variants", {})
     others = tuple(each for each in settings if not isinstance(declared, dict) or _key(each) not in declared)
     if "variants" not in document or not is_patchable(base):
         return Picked(document=base, settings=others, variants={}, options={}, name=name)
     try:
         variants = checked_variants(declared, base)
+        layers = {EXTENDING: document[EXTENDING]} if EXTENDING in document else {}
         made = _made(variants, keyed(base))
     except InputErrors as several:
         raise several.within(name) from None
@@ -80,7 +90,10 @@ def pick(document: Mapping[str, Any], settings: Sequence[str], name: str) -> Pic
     told = [f"{variant}={option}" for variant, option in options.items() if variant in asked]
     full_name = f"{name} with {', '.join(told)}" if told else name
     chosen = {key_text(("variants", *pair)): made[pair] for pair in options.items()}
-    tables = plain_lists(_together(keyed(base), chosen, name))
+    together = _together(keyed(base), chosen, name)
+    for pair in options.items():
+        _require_obeyed(keyed(base) | layers, made, variants[pair[0]], pair, pair[0] in asked, name)
+    tables = plain_lists(together)
     return Picked(document=_described(tables, variants, options), options=options, name=full_name,
                   variants=listed(document), settings=others)
 
@@ -136,6 +149,19 @@ def _with_option(base: Tables, variant: str, table: Tables, option: str) -> Tabl
                              "an option that is not like this one")
     return reduce(lambda document, each: patched(
         document, table[each], key_text(("variants", variant, each))), reversed(line), base)
+
+
+def _require_obeyed(base: Tables, made: Mapping[tuple[str, str], Tables], table: Tables,
+                    picked: tuple[str, str], asked: bool, name: str) -> None:
+    """Raise InputError where an option of what a file extends changes what the file says itself."""
+    line = [picked[1]]
+    while "like" in table[line[-1]]:
+        line.append(table[line[-1]]["like"])
+    key = overruled(base, made[picked], picked[0], line, asked)
+    if key:
+        place = key_text(("variants", *picked))
+        raise InputError(f"{name}: {key}", f"is said by the file, and changed by {place} of what it extends",
+                         "one of the two", f"say it under [{place}] too, or remove the variant")
 
 
 def _together(base: Tables, chosen: Mapping[str, Tables], name: str) -> Tables:

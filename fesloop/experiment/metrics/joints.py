@@ -73,17 +73,15 @@ def _known(values: Array) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(values).all(axis=tuple(range(1, values.ndim))))
 
 
-def rmse_deg(measured: Trace, wanted: Trace, *, still: bool = False) -> Array:
+def rmse_deg(measured: Trace, wanted: Trace, *, still: Array | None = None) -> Array:
     """RMS of measured minus wanted at the measured instants that have both, (joints,), deg.
 
-    NaN where there is no such instant. `still`: as if what is measured had stayed at its first value.
+    NaN where there is no such instant. `still`: as if all that is measured were this value, (joints,).
     """
     total, count = np.zeros(measured[1].shape[1:]), 0
-    first: Array | None = None
     for times, values in _pieces(measured):
-        if still:
-            first = np.array(values[0]) if first is None else first
-            values = np.broadcast_to(first, values.shape)
+        if still is not None:
+            values = np.broadcast_to(still, values.shape)
         standing = held(wanted, times).reshape(values.shape)
         known = _known(standing)
         total += np.square((values - standing)[known]).sum(axis=0)
@@ -99,9 +97,10 @@ def joint_rmse_deg(trials: Sequence[tuple[Trace, Trace]]) -> list[float]:
     return [float(rms(np.atleast_1d(rmse_deg(truth, reference)))) for truth, reference in trials]
 
 
-def unmoved_rmse_deg(trials: Sequence[tuple[Trace, Trace]]) -> list[float]:
-    """`joint_rmse_deg` had the joints stayed where they were at the first instant of the truth."""
-    return [float(rms(np.atleast_1d(rmse_deg(truth, reference, still=True)))) for truth, reference in trials]
+def unmoved_rmse_deg(trials: Sequence[tuple[Trace, Trace]], begun: Sequence[Array]) -> list[float]:
+    """`joint_rmse_deg` had the joints stayed where the trials began: `begun`, (joints,) each."""
+    return [float(rms(np.atleast_1d(rmse_deg(truth, reference, still=still))))
+            for (truth, reference), still in zip(trials, begun, strict=True)]
 
 
 def tracker_rmse_deg(trials: Sequence[tuple[Trace, Trace]]) -> list[float]:

@@ -40,7 +40,7 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
     """What the experiment's [score] asks for.
 
     joint_rmse_deg: one a trial, truth against reference; unmoved_rmse_deg: what it would be had the joints
-    stayed where they were when the scored part began. tracker_rmse_deg: one a trial, estimate against
+    stayed where they were when the trial began. tracker_rmse_deg: one a trial, estimate against
     the truth of the instant of its capture, from when the tracker has taken its initial pose: what it puts
     out before is an assumption. split_rmse_deg: the error that the patient sees (total), what
     of it the controller could not see (tracker, latency included), and what it saw and did not put right
@@ -89,7 +89,9 @@ def _joint_metrics(recording: Recording, score: Score) -> dict[str, Any]:
     if score.truth and score.reference:
         pairs = list(zip(truth, wanted, strict=True))
         metrics["joint_rmse_deg"] = joint_rmse_deg(pairs)
-        metrics["unmoved_rmse_deg"] = unmoved_rmse_deg(pairs)
+        begun = [_trace(recording, score.truth, trial, 0.0)[1][:1] for trial in trials]
+        metrics["unmoved_rmse_deg"] = unmoved_rmse_deg(pairs, [
+            rows[0] if len(rows) else np.full(rows.shape[1:], np.nan) for rows in begun])
         _add_by_joint(joints, "joint_rmse_deg", [rmse_deg(*pair) for pair in pairs])
     if score.truth and score.estimate:
         pairs = [_seen(recording, score, trial) for trial in trials]

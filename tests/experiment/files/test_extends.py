@@ -132,3 +132,52 @@ def test_the_schema_takes_a_file_that_extends_another():
     for wrong in ({**document, "extends": 3}, {key: document[key] for key in ("blocks",)}):
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate(wrong, schema)
+
+
+PID = """
+extends = "finger_control"
+[experiment]
+name = "mygains"
+[variants.control]
+default = "pid"
+"""
+
+
+def test_no_variant_of_what_is_extended_overrules_the_file(tmp_path):
+    """Gains of a file's own used to be lost to those of the option that it picks from the other file."""
+    overruled = lay(tmp_path, "overruled", PID + "[blocks.controller]\nkp = [3.0, 3.0, 3.0]\n")
+    with pytest.raises(InputError, match=r"blocks.controller.kp: is said by the file, and changed by "
+                                         r"variants.control.pid of what it extends"):
+        load(overruled)
+    said = lay(tmp_path, "said", PID + "[variants.control.pid.blocks.controller]\nkp = [3.0, 3.0, 3.0]\n")
+    assert load(said).document()["blocks"]["controller"]["kp"] == [3.0, 3.0, 3.0]
+    both = lay(tmp_path, "both", PID + "[blocks.controller]\nkp = [3.0, 3.0, 3.0]\n"
+                                       "[variants.control.pid.blocks.controller]\nkp = [3.0, 3.0, 3.0]\n")
+    assert load(both).document()["blocks"]["controller"]["kp"] == [3.0, 3.0, 3.0]
+    deeper = lay(tmp_path, "deeper", 'extends = "said.toml"\n[experiment]\nname = "deeper"\n'
+                                     "[blocks.controller]\nkp = [2.0, 2.0, 2.0]\n")
+    with pytest.raises(InputError, match=r"blocks.controller.kp: is said by the file"):
+        load(deeper)
+
+
+@given(kp=st.floats(0.1, 10.0), option=st.sampled_from(["mpc", "pid", "tuned_pid", "ilc"]),
+       key=st.sampled_from(["kp", "move_weight", "delay_ms", "duration_s"]))
+@settings(max_examples=30, deadline=None)
+def test_what_a_file_says_is_what_runs_or_is_refused(tmp_path_factory, kp, option, key):
+    value = [kp] * 3 if key == "kp" else kp
+    folder = tmp_path_factory.mktemp("said")
+    mine = lay(folder, "mine", f'extends = "finger_control"\n[variants.control]\ndefault = "{option}"\n'
+                               f"[blocks.controller]\n{key} = {value}\n")
+    try:
+        runs = load(mine).document()["blocks"]["controller"]
+    except InputError:
+        return
+    assert runs[key] == value
+
+
+def test_a_description_and_a_guide_are_of_the_file_that_says_them(tmp_path):
+    mine = lay(tmp_path, "mine", 'extends = "grasp_mpc"\n[experiment]\nname = "mine"\n')
+    document = read(mine)[1]
+    assert "description" not in document["experiment"]
+    assert "guide" not in document
+    assert load(mine).document()["experiment"]["name"] == "mine"
