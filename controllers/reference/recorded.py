@@ -38,7 +38,7 @@ class Recorded:
 
     Attributes
     ----------
-    file: path, from the working folder.
+    file: its path.
     signal: of a recording, its signal, such as "truth.synergies".
     trial: of a recording.
     rows: what `angles` lists, in this order: columns of the file, or ready synergies (as of the block

@@ -234,13 +234,15 @@ def require_same(path: str, model: PatientModel, wanted: Mapping[str, Any]) -> N
     """
     made_for = {"patient": model.patient.partition(", day ")[0], "electrodes": model.electrodes,
                 "current_ma": model.current_ma, "outputs": model.outputs}
+    now = wanted.get("patient_fingerprint")
+    if now and model.patient_fingerprint == now:
+        del made_for["patient"]  # the same patient, by whatever path the file is called
     for key, value in made_for.items():
         if key in wanted and wanted[key] != value:
             raise InputError(f"{path}: {key}", f"the model is of {_words(value)}",
                              f"{_words(wanted[key])}, as this experiment has",
                              "identify this one, or say any_patient = true" if key == "patient"
                              else "identify with these, or change the experiment")
-    now = wanted.get("patient_fingerprint")
     if now and model.patient_fingerprint not in ("", now):
         raise InputError(f"{path}: patient_fingerprint",
                          f"the model is of {model.patient!r} as {model.patient_fingerprint[:12]}",

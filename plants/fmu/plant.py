@@ -42,7 +42,7 @@ class Fmu:
 
     Attributes
     ----------
-    path: the .fmu file, from the working folder; "shipped:finger" is the default finger, exported anew
+    path: the .fmu file; "shipped:finger" is the default finger, exported anew
         (which takes a compiler).
     step_rate: communication points, Hz.
     interface: "auto" takes co-simulation where there is the choice.

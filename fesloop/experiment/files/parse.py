@@ -12,6 +12,7 @@ from fesloop.experiment.files.checking import faults_of_form, kinds_in, raise_al
 from fesloop.experiment.files.patches import extended, of_its_own
 from fesloop.experiment.files.patient_models import with_models
 from fesloop.experiment.files.patients import patient_of, with_patient
+from fesloop.experiment.files.places import placed
 from fesloop.experiment.files.repeat import document_of
 from fesloop.experiment.files.schema import Kinds, make
 from fesloop.experiment.files.settings import apply_settings
@@ -28,7 +29,7 @@ from fesloop.toml import TomlError, plain_tables
 _PLACE = ("kind", "rate", "clock", "offset_ms", "execution")
 
 
-EXPERIMENTS = Shelf("experiment", "fesloop.experiment")
+EXPERIMENTS = Shelf("experiment", "fesloop.experiment", placed)
 
 
 def shipped() -> list[str]:
@@ -41,9 +42,10 @@ def load(experiment: str | Path, settings: Sequence[str] = (), seed: int | None 
 
     Parameters
     ----------
-    experiment: name of a shipped experiment, path of a TOML file, or path of a recording (.h5).
+    experiment: name of a shipped experiment, path of a TOML file, or path of a recording (.h5). Paths in a
+        TOML file start from the folder of that file.
     settings: "KEY=VALUE" each, changing what the file says: a variant of the file and which of its options it
-        is to be, an alias of the file, or a dotted key path.
+        is to be, an alias of the file, or a dotted key path. Paths in them start from the current folder.
     seed: takes the place of the file's.
 
     Raises

@@ -5,12 +5,14 @@ from __future__ import annotations
 import copy
 import re
 from collections.abc import Sequence
+from pathlib import Path
 from types import UnionType
 from typing import Any, Union, get_args, get_origin
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment import registry
 from fesloop.experiment.files.patients import require_no_other
+from fesloop.experiment.files.places import placed_value
 from fesloop.experiment.files.schema import hints_of
 from fesloop.toml import DEEPEST, TomlError, TooLargeError, tables_of
 
@@ -19,13 +21,13 @@ _PART = re.compile(r'"([^"]*)"|([^.\[\]"]+)|\[(\d+)\]')
 
 
 def apply_settings(document: dict[str, Any], settings: Sequence[str], name: str,
-                   variants: Sequence[str] = ()) -> dict[str, Any]:
+                   variants: Sequence[str] = (), folder: Path | None = None) -> dict[str, Any]:
     """A copy of the document with every setting applied, in order.
 
     KEY is an alias of the file, or a path such as blocks.pid.gain, wires.2.latency_ms or
     wires."imu.gyr->tracker.gyr".latency_ms. VALUE is read as TOML, and as text where it is none or where
-    the key takes text. `variants` are keys of the file that are settled already. Raises InputError for a key
-    that leads nowhere.
+    the key takes text. `variants` are keys of the file that are settled already; paths in values start from
+    `folder`. Raises InputError for a key that leads nowhere.
     """
     changed = copy.deepcopy(document)
     for setting in settings:
@@ -37,7 +39,7 @@ def apply_settings(document: dict[str, Any], settings: Sequence[str], name: str,
             if path[0] == "patient":
                 require_no_other(document, key, name)
             try:
-                _assign(changed, path, text, key, name)
+                _assign(changed, path, text, key, name, folder)
             except TooLargeError as fault:
                 raise InputError(f"--set {key}", str(fault)) from None
     return changed
@@ -75,7 +77,8 @@ def key_text(path: Sequence[str]) -> str:
     return ".".join(part if part.replace("-", "_").isidentifier() else f'"{part}"' for part in path)
 
 
-def _assign(document: dict[str, Any], path: list[str], text: str, key: str, name: str) -> None:
+def _assign(document: dict[str, Any], path: list[str], text: str, key: str, name: str,
+            folder: Path | None) -> None:
     """Put the value of `text` at a path."""
     here: Any = document
     for depth, part in enumerate(path[:-1]):
@@ -87,9 +90,10 @@ def _assign(document: dict[str, Any], path: list[str], text: str, key: str, name
             raise InputError(f"--set {key}", f"{part!r} holds no further keys", remedy=f"see {name}")
     last = path[-1]
     if isinstance(here, list):
-        here[_step(here, last, key, name)] = _value(text, False)
+        here[_step(here, last, key, name)] = placed_value(path, _value(text, False), folder)
     else:
-        here[last] = _value(text, _takes_text(document, path, here.get(last)))
+        value = _value(text, _takes_text(document, path, here.get(last)))
+        here[last] = placed_value(path, value, folder)
 
 
 def _step(here: Any, part: str, key: str, name: str) -> Any:

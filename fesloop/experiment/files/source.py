@@ -30,10 +30,12 @@ class Shelf(NamedTuple):
     ----------
     what: what a file is, for messages, such as "experiment".
     package: whose folder `shipped` holds them, and whose folder `shipped/parts` files that others extend.
+    placed: of the tables of a user's file, and its folder: the same, with the paths in them starting there.
     """
 
     what: str
     package: str
+    placed: Callable[[Tables, Path], Tables] = lambda tables, _: tables
 
     @property
     def a_file(self) -> str:
@@ -73,6 +75,8 @@ def _read(source: str | Path, shelf: Shelf, overlay: Overlay, folder: Path | Non
     name = text if path is None or folder is None else str(path)
     content = _shipped(text, shelf, bool(below)) if path is None else read_whole(path, shelf.a_file)
     document = _tables(name, content)
+    if path is not None:
+        document = shelf.placed(document, path.parent)
     if "extends" not in document:
         return name, document, path and path.parent
     extended = document.pop("extends")

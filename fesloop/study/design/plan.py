@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from fesloop.errors import InputError, InputErrors
@@ -68,9 +69,10 @@ class PlannedCell:
 
 
 class Resolver:
-    """From cells to experiments; every file is read once."""
+    """From cells to experiments; every file is read once. Paths in settings start from `folder`."""
 
-    def __init__(self) -> None:
+    def __init__(self, folder: Path | None = None) -> None:
+        self._folder = folder
         self._documents: dict[str, Mapping[str, Any]] = {}
 
     def experiment(self, name: str, settings: Sequence[str], seed: int) -> Experiment:
@@ -79,8 +81,8 @@ class Resolver:
             self._documents[name] = read(name)[1]
         picked = pick(self._documents[name], settings, name)
         every = [*picked.settings, f"experiment.seed={seed}"]
-        return from_document(apply_settings(picked.document, every, picked.name, tuple(picked.options)),
-                             picked.name)
+        return from_document(apply_settings(picked.document, every, picked.name, tuple(picked.options),
+                                            self._folder), picked.name)
 
 
 def plan(study: Study, prepared: Settings, progress: Callable[[float], None] | None = None
@@ -90,7 +92,7 @@ def plan(study: Study, prepared: Settings, progress: Callable[[float], None] | N
     Raises InputErrors, when all cells have been gone through, naming what cannot be run, each fault once and
     with the first cell that has it; further faults of many are counted.
     """
-    resolver, faults = Resolver(), dict[str, InputError]()
+    resolver, faults = Resolver(study.folder), dict[str, InputError]()
     for cell in cells_of(study):
         try:
             experiment = resolver.experiment(cell.experiment, (*cell.settings, *prepared(cell)),

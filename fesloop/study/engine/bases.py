@@ -60,8 +60,8 @@ def _require_sound(client: Any, study: Study, cells: Collection[Cell], watch: Wa
 def _task(study: Study, id: str, cell: Cell) -> list[Task]:
     """The run of an experiment without any axis; none where only an axis makes it whole."""
     try:
-        experiment = Resolver().experiment(cell.experiment, (*cell.settings, *meanwhile(study)(cell)),
-                                           study.about.seed)
+        experiment = Resolver(study.folder).experiment(
+            cell.experiment, (*cell.settings, *meanwhile(study)(cell)), study.about.seed)
     except InputError:
         return []
     document = zlib.compress(experiment.as_json().encode())

@@ -53,7 +53,7 @@ class Preparations:
         self._study = study
         self._ids: dict[tuple[str, str, tuple[str, ...]], str] = {}
         self.needed: Needed = {}
-        resolver = Resolver()
+        resolver = Resolver(study.folder)
         for cell in cells_of(study) if study.prepare else ():
             for key, preparation in study.prepare.items():
                 self._need(resolver, key, preparation, cell)

@@ -45,7 +45,7 @@ class _Rows:
     """Cells of a study along the x of a figure; `theory` says at which levels others are taken."""
 
     def __init__(self, study: Study, figure: Figure) -> None:
-        self.figure, self._study, self._resolver = figure, study, Resolver()
+        self.figure, self._study, self._resolver = figure, study, Resolver(study.folder)
         self._cells: list[Cell] = list(cells_of(study))
         first = self._cells[0].levels
         named = {axis for key, axis in figure.named_axes() if key != "at"}
