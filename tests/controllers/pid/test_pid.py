@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.signal import dlsim, lfilter
 
 from controllers.pid import Pid
+from controllers.pid.kernel import can_follow
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
@@ -129,3 +130,11 @@ def test_state_pickles_and_goes_on_alike():
 def test_names_the_faulty_key(faulty, key):
     with pytest.raises(InputError, match=key):
         Pid(**LIMITED | faulty)
+
+
+@pytest.mark.parametrize(("weights", "follows"), [
+    ((1.0, 0.1), True), ((1.0, 0.0), False), ((-1.0, 0.0), True), ((0.0, -0.1), True)])
+def test_an_integral_grows_where_a_muscle_follows_it_however_weakly(weights, follows):
+    """The first muscle is at its most, the second within its range."""
+    channels = np.array([[0.0, 0.0, 1.0]] * 2)
+    assert can_follow(np.array(weights), channels, np.array([2.0, 0.5]), 1.0) is follows
