@@ -30,6 +30,13 @@ _AROUND, _MOST_AROUND = 8, 4096
 _USUAL_STEP = 0.7, 1.05
 _STATED_STEP = 0.45, 1.05
 """Of the mean of a few steps, what a single step, or a stated period, is where few samples are missing."""
+_IN_PACKET = 0.1
+"""Of a stated period, below which a step is one within a packet, whose samples share the instant at which it
+arrived (chosen: no sensor is ten times as fast as it says)."""
+_PACKETS = 16
+"""Over how many packets a rate is taken."""
+_FASTEST_HZ = 5000.0
+"""Inertial sensors are slower (chosen: the fastest of them give 1 to 4 kHz)."""
 _LAG, _BLOCK = 16, 64
 """Samples over which a rate is taken, and how many of such rates one median is of (chosen)."""
 _STEADY = 0.02
@@ -50,7 +57,7 @@ class Pace:
     ----------
     period_s: between samples, without gaps.
     breaks: numbers of the samples before which others are missing, ascending.
-    jitter_s: standard deviation of a stamp, robust.
+    jitter_s: standard deviation of a stamp, robust; of samples in packets with what they wait for the last.
     """
 
     period_s: float
@@ -81,12 +88,13 @@ def pace_of(times_s: Array, stated_hz: float = 0.0) -> Pace:
     if steps.size < 2:
         return Pace(float(steps.sum()), none)
     period = _likely_period(times_s, steps, stated_hz)
+    together = max(1, round(packets(times_s))) if abs(stated_hz * period - 1.0) < 1e-9 else 1
     breaks, jitter = none, 0.0
     for _ in range(_REFINEMENTS):
         if not period > 0.0:
             return Pace(float(steps.mean()), none)
-        breaks, jitter = _breaks(times_s, period)
-        before, period = period, _robust_slope(times_s, breaks, period)
+        breaks, jitter = _breaks(times_s, period, together)
+        before, period = period, _robust_slope(times_s, breaks, period, together)
         if abs(period - before) <= 1e-9 * before:
             break
     first, number = _stretches(times_s.size, breaks)
@@ -101,10 +109,16 @@ def pace_of(times_s: Array, stated_hz: float = 0.0) -> Pace:
 
 def _likely_period(times_s: Array, steps: Array, stated_hz: float) -> float:
     """A first guess: the usual step, unless samples come in bursts; then what is stated, or a longer mean."""
+    usual = float(np.median(steps))
+    if stated_hz > 0.0 and usual * stated_hz < _IN_PACKET:
+        size = steps.size / max(1, int((steps * stated_hz >= _IN_PACKET).sum()))
+        lag = max(1, min(round(_PACKETS * size), steps.size // 2))
+        mean = float(np.quantile(times_s[lag:] - times_s[:-lag], 0.25)) / lag
+        if _STATED_STEP[0] * mean <= 1.0 / stated_hz <= _STATED_STEP[1] * mean:
+            return 1.0 / stated_hz
     lag = max(1, min(_LAG, steps.size // 4))
     # The lower quarter: most stretches of so many samples may hold a gap.
     mean = float(np.quantile(times_s[lag:] - times_s[:-lag], 0.25)) / lag
-    usual = float(np.median(steps))
     if _USUAL_STEP[0] * mean <= usual <= _USUAL_STEP[1] * mean:
         return usual
     if stated_hz > 0.0 and _STATED_STEP[0] * mean <= 1.0 / stated_hz <= _STATED_STEP[1] * mean:
@@ -112,18 +126,36 @@ def _likely_period(times_s: Array, steps: Array, stated_hz: float) -> float:
     return mean
 
 
-def _breaks(times_s: Array, period: float) -> tuple[Numbers, float]:
-    """Where stamps fall behind samples of a period for good, and the jitter."""
+def packets(times_s: Array) -> float:
+    """Mean size of the packets in which samples (n,) arrive that are stamped on arrival; 0 for none.
+
+    Most steps are then shorter than any inertial sensor's period, and the others make up the time.
+    """
+    steps = np.diff(times_s)
+    short = steps * _FASTEST_HZ < 1.0
+    if 2 * int(short.sum()) < steps.size or times_s[-1] - times_s[0] <= times_s.size / _FASTEST_HZ:
+        return 0.0
+    return times_s.size / (1.0 + float((~short).sum()))
+
+
+def _breaks(times_s: Array, period: float, together: int) -> tuple[Numbers, float]:
+    """Where stamps fall behind samples of a period for good, and the jitter.
+
+    `together`: samples of a packet, whose steps show no jitter, but those from one packet to the next do.
+    """
     late = times_s - period * np.arange(times_s.size)
     steps = np.diff(late)
-    jitter = float(1.4826 * np.median(np.abs(steps - np.median(steps))) / np.sqrt(2.0))
-    least = max(_MISSING * period, _DEVIATIONS * jitter)
+    apart = steps if together == 1 else late[together:] - late[:-together]
+    jitter = float(1.4826 * np.median(np.abs(apart - np.median(apart))) / np.sqrt(2.0))
+    least = max(_MISSING * together * period, _DEVIATIONS * jitter)
     found: list[int] = []
     for k in (np.flatnonzero(steps > (_LATE - 1.0) * period) + 1).tolist():
         catching_up = min(_MOST_AROUND, 2.0 * float(steps[k - 1]) / period)
         before = late[max(found[-1] if found else 0, k - _AROUND):k].min()
         if late[k:k + _AROUND + int(catching_up)].min() - before > least:
             found.append(k)
+    if together > 1:
+        jitter = float(np.hypot(jitter, together * period / np.sqrt(12.0)))
     return np.array(found, dtype=np.int64), jitter
 
 
@@ -190,10 +222,10 @@ def _stretches(size: int, breaks: Numbers) -> tuple[Numbers, Array]:
     return first, np.arange(size, dtype=np.float64) - np.repeat(middle, length)
 
 
-def _robust_slope(times_s: Array, breaks: Numbers, period: float) -> float:
+def _robust_slope(times_s: Array, breaks: Numbers, period: float, together: int) -> float:
     """The period that most pairs of samples half the recording apart agree on, with gaps taken out."""
     closed = np.diff(times_s)
-    closed[breaks - 1] = period
+    closed[breaks - 1] = period * together
     even = np.concatenate([[0.0], np.cumsum(closed)])
     far = max(1, times_s.size // 2)
     return float(np.median(even[far:] - even[:-far])) / far
@@ -238,15 +270,16 @@ def gaps_of(times_s: Array, pace: Pace) -> list[Gap]:
 def rate_change(times_s: Array, pace: Pace) -> tuple[float, float, float] | None:
     """When a rate is another than at first, s, the rate before and the rate then, Hz; None for one rate."""
     first, _ = _stretches(times_s.size, pace.breaks)
+    lag = _LAG * max(1, round(packets(times_s)))
     rates = []
     for start, stop in zip(first.tolist(), [*first[1:].tolist(), times_s.size], strict=True):
         part = times_s[start:stop]
-        periods = (part[_LAG:] - part[:-_LAG]) / _LAG
+        periods = (part[lag:] - part[:-lag]) / lag
         rates += [(float(part[at]), float(np.median(periods[at:at + _BLOCK])))
                   for at in range(0, periods.size - _BLOCK + 1, _BLOCK)]
     if not rates:
         return None
-    allowed = _STEADY + _DEVIATIONS * np.sqrt(2.0) * pace.jitter_s / (_LAG * pace.period_s)
+    allowed = _STEADY + _DEVIATIONS * np.sqrt(2.0) * pace.jitter_s / (lag * pace.period_s)
     periods = np.array([period for _, period in rates])
     if not (periods > 0.0).all() or periods.max() / periods.min() - 1.0 <= allowed:
         return None

@@ -13,7 +13,7 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.streams.checks import Array
 from fesloop.streams.formats.xdf_chunks import XdfStream
-from fesloop.streams.pace import level_change, on_lines, pace_of, rate_change, set_back
+from fesloop.streams.pace import level_change, on_lines, pace_of, packets, rate_change, set_back
 from fesloop.streams.timebase import require_rate
 
 _WINSOR_S = 1e-4
@@ -30,6 +30,8 @@ _LEAST_JUMP_S, _OFFSETS_AROUND = 0.02, 12
 than their scatter (chosen: measurements over a radio scatter by some ms; those of a minute are compared)."""
 _STEEPEST = 1e-3
 """No clock gains more on another (sensors' clocks: 1e-4); a slope above is of scatter between few offsets."""
+_RIGHT = 0.9, 1.1
+"""Of a stated rate, what packets that share a stamp are at (`require_rate` judges the rest)."""
 _STEADY = "streams of steady clocks"
 _PARTS = "save the part before it, or after it, as a file of its own"
 
@@ -55,9 +57,20 @@ def instants_s(stream: XdfStream, where: str, trust_header: bool = True) -> Arra
                          _STEADY, _PARTS)
     if stream.clock_s:
         times = times + _offsets(stream, times, where)
-    if stream.rate_hz <= 0.0 or times.size < 2:
+    if times.size < 2:
         return times
     pace = pace_of(times, stream.rate_hz)
+    together = packets(times)
+    if together and not _RIGHT[0] < stream.rate_hz * pace.period_s < _RIGHT[1]:
+        states = f"a nominal rate of {stream.rate_hz:g} Hz does not fit" if stream.rate_hz > 0.0 else \
+            "it states no nominal rate"
+        whole = (times.size - together) / float(times[-1] - times[0])
+        raise InputError(where, f"has samples in packets of about {together:.3g} that arrived at once, and "
+                         f"{states}", "stamps of the samples, or the nominal rate that they were taken at",
+                         f"let the sender state its rate (in all {whole:.4g} Hz arrived), or save the "
+                         "samples as a table and give `rate` in a layout")
+    if stream.rate_hz <= 0.0:
+        return times
     if trust_header and not stream.drops:
         require_rate(stream.rate_hz, pace, times.size, where)
     if stream.drops or rate_change(times, pace) is not None:

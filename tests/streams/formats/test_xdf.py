@@ -16,7 +16,7 @@ from fesloop.streams.blocks.replay import Replay
 from fesloop.streams.files import open_recording
 from fesloop.streams.formats.xdf_chunks import read_streams
 from fesloop.streams.formats.xdf_clock import instants_s
-from fesloop.streams.pace import gaps_of, pace_of, set_back
+from fesloop.streams.pace import gaps_of, on_lines, pace_of, set_back
 
 LABELS, UNITS = xdf.MOTION_LABELS, xdf.MOTION_UNITS
 
@@ -412,3 +412,47 @@ def test_what_is_damaged_is_refused_at_its_byte(tmp_path):
             (xdf.file_of(head), ("stream imu", "holds no sample")),
             (xdf.file_of(), ("no stream",))]:
         refused(written(tmp_path, content), *words)
+
+
+def packed(tmp_path, size, within_s, jitter_s, rate, count=1200):
+    """A file of samples at 100 Hz that arrive in packets, and are stamped on arrival."""
+    count -= count % size
+    _, values = xdf.motion(count)
+    number = np.arange(count)
+    delay = np.random.default_rng(2).normal(0.0, jitter_s, count // size + 1)
+    times = 1000.0 + 0.01 * (number // size * size + size - 1) + number % size * within_s \
+        + delay[number // size]
+    return written(tmp_path, xdf.file_of(xdf.header(1, labels=LABELS, units=UNITS, rate=rate),
+                                         xdf.samples(1, times, values)))
+
+
+@given(size=st.integers(2, 40), within_s=st.sampled_from([0.0, 2e-5, 1e-4]),
+       jitter_s=st.sampled_from([0.0, 1e-3, 5e-3]))
+@example(size=10, within_s=0.0, jitter_s=0.0)
+@example(size=10, within_s=2e-5, jitter_s=5e-3)
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_packets_that_share_a_stamp_are_spread_as_by_pyxdf(tmp_path, size, within_s, jitter_s):
+    path = packed(tmp_path, size, within_s, jitter_s, 100.0)
+    (theirs,), _ = pyxdf.load_xdf(path)
+    (ours,) = read_streams(path)
+    found = instants_s(ours, "")
+    # Samples of the first and last packet bend the line of least squares by some of their own length.
+    np.testing.assert_allclose(found, theirs["time_stamps"], rtol=0.0, atol=2e-3 * size + 4.0 * jitter_s)
+    assert np.ptp(np.diff(found)) < 1e-9
+    assert float(open_recording(path).rate) == pytest.approx(100.0, rel=2e-3)
+
+
+@pytest.mark.parametrize("within_s", [0.0, 2e-5])
+@pytest.mark.parametrize("rate", [0.0, 400.0])
+def test_packets_without_the_rate_of_their_samples_are_refused_with_what_helps(tmp_path, within_s, rate):
+    text = refused(packed(tmp_path, 10, within_s, 0.0, rate), "packets of about 10", "100 Hz", "`rate`")
+    assert "whose `time` takes the stamps" not in text
+
+
+def test_packets_that_are_lost_leave_gaps(tmp_path):
+    path = packed(tmp_path, 10, 2e-5, 1e-3, 100.0)
+    (stream,) = read_streams(path)
+    times = np.delete(np.array(stream.times_s), np.s_[500:530])
+    on_time = on_lines(times, pace_of(times, 100.0))
+    (gap,) = gaps_of(on_time, pace_of(on_time))
+    assert gap.missing == 30
