@@ -116,16 +116,20 @@ def _why(trial: _Trial, path: tuple[str, ...]) -> str:
     score, name = trial.score, ".".join(path)
     touch = (f"thumb and fingers never pressed together by more than {score.contact_n:g} N for "
              f"{LASTING_S:g} s" if score.forces else "contact forces are not scored")
+    ended = f"the trial ended before {score.until_s:g} s, when the hold is over"
+    if score.forces and trial.found.word == "not_known":
+        touch = f"{ended}: until then {touch}"
     whenever = {
         "time_to_grasp_s": touch, "aperture_mm.contact": touch,
         "aperture_mm.opening": f"no fingertips are recorded at {score.starts_s:g} s",
-        "aperture_mm.rmse": f"no aperture was given as a reference from {score.starts_s:g} s on",
+        "aperture_mm.rmse": ended if trial.found.word == "not_known" else
+        f"no aperture was given as a reference from {score.starts_s:g} s on",
         "charge_uc": "fewer than two samples of the pulses are recorded",
     }
     if name in whenever:
         return whenever[name]
     if trial.found.word == "not_known":
-        return f"the trial ended before {score.until_s:g} s, when the hold is over"
+        return ended
     if name == "grasps_until_fatigue":
         return _why_no_count(trial)
     whole = {
@@ -274,14 +278,18 @@ def _apertures_mm(trial: _Trial, name: str) -> dict[str, float]:
     ways = 1e3 * aperture(fingertips, score.opposed)
     at = [score.starts_s, *(() if math.isnan(touched_s) else (touched_s,))]
     opening, *contact = held((_ns(times_s), ways), _ns(np.array(at)))
-    told = {"opening": float(opening), "contact": float(contact[0]) if contact else math.nan,
+    # The end of the last row is rounded up by 1 ns: nothing is told of that instant itself.
+    begun = reached_ns(_ns(times_s)) > round(score.starts_s * NS_PER_S) + 1
+    told = {"opening": float(opening) if begun else math.nan,
+            "contact": float(contact[0]) if contact else math.nan,
             "hold": float(1e3 * aperture(trial.hold(name), score.opposed).mean())}
     if score.aperture is not None:
         before = (times_s >= score.starts_s) & (times_s <= min(
             score.until_s, touched_s if contact else score.until_s))
         signal = trial.recording.signal(score.aperture, trial.number)
         wanted = 1e3 * aperture(np.asarray(signal.values), score.opposed)
-        told["rmse"] = rms_known(ways[before] - held((signal.times_ns, wanted), _ns(times_s[before])))
+        errors = ways[before] - held((signal.times_ns, wanted), _ns(times_s[before]))
+        told["rmse"] = rms_known(errors) if contact or not math.isnan(told["hold"]) else math.nan
     return told
 
 

@@ -70,10 +70,10 @@ def _not_comparable(runs: Sequence[Compared], flat: Sequence[Scored]) -> Iterato
     unscored = [run.name for run, each in zip(runs, flat, strict=True) if not each]
     if unscored:
         yield Notice(text=f"Not scored: {listed(unscored)}.")
-    whiles = {run.name: (run.known.score.get("after_s"), run.known.score.get("until_s")) for run in runs}
+    whiles = {run.name: run.known.scored_span_s() for run in runs if run.name not in unscored}
     if len(set(whiles.values())) > 1:
-        each = "; ".join(f"{name} from {after or 0:g} s{f' to {until:g} s' if until else ' on'}"
-                         for name, (after, until) in whiles.items())
+        each = "; ".join(f"{name} from {after:g} s{' on' if end is None else f' to {end:g} s'}"
+                         for name, (after, end) in whiles.items())
         yield Notice(text=f"They are scored over different parts of a trial: {each}.")
 
 

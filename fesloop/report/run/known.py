@@ -14,6 +14,7 @@ from fesloop.experiment.files.parse import from_document
 from fesloop.experiment.files.repeat import document_of
 from fesloop.experiment.metrics.scoring import metrics_of
 from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.recording.recorded import reached_ns
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import NS_PER_S
@@ -81,9 +82,28 @@ class Known:
 
     def scored_while(self) -> tuple[Mark, ...]:
         """The part of each trial that joint angles are scored on, where it is not all of it."""
-        after, until = self.score.get("after_s") or 0.0, self.score.get("until_s")
-        end = until if until is not None else self.duration_s
-        return (Mark(text="scored", at=after, until=end),) if end is not None and (after or until) else ()
+        after, end = self.scored_span_s()
+        part = after or self.score.get("until_s")
+        return (Mark(text="scored", at=after, until=end),) if end is not None and part else ()
+
+    def scored_span_s(self) -> tuple[float, float | None]:
+        """From when to when joint angles are scored: to `until_s`, or the end of a trial that comes before.
+
+        None for an end that is not known.
+        """
+        ends = (self.score.get("until_s"), self.duration_s, self._reached_s() or None)
+        return self.score.get("after_s") or 0.0, min((end for end in ends if end is not None), default=None)
+
+    def _reached_s(self) -> float:
+        """Up to where there is a truth of the first trial, which is whole if others follow; 0: not known."""
+        truth = self.scored("truth")
+        if not truth or not self.begun:
+            return 0.0
+        try:
+            times_ns = self.recording.signal(truth, 0).times_ns
+        except FesloopError:  # what cannot be read is told in `lacks`
+            return 0.0
+        return round(reached_ns(times_ns) / NS_PER_S, 3)
 
 
 def row_names(count: int) -> tuple[str, ...]:

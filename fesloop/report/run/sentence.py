@@ -106,9 +106,10 @@ def _course(errors: list[float], over: str, in_last: str) -> str:
 
 def _over(known: Known) -> str:
     """The while that is scored, where that is a part of the trial."""
-    after, until = known.score.get("after_s") or 0.0, known.score.get("until_s")
+    (after, end), until = known.scored_span_s(), known.score.get("until_s")
     if until is not None:
-        return f" from {after:g} to {until:g} s"
+        short = f" (the trial ended before {until:g} s)" if end != until else ""
+        return f" from {after:g} to {end:g} s{short}"
     return f" after the first {after:g} s" if after else ""
 
 

@@ -222,6 +222,24 @@ def test_trials_that_broke_off_are_told_as_such():
     assert metrics["time_to_grasp_s"] == pytest.approx([1.0, 1.0])
 
 
+@given(st.integers(2, 999))
+def test_of_a_trial_that_ended_before_the_hold_nothing_is_claimed_that_it_could_not_show(rows):
+    """Before the hold is over one side that presses may still make a grip: there is no never."""
+    tips = np.ones((rows, 5, 3))
+    tips[:, 0] = 0.0
+    metrics = grasp_metrics(
+        recording(hand__object=np.zeros((rows, 3)), hand__forces=pressing(2.0, 20.0)[:rows], hand__tips=tips,
+                  r__wanted=np.full(rows, 0.05)),
+        score(forces="hand.forces", fingertips="hand.tips", aperture="r.wanted"))
+    why = {name: reasons[0] for name, reasons in metrics.get("not_known", {}).items()}
+    over, begun = rows >= 800, rows > 100
+    assert np.isfinite(metrics["aperture_mm"]["opening"][0]) == begun
+    assert ("aperture_mm.opening" in why) == (not begun)
+    assert np.isfinite(metrics["aperture_mm"]["rmse"][0]) == over
+    for name in ("time_to_grasp_s", "aperture_mm.contact", "aperture_mm.rmse"):
+        assert over or why[name].startswith("the trial ended before 8 s")
+
+
 @pytest.mark.parametrize(("keys", "where"), [
     ({"starts_s": 5.0}, "starts_s"), ({"asked": ("F2",)}, "asked"), ({"needed_n": 0.0}, "needed_n"),
     ({"asked": ("F7",), "angles": "a"}, "asked"), ({"opposed": ("F1",)}, "opposed"),

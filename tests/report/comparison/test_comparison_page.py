@@ -54,6 +54,15 @@ def of(page, key, kind):
     return [part for part in section.parts if isinstance(part, kind)]
 
 
+def test_runs_whose_trials_ended_at_different_instants_are_scored_over_different_spans(run):
+    until = ("control=pid", "score.after_s=0.5", "score.until_s=1.5")
+    whole, short = (run("finger_control", f"experiment.duration_s={end}", *until) for end in (1.6, 1))
+    also = run("finger_control", "experiment.duration_s=2", "latency_ms=5", *until)
+    told = [part.text for part in of(page_of(whole, short), "metrics", Notice)]
+    assert any("different parts of a trial" in text and "0.5 s to 1 s" in text for text in told)
+    assert not [part for part in of(page_of(whole, also), "metrics", Notice) if "different" in part.text]
+
+
 def error_deg(path):
     from fesloop.experiment.metrics.scoring import metrics_of
 

@@ -1,8 +1,10 @@
 """The sentence says what was measured, and no more."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from fesloop.experiment.recording.recorded import Event
@@ -50,6 +52,19 @@ def test_no_change_over_trials_is_claimed_where_stimulation_was_withheld_in_one(
 def test_the_while_that_is_scored_is_said():
     told = sentence_of(run_of({"joint_rmse_deg": [4.0]}, {"after_s": 2.0, "until_s": 4.4}))
     assert told == "The tracking error from 2 to 4.4 s was 4.00 deg RMS."
+
+
+@pytest.mark.parametrize(("rows", "duration_s"), [(3000, 3.0), (3000, 9.0)])
+def test_of_a_trial_that_ended_before_the_while_did_what_there_is_of_it_is_said(rows, duration_s):
+    """Of a trial that was set to end, and of one that broke off."""
+    known = run_of({"joint_rmse_deg": [4.0]}, {"after_s": 2.0, "until_s": 4.4, "truth": "hand.angles"})
+    known.recording.experiment["experiment"] = {"duration_s": duration_s}
+    times_ns = np.arange(rows) * 1_000_000
+    known.recording.signal = lambda name, trial: SimpleNamespace(times_ns=times_ns)
+    known = replace(known, signals=frozenset({"hand.angles"}))
+    assert sentence_of(known) == (
+        "The tracking error from 2 to 3 s (the trial ended before 4.4 s) was 4.00 deg RMS.")
+    assert [(mark.at, mark.until) for mark in known.scored_while()] == [(2.0, 3.0)]
 
 
 @pytest.mark.parametrize(("held", "words"), [
