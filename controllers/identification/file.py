@@ -21,6 +21,8 @@ from fesloop.models.patient_model import RECRUITMENT, PatientModel, electrodes_i
 Array = NDArray[np.float64]
 THRESHOLD_SHARE = 0.05
 """Recruited fraction that counts as the threshold of a curve (chosen: a twitch that is seen)."""
+_REPORTED = {"threshold_ma": "half_ma"}
+"""Names in the report, where a threshold is that of `THRESHOLD_SHARE`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -41,6 +43,7 @@ class RecordingIdentified:
         channels = [
             {"electrode": names[c], "current_ma": model.current_ma[c], "threshold_us": 1e6 * float(widths[c]),
              "half_ma": curve.threshold_ma, "spread": curve.spread, "fit_percent": curve.fit_percent,
+             "at_bound": {_REPORTED.get(name, name): end for name, end in curve.at_bound.items()},
              "moved_deg": dict(zip(model.outputs, np.degrees(curve.moved).tolist(), strict=True))}
             for c, curve in enumerate(identified.curves)]
         return {"patient": model.patient, "outputs": list(model.outputs), "rate": model.rate,

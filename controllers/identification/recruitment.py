@@ -15,6 +15,7 @@ cannot be known: half of it is then said to be recruited by the strongest pulse,
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
 
@@ -33,6 +34,8 @@ muscles; two such lags rise in about .3 s)."""
 _PRIOR_WEIGHT = 0.01
 """Weight of a departure by a factor of e from the usual, against all of the motion (chosen: a record that
 shows a whole curve is followed, one that shows its foot only is not led astray)."""
+_NEAR = 0.01
+"""Relative distance to a bound at which a fit counts as being there (chosen): it never quite gets to one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -46,6 +49,7 @@ class RecruitmentFit:
     rest, gain: (m,), y0 and g, in the units of y.
     fit_percent: 100 (1 - |error| / |y - mean|).
     moved: (m,), peak to peak of y.
+    at_bound: of threshold_ma and spread those at an end of what is tried, and which: "or less", "or more".
     """
 
     threshold_ma: float
@@ -55,6 +59,7 @@ class RecruitmentFit:
     gain: Array
     fit_percent: float
     moved: Array
+    at_bound: Mapping[str, str]
 
 
 def effective_ma(width_s: Array, current_ma: float, chronaxie_us: float) -> Array:
@@ -106,7 +111,14 @@ def fit_recruitment(width_s: Array, current_ma: float, measured: Array, period_s
     percent = 100.0 * (1.0 - math.sqrt(float((error**2).sum() / (deviation**2).sum())))
     threshold, spread, lag = (float(value) for value in np.exp(found))
     return RecruitmentFit(threshold_ma=threshold, spread=spread, lag_s=lag, rest=coefficients[0],
-                          gain=coefficients[1], fit_percent=percent, moved=moved)
+                          gain=coefficients[1], fit_percent=percent, moved=moved,
+                          at_bound=_at_bound(found, lowest, highest))
+
+
+def _at_bound(found: Array, lowest: Array, highest: Array) -> dict[str, str]:
+    ends = {name: "or less" if found[i] - lowest[i] < _NEAR else "or more" if highest[i] - found[i] < _NEAR
+            else "" for i, name in enumerate(("threshold_ma", "spread"))}
+    return {name: end for name, end in ends.items() if end}
 
 
 def _fractions(effective: Array, threshold: float, spread: float) -> Array:

@@ -42,7 +42,11 @@ def _print(report: dict[str, Any]) -> None:
     print_table(f"fit on the {report['held_out_s']:.3g} s held out, %: order {report['order']}, "
                 f"delay {report['delay_ms']:g} ms", ["output", *kinds], rows, sys.stderr)
     rows = [[str(c), row["electrode"], f"{row['current_ma']:g}", f"{row['threshold_us']:.0f}",
-             f"{row['half_ma']:.2f}", f"{row['spread']:.2f}", f"{row['fit_percent']:.0f}"]
+             *(f"{row[name]:.2f} {row['at_bound'].get(name, '')}".rstrip() for name in ("half_ma", "spread")),
+             f"{row['fit_percent']:.0f}"]
             for c, row in enumerate(report["channels"])]
     print_table("recruitment: threshold at 5 %, half at an effective current", [
         "channel", "electrode", "mA", "threshold us", "half mA", "spread", "fit %"], rows, sys.stderr)
+    if any(row["at_bound"] for row in report["channels"]):
+        print("'or more', 'or less': the fit is at the end of what is tried (half: the strongest pulse), the "
+              "patient's value may lie beyond", file=sys.stderr)

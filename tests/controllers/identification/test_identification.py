@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from identification_parts import finger_record
+from scipy.special import ndtr
 
 import fesloop
 from controllers.identification.dynamics import Dynamics, delayed, identify_dynamics
@@ -69,6 +70,16 @@ def test_isometric_force_gives_the_curve_as_motion_does():
     assert found.spread == pytest.approx(0.35, rel=0.03)
     assert found.lag_s == pytest.approx(0.04, rel=0.03)
     assert found.gain[0] == pytest.approx(3.0, rel=0.01)
+
+
+@pytest.mark.parametrize(("half_ma", "end"), [(12.0, None), (20.0, None), (45.0, "or more")])
+def test_a_half_that_lies_beyond_the_strongest_pulse_is_marked_as_at_the_bound(half_ma, end):
+    width = np.repeat(np.linspace(50e-6, 400e-6, 8), 25)
+    effective = 40.0 * width / (width + 200e-6)
+    force = 3.0 * lagged(ndtr(np.log(effective / half_ma) / 0.35), 0.04, 0.02)[:, np.newaxis]
+    found = fit_recruitment(width, 40.0, force, 0.02)
+    assert found.at_bound.get("threshold_ma") == end
+    assert (found.threshold_ma > 0.99 * effective.max()) == (end is not None)
 
 
 @pytest.mark.parametrize("method", ["subspace", "fir"])
