@@ -85,7 +85,7 @@ def _pairs(levels: tuple[AxisLevel, ...]) -> Iterator[tuple[AxisLevel, AxisLevel
 
 def _row(axis: str, found: Comparison) -> list[str]:
     share = found.statistic == "share"
-    difference = value_text(found.value, found.low, found.high, share=share)
+    difference = value_text(found.value, found.low, found.high, found.sd, share=share)
     value, _, interval = difference.partition(" (")
     left_out = ", ".join(f"{count} {why}" for why, count in found.dropped.items())
     return [level_text(found.first[axis]), level_text(found.second[axis]), value,

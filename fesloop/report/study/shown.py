@@ -10,7 +10,7 @@ import numpy as np
 
 from fesloop.report.study.better import Better, better_end
 from fesloop.study.results.axis_levels import AxisLevel, level_text
-from fesloop.study.results.estimates import Estimate
+from fesloop.study.results.estimates import Estimate, alike
 from fesloop.study.results.quantities import called, with_unit
 from fesloop.study.results.repeats import drawn_axes
 from fesloop.study.results.study_results import StudyResults
@@ -77,18 +77,21 @@ class Shown:
 
     def value(self, estimate: Estimate, *, interval: bool = True) -> str:
         """An estimate with its unit and interval: "0.53 deg (0.48 to 0.58)", "75 % (41 to 93)"."""
-        return value_text(estimate.value, estimate.low, estimate.high, share=estimate.statistic == "share",
-                          interval=interval)
+        return value_text(estimate.value, estimate.low, estimate.high, estimate.sd,
+                          share=estimate.statistic == "share", interval=interval)
 
 
-def value_text(value: float, low: float, high: float, *, share: bool, interval: bool = True) -> str:
+def value_text(value: float, low: float, high: float, sd: float, *, share: bool, interval: bool = True
+               ) -> str:
     """A value with its interval, to three digits; shares in percent; "-" for what is not known."""
     if not np.isfinite(value):
         return "-"
     factor, sign = (100.0, " %") if share else (1.0, "")
     decimals = 0 if share else decimals_of([value, low, high])
     text = f"{factor * value:.{decimals}f}{sign}"
-    if interval and np.isfinite(high - low):
+    if interval and alike(value, low, high, sd):
+        text += " (values do not differ)"
+    elif interval and np.isfinite(high - low):
         text += f" ({factor * low:.{decimals}f} to {factor * high:.{decimals}f})"
     return text
 

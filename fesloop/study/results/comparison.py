@@ -68,7 +68,7 @@ class Comparison:
 
     def __str__(self) -> str:
         """The difference and its interval: "-1.2 (-1.9 to -0.5)", or why there is none."""
-        return in_words(self.value, self.low, self.high, self.units)
+        return in_words(self.value, self.low, self.high, self.units, self.sd)
 
 
 def compare(

@@ -27,6 +27,7 @@ from fesloop.study.results.repeats import (
 from fesloop.study.results.run_columns import DONE, FAILED, WAITING, RunColumns
 
 Array = NDArray[np.float64]
+_ROUNDING = 1e-9
 _INTERVALS = {"mean": (mean_interval, "Student's t"), "share": (share_interval, "Wilson"),
               "median": (median_interval, "binomial order statistics")}
 
@@ -64,7 +65,7 @@ class Estimate:
 
     def __str__(self) -> str:
         """The value and its interval: "5.21 (4.9 to 5.52)", or why there is none."""
-        return in_words(self.value, self.low, self.high, self.units)
+        return in_words(self.value, self.low, self.high, self.units, self.sd)
 
     @property
     def planned(self) -> int:
@@ -72,10 +73,18 @@ class Estimate:
         return self.runs + self.failed + self.missing + self.waiting
 
 
-def in_words(value: float, low: float, high: float, units: int) -> str:
+def alike(value: float, low: float, high: float, sd: float) -> bool:
+    """Whether an interval has no width since repeated values do not differ at all, but for rounding."""
+    least = _ROUNDING * abs(value)
+    return sd <= least and high - low <= least
+
+
+def in_words(value: float, low: float, high: float, units: int, sd: float) -> str:
     """A value and its interval; "-" for a value that is not known, and why there is no interval."""
     if not math.isfinite(value):
         return "-"
+    if alike(value, low, high, sd):
+        return f"{value:.3g} (no interval: {units} values that do not differ)"
     if math.isfinite(high - low):
         return f"{value:.3g} ({low:.3g} to {high:.3g})"
     return f"{value:.3g} (no interval: {units} value{'' if units == 1 else 's'})"
