@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from estimators.body.alignment import ALIGNED_PORT, aligned_value
 from estimators.body.body import Body, body_of, posture_ports
+from estimators.body.implausible import of_tree, of_unknown_joints
 from estimators.body.joint_constraints import CHAIN5, Joint, JointTable, body_table, joint_table
 from estimators.body.worn_sensors import stated_by, worn_as_stated
 from estimators.calibration.initial_pose import known_angles
@@ -207,7 +208,8 @@ class ConstrainedTracker:
             gyr=np.zeros((2, self.sensors, 3)), acc=np.zeros((2, self.sensors, 3)),
             seen=np.zeros((2, self.sensors), dtype=np.int64),
             standing=np.full(len(table.ends), SURE, dtype=np.int64),
-            pose_samples=round(self.initial_pose_s / period))
+            pose_samples=round(self.initial_pose_s / period),
+            plausible=of_unknown_joints(()) if self.body is None else of_tree(self.body.tree))
 
     def step(self, state: ConstrainedState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """One sample of every sensor."""
@@ -227,6 +229,7 @@ class ConstrainedTracker:
         if self.body is None:
             return orientation, angles, sd, aligned
         tree = self.body.tree
+        state.plausible.note(angles, tick)
         tips, tip_sd = fingertip_posture(
             tree.layout, tree.geometry, self.body.tips, self.moving, relative, q, covariance, found.doubt,
             table.kinds, table.axes, pair_sd, axis_sd)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from estimators.body.implausible import ImplausibleAngles
 from estimators.body.joint_constraints import JointTable
 from estimators.constrained.beginning import Hypotheses, Unknown, begin_missing, weigh
 from estimators.constrained.filter import SOUND, admit, advance
@@ -33,6 +34,7 @@ class ConstrainedState:
     gyr, acc: (2, n, 3), the sample before and the newest.
     seen: (2, n), LOST, DOUBTED or SOUND, each of these.
     standing: (joints,), SURE, UNSURE or UNSEEN, as last reported.
+    plausible: angles that no joint can have.
     pose_samples: how many samples the initial pose lasts.
     ticks: number of the next tick; taken: of the next sample.
     """
@@ -46,6 +48,7 @@ class ConstrainedState:
     acc: Array
     seen: NDArray[np.int64]
     standing: NDArray[np.int64]
+    plausible: ImplausibleAngles
     pose_samples: int = 0
     ticks: int = 0
     taken: int = 0

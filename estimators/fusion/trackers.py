@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimators.body.alignment import ALIGNED_PORT, aligned_value
+from estimators.body.implausible import ImplausibleAngles, of_unknown_joints
 from estimators.body.joint_angles import (
     Pairs,
     flexion_angles,
@@ -44,6 +45,7 @@ class FusionState:
     pairs: (joints, 2), parent and child; (0, 2) for a single sensor.
     heading: (joints, 2), what is removed of the children's heading.
     origin: orientations when aligned, (n, 4).
+    plausible: joint angles that no joint can have.
     ticks: number of the next tick.
     aligned: whether `heading` and `origin` are known.
     announced: whether the alignment has been reported.
@@ -54,6 +56,7 @@ class FusionState:
     pairs: NDArray[np.int64]
     heading: Array
     origin: Array
+    plausible: ImplausibleAngles
     ticks: int = 0
     aligned: bool = False
     announced: bool = False
@@ -147,7 +150,7 @@ class VqfTracker:
                 return orientation, flexion, aligned_value(False)
             if sound:
                 _align(state, orientation, flexion)
-        return orientation, _angles(state, orientation), aligned_value(state.aligned)
+        return orientation, _angles(state, orientation, tick), aligned_value(state.aligned)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -209,7 +212,7 @@ class Vqf9Tracker:
         orientation = state.bank.orientation()
         if sound and not state.aligned:
             _align(state, orientation, None)
-        return orientation, _angles(state, orientation), aligned_value(state.aligned)
+        return orientation, _angles(state, orientation, tick), aligned_value(state.aligned)
 
 
 def _check(sensors: int, **positive: float) -> None:
@@ -248,7 +251,15 @@ def _start(
     return FusionState(bank=VqfBank(sensors, clock.period_s, magnetometer, **settings),
                        arrivals=Arrivals(sensors, limits, clock.period_s),
                        pairs=joints, heading=no_offsets(len(joints)),
-                       origin=np.tile([1.0, 0.0, 0.0, 0.0], (sensors, 1)))
+                       origin=np.tile([1.0, 0.0, 0.0, 0.0], (sensors, 1)),
+                       plausible=of_unknown_joints(_joint_names(tracker._stated, joints)))
+
+
+def _joint_names(stated: Sensors | None, joints: NDArray[np.int64]) -> tuple[str, ...]:
+    """By their sensors: as their source names them, else by number."""
+    if stated is not None:
+        return tuple(f"joint {stated.pair_name((int(parent), int(child)))}" for parent, child in joints)
+    return tuple(f"joint {parent}-{child}" for parent, child in joints)
 
 
 def _fuse(state: FusionState, inputs: Sequence[Sample], tick: Tick) -> bool:
@@ -276,7 +287,9 @@ def _align(state: FusionState, orientation: Array, flexion: Array | None) -> Non
         state.heading = heading_offsets(orientation, state.pairs, flexion)
 
 
-def _angles(state: FusionState, orientation: Array) -> Array:
+def _angles(state: FusionState, orientation: Array, tick: Tick) -> Array:
     if len(state.pairs):
-        return np.asarray(flexion_angles(orientation, state.pairs, state.heading))
+        angles = np.asarray(flexion_angles(orientation, state.pairs, state.heading))
+        state.plausible.note(angles, tick)
+        return angles
     return np.asarray(turned_angle(state.origin, orientation))

@@ -10,6 +10,7 @@ import numpy as np
 
 from estimators.body.alignment import ALIGNED_PORT, aligned_value
 from estimators.body.body import Body, body_of, posture_ports
+from estimators.body.implausible import ImplausibleAngles, of_tree
 from estimators.body.worn_sensors import stated_by, worn_as_stated
 from estimators.kortier.chain import Filters, Gates, new_filters
 from estimators.kortier.navigation import HandFilter, HandGates, new_hands
@@ -43,6 +44,7 @@ class KortierState:
     ----------
     hands, filters: of attitudes and of chains.
     moment, arrivals: the samples.
+    plausible: angles that no joint can have.
     unseen: joints that have been reported as not seen; None before the first tick.
     """
 
@@ -50,6 +52,7 @@ class KortierState:
     filters: Filters
     moment: Moment
     arrivals: Arrivals
+    plausible: ImplausibleAngles
     unseen: tuple[str, ...] | None = None
 
 
@@ -205,7 +208,8 @@ class KortierTracker:
         limits = (math.radians(self.gyr_range_deg_s), STANDARD_GRAVITY * self.acc_range_g, math.inf)
         return KortierState(
             new_hands(len(worn.held_sensors), self.still_window), filters, no_moment(self.sensors),
-            Arrivals(self.sensors, limits, context.clock.period_s, worn.magnetometers))
+            Arrivals(self.sensors, limits, context.clock.period_s, worn.magnetometers),
+            of_tree(body.tree))
 
     def step(self, state: KortierState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         """What is new at this tick."""
@@ -221,6 +225,7 @@ class KortierTracker:
         if joints or state.unseen is None:
             seen = state.filters.seen
             state.unseen = report_unseen(state.unseen or (), body, worn.chains, seen, tick)
+        state.plausible.note(angles[0], tick)
         fingertips = (tips[0], tips[1]) if self._lengths_known() else ()
         return (posture.orientation, angles[0], angles[1], *fingertips, motion[worn.base, 1].copy(),
                 motion[worn.base, 0].copy(), aligned_value(True))

@@ -144,6 +144,8 @@ def _posture(
               np.empty((tips, 3)))
     posture(tree.layout, tree.geometry, tree.ranges, body.sensors, state.counted, body.tips, fused,
             state.headings, state.seen, method.constrained, tilt ** 2, heading ** 2, state.gaps, *arrays)
+    if elapsed_s > 0.0:
+        state.plausible.note(arrays[1], tick)
     return *arrays, aligned_value(True)
 
 

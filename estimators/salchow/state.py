@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from estimators.body.body import Body
+from estimators.body.implausible import ImplausibleAngles, of_tree
 from estimators.calibration.initial_pose import Ties, known_angles, ties_of
 from estimators.calibration.still_record import PoseRecord, new_record
 from estimators.fusion.front_end import FrontEnd, front_end_of
@@ -45,6 +46,7 @@ class SalchowState:
     aligned_ns: since when; None before.
     failing: whether the pose has been refused; quiet_ns: until when that is not reported again.
     seen, unseen: (m,), joints that are seen; names of those reported not to be, None before the first tick.
+    plausible: angles that no joint can have.
     counted: (m,), joints whose uncertainty the fingertips share.
     ticks: number of the next tick.
     """
@@ -63,6 +65,7 @@ class SalchowState:
     posed: NDArray[np.bool_]
     seen: NDArray[np.bool_]
     counted: NDArray[np.bool_]
+    plausible: ImplausibleAngles
     unseen: tuple[str, ...] | None = None
     aligned_ns: int | None = None
     pose_ticks: int = 0
@@ -87,7 +90,7 @@ def start(body: Body, method: Method, context: Context) -> SalchowState:
         record=new_record(n), known=segment_poses(body.tree, angles).orientation[body.sensed],
         ties=ties_of(body, angles, np.ones(n, dtype=np.bool_)),
         headings=np.tile(_NO_TURN, (n, 1)), posed=np.ones(n, dtype=np.bool_),
-        seen=np.zeros(m, dtype=np.bool_), counted=_beyond_a_sensor(body))
+        seen=np.zeros(m, dtype=np.bool_), counted=_beyond_a_sensor(body), plausible=of_tree(body.tree))
 
 
 def _new_bank(sensors: int, period_s: float, method: Method) -> FrontEnd:

@@ -33,6 +33,8 @@ _FAILED = ("_failed", "non_finite")
 """How statuses end after which a run's figures are not what they seem."""
 _DISAGREE = "rates_disagree"
 """Status of a replay by which what it plays cannot be right."""
+_IMPLAUSIBLE = "implausible_angle"
+"""Status of a tracker whose angles cannot be those of the joints."""
 _ALIGNING, _ALIGNED = "aligning", "aligned"
 _MOVES_DEG = 1.0
 """Chosen: a reference that stays nearer than this to where the joints are asks for no motion."""
@@ -73,7 +75,8 @@ KINDS = ("broken_off", "recording", "safety", "failed", "noted", "not_held", "no
 """What goes wrong, the most important first.
 
 broken_off: the run did not get to its end. recording: gyroscope and accelerometer of the recording that was
-played do not tell the same turn, so that no angle of the run is right. safety: no channel gave a pulse,
+played do not tell the same turn, or a tracker's angles are for long what no joint can be, so that no angle of
+the run is right. safety: no channel gave a pulse,
 or the safety block took stimulation away, or most of it. failed: a part
 failed, such as a tracker that never took its initial pose. noted: what the experiment says of itself
 (`notes`), such as that a model is poor. not_held: the object, in the last trial. no_better: joints followed
@@ -100,7 +103,7 @@ def comparable(found: Iterable[Trouble]) -> bool:
 
 def graveness(status: str) -> int:
     """Rank of an event's status, the gravest 0: failures, then what takes stimulation away, then the rest."""
-    if status.endswith((*_FAILED, "recording_incomplete", _DISAGREE)):
+    if status.endswith((*_FAILED, "recording_incomplete", _DISAGREE, _IMPLAUSIBLE)):
         return 0
     withheld = status.startswith(_WATCHDOG) or status in (*_WITHHELD, *_STOPPED)
     return 1 if withheld else 2
@@ -117,6 +120,12 @@ def _recording(recording: Recorded) -> Iterator[str]:
     """What is played and cannot be right."""
     yield from dict.fromkeys(f"the recording played by `{event.where}` is wrong: {event.detail}"
                              for event in recording.events if event.status == _DISAGREE)
+    wrong: dict[str, Event] = {}
+    for event in recording.events:
+        if event.status == _IMPLAUSIBLE:
+            wrong.setdefault(event.where, event)
+    yield from (f"the angles of `{where}` are wrong{_when(recording, event)}: {event.detail}"
+                for where, event in wrong.items())
 
 
 def _safety(recording: Recorded, metrics: Mapping[str, Any]) -> Iterator[str]:

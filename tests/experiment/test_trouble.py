@@ -37,7 +37,8 @@ def runs(draw):
               event(draw(st.floats(0.0, 0.9)), "safety", "posture_frozen"), event(1.0, "tracker", "aligned"),
               *(event(draw(st.floats(0.0, 9.0)), "controller", "saturated", last) for _ in range(3))]
     if "recording" in kinds:
-        events.append(event(0.0, "recording", "rates_disagree"))
+        events.append(event(*draw(st.sampled_from([(0.0, "recording", "rates_disagree"),
+                                                   (5.0, "tracker", "implausible_angle")]))))
     if "safety" in kinds:
         status = draw(st.sampled_from(["posture_silent", "posture_jumped", "posture_frozen", "stopped",
                                        "budget_spent"]))
