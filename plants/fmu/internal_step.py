@@ -107,11 +107,11 @@ class InternalStep(NamedTuple):
 def find_internal_step(setup: FmuSetup, running: RunningFmu) -> InternalStep:
     """The internal step of a co-simulation FMU.
 
-    A declared one is believed where the communication step does not fit it because it is shorter. Else the
-    FMU is stepped as in a run.
+    A declared one is believed where the communication step does not fit it. Else the FMU is stepped as in a
+    run.
     """
     declared_s = setup.description.internal_step_s
-    if declared_s > setup.period_s and not fits(setup.period_s, declared_s):
+    if not fits(setup.period_s, declared_s):
         return InternalStep(declared_s)
     return _observed(running, setup.period_s)
 

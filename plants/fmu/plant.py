@@ -97,7 +97,7 @@ class Fmu:
             probed = probe(setup, extracted.folder, extracted.path, self._isolation)
             if not fits(setup.period_s, probed.internal.length_s):
                 raise misfit(setup.period_s, probed.internal)
-            setup = stepped_alike(setup, probed.internal.length_s)
+            setup = replace(stepped_alike(setup, probed.internal.length_s), tells=probed.tells)
         except BaseException:
             extracted.close()
             raise
@@ -188,8 +188,14 @@ def _checked_starts(
     """Start values as pairs; InputError for a variable that is not there or a value of the wrong type."""
     for name, value in starts.items():
         variable = description.variables.get(name)
-        if variable is None or variable.causality in ("output", "independent", "calculatedParameter"):
-            allowed = [v.name for v in description.variables.values() if v.causality == "parameter"]
+        allowed = [v.name for v in description.variables.values()
+                   if v.causality == "parameter" and v.variability != "constant"]
+        if variable is not None and variable.causality == "structuralParameter":
+            raise InputError(f"starts.{name}", "is a structural parameter, which sets the sizes of arrays",
+                             ", ".join(allowed[:30]) or "no parameters",
+                             "have the FMU exported with that size")
+        if (variable is None or variable.variability == "constant"
+                or variable.causality in ("output", "independent", "calculatedParameter")):
             raise InputError(f"starts.{name}", "is no variable of the FMU that can be set",
                              ", ".join(allowed[:30]) or "no parameters")
         if variable.shape != ():

@@ -24,11 +24,13 @@ class Probed:
     Attributes
     ----------
     internal: the FMU's own fixed step.
+    tells: whether it says which instant it has reached.
     replays: whether a saved and restored state gave identical outputs.
     why_not: why not, "" if it does.
     """
 
     internal: InternalStep = field(default_factory=InternalStep)
+    tells: bool = False
     replays: bool = False
     why_not: str = ""
 

@@ -16,6 +16,8 @@ from plants.fmu.ports import BoundPort
 from plants.fmu.vector import FmuVector
 
 NS_PER_S = 1_000_000_000
+SHORT = 0.01
+"""Chosen: part of a communication step by which the instant that an FMU says may fall short by rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +32,8 @@ class FmuSetup:
     period_num, period_den: communication step, their ratio in ns.
     substeps: integration steps in a communication step (model exchange).
     own_step_s: communication step as the FMU counts it, where that differs in rounding; 0 where it does not.
+    tells: whether the FMU says which instant it has reached, so that a step which falls short of its end
+        is an error.
     """
 
     description: FmuDescription
@@ -40,6 +44,7 @@ class FmuSetup:
     period_den: int
     substeps: int
     own_step_s: float = 0.0
+    tells: bool = False
 
     @property
     def period_s(self) -> float:
@@ -117,8 +122,17 @@ class RunningFmu:
         if inputs_changed and self._pushes:
             self.inputs.push(start_s)
         self._stepper.step(start_s, stop_s, inputs_changed)
+        if self.setup.tells:
+            self._require_reached(stop_s)
         self.outputs.pull(stop_s)
         self.tick += 1
+
+    def _require_reached(self, stop_s: float) -> None:
+        """RunError where the FMU says that it has not got to the end of the step, though it returned OK."""
+        reached_s = self._stepper.reached_s()
+        if reached_s is not None and not reached_s >= stop_s - SHORT * self.setup.period_s:
+            raise RunError(f"{self.name}: the FMU returned OK at {reached_s:.9g} s, by its last successful "
+                           f"time, from the step to {stop_s:.9g} s: its outputs are of an earlier instant")
 
     def reached_s(self) -> float | None:
         """The instant that the FMU says it has reached, None if it does not say."""

@@ -20,6 +20,7 @@ def tried(setup: FmuSetup, folder: Path, running: RunningFmu) -> dict[str, objec
     """Fields of `Probed`, of an FMU that has done its first step; it is ended."""
     stepped = setup.description.interface == "co_simulation"
     internal = find_internal_step(setup, running) if stepped else InternalStep()
+    tells = bool(running.reached_s())  # one that leaves it at 0 says nothing
     running.end()
     if not setup.description.saves:
         why_not = "the FMU does not offer it"
@@ -27,7 +28,7 @@ def tried(setup: FmuSetup, folder: Path, running: RunningFmu) -> dict[str, objec
         why_not = "the FMU can be instantiated only once in a process"
     else:
         why_not = _why_no_replay(setup, folder)
-    return {"internal": internal, "replays": not why_not, "why_not": why_not}
+    return {"internal": internal, "tells": tells, "replays": not why_not, "why_not": why_not}
 
 
 def tried_finer(setup: FmuSetup, folder: Path) -> dict[str, object]:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from fesloop.errors import InputError
+from fesloop.errors import InputError, RunError
 from fesloop.loop.block import Context
 from fesloop.loop.clock import RateClock
 from plants.fmu import Fmu
@@ -39,7 +39,7 @@ def tried(plant, rate, internal_s, declared_s=0.0):
     """The setup that an FMU of this internal step gets, and the step that is found."""
     clock = RateClock.from_rate(rate)
     description = replace(plant._setup.description, internal_step_s=declared_s)
-    setup = replace(plant._setup, description=description, starts=(("h", internal_s),),
+    setup = replace(plant._setup, description=description, starts=(("h", internal_s),), tells=False,
                     period_num=clock.period_num, period_den=clock.period_den)
     if fits(setup.period_s, declared_s):
         setup = stepped_alike(setup, declared_s)
@@ -161,3 +161,42 @@ def test_the_rate_for_a_silent_fmu_of_a_neat_internal_step_is_its_own(small2, in
     allowed = re.search(r"at most about ([0-9.]+) Hz", str(caught.value))[1]
     assert float(allowed) == pytest.approx(1.0 / float(internal), rel=1e-9)
     Fmu(path=fmu, step_rate=allowed)
+
+
+@settings(max_examples=40, deadline=None)
+@given(rate=RATES, ratio=st.fractions(Fraction(1, 7), 6, max_denominator=7))
+def test_a_declared_step_fits_a_whole_number_of_times_or_is_refused(fmus, rate, ratio):
+    """The FMU itself is exact at any step: what it declares is believed."""
+    internal_s = float(1 / (rate * ratio))
+    setup, found = tried(fmus[KINDS[3]], rate, 0.0, internal_s)
+    assert fits(setup.period_s, found.length_s) == (ratio.denominator == 1)
+    if ratio.denominator > 1:
+        assert found.length_s == pytest.approx(internal_s, rel=1e-12)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize(("when", "part"), [("0.05", 0.5), ("0.05", 0.0), ("-1", 0.5)])
+def test_an_ok_from_before_the_end_of_a_step_ends_the_run(small2, small3, version, when, part):
+    fall_short = f"LAG=(t>{when}?{1 - part}*h:0)"
+    fmu = small2(fall_short, "TELLS") if version == 2 else small3(fall_short)
+    plant = Fmu(path=str(fmu), step_rate="100")
+    state = plant.init(Context("plant"))
+    steps = 0
+    words = r"plant: the FMU returned OK at [0-9.]+ s, .* from the step to"
+    with pytest.raises(RunError, match=words) as caught:  # noqa: PT012 - which step it is counts
+        for _ in range(20):
+            plant.advance(state, [np.ones(3) if version == 3 else 1.0], 0, 0)
+            steps += 1
+    plant.close(state)
+    assert steps in ((0,) if when == "-1" else (5, 6))
+    said = [float(number) for number in re.findall(r"([0-9.]+) s\b", str(caught.value))]
+    assert said == pytest.approx([0.01 * (steps + part), 0.01 * (steps + 1)])
+
+
+def test_an_fmu_that_leaves_its_last_successful_time_alone_runs(small2):
+    plant = Fmu(path=str(small2("LAG=t+h", "TELLS")))
+    state = plant.init(Context("plant"))
+    for _ in range(5):
+        plant.advance(state, [1.0], 0, 0)
+    assert plant.read(state, [])[0] == pytest.approx(1.0 - np.exp(-0.05))
+    plant.close(state)

@@ -13,6 +13,13 @@ from plants.fmu.vector import as_type
 INTEGERS = st.sampled_from([np.int8, np.uint8, np.int16, np.uint16, np.int32, np.uint32, np.int64, np.uint64])
 
 
+def described(variable):
+    return FmuDescription(
+        version=2, interface="co_simulation", identifier="m", token="t", variables={variable.name: variable},
+        states=0, indicators=0, completes_steps=False, saves=False, once=False, needs_tool=False,
+        internal_step_s=0.0, has_sources=False)
+
+
 @given(value=st.floats(), kind=INTEGERS)
 def test_an_integer_input_is_the_nearest_or_none(value, kind):
     limits = np.iinfo(kind)
@@ -35,13 +42,26 @@ def test_a_boolean_input_is_true_above_a_half(value, expected, kind):
     ("Integer", float("nan"), "a whole number"), ("Enumeration", 1.5, "a whole number"),
     ("Boolean", 2, "true or false"), ("Integer", 7.0, ""), ("Boolean", 1, ""), ("Boolean", False, "")])
 def test_a_start_value_fits_its_type_or_is_refused(kind, value, words):
-    description = FmuDescription(
-        version=2, interface="co_simulation", identifier="m", token="t",
-        variables={"k": FmuVariable("k", 0, kind, "parameter", "fixed", (), "1", 0.0)},
-        states=0, indicators=0, completes_steps=False, saves=False, once=False, needs_tool=False,
-        internal_step_s=0.0, has_sources=False)
+    description = described(FmuVariable("k", 0, kind, "parameter", "fixed", (), "1", 0.0))
     if not words:
         assert _checked_starts(description, {"k": value}) == (("k", value),)
         return
     with pytest.raises(InputError, match=words):
         _checked_starts(description, {"k": value})
+
+
+@pytest.mark.parametrize(("causality", "variability", "words"), [
+    ("structuralParameter", "fixed", "starts.k: is a structural parameter"),
+    ("local", "constant", "starts.k: is no variable of the FMU that can be set"),
+    ("parameter", "constant", "starts.k: is no variable of the FMU that can be set"),
+    ("output", "constant", "starts.k: is no"), ("independent", "continuous", "starts.k: is no"),
+    ("calculatedParameter", "fixed", "starts.k: is no"), ("parameter", "fixed", ""),
+    ("parameter", "tunable", ""), ("input", "discrete", ""), ("local", "fixed", "")])
+def test_only_what_can_have_an_effect_is_a_start_value(causality, variability, words):
+    description = described(FmuVariable("k", 0, "Integer", causality, variability, (), "1", 0.0))
+    if not words:
+        assert _checked_starts(description, {"k": 3}) == (("k", 3),)
+        return
+    with pytest.raises(InputError, match=words) as refused:
+        _checked_starts(description, {"k": 3})
+    assert "\n" not in str(refused.value)

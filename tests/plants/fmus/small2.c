@@ -5,6 +5,7 @@
  *   ERROR_AT_S, DISCARD_AT_S: in mid-run.    CRASH_AT_END: in fmi2Terminate.    PRINTS: a line every step.
  *   AT_S and MISDEED, a statement: in mid-run.
  *   INTERNAL_STEP_S, or parameter h: x moves on this grid only; TELLS: and the FMU admits it.
+ *   LAG: what TELLS says is this much, of t and h, behind.
  *   MOVES: w is the time at the communication point (else y), whatever the grid of y.
  *   WARNS: each step returns fmi2Warning, with a message where SAYS is its text (for a time).
  *   FORGETS: a saved state leaves x out.     SQUARE_S: y is a square wave of this half period instead.
@@ -23,7 +24,7 @@
 #define TURN_S 0.0505
 
 typedef struct {
-    double x[2], u, time, h, w;
+    double x[2], u, time, h, w, lag;
     int steps;
     const fmi2CallbackFunctions *functions;
 } Model;
@@ -78,6 +79,9 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean b) {
     (void)b;
     Model *m = c;
     m->steps++;
+#ifdef LAG
+    m->lag = LAG;
+#endif
     m->w = t + h;
 #ifdef PRINTS
     printf("{\"stdout\": %g}\n", t);
@@ -119,7 +123,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean b) {
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind k, fmi2Real *v) {
     (void)c, (void)k, (void)v;
 #ifdef TELLS
-    *v = ((Model *)c)->time;
+    *v = ((Model *)c)->time - ((Model *)c)->lag;
     return fmi2OK;
 #else
     return fmi2Discard;
