@@ -56,7 +56,7 @@ def missing_text(recording: MotionRecording, first: int, stop: int, gaps: Sequen
     told = []
     if gaps:
         missing = sum(gap.missing for gap in gaps)
-        gap_s = sum(gap.to_s - gap.from_s for gap in gaps)
+        gap_s = sum((gap.to_s - gap.from_s) * gap.missing / (gap.missing + 1) for gap in gaps)
         told.append(f"{len(gaps)} gap{'s' * (len(gaps) > 1)}, {gap_s:.4g} s without samples ({missing} of "
                     f"{stop - first + missing} missing): {_where(gaps)}")
     lost = lost_samples(recording)[first:stop].sum(axis=0)

@@ -1,6 +1,7 @@
 """A gap in a recording stays a gap, whatever file it is in: from the import to the angles."""
 
 import json
+from types import SimpleNamespace
 
 import bids_files
 import numpy as np
@@ -18,7 +19,9 @@ from fesloop.loop.block import Tick
 from fesloop.streams.blocks.replay import Replay
 from fesloop.streams.files import open_recording
 from fesloop.streams.live.played import inertial
+from fesloop.streams.missing import missing_text
 from fesloop.streams.motion_file import write_motion_file
+from fesloop.streams.pace import Gap
 
 SENSORS = ("hand", "finger")
 LABELS = [f"{sensor}_{kind}_{axis}" for sensor in SENSORS for kind in ("gyr", "acc") for axis in "xyz"]
@@ -148,7 +151,7 @@ def test_what_is_missing_is_told_by_import_check_run_and_report(tmp_path, capsys
     assert main(["import", "lab.xdf", "motion.h5", "--json"]) == 0
     out, err = capsys.readouterr()
     told = json.loads(out)
-    words = ("1 gap, 1.517 s without samples (90 of 600 missing): 3.983 to 5.5 s; lost samples: "
+    words = ("1 gap, 1.5 s without samples (90 of 600 missing): 3.983 to 5.5 s; lost samples: "
              "finger 10 of 510")
     assert words in err
     assert told["rate"] is None
@@ -205,3 +208,9 @@ def test_streams_of_which_one_has_a_gap_are_not_put_beside_each_other(tmp_path):
         xdf.samples(1, times, rows[:, :3]), xdf.samples(2, times[kept], rows[kept, 3:6])))
     with pytest.raises(InputError, match=r"other instants than stream gyr; .*gyr \(300 samples .*\(260"):
         open_recording(path)
+
+
+def test_the_time_without_samples_is_that_of_those_that_are_missing():
+    recording = SimpleNamespace(sensors=(), gyr=np.zeros((8, 0, 3)), acc=np.zeros((8, 0, 3)), mag=None)
+    gaps = [Gap(0.03, 0.06, 2), Gap(0.07, 0.09, 1)]
+    assert "2 gaps, 0.03 s without samples (3 of 11 missing)" in missing_text(recording, 0, 8, gaps)
