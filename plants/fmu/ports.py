@@ -17,6 +17,8 @@ from fesloop.loop.signals import Port
 from plants.fmu.description import NUMERIC, FmuDescription, FmuVariable
 from plants.fmu.units import unit_of
 
+DIGITS = 1e-6
+"""Chosen: a definition that differs by less is the same unit in fewer digits."""
 _INDEXED = re.compile(r"(?P<base>.+)\[(?P<index>\d+(?:\s*,\s*\d+)*)\]")
 
 
@@ -84,7 +86,7 @@ def bind_ports(
         ports = tuple(
             _declared(description, causality, each, f"{where}[{i}]") for i, each in enumerate(declared))
     else:
-        ports = tuple(_automatic(_numeric(description, causality)))
+        ports = tuple(_automatic(_numeric(description, causality), where))
     names = [bound.port.name for bound in ports]
     for name in names:
         if names.count(name) > 1:
@@ -154,12 +156,18 @@ def _conversion(variables: Sequence[FmuVariable], shape: tuple[int, ...], wanted
 
 def _converted(variable: FmuVariable, unit: str, where: str) -> tuple[float, float]:
     """Scale and offset from a port's unit to a variable's."""
-    if variable.unit in ("", unit) or not unit:
-        return 1.0, 0.0
     ours = unit_of(unit)
+    if variable.unit in ("", unit) or not unit:
+        if not variable.unit or not unit or ours is None or variable.base is None:
+            return 1.0, 0.0
+        ours = ours.like(variable.base)
+        same = ours.to(variable.base)
+        if same and abs(same[0] - 1.0) <= DIGITS and abs(same[1]) <= DIGITS:
+            return 1.0, 0.0
     found = ours.to(variable.base) if ours is not None and variable.base is not None else None
     if found is None:
         known = ("the FMU does not define its unit" if variable.base is None
+                 else f"the FMU defines that as another quantity than {unit!r}" if variable.unit == unit
                  else "that unit is not known" if ours is None else "these are different quantities")
         raise InputError(f"{where}.unit", f"{unit!r}, but {variable.name!r} is in {variable.unit!r}, and "
                          f"{known}", f"{variable.unit!r}",
@@ -167,24 +175,35 @@ def _converted(variable: FmuVariable, unit: str, where: str) -> tuple[float, flo
     return found
 
 
-def _automatic(variables: Sequence[FmuVariable]) -> Iterable[BoundPort]:
+def _automatic(variables: Sequence[FmuVariable], where: str) -> Iterable[BoundPort]:
     """A port an array, each array at the place of its first element."""
     groups: dict[str, dict[tuple[int, ...], FmuVariable]] = {}
     for variable in variables:
         match = _INDEXED.fullmatch(variable.name)
+        base, index = variable.name, ()
         if match and variable.shape == ():
-            index = tuple(int(part) for part in match["index"].split(","))
-            groups.setdefault(match["base"], {})[index] = variable
-        else:
-            groups[variable.name] = {(): variable}
+            base, index = match["base"], tuple(int(part) for part in match["index"].split(","))
+        elements = groups.setdefault(base, {})
+        if index in elements or (elements and () in (index, *elements)):
+            other = elements.get(index) or next(iter(elements.values()))
+            raise InputError(where, f"the FMU has {other.name!r} and {variable.name!r}, which would be one "
+                             "port", "names that tell ports apart", f"declare {where} by hand")
+        elements[index] = variable
     for base, elements in groups.items():
         shape = _full_shape(elements)
         if shape is None:
             for variable in elements.values():
-                yield _bound(_identifier(variable.name), (variable,), ())
+                yield _defined(_identifier(variable.name), (variable,), (), where)
         else:
             ordered = tuple(elements[index] for index in sorted(elements))
-            yield _bound(_identifier(base), ordered, shape or ordered[0].shape)
+            yield _defined(_identifier(base), ordered, shape or ordered[0].shape, where)
+
+
+def _defined(name: str, variables: tuple[FmuVariable, ...], shape: tuple[int, ...], where: str) -> BoundPort:
+    """A port in the variables' own units, whose values are what these names mean elsewhere."""
+    pairs = [_converted(each, each.unit, where) for each in variables for _ in range(each.size)]
+    return _bound(name, variables, shape, "", tuple(scale for scale, _ in pairs),
+                  tuple(offset for _, offset in pairs))
 
 
 def _full_shape(elements: dict[tuple[int, ...], FmuVariable]) -> tuple[int, ...] | None:

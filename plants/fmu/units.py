@@ -22,6 +22,14 @@ class BaseUnit:
     factor: float = 1.0
     offset: float = 0.0
 
+    def like(self, other: BaseUnit) -> BaseUnit:
+        """This unit, with rad counted and zero set as in another unit of the same name.
+
+        Many tools leave rad out of definitions, and a difference of temperatures has no zero of its own.
+        """
+        rad = (*self.powers[:-1], other.powers[-1])
+        return replace(self, powers=rad, offset=self.offset if other.offset else 0.0)
+
     def to(self, other: BaseUnit) -> tuple[float, float] | None:
         """Scale and offset that turn a value in this unit into one in another; None for another quantity."""
         if self.powers != other.powers or other.factor == 0.0:

@@ -132,3 +132,39 @@ def test_an_fmu_in_degrees_celsius_is_given_kelvin(small2, tmp_path, relative):
         plant.advance(state, [zero + 20.0], 0, 0)
     assert plant.read(state, [])[0] == pytest.approx(20.0)
     plant.close(state)
+
+
+@pytest.mark.parametrize("automatic", [True, False])
+@given(unit=UNITS, factor=st.floats(1e-6, 1e6), value=st.floats(-1e3, 1e3), rad=st.booleans())
+def test_a_name_means_what_the_fmu_defines_it_as(automatic, unit, factor, value, rad):
+    powers = powers_of(unit) if rad else (*powers_of(unit)[:-1], 0)
+    one, zero, _ = PORT_UNITS[unit]
+    description = described(BaseUnit(powers, factor * (one - zero), zero), unit, start=value)
+    declared = () if automatic else (FmuPort(name="x0", variables=("x0",), unit=unit),)
+    (bound,) = bind_ports(description, "input", declared, "input_ports")
+    assert bound.port.unit == unit
+    assert in_si(unit, bound.port.initial_value()) == pytest.approx(
+        zero + factor * (one - zero) * value, rel=2e-6, abs=1e-9 * (1.0 + abs(zero)))
+
+
+@pytest.mark.parametrize("declared", [(), (FmuPort(name="u", variables=("x0",), unit="N"),)])
+def test_a_name_that_the_fmu_defines_as_another_quantity_is_refused(declared):
+    description = described(BaseUnit(powers_of("mA"), 1.0), "N")
+    with pytest.raises(InputError, match="defines that as another quantity than 'N'") as refused:
+        bind_ports(description, "input", declared, "input_ports")
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("names", [("y", "y[1]", "y[2]"), ("y[1]", "y[2]", "y"), ("y[1]", "y[01]"),
+                                   ("y[1,2]", "y[1, 2]", "y[1,1]")])
+def test_names_that_would_be_one_port_are_refused(names):
+    description = described(None, "")
+    description.variables.clear()
+    for i, name in enumerate(names):
+        description.variables[name] = FmuVariable(name, i, "Real", "input", "continuous", (), "", 0.0)
+    words = r"which would be one port; .* declare input_ports by hand"
+    with pytest.raises(InputError, match=words) as refused:
+        bind_ports(description, "input", (), "input_ports")
+    assert "\n" not in str(refused.value)
+    declared = [FmuPort(name=f"p{i}", variables=(name,)) for i, name in enumerate(names)]
+    assert len(bind_ports(description, "input", declared, "input_ports")) == len(names)
