@@ -45,6 +45,9 @@ _REFINEMENTS = 5
 _LEVEL_AROUND, _LEVEL_LEAST = 512, 64
 """Samples before and after a step back whose levels are compared, at most and at least: a sender that stamps
 chunk by chunk steps back at many of them, and forward again at others (chosen)."""
+_CHUNK_AROUND, _CHUNKS = 16, 3
+"""Samples on each side over which steps back are compared, and how many of half the size are those of a
+sender that stamps chunk by chunk, each late by another time (chosen)."""
 _MOST_MISSING = 5_000_000
 """Samples in gaps that are played: more than half a day at 100 Hz (chosen)."""
 
@@ -179,7 +182,12 @@ def set_back(times_s: Array) -> tuple[int, float] | None:
     back = back[(back >= _LEVEL_LEAST) & (back <= times_s.size - _LEVEL_LEAST)]
     found = [(k, -change) for k in back.tolist() if (
         change := level_change(number, times_s, k, _LEVEL_AROUND, period)) < -_MISSING * period]
-    return max(found, key=lambda each: each[1], default=None)
+    largest = max(found, key=lambda each: each[1], default=None)
+    if largest is None:
+        return None
+    alike = sum(level_change(number, times_s, k, _CHUNK_AROUND, period) < -0.5 * largest[1]
+                for k in back.tolist())
+    return largest if alike < _CHUNKS else None
 
 
 def level_change(along: Array, values: Array, at: int, around: int, slope: float | None = None,

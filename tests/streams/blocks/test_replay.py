@@ -147,7 +147,9 @@ def test_a_tracker_is_scored_against_a_reference_that_a_layout_describes(tmp_pat
 
 def test_errors_of_a_tracker_that_told_nothing_are_refused(tmp_path, described):
     """Of a run that failed at its first tick."""
-    nothing = SimpleNamespace(newest_ns=np.empty(0, np.int64), values=np.empty((0, 2, 4)))
-    recording = SimpleNamespace(path="run.h5", experiment=described, signal=lambda name: nothing)
+    never = np.empty(0, np.int64)
+    nothing = SimpleNamespace(newest_ns=never, times_ns=never, values=np.empty((0, 2, 4)))
+    recording = SimpleNamespace(path="run.h5", experiment=described, signal=lambda name, trial=0: nothing,
+                                signals=["tracker.orientation"], units={})
     with pytest.raises(InputError, match="holds nothing captured while the reference lasts"):
         measured_errors(recording)
