@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,6 +28,7 @@ class FmuVariable:
     shape: () for a scalar, the dimensions of an FMI 3.0 array.
     unit: as the FMU names it, "" if it names none. base: what the FMU says that unit is, None if nothing.
     start: start value of a scalar, nan if there is none that is a number.
+    low, high: `min` and `max`, infinite where it gives none.
     """
 
     name: str
@@ -38,6 +40,8 @@ class FmuVariable:
     unit: str
     start: float
     base: BaseUnit | None = None
+    low: float = -math.inf
+    high: float = math.inf
 
     @property
     def size(self) -> int:
@@ -173,4 +177,15 @@ def _variable(variable: Any, units: Mapping[str, BaseUnit], relative: bool) -> F
         start = float("nan")
     return FmuVariable(
         variable.name, int(variable.valueReference), str(variable.type), str(variable.causality),
-        str(variable.variability), tuple(int(n) for n in variable.shape or ()), unit, start, base)
+        str(variable.variability), tuple(int(n) for n in variable.shape or ()), unit, start, base,
+        _limit(variable.min, getattr(declared, "min", None), -math.inf),
+        _limit(variable.max, getattr(declared, "max", None), math.inf))
+
+
+def _limit(own: str | None, of_type: str | None, none: float) -> float:
+    """The limit that a variable, or its type, gives; `none` where there is none that is a number."""
+    try:
+        limit = float(own if own is not None else of_type if of_type is not None else none)
+    except ValueError:
+        return none
+    return none if math.isnan(limit) else limit

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError, RunError
 from fesloop.loop.clock import RateClock
+from plants.fmu.ports import limits
 from plants.fmu.running import FmuSetup, RunningFmu
 
 RESOLUTION_S, EXACT_S = 1e-9, 1e-12
@@ -262,6 +263,12 @@ def _plateau(changes: NDArray[np.int64], step_s: float, period_s: float) -> floa
 
 
 def excite(setup: FmuSetup, running: RunningFmu) -> None:
-    """Move every input away from its start value: by one, or by the start value itself."""
+    """Move every input away from its start value: by one, or by the start value itself.
+
+    Never beyond its min and max: up to these, or the other way where it is at one of them.
+    """
     values: NDArray[np.float64] = running.inputs.values
-    values += np.where(values == 0.0, 1.0, values)
+    by = np.where(values == 0.0, 1.0, values)
+    low, high = limits(setup.inputs)
+    there = np.clip(values + by, low, high)
+    values[:] = np.where(there == values, np.clip(values - by, low, high), there)

@@ -210,6 +210,9 @@ def _checked_starts(
                            and value == int(value)):
             raise InputError(f"starts.{name}", f"{value!r}",
                              f"a whole number from {limits[0]} to {limits[1]}")
+        if not isinstance(value, str) and not variable.low <= value <= variable.high:
+            raise InputError(f"starts.{name}", f"{value!r}",
+                             f"{variable.low:g} to {variable.high:g}, which are the FMU's min and max")
     return tuple(starts.items())
 
 

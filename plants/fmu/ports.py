@@ -11,6 +11,7 @@ from difflib import get_close_matches
 from typing import cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.loop.signals import Port
@@ -101,6 +102,12 @@ def bind_ports(
     return ports
 
 
+def limits(ports: Sequence[BoundPort]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Lowest and highest value of each element, flat, as the FMU has them."""
+    elements = [v for bound in ports for v in bound.variables for _ in range(v.size)]
+    return np.array([v.low for v in elements]), np.array([v.high for v in elements])
+
+
 def _numeric(description: FmuDescription, causality: str) -> list[FmuVariable]:
     return [v for v in description.variables.values() if v.causality == causality and v.type in NUMERIC]
 
@@ -180,7 +187,7 @@ def _automatic(variables: Sequence[FmuVariable], where: str) -> Iterable[BoundPo
     groups: dict[str, dict[tuple[int, ...], FmuVariable]] = {}
     for variable in variables:
         match = _INDEXED.fullmatch(variable.name)
-        base, index = variable.name, ()
+        base, index = variable.name, tuple[int, ...]()
         if match and variable.shape == ():
             base, index = match["base"], tuple(int(part) for part in match["index"].split(","))
         elements = groups.setdefault(base, {})

@@ -16,7 +16,7 @@ from fesloop.errors import RunError, SnapshotError
 from fesloop.loop.signals import Value
 from plants.fmu.archive import ExtractedFmu
 from plants.fmu.isolated import IsolatedFmu
-from plants.fmu.ports import BoundPort
+from plants.fmu.ports import BoundPort, limits
 from plants.fmu.process import Isolation
 from plants.fmu.running import FmuSetup, RunningFmu
 
@@ -28,8 +28,8 @@ class FmuState:
     FMU does not really replay. Freed by `end`, or when nobody holds it any more.
     """
 
-    __slots__ = ("__weakref__", "_end", "_isolation", "_owner", "_scales", "extracted", "inputs", "read_plan",
-                 "running", "seen", "why_not")
+    __slots__ = ("__weakref__", "_end", "_isolation", "_limits", "_outside", "_owner", "_reports", "_scales",
+                 "extracted", "inputs", "read_plan", "running", "seen", "why_not")
 
     def __init__(self, setup: FmuSetup, extracted: ExtractedFmu, name: str, why_not: str,
                  isolation: Isolation | None) -> None:
@@ -44,6 +44,9 @@ class FmuState:
         scales = [_scales([bound], bound.shape) for bound in setup.inputs]
         self.inputs = list(zip(_views(self.running.inputs.values, setup.inputs), scales, strict=True))
         self.seen: list[Value | None] = [None] * len(setup.inputs)
+        self._limits = limits(setup.inputs)
+        self._outside = np.zeros(self._limits[0].size, bool)
+        self._reports: list[tuple[str, str]] = []
         self.read_plan, self._scales = _read_plan(setup.outputs), _scales(setup.outputs, (-1,))
 
     def step(self, inputs: Sequence[Value]) -> None:
@@ -58,10 +61,23 @@ class FmuState:
                 if (view != scaled).any():
                     view[...] = scaled
                     changed = True
+        if changed:
+            self._look_for_range()
         self.running.step(changed)
         values = self.running.outputs.values
         if not isfinite(np.vdot(values, values)) and not np.isfinite(values).all():
             self._refuse()
+
+    def _look_for_range(self) -> None:
+        """Report the inputs that go beyond the FMU's min and max, which are given to it all the same."""
+        (low, high), values = self._limits, self.running.inputs.values
+        outside = (values < low) | (values > high)
+        fresh = np.flatnonzero(outside & ~self._outside)
+        self._outside = outside
+        ports = self.running.setup.inputs
+        names = [v.name for bound in ports for v in bound.variables for _ in range(v.size)]
+        self._reports += [("out_of_range", f"{names[i]!r} is {values[i]:g} in the FMU's unit, outside of its "
+                           f"min and max, {low[i]:g} to {high[i]:g}") for i in fresh.tolist()]
 
     def _refuse(self) -> None:
         """Raise RunError naming the first output that is not finite, whenever anybody looks at it next."""
@@ -75,8 +91,9 @@ class FmuState:
                        f"the FMU puts out {values[first]:g} for {variable!r}")
 
     def reports(self) -> list[tuple[str, str]]:
-        """What the FMU has said since the last call."""
-        return [("fmu_warning", f"the FMU says: {text}") for text in self.running.take_messages()]
+        """What there is to report, and what the FMU has said, since the last call."""
+        told, self._reports = self._reports, []
+        return told + [("fmu_warning", f"the FMU says: {text}") for text in self.running.take_messages()]
 
     def read(self) -> tuple[Value, ...]:
         """Fresh values of the outputs."""
@@ -100,14 +117,15 @@ class FmuState:
         except RunError as fault:
             raise SnapshotError(str(fault)) from fault
         return _resumed, (self.running.setup, self.extracted, self.running.name,
-                          self._isolation, saved)
+                          self._isolation, saved, self._outside)
 
 
 def _resumed(setup: FmuSetup, extracted: ExtractedFmu, name: str, isolation: Isolation | None,
-             saved: Any) -> FmuState:
+             saved: Any, outside: NDArray[np.bool_]) -> FmuState:
     """A new instance in a saved state."""
     state = FmuState(setup, extracted, name, "", isolation)
     state.running.restore(saved)
+    state._outside = outside
     return state
 
 
