@@ -20,6 +20,7 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.recorded import Event
 from fesloop.experiment.running.trial import Result, run
 from fesloop.experiment.trouble import graveness, troubles
+from fesloop.loop.block import Context
 from fesloop.loop.input_ages import always_too_old
 from fesloop.loop.realtime import Pacing
 from fesloop.realtime.lateness import class_names
@@ -34,6 +35,9 @@ def execute(args: Namespace) -> int:
     with progress_bar(args.experiment) as bar:
         experiment, picked = load_picked(args.experiment, args.settings, args.seed)
         cautions = always_too_old(experiment.wiring, experiment.duration_ns)
+        cautions += [(node.name, *told) for node in experiment.wiring.nodes
+                     if hasattr(node.part, "advance") and hasattr(node.part, "cautions")
+                     for told in node.part.cautions(Context(node.name, experiment.seed, clock=node.clock))]
     for node, status, detail in cautions:
         print(f"fesloop: caution: {node}: {status}: {detail}", file=sys.stderr)
     with progress_bar(args.experiment) as bar:

@@ -52,7 +52,7 @@ def stepped_alike(setup: FmuSetup, internal_s: float) -> FmuSetup:
 
 def misfit(period_s: float, internal: InternalStep) -> InputError:
     """The refusal of a communication step that does not fit, with a rate that does."""
-    internal_s, outputs = internal
+    internal_s, outputs, *_ = internal
     step, shown = _told_apart(1e3 * period_s, 1e3 * internal_s)
     if outputs:
         names = ", ".join(map(repr, outputs[:3])) + (f" and {len(outputs) - 3} more" if outputs[3:] else "")
@@ -99,10 +99,14 @@ class InternalStep(NamedTuple):
     ----------
     length_s: 0 where nothing shows that there is one; the longest that it can be if it shows in outputs.
     outputs: names of the outputs that alone show it, as they hold still between its steps.
+    unchecked: names of the continuous outputs that show neither that there is one, nor that there is none.
+    why: why they do not.
     """
 
     length_s: float = 0.0
     outputs: tuple[str, ...] = ()
+    unchecked: tuple[str, ...] = ()
+    why: str = ""
 
 
 def find_internal_step(setup: FmuSetup, running: RunningFmu) -> InternalStep:
@@ -114,7 +118,8 @@ def find_internal_step(setup: FmuSetup, running: RunningFmu) -> InternalStep:
     declared_s = setup.description.internal_step_s
     if not fits(setup.period_s, declared_s):
         return InternalStep(declared_s)
-    return _observed(running, setup.period_s)
+    found = _observed(running, setup.period_s)
+    return found._replace(unchecked=(), why="") if declared_s else found
 
 
 def find_by_finer_steps(setup: FmuSetup, folder: Path) -> InternalStep:
@@ -145,6 +150,7 @@ def _observed(running: RunningFmu, period_s: float) -> InternalStep:
     watched, outputs = _watched(setup)
     before = running.outputs.values[watched]
     reached = [instant_s for instant_s in [running.reached_s()] if instant_s is not None]
+    why = "they did not move as it takes, when the FMU was tried out"
     open_, began = set(range(len(outputs))), time.perf_counter()
     for step in range(STEPS):
         excited = step == STEPS // 2
@@ -155,7 +161,8 @@ def _observed(running: RunningFmu, period_s: float) -> InternalStep:
             excite(setup, running)
         try:
             running.step(excited)
-        except RunError:
+        except RunError as fault:
+            why = f"tried out, it ended early: {str(fault).removeprefix('probe: ')}"
             break
         instant_s = running.reached_s()
         if instant_s is not None and instant_s not in reached[-1:]:
@@ -167,9 +174,14 @@ def _observed(running: RunningFmu, period_s: float) -> InternalStep:
                 if not outputs[i].move(running.tick, float(before[i]), float(now[i])):
                     open_.remove(i)
         before = now
-        if (not open_ and step >= ENOUGH) or time.perf_counter() - began > STEPS_WALL_S:
+        if not open_ and step >= ENOUGH:
             break
-    return _shown(reached, outputs, setup.period_s, period_s)
+        if time.perf_counter() - began > STEPS_WALL_S:
+            why = f"{step + 1} steps took the {STEPS_WALL_S:g} s in which it is tried out"
+            break
+    found = _shown(reached, outputs, setup.period_s, period_s)
+    unchecked = tuple(dict.fromkeys(output.name for output in outputs if not output.moves_always))
+    return found._replace(unchecked=unchecked, why=why) if unchecked and not found.length_s else found
 
 
 class _Output:
@@ -178,13 +190,18 @@ class _Output:
     `rounding`: part of its value that its type resolves, nearly.
     """
 
-    __slots__ = ("_furthest", "_rounding", "_seen", "changes", "name")
+    __slots__ = ("_adjacent", "_furthest", "_rounding", "_seen", "changes", "name")
 
     def __init__(self, name: str, rounding: float) -> None:
         self.name, self._rounding = name, rounding
         self.changes: list[int] = []
         self._seen: set[float] = set()
-        self._furthest = 0.0
+        self._furthest, self._adjacent = 0.0, False
+
+    @property
+    def moves_always(self) -> bool:
+        """Whether it was seen to move from one step to the next, by more than rounding."""
+        return self._adjacent and self._furthest > self._rounding
 
     def move(self, tick: int, before: float, now: float) -> bool:
         """Note a change; whether an internal step may still show, as it was not at the point before, too."""
@@ -194,6 +211,7 @@ class _Output:
         size = max(abs(now), abs(before))
         if size > 0.0:
             self._furthest = max(self._furthest, abs(now - before) / size)
+        self._adjacent = self._adjacent or adjacent
         return not adjacent
 
     def plateau(self, step_s: float, period_s: float) -> float:
@@ -201,6 +219,13 @@ class _Output:
         if len(self._seen) < len(self.changes) or self._furthest <= self._rounding:
             return 0.0
         return _plateau(np.array(self.changes), step_s, period_s)
+
+
+def continuous(setup: FmuSetup) -> tuple[str, ...]:
+    """Names of the outputs that can be stale; none in model exchange, which integrates here."""
+    if setup.description.interface == "model_exchange":
+        return ()
+    return tuple(dict.fromkeys(output.name for output in _watched(setup)[1]))
 
 
 def _watched(setup: FmuSetup) -> tuple[NDArray[np.intp], list[_Output]]:

@@ -154,6 +154,15 @@ class Fmu:
         """Whether the FMU was seen to replay from a saved state."""
         return self._probed.replays
 
+    def cautions(self, context: Context) -> tuple[tuple[str, str], ...]:
+        """Outputs of which nothing shows whether they are stale."""
+        _, _, names, why = self._probed.internal
+        if not names:
+            return ()
+        named = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if names[5:] else "")
+        return (("staleness_unchecked",
+                 f"whether outputs are stale could not be checked for {named}: {why}"),)
+
     def init(self, context: Context) -> FmuState:
         """A new instance, initialised."""
         isolated = self.path != SHIPPED if self.isolate is None else self.isolate

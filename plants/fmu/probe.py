@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fesloop.errors import InputError, RunError
-from plants.fmu.internal_step import InternalStep
+from plants.fmu.internal_step import InternalStep, continuous
 from plants.fmu.process import FmuDiedError, FmuProcess, Isolation
 from plants.fmu.running import FmuSetup
 from plants.fmu.serving import START, STEP, TRY, TRY_FINER
@@ -51,7 +51,7 @@ def probe(setup: FmuSetup, folder: Path, path: Path, isolation: Isolation) -> Pr
         call(START + pickle.dumps((setup, folder, "probe")))
         stage = "its first step"
         call(STEP)
-        return _tried(call)
+        return _tried(call, setup)
     except FmuDiedError as fault:
         raise InputError("path", f"{path}: in {stage} it {fault}", "an FMU that runs",
                          "have the FMU's maker mend it, or give it longer with probe_timeout_s") from None
@@ -62,17 +62,20 @@ def probe(setup: FmuSetup, folder: Path, path: Path, isolation: Isolation) -> Pr
         process.end()
 
 
-def _tried(call: Callable[[bytes], bytes]) -> Probed:
+def _tried(call: Callable[[bytes], bytes], setup: FmuSetup) -> Probed:
     """What an FMU shows that has done its first step."""
     try:
         probed = Probed(**_answer(call(TRY)))
     except RunError as fault:
-        return Probed(why_not=f"with made-up inputs, when it was tried out at load, it {fault}")
+        unchecked = () if setup.description.internal_step_s else continuous(setup)
+        why = f"with made-up inputs, when it was tried out at load, it {fault}"
+        return Probed(InternalStep(0.0, (), unchecked, why), why_not=why)
     if probed.internal.length_s == 0.0:
         try:
-            probed = replace(probed, **_answer(call(TRY_FINER)))
+            finer = _answer(call(TRY_FINER)).get("internal", InternalStep())
         except RunError:
             return probed
+        return replace(probed, internal=finer) if finer.length_s else probed
     return probed
 
 
@@ -80,6 +83,6 @@ def _answer(content: bytes) -> dict[str, Any]:
     """Fields of `Probed`."""
     found: dict[str, Any] = json.loads(content)
     if "internal" in found:
-        length_s, outputs = found["internal"]
-        found["internal"] = InternalStep(length_s, tuple(outputs))
+        length_s, outputs, unchecked, why = found["internal"]
+        found["internal"] = InternalStep(length_s, tuple(outputs), tuple(unchecked), why)
     return found

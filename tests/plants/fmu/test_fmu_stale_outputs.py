@@ -32,11 +32,13 @@ class MadeUp:
     def __init__(self, courses, told_s=None):
         variables = {f"y{i}": FmuVariable(f"y{i}", i, "Real", "output", "continuous", (), "1", 0.0)
                      for i in range(len(courses))}
+        variables["u"] = FmuVariable("u", len(courses), "Real", "input", "continuous", (), "1", 0.0)
         description = FmuDescription(
             version=2, interface="co_simulation", identifier="m", token="t", variables=variables, states=0,
             indicators=0, completes_steps=False, saves=False, once=False, needs_tool=False,
             internal_step_s=0.0, has_sources=False)
-        self.setup = FmuSetup(description, (), bind_ports(description, "output", (), "output_ports"), (),
+        self.setup = FmuSetup(description, bind_ports(description, "input", (), "input_ports"),
+                              bind_ports(description, "output", (), "output_ports"), (),
                               1_000_000, 1, 5)
         self.courses, self.told_s, self.tick, self.moved_s = courses, told_s, 0, math.inf
         self.inputs = SimpleNamespace(values=np.zeros(1))
