@@ -181,7 +181,7 @@ def _observed(running: RunningFmu, period_s: float) -> InternalStep:
             break
     found = _shown(reached, outputs, setup.period_s, period_s)
     unchecked = tuple(dict.fromkeys(output.name for output in outputs if not output.moves_always))
-    return found._replace(unchecked=unchecked, why=why) if unchecked and not found.length_s else found
+    return found._replace(unchecked=unchecked, why=why) if unchecked else found
 
 
 class _Output:

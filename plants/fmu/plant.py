@@ -24,6 +24,9 @@ from plants.fmu.vector import integer_range
 
 _LONGEST_S, _MOST_MB = 3600.0, 10**6
 """Chosen."""
+_DIVERGES, _COARSE = 0.5, 0.01
+"""Chosen: parts of their motion by which outputs may not differ with twice as many substeps, and by which
+that is a caution."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -97,6 +100,11 @@ class Fmu:
             probed = probe(setup, extracted.folder, extracted.path, self._isolation)
             if not fits(setup.period_s, probed.internal.length_s):
                 raise misfit(setup.period_s, probed.internal)
+            if probed.coarse >= _DIVERGES:
+                raise InputError("substeps", f"{self.substeps} are too few: outputs differ with twice as "
+                                 "many by as much as they move, or the integration diverges",
+                                 "enough for the FMU's shortest time constant",
+                                 "raise substeps or step_rate, or take the FMU's co-simulation")
             setup = replace(stepped_alike(setup, probed.internal.length_s), tells=probed.tells)
         except BaseException:
             extracted.close()
@@ -155,8 +163,11 @@ class Fmu:
         return self._probed.replays
 
     def cautions(self, context: Context) -> tuple[tuple[str, str], ...]:
-        """Outputs of which nothing shows whether they are stale."""
+        """Substeps that are too long, and outputs of which nothing shows whether they are stale."""
         _, _, names, why = self._probed.internal
+        if self._probed.coarse > _COARSE:
+            return (("substeps_too_few", f"outputs differ by {self._probed.coarse:.2g} of what they move "
+                     f"with twice as many substeps as {self.substeps}: raise substeps or step_rate"),)
         if not names:
             return ()
         named = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if names[5:] else "")

@@ -25,12 +25,14 @@ class Probed:
     ----------
     internal: the FMU's own fixed step.
     tells: whether it says which instant it has reached.
+    coarse: part of what outputs move by which they differ with substeps half as long (model exchange).
     replays: whether a saved and restored state gave identical outputs.
     why_not: why not, "" if it does.
     """
 
     internal: InternalStep = field(default_factory=InternalStep)
     tells: bool = False
+    coarse: float = 0.0
     replays: bool = False
     why_not: str = ""
 

@@ -87,8 +87,10 @@ class FmuState:
         first = int(np.argmin(np.isfinite(values)))
         port, variable = elements[first]
         time_ms = 1e3 * setup.instant_s(self.running.tick)
+        hint = ("; if its integration diverges, raise substeps or step_rate"
+                if setup.description.interface == "model_exchange" else "")
         raise RunError(f"{self.running.name}.{port} is not finite at {time_ms:.6f} ms: "
-                       f"the FMU puts out {values[first]:g} for {variable!r}")
+                       f"the FMU puts out {values[first]:g} for {variable!r}{hint}")
 
     def reports(self) -> list[tuple[str, str]]:
         """What there is to report, and what the FMU has said, since the last call."""

@@ -8,7 +8,7 @@ import tempfile
 import numpy as np
 import pytest
 
-from fesloop.errors import RunError, SnapshotError
+from fesloop.errors import InputError, RunError, SnapshotError
 from fesloop.loop.block import Context
 from plants.fmu import Fmu
 from plants.fmu.ports import FmuPort
@@ -223,3 +223,16 @@ def test_start_values_reach_the_fmu(finger_fmu):
         angles.append(run(plant, state, [pulse] * 300)[-1][0] - np.deg2rad([20.0, 25.0, 15.0]))
         plant.close(state)
     np.testing.assert_allclose(angles[1], 2.0 * angles[0], rtol=1e-9)
+
+
+@pytest.mark.parametrize(("rate", "substeps", "fits"), [
+    ("1000", 5, True), ("80", 5, False), ("80", 100, True)])
+def test_model_exchange_with_substeps_too_long_is_refused(finger_fmu, rate, substeps, fits):
+    def made():
+        return Fmu(path=str(finger_fmu), interface="model_exchange", step_rate=rate, substeps=substeps)
+
+    if fits:
+        assert made().cautions(Context("plant")) == ()
+        return
+    with pytest.raises(InputError, match="substeps: 5 are too few"):
+        made()

@@ -21,6 +21,7 @@ def test_outputs_that_move_need_no_caution(small2):
 
 @pytest.mark.parametrize(("definitions", "words"), [
     (("AT_S=0", "MISDEED=m->u=0"), "y, w: they did not move"),
+    (("AT_S=0", "MISDEED=m->u=0", "TELLS"), "y, w: they did not move"),
     (("AT_S=0", "MISDEED=m->u=0", "MOVES"), "y: they did not move"),
     (("ERROR_AT_S=0.01",), "y, w: tried out, it ended early: .*dry at"),
     (("AT_S=0.01", "MISDEED=raise(SIGSEGV)"), "y, w: with made-up inputs"),
