@@ -150,6 +150,9 @@ class VqfTracker:
                 return orientation, flexion, aligned_value(False)
             if sound:
                 _align(state, orientation, flexion)
+                if flexion is None and len(state.pairs):
+                    tick.report("no_initial_pose", "headings begin as at the first sample: angles are off by "
+                                "what they were then; give initial_angles_deg, and begin in that pose")
         return orientation, _angles(state, orientation, tick), aligned_value(state.aligned)
 
 

@@ -12,10 +12,10 @@ from fesloop.loop.clock import NS_PER_S
 
 def execute(args: Namespace) -> int:
     """Read a recording of any known format and write it as a motion file."""
-    from fesloop.streams.agreement import disagreement_text
+    from fesloop.streams.agreement import judgement_text
     from fesloop.streams.importing import import_recording
     from fesloop.streams.labels import not_understood
-    from fesloop.streams.missing import lacking_in, lost_samples
+    from fesloop.streams.missing import lacking_in, lost_samples, repeated_text
 
     with progress_bar(f"import {args.source}"):
         recording = import_recording(args.source, args.target, args.layout, args.sensor_set)
@@ -25,9 +25,10 @@ def execute(args: Namespace) -> int:
     lacking = lacking_in(recording)
     if lacking.text:
         print(f"fesloop: {args.source}: {lacking.text}", file=sys.stderr)
-    disagreeing = disagreement_text(recording)
-    if disagreeing:
-        print(f"fesloop: {args.source}: {disagreeing}", file=sys.stderr)
+    disagreeing, unjudged = judgement_text(recording)
+    repeated = repeated_text(recording)
+    for text in filter(None, (disagreeing, unjudged, repeated)):
+        print(f"fesloop: {args.source}: {text}", file=sys.stderr)
     told: dict[str, Any] = {
         "motion": args.target, "source": recording.source, "source_format": recording.source_format,
         "sensors": list(recording.sensors), "samples": recording.samples,
@@ -35,6 +36,7 @@ def execute(args: Namespace) -> int:
         "duration_s": recording.duration_ns / NS_PER_S, "magnetometers": recording.mag is not None,
         "reference": recording.reference is not None, "source_units": dict(recording.source_units),
         "left_out": list(recording.left_out), "rates_disagree": disagreeing,
+        "rates_not_checked": unjudged, "repeated_samples": repeated,
         "rate_between_gaps_hz": lacking.rate_hz,
         "gaps": [gap._asdict() for gap in lacking.gaps],
         "lost_samples": dict(zip(recording.sensors, lost_samples(recording).sum(axis=0).tolist(),

@@ -333,8 +333,28 @@ def disagreement_text(recording: MotionRecording, first: int = 0, stop: int | No
 
     Empty where none is known.
     """
+    return _told(recording, agreements_in(recording, first, stop))
+
+
+def judgement_text(recording: MotionRecording) -> tuple[str, str]:
+    """What `disagreement_text` says of a whole recording, and of which sensors nothing could be said."""
+    found = agreements_in(recording)
+    unjudged = [name for name, each in zip(recording.sensors, found, strict=True)
+                if each.verdict == "no_information"]
+    told = f"rates could not be checked against gravity in {len(unjudged)} of {len(found)} sensors " \
+           f"({_names(unjudged)}): too little or too rough motion; rate, units and axes are as stated"
+    return _told(recording, found), told if unjudged else ""
+
+
+def agreements_in(
+    recording: MotionRecording, first: int = 0, stop: int | None = None
+) -> tuple[Agreement, ...]:
+    """The agreement of each sensor of a recording, from samples `first` to `stop`."""
     part = slice(first, stop)
-    found = agreements(recording.stamps_ns[part] / NS_PER_S, recording.gyr[part], recording.acc[part])
+    return agreements(recording.stamps_ns[part] / NS_PER_S, recording.gyr[part], recording.acc[part])
+
+
+def _told(recording: MotionRecording, found: Sequence[Agreement]) -> str:
     scaled = [each.factor for each in found if each.verdict == "scale"]
     common = float(np.median(scaled)) if scaled and max(scaled) < _SAME_FACTOR * min(scaled) and not any(
         each.verdict == "agrees" for each in found) else None

@@ -13,6 +13,8 @@ from fesloop.streams.pace import Gap, gaps_of, pace_of, rate_change
 from fesloop.streams.recording import MotionRecording
 
 _MOST_SHOWN = 4
+_REPEATS, _REPEATS_S = 10, 0.1
+"""Samples, and s, for which a sensor must repeat itself (as trackers have it: `frozen_sample`)."""
 
 
 def lost_samples(recording: MotionRecording) -> NDArray[np.bool_]:
@@ -66,6 +68,25 @@ def missing_text(recording: MotionRecording, first: int, stop: int, gaps: Sequen
         more = f" and {len(of) - _MOST_SHOWN} sensors more" if len(of) > _MOST_SHOWN else ""
         told.append("lost samples: " + ", ".join(of[:_MOST_SHOWN]) + more)
     return "; ".join(told)
+
+
+def repeated_text(recording: MotionRecording) -> str:
+    """Which sensors repeat a sample for long, as devices do that have lost the sensor; empty for none."""
+    period_s = pace_of(recording.stamps_ns / NS_PER_S).period_s
+    least = max(_REPEATS, round(_REPEATS_S / period_s)) if period_s > 0.0 else _REPEATS
+    told = []
+    for number, name in enumerate(recording.sensors):
+        samples = np.concatenate([recording.gyr[:, number], recording.acc[:, number]], axis=1)
+        same = np.concatenate([[False], np.all(samples[1:] == samples[:-1], axis=1), [False]])
+        edges = np.flatnonzero(np.diff(same.astype(np.int8)))
+        lengths = edges[1::2] - edges[::2]
+        if (lengths >= least).any():
+            long = lengths[lengths >= least]
+            often = "once" if len(long) == 1 else f"{len(long)} times"
+            told.append(f"{name} {often}, {long.sum() * period_s:.3g} s in all")
+    more = f" and {len(told) - _MOST_SHOWN} sensors more" if len(told) > _MOST_SHOWN else ""
+    return f"samples that repeat the one before: {', '.join(told[:_MOST_SHOWN])}{more}: a sensor that was " \
+           "lost; angles may stay off after it" if told else ""
 
 
 def _where(gaps: Sequence[Gap]) -> str:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from agreement_parts import motion
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 from fesloop.cli import main
 from fesloop.streams.agreement import AXES, agreements
@@ -23,26 +23,6 @@ PUBLISHED = [("body16/qmt_full_body_example_data.mat", None), ("chain5/trial1.np
              *((f"broad/{name}.mat", None) for name in (
                  "02_undisturbed_slow_rotation_B", "24_disturbed_tapping_A", "21_undisturbed_fast_combined",
                  "30_disturbed_stationary_magnet_C"))]
-
-
-def waves(rng, times, size, fastest_hz):
-    """Smooth random numbers (n, 3) of about a size."""
-    hz, phase = rng.uniform(0.05, fastest_hz, (6, 3)), rng.uniform(0.0, 2.0 * np.pi, (6, 3))
-    return size * np.sin(2.0 * np.pi * hz * times[:, None, None] + phase).sum(axis=1) / np.sqrt(3.0)
-
-
-def motion(seed, rate=100.0, seconds=40.0, turning=1.0, shaking=0.5, bias=0.01):
-    """Samples of a sensor that turns and is shaken at random, as truth gives them: times, gyr and acc."""
-    rng = np.random.default_rng(seed)
-    times = np.arange(round(rate * seconds)) / rate
-    gyr = waves(rng, times, turning, 1.0)
-    turns, reach = Rotation.from_rotvec(np.vstack([rng.standard_normal(3), gyr[:-1] / rate])), 1
-    while reach < times.size:
-        turns = Rotation.concatenate([turns[:reach], turns[:-reach] * turns[reach:]])
-        reach *= 2
-    force = waves(rng, times, shaking, 3.0) + np.array([0.0, 0.0, G])
-    acc = turns.inv().apply(force) + 0.05 * rng.standard_normal(gyr.shape)
-    return times, gyr + bias * rng.standard_normal(3) + 2e-3 * rng.standard_normal(gyr.shape), acc
 
 
 def several(seeds, **about):
