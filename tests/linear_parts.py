@@ -87,6 +87,14 @@ def scalar_loop(growth, gain, noise=1.0, sensed=None, stimulated=None, plant_rat
     return _experiment("scalar", (feedback, _plant(growth)), wires, plant_rate)
 
 
+def oscillator_loop(omega, damping, gain, rate=200):
+    """x'' = -omega^2 x - damping x' + gain u, where u is x as it was sampled."""
+    plant = StateSpace(a=((0.0, 1.0), (-omega**2, -damping)), b=((0.0,), (gain,)), c=((1.0, 0.0),))
+    nodes = (Node("feedback", Feedback(gain=-1.0), rate=rate), Node("plant", plant))
+    wires = (Wire("plant.y", "feedback.y"), Wire("feedback.u", "plant.u"))
+    return _experiment("oscillator", nodes, wires, 50)
+
+
 def sensed_loop(growth, gain, noise, wire, sensor_rate=100, plant_rate=50):
     """The same with a sensor of its own rate, and all noise in it; `wire` leads from it to the feedback."""
     nodes = (Node("sensor", Sensor(noise=noise), rate=sensor_rate),

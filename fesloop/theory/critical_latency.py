@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from typing import cast
+
+import numpy as np
+
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
-from fesloop.loop.clock import NS_PER_MS, duration_ns
+from fesloop.experiment.running.blas import one_blas_thread
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
+from fesloop.loop.wiring import Connection
+from fesloop.theory import wires
 from fesloop.theory.linear_loop import LinearLoop, linear_loop
 from fesloop.theory.period_map import period_map
 from fesloop.theory.second_moments import SecondMoments
 
-_STEPS_A_PERIOD = 2
-"""Of the search, in the quickest clock's period (chosen). An instability that ends again within a step could
-be passed over."""
+_A_PERIOD, _AN_OSCILLATION = 4, 16
+"""Latencies at which growth is computed, in the quickest clock's period and in the plant's fastest
+oscillation (chosen: under delayed feedback, damping rises and falls once in an oscillation)."""
+_FINEST = 64
+"""Of them in a period at most, whatever the oscillations and the rates (chosen)."""
+_WITHIN = 1e-3
+"""How closely a greatest growth between them is found, as a part of their distance (chosen)."""
+_GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 def growth(loop: LinearLoop) -> float:
@@ -26,6 +41,10 @@ def critical_latency_ms(loop: Experiment | LinearLoop, wire: str, up_to_ms: floa
     loss, where second moments cease to be bounded. Into a block, latency acts in whole ticks of the reader,
     so the answer is then one ns above a staircase's step. None where the loop is stable up to `up_to_ms`.
 
+    Beyond it a loop may be stable again. Growth is computed at latencies that are close beside both the
+    period and the plant's fastest oscillation, and its maxima between them are searched where they may reach
+    1, so that instability that soon ends again is found, too.
+
     Parameters
     ----------
     loop: with all else as it is.
@@ -34,23 +53,88 @@ def critical_latency_ms(loop: Experiment | LinearLoop, wire: str, up_to_ms: floa
     Raises InputError as `linear_loop` does, and for a wire that is not on the loop.
     """
     loop = loop if isinstance(loop, LinearLoop) else linear_loop(loop)
-    stable_ns = max(0, -loop.wire(wire).wire.jitter.least_ns)
+    connection = loop.wire(wire)
+    least_ns = max(0, -connection.wire.jitter.least_ns)
     most_ns = duration_ns(up_to_ms, NS_PER_MS, "up_to_ms")
-    if most_ns <= stable_ns:
-        raise InputError("up_to_ms", f"{up_to_ms:g}", f"above {stable_ns / NS_PER_MS:g}, the least latency")
+    if most_ns <= least_ns:
+        raise InputError("up_to_ms", f"{up_to_ms:g}", f"above {least_ns / NS_PER_MS:g}, the least latency")
 
-    def unstable(latency_ns: int) -> bool:
-        return growth(loop.with_latency(wire, latency_ns)) >= 1.0
+    def growth_at(latency_ns: int) -> float:
+        return growth(loop.with_latency(wire, latency_ns))
 
-    if unstable(stable_ns):
-        return stable_ns / NS_PER_MS
-    step_ns = max(1, min(clock.shortest_ns for clock in loop.clocks) // _STEPS_A_PERIOD)
-    unstable_ns = stable_ns
-    while not unstable(unstable_ns := min(unstable_ns + step_ns, most_ns)):
-        stable_ns = unstable_ns
-        if unstable_ns == most_ns:
+    with one_blas_thread():
+        in_ticks = _in_ticks(loop, connection)
+        step_ns = _staircase_ns(connection) // 2 if in_ticks else _distance_ns(loop)
+        bracket = _first_crossing(growth_at, least_ns, most_ns, max(1, step_ns), smooth=not in_ticks)
+        if bracket is None:
             return None
-    while unstable_ns - stable_ns > 1:
-        middle = (stable_ns + unstable_ns) // 2
-        stable_ns, unstable_ns = (stable_ns, middle) if unstable(middle) else (middle, unstable_ns)
+        stable_ns, unstable_ns = bracket
+        while unstable_ns - stable_ns > 1:
+            middle = (stable_ns + unstable_ns) // 2
+            held = growth_at(middle) < 1.0
+            stable_ns, unstable_ns = (middle, unstable_ns) if held else (stable_ns, middle)
     return unstable_ns / NS_PER_MS
+
+
+def _in_ticks(loop: LinearLoop, connection: Connection) -> bool:
+    """Whether latency acts in whole ticks of the reader."""
+    return connection.target is not loop.plant and not wires.varies(connection)
+
+
+def _staircase_ns(connection: Connection) -> int:
+    """The narrowest step of the staircase by which latency acts between two clocks."""
+    source, reader = (1 / cast(RateClock, clock).rate for clock in (
+        connection.clock or connection.source.clock, connection.target.clock))
+    common = Fraction(math.gcd(source.numerator * reader.denominator, reader.numerator * source.denominator),
+                      source.denominator * reader.denominator)
+    return int(max(common, min(source, reader) / _FINEST) * NS_PER_S)
+
+
+def _distance_ns(loop: LinearLoop) -> int:
+    """Of the latencies at which growth is computed, where latency acts at once."""
+    period_ns = min(clock.shortest_ns for clock in loop.clocks)
+    fastest = float(np.abs(np.linalg.eigvals(loop.plant_form.a).imag).max(initial=0.0))
+    oscillation_ns = 2.0 * math.pi / fastest * NS_PER_S if fastest else math.inf
+    return max(int(min(period_ns / _A_PERIOD, oscillation_ns / _AN_OSCILLATION)), period_ns // _FINEST)
+
+
+def _first_crossing(
+    growth_at: Callable[[int], float], least_ns: int, most_ns: int, step_ns: int, smooth: bool
+) -> tuple[int, int] | None:
+    """A stable latency and the unstable one that follows; the same twice where the least is unstable."""
+    places, values = [least_ns], [growth_at(least_ns)]
+    if values[0] >= 1.0:
+        return least_ns, least_ns
+    while True:
+        last = places[-1] == most_ns
+        if not last:
+            places.append(min(places[-1] + step_ns, most_ns))
+            values.append(growth_at(places[-1]))
+        peak = len(places) - (1 if last else 2)
+        low, high = max(peak - 1, 0), min(peak + 1, len(places) - 1)
+        drops = values[peak] - values[low], values[peak] - values[high]
+        if smooth and min(drops) >= 0.0 and values[peak] + 2.0 * max(drops) >= 1.0:
+            # Where growth is concave it exceeds this sample by no more than the greater drop.
+            above = _reached(growth_at, places[low], places[high], max(1, int(step_ns * _WITHIN)))
+            if above is not None:
+                return max(p for p in places[:peak + 1] if p < above), above
+        if last:
+            return None
+        if values[-1] >= 1.0:
+            return places[-2], places[-1]
+
+
+def _reached(growth_at: Callable[[int], float], low: int, high: int, within: int) -> int | None:
+    """A latency at which growth is 1 or more, about its one maximum between two, by golden section."""
+    left, right = high - int(_GOLDEN * (high - low)), low + int(_GOLDEN * (high - low))
+    at_left, at_right = growth_at(left), growth_at(right)
+    while at_left < 1.0 and at_right < 1.0 and high - low > within:
+        if at_left >= at_right:
+            high, right, at_right = right, left, at_left
+            left = high - int(_GOLDEN * (high - low))
+            at_left = growth_at(left)
+        else:
+            low, left, at_left = left, right, at_right
+            right = low + int(_GOLDEN * (high - low))
+            at_right = growth_at(right)
+    return left if at_left >= 1.0 else right if at_right >= 1.0 else None

@@ -2,16 +2,19 @@
 
 import math
 
+import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from linear_parts import PERIOD_S, scalar_loop
+from linear_parts import PERIOD_S, oscillator_loop, scalar_loop, sensed_loop
+from scipy.linalg import expm
 
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
 from fesloop.loop.duration import Duration
 from fesloop.reproduce.linear_theory import SENSED, STIMULATED, Crossing, growth
 from fesloop.theory import critical_latency_ms, linear_loop
+from fesloop.theory.critical_latency import growth as growth_of_moments
 
 OUT, BACK = "plant.y->feedback.y", "feedback.u->plant.u"
 
@@ -76,3 +79,51 @@ def test_the_running_loop_decays_just_below_and_grows_just_above(gain, wire):
     crossing = Crossing(gain, wire)
     theory = critical_latency_ms(crossing.at(1.0), wire)
     assert growth(crossing.at(theory - 0.1)) < 0.0 < growth(crossing.at(theory + 0.1))
+
+
+def oscillators_radius(omega, damping, gain, period_s, latency_s):
+    """Spectral radius of x'' = -omega^2 x - damping x' + gain x(sampled, late), written out once more."""
+    def held(time_s):
+        step = expm(np.array([[0.0, 1.0, 0.0], [-omega**2, -damping, gain], [0.0, 0.0, 0.0]]) * time_s)
+        return step[:2, :2], step[:2, 2]
+    whole = int(latency_s / period_s)
+    late = latency_s - whole * period_s
+    newer, older = held(period_s - late), held(late)[1]
+    step = np.zeros((3 + whole, 3 + whole))  # x, x', and x as sampled 1, ..., whole + 1 periods ago
+    step[:2, :2] = held(period_s)[0]
+    step[:2, 2 + whole] = newer[0] @ older
+    step[:2, 1 + whole if whole else 0] += newer[1]
+    step[2, 0] = 1.0
+    step[range(3, 3 + whole), range(2, 2 + whole)] = 1.0
+    return np.abs(np.linalg.eigvals(step)).max()
+
+
+@given(omega=st.floats(60.0, 400.0), relative_gain=st.floats(0.05, 0.3), share=st.floats(0.7, 1.1),
+       rate=st.sampled_from([50, 100, 200]))
+@example(omega=300.0, relative_gain=0.1, share=0.9, rate=200)
+@example(omega=100.0, relative_gain=0.02, share=0.94, rate=100)
+@settings(max_examples=25, deadline=None)
+def test_instability_that_ends_again_is_found_as_a_dense_scan_finds_it(omega, relative_gain, share, rate):
+    """Damping is that share of what late feedback takes away at its worst, so windows come and go."""
+    gain, most_s = relative_gain * omega**2, 0.08
+    damping = share * gain / omega
+    found = critical_latency_ms(oscillator_loop(omega, damping, gain, rate), BACK, 1e3 * most_s)
+
+    def radius(latency_s):
+        return oscillators_radius(omega, damping, gain, 1.0 / rate, latency_s)
+
+    before_s = most_s if found is None else max(found / 1e3 - 2e-9, 0.0)
+    if found != 0.0:
+        assert max(radius(latency_s) for latency_s in np.linspace(0.0, before_s, 600)) < 1.0 + 1e-8
+    if found is not None:
+        assert radius(found / 1e3) >= 1.0 - 1e-8
+
+
+@pytest.mark.parametrize("gain", [12.0, 15.0, 18.0, 21.0])
+def test_latency_between_two_rates_is_searched_step_by_step(gain):
+    """The steps lie a common divisor of the periods apart, 5/3 ms at 120 and 50 Hz."""
+    loop, wire = linear_loop(sensed_loop(-1.0, gain, 1.0, {}, 120)), "sensor.y->feedback.y"
+    found = critical_latency_ms(loop, wire, 200.0)
+    first = next(ns for ns in range(0, 200_000_000, 400_000)
+                 if growth_of_moments(loop.with_latency(wire, ns)) >= 1.0)
+    assert found <= first / 1e6 <= found + 0.4

@@ -15,7 +15,7 @@ from fesloop.study.design.plan import Resolver
 from fesloop.study.design.study import Study
 from fesloop.study.figures.overlays import Overlay
 from fesloop.study.results.axis_levels import AxisLevel, level_text
-from fesloop.theory.critical_latency import growth
+from fesloop.theory.critical_latency import critical_latency_ms, growth
 from fesloop.theory.linear_loop import LinearLoop, linear_loop
 from fesloop.theory.stationary_cost import stationary_cost
 
@@ -110,9 +110,14 @@ def _critical(rows: _Rows, panel: AxisLevel | None, line: AxisLevel | None) -> I
 
 
 def _critical_ms(rows: _Rows, cells: list[Cell], loops: list[LinearLoop]) -> float | None:
-    """The latency along x from which on the loop is unstable; None where it is not up to the last x."""
+    """The least latency at which the loop is unstable; None where it is stable up to the last x.
+
+    Under jitter or loss, where growth takes long to compute, it is looked for from level to level.
+    """
     wire = _wire_along_x(rows.figure, cells, loops)
     places = [loop.wire(wire).wire.latency_ns for loop in loops]
+    if not loops[0].random and places[-1]:
+        return critical_latency_ms(loops[0], wire, places[-1] / NS_PER_MS)
     unstable = next((i for i, loop in enumerate(loops) if growth(loop) >= 1.0), None)
     if unstable is None:
         return None
