@@ -76,8 +76,8 @@ class FmuState:
         self._outside = outside
         ports = self.running.setup.inputs
         names = [v.name for bound in ports for v in bound.variables for _ in range(v.size)]
-        self._reports.extend(("out_of_range", f"{names[i]!r} is {values[i]:g} in the FMU's unit, outside of its "
-                           f"min and max, {low[i]:g} to {high[i]:g}") for i in fresh.tolist())
+        self._reports.extend(("out_of_range", f"{names[i]!r} is {values[i]:g} in the FMU's unit, outside "
+                           f"its min and max, {low[i]:g} to {high[i]:g}") for i in fresh.tolist())
 
     def _refuse(self) -> None:
         """Raise RunError naming the first output that is not finite, whenever anybody looks at it next."""
