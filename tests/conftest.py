@@ -26,3 +26,10 @@ def recordings():
 def peers():
     """Folder of scripts that measure what a user would pick instead."""
     return outside("FESLOOP_PEERS", "peers")
+
+
+def pytest_collection_modifyitems(items):
+    """Tests that need a browser say so by what they use."""
+    for item in items:
+        if "chromium" in item.fixturenames:
+            item.add_marker(pytest.mark.browser)

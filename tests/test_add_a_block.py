@@ -74,6 +74,7 @@ def told_errors():
     return {float(row[0]): (float(row[1]), float(row[2])) for row in rows if row[0].isdigit()}
 
 
+@pytest.mark.slow
 def test_every_command_of_the_page_runs(package):
     told = commands()
     assert [words[:2] for words in told] == [["python", "-m"], ["fesloop", "check"], ["fesloop", "run"],
@@ -82,6 +83,7 @@ def test_every_command_of_the_page_runs(package):
         python(package, *(["-m", "fesloop"] if words[0] == "fesloop" else []), *words[1:])
 
 
+@pytest.mark.slow
 def test_the_errors_are_those_that_the_page_tells(package):
     told = told_errors()
     metrics = json.loads(python(package, "-c", RUNS, *map(str, told)))

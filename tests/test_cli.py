@@ -164,6 +164,7 @@ def test_check_names_what_can_be_set_by_a_short_name_and_whose_hand_it_is_in_one
     assert json.loads(out)["aliases"]["brace"] == "blocks.hand.splint_deg"
 
 
+@pytest.mark.slow
 def test_check_cautions_where_a_device_waits_for_code_and_where_its_port_is_not_there(capsys, tmp_path):
     document = read("finger_fmu")[1]
     document["blocks"]["device"] = {"kind": "stimulator_device", "rate": "50",
@@ -200,6 +201,7 @@ def test_list_names_every_shipped_experiment_and_kind(capsys):
             assert need.split()[0] in row
 
 
+@pytest.mark.slow
 def test_the_schema_accepts_shipped_files_and_refuses_a_typing_error(capsys):
     _, out, _ = run(capsys, "schema")
     schema = json.loads(out)

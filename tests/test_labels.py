@@ -69,6 +69,7 @@ def test_other_faults_of_a_model_stand_beside_those_of_the_patient():
         (True, False), (False, True)]
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=30)
 @given(values=st.lists(st.lists(st.floats(0.1, 9.0) | st.none(), min_size=1, max_size=3), min_size=1,
                        max_size=3),

@@ -7,6 +7,7 @@ from fesloop.bench import _closed_loop_parts, closed_loop
 from fesloop.experiment import registry
 
 
+@pytest.mark.slow
 def test_the_table_has_the_shape_of_every_bench_and_tells_the_parts(monkeypatch):
     monkeypatch.setattr(closed_loop, "CASES", {"grasp": closed_loop.CASES["grasp"]})
     shares = []
@@ -34,6 +35,7 @@ def test_rows_are_free_motion_and_a_grasp_of_one_loop_with_each_tracker():
         assert parts["controller"].model.inputs == parts["stimulator"].channels == 6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", ["grasp, salchow_m2"])
 def test_what_is_timed_is_a_grasp_that_holds(case):
     loop, seen, _ = _closed_loop_parts.recorded_loop(closed_loop.experiment(case, 6.0))

@@ -49,6 +49,7 @@ OUTCOMES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 @pytest.mark.parametrize("outcome", list(OUTCOMES))
 def test_each_way_to_go_wrong_is_told_from_the_others(tmp_path, monkeypatch, outcome):
@@ -66,6 +67,7 @@ def test_each_way_to_go_wrong_is_told_from_the_others(tmp_path, monkeypatch, out
         assert told["bytes"] == pytest.approx(480e6, rel=0.5)
 
 
+@pytest.mark.slow
 def test_three_hundred_spoilt_files_do_no_harm():
     shares = []
     result = fuzz.run(short=True, progress=shares.append)

@@ -8,6 +8,8 @@ from fesloop.bench import hil_faults
 from fesloop.bench._device_log import Given, given, zero_after_ms
 from fesloop.errors import RunError
 
+pytestmark = pytest.mark.realtime
+
 MS = 1_000_000
 
 
@@ -30,6 +32,7 @@ def test_a_fault_without_current_shows_nothing():
         zero_after_ms([Given(0, False), Given(10, True)], 5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", hil_faults.FAULTS, ids=lambda fault: fault.name)
 def test_a_fault_ends_current_in_time_and_keeps_the_recording(fault):
     pytest.importorskip("pysciencemode")

@@ -5,6 +5,8 @@ import pytest
 
 from fesloop.bench.lsl import _answered, run
 
+pytestmark = pytest.mark.realtime
+
 pytest.importorskip("pylsl", reason="pylsl is not installed")
 
 
@@ -14,6 +16,7 @@ def test_commands_find_the_sample_that_they_answer():
     np.testing.assert_allclose(_answered(commands, stamps), [[1.01, 1.012], [1.03, 1.033]])
 
 
+@pytest.mark.slow
 def test_end_to_end_takes_longer_than_the_bare_way():
     result = run(seconds=4.0)
     bare, whole = result["rows"]

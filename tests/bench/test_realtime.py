@@ -12,6 +12,8 @@ from fesloop.bench._beside import beside, slept
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_S
 
+pytestmark = pytest.mark.realtime
+
 MS = 1_000_000
 
 
@@ -50,6 +52,7 @@ def test_memory_is_a_line_through_what_was_seen():
     assert told == pytest.approx({"start": 200.0 + 10 / 60, "end": 200.0 + 99 / 60, "slope_per_minute": 1.0})
 
 
+@pytest.mark.slow
 def test_processes_beside_start_and_end_with_it(tmp_path):
     with beside(tmp_path, 10 * MS) as origin:
         others = active_children()

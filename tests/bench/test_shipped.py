@@ -8,6 +8,7 @@ from fesloop.experiment.files.guide import Guide, guide_of
 from fesloop.experiment.files.parse import read
 
 
+@pytest.mark.slow
 def test_what_a_file_says_is_within_a_factor_of_what_it_takes(monkeypatch):
     """CPU time of a start and a short run; a slow or busy machine takes several times as long."""
     monkeypatch.setattr(shipped, "shipped", lambda: ["finger_control", "hil_twin", "tracker_hour"])

@@ -12,6 +12,8 @@ from fesloop.bench._device_log import Given
 from fesloop.bench.stream_faults import FAULTS, _planned, _posture, run, zero_within_ms
 from fesloop.streams.live.sender_faults import FAULTS as KINDS
 
+pytestmark = pytest.mark.realtime
+
 MS = 1_000_000
 
 
@@ -48,6 +50,7 @@ def test_each_jump_of_the_posture_is_one():
         assert np.degrees(np.abs(after - before).max()) > 30.0
 
 
+@pytest.mark.slow
 def test_current_ends_and_the_cause_is_named():
     result = run(kinds=("stop", "nan", "rate"), moments=1)
     assert list(result) == ["bench", "rows", "not_stimulated"]

@@ -96,6 +96,7 @@ def test_libraries_keep_to_one_thread_while_it_runs_and_go_back(made_up, monkeyp
     assert "OPENBLAS_NUM_THREADS" not in os.environ
 
 
+@pytest.mark.slow
 def test_a_study_and_bare_runs_do_the_same():
     tables = _study_runs.document(24, 1.0)
     bare, studied = _study_runs.bare(tables), _study_runs.studied(tables)

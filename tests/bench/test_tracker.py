@@ -8,6 +8,7 @@ from fesloop.experiment import registry
 from fesloop.loop.clock import RateClock
 
 
+@pytest.mark.slow
 def test_one_row_a_case_in_the_shape_of_every_bench(monkeypatch):
     monkeypatch.setattr(tracker, "TICKS", 405)
     monkeypatch.setattr(tracker, "CASES", (("vqf", {}), ("salchow_m2", {"front_end": "seel_ruppin"})))
@@ -23,6 +24,7 @@ def test_one_row_a_case_in_the_shape_of_every_bench(monkeypatch):
     assert shares == [0.0, 0.5]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "parameters"), tracker.CASES)
 def test_trackers_are_at_work_when_counting_begins(kind, parameters):
     block = registry.find(kind)(sensors=tracker.SENSORS, **parameters)

@@ -7,6 +7,8 @@ from fesloop.bench import view
 from fesloop.bench.view import _late, _result, _Turn
 from fesloop.errors import RunError
 
+pytestmark = pytest.mark.realtime
+
 US, S = 1000, 10**9
 
 
@@ -52,6 +54,7 @@ def test_a_run_that_nobody_watched_says_nothing():
         _result(turns()[:1], [np.ones(5)])
 
 
+@pytest.mark.slow
 def test_a_watched_run_of_some_seconds():
     found = view.run(count=2, turn_s=2.0, experiment="finger_control")
     assert [row["us_median"] > 0.0 for row in found["rows"]] == [True, True]

@@ -4,6 +4,7 @@ import importlib.util
 import sys
 
 import numpy as np
+import pytest
 
 from fesloop.bench import _yardstick_loop as yardstick
 from fesloop.bench.loop import run
@@ -29,6 +30,7 @@ def test_the_yardstick_is_the_peers_loop(peers):
     assert np.abs(yardstick.run_bare() - expected).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_the_bench_has_its_shape_and_no_error():
     result = run(repeats=1, processes=1)
     assert result["bench"] == "loop"

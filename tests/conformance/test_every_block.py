@@ -40,6 +40,7 @@ def run(kind, block, feeds=None):
     return parts.step_through(kind, block, block.init(parts.context(kind)), feeds or parts.feed(block, TICKS))
 
 
+@pytest.mark.slow
 def test_parameters_are_frozen_and_documented(block):
     assert is_dataclass(block)
     name = next((f.name for f in fields(block) if f.init), None)
@@ -50,6 +51,7 @@ def test_parameters_are_frozen_and_documented(block):
     assert not block.__doc__.startswith(type(block).__name__ + "(")
 
 
+@pytest.mark.slow
 def test_the_same_inputs_give_the_same_bits(kind, block):
     assert parts.flat(run(kind, block)) == parts.flat(run(kind, block))
 
@@ -64,6 +66,7 @@ def test_what_needs_stillness_says_with_which_output_it_ends(kind, block):
     assert not output or {port.name: port.shape for port in block.outputs}[output] == (1,)
 
 
+@pytest.mark.slow
 def test_something_comes_out_that_depends_on_what_goes_in(kind, block):
     if not block.inputs:
         pytest.skip("a source")
@@ -80,6 +83,7 @@ def two_trials(kind, block, seed):
     return seen
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at", [0, 1, 17])
 def test_save_restore_continue_equals_uninterrupted(kind, block, at):
     feeds = parts.feed(block, TICKS)
@@ -131,6 +135,7 @@ def test_a_plant_is_observed_as_a_copy_would_be_and_untouched(kind, block):
         assert np.array_equal(stack[0], expected)
 
 
+@pytest.mark.slow
 def test_compiled_kernels_equal_plain_python():
     script = Path(parts.__file__)
     results = []

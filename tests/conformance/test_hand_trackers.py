@@ -116,6 +116,7 @@ def freedoms_of(*starts):
     return [k for k, name in enumerate(TREE.freedoms) if name.startswith(starts)]
 
 
+@pytest.mark.slow
 def test_sound_samples_are_not_flagged(kind):
     done = sound_run(kind)
     assert {port.name: port.shape for port in made(kind, sensors=17).outputs} == {

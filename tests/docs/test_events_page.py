@@ -195,6 +195,7 @@ def on_the_page():
     return rows
 
 
+@pytest.mark.slow
 def test_every_status_of_the_source_has_a_row():
     assert len(in_the_source()) > 100
     assert in_the_source() - set(on_the_page()) == set()

@@ -44,6 +44,7 @@ def test_a_wide_picture_is_kept_small_and_looks_the_same(pictures, tmp_path):
     np.testing.assert_allclose(kept.getpixel((900, 125)), (191, 64, 0), atol=24)
 
 
+@pytest.mark.slow
 def test_a_picture_that_cannot_be_small_is_refused(pictures, tmp_path):
     noise = np.random.default_rng(0).integers(0, 256, (900, 1200, 3), np.uint8)
     Image.fromarray(noise).save(tmp_path / "noise.png")

@@ -58,6 +58,7 @@ def trees(draw, least=2, most=7):
     return draw(st.permutations(pairs)), sensors
 
 
+@pytest.mark.slow
 @given(tree=trees(), experiment=st.sampled_from(["replay", "hil_replay"]), seed=st.integers(0, 9))
 @settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_angles_are_those_of_the_pairs_that_a_layout_states(tmp_path, tree, experiment, seed):

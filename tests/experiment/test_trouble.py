@@ -98,6 +98,7 @@ def test_runs_side_by_side_begin_with_what_went_worst(one, other):
         assert told.startswith("2 runs of `grasp`")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("settings", "first"), [
     (["blocks.hand.table.lowered_at_s=-1", "blocks.hand.object.given_at_s=9.9"],
      "fesloop: the object was not held: it was never given"),

@@ -30,6 +30,7 @@ def reachable(solver, seed):
     return z, solver.tips(solver.posture(z))
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(seeds, st.sampled_from(["left", "right"]), st.floats(140.0, 220.0))
 def test_every_reachable_fingertip_is_reached_within_a_tenth_of_a_millimetre(seed, side, length):
@@ -58,6 +59,7 @@ def test_a_wrist_that_may_move_serves_all_fingers_at_once(seed):
     assert solver.nearest(reachable(solver, seed)[1]).distances.max() < REACHED_M
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(seeds, st.sampled_from(FINGERS))
 def test_out_of_reach_the_nearest_point_remains_as_scipy_finds_it(seed, finger):

@@ -98,6 +98,7 @@ def test_kernel_equals_batch(name):
         np.testing.assert_allclose(poses[:, 4:], batch.position[t], rtol=0.0, atol=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TREES)
 def test_orientations_alone_place_the_segments(name):
     tree, roots = TREES[name], random_roots(20)
@@ -138,6 +139,7 @@ def test_compiled_kernels_equal_plain_python(name):
     np.testing.assert_allclose(compiled, plain, rtol=0.0, atol=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TREES)
 @settings(deadline=None)  # the first example compiles
 @given(seed=seeds)
@@ -156,6 +158,7 @@ def test_jacobian_equals_finite_differences(name, seed):
     np.testing.assert_allclose(ours[3:], (twist[:, 1:] * np.sign(twist[:, :1])).T / step, rtol=0.0, atol=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TREES)
 @settings(deadline=None)  # the first example compiles
 @given(seed=seeds)

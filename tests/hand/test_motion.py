@@ -90,6 +90,7 @@ def test_a_hand_at_rest_feels_gravity_alone():
     np.testing.assert_allclose(up, np.broadcast_to(motion.UPWARDS, up.shape), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_kernels_at_rate_equal_batch_and_plain_python():
     tree = hand_tree(HandSize())
     sensors = on_every_segment(tree)

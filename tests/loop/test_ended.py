@@ -55,6 +55,7 @@ def test_a_snapshot_of_another_wiring_is_refused():
             Loop(other).restore(snapshot)
 
 
+@pytest.mark.slow
 def test_a_block_that_watches_the_plant_itself_changes_no_bit():
     def rows(watched):
         nodes = [Node("plant", SecondOrder()), Node("pi", PeersPi(), rate="50")]
@@ -69,6 +70,7 @@ def test_a_block_that_watches_the_plant_itself_changes_no_bit():
     assert rows(False) == rows(True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stretch", [1_000_000, 333_333, 77_777_777])
 def test_what_is_recorded_does_not_depend_on_stretches(stretch):
     """Of a plant without a way to observe it too."""

@@ -119,6 +119,7 @@ def wired(chain, trackers, heard, latency_ms, through_join):
     return nodes, wires, last
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=150)
 @given(CHAINS, TRACKERS, st.sets(st.integers(0, 2)), st.sampled_from([0, 1, 10, 25]), st.booleans())
 def test_a_wiring_is_refused_or_keeps_the_pose_still(chain, trackers, chosen, latency_ms, through_join):

@@ -4,6 +4,7 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import count, takewhile
 
+import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from loop_parts import ImpulseProbe, Pass
@@ -57,6 +58,7 @@ def impulse_test(grid, nodes, wires, seed, captured_ns):
     return next((instant for instant, value in loop.states()["plant"].log if value == 1.0), None)
 
 
+@pytest.mark.slow
 @given(chains(), st.integers(0, 60))
 @settings(max_examples=300, deadline=None)
 def test_latency_of_tick_k_equals_an_impulse_test(chain, k):

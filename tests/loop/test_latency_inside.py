@@ -144,6 +144,7 @@ def first_acts(probe, nodes, wires, seed, captured_ns):
     return loop.states()["plant"].log[0]
 
 
+@pytest.mark.slow
 @given(stimulated(), st.integers(0, 20))
 @settings(max_examples=120, deadline=None)
 def test_from_capture_to_pulse_is_what_an_impulse_takes_by_every_channel(loop, k):
@@ -169,6 +170,7 @@ def test_from_capture_to_pulse_is_what_an_impulse_takes_by_every_channel(loop, k
             assert len(latency.stages_ns) == len(path.stages)
 
 
+@pytest.mark.slow
 @given(stimulated())
 @settings(max_examples=30, deadline=None)
 def test_a_summary_is_of_all_samples_that_act_by_all_channels(loop):
@@ -188,6 +190,7 @@ def test_a_summary_is_of_all_samples_that_act_by_all_channels(loop):
             assert total.mean_ns == pytest.approx(sum(stage.mean_ns for stage in summary[:-1]))
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=25, deadline=None)
 def test_electrodes_remember_a_pulse_until_the_next_of_its_train(data):
@@ -242,6 +245,7 @@ def test_without_a_latency_of_the_device_the_pulses_stamps_are_the_budget(
             if latency.captured_ns >= 300 * NS_PER_MS and latency.acts_ns <= NS_PER_S}
 
 
+@pytest.mark.slow
 @given(st.integers(1, 120 * NS_PER_MS), rates, milliseconds, jitters, executions, grids, st.integers(0, 20))
 @settings(max_examples=80, deadline=None)
 def test_a_trackers_delay_is_a_stage_though_no_stamp_shows_it(delay_ns, rate, late_ms, late, takes, grid, k):

@@ -71,6 +71,7 @@ def test_every_kind_of_value_is_known_by_what_it_holds():
         assert changed(made[0], parameter_digests(Part())) == [name]
 
 
+@pytest.mark.slow
 @given(st.recursive(st.floats() | st.integers() | st.text() | st.fractions(),
                     lambda inner: st.lists(inner).map(tuple) | st.dictionaries(st.text(), inner)))
 @settings(max_examples=50, deadline=None)

@@ -8,6 +8,7 @@ latency, jitter, loss, both ways of being late; execution times that skip ticks;
 import random
 
 import numpy as np
+import pytest
 from eager_loop import (
     Adder,
     AheadAdder,
@@ -111,6 +112,7 @@ def by_instant(recorder):
             for name, rows in recorder.plants.items()}
 
 
+@pytest.mark.slow
 @given(seeds, st.integers(0, 3), rates)
 @settings(max_examples=150, deadline=None)
 def test_the_loop_keeps_its_rules_to_the_bit(seed, trial, rate):
@@ -152,6 +154,7 @@ def compare(loop, recorder, expected):
         assert {key: counts[key] for key in ("sent", "lost")} == expected.counts[name]
 
 
+@pytest.mark.slow
 @given(seeds, rates)
 @settings(max_examples=80, deadline=None)
 def test_stretches_and_snapshots_change_nothing(seed, rate):

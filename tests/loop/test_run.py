@@ -59,6 +59,7 @@ def test_an_observer_changes_no_bit(grid, record_rate):
     assert bare.blocks["pi"] == watched.blocks["pi"]
 
 
+@pytest.mark.slow
 @given(st.integers(0, 999_999_999), st.sampled_from([None, "1000", "250"]))
 @settings(max_examples=25, deadline=None)
 def test_a_snapshot_goes_on_identically(at_ns, grid_rate):

@@ -81,6 +81,7 @@ def test_the_delay_of_the_loop_is_the_least_sum_of_wires_and_waits(upstream_ms, 
     assert block.told[0][1].loop_ns == (min(waits) + downstream_ms) * NS_PER_MS
 
 
+@pytest.mark.slow
 def test_what_a_source_will_put_out_is_what_it_puts_out():
     block = Asked()
     faults_in_place(wiring(block), 500 * NS_PER_MS)

@@ -76,6 +76,7 @@ def test_patients_of_the_cohorts_stay_and_useless_models_go(free, ahead, usable)
                     "half_second": dict(zip(OUTPUTS, ahead, strict=True))}).usable is usable
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("noise_deg", "code"), [(0.3, 0), (200.0, 1)])
 def test_the_command_says_so_first_and_does_not_exit_with_0(noise_deg, code, tmp_path, capsys):
     """Angles that are nearly all noise leave nothing to explain."""

@@ -35,6 +35,7 @@ def draw(capsys, *arguments):
     return code, captured.out, captured.err.splitlines()
 
 
+@pytest.mark.slow
 def test_pictures_are_drawn_without_a_display(grasp, tmp_path):
     environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "MPLBACKEND")}
     command = [sys.executable, "-m", "fesloop", "picture", grasp, "--at", "0.1", "0.45", "--out", tmp_path]
@@ -53,6 +54,7 @@ def test_pictures_are_drawn_without_a_display(grasp, tmp_path):
         assert (picture[..., :3].min(axis=-1) < 0.9).mean() > 0.02
 
 
+@pytest.mark.slow
 def test_without_instants_those_that_differ_most_are_drawn_and_said(capsys, recorded, tmp_path):
     path = recorded(
         'record.leave_out=["tracker.angles", "hand.object_position", "stimulator.element_charge"]')
@@ -75,6 +77,7 @@ def killed(recording, path, rows, names=None):
     return path
 
 
+@pytest.mark.slow
 def test_a_run_that_was_killed_is_drawn_up_to_its_end(capsys, grasp, tmp_path):
     path = killed(grasp, tmp_path / "killed.h5", 21, ("plants/hand", "plants/muscles"))
     code, out, _ = draw(capsys, path, "--at", "0.2", "--out", tmp_path, "--json")
@@ -133,6 +136,7 @@ def test_the_command_line_starts_without_matplotlib():
     assert done.stdout.split() == ["False", "False"]
 
 
+@pytest.mark.slow
 def test_of_several_trials_the_last_is_drawn(recorded, capsys, tmp_path):
     """A first trial may be one without stimulation, before anything is learnt."""
     path = recorded("experiment.trials=2", "experiment.duration_s=0.1")

@@ -58,6 +58,7 @@ def test_what_is_left_of_a_recording_is_enough(recorded, grasp, left_out):
     np.testing.assert_allclose(less.poses.position, whole.poses.position, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_persons_own_joint_axes_are_drawn_as_they_are(tmp_path):
     hand = MovingHand(script="kortier_flexion", deviation=Deviation(axis_tilt_deg=(5.0, 10.0)))
     experiment = Experiment(name="tilted", nodes=(Node("hand", hand),), duration_s=3.0,

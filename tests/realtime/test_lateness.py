@@ -115,6 +115,7 @@ def test_a_histogram_counts_each_value_once():
     assert quantiles(np.arange(101.0)) == {"p50": 50.0, "p99": 99.0, "worst": 100.0}
 
 
+@pytest.mark.slow
 def test_the_command_tells_it_in_the_summary_and_under_a_key_of_its_own(capsys, tmp_path):
     arguments = ["run", SMALL, "--realtime", "--late", "skip", "--json", "--out", str(tmp_path),
                  "--set", "experiment.trials=1"]

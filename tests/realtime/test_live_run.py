@@ -20,6 +20,8 @@ from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node
 
+pytestmark = pytest.mark.realtime
+
 MS = 1_000_000
 EVERY_MS, DURATION_S = 20, 0.6
 
@@ -78,6 +80,7 @@ def experiment(trials=2):
     return Experiment(name="live", nodes=nodes, wires=wires, duration_s=DURATION_S, trials=trials)
 
 
+@pytest.mark.slow
 def test_every_message_of_every_trial_is_recorded_as_it_came(tmp_path):
     result = experiment().run(tmp_path, realtime=True)
     assert result.status == "done"

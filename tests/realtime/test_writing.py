@@ -1,15 +1,20 @@
 """How a run in step with the wall clock is written down; about 6 s."""
 
+import pytest
+
 import fesloop
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.writing import RecordingWriter
 from fesloop.experiment.running import trial
 from fesloop.realtime.in_step import InStep
 
+pytestmark = pytest.mark.realtime
+
 NAME = "finger_pid_latency"
 SHORT = ["experiment.duration_s=1.2"]
 
 
+@pytest.mark.slow
 def test_it_is_written_stream_by_stream_and_is_the_same(tmp_path, monkeypatch):
     together, append = [], RecordingWriter._append
 
@@ -44,6 +49,7 @@ def test_a_disk_that_fills_up_between_two_pieces_ends_the_run(tmp_path, monkeypa
         assert recording.status == "failed"
 
 
+@pytest.mark.slow
 def test_when_a_trial_began_stands_in_the_file_from_its_first_instant_on(tmp_path, monkeypatch):
     seen, advance = [], InStep.advance
 

@@ -20,6 +20,7 @@ def ring(points):
     return np.hypot(np.hypot(points[:, 0], points[:, 1]) - 0.035, points[:, 2]) - 0.012
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(radius=st.floats(0.01, 0.04), middle=st.tuples(*[st.floats(-0.01, 0.01)] * 3))
 def test_a_ball_wherever_it_lies_on_the_grid(radius, middle):

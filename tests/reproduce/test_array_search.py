@@ -27,6 +27,7 @@ def listed(tmp_path_factory):
     return experiment, experiment.run(tmp_path_factory.mktemp("listed"))
 
 
+@pytest.mark.slow
 def test_metrics_tell_what_was_asked_and_found(listed):
     _, result = listed
     with Recording(result.recording) as recording:
@@ -62,6 +63,7 @@ def test_the_rested_hand_does_what_the_hand_in_the_loop_does(listed):
     assert max(np.abs(moved).max() for moved in truth.values()) > math.radians(20.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["array_search_gp", "array_search_magnets", "array_search_two_phase"])
 def test_a_tracker_stands_between_the_hand_and_the_search(name, tmp_path):
     """Some queries of each; what the search thinks is near what is true, and never the same."""
@@ -94,6 +96,7 @@ def held(patients):
     return [row.holds for row in array_search.compare(patients).rows]
 
 
+@pytest.mark.slow
 def test_a_search_as_claimed_holds_and_draws_its_figures(tmp_path):
     found = array_search.compare([searches(), searches(gp=18)])
     assert [row.holds for row in found.rows] == [True, True, True, True, False, True, True, True]

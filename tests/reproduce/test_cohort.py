@@ -31,6 +31,7 @@ def children(pid):
     return Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
 
 
+@pytest.mark.slow
 def test_results_do_not_depend_on_the_number_of_processes():
     told = []
     alone = run_jobs(jobs(), 1, told.append)
@@ -60,17 +61,20 @@ def test_an_interrupted_run_is_an_interruption(monkeypatch):
         run_jobs(jobs(), 1)
 
 
+@pytest.mark.slow
 def test_settings_that_are_wrong_are_so_in_other_processes_too():
     with pytest.raises(InputError, match="nothing"):
         run_jobs(jobs(settings=("nothing=1",)), 2)
 
 
+@pytest.mark.slow
 def test_what_a_scoring_raises_is_raised_here():
     with pytest.raises(ValueError, match="cannot be scored") as fault:
         run_jobs(jobs(score=broken), 2)
     assert "in broken" in fault.value.__notes__[0]
 
 
+@pytest.mark.slow
 def test_a_script_without_main_guard_runs_once(tmp_path):
     script = tmp_path / "mine.py"
     script.write_text(SCRIPT)
@@ -78,6 +82,7 @@ def test_a_script_without_main_guard_runs_once(tmp_path):
     assert (done.stdout, done.stderr) == ("2\n", "")
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_in_one_line_and_leaves_no_process(tmp_path):
     # Where the tests run in a shell's background, Ctrl-C is ignored by all that is begun there.
     hears = ("import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "

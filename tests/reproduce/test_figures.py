@@ -17,6 +17,7 @@ def check(files, names):
         assert file.stat().st_size > 5000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("paper", "names"), [
     (kortier2014, {"figure_5", "figure_6", "constraints", "bands"}),
     (salchow2019, {"figure_12", "figure_13", "figure_14", "figure_15", "sources", "field", "bands"}),

@@ -64,6 +64,7 @@ def test_figures_are_drawn_of_failures_too(tmp_path):
     assert "latency.png" in {path.name for path in drawn}
 
 
+@pytest.mark.slow
 def test_every_latency_of_the_curve_fits_the_horizon():
     for latency in grasp_mpc.LATENCIES_MS:
         experiment = load("grasp_mpc", [f"tracker_latency_ms={latency:g}"])

@@ -77,6 +77,7 @@ def test_what_is_played_leaves_the_safety_block_as_admitted(experiment):
     assert np.diff(charges, axis=0).max() > 0.9e-6
 
 
+@pytest.mark.slow
 def test_slopes_are_those_of_the_plant(chain):
     """Against differences of the plant itself, whose axons fire one by one: alike, not equal."""
     slopes, first = ChainSlopes(chain), 5
@@ -108,6 +109,7 @@ def test_bounded_least_squares_is_that_of_scipy(seed):
     np.testing.assert_allclose(bounded_step(slopes, errors, 0.3, lower, upper), expected.x, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_what_stimulation_has_made_is_found_to_be_reachable(experiment, chain):
     """The floor of a course that held-back admissible widths made is 0."""
     reference = chain.course(chain.admitted(held_back(5)), 0)
@@ -120,6 +122,7 @@ def test_what_stimulation_has_made_is_found_to_be_reachable(experiment, chain):
     assert set(floor.ends_deg) == {"rest", "postures"}
 
 
+@pytest.mark.slow
 def test_a_start_is_made_better_and_its_beginning_kept(chain):
     widths = chain.admitted(held_back(7))
     aim = Aim(chain.course(widths, 0) + np.radians(4.0), 15, 30)

@@ -41,6 +41,7 @@ def test_a_folder_that_cannot_be_written_is_told_before_anything_runs(capsys, tm
     assert "cannot be written" in refused(capsys, "kortier2014", "--out", str(file))
 
 
+@pytest.mark.slow
 def test_json_is_one_object_of_the_agreed_shape(made_up, capsys, tmp_path):
     assert main(["reproduce", "kortier2014", "--subjects", "6", "--workers", "1", "--json",
                  "--out", str(tmp_path)]) == 0
@@ -57,6 +58,7 @@ def test_json_is_one_object_of_the_agreed_shape(made_up, capsys, tmp_path):
     assert (written / "bands.png").stat().st_size > 5000
 
 
+@pytest.mark.slow
 def test_without_json_the_folder_alone_is_printed(made_up, capsys, tmp_path):
     assert main(["reproduce", "kortier2014", "--subjects", "1", "--out", str(tmp_path)]) == 0
     out, err = capsys.readouterr()
@@ -64,6 +66,7 @@ def test_without_json_the_folder_alone_is_printed(made_up, capsys, tmp_path):
     assert "theirs beside ours" in err
 
 
+@pytest.mark.slow
 def test_a_row_that_does_not_hold_says_so(made_up, capsys, tmp_path, monkeypatch):
     monkeypatch.setattr(kortier2014, "RAPID_DEG", 500.0)
     monkeypatch.setattr(kortier2014, "run_jobs", lambda jobs, *given: {

@@ -55,6 +55,7 @@ def on_distances(motion, angles_of):
     return recording
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", PAIRS)
 def test_who_knows_the_posture_knows_the_distances(motion):
     """The published distances, between the published points: no score is off by more than half a mm."""

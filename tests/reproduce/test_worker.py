@@ -68,6 +68,7 @@ def test_a_function_of_the_script_is_refused(tmp_path):
     assert "move it out of the script" in done.stdout
 
 
+@pytest.mark.slow
 def test_it_ends_with_the_process_that_began_it(tmp_path):
     code = ("import os; from fesloop.reproduce.worker import Worker; worker = Worker(); "
             "print(worker.call(eval, \"__import__('os').getpid()\"), flush=True); os.kill(os.getpid(), 9)")

@@ -92,6 +92,7 @@ def put_out(replay):
     return replay.clock.stamps_ns * 1e-9, np.array(values), told
 
 
+@pytest.mark.slow
 @given(form=st.sampled_from(FORMS), rate=st.floats(20.0, 250.0),
        lost=st.lists(st.tuples(st.integers(25, 120), st.floats(2.0, 300.0)), max_size=3))
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -114,6 +115,7 @@ def test_every_format_plays_its_gaps_as_missing_samples_at_the_pace_of_the_other
     assert told.count("recording_incomplete") == bool(lost)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("gap_s", [0.26, 1.5, 4.003])
 def test_angles_after_a_gap_are_those_of_their_instants(tmp_path, capsys, form, gap_s):

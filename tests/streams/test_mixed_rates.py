@@ -91,6 +91,7 @@ def test_samples_that_a_sensor_loses_at_random_are_lost_samples(tmp_path, form, 
     np.testing.assert_array_equal(np.isnan(recording.mag[:, 0]), np.isnan(rows[:, 6:]))
 
 
+@pytest.mark.slow
 @given(acc=st.integers(1, 6), mag=st.integers(1, 20), seed=st.integers(0, 9),
        offsets=st.tuples(st.integers(0, 5), st.integers(0, 19)))
 @settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

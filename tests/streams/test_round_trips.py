@@ -48,6 +48,7 @@ def imported(format, run, folder, rate):
     return open_recording(table, layout=layout)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("format", ["xdf", "motion-bids", "mat", "csv"])
 @given(run=runs())
 @settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -7,6 +7,8 @@ import tomllib
 from collections import deque
 from pathlib import Path
 
+import pytest
+
 from fesloop.cli.parser import make_parser
 from fesloop.study import load, study_of
 from fesloop.study.design.plan import plan
@@ -36,6 +38,7 @@ def test_commands_are_those_of_the_program():
         assert make_parser().parse_args(line.split()[1:]).command == "study"
 
 
+@pytest.mark.slow
 def test_the_study_in_python_runs_and_its_results_can_be_read(tmp_path):
     script = tmp_path / "three.py"
     script.write_text(blocks("python")[1])
@@ -47,6 +50,7 @@ def test_the_study_in_python_runs_and_its_results_can_be_read(tmp_path):
         {"latency_ms": 0}, {"latency_ms": 50}, {"latency_ms": 100}]
 
 
+@pytest.mark.slow
 def test_without_the_line_that_guards_it_the_script_is_told_of_that_line(tmp_path):
     guard = 'if __name__ == "__main__":'
     script = tmp_path / "three.py"

@@ -19,6 +19,7 @@ from fesloop.theory.critical_latency import growth as growth_of_moments
 OUT, BACK = "plant.y->feedback.y", "feedback.u->plant.u"
 
 
+@pytest.mark.slow
 @given(share=st.floats(0.51, 0.99))
 @settings(max_examples=25, deadline=None)
 def test_an_integrator_held_late_within_a_period_is_critical_at_one_over_its_gain(share):
@@ -28,6 +29,7 @@ def test_an_integrator_held_late_within_a_period_is_critical_at_one_over_its_gai
     assert critical_latency_ms(scalar_loop(0.0, gain), BACK) == pytest.approx(1e3 / gain, abs=1.1e-6)
 
 
+@pytest.mark.slow
 @given(loop_gain=st.floats(0.05, 0.99))
 @settings(max_examples=25, deadline=None)
 def test_on_the_way_to_a_block_latency_acts_in_whole_ticks(loop_gain):
@@ -72,6 +74,7 @@ def test_the_latency_of_the_experiment_itself_does_not_matter_to_the_wires_criti
     assert critical_latency_ms(near, STIMULATED) == critical_latency_ms(far, STIMULATED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("gain", "wire"), [
     (0.8, STIMULATED), (1.0, SENSED), (1.4, STIMULATED), (1.7, SENSED)])
 def test_the_running_loop_decays_just_below_and_grows_just_above(gain, wire):

@@ -98,6 +98,7 @@ def crossing_ms(growth, low_ms, high_ms):
     return 0.5 * (low_ms + high_ms)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("gain", "where"), [
     (1.7, "actuation"), (2.0, "measurement"), (2.3, "actuation"), (2.6, "measurement"), (2.9, "actuation")])
 def test_the_loop_loses_stability_where_theory_says(gain, where):

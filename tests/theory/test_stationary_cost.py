@@ -114,6 +114,7 @@ def test_bursts_as_short_as_chance_has_them_are_losses_one_by_one():
     assert cost(burst_messages=5.0) > 1.02 * cost()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("wire", "rate", "gain"), [
     ({"latency_ms": 8.0, "jitter": uniform(0, 34), "loss": 0.2}, 100, 14.0),
     ({"latency_ms": 3.0, "jitter": uniform(-2, 21)}, 150, 14.0),
@@ -172,6 +173,7 @@ def test_recruitment_that_is_inverted_exactly_leaves_the_same_loop():
     assert np.allclose(stationary_cost(linear).rms, stationary_cost(curved).rms, rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("conditions", [
     ("latency_ms=10", "jitter_ms=40", "loss=0.2"), ("actuation_ms=13.7", "actuation_loss=0.3")])
 def test_the_running_loop_costs_as_much(conditions):

@@ -32,6 +32,7 @@ def judged(series, seed):
     return judge(fit_of(series), record(TRUE, seed), record(TRUE, seed))
 
 
+@pytest.mark.slow
 def test_the_band_holds_as_many_records_of_the_right_process_as_it_says():
     held = [judged(TRUE, seed).autocorrelation_holds for seed in range(40)]
     assert 0.85 <= np.mean(held) <= 1.0

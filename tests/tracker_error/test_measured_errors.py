@@ -61,6 +61,7 @@ def test_gaps_of_the_motion_are_bridged():
     np.testing.assert_allclose(filled(np.arange(5.0), gaps), np.arange(5.0))
 
 
+@pytest.mark.slow
 def test_the_errors_of_a_simulated_tracker_are_those_it_was_given(tmp_path):
     settings = ["noise_deg=0.4", "bias_deg=2.0", "experiment.duration_s=12"]
     run = fesloop.load("finger_control", settings).run(tmp_path)

@@ -32,6 +32,7 @@ def made(series, seed, lost=0.1, motion=None):
     return ErrorRecord(name=series.name, moved=True, times_s=TIMES, error=error, angle=angle, rate=rate)
 
 
+@pytest.mark.slow
 def test_time_constant_and_size_of_one_part_are_found():
     """Over ten records: means within three standard errors of the truth."""
     series = ErrorSeries(name="a", bias_deg=1.0, fast_deg=1.5, fast_s=0.4)
@@ -42,6 +43,7 @@ def test_time_constant_and_size_of_one_part_are_found():
         assert abs(values.mean() - true) < 3.0 * values.std(ddof=1) / np.sqrt(values.size) + 0.05 * true
 
 
+@pytest.mark.slow
 def test_two_parts_make_the_autocorrelation_that_they_have():
     """At each lag from a tenth of a second to three; a minute holds but ten values of the slow part."""
     series = ErrorSeries(name="a", slow_deg=2.0, slow_s=3.0, fast_deg=1.5, fast_s=0.3)
@@ -63,6 +65,7 @@ def correlated(series, lag_s):
     return (slow + series.fast_deg**2 * np.exp(-lag_s / series.fast_s)) / size(series)**2
 
 
+@pytest.mark.slow
 def test_a_part_with_a_derivative_is_known_for_one():
     series = ErrorSeries(name="a", slow_deg=2.0, slow_s=0.6, smooth=True, quick_deg=0.1)
     fits = [fit_series(made(series, seed)).series for seed in range(2)]
@@ -70,6 +73,7 @@ def test_a_part_with_a_derivative_is_known_for_one():
     assert np.median([fit.slow_s for fit in fits if fit.smooth]) == pytest.approx(0.6, rel=0.25)
 
 
+@pytest.mark.slow
 def test_what_follows_from_the_motion_is_found_and_nothing_where_nothing_does():
     lagging = ErrorSeries(name="a", lead_s=-0.03, slope=0.05, fast_deg=0.5, fast_s=0.2)
     idle = ErrorSeries(name="a", fast_deg=0.5, fast_s=0.2)
@@ -81,6 +85,7 @@ def test_what_follows_from_the_motion_is_found_and_nothing_where_nothing_does():
     assert max(abs(fit.slope) for fit in nothing) < 0.03
 
 
+@pytest.mark.slow
 def test_motion_that_drives_the_fast_part_is_found():
     series = ErrorSeries(name="a", fast_deg=0.3, fast_s=0.2, speed_s=2.0)
     fits = [fit_series(made(series, seed)).series for seed in range(3)]
@@ -97,6 +102,7 @@ def test_of_one_or_two_movements_nothing_is_said_to_follow():
     assert fit_series(record).series.slope == 0.0
 
 
+@pytest.mark.slow
 def test_the_process_has_the_mean_square_that_was_measured():
     series = ErrorSeries(name="a", bias_deg=-1.0, lead_s=0.02, slow_deg=1.0, slow_s=4.0, fast_deg=0.5,
                          fast_s=0.2)
@@ -109,6 +115,7 @@ def test_the_process_has_the_mean_square_that_was_measured():
     assert whole == pytest.approx(np.mean(record.error[known] ** 2), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_walk_is_called_too_slow_to_tell():
     rng = np.random.default_rng(7)
     record = made(ErrorSeries(name="a", fast_deg=0.1, fast_s=0.1), 0)

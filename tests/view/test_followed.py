@@ -18,6 +18,8 @@ from fesloop.view.played import PlayedRecording
 from fesloop.view.shown import Start
 from fesloop.view.sources import open_recording
 
+pytestmark = pytest.mark.realtime
+
 SCRIPT = ["finger_control", "--realtime", "--set", "experiment.duration_s=120"]
 
 
@@ -42,6 +44,7 @@ def bent_deg(frame):
     return np.rad2deg(2.0 * np.arccos(min(1.0, abs(float(proximal @ middle)))))
 
 
+@pytest.mark.slow
 def test_frames_go_on_with_the_loop_and_are_what_it_recorded(running):
     process, path = running
     source = open_recording(path)
@@ -66,6 +69,7 @@ def test_frames_go_on_with_the_loop_and_are_what_it_recorded(running):
         assert bent_deg(frame) == pytest.approx(abs(np.rad2deg(row[1])), abs=0.15)
 
 
+@pytest.mark.slow
 def test_it_says_that_the_run_has_ended_or_that_nothing_comes(running):
     process, path = running
     source = open_recording(path)
@@ -82,6 +86,7 @@ def test_it_says_that_the_run_has_ended_or_that_nothing_comes(running):
     source.close()
 
 
+@pytest.mark.slow
 def test_a_killed_run_is_played_once_its_file_is_old(running):
     process, path = running
     open_recording(path).close()
@@ -95,6 +100,7 @@ def test_a_killed_run_is_played_once_its_file_is_old(running):
     source.close()
 
 
+@pytest.mark.slow
 def test_a_run_that_is_not_in_real_time_says_where_it_is(tmp_path):
     process = subprocess.Popen(
         [sys.executable, "-m", "fesloop", "run", "finger_control", "--set", "experiment.duration_s=50000",

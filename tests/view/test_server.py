@@ -61,6 +61,7 @@ def test_what_is_no_address_is_refused_and_said_nowhere_else(server, capfd):
     assert capfd.readouterr().err == ""
 
 
+@pytest.mark.slow
 def test_connections_are_bounded_and_free_again_when_they_are_over():
     with serving(ToldSource()) as server:
         address = ("127.0.0.1", server.server_port)
@@ -76,6 +77,7 @@ def test_connections_are_bounded_and_free_again_when_they_are_over():
         assert asked(server, "/")[0] == 200
 
 
+@pytest.mark.slow
 def test_a_viewer_that_has_nothing_new_is_heard_of_nonetheless():
     source = ToldSource()
     source.play = lambda start: lambda elapsed_s: None
@@ -131,6 +133,7 @@ def test_frames_are_those_asked_for_and_no_more_than_thirty_a_second(server):
         assert frame["hands"]["truth"][0][4] == pytest.approx(frame["time_s"], abs=1e-4)
 
 
+@pytest.mark.slow
 def test_a_browser_that_does_not_read_gets_fewer_frames_and_then_new_ones():
     source = ToldSource(padding="x" * 50_000)
     with serving(source) as server:

@@ -118,6 +118,7 @@ class TestRefused:
         assert "pip install 'fesloop[lsl]'" in refused(capsys, "--stream", "postures")
 
 
+@pytest.mark.slow
 def test_of_a_damaged_recording_what_is_left_is_served_and_what_is_not_is_said(path, tmp_path):
     process = subprocess.Popen([sys.executable, "-m", "fesloop", "view",
                                 str(cut(path, tmp_path / "cut.h5", 0.6))], stderr=subprocess.PIPE, text=True)
@@ -135,6 +136,7 @@ def test_of_a_damaged_recording_what_is_left_is_served_and_what_is_not_is_said(p
     assert "Traceback" not in rest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_it_serves_at_the_lowest_priority_until_it_is_ended(path, number):
     process = subprocess.Popen([sys.executable, "-m", "fesloop", "view", str(path)],

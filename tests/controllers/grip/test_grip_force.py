@@ -203,6 +203,7 @@ def test_without_forces_reference_or_stimulation_a_status_says_so():
     assert [status for status, _ in tick.reports] == ["no_force", "no_reference", "no_stimulation"]
 
 
+@pytest.mark.slow
 @given(data=st.data(), cap=st.floats(2.0, 20.0))
 @settings(max_examples=20, deadline=None)
 def test_limits_are_kept_whatever_comes_in(data, cap):

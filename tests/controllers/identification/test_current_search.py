@@ -32,6 +32,7 @@ def played(block, gains_deg_per_mc, moved_at_ma=0.0):
     return np.array([pulses for pulses, _ in seen]), np.array([phase for _, phase in seen])
 
 
+@pytest.mark.slow
 @given(threshold_ma=st.floats(1.0, 6.0))
 def test_the_current_found_is_so_many_times_the_threshold(threshold_ma):
     block = Excitation(**SHORT, current_search=SEARCH, prbs_us=((100.0, 200.0),) * 2)

@@ -31,6 +31,7 @@ def identified(record):
     return identify(record)
 
 
+@pytest.mark.slow
 def test_recovers_the_fingers_recruitment_curves(identified):
     curves = Finger().recruitment
     np.testing.assert_allclose(identified.model.recruitment.threshold_ma, curves.threshold_ma, rtol=0.05)
@@ -45,6 +46,7 @@ def test_recovers_the_fingers_dynamics(identified):
     assert 0 <= identified.model.delay_ns <= 50_000_000
 
 
+@pytest.mark.slow
 def test_predicts_what_it_was_not_fitted_to(identified, record):
     assert min(identified.fit["free_run"].values()) > 95.0
     assert identified.held_out_s == pytest.approx(15.0)
@@ -82,6 +84,7 @@ def test_a_half_that_lies_beyond_the_strongest_pulse_is_marked_as_at_the_bound(h
     assert (found.threshold_ma > 0.99 * effective.max()) == (end is not None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["subspace", "fir"])
 def test_a_system_of_second_order_with_delay_is_found(method):
     """Two states a channel: x'' + 2 w x' + w^2 x = w^2 g v(t - 40 ms), a multiple of the period."""
@@ -167,6 +170,7 @@ def identification_of_a_finger(tmp_path):
                   {"from": "finger.angles", "to": "tracker.angles"}]}).run(tmp_path)
 
 
+@pytest.mark.slow
 def test_from_a_recording_to_a_controller_that_holds(tmp_path, capsys):
     """finger_mpc's patient, who differs from the model that it ships with, is the one identified."""
     result = identification_of_a_finger(tmp_path)

@@ -80,6 +80,7 @@ def test_tracks_within_two_degrees_after_five_trials_with_a_tracker_and_a_wrong_
     assert all(later < 1.1 * earlier + 0.1 for earlier, later in pairwise(rmse))
 
 
+@pytest.mark.slow
 def test_capture_stamps_take_latency_out_of_what_is_learnt():
     errors = {}
     for align in (True, False):
@@ -286,6 +287,7 @@ def test_charge_of_a_trial_stays_within_its_budget():
     assert spent[1].max() > 100.0
 
 
+@pytest.mark.slow
 def test_the_bank_finds_the_patient_and_learns_faster_by_it():
     patient = Finger(strength=1.6, speed=0.8)
     bank = tuple(Finger(strength=strength, speed=speed).linear_model()

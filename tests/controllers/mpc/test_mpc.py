@@ -92,6 +92,7 @@ def test_leaves_no_offset_with_a_wrong_model():
     np.testing.assert_allclose(angles[-1], reference[-1], atol=1e-3)
 
 
+@pytest.mark.slow
 def test_daqp_and_osqp_steer_alike():
     runs = [closed_loop(controller(solver=name), Finger(strength=0.9), seconds=3.0)[1]
             for name in ("daqp", "osqp")]

@@ -118,6 +118,7 @@ def hard_optimum(greatest, x, reference, previous):
     return found.x[:drives].reshape(N, MUSCLES) if found.info.status_val == 1 else None
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=15)
 @given(st.lists(st.floats(0.0, 0.6), min_size=OUTPUTS, max_size=OUTPUTS), st.floats(0.05, 0.5),
        st.integers(0, 2**32))
@@ -150,6 +151,7 @@ def test_a_posture_outside_its_box_comes_back_as_fast_as_it_can():
     assert KNEE_RAD > 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", ["daqp", "osqp"])
 def test_angles_keep_their_box_in_the_loop_and_the_others_follow_their_reference(solver):
     boxed, _, events = closed_loop(controller(angle_max_deg=(30.0, np.inf, np.inf), solver=solver))

@@ -81,6 +81,7 @@ TEN_SECONDS = {"seconds": 10.0, "reference": MinimumJerk(
 LEARNS_DELAY = StrengthAdaptation(measurement_deg=0.3, disturbance_deg=0.5, delays_ms=(0.0, 20.0, 40.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("strength", "speed"), [(1.2, 0.85), (0.8, 0.85), (1.2, 1.15), (0.8, 1.15),
                                                  (1.1, 0.95)])
 def test_a_wrong_model_at_100_ms_is_at_most_1_3_times_worse_where_strength_and_speed_are_learnt(

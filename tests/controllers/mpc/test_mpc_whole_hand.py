@@ -109,6 +109,7 @@ def test_leaves_less_than_half_a_degree_with_gains_30_per_cent_off(told, how, fa
     assert statuses <= {"saturated"}
 
 
+@pytest.mark.slow
 def test_is_well_posed_and_quick(told):
     mpc = controller(told)
     plan = mpc.init(Context("mpc", clock=RateClock.from_rate("40"))).candidates[0].plan
@@ -117,6 +118,7 @@ def test_is_well_posed_and_quick(told):
     assert np.median(took[20:]) < 0.1 * PERIOD_S
 
 
+@pytest.mark.slow
 def test_cocontraction_goes_where_it_moves_nothing(told):
     """Five of eight directions of drive move no output; what is left of them costs no accuracy."""
     free = {"cocontraction_weight": 0.0}
@@ -171,6 +173,7 @@ def test_forces_that_are_not_finite_are_told(told):
     assert statuses == {"no_force"}
 
 
+@pytest.mark.slow
 def test_channels_that_grasp_do_not_lift_a_wrist(told):
     """They are given what the model alone needs, whatever the wrist does; the others lift it."""
     weaker = np.ones((3, CHANNELS))

@@ -29,6 +29,7 @@ def exact_state(stamps_ns, drives, delay_ns, time_ns):
     return x
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=50)
 @given(st.lists(st.integers(1, 60 * MS), max_size=9), st.integers(0, 900 * MS), st.integers(0, 2**32))
 def test_looks_ahead_exactly_under_the_recorded_drives(gaps, later_ns, seed):
@@ -69,6 +70,7 @@ def test_stored_drives_are_told_apart_at_any_rate_and_by_ticks_that_are_not_punc
         np.testing.assert_array_equal(stored[:, 0], np.arange(9)[::-1])
 
 
+@pytest.mark.slow
 def test_finds_state_and_disturbance_from_late_samples_of_changing_age():
     rng = np.random.default_rng(2)
     observer, unexplained = Observer.design(MODEL, **DESIGN), np.array([0.07])

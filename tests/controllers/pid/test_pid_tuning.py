@@ -41,6 +41,7 @@ def test_simc_has_the_margins_of_table_1(lag, published):
     assert sensitivity == pytest.approx(published[2], abs=0.02)
 
 
+@pytest.mark.slow
 @given(ratio=st.floats(0.1, 5.0), gain=st.floats(0.1, 10.0), delay=st.floats(0.01, 0.3))
 @settings(max_examples=25, deadline=None)
 def test_amigo_keeps_its_robustness_and_both_rules_withstand_30_percent(ratio, gain, delay):

@@ -134,6 +134,7 @@ def test_what_cannot_be_reached_is_approached_and_left_without_delay():
     assert drives.max() <= reach.max() + 1e-9
 
 
+@pytest.mark.slow
 @given(data=st.data())
 @settings(max_examples=15, deadline=None)
 def test_pulses_stay_in_their_limits_whatever_comes_in(data):

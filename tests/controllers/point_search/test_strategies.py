@@ -58,6 +58,7 @@ def play(strategy, space, key, seed, most=2000):
     return state, queries
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 @settings(max_examples=15, deadline=None)
 @given(space=spaces(), key=st.integers(0, 2**64 - 1), seed=st.integers(0, 2**32 - 1))
@@ -76,6 +77,7 @@ def test_a_search_ends_within_the_arrays_and_what_is_tolerated(name, space, key,
     assert queries[0].rested
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 @settings(max_examples=8, deadline=None)
 @given(space=spaces(), key=st.integers(0, 2**64 - 1), seed=st.integers(0, 2**32 - 1), cut=st.integers(0, 8))
@@ -105,6 +107,7 @@ def test_the_exhaustive_search_asks_everything_once_and_finds_the_best():
     assert Exhaustive().recommend(state).query == best
 
 
+@pytest.mark.slow
 def test_random_asks_nothing_twice():
     _, queries = play(Random(queries=10_000), SearchSpace(), 5, 1)
     assert len(set(queries)) == len(queries) == 930

@@ -34,6 +34,7 @@ def off_deg(found, true):
     return np.degrees(np.arccos(cosine if cosine.sum() > 0 else -cosine))
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=8)
 @given(st.integers(0, 2**32 - 1))
 def test_any_hinge_is_found_but_for_what_its_levers_add(seed):
@@ -94,6 +95,7 @@ def test_a_joint_that_does_not_move_is_refused():
         hinge_axes(gyr + 1e-3 * noise[0], acc + 1e-2 * noise[1])
 
 
+@pytest.mark.slow
 def test_a_level_axis_has_two_ends_that_look_alike():
     rng = np.random.default_rng(0)
     rate = np.sin(2 * np.pi * 0.5 * TIMES)

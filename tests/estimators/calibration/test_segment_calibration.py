@@ -171,6 +171,7 @@ class Glove:
         return (self.samples[tick.index],)
 
 
+@pytest.mark.slow
 def test_in_a_loop_with_slower_accelerometers_that_arrive_late():
     true, felt = worn()
     nodes = [Node("gyroscopes", Glove(samples=felt[:, 0], name="gyr", unit="rad/s"), rate=RATE),

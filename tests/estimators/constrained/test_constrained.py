@@ -59,6 +59,7 @@ def test_exact_sensors_give_exact_angles(seed):
         assert np.degrees(quaternion.rotation_angle(quaternion.relative(found, true))) < 1.0
 
 
+@pytest.mark.slow
 def test_its_intervals_cover_the_truth_of_a_hand():
     """Errors drawn as the parameters say: mounting 5 deg, axes 5 deg, datasheet noise, bias."""
     stated = Errors(mounting=math.radians(5), axes=math.radians(5), bias=math.radians(0.5), walk=1e-4)
@@ -71,6 +72,7 @@ def test_its_intervals_cover_the_truth_of_a_hand():
     assert 0.90 <= covered <= 0.99
 
 
+@pytest.mark.slow
 def test_an_hour_leaves_it_as_it_was():
     motion = Jointed(EACH, 0, Errors(bias=math.radians(0.3), walk=math.radians(0.003)), rest_s=60.0)
     times, error, _, _, _ = tracked(EACH, motion, 3600, rate=20)
@@ -80,6 +82,7 @@ def test_an_hour_leaves_it_as_it_was():
     assert last.mean() < 1.3 * first.mean()
 
 
+@pytest.mark.slow
 def test_a_heading_that_nothing_shows_stays_unsure_while_all_is_still():
     for seed in range(3):
         _, _, sd, _, reports = tracked(EACH, Jointed(EACH, seed, SENSORS, lively=0.0), 600, rate=20)
@@ -270,6 +273,7 @@ def test_derivatives_of_joint_angles_are_those_of_differences(seed, joint):
             assert rows[i][k] == pytest.approx((ahead[i] - back[i]) / 2e-6, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_what_a_hinge_forbids_is_shared_by_the_sds():
     table = joint_table((Joint(parent=0, child=1, kind="hinge"),), 2)
     q = quaternion.multiply(quaternion.about_z(0.4), quaternion.from_axis_angle([1.0, 0.0, 0.0], 0.2))

@@ -38,6 +38,7 @@ def still_then_moving(seed, still_s=5, rate=50):
             np.concatenate([np.repeat(angles[:1], still, axis=0), angles]))
 
 
+@pytest.mark.slow
 def test_stillness_leaves_both_headings_open_and_motion_finds_the_true_one():
     wrong_first = 0
     for seed in range(40):

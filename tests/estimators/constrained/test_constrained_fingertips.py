@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -58,6 +59,7 @@ def put_out(body, angles, covariance):
     return tips, sd, relative
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=5)
 @given(st.integers(0, 2**32 - 1), st.sampled_from(["left", "right"]))
 def test_each_source_moves_the_fingertips_as_the_kinematics_say(seed, side):

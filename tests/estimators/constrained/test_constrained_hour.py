@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 from worn_hour import followed, rms
 from worn_parts import EXACT, Worn, WornHand
 
@@ -31,6 +32,7 @@ def poses_of(hand, times):
     return segment_poses(hand.world, np.hstack([motion[:, :3], motion[:, 6:]])).orientation[:, 1:]
 
 
+@pytest.mark.slow
 def test_exact_sensors_give_exact_fingertips():
     rows, _ = followed(WornHand(0, EXACT), 1, drifting=False)
     first, _ = followed(WornHand(0, EXACT), 2, drifting=False)
@@ -38,6 +40,7 @@ def test_exact_sensors_give_exact_fingertips():
     np.testing.assert_array_equal(rows[0]["tips"], first[0]["tips"])
 
 
+@pytest.mark.slow
 def test_intervals_cover_the_fingertips_and_angles_of_many_hands():
     """Every error of `Worn` drawn anew for each hand; mounting dominates, and is constant for each."""
     tips, angles, errors = [], [], []
@@ -52,6 +55,7 @@ def test_intervals_cover_the_fingertips_and_angles_of_many_hands():
     assert 0.90 <= np.mean(angles) <= 0.99
 
 
+@pytest.mark.slow
 def test_it_stays_where_it_was_and_says_what_it_cannot_see_at_rest():
     """One minute of motion, two of rest, one of motion; a larger bias than in the hour makes it short."""
     hand = WornHand(5, Worn(bias_deg_s=1.0), long_rest=(60.0, 180.0))

@@ -116,6 +116,7 @@ def test_rows_of_the_shared_acceleration(seed):
     np.testing.assert_allclose(h, found, atol=1e-6)
 
 
+@pytest.mark.slow
 @given(SEEDS)
 @settings(deadline=None, max_examples=20)
 def test_the_covariance_moves_as_the_error_does(seed):

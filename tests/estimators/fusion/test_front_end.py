@@ -37,6 +37,7 @@ def test_vqf_at_three_rates_is_vqf_of_three_rates(magnetometer):
     np.testing.assert_array_equal(bank.orientation()[1], expected)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("magnetometer", [False, True])
 def test_begin_forgets_what_was_and_holds_the_bias(name, magnetometer):

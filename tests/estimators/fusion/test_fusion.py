@@ -168,6 +168,7 @@ def test_impossible_parameters_are_refused(wrong):
         VqfTracker(**wrong)
 
 
+@pytest.mark.slow
 def test_compiled_kernels_equal_plain_python():
     rng = np.random.default_rng(2)
     orientation = quaternion.normalized(rng.normal(size=(4, 4)))

@@ -53,6 +53,7 @@ def errors_deg(estimate, true):
     return np.degrees(quaternion.rotation_angle(quaternion.relative(estimate, true)))
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1))
 @settings(deadline=None, max_examples=10)
 def test_it_finds_any_motion_and_stays_with_it(seed):

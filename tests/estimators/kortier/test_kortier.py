@@ -132,6 +132,7 @@ def test_joint_angles_with_slower_accelerometers():
     assert np.degrees(np.sqrt(np.mean((angles[:, FLEXION] - true) ** 2, axis=0))).max() < 4.0
 
 
+@pytest.mark.slow
 def test_without_a_magnetometer_wired():
     gyr, acc, _, true, _ = finger()
     nothing = Sample(np.zeros((4, 3)), NEVER, NEVER, NEVER)
@@ -165,6 +166,7 @@ def test_short_losses_and_clipping_are_flagged_and_widen_the_uncertainty():
     assert np.degrees(np.abs(angles[-1, FLEXION] - true[-1])).max() < 6.0
 
 
+@pytest.mark.slow
 @given(st.floats(0.1, 40.0), st.floats(0.002, 0.02), st.floats(0.1, 5.0))
 @settings(deadline=None, max_examples=50)
 def test_a_step_with_a_gap_is_believed_as_far_as_an_unknown_rate_can_have_turned_in_the_gap(

@@ -95,6 +95,7 @@ def stacked(matrices, vectors):
     return np.einsum("kij,kj->ki", matrices, vectors)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**32 - 1), st.integers(0, 7))
 @settings(deadline=None, max_examples=20)
 def test_accelerometer_rows_against_finite_differences_and_their_noise(seed, chosen):
@@ -283,6 +284,7 @@ def bounds(runs, degrees):
     return chi2.ppf([0.025, 0.975], runs * degrees) / runs
 
 
+@pytest.mark.slow
 def test_consistent_over_fifty_runs_when_all_is_as_modelled():
     runs = np.stack([filtered(np.random.default_rng(seed)) for seed in range(RUNS)])
     rows = int(runs[0, 2, 0])

@@ -95,6 +95,7 @@ def moving_hand(seed, seconds=20):
     return gyr, read.acc + 4e-2 * noise[1], mag + 3e-7 * noise[2], angles, poses.position[:, TIPS]
 
 
+@pytest.mark.slow
 def test_fingertips_of_moving_hands():
     """Within what Kortier et al. measured in flexion, 5.0 mm; 95 % intervals cover 90 % or more."""
     squares, covered = [], []

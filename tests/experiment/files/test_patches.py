@@ -101,6 +101,7 @@ def test_with_a_block_goes_all_that_leads_to_it_and_nothing_else(document, data)
             here = here[part]
 
 
+@pytest.mark.slow
 @given(documents(), documents(), documents())
 def test_two_patches_are_one_in_either_order_or_refuse_each_other_in_both(base, one, other):
     first, second = (patched(keyed(base), patch_between(base, new), "here") for new in (one, other))

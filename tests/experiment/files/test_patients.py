@@ -158,6 +158,7 @@ def test_all_faults_of_a_patients_file_are_told(tmp_path):
             for each in lines] == ["anthropometry.hand_mm", "strength.overall", "blocks.hand.step_ms"]
 
 
+@pytest.mark.slow
 def test_the_schema_knows_the_table():
     schema = json_schema()
     document = read(CHAIN)[1]

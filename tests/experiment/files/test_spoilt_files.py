@@ -62,6 +62,7 @@ def resolved(text):
         return text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(140))
 def test_a_spoilt_experiment(capsys, tmp_path, number):
     chance = random.Random(f"experiment-{number}")
@@ -73,6 +74,7 @@ def test_a_spoilt_experiment(capsys, tmp_path, number):
     checked(capsys, "check", str(path), *picked)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(60))
 def test_an_odd_setting(capsys, number):
     chance = random.Random(f"setting-{number}")
@@ -147,6 +149,7 @@ def test_numbers_beyond_a_hand_are_refused(capsys, key, number):
     assert lines
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depth", [65, 400, 20_000])
 @pytest.mark.parametrize("form", ["dotted", "lists", "tables", "setting"])
 def test_tables_within_tables_without_end_are_refused_in_a_line(capsys, tmp_path, form, depth):

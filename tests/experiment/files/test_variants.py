@@ -102,6 +102,7 @@ def test_the_default_is_the_file_as_it_stands(file, tmp_path):
     assert from_document(tomllib.loads(SMALL + VARIANTS)) == fesloop.load(plain)
 
 
+@pytest.mark.slow
 def test_an_option_is_what_could_be_written_by_hand(file, tmp_path):
     by_hand = tmp_path / "hand.toml"
     by_hand.write_text("""
@@ -243,6 +244,7 @@ def test_check_shows_the_options_and_what_is_picked(file, capsys):
     assert "half as strong" in out
 
 
+@pytest.mark.slow
 def test_the_schema_has_variants():
     document, schema = tomllib.loads(SMALL + VARIANTS), json_schema()
     jsonschema.validate(document, schema)

@@ -158,12 +158,14 @@ def test_what_nothing_holds_falls_no_farther_than_the_floor(above_m, speed_m_s):
 HAND = Hand(object=GraspObject(position_m=(0.0, 0.4, 0.0)))
 
 
+@pytest.mark.slow
 def test_a_hand_that_stays_closed_is_given_nothing(tmp_path):
     metrics = fesloop.load("grasp_ilc", ["trials=1"]).run(tmp_path).metrics
     assert metrics["object_outcome"] == ["not_given"]
     assert OUTCOMES["not_given"] in metrics[NOT_KNOWN]["object_moved_mm"][0]
 
 
+@pytest.mark.slow
 def test_a_held_object_has_a_time_to_grasp(tmp_path):
     metrics = fesloop.load("grasp_mpc").run(tmp_path).metrics
     assert metrics["object_outcome"] == ["held"]

@@ -48,6 +48,7 @@ def wait_for_rows(folder, until):
     return None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(KILLS))
 def test_a_killed_run_opens_and_misses_a_second_at_most(tmp_path, number):
     """At a moment while it starts or runs, or, each second time, of its running alone."""
@@ -72,6 +73,7 @@ def test_a_killed_run_opens_and_misses_a_second_at_most(tmp_path, number):
     assert seen is None or len(list(tmp_path.iterdir())) == 1
 
 
+@pytest.mark.slow
 def test_a_running_recording_can_be_read(tmp_path):
     process = start(tmp_path)
     try:
@@ -83,6 +85,7 @@ def test_a_running_recording_can_be_read(tmp_path):
         process.communicate()
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_a_readable_recording(tmp_path):
     process = start(tmp_path)
     assert wait_for_rows(tmp_path, time.monotonic() + 30) is not None
@@ -134,6 +137,7 @@ except RunError as fault:
 """
 
 
+@pytest.mark.slow
 def test_a_write_that_is_refused_is_told_in_one_line_and_what_was_written_can_be_read(tmp_path):
     """As by a quota, which no look at the disk foretells: a hole at the end of a file takes no room."""
     told = subprocess.run([sys.executable, "-c", WRITES_TOO_MUCH, str(SMALL), str(tmp_path)],

@@ -89,6 +89,7 @@ def test_what_is_not_of_the_form_is_named(tmp_path, sound, words):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 @given(at=st.floats(0.0, 0.9999), bits=st.integers(1, 255), width=st.integers(1, 16))
 @settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_damaged_recording_is_read_or_refused(tmp_path, sound, at, bits, width):

@@ -100,6 +100,7 @@ def test_a_trial_that_was_not_begun_is_refused(recorded, trial):
                 read("finger.angles", trial)
 
 
+@pytest.mark.slow
 def test_the_digest_is_the_same_in_another_process_and_in_step_with_the_wall_clock(recorded, tmp_path):
     code = f"import fesloop; print(fesloop.load({str(SMALL)!r}).run({str(tmp_path)!r}).recording)"
     other = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -70,6 +70,7 @@ def test_nothing_is_done_to_a_superblock_that_is_not_whole(unclosed, size):
     assert unclosed.stat().st_size == size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "found"), [
     (0.00003, "refused"), (0.005, "refused"), (0.05, ""), (0.5, "shown"), (1.0, "shown 0")])
 @pytest.mark.parametrize("which", ["sound", "unclosed"])

@@ -34,6 +34,7 @@ print(sizes[20], sizes[-1])
 """
 
 
+@pytest.mark.slow
 def test_twenty_streams_of_40_000_rows_stay_on_the_disk(tmp_path):
     done = subprocess.run([sys.executable, "-c", WRITE, str(tmp_path)], capture_output=True, text=True,
                           check=True, cwd=Path(__file__).parents[2])

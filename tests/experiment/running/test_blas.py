@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 from threadpoolctl import threadpool_info
 
 from fesloop.experiment.running.blas import one_blas_thread
@@ -33,6 +34,7 @@ def test_blas_has_one_thread_inside_and_its_own_afterwards():
     assert blas_threads() == before
 
 
+@pytest.mark.slow
 def test_a_run_does_not_depend_on_the_threads_of_blas():
     def digest(threads):
         environment = {**os.environ, **dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), threads)}

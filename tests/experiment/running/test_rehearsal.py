@@ -40,6 +40,7 @@ def test_the_same_parts_are_rehearsed_once(loops, tmp_path):
     assert len(loops) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("settings", "realtime"), [
     (["record.timed=['controller']"], False), (["blocks.controller.execution={kind='measured'}"], False),
     ([], True)])
@@ -89,6 +90,7 @@ def test_a_live_stream_is_rehearsed_with_its_stand_in(loops):
     assert rehearsal.with_stand_ins(plain) is plain
 
 
+@pytest.mark.slow
 def test_what_is_to_be_heard_is_looked_for_before_the_rehearsal(monkeypatch, tmp_path):
     """It takes a while where kernels are yet to be compiled, and a mistyped name can be told at once."""
     done = []

@@ -52,6 +52,7 @@ def given(moved, tmp_path_factory):
     return files
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "variant", "option"), OPTIONS)
 def test_every_option_makes_an_experiment_and_says_what_it_is(name, variant, option, given):
     need(option)
@@ -64,6 +65,7 @@ def test_every_option_makes_an_experiment_and_says_what_it_is(name, variant, opt
     assert experiment.description.endswith(f"; {variant} {option}: {told}") is (option != table["default"])
 
 
+@pytest.mark.slow
 def test_a_finger_is_identified_as_a_hand_is(tmp_path, capsys):
     """Thresholds are those that the finger is made with; ILC learns by the model, which is no hand's."""
     recording = fesloop.load("identify_grasp", ["plant=finger"]).run(tmp_path).recording
@@ -82,6 +84,7 @@ def test_a_finger_is_identified_as_a_hand_is(tmp_path, capsys):
         fesloop.load(WHOLE_HAND, [model])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plant", ["finger", "fmu"])
 def test_a_finger_learns_the_phases_of_a_grasp_from_the_model_that_was_identified(plant, tmp_path):
     """From trial to trial better, through IMUs and tracker, in its own joints."""
@@ -101,6 +104,7 @@ def test_what_a_finger_has_none_of_is_refused_beside_it(settings):
     assert "variants.plant.finger" in str(refused.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plant", ["finger", "fmu"])
 def test_a_finger_is_led_through_a_grasp_by_prediction_at_once(plant, tmp_path):
     need(plant)

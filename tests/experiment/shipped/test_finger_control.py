@@ -22,6 +22,7 @@ def test_without_anything_wrong_every_controller_follows(controller, tmp_path):
     assert run(tmp_path, *controller).metrics["joint_rmse_deg"][-1] < 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("controller", CONTROLLERS)
 def test_a_bias_costs_what_it_is(controller, tmp_path):
     """Whatever brings the measured error to nothing leaves the finger off by the bias."""

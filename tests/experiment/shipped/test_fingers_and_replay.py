@@ -12,6 +12,7 @@ from fesloop.experiment.metrics.orientation import score_recording
 from fesloop.streams.files import open_recording
 
 
+@pytest.mark.slow
 def test_finger_ilc_learns_within_five_trials_with_tracker_and_mismatch(tmp_path):
     experiment = fesloop.load("finger_ilc")
     patient = next(node.part for node in experiment.nodes if node.name == "patient")
@@ -28,6 +29,7 @@ def test_finger_mpc_holds_at_20_ms(tmp_path):
     assert result.metrics["joint_rmse_deg"][0] < 3.0
 
 
+@pytest.mark.slow
 def test_100_ms_of_latency_cost_finger_mpc_less_than_a_third_of_its_error(tmp_path):
     prompt, late = (fesloop.load("finger_mpc", [f"latency_ms={latency}"]).run(tmp_path)
                     .metrics["joint_rmse_deg"][0] for latency in (0, 100))
@@ -41,6 +43,7 @@ def test_latency_costs_a_pid_its_stability(tmp_path):
     assert errors[1] > 5.0
 
 
+@pytest.mark.slow
 def test_finger_fmu_moves_as_the_finger_does(tmp_path):
     """The FMU steps on a 1 kHz grid that every instant of this wiring lies on."""
     as_fmu = fesloop.load("finger_fmu").run(tmp_path)

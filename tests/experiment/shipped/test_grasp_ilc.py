@@ -15,6 +15,7 @@ def learnt(tmp_path_factory):
         yield result, recording
 
 
+@pytest.mark.slow
 def test_the_second_trial_holds_the_cylinder_and_the_error_falls(learnt):
     result, _ = learnt
     metrics = result.metrics

@@ -6,6 +6,7 @@ import fesloop
 from fesloop import Recording
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("latency_ms", [10, 100])
 def test_a_hand_grasps_at_once_and_late_samples_cost_little(latency_ms, tmp_path):
     result = fesloop.load("grasp_mpc", [f"tracker_latency_ms={latency_ms}"]).run(tmp_path)
@@ -21,12 +22,14 @@ def test_a_hand_grasps_at_once_and_late_samples_cost_little(latency_ms, tmp_path
     assert told <= {"no_input", "saturated", "touching"}
 
 
+@pytest.mark.slow
 def test_age_that_is_not_compensated_costs_more(tmp_path):
     errors = [fesloop.load("grasp_mpc", ["tracker_latency_ms=150", "scene=free", f"compensate_age={known}"])
               .run(tmp_path).metrics["joint_rmse_deg"][0] for known in ("true", "false")]
     assert errors[1] > 1.5 * errors[0]
 
 
+@pytest.mark.slow
 def test_two_fingers_pinch_a_tube_and_the_others_do_not_touch_it(tmp_path):
     metrics = fesloop.load("pinch_mpc").run(tmp_path).metrics
     assert metrics["held"] == [True]
@@ -35,6 +38,7 @@ def test_two_fingers_pinch_a_tube_and_the_others_do_not_touch_it(tmp_path):
     assert max(force["F4"][0], force["F5"][0]) < 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tracker", ["salchow_m2", "salchow_b"])
 def test_a_magnet_is_felt_by_trackers_with_magnetometers_alone(tracker, tmp_path):
     """To the bit: without magnetometers nothing is changed."""

@@ -19,6 +19,7 @@ def runs(tmp_path_factory):
             for settings in ([], ["set_within_s=2"])]
 
 
+@pytest.mark.slow
 def test_controlled_force_stays_and_force_set_once_fades(runs):
     controlled, once = (run.metrics for run in runs)
     assert controlled["held"] == once["held"] == [True]

@@ -24,11 +24,13 @@ def identified(recording, capsys, *options):
     return json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.slow
 def test_the_watchdog_lets_a_moving_hand_alone(recording):
     with Recording(recording) as read:
         assert not [event for event in read.events if event.status.startswith("posture_")]
 
 
+@pytest.mark.slow
 def test_through_the_tracker_as_from_the_hand_itself(recording, capsys):
     """What the tracker adds to the model's own error is small beside it, and thresholds are the same."""
     seen = identified(recording, capsys)
@@ -41,6 +43,7 @@ def test_through_the_tracker_as_from_the_hand_itself(recording, capsys):
         assert ours["threshold_us"] == pytest.approx(theirs["threshold_us"], rel=0.25)
 
 
+@pytest.mark.slow
 def test_the_file_is_taken_for_this_patient_and_no_other(recording, capsys):
     identified(recording, capsys)
     model = f'{{ file = "{recording.parent / "model.toml"}" }}'

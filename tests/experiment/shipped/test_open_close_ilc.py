@@ -1,8 +1,11 @@
 """The shipped experiment of free opening and closing, cut short: learnt through the tracker. About 30 s."""
 
+import pytest
+
 import fesloop
 
 
+@pytest.mark.slow
 def test_a_hand_learns_to_open_and_close_from_trial_to_trial(tmp_path):
     metrics = fesloop.load("open_close_ilc", ["trials=3"]).run(tmp_path).metrics
     errors = metrics["joint_rmse_deg"]

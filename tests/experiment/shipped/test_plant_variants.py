@@ -33,6 +33,7 @@ def run(tmp_path_factory):
     return result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("plant", "need"), plants())
 def test_every_plant_is_learnt_through_the_same_blocks(run, plant, need):
     """What a trial teaches shows in the next; controller, safety and score are the file's."""

@@ -21,6 +21,7 @@ def at(recording, name, second):
     return signal.values[np.searchsorted(signal.times_ns, round(1e9 * second))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("settings", [(), ("brace={}",)])
 def test_a_cylinder_is_grasped_lifted_clear_and_held_by_stimulation_alone_and_dropped(tmp_path, settings):
     result, recording = ran(tmp_path, "grasp_cylinder", *settings)
@@ -40,6 +41,7 @@ def test_a_cylinder_is_grasped_lifted_clear_and_held_by_stimulation_alone_and_dr
         assert not recording.signal("safety.stimulation").values[-1, :, 1].any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "x", "y"), [("grasp_cylinder", 0.014, 0.1), ("pinch", 0.034, 0.088)])
 def test_a_left_hand_holds_in_the_mirror_what_a_right_one_holds(tmp_path, name, x, y):
     mirrored = ("blocks.hand.hand.side=left", "blocks.hand.forearm_orientation=[0, 0, 1, 0]",
@@ -54,6 +56,7 @@ def test_a_left_hand_holds_in_the_mirror_what_a_right_one_holds(tmp_path, name, 
     assert np.abs(angles[0] - angles[1])[:50].max() < 0.1
 
 
+@pytest.mark.slow
 def test_halving_the_step_changes_the_grasp_by_less_than_a_degree_in_4_s(tmp_path):
     angles = []
     for step_ms in (1.0, 0.5):
@@ -83,6 +86,7 @@ def test_a_tube_is_pinched_between_the_thumb_and_two_fingers(tmp_path):
         assert at(recording, "hand.object_position", 8.9)[2] < -0.1
 
 
+@pytest.mark.slow
 def test_most_of_a_cohort_grasps_and_pinches(tmp_path):
     results = [ran(tmp_path, name, "cohort=2", f"member={member}", "experiment.duration_s=9.2")[0]
                for name in ("grasp_cylinder", "pinch") for member in (1, 2, 3)]
@@ -118,6 +122,7 @@ def test_each_swept_element_moves_what_lies_under_it(tmp_path):
         assert (np.diff(stairs) > 0.0).all()
 
 
+@pytest.mark.slow
 def test_a_turned_forearm_recruits_what_has_come_under_the_elements(tmp_path):
     peaks = []
     for pronation_deg in (0, 60):
@@ -128,6 +133,7 @@ def test_a_turned_forearm_recruits_what_has_come_under_the_elements(tmp_path):
     assert np.abs(peaks[1] - peaks[0]).max() > 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("patient", "decline"), [("able_bodied", 44.0), ("sci_c6", 67.0)])
 def test_180_contractions_tire_as_measured(tmp_path, patient, decline):
     result, _ = ran(tmp_path, "fatigue", f"patient={patient}")

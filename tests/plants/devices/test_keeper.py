@@ -21,6 +21,8 @@ from plants.devices.dry import Dry
 from plants.devices.messages import command_bytes, read_answer, terms_bytes
 from plants.devices.science_mode import ScienceMode
 
+pytestmark = pytest.mark.realtime
+
 CLASSES = {"dry": Dry, "science_mode": ScienceMode}
 MOMENTS = range(3)
 
@@ -61,6 +63,7 @@ def test_a_killed_loop_leaves_no_current(session, moment):
         assert "loop_ended" in loop.stderr.read()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moment", MOMENTS)
 def test_a_stopped_loop_leaves_no_current_and_comes_back_to_be_told(session, moment):
     driver, port, log = session
@@ -77,6 +80,7 @@ def test_a_stopped_loop_leaves_no_current_and_comes_back_to_be_told(session, mom
     assert log.rows()[-1][1] == "stop"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moment", MOMENTS)
 def test_a_killed_keeper_leaves_no_current_at_the_device(tmp_path, moment):
     pytest.importorskip("pysciencemode")
@@ -89,6 +93,7 @@ def test_a_killed_keeper_leaves_no_current_at_the_device(tmp_path, moment):
         assert zero_ms(device.log, since) < stated_ms(ScienceMode, HOLD_MS)[1] + BUSY_MS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moment", MOMENTS)
 def test_an_unplugged_device_stops_by_itself_and_is_named(tmp_path, moment):
     pytest.importorskip("pysciencemode")
@@ -100,6 +105,7 @@ def test_an_unplugged_device_stops_by_itself_and_is_named(tmp_path, moment):
         assert zero_ms(device.log, since) < stated_ms(ScienceMode, HOLD_MS)[1] + BUSY_MS
 
 
+@pytest.mark.slow
 def test_a_stopped_keeper_is_noticed_and_the_device_stops_by_itself(tmp_path):
     pytest.importorskip("pysciencemode")
     with parts.device(tmp_path) as device, parts.kept("science_mode", device.port) as kept:

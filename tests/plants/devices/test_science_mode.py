@@ -103,6 +103,7 @@ def test_the_device_gets_each_command_and_stops_at_the_end(tmp_path):
     assert events == [("open", ""), ("give", "20/300 10/250"), ("give", "22/500 0/0"), ("stop", "")]
 
 
+@pytest.mark.slow
 def test_a_device_that_was_just_in_use_is_taken_over(tmp_path):
     with parts.device(tmp_path) as device:
         for _ in range(2):
@@ -112,6 +113,7 @@ def test_a_device_that_was_just_in_use_is_taken_over(tmp_path):
     assert [event for event in events if event in ("give", "stop")] == ["give", "stop"] * 2
 
 
+@pytest.mark.slow
 def test_an_idle_device_stays_connected(tmp_path):
     with parts.device(tmp_path) as device, parts.kept("science_mode", device.port) as kept:
         time.sleep(1.6)  # longer than the device's 1.2 s
@@ -119,6 +121,7 @@ def test_an_idle_device_stays_connected(tmp_path):
         assert device.log.rows()[-1][1] == "give"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("how", "status"), [
     ("silent", "no_answer"), ("wrong_checksum", "wrong_checksum"), ("refuse", "refused"),
     ("electrode_error", "electrode_error"), ("emergency_stop", "device_failed"), ("restart", "device_failed"),

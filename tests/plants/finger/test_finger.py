@@ -95,6 +95,7 @@ def test_activation_is_the_critically_damped_step_response_delayed_to_the_nanose
 instants = st.lists(st.integers(1, 199 * MS), max_size=8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fatigue", [None, Fatigue(fatigue_s=1.0)])
 @given(cuts=instants)
 @settings(max_examples=25, deadline=None)

@@ -51,6 +51,7 @@ def test_c_co_simulation_follows_its_equation(small2, rate):
     plant.close(state)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", [2, 3])
 def test_python_made_fmus_follow_their_equation(python_fmu, version):
     plant = Fmu(path=str(python_fmu(version)), step_rate="100")
@@ -76,6 +77,7 @@ def test_fmi3_arrays_become_vector_ports(small3):
     plant.close(state)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("substeps", [1, 10])
 def test_model_exchange_meets_a_time_event_exactly(small2, substeps):
     fmu = small2(kind="ModelExchange", states=1)
@@ -99,6 +101,7 @@ def bounce(time_s):
     return speed * since - 0.5 * gravity * since**2
 
 
+@pytest.mark.slow
 def test_model_exchange_meets_state_events(small2):
     plant = Fmu(path=str(small2("BALL", kind="ModelExchange", indicators=1, states=2)), step_rate="100")
     state = plant.init(Context("plant"))
@@ -108,6 +111,7 @@ def test_model_exchange_meets_state_events(small2):
     plant.close(state)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("interface", ["co_simulation", "model_exchange"])
 @pytest.mark.parametrize("duplicate", [copy.deepcopy, lambda state: pickle.loads(pickle.dumps(state))])
 def test_a_saved_finger_goes_on_as_if_nothing_had_happened(finger_fmu, interface, duplicate, no_folder_left):
@@ -165,6 +169,7 @@ def test_a_failure_in_mid_run_names_time_and_message(small2, definition, words, 
     assert capfd.readouterr().out == ""
 
 
+@pytest.mark.slow
 def test_messages_reach_the_instance_they_are_from(small2):
     plants = [Fmu(path=str(small2(f"ERROR_AT_S={at}")), step_rate="100") for at in ("0.02", "0.03")]
     states = [plant.init(Context(f"node{i}")) for i, plant in enumerate(plants)]
@@ -174,6 +179,7 @@ def test_messages_reach_the_instance_they_are_from(small2):
         plant.close(state)
 
 
+@pytest.mark.slow
 def test_the_plant_itself_can_be_sent_to_another_process(small2, no_folder_left):
     plant = Fmu(path=str(small2()), step_rate="100")
     sent = pickle.loads(pickle.dumps(plant))
@@ -186,6 +192,7 @@ def test_the_plant_itself_can_be_sent_to_another_process(small2, no_folder_left)
     del plant, sent, each, state
 
 
+@pytest.mark.slow
 def test_next_trial_starts_anew(small2):
     plant = Fmu(path=str(small2()), step_rate="100")
     state = plant.init(Context("plant"))
@@ -213,6 +220,7 @@ def test_declared_ports_group_and_scale(finger_fmu):
     plant.close(state)
 
 
+@pytest.mark.slow
 def test_start_values_reach_the_fmu(finger_fmu):
     pulse = [np.tile([0.05, 4e-4], (4, 1))]
     angles = []

@@ -134,11 +134,13 @@ def test_trouble_in_initialisation(small2, definition, words):
     assert words in refusal(path=str(small2(definition)))
 
 
+@pytest.mark.slow
 def test_initialisation_without_end(small2):
     text = refusal(path=str(small2("HANG")), probe_timeout_s=8.0)
     assert "in initialisation it did not finish within 8 s" in text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("definitions", [("INTERNAL_STEP_S=0.01",), ("INTERNAL_STEP_S=0.01", "TELLS")])
 def test_stale_outputs_are_found_at_load(small2, definitions):
     fmu = str(small2(*definitions))
@@ -154,6 +156,7 @@ def test_a_square_wave_is_not_stale(small2):
     Fmu(path=str(small2("SQUARE_S=0.02")), step_rate="1000")
 
 
+@pytest.mark.slow
 def test_stale_outputs_of_fmi3_by_what_it_says(small3):
     assert "internal step, 10 ms" in refusal(path=str(small3("INTERNAL_STEP_S=0.01")), step_rate="400")
     assert "internal step, 20 ms" in refusal(
@@ -175,6 +178,7 @@ def test_ports_and_starts_that_do_not_fit(small2):
     assert "step_rate: " in refusal(**wanted, step_rate="-5")
 
 
+@pytest.mark.slow
 def test_the_archive_that_was_checked_is_the_one_that_is_resumed(tmp_path, small2):
     import pickle
 
@@ -192,6 +196,7 @@ def test_the_archive_that_was_checked_is_the_one_that_is_resumed(tmp_path, small
     plant.close(state)
 
 
+@pytest.mark.slow
 def test_an_archive_that_would_fill_the_disk_is_refused_before_anything_is_written(tmp_path, small2):
     path = tmp_path / "bomb.fmu"
     path.write_bytes(small2().read_bytes())

@@ -50,6 +50,7 @@ def test_ports_are_those_of_the_finger(finger_fmu):
     assert described[0] == described[1]
 
 
+@pytest.mark.slow
 def test_co_simulation_is_the_finger_over_ten_seconds(finger_fmu):
     differences, size = largest_differences(Finger(), Fmu(path=str(finger_fmu)), hold=20, ticks=10_000)
     assert size["angles"] > 0.5
@@ -59,6 +60,7 @@ def test_co_simulation_is_the_finger_over_ten_seconds(finger_fmu):
     assert differences["accelerations"] < 1e-9
 
 
+@pytest.mark.slow
 def test_model_exchange_is_the_finger_over_ten_seconds(finger_fmu):
     plant = Fmu(path=str(finger_fmu), interface="model_exchange")
     differences, size = largest_differences(Finger(), plant, hold=20, ticks=10_000)
@@ -69,6 +71,7 @@ def test_model_exchange_is_the_finger_over_ten_seconds(finger_fmu):
     assert differences["accelerations"] < 1e-9
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(rate=st.sampled_from(["200", "125", "333.333", "60", "2000/7", "4000"]), hold=st.integers(1, 7),
        seed=st.integers(0, 2**16))
@@ -89,6 +92,7 @@ def delayed_fmu(tmp_path_factory):
     return finger, build_finger_fmu(tmp_path_factory.mktemp("delayed") / "d.fmu", finger=finger).path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("finger", [
     Finger(delay_ms=0.0), Finger(recruitment_curve="linear", full_scale_us=300.0, delay_ms=7.25)])
 @pytest.mark.parametrize("interface", ["co_simulation", "model_exchange"])
@@ -100,6 +104,7 @@ def test_other_fingers_export_too(tmp_path, finger, interface):
     assert differences["activation"] < 1e-9
 
 
+@pytest.mark.slow
 def test_the_archive_is_valid_and_the_same_every_time(tmp_path, finger_fmu):
     assert validate_fmu(str(finger_fmu)) == []
     again = build_finger_fmu(tmp_path / "finger.fmu", binary=True)

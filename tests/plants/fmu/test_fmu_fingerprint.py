@@ -22,6 +22,7 @@ def experiment(fmu):
         "wires": [{"from": "reference.angles", "to": "plant.u"}]})
 
 
+@pytest.mark.slow
 def test_another_fmu_at_the_same_path_is_another_experiment(small2, tmp_path):
     path = tmp_path / "own.fmu"
     shutil.copy(small2(), path)
@@ -31,6 +32,7 @@ def test_another_fmu_at_the_same_path_is_another_experiment(small2, tmp_path):
     assert one.fingerprint() == same.fingerprint() != other.fingerprint()
 
 
+@pytest.mark.slow
 def test_a_recording_is_run_again_with_the_same_fmu_or_not_at_all(small2, tmp_path):
     path = tmp_path / "own.fmu"
     shutil.copy(small2(), path)
@@ -49,6 +51,7 @@ def test_a_recording_is_run_again_with_the_same_fmu_or_not_at_all(small2, tmp_pa
     assert load(recording, ['blocks.plant.fingerprint=""']).fingerprint() != made.fingerprint()
 
 
+@pytest.mark.slow
 def test_the_shipped_fmu_is_the_same_whenever_it_is_built():
     if shutil.which("gcc") is None:
         pytest.skip("no gcc")

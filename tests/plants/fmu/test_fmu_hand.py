@@ -62,6 +62,7 @@ def file(python_fmu, tmp_path):
     return path
 
 
+@pytest.mark.slow
 def test_it_is_controlled_in_the_sums_of_its_own_joints(file, tmp_path):
     result = fesloop.load(file, ["plant=others"]).run(tmp_path)
     first, second = result.metrics["joint_rmse_deg"]

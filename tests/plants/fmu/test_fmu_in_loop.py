@@ -43,6 +43,7 @@ def feedback(plant, rate="100"):
                           Wire("plant.y", "sink.u")])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("interface", ["co_simulation", "model_exchange"])
 def test_an_fmu_takes_the_fingers_place(finger_fmu, interface):
     experiment = load("finger_pid_latency")
@@ -54,6 +55,7 @@ def test_an_fmu_takes_the_fingers_place(finger_fmu, interface):
     assert [row[:5] for row in found["controller"]] == [row[:5] for row in expected["controller"]]
 
 
+@pytest.mark.slow
 def test_a_snapshot_in_the_loop_is_exact():
     loop = Loop(in_the_fingers_place(Fmu(path="shipped:finger")), recorder=Recorder(None))
     loop.run_until(1_234 * NS_PER_MS)
@@ -69,6 +71,7 @@ def test_a_snapshot_in_the_loop_is_exact():
     assert again == through
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", [2, 3])
 def test_python_made_fmus_run_in_the_loop(python_fmu, version):
     plant = Fmu(path=str(python_fmu(version)), step_rate="500")
@@ -97,6 +100,7 @@ def test_the_start_value_of_an_input_holds_until_its_first_message(small2, scale
     np.testing.assert_allclose([row[5][0] for row in rows], expected, rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_an_fmu_that_cannot_replay_refuses_the_snapshot(python_fmu):
     loop = Loop(feedback(Fmu(path=str(python_fmu(3)), step_rate="500")))
     loop.run_until(100 * NS_PER_MS)
@@ -106,6 +110,7 @@ def test_an_fmu_that_cannot_replay_refuses_the_snapshot(python_fmu):
     loop.close()
 
 
+@pytest.mark.slow
 def test_a_failure_in_mid_run_leaves_what_was_recorded(small2):
     recorder = Recorder(None)
     plant = Fmu(path=str(small2("ERROR_AT_S=0.25")), step_rate="100")

@@ -53,6 +53,7 @@ def tried(plant, rate, internal_s, declared_s=0.0):
     return setup, found
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(kind=st.sampled_from(KINDS), rate=RATES, part=st.sampled_from([1, 2, 3]), rounded=st.booleans())
 def test_a_whole_multiple_of_the_internal_step_fits_at_any_rate(fmus, kind, rate, part, rounded):
@@ -73,6 +74,7 @@ def test_a_whole_multiple_of_the_internal_step_fits_at_any_rate(fmus, kind, rate
         running.end()
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(kind=st.sampled_from(KINDS), rate=RATES, longer=st.floats(1e-6, 5.0))
 def test_an_internal_step_that_is_longer_is_refused(fmus, kind, rate, longer):
@@ -111,6 +113,7 @@ def test_a_refusal_shows_two_numbers_and_a_rate_that_fits(rate, ratio):
     assert fits(RateClock.from_rate(allowed).period_s, internal_s)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("declared", ["0.016666667", "0.0166666667", "0.0083333334"])
 def test_an_fmu_for_60_hz_runs_at_60_hz(small3, declared):
     fmu = small3(f"INTERNAL_STEP_S={declared}", extra=f'fixedInternalStepSize="{declared}"')
@@ -129,6 +132,7 @@ def test_one_and_a_half_steps_are_stale(small2):
         Fmu(path=str(small2("INTERNAL_STEP_S=0.025")), step_rate="60")
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(rate=st.sampled_from(["1000", "200", "60", "2000/7"]), longer=st.floats(1.02, 8.0), neat=st.booleans())
 def test_a_silent_fmu_at_the_rate_that_its_refusal_names_is_not_stale(fmus, rate, longer, neat):
@@ -153,6 +157,7 @@ def test_a_silent_fmu_at_the_rate_that_its_refusal_names_is_not_stale(fmus, rate
         running.end()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("internal", ["0.005", "0.02", "0.0017", "0.0125"])
 def test_the_rate_for_a_silent_fmu_of_a_neat_internal_step_is_its_own(small2, internal):
     fmu = str(small2(f"INTERNAL_STEP_S={internal}"))

@@ -64,6 +64,7 @@ def has_ended(pid):
         return True
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("misdeed", MISDEEDS)
 def test_a_misdeed_in_mid_run_is_an_error_of_the_run(small2, misdeed):
     fmu = small2("AT_S=1.25", f"MISDEED={misdeed}")
@@ -80,6 +81,7 @@ def test_a_misdeed_in_mid_run_is_an_error_of_the_run(small2, misdeed):
     plant.close(state)
 
 
+@pytest.mark.slow
 def test_a_crash_costs_the_run_one_line_and_no_row(small2, tmp_path):
     fmu = small2("AT_S=1.25", "MISDEED=raise(SIGSEGV)", "PRINTS")
     (tmp_path / "alone.toml").write_text(EXPERIMENT.format(path=fmu))
@@ -93,6 +95,7 @@ def test_a_crash_costs_the_run_one_line_and_no_row(small2, tmp_path):
         np.testing.assert_array_equal(file["plants/plant"]["steps"], np.arange(126))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("definition", ["CRASH_AT_LOAD", "CRASH_IN_INSTANTIATION", "CRASH"])
 def test_a_crash_before_the_first_step_is_found_by_check(small2, tmp_path, definition):
     (tmp_path / "alone.toml").write_text(EXPERIMENT.format(path=small2(definition)))
@@ -101,6 +104,7 @@ def test_a_crash_before_the_first_step_is_found_by_check(small2, tmp_path, defin
     assert "small.fmu: in initialisation it was killed by SIGSEGV" in json.loads(done.stdout)["faults"][0]
 
 
+@pytest.mark.slow
 def test_a_crash_at_the_end_is_told_and_all_is_recorded(small2, tmp_path):
     (tmp_path / "alone.toml").write_text(EXPERIMENT.format(path=small2("CRASH_AT_END")))
     done = fesloop(tmp_path, "run", "alone.toml", "--json")
@@ -111,6 +115,7 @@ def test_a_crash_at_the_end_is_told_and_all_is_recorded(small2, tmp_path):
         np.testing.assert_array_equal(file["plants/plant"]["steps"], np.arange(200))
 
 
+@pytest.mark.slow
 def test_a_state_that_is_dropped_crashes_unseen(small2):
     plant = Fmu(path=str(small2("CRASH_AT_END")), step_rate="100")
     state = plant.init(Context("plant"))
@@ -131,6 +136,7 @@ def test_a_clean_run_ends_the_process(small2, capfd):
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.slow
 def test_what_is_printed_without_end_does_not_hold_up_the_run(small2):
     flood = 'for (int i = 0; i < 9000; i++) fprintf(stderr, "a line, nine thousand times a step\\n")'
     plant = Fmu(path=str(small2("AT_S=0", f"MISDEED={flood}")), step_rate="100")
@@ -140,6 +146,7 @@ def test_what_is_printed_without_end_does_not_hold_up_the_run(small2):
     plant.close(state)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("misdeed", ["for (;;)", "(void)0"])
 def test_the_process_ends_with_one_that_is_killed(small2, tmp_path, misdeed):
     fmu = small2("AT_S=0.5", f"MISDEED={misdeed}")
@@ -193,6 +200,7 @@ def pairs(small2, small3, finger_fmu):
     return list(zip(isolated, shared, strict=True))
 
 
+@pytest.mark.slow
 @settings(max_examples=5, deadline=None)
 @given(kind=st.integers(0, 2), seed=st.integers(0, 2**32), steps=st.integers(1, 60), data=st.data())
 def test_isolated_or_not_every_bit_is_the_same(pairs, kind, seed, steps, data):
@@ -218,6 +226,7 @@ def driven(plant, seed, steps, saved_at):
     return rows
 
 
+@pytest.mark.slow
 def test_nothing_that_a_file_says_makes_it_ours(finger_fmu):
     for path, kind in ((str(finger_fmu), IsolatedFmu), ("shipped:finger", RunningFmu)):
         plant = Fmu(path=path)

@@ -61,6 +61,7 @@ def moving(request):
     return plant, state, seen
 
 
+@pytest.mark.slow
 def test_sensor_sites_feel_what_the_chain_says(moving):
     plant, _, seen = moving
     tree, root = hand_tree(plant.hand), root_motion(PALM_DOWN[plant.hand.side])

@@ -181,6 +181,7 @@ def test_ranges_hold_under_full_force():
         assert (angles < ranges[:, 1] + 5.0).all()
 
 
+@pytest.mark.slow
 def test_undamped_and_unforced_energy_stays():
     plant = Hand(damping=0.0, passive_tension=0.0)
     model, data = plant.model, plant.init(Context("hand")).data

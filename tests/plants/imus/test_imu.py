@@ -164,6 +164,7 @@ def test_resolution_rounds_to_digits() -> None:
     np.testing.assert_allclose(acc % 0.5, 0.0, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_missing_posture_is_reported() -> None:
     imus = FingerImus()
     empty = [Sample(port.initial_value(), -1, -1, -1) for port in imus.inputs]

@@ -180,6 +180,7 @@ def test_mounting_angle_is_uniform_between_its_ends_in_every_direction():
         assert stats.kstest(direction[:, axis], stats.uniform(-1.0, 2.0).cdf).pvalue > 1e-3
 
 
+@pytest.mark.slow
 def test_hard_and_soft_iron_make_an_ellipsoid_off_the_origin():
     """A sensor turned every way: the field's sphere becomes an ellipsoid, whose axes and centre are found."""
     rng = np.random.default_rng(4)
@@ -206,6 +207,7 @@ def test_soft_iron_has_the_stated_spread():
     spread_is(upper, 0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("loss", "burst", "length"),
                          [(0.1, 0.0, 1.0 / 0.9), (0.1, 4.0, 4.0), (0.4, 2.0, 2.0)])
 def test_share_lost_and_length_of_gaps(loss, burst, length):
@@ -290,6 +292,7 @@ def test_a_carried_dipole_goes_with_its_site_and_a_fixed_one_stays():
     assert np.abs(here).max() > 5.0 * np.abs(run(fixed, moved, 1)[0]["mag"][0]).max()
 
 
+@pytest.mark.slow
 def test_with_every_error_a_snapshot_continues_to_the_bit():
     imus = Imus(preset="salchow2019", loss=0.1, burst_samples=3.0, soft_tissue=SoftTissue(), tremor=Tremor(),
                 artefacts=PulseArtefacts(), gyroscope=TriadErrors(walk=1e-3), channels=1)

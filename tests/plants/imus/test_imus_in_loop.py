@@ -72,6 +72,7 @@ class Waving:
         return self.sites(state[0] / NS_PER_S)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_samples_equal_mujocos_sensors_on_a_moving_hand(side):
     hand = Waving(HandSize(side=side))
@@ -108,6 +109,7 @@ def column(recorder, name, port):
     return np.array([row[5][port] for row in recorder.blocks[name]])
 
 
+@pytest.mark.slow
 def test_gyroscopes_at_200_and_the_rest_at_100_hz_of_one_device():
     mounted = {"device": "glove", "preset": "ideal", "mounting_sd_deg": 5.0}
     nodes = [Node("gyr", Imus(measures=("gyr",), **mounted), rate="200"),
@@ -129,6 +131,7 @@ def test_a_clock_that_is_late_and_drifts_is_the_nodes_offset_and_rate():
         np.testing.assert_array_equal(gyr[0], hand.sites(time / NS_PER_S)[2][1])
 
 
+@pytest.mark.slow
 def test_the_forearm_joins_the_strips_over_its_own_wire():
     rates = {"preset": "ideal", "measures": ("gyr",)}
     nodes = [Node("strips", Imus(**rates, sites=hand_tree(HandSize()).names[1:]), rate="100"),

@@ -68,6 +68,7 @@ def test_physiological_tremor_lies_in_its_band_with_its_size():
     assert power[inside].sum() > 0.99 * power.sum()
 
 
+@pytest.mark.slow
 def test_tetanic_tremor_is_at_the_stimulation_frequency_and_follows_the_charge():
     tremor = Tremor(physiological=0.0, tetanic=0.2, rise_s=0.05)
     imus = ideal(1, tremor=tremor, measures=("gyr",), channels=2)

@@ -3,6 +3,7 @@
 import pickle
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -26,6 +27,7 @@ def by_exponential(system: HeldLinearSystem, z: np.ndarray, duration_ns: int) ->
     return expm(stacked * (duration_ns * 1e-9)) @ z
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 2**31), duration_ns=st.integers(1, 2_000_000_000))
 @settings(max_examples=50, deadline=None)
 def test_any_duration_is_one_matrix_exponential(seed: int, duration_ns: int) -> None:
@@ -36,6 +38,7 @@ def test_any_duration_is_one_matrix_exponential(seed: int, duration_ns: int) -> 
     np.testing.assert_allclose(z, expected, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 2**31), parts_ns=st.lists(st.integers(0, 50_000_000), min_size=1, max_size=8))
 @settings(max_examples=50, deadline=None)
 def test_splitting_an_advance_changes_nothing(seed: int, parts_ns: list[int]) -> None:

@@ -89,6 +89,7 @@ def test_fixed_steps_take_the_exact_period_of_their_rate() -> None:
     assert plant.read(state, [1.0])[0] == pytest.approx(step_response(100 / 285.714), abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("nonlinearity", "inputs", "expected"), [
     ({"kind": "saturation", "lower": -1.0, "upper": 2.0}, (-3.0, 0.5, 9.0), (-1.0, 0.5, 2.0)),
     ({"kind": "deadzone", "lower": -1.0, "upper": 2.0}, (-3.0, 0.5, 9.0), (-2.0, 0.0, 7.0)),
@@ -109,6 +110,7 @@ def test_a_nonlinearity_acts_before_the_plant(nonlinearity: dict, inputs: tuple,
         assert plant.read(bent, [0.0])[0] == pytest.approx(plain.read(straight, [0.0])[0], abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_pickled_state_goes_on_with_the_same_bits() -> None:
     plant = StateSpace(**SECOND_ORDER)
     state = plant.init(CONTEXT)
@@ -170,6 +172,7 @@ def as_state_space(finger):
 widths_s = st.lists(st.floats(0.0, 500e-6), min_size=4, max_size=4)
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.integers(1, 80_000_000), widths_s), min_size=1, max_size=8))
 @settings(max_examples=40, deadline=None)
 def test_with_recruitment_it_is_the_finger_whose_numbers_it_has(course):

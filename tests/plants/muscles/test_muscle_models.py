@@ -212,6 +212,7 @@ def test_without_recovery_what_is_lost_stays_lost() -> None:
         assert fitness[2] == pytest.approx(fitness[1], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_ding2003_tires_to_the_balance_of_its_equations() -> None:
     """Force in tetanus solves F = A B (tau1 + tau2 B) with A, tau1 and Km where F holds them."""
     settled = simulate(tiring("ding2003"), {0: given(1.0, 100.0)}, [600_000 * MS])[0]
@@ -226,6 +227,7 @@ def test_ding2003_tires_to_the_balance_of_its_equations() -> None:
     assert force == pytest.approx(53, abs=2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("model", "decline"), [("riener", 0.18), ("ding2003", 0.57), ("ding2007", 0.18)])
 def test_180_contractions_beside_those_of_bickel(model: str, decline: float) -> None:
     """Six pulses 70 ms apart, half of the time at rest (Bickel 2004: 44, 56, 67 % of quadriceps' torque in

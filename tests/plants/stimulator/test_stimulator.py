@@ -137,6 +137,7 @@ def test_a_given_pulse_is_in_range_on_the_steps_and_within_the_limits(current, w
         assert abs(given_width - width) <= 0.5e-6 * (1.0 + 1e-8)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=400)
 @given(st.floats(1.0, 150.0), st.floats(0.1, 3.0), st.floats(300.0, 5e3), st.floats(30.0, 800.0),
        st.floats(0.3, 7.0), st.floats(0.5, 70.0), st.floats(1.0, 300.0), st.floats(50.0, 2000.0))

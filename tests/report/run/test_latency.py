@@ -49,6 +49,7 @@ def test_where_it_cannot_be_computed_it_says_why(learning):
     assert any(isinstance(part, Notice) and "cannot be computed" in part.text for part in section.parts)
 
 
+@pytest.mark.slow
 def test_page_check_and_budget_say_the_same_of_each_channel(capsys):
     """Between capture and pulse lie 10 ms of radio, 0 or 5 for a tick, 1 in the device, and the slots."""
     assert main(["check", "grasp_mpc", "--json"]) == 0

@@ -32,6 +32,7 @@ def test_of_a_file_that_was_cut_short_the_rest_is_shown(learning, tmp_path, shar
     assert page.title.endswith("(cut.h5)")
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=25)
 @given(st.floats(0.0, 1.0))
 def test_no_cut_gives_anything_but_what_is_left_or_a_clear_refusal(learning, tmp_path_factory, share):

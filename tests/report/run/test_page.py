@@ -123,6 +123,7 @@ def test_an_empty_run_is_reported(learning, tmp_path):
     write_page(page, tmp_path / "empty.html")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="kills a process")
 def test_a_killed_run_is_reported(tmp_path):
     command = [sys.executable, "-m", "fesloop", "run", "finger_control", "--realtime", "--out",

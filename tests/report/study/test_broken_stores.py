@@ -84,6 +84,7 @@ def test_a_store_that_was_cut_shows_the_rest(tmp_path):
     assert page_html(page)
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(share=st.floats(0.0, 0.999), at=st.floats(0.0, 0.95), bytes_=st.binary(min_size=1, max_size=2000))
 def test_whatever_is_broken_gives_a_page_or_one_line(tmp_path, share, at, bytes_):

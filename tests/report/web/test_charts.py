@@ -18,6 +18,7 @@ def drawn(shown, key):
     return figure
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [1280, 400])
 @pytest.mark.parametrize(("key", "shapes", "count"), [
     ("error", "[aria-label=line] path", 1), ("kinds", "[aria-label=dot] circle", 2),
@@ -36,6 +37,7 @@ def test_no_figure_is_empty(opened, key, shapes, count, width):
         assert box["x"] + box["width"] <= min(svg["x"] + svg["width"], width) + 1
 
 
+@pytest.mark.slow
 def test_bars_have_three_digits_and_counts_none_after_the_point(opened):
     bars = Bars(key="told", title="told", x_label="error, deg", names=["a", "b", "c"],
                 values={"error": [1.301, 0.0499, 12.0]}, roles={"error": "plain"}, stacked=False)
@@ -44,6 +46,7 @@ def test_bars_have_three_digits_and_counts_none_after_the_point(opened):
     assert texts == ["1.30", "0.0499", "12"]
 
 
+@pytest.mark.slow
 def test_a_number_that_is_not_known_is_a_gap(opened):
     figure = drawn(opened(page()), "index-3")
     paths = figure.locator("[aria-label=line] path")
@@ -70,6 +73,7 @@ def test_a_line_goes_where_its_numbers_say(opened):
     assert across / across[-1] == pytest.approx(x, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_what_is_pointed_at_is_told(opened):
     shown = opened(page())
     figure = drawn(shown, "error")
@@ -83,6 +87,7 @@ def test_what_is_pointed_at_is_told(opened):
     assert re.sub(r"\s+", " ", heat.locator(".told").inner_text()).strip() == "delay 20 ms, gain high 5 deg"
 
 
+@pytest.mark.slow
 def test_a_chart_of_time_moves_the_play_head_and_follows_it(opened):
     shown = opened(page())
     figure = drawn(shown, "index-3")
@@ -96,6 +101,7 @@ def test_a_chart_of_time_moves_the_play_head_and_follows_it(opened):
     assert second == pytest.approx(other["x"] + 0.75 * other["width"], abs=2)
 
 
+@pytest.mark.slow
 def test_the_chosen_trial_is_shown_and_no_other(opened):
     shown = opened(page())
     for trial in (1, 2, 3):
@@ -105,6 +111,7 @@ def test_the_chosen_trial_is_shown_and_no_other(opened):
             assert shown.locator(f"#part-index-{other}").is_visible() == (other == trial)
 
 
+@pytest.mark.slow
 def test_trials_are_stepped_through_up_to_the_ends(opened):
     shown = opened(page())
     on, back = (shown.get_by_role("button", name=name) for name in ("Next trial", "Trial before"))
@@ -117,6 +124,7 @@ def test_trials_are_stepped_through_up_to_the_ends(opened):
     assert shown.locator("#part-index-2").is_visible()
 
 
+@pytest.mark.slow
 def test_charts_of_one_kind_share_a_key(opened):
     shown = opened(page())
     drawn(shown, "index-3")
@@ -124,6 +132,7 @@ def test_charts_of_one_kind_share_a_key(opened):
     assert names == ["reference", "truth", "estimate"]
 
 
+@pytest.mark.slow
 def test_names_stand_at_lines_ends_where_there_is_room(opened):
     x = np.arange(3.0)
     chart = Chart(key="two", title="two", x_label="x", y_label="y", lines=[
@@ -138,6 +147,7 @@ def test_names_stand_at_lines_ends_where_there_is_room(opened):
     assert narrow.locator(".key li").all_inner_texts() == ["one", "other"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [1280, 400])
 def test_strips_lie_below_each_other_each_under_its_name(opened, width):
     figure = drawn(opened(page(), width=width), "channels")
@@ -201,6 +211,7 @@ def test_a_map_whose_colours_have_no_ends_is_drawn_empty_and_says_so(opened, val
     assert shown.locator("svg text", has_text="NaN").count() == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("y", [
     [], [np.nan] * 3, [1.0], [2.0, 2.0], [np.inf, 1.0, -np.inf], [1e308, -1e308, 0.0]])
 def test_numbers_that_make_no_line_make_no_trouble(opened, y):

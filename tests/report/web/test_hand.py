@@ -47,6 +47,7 @@ def frames(shown):
     return int(shown.locator(".stage").get_attribute("data-frames"))
 
 
+@pytest.mark.slow
 def test_the_hand_is_drawn(shown):
     colours = shown.evaluate("""() => {
         const canvas = document.querySelector('.stage canvas');
@@ -67,6 +68,7 @@ def test_the_hand_is_drawn(shown):
     assert colours["share"] > 0.03
 
 
+@pytest.mark.slow
 def test_it_plays_at_ten_frames_a_second_or_more_and_stops_at_the_end(shown):
     shown.locator(".transport select").select_option("0.1")
     shown.locator(".transport .play").click()
@@ -82,6 +84,7 @@ def test_it_plays_at_ten_frames_a_second_or_more_and_stops_at_the_end(shown):
     assert time_s(shown) == LAST_S
 
 
+@pytest.mark.slow
 def test_it_pauses_and_both_buttons_tell(shown):
     shown.locator(".transport .play").click()
     assert shown.get_by_role("button", name="Pause").count() == 2
@@ -92,6 +95,7 @@ def test_it_pauses_and_both_buttons_tell(shown):
     assert time_s(shown) == before
 
 
+@pytest.mark.slow
 def test_space_plays_and_pauses_where_the_hand_has_the_focus(shown):
     shown.locator(".stage").focus()
     shown.keyboard.press("Space")
@@ -100,6 +104,7 @@ def test_space_plays_and_pauses_where_the_hand_has_the_focus(shown):
     assert shown.get_by_role("button", name="Pause").count() == 0
 
 
+@pytest.mark.slow
 def test_it_is_scrubbed_by_the_keyboard(shown):
     first = pixels(shown)
     slider = shown.get_by_role("slider", name="Time in the trial")
@@ -113,6 +118,7 @@ def test_it_is_scrubbed_by_the_keyboard(shown):
     assert pixels(shown) == first
 
 
+@pytest.mark.slow
 def test_it_is_turned_by_the_mouse_and_the_keyboard_and_set_back(shown):
     first = pixels(shown)
     box = shown.locator(".stage").bounding_box()
@@ -135,6 +141,7 @@ def test_it_is_turned_by_the_mouse_and_the_keyboard_and_set_back(shown):
     assert pixels(shown) != first
 
 
+@pytest.mark.slow
 def test_each_hand_can_be_left_out(shown):
     both = pixels(shown)
     boxes = shown.locator(".tools input")
@@ -147,6 +154,7 @@ def test_each_hand_can_be_left_out(shown):
     assert pixels(shown) == truth
 
 
+@pytest.mark.slow
 def test_another_trial_moves_as_it_did(shown):
     shown.get_by_role("slider", name="Time in the trial").press("End")
     third = pixels(shown)
@@ -156,6 +164,7 @@ def test_another_trial_moves_as_it_did(shown):
     assert pixels(shown) != third
 
 
+@pytest.mark.slow
 def test_scrolled_past_it_stands_small_at_the_side(shown):
     wide = shown.locator(".stage").bounding_box()["width"]
     shown.locator("#what").scroll_into_view_if_needed()
@@ -165,6 +174,7 @@ def test_scrolled_past_it_stands_small_at_the_side(shown):
     assert 0 <= box["y"] < 900
 
 
+@pytest.mark.slow
 def test_a_trial_whose_motion_is_not_there_is_said_so(opened):
 
 
@@ -179,6 +189,7 @@ def test_a_trial_whose_motion_is_not_there_is_said_so(opened):
     assert found.locator(".gone").is_hidden()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moves", [True, False])
 @pytest.mark.parametrize("width", [1280, 400])
 def test_the_camera_holds_what_is_far_from_the_hand(opened, width, moves):
@@ -223,6 +234,7 @@ def inside(shown):
     }""")
 
 
+@pytest.mark.slow
 def test_a_cup_that_falls_far_does_not_make_the_hand_small(opened):
     whole = hand()
     (solid,) = whole.objects
@@ -246,6 +258,7 @@ def test_a_cup_that_falls_far_does_not_make_the_hand_small(opened):
     assert share > 0.005
 
 
+@pytest.mark.slow
 def test_one_finger_turns_and_two_zoom(opened):
     shown = opened(page(), width=400, has_touch=True)
     shown.locator(".stage").scroll_into_view_if_needed()

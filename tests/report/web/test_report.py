@@ -19,6 +19,7 @@ def lightness(colour):
     return sum(int(part) for part in colour.removeprefix("rgb(").removesuffix(")").split(","))
 
 
+@pytest.mark.slow
 def test_what_is_folded_is_drawn_once_it_is_opened(opened):
     shown = opened(page())
     summary = shown.get_by_text("Other joints")
@@ -30,6 +31,7 @@ def test_what_is_folded_is_drawn_once_it_is_opened(opened):
     assert shown.locator("#part-wrist-3").is_hidden()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_colours_are_the_systems_until_others_are_chosen(opened, scheme):
     shown = opened(page(), scheme=scheme)
@@ -47,6 +49,7 @@ def test_colours_are_the_systems_until_others_are_chosen(opened, scheme):
     assert shown.evaluate(stroke) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [1280, 768, 400])
 def test_nothing_is_wider_than_the_screen(opened, width):
     wide = Table(columns=[f"a long name of column {i}" for i in range(12)], rows=[["value"] * 12])
@@ -61,6 +64,7 @@ def test_nothing_is_wider_than_the_screen(opened, width):
     assert shown.evaluate("document.documentElement.scrollWidth") <= width
 
 
+@pytest.mark.slow
 def test_figures_follow_the_width(opened):
     shown = opened(page())
     width = "document.querySelector('#part-error svg')?.clientWidth ?? 0"
@@ -71,6 +75,7 @@ def test_figures_follow_the_width(opened):
     assert shown.evaluate(width) < wide
 
 
+@pytest.mark.slow
 def test_on_paper_it_is_light_and_every_figure_of_the_trial_is_there(opened):
     shown = opened(page(), scheme="dark")
     shown.emulate_media(media="print")
@@ -98,6 +103,7 @@ def test_without_scripts_texts_tables_and_drawings_are_there(opened):
     assert shown.locator(".bar").is_hidden()
 
 
+@pytest.mark.slow
 def test_the_contents_lead_to_their_sections(opened):
     shown = opened(page())
     entry = shown.get_by_role("link", name="Shares")
@@ -107,6 +113,7 @@ def test_the_contents_lead_to_their_sections(opened):
     assert 50 < top < 200
 
 
+@pytest.mark.slow
 def test_each_control_is_reached_by_the_tab_key_and_has_a_name(opened):
     shown = opened(page())
     reached = set()

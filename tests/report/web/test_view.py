@@ -76,6 +76,7 @@ def play_slowly_from(page, share):
     button.click()
 
 
+@pytest.mark.slow
 def test_the_hand_moves_until_the_trial_ends(looked_at):
     play_slowly_from(looked_at, 0)
     wait_for(looked_at, lambda trial, at_s: at_s < 1.0)
@@ -87,6 +88,7 @@ def test_the_hand_moves_until_the_trial_ends(looked_at):
     looked_at.locator(".transport").get_by_role("button", name="Play").wait_for(timeout=60_000)
 
 
+@pytest.mark.slow
 def test_it_is_paused_scrubbed_and_played_on(looked_at):
     play_slowly_from(looked_at, 500)
     looked_at.locator(".transport").get_by_role("button", name="Pause").click()
@@ -101,11 +103,13 @@ def test_it_is_paused_scrubbed_and_played_on(looked_at):
     wait_for(looked_at, lambda trial, at_s: at_s > 0.25)
 
 
+@pytest.mark.slow
 def test_another_trial_is_chosen(looked_at):
     looked_at.get_by_label("Next trial").click()
     wait_for(looked_at, lambda trial, at_s: trial == 1 and at_s > 0.1)
 
 
+@pytest.mark.slow
 def test_it_can_be_used_on_a_narrow_screen(looked_at):
     looked_at.set_viewport_size({"width": 400, "height": 800})
     wide = looked_at.evaluate("document.documentElement.scrollWidth")
@@ -113,6 +117,7 @@ def test_it_can_be_used_on_a_narrow_screen(looked_at):
     assert looked_at.locator(".stage canvas").bounding_box()["height"] > 150
 
 
+@pytest.mark.slow
 def test_it_stands_still_for_who_wants_less_motion_until_it_is_played(chromium, source):
     with serving(source) as server:
         context = chromium.new_context(reduced_motion="reduce")
@@ -126,6 +131,7 @@ def test_it_stands_still_for_who_wants_less_motion_until_it_is_played(chromium, 
         context.close()
 
 
+@pytest.mark.slow
 def test_what_changes_all_the_time_is_not_read_aloud_and_a_fault_is(chromium, source):
     with serving(source) as server:
         context = chromium.new_context()
@@ -142,6 +148,7 @@ def test_what_changes_all_the_time_is_not_read_aloud_and_a_fault_is(chromium, so
         context.close()
 
 
+@pytest.mark.slow
 def test_a_viewer_that_ends_is_told_of(chromium, source):
     with serving(source) as server:
         context = chromium.new_context()

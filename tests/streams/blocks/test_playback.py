@@ -72,6 +72,7 @@ def test_it_is_held_against_what_the_tracker_said_just_as_well(finger, tmp_path)
     assert 0.05 < result.metrics["joint_rmse_deg"][0] < 1.0
 
 
+@pytest.mark.slow
 def test_a_twin_of_a_whole_hand_takes_the_same_posture(tmp_path):
     settings = ["scene=free", "experiment.duration_s=3.5", "score.until_s=3.4"]
     run = fesloop.load("grasp_mpc", settings).run(tmp_path)

@@ -35,6 +35,7 @@ def with_an_endless_heap(path):
     return path
 
 
+@pytest.mark.slow
 def test_a_heap_without_end_is_refused_at_once_though_hdf5_hangs_on_it(tmp_path):
     path = with_an_endless_heap(tmp_path / "m.h5")
     with pytest.raises(subprocess.TimeoutExpired):

@@ -31,6 +31,7 @@ def write(path, content, compressed=False):
     return path
 
 
+@pytest.mark.slow
 @given(content=st.dictionaries(st.sampled_from(["x", "y", "z"]), VALUES, min_size=1),
        compressed=st.booleans())
 @settings(max_examples=60, deadline=None)
@@ -90,6 +91,7 @@ def test_scipy_crashes_on_a_type_that_is_none(tmp_path):
     assert done.returncode != 0
 
 
+@pytest.mark.slow
 def test_what_would_not_fit_is_not_inflated(tmp_path):
     path = tmp_path / "m.mat"
     deflating = zlib.compressobj(1)

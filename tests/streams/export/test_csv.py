@@ -3,6 +3,7 @@
 import csv
 
 import numpy as np
+import pytest
 from export_parts import BLOCK, Node, runs, same, times, write_run
 from hypothesis import HealthCheck, given, settings
 
@@ -21,6 +22,7 @@ def read(path):
     return header[5:], np.array(rows, float).reshape(-1, len(header))
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(made=runs())
 def test_every_run_reads_back_exactly(made, tmp_path_factory):

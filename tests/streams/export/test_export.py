@@ -188,6 +188,7 @@ except FesloopError as fault:
 """
 
 
+@pytest.mark.slow
 def test_on_a_full_disk_and_a_read_only_one_the_fault_is_named_and_nothing_is_left(tmp_path):
     node = Node("n", BLOCK, {"angles": ("rad", (20,)), "orientation": ("1", (5, 4))})
     node.add(times(10_000), {"angles": np.full((10_000, 20), np.pi),
@@ -224,6 +225,7 @@ def test_the_command_prints_what_it_wrote(run, tmp_path, capsys):
     assert len(capsys.readouterr().err.splitlines()) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FORMATS)
 def test_memory_is_bounded_and_progress_is_told(kind, tmp_path, monkeypatch):
     monkeypatch.setattr(signal_table, "_PIECE_BYTES", 2**16)

@@ -60,6 +60,7 @@ def worn(rows=30, trials=1):
     return nodes
 
 
+@pytest.mark.slow
 def test_the_validator_passes_a_run_of_several_trials(tmp_path):
     events = [(0, 12, b"imus", b"lost", b"sensor\t1\nof 2"), (1, 3 * 10**9, b"a tracker", b"unseen", b"")]
     nodes = worn(trials=2)
@@ -99,6 +100,7 @@ def test_channels_say_what_they_are(tmp_path):
     assert {row[5] for row in channels[1:]} <= {"n/a", *levels["reference_frame"]["Levels"]}
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(made=runs())
 def test_every_number_and_stamp_reads_back_exactly(made, tmp_path_factory):

@@ -37,6 +37,7 @@ def read(run, kind, folder):
     return open_recording(next(path.glob("*.xdf")) if kind == "xdf" else path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FORMATS)
 @settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(rate_hz=st.integers(10, 500), rows=st.integers(3, 60), sensors=st.integers(1, 4),

@@ -25,6 +25,7 @@ def told(stream, key):
     return [channel[key][0] for channel in channels]
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(made=runs())
 def test_every_run_reads_back_exactly(made, tmp_path_factory):

@@ -58,6 +58,7 @@ def test_samples_and_instants_are_those_of_pyxdf(tmp_path):
     assert float(recording.rate) == pytest.approx(theirs["info"]["effective_srate"], rel=1e-6)
 
 
+@pytest.mark.slow
 @given(offsets=st.lists(st.tuples(st.floats(0.5, 8.0), st.floats(-2e-3, 2e-3)), min_size=1, max_size=12),
        gap=st.sampled_from([0.0, 0.3, 3.0, 7.0]), rate=st.sampled_from([0.0, 100.0]), drops=st.booleans(),
        seed=st.integers(0, 5))
@@ -82,6 +83,7 @@ def test_clocks_breaks_and_irregular_streams_are_as_in_pyxdf(tmp_path, offsets, 
     np.testing.assert_allclose(instants_s(ours, ""), theirs["time_stamps"], rtol=0, atol=apart)
 
 
+@pytest.mark.slow
 @given(data=st.data())
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_gaps_stay_where_they_are_whatever_their_length_rate_and_jitter(tmp_path, data):
@@ -132,6 +134,7 @@ def test_samples_that_come_late_and_catch_up_are_no_gap(late, at, rate, seed):
     assert pace.rate_hz == pytest.approx(rate, rel=0.02)
 
 
+@pytest.mark.slow
 @given(stated=st.floats(10.0, 300.0), wrong=st.one_of(st.floats(0.3, 0.93), st.floats(1.07, 3.0)),
        gap=st.sampled_from([0.0, 1.5, 30.0]), seed=st.integers(0, 9))
 @example(stated=60.0, wrong=0.9, gap=0.0, seed=0)

@@ -20,6 +20,8 @@ from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.streams.live.moving_hand import moving_hand
 
+pytestmark = pytest.mark.realtime
+
 
 @pytest.fixture
 def sender():
@@ -42,6 +44,7 @@ def live(name, tmp_path, seconds):
     return load("hil_live", settings).run(tmp_path, realtime=True)
 
 
+@pytest.mark.slow
 def test_sensors_of_another_process_drive_tracker_and_controller(sender, tmp_path):
     name = f"imus {time.monotonic_ns()}"
     sender(name)
@@ -59,6 +62,7 @@ def test_sensors_of_another_process_drive_tracker_and_controller(sender, tmp_pat
     assert (np.ptp(flexion[300:], axis=0) > np.array([20.0, 30.0, 12.0])).all()
 
 
+@pytest.mark.slow
 def test_a_tracker_whose_sensors_stop_stimulates_no_longer_than_stated(sender, tmp_path):
     """0.1 s until the posture is too old, 0.2 s of ramp, some ms of waking up."""
     name = f"imus {time.monotonic_ns()}"
@@ -102,6 +106,7 @@ def test_the_computed_hand_is_what_sensors_give():
     assert files("fesloop.streams.live").joinpath("moving_hand.toml").is_file()
 
 
+@pytest.mark.slow
 def test_a_stream_ends_when_its_time_is_over_and_says_what_was_sent():
     command = [sys.executable, "-m", "fesloop", "stream", "hand", "--name", f"brief {time.monotonic_ns()}"]
     done = subprocess.run([*command, "--duration", "0.5", "--json"], capture_output=True, text=True,

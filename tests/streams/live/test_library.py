@@ -97,6 +97,7 @@ def test_whatever_address_is_asked_for_becomes_loopback(address):
     assert taken[:4].tobytes() == asked[:4]
 
 
+@pytest.mark.slow
 @needs_pylsl
 @needs_linux
 def test_every_socket_is_of_the_loopback_address():

@@ -30,6 +30,8 @@ from fesloop.streams.live.sender_faults import SenderFault
 from fesloop.streams.recording import MotionRecording
 from fesloop.streams.timebase import stamps_of_rate
 
+pytestmark = pytest.mark.realtime
+
 RATE = 100
 
 
@@ -74,6 +76,7 @@ def live_experiment(name, seconds):
                                "angles_deg": [[0.0], [1.0]]}}}, "heard")
 
 
+@pytest.mark.slow
 def test_samples_come_as_they_were_sent_and_stamps_say_when(name, tmp_path):
     played = recording()
     with streaming(played, name):
@@ -96,6 +99,7 @@ def test_samples_come_as_they_were_sent_and_stamps_say_when(name, tmp_path):
     assert np.median(late) < 20e6
 
 
+@pytest.mark.slow
 def test_a_stream_that_vanishes_is_found_again(name, tmp_path):
     faults = (SenderFault.parse("vanish@4+1"),)
     with streaming(recording(), name, faults=faults):
@@ -111,6 +115,7 @@ def test_a_stream_that_vanishes_is_found_again(name, tmp_path):
     assert np.isfinite(values[-50:]).mean() > 0.5  # a busy machine may have been silent again
 
 
+@pytest.mark.slow
 def test_a_stream_that_does_not_fit_is_refused_by_name(name):
     with streaming(recording(), name):
         block = LslInlet(stream=name, sensors=3)
@@ -199,6 +204,7 @@ def pushing(block, rows):
         block.close(state)
 
 
+@pytest.mark.slow
 def test_a_posture_goes_out_and_comes_in_by_name_over_two_trials(name, tmp_path):
     rows = np.column_stack([np.linspace(0.0, 1.0, 500), np.linspace(2.0, 3.0, 500)])
     document = live_experiment(name, 1.0).document()
@@ -238,6 +244,7 @@ def test_statuses_and_marks_leave_as_markers(name):
     np.testing.assert_allclose(stamps - origin, [5e6, 7e6, 9e6], atol=200_000)
 
 
+@pytest.mark.slow
 def test_what_a_loop_reports_is_sent_as_it_happens(name, tmp_path):
     document = live_experiment(name, 2.5).document()
     document["blocks"]["events"] = {"kind": "lsl_events", "stream": f"events of {name}", "rate": "50"}

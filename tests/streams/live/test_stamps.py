@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
@@ -40,6 +41,7 @@ def lying_senders(draw):
     return stamps, arrivals.tolist()
 
 
+@pytest.mark.slow
 @given(lying_senders())
 @example(([-1, 2**62, 0], [START, START, START]))
 def test_no_lie_gets_through(sender):

@@ -35,6 +35,7 @@ def test_they_are_all_there_and_have_a_full_form():
     assert all("full" in studies[name] for name in WANTED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "form"), FORMS)
 def test_every_level_makes_an_experiment(name, form):
     if name == "search_map":

@@ -39,6 +39,7 @@ def without(key):
 SPAN = {"start": 0, "stop": 1}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("document", "fault"), [
     (changed(study={"nam": "x"}), r"study\.nam: unknown key.*did you mean 'name'"),
     (changed(axis={}), r"axis: unknown key.*did you mean 'axes'"),
@@ -234,6 +235,7 @@ def test_listed_levels_are_drawn_alike(values, share):
     assert made.drawn("x", share).value == values[int(share * len(values))]
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(st.lists(st.integers(1, 4), max_size=3), st.integers(1, 5))
 def test_a_grid_has_each_place_once_the_last_axis_changing_fastest(counts, replicates):

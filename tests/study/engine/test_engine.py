@@ -62,6 +62,7 @@ def crossed(address, tmp_path_factory):
     return study, load(summary.store)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [1, 3])
 def test_any_number_of_workers_gives_the_same_results(crossed, tmp_path, workers):
     study, results = crossed
@@ -124,6 +125,7 @@ def test_a_failing_run_is_a_row_with_its_cause_and_keeps_its_recording(address, 
         assert recording.status == "failed"
 
 
+@pytest.mark.slow
 def test_failed_runs_are_run_again_only_if_asked_for(address, tmp_path):
     mended = tmp_path / "mended"
     study = harmful_study(tmp_path, ["none", "unless"], settings=[f"blocks.harmful.marker={mended}"])
@@ -134,6 +136,7 @@ def test_failed_runs_are_run_again_only_if_asked_for(address, tmp_path):
     assert (summary.done, summary.failed) == (6, {})
 
 
+@pytest.mark.slow
 def test_a_run_that_ends_its_worker_each_time_is_failed_and_all_others_are_done(address, tmp_path):
     """With one worker, others lie beside it there each time; and it ends while its worker still starts."""
     name = harmful_experiment(tmp_path)
@@ -216,6 +219,7 @@ def test_a_recording_for_which_there_is_no_room_is_no_result(crossed, tmp_path, 
     assert list((tmp_path / "kept").iterdir()) == []
 
 
+@pytest.mark.slow
 def test_what_cells_need_is_prepared_once_for_each_patient_and_again_if_it_failed(
         address, tmp_path, monkeypatch):
     monkeypatch.setattr(coordinator, "prepare_one", prepared_or_not)
@@ -243,6 +247,7 @@ def test_what_cells_need_is_prepared_once_for_each_patient_and_again_if_it_faile
     assert len(list(told.glob("*.prepared"))) == 6
 
 
+@pytest.mark.slow
 def test_what_is_prepared_is_the_model_that_identifying_gives(tmp_path):
     experiment = load_experiment("identify_grasp", ["plant=finger"], 3)
     came = prepare_one("a", zlib.compress(experiment.as_json().encode()), 3)
@@ -314,6 +319,7 @@ def test_an_outcome_that_is_lost_with_its_worker_is_waited_for():
     assert (done.id, done.outcome) == ("a", "made again")
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_tasks_that_are_not_under_way(address):
     """Tasks are drawn as they are needed: ten for each of the cluster's two threads, and no more."""
     drawn = []

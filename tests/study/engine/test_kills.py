@@ -1,9 +1,12 @@
 """One random moment for each victim; `fesloop bench study_kills` takes five."""
 
+import pytest
+
 from fesloop.bench import study_kills
 from fesloop.bench._disturbed_study import VICTIMS
 
 
+@pytest.mark.slow
 def test_whatever_is_killed_the_results_are_those_of_an_undisturbed_study():
     """Quick it is not: a dozen studies, each in processes of its own."""
     told = study_kills.run(moments=1, replicates=2)

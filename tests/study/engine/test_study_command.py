@@ -69,6 +69,7 @@ def test_without_dask_the_extra_is_named(capsys, study, tmp_path, monkeypatch):
     assert "pip install 'fesloop[study]'" in found
 
 
+@pytest.mark.slow
 def test_a_dry_run_says_what_the_study_takes_and_keeps_nothing(capsys, study, tmp_path):
     assert main(["study", str(study), "--dry-run", "--json", "--workers", "1", "--out",
                  str(tmp_path / "out" / "deep")]) == 0
@@ -119,6 +120,7 @@ def left_over(scratch):
             if path.name.startswith("fesloop-") or (path.is_file() and not path.name.endswith("lock"))]
 
 
+@pytest.mark.slow
 def test_a_study_that_is_ended_leaves_no_process_and_no_file_and_goes_on(tmp_path):
     """By Ctrl-C, by what schedulers of clusters send, and by what nobody can hear."""
     study, runs = write_study(tmp_path, LATENCIES, replicates=60, duration_s=2.0), 180

@@ -11,6 +11,7 @@ LEVELS = some.lists(some.integers(1, 10**4).map(lambda tenths: 0.1 * tenths), mi
                     unique=True).map(sorted).map(tuple)
 
 
+@pytest.mark.slow
 @given(LEVELS, some.sampled_from(["linear", "log", "even"]))
 def test_squares_about_levels_touch_and_hold_them(levels, kind):
     scale = AxisScale(levels, kind)

@@ -183,6 +183,7 @@ def of_seeds(levels, replicate):
     return {"error_deg": 5.0 + common + noise + 10.0 * (levels["member"] - 2.5)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("cohort", "outcome", "units"), [
     ({"patient": "sci_c6", "members": 6}, of_patients, 6), (None, of_seeds, 4)])
 def test_what_is_repeated_covers_the_truth_at_its_rate_and_runs_by_themselves_do_not(

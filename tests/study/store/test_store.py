@@ -118,6 +118,7 @@ def killed(folder, when):
     assert done.returncode == -signal.SIGKILL
 
 
+@pytest.mark.slow
 def test_a_coordinator_killed_within_a_commit_leaves_the_store_as_before(folder):
     before = (folder / "study.sqlite").read_bytes()
     killed(folder, "put")
@@ -130,6 +131,7 @@ def test_a_coordinator_killed_within_a_commit_leaves_the_store_as_before(folder)
     assert sorted(rows(folder)) == ["a0", "a1", "b0"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("when", ["start", "plan"])
 def test_one_killed_before_it_had_a_plan_is_followed_by_any(tmp_path, when):
     killed(tmp_path, when)
