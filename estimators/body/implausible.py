@@ -20,7 +20,6 @@ corrected now and then make less)."""
 _LONG_NS = NS_PER_S // 2
 """For how long (chosen: no filter takes longer to settle from a jump)."""
 _REMEDY = "check signs and order of the axes of both sensors, and how they are strapped on"
-STATUS = "implausible_angle"
 
 
 class ImplausibleAngles:
@@ -50,7 +49,7 @@ class ImplausibleAngles:
         for k in np.flatnonzero((self._since_ns >= 0) & ~self._told
                                 & (tick.time_ns - self._since_ns >= _LONG_NS)):
             self._told[k] = True
-            tick.report(STATUS, f"{self._names[k]} is at {math.degrees(self._before[k]):.0f} deg, which no "
+            tick.report("implausible_angle", f"{self._names[k]} is at {math.degrees(self._before[k]):.0f} deg, which no "
                         f"such joint can be: {_REMEDY}")
 
 
