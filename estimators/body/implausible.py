@@ -49,8 +49,8 @@ class ImplausibleAngles:
         for k in np.flatnonzero((self._since_ns >= 0) & ~self._told
                                 & (tick.time_ns - self._since_ns >= _LONG_NS)):
             self._told[k] = True
-            tick.report("implausible_angle", f"{self._names[k]} is at {math.degrees(self._before[k]):.0f} deg, which no "
-                        f"such joint can be: {_REMEDY}")
+            tick.report("implausible_angle", f"{self._names[k]} is at {math.degrees(self._before[k]):.0f} "
+                        f"deg, which no such joint can be: {_REMEDY}")
 
 
 def of_tree(tree: SegmentTree) -> ImplausibleAngles:
