@@ -9,6 +9,7 @@ import jsonschema
 import pytest
 
 from fesloop.cli import main
+from fesloop.cli.check_command import critical_text
 from fesloop.experiment.files.parse import read
 from fesloop.experiment.files.toml_text import toml_text
 from fesloop.experiment.recording.reading import Recording
@@ -334,3 +335,11 @@ def test_a_mistake_on_the_command_line_is_one_line(capsys, arguments):
 def test_a_set_of_sensors_of_a_hand_that_has_one_is_refused(capsys):
     assert main(["stream", "hand", "--sensor-set", "q"]) == 2
     assert capsys.readouterr().err == "fesloop: --sensor-set: 'q', but hand has one set; allowed: none\n"
+
+
+@pytest.mark.parametrize(("latency_ms", "now_ms", "stable", "told"), [
+    (None, 5.0, True, "none up to 500 ms"), (0.0, 450.0, True, "0 ms, but stable now"),
+    (0.0, 5.0, False, "0 ms: unstable at 0, too"), (297.0, 700.0, True, "297 ms, but stable now"),
+    (297.0, 700.0, False, "297 ms"), (297.0, 20.0, True, "297 ms")])
+def test_a_loop_that_is_stable_beyond_its_critical_latency_is_told_so(latency_ms, now_ms, stable, told):
+    assert critical_text(latency_ms, now_ms, stable) == told

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from controllers.limits.allocation import LEAST_REACH
-from controllers.limits.checks import check_reach
+from controllers.limits.checks import check_reach, require_kept
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.surroundings import Surroundings
@@ -49,6 +49,7 @@ def _check_limits(ilc: Ilc) -> None:
     """Limits that leave nothing to learn with."""
     allocation = ilc.allocation()
     check_reach(ilc.drive_max, allocation)
+    require_kept(ilc, allocation)
     reach = np.minimum(ilc.drive_max, allocation.reach())
     beyond = np.flatnonzero(np.array(ilc.first_drive or (0.0,) * reach.size) > reach)
     if beyond.size:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +20,20 @@ def check_reach(drive_max: float, allocation: Allocation) -> None:
     if drive_max < LEAST_REACH and allocation.recruitment is not None:
         raise InputError("drive_max", f"{drive_max:g}", f"{LEAST_REACH:g} or more",
                          "raise it, or leave the channel out of the model")
+
+
+def require_kept(controller: Any, allocation: Allocation) -> None:
+    """Raise InputError for limits of pulses that are given and cannot be kept, as nothing is recruited.
+
+    Where a model has no recruitment, pulses are signed and unlimited (see `Allocation`).
+    """
+    if allocation.recruitment is not None:
+        return
+    for each in fields(controller):
+        if each.name in ("width_max_us", "charge_max_uc") and getattr(controller, each.name) != each.default:
+            raise InputError(each.name, f"{getattr(controller, each.name):g} would not be kept: the model "
+                             "has no recruitment, and pulses are signed and unlimited", "no such limit",
+                             "leave it out, and limit stimulation in the safety block")
 
 
 def posture_within(model: LinearModel, reach: Array, least: Array, greatest: Array) -> Array | None:

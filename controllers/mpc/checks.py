@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.limits.allocation import LEAST_REACH
-from controllers.limits.checks import check_reach, posture_within
+from controllers.limits.checks import check_reach, posture_within, require_kept
 from controllers.period import period_ns
 from fesloop.errors import InputError
 from fesloop.loop.block import Context
@@ -82,6 +82,7 @@ def _check_limits(mpc: Mpc) -> None:
                              "widen the box, or leave it out with -inf and inf")
     allocation = mpc.allocation()
     check_reach(mpc.drive_max, allocation)
+    require_kept(mpc, allocation)
     if mpc.model.recruitment is None:
         if math.isfinite(mpc.horizon_charge_max_uc):
             raise InputError("horizon_charge_max_uc", f"{mpc.horizon_charge_max_uc:g}", "inf",

@@ -67,9 +67,10 @@ def execute(args: Namespace) -> int:
 
 def _print_theory(theory: FirstAnswer) -> None:
     """What is known without a run, to the nanosecond, and why the rest is not."""
-    rows = [(f"critical latency of {wire}", _critical(critical), f"{_exact_ms(now)} now")
-            for wire, (now, critical) in theory.critical_ms.items()]
     cost = theory.cost
+    stable = cost is not None and cost.stable
+    rows = [(f"critical latency of {wire}", critical_text(critical, now, stable), f"{_exact_ms(now)} now")
+            for wire, (now, critical) in theory.critical_ms.items()]
     if cost is not None and not cost.stable:
         rows.append(("at rest", "never", f"squares grow {cost.growth_per_s:.3g}-fold a second"))
     elif cost is not None:
@@ -88,10 +89,14 @@ def _print_theory(theory: FirstAnswer) -> None:
         print(f"Theory gives no {missing}: {reason}")
 
 
-def _critical(latency_ms: float | None) -> str:
+def critical_text(latency_ms: float | None, now_ms: float, stable: bool) -> str:
+    """The least latency at which the loop does not come to rest; whether it does at the present one."""
     if latency_ms is None:
         return "none up to 500 ms"
-    return _exact_ms(latency_ms) if latency_ms else "0 ms: unstable without it, too"
+    told = _exact_ms(latency_ms)
+    if stable and latency_ms <= now_ms:
+        return f"{told}, but stable now"
+    return told if latency_ms else f"{told}: unstable at 0, too"
 
 
 def _exact_ms(latency_ms: float) -> str:

@@ -60,20 +60,20 @@ def _of(wiring: Wiring, node: Node, duration_ns: int) -> Surroundings:
     ways = [(least_ns, f"{path.name}, {name}" if name else path.name) for path in report.paths
             for lane, name in enumerate(path.lanes) if (least_ns := path.least_ns(lane)) is not None]
     loop_ns, way = max(ways, default=(0, ""))
-    coming = {node.part.inputs[connection.target_port].name: _put_out(wiring, connection.source,
+    coming = {node.part.inputs[connection.target_port].name: put_out(wiring, connection.source,
                                                                        connection.source_port, duration_ns)
               for connection in wiring.connections
-              if connection.target is node and _is_source(connection.source)}
+              if connection.target is node and is_source(connection.source)}
     return Surroundings(loop_ns=loop_ns, way=way, coming=coming)
 
 
-def _is_source(node: Node) -> bool:
+def is_source(node: Node) -> bool:
     """Whether a node is a block that can be stepped beforehand: no inputs, and no device behind it."""
     outside = any(hasattr(node.part, member) for member in ("close", "attach"))
     return not node.is_plant and not node.part.inputs and not outside
 
 
-def _put_out(wiring: Wiring, node: Node, port: int, duration_ns: int) -> NDArray[np.float64]:
+def put_out(wiring: Wiring, node: Node, port: int, duration_ns: int) -> NDArray[np.float64]:
     """What a source puts out on a port in the first trial."""
     clock = node.clock
     assert clock is not None

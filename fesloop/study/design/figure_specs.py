@@ -32,8 +32,8 @@ class Figure:
         unit where it ends in one (`_deg`, `_ms`, ...).
     low, high: ends of the scale of the metric; None: those of what is drawn.
     theory: what theory is drawn over it, where the experiments are linear loops: along an x that is a wire's
-        latency, the critical one; or, on curves, the exact cost at rest, which is what joint_rmse_deg comes
-        to in a long run at a constant reference (`fesloop.theory`).
+        latency, the critical one; or, on curves, the exact cost at rest, which is what joint_rmse_deg, of all
+        or of one of `joints`, comes to in a long run at a constant reference, without bias.
     spacing: of levels that are numbers: to scale (logarithmic where the study spaces them so), or one apart,
         for levels too uneven to be read to scale.
     """

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.running.blas import one_blas_thread
-from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+from fesloop.loop.surroundings import is_source, put_out
 from fesloop.study.design.cells import Cell, cells_of
 from fesloop.study.design.figure_specs import Figure
 from fesloop.study.design.plan import Resolver
@@ -17,7 +20,7 @@ from fesloop.study.figures.overlays import Overlay
 from fesloop.study.results.axis_levels import AxisLevel, level_text
 from fesloop.theory.critical_latency import critical_latency_ms, growth
 from fesloop.theory.linear_loop import LinearLoop, linear_loop
-from fesloop.theory.stationary_cost import stationary_cost
+from fesloop.theory.stationary_cost import StationaryCost, stationary_cost
 
 _WITHIN_NS = NS_PER_MS // 4
 """How closely a critical latency is found for a figure (chosen: less than a line is wide)."""
@@ -46,6 +49,7 @@ class _Rows:
 
     def __init__(self, study: Study, figure: Figure) -> None:
         self.figure, self._study, self._resolver = figure, study, Resolver(study.folder)
+        self.metric = next(each for each in study.metrics if each.name == figure.metric)
         self._cells: list[Cell] = list(cells_of(study))
         first = self._cells[0].levels
         named = {axis for key, axis in figure.named_axes() if key != "at"}
@@ -84,12 +88,45 @@ def _at_rest(rows: _Rows, panel: AxisLevel | None, line: AxisLevel | None) -> It
     """The exact cost along x; no point where the loop is not stable."""
     figure = rows.figure
     cells = rows.along_x({figure.panels: panel, figure.by: line})
+    loops = rows.loops(cells)
+    for cell in cells if loops else ():
+        _require_at_rest(figure, rows.experiment(cell))
     costs = [(cell.levels[figure.x], stationary_cost(loop))
-             for cell, loop in zip(cells, rows.loops(cells), strict=False)]
-    places: list[tuple[Any, float]] = [(x, cost.joint_rms_deg) for x, cost in costs if cost.stable]
+             for cell, loop in zip(cells, loops, strict=False)]
+    places: list[tuple[Any, float]] = [(x, _of_metric(figure, rows.metric.path, cost))
+                                       for x, cost in costs if cost.stable]
     if places:
         yield Overlay(label=f"{_AT_REST} ({rows.theory})", x=[x for x, _ in places],
                       y=[y for _, y in places], panel=panel, line=line)
+
+
+def _of_metric(figure: Figure, path: tuple[str, ...], cost: StationaryCost) -> float:
+    """What a metric comes to at rest, deg. Raises InputError for one of which theory says nothing."""
+    if path == ("joint_rmse_deg",):
+        return cost.joint_rms_deg
+    if len(path) == 3 and (path[0], path[2]) == ("joints", "joint_rmse_deg") and path[1] in cost.names:
+        return float(cost.rms_deg[cost.names.index(path[1])])
+    raise InputError(f"figure {figure.name}: theory", f"'stationary_cost' says nothing of {'.'.join(path)}",
+                     "joint_rmse_deg, or joints.NAME.joint_rmse_deg", 'take theory = "none"')
+
+
+def _require_at_rest(figure: Figure, experiment: Experiment) -> None:
+    """Raise InputError for a loop that is not at its reference on average: error is more than its spread."""
+    why = ""
+    for node in experiment.wiring.nodes:
+        if any(np.any(getattr(node.part, key, 0.0)) for key in ("bias_deg", "drift_deg_s")):
+            why = f"{node.name} has a bias or drifts"
+    name, _, port = (experiment.score.reference or "").partition(".")
+    for node in experiment.wiring.nodes:
+        if node.name == name and is_source(node) and node.clock is not None:
+            ports = [each.name for each in node.part.outputs]
+            values = put_out(experiment.wiring, node, ports.index(port), experiment.duration_ns)
+            first = sum(node.clock.tick(k) < experiment.score.after_s * NS_PER_S for k in range(len(values)))
+            why = f"{name} moves" if np.ptp(values[first:], axis=0).any() else why
+    if why:
+        raise InputError(f"figure {figure.name}: theory",
+                         f"'stationary_cost' is the spread about rest, and {why}",
+                         "a constant reference from score.after_s on, and no bias", 'take theory = "none"')
 
 
 def _critical(rows: _Rows, panel: AxisLevel | None, line: AxisLevel | None) -> Iterator[Overlay]:

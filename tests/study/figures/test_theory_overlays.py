@@ -13,8 +13,8 @@ WIRE = "tracker.angles->controller.measured"
 
 
 def study(experiment, axes, **about):
-    metrics = {"rms_deg": "joint_rmse_deg"}
-    return study_of({"study": {"name": "theory", "experiment": experiment, "metrics": metrics, **about},
+    about = {"metrics": {"rms_deg": "joint_rmse_deg"}, **about}
+    return study_of({"study": {"name": "theory", "experiment": experiment, **about},
                      "axes": axes})
 
 
@@ -58,3 +58,26 @@ def test_no_critical_latency_where_x_is_none_of_one_wire():
     asked = study("linear_loop", {"latency_ms": {"values": [0.0, 0.1], "key": "loss"}})
     with pytest.raises(InputError, match="latency_ms is the latency of 0 wires"):
         theory_overlays(asked, figure(kind="curves", theory="critical_latency"))
+
+
+AXES = {"latency_ms": {"values": [0, 40]}}
+
+
+def test_the_exact_cost_of_one_joint_is_that_of_the_joint():
+    asked = study("linear_loop", AXES, metrics={"rms_deg": "joints.MCP.joint_rmse_deg"})
+    overlay, = theory_overlays(asked, figure(kind="curves", theory="stationary_cost"))
+    for latency_ms, rms_deg in zip(overlay.x, overlay.y, strict=True):
+        cost = stationary_cost(fesloop.load("linear_loop", [f"latency_ms={latency_ms}"]))
+        assert rms_deg == pytest.approx(float(cost.rms_deg[cost.names.index("MCP")]), rel=1e-12)
+
+
+@pytest.mark.parametrize(("about", "told"), [
+    ({"metrics": {"rms_deg": "tracker_rmse_deg"}}, "says nothing of tracker_rmse_deg"),
+    ({"metrics": {"rms_deg": "joints.MCP.tracker_rmse_deg"}}, "says nothing of joints.MCP.tracker_rmse_deg"),
+    ({"settings": ["blocks.tracker.bias_deg=1"]}, "tracker has a bias"),
+    ({"settings": ["blocks.reference.times_s=[5.0, 40.0]",
+                   "blocks.reference.angles_deg=[[20, 25, 15], [30, 35, 25]]"]}, "reference moves")])
+def test_the_exact_cost_is_drawn_over_nothing_else(about, told):
+    asked = study("linear_loop", AXES, **about)
+    with pytest.raises(InputError, match=told):
+        theory_overlays(asked, figure(kind="curves", theory="stationary_cost"))
