@@ -62,7 +62,7 @@ def test_a_whole_multiple_of_the_internal_step_fits_at_any_rate(fmus, kind, rate
     if rounded:
         internal_s = round(internal_s, 9)
     assume(kind == KINDS[3] or abs(part * internal_s - float(1 / rate)) < ROUNDED_S)
-    setup, (step_s, _) = tried(fmus[kind], rate, internal_s, internal_s if kind == KINDS[3] else 0.0)
+    setup, (step_s, *_) = tried(fmus[kind], rate, internal_s, internal_s if kind == KINDS[3] else 0.0)
     assert fits(setup.period_s, step_s)
     setup = stepped_alike(setup, step_s)
     assert setup.period_s == pytest.approx(float(1 / rate), abs=part * ROUNDED_S)
@@ -82,7 +82,7 @@ def test_an_internal_step_that_is_longer_is_refused(fmus, kind, rate, longer):
     period_s = float(1 / rate)
     internal_s = period_s * (1 + longer)
     assume(internal_s < 0.25 and internal_s - period_s > ROUNDED_S)
-    setup, (step_s, _) = tried(fmus[kind], rate, internal_s, internal_s if kind == KINDS[3] else 0.0)
+    setup, (step_s, *_) = tried(fmus[kind], rate, internal_s, internal_s if kind == KINDS[3] else 0.0)
     assert not fits(setup.period_s, step_s)
     assert step_s == pytest.approx(internal_s, rel=1e-9 if kind != KINDS[0] else 0.05)
 
@@ -139,7 +139,7 @@ def test_a_silent_fmu_at_the_rate_that_its_refusal_names_is_not_stale(fmus, rate
     internal_s = longer / float(Fraction(rate))
     internal_s = float(f"{internal_s:.2g}") if neat else internal_s
     plant = fmus[KINDS[0]]
-    setup, (step_s, outputs) = tried(plant, Fraction(rate), internal_s)
+    setup, (step_s, outputs, *_) = tried(plant, Fraction(rate), internal_s)
     assume(not fits(setup.period_s, step_s))
     allowed = re.search(r"about ([0-9.]+) Hz", str(misfit(setup.period_s, InternalStep(step_s, outputs))))[1]
     clock = RateClock.from_rate(allowed)
