@@ -7,6 +7,7 @@ differ by 1 ns or less are taken as equal, and the FMU is then stepped by its ow
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import replace
 from decimal import ROUND_FLOOR, Context, Decimal
@@ -280,11 +281,14 @@ def _plateau(changes: NDArray[np.int64], step_s: float, period_s: float) -> floa
         return 0.0
     if (gaps.sum() - 1) / gaps.size * step_s <= period_s + RESOLUTION_S:
         return 0.0
-    numbers = max(1, round(changes[0] / gaps.mean())) + np.arange(changes.size)
-    longest = (changes / numbers).min()
-    if longest <= ((changes - 1) / numbers).max():
-        longest = (gaps.sum() + 1) / gaps.size
-    return float(longest * step_s)
+    about = changes[0] / gaps.mean()
+    explaining = []
+    for first in {max(1, math.floor(about)), max(1, math.ceil(about))}:
+        numbers = first + np.arange(changes.size)
+        longest = (changes / numbers).min()
+        if longest > ((changes - 1) / numbers).max():
+            explaining.append(longest)
+    return float(max(explaining, default=(gaps.sum() + 1) / gaps.size) * step_s)
 
 
 def excite(setup: FmuSetup, running: RunningFmu) -> None:
