@@ -31,13 +31,15 @@ class ImplausibleAngles:
     ----------
     limits: (a, 2), rad, beyond which an angle is implausible; infinite where nothing is known.
     names: of the angles.
+    joint: what cannot have them, in words.
     """
 
-    __slots__ = ("_before", "_limits", "_names", "_since_ns", "_told")
+    __slots__ = ("_before", "_joint", "_limits", "_names", "_since_ns", "_told")
 
-    def __init__(self, limits: Array, names: Sequence[str]) -> None:
+    def __init__(self, limits: Array, names: Sequence[str], joint: str = "such joint") -> None:
         self._limits = np.ascontiguousarray(limits, dtype=np.float64)
         self._names = tuple(names)
+        self._joint = joint
         self._before = np.zeros(len(limits))
         self._since_ns = np.full(len(limits), -1, dtype=np.int64)
         self._told = np.zeros(len(limits), dtype=np.bool_)
@@ -50,7 +52,7 @@ class ImplausibleAngles:
                                 & (tick.time_ns - self._since_ns >= _LONG_NS)):
             self._told[k] = True
             tick.report("implausible_angle", f"{self._names[k]} is at {math.degrees(self._before[k]):.0f} "
-                        f"deg, which no such joint can be: {_REMEDY}")
+                        f"deg, which no {self._joint} can reach: {_REMEDY}")
 
 
 def of_tree(tree: SegmentTree) -> ImplausibleAngles:
@@ -64,7 +66,7 @@ def of_tree(tree: SegmentTree) -> ImplausibleAngles:
 
 def of_unknown_joints(names: Sequence[str]) -> ImplausibleAngles:
     """Of joints of unknown range: none of a hand passes 180 deg."""
-    return ImplausibleAngles(np.tile([-math.pi, math.pi], (len(names), 1)), names)
+    return ImplausibleAngles(np.tile([-math.pi, math.pi], (len(names), 1)), names, "joint of a hand")
 
 
 @compiled
