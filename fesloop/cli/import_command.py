@@ -18,7 +18,7 @@ def execute(args: Namespace) -> int:
     from fesloop.streams.missing import lacking_in, lost_samples, repeated_text
 
     with progress_bar(f"import {args.source}"):
-        recording = import_recording(args.source, args.target, args.layout, args.sensor_set)
+        recording = import_recording(args.source, args.target, args.layout, args.sensor_set, args.resample)
     if recording.left_out:
         print(f"fesloop: {args.source}: channels left out, {not_understood(recording.left_out)}",
               file=sys.stderr)
@@ -37,6 +37,7 @@ def execute(args: Namespace) -> int:
         "reference": recording.reference is not None, "source_units": dict(recording.source_units),
         "left_out": list(recording.left_out), "rates_disagree": disagreeing,
         "rates_not_checked": unjudged, "repeated_samples": repeated,
+        "resampled_hz": dict(recording.resampled_hz),
         "rate_between_gaps_hz": lacking.rate_hz,
         "gaps": [gap._asdict() for gap in lacking.gaps],
         "lost_samples": dict(zip(recording.sensors, lost_samples(recording).sum(axis=0).tolist(),
@@ -49,4 +50,7 @@ def execute(args: Namespace) -> int:
         sensors = "1 sensor" if len(recording.sensors) == 1 else f"{len(recording.sensors)} sensors"
         print(f"{args.target}: {sensors}, {recording.samples} samples, {rate}, from "
               f"{recording.source} ({recording.source_format})")
+        if recording.resampled_hz:
+            own = ", ".join(f"{name} {hz:.6g} Hz" for name, hz in recording.resampled_hz.items())
+            print(f"{args.target}: brought to common instants by straight lines between samples, from {own}")
     return 0

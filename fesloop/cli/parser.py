@@ -156,6 +156,8 @@ def _add_import(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--sensor-set", metavar="NAME",
                          help="which sensors, where SOURCE holds several sets: streams of XDF, or tracking "
                          "systems of Motion-BIDS, with commas between")
+    command.add_argument("--resample", metavar="HZ",
+                         help="bring streams of sensors on different clocks to common instants at this rate")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 

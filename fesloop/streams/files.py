@@ -12,6 +12,7 @@ from fesloop.streams import motion_file
 from fesloop.streams.containers.hdf5 import form_of
 from fesloop.streams.containers.reading import head_of, is_container, is_hdf5, read_container
 from fesloop.streams.formats import body16, broad, chain5, motion_bids, wrist, xdf
+from fesloop.streams.formats.one_rate import Rate
 from fesloop.streams.mixed_rates import require_one_rate
 from fesloop.streams.recording import MotionRecording, Reference
 
@@ -40,7 +41,7 @@ FORMATS: tuple[Reader, ...] = (broad, chain5, wrist, body16)
 
 
 def open_recording(path: str | Path, sensor_set: str | None = None,
-                   layout: str | Path | None = None) -> MotionRecording:
+                   layout: str | Path | None = None, resample: Rate | None = None) -> MotionRecording:
     """The recording in a file, or in a folder of Motion-BIDS.
 
     Parameters
@@ -51,30 +52,39 @@ def open_recording(path: str | Path, sensor_set: str | None = None,
         streams of an XDF file by their names with commas between, the tracking system of Motion-BIDS. None
         takes the first of chain5, and what there is in the others where that is one set.
     layout: of a file that says too little of itself (see `fesloop.streams.formats.layout`).
+    resample: rate, Hz, to bring streams of different instants to, where the file holds several (see
+        `fesloop.streams.formats.one_rate`); a layout has a key for it.
 
     Raises InputError, naming file and key, for anything that is not a sound recording of a known format, and
     for one whose kinds of samples have several rates.
     """
-    recording = _opened(Path(path), sensor_set, layout)
+    recording = _opened(Path(path), sensor_set, layout, resample)
     require_one_rate(recording)
     return recording
 
 
-def _opened(file: Path, sensor_set: str | None, layout: str | Path | None) -> MotionRecording:
+def _opened(file: Path, sensor_set: str | None, layout: str | Path | None,
+            resample: Rate | None) -> MotionRecording:
     """The recording as it is in the file."""
     if layout is not None:
         from fesloop.streams.formats.described import read_described
 
         if sensor_set is not None:
             raise InputError("sensor_set", f"{sensor_set!r} beside a layout", "one of the two")
+        if resample is not None:
+            raise InputError("resample", f"{resample} beside a layout", "one of the two",
+                             f"write `resample = {resample}` into the layout")
         return read_described(file, Path(layout))
     if is_folder(file) or file.name.endswith(motion_bids.ENDING):
-        return motion_bids.read(file, sensor_set)
+        return motion_bids.read(file, sensor_set, resample)
     head = head_of(file, ALLOWED)
     if head.startswith(_GZIP):
         raise InputError(str(file), "is compressed with gzip", ALLOWED, "unpack it with gunzip")
     if head.startswith(xdf.SIGNATURE):
-        return xdf.read(file, sensor_set)
+        return xdf.read(file, sensor_set, resample)
+    if resample is not None:
+        raise InputError("resample", f"{file} has one time base", "an XDF file, or Motion-BIDS",
+                         "leave it out")
     if is_hdf5(head):
         form = form_of(file, ALLOWED)
         if form == motion_file.FORMAT:

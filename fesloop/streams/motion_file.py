@@ -4,7 +4,8 @@ labels of what was left out of its source.
 HDF5, form "fesloop motion 1":
 
     attributes          format, source, source_format, source_units (JSON), sensor_set (left out: none), rate
-                        (a ratio such as "2000/7", Hz; "" where samples are not evenly spaced), sensors (JSON)
+                        (a ratio such as "2000/7", Hz; "" where they are not evenly spaced), sensors (JSON);
+                        resampled_hz (JSON, Hz by stream; left out: samples are as they were taken)
     stamps_ns           int64 (n,), ns from 0 on
     gyr, acc, mag       float64 (n, sensors, 3), rad/s, m/s^2, T; NaN where lost; mag may be left out
     pairs               int64 (pairs, 2), parent and child
@@ -69,6 +70,8 @@ def _fill(file: h5py.File, recording: MotionRecording) -> None:
     file.attrs["source_units"] = json.dumps(dict(recording.source_units))
     file.attrs["rate"] = "" if recording.rate is None else str(recording.rate)
     file.attrs["sensors"] = json.dumps(recording.sensors)
+    if recording.resampled_hz:
+        file.attrs["resampled_hz"] = json.dumps(dict(recording.resampled_hz))
     if recording.sensor_set is not None:
         file.attrs["sensor_set"] = recording.sensor_set
     _put(file, "stamps_ns", recording.stamps_ns)
@@ -119,7 +122,8 @@ def read_motion_file(path: Path, sensor_set: str | None = None) -> MotionRecordi
         path=path, source_format=hdf5.text(told, "source_format", where), sensor_set=held, sensors=sensors,
         rate=_rate(told, where), stamps_ns=stamps, gyr=gyr, acc=acc, mag=mag, reference=reference,
         pairs=tuple((int(parent), int(child)) for parent, child in pairs),
-        source=hdf5.text(told, "source", where), source_units=_units(told, where))
+        source=hdf5.text(told, "source", where), source_units=_units(told, where),
+        resampled_hz=_resampled(told, where))
 
 
 def _reference(group: Any, sensors: int, room: Room, where: str) -> Reference:
@@ -185,6 +189,20 @@ def _names(told: Mapping[str, Any], where: str) -> list[str]:
 def _units(told: Mapping[str, Any], where: str) -> dict[str, str]:
     units: dict[str, str] = _json(told, "source_units", dict, where)
     return units
+
+
+def _resampled(told: Mapping[str, Any], where: str) -> dict[str, float]:
+    """Rates by stream, Hz; none where the file names none."""
+    if "resampled_hz" not in told:
+        return {}
+    try:
+        rates = json.loads(hdf5.text(told, "resampled_hz", where))
+        sound = {name: float(hz) for name, hz in rates.items() if 0.0 < hz < np.inf}
+    except (ValueError, RecursionError, TypeError, AttributeError) as fault:
+        raise InputError(f"{where}: resampled_hz", f"does not hold rates: {fault}", ALLOWED) from None
+    if len(sound) < len(rates):
+        raise InputError(f"{where}: resampled_hz", "holds what is no rate", ALLOWED)
+    return sound
 
 
 def _rate(told: Mapping[str, Any], where: str) -> Fraction | None:

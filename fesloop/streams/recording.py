@@ -62,6 +62,8 @@ class MotionRecording:
     source_units: units in which that file gives "gyr", "acc" and "mag", as it names them; empty where it
         names none.
     left_out: labels of channels of the file's inertial sensors that are not understood, and so not here.
+    resampled_hz: by name, the rate that each stream of the source had before all were brought to common
+        instants, Hz; empty where samples are as they were taken.
     """
 
     path: Path
@@ -78,6 +80,7 @@ class MotionRecording:
     source: str = ""
     source_units: Mapping[str, str] = field(default_factory=dict)
     left_out: tuple[str, ...] = ()
+    resampled_hz: Mapping[str, float] = field(default_factory=dict)
 
     def fingerprint(self) -> str:
         """SHA-256 of all that blocks and scores are given, as hexadecimal text; not of path and source."""

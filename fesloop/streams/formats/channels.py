@@ -77,7 +77,7 @@ def recording_of(
     path: Path, source_format: str, sensors: Mapping[str, Mapping[str, Array]], stamps_ns: Stamps,
     rate: Fraction | None, *, sensor_set: str | None = None, reference: Reference | None = None,
     pairs: Sequence[tuple[int, int]] = (), source_units: Mapping[str, str] | None = None,
-    left_out: Sequence[str] = (),
+    left_out: Sequence[str] = (), resampled_hz: Mapping[str, float] | None = None,
 ) -> MotionRecording:
     """The recording of sensors that all have `gyr` and `acc`, and all or none `mag`, each (n, 3) in SI.
 
@@ -108,7 +108,8 @@ def recording_of(
         path=path, source_format=source_format, sensor_set=sensor_set, sensors=tuple(sensors), rate=rate,
         stamps_ns=stamps_ns, gyr=gyr, acc=acc, mag=mag, reference=reference,
         pairs=tuple(pairs) or pairs_of_names(tuple(sensors)),
-        source_units=dict(source_units or {}), left_out=tuple(left_out))
+        source_units=dict(source_units or {}), left_out=tuple(left_out),
+        resampled_hz=dict(resampled_hz or {}))
 
 
 def units_of(channels: Mapping[int, Channel]) -> dict[str, str]:

@@ -67,7 +67,8 @@ def read_described(path: Path, layout_path: Path) -> MotionRecording:
         path, source_format, sensors, stamps, rate, reference=_reference(source, layout, stamps, layout_path),
         pairs=[(names.index(parent), names.index(child)) for parent, child in layout.pairs],
         source_units={kind: units[kind] for kind in SI if kind in units and (
-            kind != "mag" or "mag" in next(iter(sensors.values())))})
+            kind != "mag" or "mag" in next(iter(sensors.values())))},
+        resampled_hz=source.resampled_hz if isinstance(source, XdfSource) else {})
 
 
 def _require_single(source: Source, layout: Layout, layout_path: Path) -> None:
@@ -103,7 +104,12 @@ def _source(path: Path, layout: Layout, layout_path: Path) -> tuple[str, Source]
     """What kind of file it is, and where its numbers are taken from."""
     head = head_of(path, _ALLOWED)
     if head.startswith(xdf_chunks.SIGNATURE):
-        return "xdf", XdfSource(path, layout.time, str(layout_path))
+        places = [place for each in layout.sensors.values() for place in (each.gyr, each.acc, each.mag)]
+        return "xdf", XdfSource(path, layout.time, str(layout_path), layout.resample, [
+            place.variable for place in places if isinstance(place, Columns)])
+    if layout.resample is not None:
+        raise InputError(f"{layout_path}: resample", f"{path} has one time base",
+                         "an XDF file of several streams", "leave it out")
     if is_container(head):
         return "variables", _Variables(read_container(path), str(path))
     return "table", _Table(read_table(path, layout.text), str(path))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -12,6 +12,7 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.streams.checks import Array
 from fesloop.streams.formats.channels import Channel, recording_of, sensors_of, units_of
+from fesloop.streams.pace import pace_of
 from fesloop.streams.recording import MotionRecording, Reference, Stamps
 from fesloop.streams.timebase import stamps_of_times
 
@@ -40,11 +41,17 @@ class Part:
     channels: dict[int, Channel]
 
 
+def suggested_hz(parts: Sequence[Part]) -> int:
+    """A rate that all parts can be brought to: the fastest one's between its gaps, in whole Hz."""
+    return max(1, *(round(pace_of(part.times_s).rate_hz) for part in parts if part.times_s.size > 2), 1)
+
+
 def time_base(parts: Sequence[Part], where: str, remedy: str = "") -> tuple[Stamps, Fraction | None]:
     """Stamps from the first sample on, ns, and exact rate, which all parts share.
 
     Raises InputError for parts of different instants, as of devices that sample by themselves: nothing is
-    resampled. `remedy` is what to do then, where `sensor_set` does not choose.
+    resampled unasked. `remedy` is what to do then, where it is not the import that chooses; "HZ" in it stands
+    for a rate that fits.
     """
     first = parts[0]
     for part in parts[1:]:
@@ -56,8 +63,10 @@ def time_base(parts: Sequence[Part], where: str, remedy: str = "") -> tuple[Stam
         choices = ", ".join(repr(each.key) for each in parts)
         raise InputError(f"{where}: {part.name}",
                          f"has other instants than {first.name}{apart}; there are {told}",
-                         "the same instants: nothing is resampled",
-                         remedy or f"play each by itself, with sensor_set one of {choices}")
+                         "the same instants: nothing is resampled unasked",
+                         (remedy or "import them at common instants with `--resample HZ`, or play each by "
+                          f"itself, with sensor_set one of {choices}").replace(
+                              "HZ", str(suggested_hz(parts)), 1))
     return stamps_of_times(first.times_s - first.times_s[0], 1.0, f"{where}: {first.name}")
 
 
@@ -69,7 +78,8 @@ def _rate(part: Part) -> str:
 
 def joined(path: Path, source_format: str, parts: Sequence[Part], sensor_set: str | None,
            reference: Reference | None = None, left_out: Sequence[str] = (),
-           pairs: Sequence[tuple[str, str]] = ()) -> MotionRecording:
+           pairs: Sequence[tuple[str, str]] = (),
+           resampled_hz: Mapping[str, float] | None = None) -> MotionRecording:
     """The recording of all sensors of all parts; `left_out` are labels of channels that are in none.
 
     `pairs`: names of (parent, child) sensors, as the parts state them; those of absent sensors do not count.
@@ -89,4 +99,5 @@ def joined(path: Path, source_format: str, parts: Sequence[Part], sensor_set: st
     stated = [(names.index(parent), names.index(child)) for parent, child in dict.fromkeys(pairs)
               if parent in sensors and child in sensors]
     return recording_of(path, source_format, sensors, stamps, rate, sensor_set=sensor_set,
-                        reference=reference, pairs=stated, source_units=units_of(channels), left_out=left_out)
+                        reference=reference, pairs=stated, source_units=units_of(channels), left_out=left_out,
+                        resampled_hz=resampled_hz)

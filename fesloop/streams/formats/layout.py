@@ -3,6 +3,7 @@
     rate = 100                      # Hz, exact: "2000/7"; or time = "t" with units.time
     every = {acc = 2, mag = 10}     # rows from one sample to the next, of kinds that are not in every row
     pairs = [["forearm", "hand"]]   # parent and child of neighbouring segments
+    resample = 100                  # Hz, of common instants, for streams of an XDF file on different clocks
 
     [units]                         # of the file; converted to SI
     gyr = "deg/s"
@@ -135,6 +136,7 @@ class Layout:
     every: of kinds of samples that are not in every row.
     units, text, reference: see there.
     pairs: names of (parent, child) sensors on neighbouring segments, each pair once, in no loop.
+    resample: rate of common instants to which streams of an XDF file are brought, Hz.
     """
 
     sensors: dict[str, SensorLayout]
@@ -145,6 +147,7 @@ class Layout:
     text: TextForm = field(default_factory=TextForm)
     reference: ReferenceLayout = field(default_factory=ReferenceLayout)
     pairs: tuple[tuple[str, str], ...] = ()
+    resample: str | int | float | None = None
 
     def __post_init__(self) -> None:
         if not self.sensors:
@@ -154,6 +157,11 @@ class Layout:
                              else "both rate and time are given", "one of the two")
         if self.reference.rate is not None and self.reference.time is not None:
             raise InputError("reference.rate", "both rate and time are given", "one of the two, or none")
+        if self.resample is not None:
+            held = [f"sensors.{name}.orientation" for name, each in self.sensors.items() if each.orientation]
+            held += ["every"] * (self.every != EveryLayout())
+            if held:
+                raise InputError("resample", f"{self.resample} beside {held[0]}", "one of the two")
         for pair in self.pairs:
             for name in pair:
                 if name not in self.sensors:

@@ -13,6 +13,7 @@ from fesloop.streams import checks
 from fesloop.streams.formats.bids_files import ENDING, TrackingSystem, entities, read_system
 from fesloop.streams.formats.channels import Channel
 from fesloop.streams.formats.joined import Part, joined
+from fesloop.streams.formats.one_rate import Rate, onto_one_rate
 from fesloop.streams.recording import MotionRecording, Reference
 from fesloop.streams.timebase import stamps_of_times
 
@@ -25,7 +26,7 @@ _ALLOWED = f"a *{ENDING}, or a folder with one or more"
 _MOST_FILES = 10_000
 
 
-def read(path: Path, sensor_set: str | None) -> MotionRecording:
+def read(path: Path, sensor_set: str | None, resample: Rate | None = None) -> MotionRecording:
     """The recording in a *_motion.tsv, or in a folder: those of one subject, session, task and run.
 
     Parameters
@@ -34,6 +35,7 @@ def read(path: Path, sensor_set: str | None) -> MotionRecording:
         system whose orientations (channels ORNT, quaternions of the same tracked points) are the reference:
         "imu/optical". None takes every system with gyroscopes, accelerometers or magnetometers, and no
         reference: a sensor's own orientations are none.
+    resample: rate of common instants to bring the systems to (`fesloop.streams.formats.one_rate`), Hz.
 
     Raises InputError, naming file and key or line, for what is missing, damaged or of different instants.
     """
@@ -49,11 +51,12 @@ def read(path: Path, sensor_set: str | None) -> MotionRecording:
     if not parts:
         raise InputError(str(path), "holds no channel of an inertial sensor", ", ".join(_QUANTITIES))
     sensors = list(dict.fromkeys(channel.sensor for part in parts for channel in part.channels.values()))
+    parts, resampled_hz = (parts, {}) if resample is None else onto_one_rate(parts, resample, str(path))
     start_s = float(parts[0].times_s[0])
     reference = None
     if optical:
         reference = _reference(read_system(_named(optical.strip(), files, path)), sensors, start_s)
-    return joined(path, FORMAT, parts, sensor_set, reference,
+    return joined(path, FORMAT, parts, sensor_set, reference, resampled_hz=resampled_hz,
                   pairs=[pair for system in systems for pair in system.pairs])
 
 

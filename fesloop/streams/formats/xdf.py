@@ -12,6 +12,7 @@ import numpy as np
 from fesloop.errors import InputError, did_you_mean
 from fesloop.streams.formats.channels import Channel, channel_of_label
 from fesloop.streams.formats.joined import Part, joined
+from fesloop.streams.formats.one_rate import Rate, onto_one_rate
 from fesloop.streams.formats.xdf_chunks import SIGNATURE, XdfStream, read_streams
 from fesloop.streams.formats.xdf_clock import instants_s
 from fesloop.streams.recording import MotionRecording
@@ -22,8 +23,8 @@ FORMAT = "xdf"
 _INERTIAL = re.compile(r"imu|inertial|gyro|accel|magnet", re.IGNORECASE)
 
 
-def read(path: Path, sensor_set: str | None) -> MotionRecording:
-    """The recording of one stream, or of several that were sampled at the same instants.
+def read(path: Path, sensor_set: str | None, resample: Rate | None = None) -> MotionRecording:
+    """The recording of one stream, or of several of the same instants, or brought to them.
 
     Parameters
     ----------
@@ -33,13 +34,13 @@ def read(path: Path, sensor_set: str | None) -> MotionRecording:
     What is not understood of these, or of a stream that says it is of inertial sensors, is in `left_out`.
 
     Raises InputError for a damaged file, for a channel without a known unit, and for streams of different
-    instants: nothing is resampled.
+    instants without `resample`.
     """
     where = str(path)
     streams = [stream for stream in read_streams(path) if stream.dtype is not None]
     described = {number: _channels(stream) for number, stream in enumerate(streams)}
     chosen = _chosen(streams, described, sensor_set, where)
-    parts = []
+    parts: list[Part] = []
     for number in chosen:
         stream = streams[number]
         name = f"stream {stream.key}"
@@ -51,7 +52,8 @@ def read(path: Path, sensor_set: str | None) -> MotionRecording:
         number for number, stream in enumerate(streams)
         if number in chosen or _INERTIAL.search(f"{stream.type} {stream.name}")]
     left_out = [label for number in meant for label in _others(streams[number], described[number])]
-    return joined(path, FORMAT, parts, sensor_set, left_out=left_out,
+    parts, resampled_hz = (parts, {}) if resample is None else onto_one_rate(parts, resample, where)
+    return joined(path, FORMAT, parts, sensor_set, left_out=left_out, resampled_hz=resampled_hz,
                   pairs=[pair for number in chosen for pair in streams[number].pairs])
 
 

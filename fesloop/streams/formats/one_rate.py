@@ -1,0 +1,112 @@
+"""Streams of different clocks at common instants, for whoever asks for that by a rate.
+
+Each value is on the straight line between the two samples around its instant. Nothing is made up where there
+are no samples: before a stream's first and after its last, in a gap, and beside a lost sample it is NaN.
+Instants at which no stream has a sample are left out, so that a gap of all streams stays a gap of the stamps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fesloop.errors import InputError
+from fesloop.loop.clock import NS_PER_S, parse_rate
+from fesloop.streams.checks import Array
+from fesloop.streams.formats.joined import Part, suggested_hz
+from fesloop.streams.pace import Pace, pace_of, rate_change
+from fesloop.streams.timebase import stamps_of_rate
+
+Rate = str | int | float
+
+_SLOWEST, _FASTEST = 0.9, 2.0
+"""Of the fastest stream's rate, what the common rate may be (chosen): below, motion of more than half the
+common rate is taken for slower motion; above, most values are no one's samples."""
+_FARTHEST = 3.0
+"""Periods from one sample to the next beyond which there is no line between them (chosen)."""
+_LEAST = 2
+_MOST_ADDED = 5_000_000
+"""Instants without a sample, as in `fesloop.streams.pace`."""
+_ROUNDING = 1e-6
+"""Of a period, by how much an instant may be off a sample and be its own."""
+
+
+def onto_one_rate(parts: Sequence[Part], rate: Rate, where: str) -> tuple[list[Part], dict[str, float]]:
+    """Parts at the instants of a common rate while all of them last, and the rate of each before, Hz.
+
+    The first instant is the first sample of the part that begins last.
+
+    Raises InputError for a rate that is far from the fastest part's, for a part whose stamps do not increase
+    or change their rate, and for parts that were not recorded at the same time.
+    """
+    common = parse_rate(rate, "resample")
+    paces = [_pace(part, f"{where}: {part.name}") for part in parts]
+    fastest = max(pace.rate_hz for pace in paces)
+    if not _SLOWEST * fastest <= common <= _FASTEST * fastest:
+        raise InputError("resample", f"{float(common):g} Hz, the fastest stream of {where} has "
+                         f"{fastest:.4g} Hz", f"{_SLOWEST * fastest:.4g} to {_FASTEST * fastest:.4g} Hz",
+                         f"{suggested_hz(parts)} fits")
+    start, stop = max(part.times_s[0] for part in parts), min(part.times_s[-1] for part in parts)
+    count = int(float(stop - start) * common * (1.0 + 1e-12)) + 1 if stop > start else 0
+    if count < _LEAST:
+        spans = ", ".join(f"{part.name} {part.times_s[0]:.9g} to {part.times_s[-1]:.9g} s" for part in parts)
+        raise InputError(where, f"has streams that were not recorded at the same time: {spans}",
+                         "streams that overlap", "import each by itself, with sensor_set")
+    if count > _MOST_ADDED + _FASTEST * sum(part.times_s.size for part in parts):
+        raise InputError(where, f"lasts {stop - start:.6g} s, most of it a gap",
+                         f"at most {_MOST_ADDED} instants without a sample",
+                         "import each by itself, with sensor_set")
+    times = start + stamps_of_rate(count, common) / NS_PER_S
+    lines = [_Lines(part, pace, times) for part, pace in zip(parts, paces, strict=True)]
+    kept = np.any([each.there for each in lines], axis=0)
+    return ([replace(part, times_s=times[kept], values=each.values()[kept])
+             for part, each in zip(parts, lines, strict=True)],
+            {part.key: pace.rate_hz for part, pace in zip(parts, paces, strict=True)})
+
+
+def _pace(part: Part, where: str) -> Pace:
+    """The pace of a part whose samples can be joined by lines."""
+    steps = np.diff(part.times_s)
+    if steps.size < _LEAST:
+        raise InputError(where, f"holds {part.times_s.size} samples", "3 or more")
+    if (steps <= 0.0).any():
+        at = int(np.argmax(steps <= 0.0)) + 1
+        raise InputError(where, f"sample {at} does not come after the one before it", "increasing times")
+    pace = pace_of(part.times_s)
+    changed = rate_change(part.times_s, pace)
+    if changed is not None:
+        at_s, before, then = changed
+        raise InputError(where, f"rate changes from {before:.4g} Hz to {then:.4g} Hz at "
+                         f"{at_s - part.times_s[0]:.4g} s", "streams of one rate each",
+                         "save the part before it, or after it, as a file of its own")
+    return pace
+
+
+class _Lines:
+    """Lines between neighbouring samples of a part, looked up at instants (m,).
+
+    Attributes
+    ----------
+    there: (m,), whether the part has a sample at an instant, or one on each side that belong together.
+    """
+
+    def __init__(self, part: Part, pace: Pace, instants_s: Array) -> None:
+        self._part = part
+        self._right = np.clip(np.searchsorted(part.times_s, instants_s), 1, part.times_s.size - 1)
+        steps = np.diff(part.times_s)
+        share = (instants_s - part.times_s[self._right - 1]) / steps[self._right - 1]
+        near = _ROUNDING * pace.period_s / steps[self._right - 1]
+        self._share = np.where(share < near, 0.0, np.where(share > 1.0 - near, 1.0, share))
+        apart = steps > _FARTHEST * pace.period_s
+        apart[pace.breaks - 1] = True
+        self.there = ~apart[self._right - 1] | (self._share == 0.0) | (self._share == 1.0)
+
+    def values(self) -> Array:
+        """Values (m, columns), NaN where the part is not there; a sample itself at its own instant."""
+        samples, share = self._part.values, self._share[:, np.newaxis]
+        before, after = samples[self._right - 1], samples[self._right]
+        line = np.where(share == 0.0, before, np.where(share == 1.0, after,
+                                                       (1.0 - share) * before + share * after))
+        return np.where(self.there[:, np.newaxis], line, np.nan)
