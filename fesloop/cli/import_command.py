@@ -37,7 +37,7 @@ def execute(args: Namespace) -> int:
         "reference": recording.reference is not None, "source_units": dict(recording.source_units),
         "left_out": list(recording.left_out), "rates_disagree": disagreeing,
         "rates_not_checked": unjudged, "repeated_samples": repeated,
-        "resampled_hz": dict(recording.resampled_hz),
+        "origin_s": recording.origin_s, "resampled_hz": dict(recording.resampled_hz),
         "rate_between_gaps_hz": lacking.rate_hz,
         "gaps": [gap._asdict() for gap in lacking.gaps],
         "lost_samples": dict(zip(recording.sensors, lost_samples(recording).sum(axis=0).tolist(),
@@ -50,6 +50,8 @@ def execute(args: Namespace) -> int:
         sensors = "1 sensor" if len(recording.sensors) == 1 else f"{len(recording.sensors)} sensors"
         print(f"{args.target}: {sensors}, {recording.samples} samples, {rate}, from "
               f"{recording.source} ({recording.source_format})")
+        if recording.origin_s is not None:
+            print(f"{args.target}: t = 0 is {recording.origin_s:.9f} s by the clock of {recording.source}")
         if recording.resampled_hz:
             own = ", ".join(f"{name} {hz:.6g} Hz" for name, hz in recording.resampled_hz.items())
             print(f"{args.target}: brought to common instants by straight lines between samples, from {own}")

@@ -5,7 +5,8 @@ HDF5, form "fesloop motion 1":
 
     attributes          format, source, source_format, source_units (JSON), sensor_set (left out: none), rate
                         (a ratio such as "2000/7", Hz; "" where they are not evenly spaced), sensors (JSON);
-                        resampled_hz (JSON, Hz by stream; left out: samples are as they were taken)
+                        resampled_hz (JSON, Hz by stream; left out: samples are as they were taken),
+                        origin_s (the first sample on the source's clock; left out: not known)
     stamps_ns           int64 (n,), ns from 0 on
     gyr, acc, mag       float64 (n, sensors, 3), rad/s, m/s^2, T; NaN where lost; mag may be left out
     pairs               int64 (pairs, 2), parent and child
@@ -72,6 +73,8 @@ def _fill(file: h5py.File, recording: MotionRecording) -> None:
     file.attrs["sensors"] = json.dumps(recording.sensors)
     if recording.resampled_hz:
         file.attrs["resampled_hz"] = json.dumps(dict(recording.resampled_hz))
+    if recording.origin_s is not None:
+        file.attrs["origin_s"] = recording.origin_s
     if recording.sensor_set is not None:
         file.attrs["sensor_set"] = recording.sensor_set
     _put(file, "stamps_ns", recording.stamps_ns)
@@ -123,7 +126,7 @@ def read_motion_file(path: Path, sensor_set: str | None = None) -> MotionRecordi
         rate=_rate(told, where), stamps_ns=stamps, gyr=gyr, acc=acc, mag=mag, reference=reference,
         pairs=tuple((int(parent), int(child)) for parent, child in pairs),
         source=hdf5.text(told, "source", where), source_units=_units(told, where),
-        resampled_hz=_resampled(told, where))
+        resampled_hz=_resampled(told, where), origin_s=_origin_s(told, where))
 
 
 def _reference(group: Any, sensors: int, room: Room, where: str) -> Reference:
@@ -203,6 +206,15 @@ def _resampled(told: Mapping[str, Any], where: str) -> dict[str, float]:
     if len(sound) < len(rates):
         raise InputError(f"{where}: resampled_hz", "holds what is no rate", ALLOWED)
     return sound
+
+
+def _origin_s(told: Mapping[str, Any], where: str) -> float | None:
+    value = told.get("origin_s")
+    if value is None:
+        return None
+    if not isinstance(value, (float, np.floating)) or not np.isfinite(value):
+        raise InputError(f"{where}: origin_s", "is no instant", "a finite number of seconds, or nothing")
+    return float(value)
 
 
 def _rate(told: Mapping[str, Any], where: str) -> Fraction | None:

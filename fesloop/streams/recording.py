@@ -64,6 +64,8 @@ class MotionRecording:
     left_out: labels of channels of the file's inertial sensors that are not understood, and so not here.
     resampled_hz: by name, the rate that each stream of the source had before all were brought to common
         instants, Hz; empty where samples are as they were taken.
+    origin_s: instant of the first sample on the clock of the source, by which its other streams (muscle
+        signals, markers) are stamped too; None where the source brings no instants.
     """
 
     path: Path
@@ -81,6 +83,7 @@ class MotionRecording:
     source_units: Mapping[str, str] = field(default_factory=dict)
     left_out: tuple[str, ...] = ()
     resampled_hz: Mapping[str, float] = field(default_factory=dict)
+    origin_s: float | None = None
 
     def fingerprint(self) -> str:
         """SHA-256 of all that blocks and scores are given, as hexadecimal text; not of path and source."""

@@ -78,6 +78,7 @@ def recording_of(
     rate: Fraction | None, *, sensor_set: str | None = None, reference: Reference | None = None,
     pairs: Sequence[tuple[int, int]] = (), source_units: Mapping[str, str] | None = None,
     left_out: Sequence[str] = (), resampled_hz: Mapping[str, float] | None = None,
+    origin_s: float | None = None,
 ) -> MotionRecording:
     """The recording of sensors that all have `gyr` and `acc`, and all or none `mag`, each (n, 3) in SI.
 
@@ -109,7 +110,7 @@ def recording_of(
         stamps_ns=stamps_ns, gyr=gyr, acc=acc, mag=mag, reference=reference,
         pairs=tuple(pairs) or pairs_of_names(tuple(sensors)),
         source_units=dict(source_units or {}), left_out=tuple(left_out),
-        resampled_hz=dict(resampled_hz or {}))
+        resampled_hz=dict(resampled_hz or {}), origin_s=origin_s)
 
 
 def units_of(channels: Mapping[int, Channel]) -> dict[str, str]:

@@ -68,7 +68,16 @@ def read_described(path: Path, layout_path: Path) -> MotionRecording:
         pairs=[(names.index(parent), names.index(child)) for parent, child in layout.pairs],
         source_units={kind: units[kind] for kind in SI if kind in units and (
             kind != "mag" or "mag" in next(iter(sensors.values())))},
-        resampled_hz=source.resampled_hz if isinstance(source, XdfSource) else {})
+        resampled_hz=source.resampled_hz if isinstance(source, XdfSource) else {},
+        origin_s=_origin_s(source, layout, f"{layout_path}: "))
+
+
+def _origin_s(source: Source, layout: Layout, where: str) -> float | None:
+    """The first instant that the file gives its samples, by the clock of the file."""
+    if layout.time is None:
+        return None
+    first = float(source.columns(layout.time, 1, f"{where}time")[0, 0])
+    return first * factor("time", layout.units.time, f"{where}units.time", "")
 
 
 def _require_single(source: Source, layout: Layout, layout_path: Path) -> None:

@@ -100,4 +100,4 @@ def joined(path: Path, source_format: str, parts: Sequence[Part], sensor_set: st
               if parent in sensors and child in sensors]
     return recording_of(path, source_format, sensors, stamps, rate, sensor_set=sensor_set,
                         reference=reference, pairs=stated, source_units=units_of(channels), left_out=left_out,
-                        resampled_hz=resampled_hz)
+                        resampled_hz=resampled_hz, origin_s=float(parts[0].times_s[0]))

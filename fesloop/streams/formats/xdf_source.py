@@ -91,7 +91,7 @@ class XdfSource:
         parts = list(self._brought.values()) or [self._part(stream) for stream in self._used.values()]
         time_base(parts, self._where, "write `resample = HZ` into the layout, or take the sensors of each "
                   "stream in a layout and a block of their own")
-        return np.asarray(parts[0].times_s - parts[0].times_s[0])
+        return np.asarray(parts[0].times_s)
 
     def _part(self, stream: XdfStream) -> Part:
         name = f"stream {stream.key}"
