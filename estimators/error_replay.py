@@ -61,7 +61,8 @@ class ErrorReplay:
     named as `process = { file = "error.toml" }`. Nothing of the recording is played back: each trial and seed
     has an error of its own, with the recorded one's distribution, its correlation in time and across joints
     and its dependence on angle and rate. Estimates carry the instant of the truth that they were made of; in
-    place of a lost one the last one stands, with its stamp.
+    place of a lost one the last one stands, with its stamp. Before any truth has arrived nothing is put out,
+    and the status `no_sample` says so.
 
     Attributes
     ----------
@@ -128,13 +129,13 @@ class ErrorReplay:
             truth=np.zeros(self.joints), angles=np.zeros(self.joints))
 
     def step(self, state: ErrorReplayState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The estimate of now; before any truth has arrived, what the input holds, and a report."""
+        """The estimate of now; before any truth has arrived nothing, and a report."""
         sample = inputs[0]
         if not sample.present:
             if not state.missing:
-                tick.report("no_sample", "no angles have arrived yet: zero stands in")
+                tick.report("no_sample", "no angles have arrived yet: nothing is put out")
                 state.missing = True
-            return (np.array(sample.value),)
+            return ()
         state.past.append((sample.newest_ns, cast(Array, sample.value)))
         chance, shape = (float(number) for number in state.fate.row(tick.index))
         lost = state.losses.lost(tick.index, chance) and state.captured_ns >= 0

@@ -53,7 +53,8 @@ class IdealTracker:
 
         round((truth(t - delay) + bias + drift t + walk(t) + noise) / quantisation) quantisation
 
-    with walk(t) a Wiener process. Errors are given as one value for all joints or one a joint.
+    with walk(t) a Wiener process. Errors are given as one value for all joints or one a joint. Before any
+    truth has arrived nothing is put out, and the status `no_sample` says so.
 
     Attributes
     ----------
@@ -135,13 +136,13 @@ class IdealTracker:
                        c=np.eye(ticks * joints)[-joints:])
 
     def step(self, state: IdealState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The truth with its error; before any truth has arrived, what the input holds, and a report."""
+        """The truth with its error; before any truth has arrived nothing, and a report."""
         sample = inputs[0]
         if sample.arrived_ns < 0:
             if not state.missing:
-                tick.report("no_sample", "no angles have arrived yet: zero stands in")
+                tick.report("no_sample", "no angles have arrived yet: nothing is put out")
                 state.missing = True
-            return (np.array(sample.value),)
+            return ()
         elapsed_s = (tick.time_ns - state.time_ns) / NS_PER_S
         state.time_ns = tick.time_ns
         truth = cast(Array, sample.value)

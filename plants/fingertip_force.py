@@ -125,7 +125,9 @@ class FingertipForce:
                                    context.noise(2 * self.sensors))
 
     def step(self, state: FingertipForceState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The forces of one tick."""
+        """The forces of one tick; nothing before the first forces."""
+        if not inputs[0].present:
+            return ()
         elapsed_s = (tick.time_ns - state.last_ns) / NS_PER_S if state.last_ns >= 0 else 0.0
         state.last_ns = tick.time_ns
         samples = np.empty(self.sensors)

@@ -112,7 +112,11 @@ class Block(Protocol):
         """A new state."""
 
     def step(self, state: Any, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """One tick: outputs from inputs, the state updated in place."""
+        """One tick: outputs from inputs, the state updated in place.
+
+        () puts out nothing at this tick, such as a tracker that has not had a sample: no message is sent, and
+        whoever reads the block knows that none has come.
+        """
 
 
 @runtime_checkable

@@ -76,8 +76,13 @@ class Outputs:
         self._taken: Sequence[Any] = self._given
 
     def take(self, values: tuple[Value, ...]) -> tuple[Value, ...]:
-        """The values, arrays as copies. Raises RunError where they are not what the ports declare."""
+        """The values, arrays as copies; () of a block that puts out nothing at this tick.
+
+        Raises RunError where they are not what the ports declare.
+        """
         if type(values) is not tuple or [*map(type, values)] != self._types:
+            if type(values) is tuple and not values:
+                return ()
             check_shapes(self._name, self._ports, values)
         if not self._arrays:
             return values

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.loop.clock import FOREVER
 
 Value = float | NDArray[np.float64]
 """A scalar port carries a float, any other a float64 array that nobody writes to again."""
@@ -139,5 +140,8 @@ class Sample(NamedTuple):
         return self.arrived_ns >= 0
 
     def age_ns(self, now_ns: int) -> int:
-        """How long ago the oldest capture behind this value was made."""
-        return now_ns - self.oldest_ns
+        """How long ago the oldest capture behind this value was made; FOREVER before the first message.
+
+        A value that nobody has captured is older than any limit.
+        """
+        return now_ns - self.oldest_ns if self.arrived_ns >= 0 else FOREVER

@@ -39,6 +39,7 @@ class BlockStation:
     An output is as old as the oldest of what the block has read. A wired input that nothing has reached yet
     counts as captured when the trial began, so that what a block makes of an assumption in its place is not
     taken for fresh. A block without wired inputs is a source: its outputs are of the instant of its step.
+    A step that puts out nothing sends no message and leaves no row: who reads it goes on with what it has.
     """
 
     __slots__ = ("_checks", "_draws", "_executed", "_execution", "_incoming", "_next_tick",
@@ -125,12 +126,14 @@ class BlockStation:
         if tick.captured_ns != NEVER:
             oldest = newest = self._captured_ns(time_ns)
         values = self._take(values)
-        for finite, value in zip(self._checks, values, strict=True):
+        for finite, value in zip(self._checks, values, strict=False):
             if not finite(value):
                 values = self._made_safe(values)
                 break
         if tick.reports:
             self._record_reports(time_ns)
+        if self._checks and not values:
+            return due
         for port, append, latency in self._plain:
             append((values[port], oldest, newest, left + latency))
         for port, send in self._random:

@@ -82,5 +82,6 @@ def put_out(wiring: Wiring, node: Node, port: int, duration_ns: int) -> NDArray[
         tick.index, tick.time_ns = index, clock.tick(index)
         if tick.time_ns >= min(duration_ns, FOREVER):
             break
-        values.append(node.block.step(state, (), tick)[port])
+        if put := node.block.step(state, (), tick):
+            values.append(put[port])
     return np.array(values, dtype=np.float64)

@@ -14,8 +14,10 @@ import conformance_parts as parts
 import numpy as np
 import pytest
 
+from fesloop.loop.block import Tick
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.guard import check_shapes
+from fesloop.loop.stations import empty_sample
 
 KINDS = sorted({e.name for e in entry_points(group="fesloop.blocks")} - parts.NOT_WITHOUT_FILES)
 TICKS = 40
@@ -64,6 +66,16 @@ def test_declared_ports_are_kept(kind, block):
 def test_what_needs_stillness_says_with_which_output_it_ends(kind, block):
     output = getattr(block, "needs_stillness", "")
     assert not output or {port.name: port.shape for port in block.outputs}[output] == (1,)
+
+
+def test_what_no_sample_has_said_is_not_put_out_without_a_word(kind, block):
+    if hasattr(block, "advance") or not block.inputs:
+        pytest.skip("a plant or a source")
+    if kind in ("stimulator", "electrodes", "point_search"):
+        pytest.skip("nothing commanded is no stimulation, and a search begins by itself")
+    tick = Tick()
+    outputs = block.step(block.init(parts.context(kind)), [empty_sample(port) for port in block.inputs], tick)
+    assert tick.reports or outputs == (), "values of a measurement that nobody made"
 
 
 @pytest.mark.slow

@@ -59,7 +59,7 @@ def test_a_missing_truth_is_reported_once():
     tracker = IdealTracker(joints=1)
     state, tick = tracker.init(Context("tracker")), Tick()
     for _ in range(3):
-        tracker.step(state, [Sample(np.zeros(1), NEVER, NEVER, NEVER)], tick)
+        assert tracker.step(state, [Sample(np.zeros(1), NEVER, NEVER, NEVER)], tick) == ()
     assert [status for status, _ in tick.reports] == ["no_sample"]
 
 

@@ -65,5 +65,6 @@ class Select:
         """No state."""
 
     def step(self, state: None, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The elements of now."""
-        return (np.asarray(inputs[0].value)[list(self.indices)],)
+        """The elements of now; nothing before the first vector."""
+        vector = inputs[0]
+        return (np.asarray(vector.value)[list(self.indices)],) if vector.present else ()

@@ -123,7 +123,9 @@ class Synergies:
 
     def step(self, state: tuple[Array, Array], inputs: Sequence[Sample],
              tick: Tick) -> tuple[Value, ...]:
-        """The sums of now."""
+        """The sums of now; nothing before the first angles."""
+        if not inputs[0].present:
+            return ()
         weights, offset = state
         angles, angle_sd = (cast(Array, sample.value) for sample in inputs)
         return weights @ angles + offset, np.sqrt(weights**2 @ angle_sd**2)
