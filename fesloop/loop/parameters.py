@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Set
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from functools import partial
 from hashlib import sha256
 from numbers import Rational, Real
+from types import CellType, CodeType, FunctionType, MethodType, ModuleType
 from typing import Any
 
 import numpy as np
@@ -45,12 +47,47 @@ def _lines(value: Any, within: tuple[int, ...]) -> Iterator[str]:
             yield from _inside("item", value.ravel().tolist(), within)
         else:
             yield value.tobytes().hex()
-    elif isinstance(value, type) or (callable(value) and hasattr(value, "__qualname__")):
+    elif isinstance(value, type):
         yield f"{value.__module__}.{value.__qualname__}"
     elif id(value) in within:
         yield "again"
+    elif isinstance(value, MethodType | FunctionType | CodeType | partial):
+        yield from _function(value, (*within, id(value)))
+    elif callable(value) and hasattr(value, "__qualname__"):
+        yield f"{value.__module__}.{value.__qualname__}"
+        for name in ("py_func", "__self__"):  # what numba has compiled; what a method written in C is of
+            if not isinstance(bound := getattr(value, name, None), ModuleType):
+                yield from _lines(bound, (*within, id(value)))
     else:
         yield from _held(value, (*within, id(value)))
+
+
+def _function(value: MethodType | FunctionType | CodeType | partial[Any],
+              within: tuple[int, ...]) -> Iterator[str]:
+    """Lines of a function: its name, what it does, and the values that it brings along.
+
+    Two functions that one place in a file has made have one name, such as a factory's or two lambdas. Where
+    the file lies and on which line makes no difference, nor do globals, which belong to the module.
+    """
+    if isinstance(value, MethodType):
+        parts: tuple[Any, ...] = (value.__func__, value.__self__)
+    elif isinstance(value, partial):
+        parts = (value.func, value.args, value.keywords)
+    elif isinstance(value, CodeType):
+        parts = (value.co_code, value.co_consts, value.co_names, value.co_varnames, value.co_freevars,
+                 value.co_argcount, value.co_kwonlyargcount, value.co_flags)
+    else:
+        cells = tuple(_content(cell) for cell in value.__closure__ or ())
+        parts = (f"{value.__module__}.{value.__qualname__}", value.__code__, value.__defaults__,
+                 value.__kwdefaults__, cells)
+    yield from _inside("function", parts, within)
+
+
+def _content(cell: CellType) -> Any:
+    try:
+        return cell.cell_contents
+    except ValueError:  # empty as yet
+        return None
 
 
 def _held(value: Any, within: tuple[int, ...]) -> Iterator[str]:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from loop_parts import Memory, Pass, Source
+from numba import njit
 
 from fesloop.errors import SnapshotError
 from fesloop.experiment.running.timing import timed
@@ -79,6 +81,42 @@ def test_equal_numbers_are_the_same_whatever_their_type(value):
     one, same = parameter_digests(Part(number=value)), parameter_digests(Part(number=value))
     assert not changed(one, same)
     assert changed(one, parameter_digests(Part(number=(value, 1.0)))) == ["number"]
+
+
+def scaled(factor, power=1):
+    return lambda value, offset=power: factor * value + offset
+
+
+def counted(start):
+    def count(value):
+        return count(value - 1) + start if value else 0
+    return count
+
+
+SAME_NAME = {  # by what kind of value: functions that differ in one thing, and have one name
+    "closure": lambda number: scaled(number), "default": lambda number: scaled(2.0, number),
+    "recursive": lambda number: counted(number), "partial": lambda number: partial(scaled, number),
+    "method": lambda number: Pass(gain=number).step, "nested": lambda number: partial(map, scaled(number)),
+    "body": lambda number: eval(f"lambda value: value + {number!r}"),
+    "called": lambda number: eval(f"lambda value: value.f{abs(hash(number))}()"),
+    "compiled": lambda number: njit(scaled(number)), "in C": lambda number: np.full(3, number).dot}
+
+
+@pytest.mark.parametrize("form", SAME_NAME)
+@given(one=st.floats(-1e3, 1e3), other=st.floats(-1e3, 1e3))
+@settings(max_examples=15, deadline=None)
+def test_functions_of_one_name_are_told_apart_by_what_they_do(form, one, other):
+    before, again, now = (parameter_digests(Part(number=SAME_NAME[form](number)))
+                          for number in (one, one, other))
+    assert not changed(before, again)
+    assert bool(changed(before, now)) == (one != other)
+
+
+def test_a_snapshot_is_refused_where_a_function_is_another():
+    snapshot = loop_of(Part(number=scaled(1.0))).snapshot()
+    loop_of(Part(number=scaled(1.0))).restore(snapshot)
+    with pytest.raises(SnapshotError, match=r"part: .* \(number\)"):
+        loop_of(Part(number=scaled(2.0))).restore(snapshot)
 
 
 def test_one_is_one():
