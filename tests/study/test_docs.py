@@ -60,7 +60,8 @@ def test_without_the_line_that_guards_it_the_script_is_told_of_that_line(tmp_pat
     assert told.returncode == 1
     assert told.stdout == ""
     lines = [line for line in told.stderr.splitlines() if line.startswith("fesloop.errors.")]
-    assert len(lines) == 3
+    # The script's own, and that of each worker that got so far before the script ended them.
+    assert 2 <= len(lines) <= 3
     assert "another fesloop study" not in told.stderr
     for line in lines:
         assert guard in line
