@@ -43,11 +43,30 @@ def faults_of(errors: Iterable[Any], document: Any, keys_at: Any, tagged: bool) 
 
 
 def key_path(path: Sequence[Any]) -> str:
-    """A path as it is written: blocks.pid.gain, wires[2].latency_ms."""
+    """A path as it is written: blocks.pid.gain, score.joints[2]."""
     text = ""
     for key in path:
         text += f"[{key}]" if isinstance(key, int) else f".{toml_key(key)}" if text else toml_key(key)
     return text or "the file"
+
+
+def wire_place(number: int, wires: Sequence[Any]) -> str:
+    """The key path of a wire: by its ends, as in --set; by its number where they are missing or not unique.
+
+    Wires of a file that extends others are numbered together, which nobody can count in one of the files.
+    """
+    ends = [(wire.get("from"), wire.get("to")) if isinstance(wire, dict) else None for wire in wires]
+    own = ends[number]
+    if own is None or not all(isinstance(end, str) for end in own) or ends.count(own) > 1:
+        return key_path(("wires", number))
+    return key_path(("wires", f"{own[0]}->{own[1]}"))
+
+
+def _where(path: tuple[Any, ...], document: Any) -> str:
+    if path[:1] == ("wires",) and len(path) > 1 and isinstance(path[1], int):
+        rest = key_path(path[2:]) if len(path) > 2 else ""
+        return f"{wire_place(path[1], document['wires'])}.{rest}".rstrip(".")
+    return key_path(path)
 
 
 def _path(loc: Sequence[Any], document: Any, missing: bool, tagged: bool) -> tuple[Any, ...]:
@@ -74,7 +93,7 @@ def _below(here: Any, key: Any) -> Any:
 
 def _fault(path: tuple[Any, ...], group: list[Any], document: Any, keys_at: Any) -> InputError:
     """The fault that several findings about one key amount to."""
-    where = key_path(path)
+    where = _where(path, document)
     kind = group[0]["type"]
     if kind == _MISSING:
         return InputError(where, "is missing", remedy="add it")

@@ -9,6 +9,7 @@ from typing import Any
 from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.checking import faults_of_form, kinds_in, raise_all
+from fesloop.experiment.files.faults import wire_place
 from fesloop.experiment.files.patches import extended, of_its_own
 from fesloop.experiment.files.patient_models import with_models
 from fesloop.experiment.files.patients import patient_of, with_patient
@@ -143,7 +144,8 @@ def _experiment(document: dict[str, Any], kinds: Kinds) -> Experiment:
         owner_refused = any(nodes[owner] is None for owner in followed[name][1:])
         if not owner_refused:
             nodes[name] = made(_node, name, blocks[name], kinds, nodes)
-    wires = [made(_wire, i, table, kinds) for i, table in enumerate(document.get("wires", []))
+    listed = document.get("wires", [])
+    wires = [made(_wire, wire_place(i, listed), table, kinds) for i, table in enumerate(listed)
              if not table.get("optional") or _can_be_wired(table, nodes)]
     record = made(make, Record, document.get("record", {}), kinds, "record")
     score = made(make, Score, document.get("score", {}), kinds, "score")
@@ -216,9 +218,8 @@ def _can_be_wired(table: dict[str, Any], nodes: Mapping[str, Node | None]) -> bo
     return bool(targets) and (bool(sources) or not targets[0].optional)
 
 
-def _wire(number: int, table: dict[str, Any], kinds: Kinds) -> Wire:
-    """A wire, in a fault named by its number in the file and by its ends."""
+def _wire(where: str, table: dict[str, Any], kinds: Kinds) -> Wire:
+    """A wire; `where` it is leads every fault."""
     names = {"from": "source", "to": "target"}
-    where = f"wires[{number}]"
     values = {names.get(key, key): value for key, value in table.items() if key != "optional"}
     return make(Wire, values, kinds, where)  # type: ignore[no-any-return]

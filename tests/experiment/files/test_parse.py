@@ -10,6 +10,7 @@ import fesloop
 from controllers.pid import Pid
 from controllers.reference import MinimumJerk
 from fesloop import Duration, Experiment, InputError, Node, Score, Wire
+from fesloop.experiment.files.faults import wire_place
 from fesloop.experiment.files.parse import from_document, read, shipped
 from fesloop.experiment.files.schema import make
 from fesloop.models.linear_model import LinearModel
@@ -40,12 +41,12 @@ def faults_of(tmp_path, *changes):
 
 
 @pytest.mark.parametrize(("setting", "place", "allowed"), [
-    ('wires.1.latency_ms="0.01"', "wires[1].latency_ms", "a number"),
-    ("wires.1.latency_ms=true", "wires[1].latency_ms", "a number"),
+    ('wires.1.latency_ms="0.01"', 'wires."finger.angles->pid.measured".latency_ms', "a number"),
+    ("wires.1.latency_ms=true", 'wires."finger.angles->pid.measured".latency_ms', "a number"),
     ("wires.1.latency_ms=-1", "latency_ms", "zero or more"),
     ("wires.1.loss=1.5", "loss", "[0, 1)"),
-    ("wires.1.late=never", "wires[1].late", "keep-newest"),
-    ("wires.1.jitter.kind=gauss", "wires[1].jitter.kind", "normal"),
+    ("wires.1.late=never", 'wires."finger.angles->pid.measured".late', "keep-newest"),
+    ("wires.1.jitter.kind=gauss", 'wires."finger.angles->pid.measured".jitter.kind', "normal"),
     ("wires.1.jitter.low_ms=9", "jitter.low_ms", "at most high_ms"),
     ("wires.1.jitter.low_ms=-30", "jitter", "at least 0"),
     ("wires.1.from=finger.angle", "finger.angle", "angles"),
@@ -93,10 +94,37 @@ def test_a_wrong_value_is_one_line_with_file_key_and_what_is_allowed(setting, pl
 def test_all_faults_are_named_at_once():
     lines = faults_with("blocks.pid.gain=1", "wires.0.latency_ms=true", "experiment.trials=x",
                         "blocks.finger.damping=1")
-    places = ("blocks.pid.gain", "wires[0].latency_ms", "experiment.trials", "blocks.finger.damping")
+    places = ("blocks.pid.gain", 'wires."reference.angles->pid.reference".latency_ms', "experiment.trials",
+              "blocks.finger.damping")
     assert len(lines) == len(places)
     for place in places:
         assert any(place in line for line in lines)
+
+
+ENDS = ("reference.angles->pid.reference", "finger.angles->pid.measured",
+        "pid.stimulation->finger.stimulation")
+
+
+@pytest.mark.parametrize("wrong", ['latency_ms = "late"', "latency_ms = -1", "lost = 0.1",
+                                   'jitter = { kind = "x" }'])
+@pytest.mark.parametrize("ends", ENDS)
+def test_a_wire_of_a_file_that_extends_others_is_named_by_its_ends(tmp_path, ends, wrong):
+    """Its number is that among the wires of all files, which stand nowhere together."""
+    source, target = ends.split("->")
+    (tmp_path / "base.toml").write_text(SMALL.read_text())
+    (tmp_path / "middle.toml").write_text('extends = "base.toml"\n')
+    (tmp_path / "own.toml").write_text(
+        f'extends = "middle.toml"\n[[wires]]\nfrom = "{source}"\nto = "{target}"\n{wrong}\n')
+    with pytest.raises(InputError) as refused:
+        fesloop.load(tmp_path / "own.toml")
+    line, = str(refused.value).splitlines()
+    assert f'own.toml: wires."{ends}"' in line
+    assert "wires[" not in line
+
+
+def test_wires_without_ends_of_their_own_are_named_by_number():
+    assert [wire_place(i, [{"from": "a.b"}, {"from": "a.b", "to": "c.d"}, {"from": "a.b", "to": "c.d"}, 3])
+            for i in range(4)] == [f"wires[{i}]" for i in range(4)]
 
 
 def test_names_of_joints_are_not_held_against_a_signal_that_is_not_there():
