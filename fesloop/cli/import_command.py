@@ -2,41 +2,33 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import Namespace
 from typing import Any
 
-from fesloop.cli.output import print_json, progress_bar
+from fesloop.cli.output import print_doubts, print_json, progress_bar
 from fesloop.loop.clock import NS_PER_S
 
 
 def execute(args: Namespace) -> int:
     """Read a recording of any known format and write it as a motion file."""
-    from fesloop.streams.agreement import judgement_text
+    from fesloop.streams.doubts import all_doubts
     from fesloop.streams.importing import import_recording
-    from fesloop.streams.labels import not_understood
-    from fesloop.streams.missing import lacking_in, lost_samples, repeated_text
+    from fesloop.streams.missing import lacking_in, lost_samples
 
     with progress_bar(f"import {args.source}"):
         recording = import_recording(args.source, args.target, args.layout, args.sensor_set, args.resample)
-    if recording.left_out:
-        print(f"fesloop: {args.source}: channels left out, {not_understood(recording.left_out)}",
-              file=sys.stderr)
-    lacking = lacking_in(recording)
-    if lacking.text:
-        print(f"fesloop: {args.source}: {lacking.text}", file=sys.stderr)
-    disagreeing, unjudged = judgement_text(recording)
-    repeated = repeated_text(recording)
-    for text in filter(None, (disagreeing, unjudged, repeated)):
-        print(f"fesloop: {args.source}: {text}", file=sys.stderr)
+    doubts, lacking = dict(all_doubts(recording)), lacking_in(recording)
+    print_doubts(args.source, doubts.items())
     told: dict[str, Any] = {
         "motion": args.target, "source": recording.source, "source_format": recording.source_format,
         "sensors": list(recording.sensors), "samples": recording.samples,
         "rate": None if recording.rate is None else str(recording.rate),
         "duration_s": recording.duration_ns / NS_PER_S, "magnetometers": recording.mag is not None,
         "reference": recording.reference is not None, "source_units": dict(recording.source_units),
-        "left_out": list(recording.left_out), "rates_disagree": disagreeing,
-        "rates_not_checked": unjudged, "repeated_samples": repeated,
+        "left_out": list(recording.left_out),
+        **{status: doubts.get(status, "") for status in (
+            "rates_disagree", "rates_not_checked", "mounting_disagrees", "range_too_small",
+            "repeated_samples")},
         "origin_s": recording.origin_s, "resampled_hz": dict(recording.resampled_hz),
         "rate_between_gaps_hz": lacking.rate_hz,
         "gaps": [gap._asdict() for gap in lacking.gaps],

@@ -6,7 +6,7 @@ import json
 import math
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -31,6 +31,13 @@ def print_made(kind: str, path: Path, report: dict[str, Any], show: Callable[[di
     else:
         show(report)
         print(path)
+
+
+def print_doubts(recording: str, doubts: Iterable[tuple[str, str]]) -> None:
+    """What is wrong with a recording (`fesloop.streams.doubts`), a line each, on standard error."""
+    for status, text in doubts:
+        what = "channels left out, " if status == "channels_left_out" else ""
+        print(f"fesloop: {recording}: {what}{text}", file=sys.stderr)
 
 
 def as_json(table: Any) -> str:

@@ -9,10 +9,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from fesloop.cli.output import print_json
+from fesloop.cli.output import print_doubts, print_json
 from fesloop.errors import InputError
+from fesloop.streams.doubts import all_doubts
 from fesloop.streams.files import open_recording
-from fesloop.streams.labels import not_understood
 from fesloop.streams.live.library import open_library
 from fesloop.streams.live.played import inertial
 from fesloop.streams.live.sender import StreamSender
@@ -35,9 +35,7 @@ def execute(args: Namespace) -> int:
         recording = moving_hand()
     else:
         recording = open_recording(args.recording, args.sensor_set)
-    if recording.left_out:
-        print(f"fesloop: {args.recording}: channels left out, {not_understood(recording.left_out)}",
-              file=sys.stderr)
+        print_doubts(args.recording, all_doubts(recording))
     played = inertial(recording, args.rate)
     sender = StreamSender(played=played, stream=args.name, network=args.network, repeat=args.loop,
                           faults=faults)

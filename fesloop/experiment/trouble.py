@@ -33,6 +33,8 @@ _FAILED = ("_failed", "non_finite")
 """How statuses end after which a run's figures are not what they seem."""
 _DISAGREE = "rates_disagree"
 """Status of a replay by which what it plays cannot be right."""
+_MOUNTING, _TURNING = "mounting_disagrees", "segment_calibration"
+"""Its status by which axes of sensors are not those of their segments, and the block that turns them."""
 _IMPLAUSIBLE = "implausible_angle"
 """Status of a tracker whose angles cannot be those of the joints."""
 _ALIGNING, _ALIGNED = "aligning", "aligned"
@@ -75,7 +77,8 @@ KINDS = ("broken_off", "recording", "safety", "failed", "noted", "not_held", "no
 """What goes wrong, the most important first.
 
 broken_off: the run did not get to its end. recording: gyroscope and accelerometer of the recording that was
-played do not tell the same turn, or a tracker's angles are for long what no joint can be, so that no angle of
+played do not tell the same turn, or its sensors have other axes than their segments, or a tracker's angles
+are for long what no joint can be, so that no angle of
 the run is right. safety: no channel gave a pulse,
 or the safety block took stimulation away, or most of it. failed: a part
 failed, such as a tracker that never took its initial pose. noted: what the experiment says of itself
@@ -103,7 +106,7 @@ def comparable(found: Iterable[Trouble]) -> bool:
 
 def graveness(status: str) -> int:
     """Rank of an event's status, the gravest 0: failures, then what takes stimulation away, then the rest."""
-    if status.endswith((*_FAILED, "recording_incomplete", _DISAGREE, _IMPLAUSIBLE)):
+    if status.endswith((*_FAILED, "recording_incomplete", _DISAGREE, _MOUNTING, _IMPLAUSIBLE)):
         return 0
     withheld = status.startswith(_WATCHDOG) or status in (*_WITHHELD, *_STOPPED)
     return 1 if withheld else 2
@@ -118,8 +121,9 @@ def _broken_off(recording: Recorded, cause: str) -> Iterator[str]:
 
 def _recording(recording: Recorded) -> Iterator[str]:
     """What is played and cannot be right."""
+    wrong_as = (_DISAGREE,) if _of_kind(recording, _TURNING) else (_DISAGREE, _MOUNTING)
     yield from dict.fromkeys(f"the recording played by `{event.where}` is wrong: {event.detail}"
-                             for event in recording.events if event.status == _DISAGREE)
+                             for event in recording.events if event.status in wrong_as)
     wrong: dict[str, Event] = {}
     for event in recording.events:
         if event.status == _IMPLAUSIBLE:

@@ -328,22 +328,13 @@ def _squares(rates: Array, acc: Array, step_s: float, variance: Array) -> Array:
     return np.asarray(np.maximum(*found))
 
 
-def disagreement_text(recording: MotionRecording, first: int = 0, stop: int | None = None) -> str:
-    """Sensors whose rates do not explain how gravity turns in samples `first` to `stop`, why, and what to do.
-
-    Empty where none is known.
-    """
-    return _told(recording, agreements_in(recording, first, stop))
-
-
-def judgement_text(recording: MotionRecording) -> tuple[str, str]:
-    """What `disagreement_text` says of a whole recording, and of which sensors nothing could be said."""
-    found = agreements_in(recording)
+def unjudged_text(recording: MotionRecording, found: Sequence[Agreement]) -> str:
+    """Of which sensors the agreement that was found says nothing; empty for none."""
     unjudged = [name for name, each in zip(recording.sensors, found, strict=True)
                 if each.verdict == "no_information"]
-    told = f"rates could not be checked against gravity in {len(unjudged)} of {len(found)} sensors " \
-           f"({_names(unjudged)}): too little or too rough motion; rate, units and axes are as stated"
-    return _told(recording, found), told if unjudged else ""
+    return f"rates could not be checked against gravity in {len(unjudged)} of {len(found)} sensors " \
+           f"({_names(unjudged)}): too little or too rough motion; rate, units and axes are as stated" \
+           if unjudged else ""
 
 
 def agreements_in(
@@ -354,7 +345,8 @@ def agreements_in(
     return agreements(recording.stamps_ns[part] / NS_PER_S, recording.gyr[part], recording.acc[part])
 
 
-def _told(recording: MotionRecording, found: Sequence[Agreement]) -> str:
+def disagreement_text(recording: MotionRecording, found: Sequence[Agreement]) -> str:
+    """Sensors whose rates do not explain how gravity turns, why, and what to do; empty for none."""
     scaled = [each.factor for each in found if each.verdict == "scale"]
     common = float(np.median(scaled)) if scaled and max(scaled) < _SAME_FACTOR * min(scaled) and not any(
         each.verdict == "agrees" for each in found) else None

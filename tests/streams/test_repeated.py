@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fesloop.cli import main
-from fesloop.streams.agreement import judgement_text
+from fesloop.streams.doubts import all_doubts
 from fesloop.streams.files import open_recording
 from fesloop.streams.missing import repeated_text
 
@@ -46,8 +46,9 @@ def test_a_sensor_that_could_not_be_judged_is_named(tmp_path, turning, told, cap
     still = np.concatenate([gyr, acc], axis=1)
     _, gyr, acc = motion(1)
     recording = recorded(tmp_path, np.concatenate([gyr, acc], axis=1), still)
-    wrong, unjudged = judgement_text(recording)
-    assert (wrong, bool(unjudged)) == ("", bool(told))
+    doubts = dict(all_doubts(recording))
+    unjudged = doubts.get("rates_not_checked", "")
+    assert ("rates_disagree" in doubts, bool(unjudged)) == (False, bool(told))
     assert told in unjudged
     assert main(["import", str(tmp_path / "lab.csv"), str(tmp_path / "m.h5"), "--layout",
                  str(tmp_path / "layout.toml")]) == 0

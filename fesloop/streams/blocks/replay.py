@@ -13,10 +13,9 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, StampClock, duration_ns
 from fesloop.loop.signals import Port, Sensors, Value
-from fesloop.streams.agreement import disagreement_text
 from fesloop.streams.contents import require_the_same
+from fesloop.streams.doubts import doubts
 from fesloop.streams.files import open_recording
-from fesloop.streams.labels import not_understood
 from fesloop.streams.missing import missing_text
 from fesloop.streams.pace import Gap, timeline
 from fesloop.streams.recording import MotionRecording
@@ -32,8 +31,10 @@ class Replay:
     pace of the samples (`fesloop.streams.pace`), and all outputs are NaN.
 
     Status: with the first sample `channels_left_out`, of a file that has channels which are not understood,
-    `recording_incomplete`, which says how much the recording lacks, and `rates_disagree`, which names sensors
-    whose gyroscope and accelerometer do not tell the same turn; `gap` at the start of each gap.
+    `recording_incomplete`, which says how much the recording lacks, `rates_disagree`, which names sensors
+    whose gyroscope and accelerometer do not tell the same turn, `mounting_disagrees`, which names those whose
+    axes are not those of their segments, and `range_too_small`, where samples are clipped; `gap` at the start
+    of each gap.
 
     Attributes
     ----------
@@ -62,7 +63,7 @@ class Replay:
     _rows: NDArray[np.int64] = field(init=False, repr=False)
     _gaps: dict[int, Gap] = field(init=False, repr=False)
     _missing: str = field(init=False, repr=False)
-    _disagreeing: str = field(init=False, repr=False)
+    _doubts: tuple[tuple[str, str], ...] = field(init=False, repr=False)
     _nothing: NDArray[np.float64] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -93,7 +94,7 @@ class Replay:
                 ("_nothing", nothing), ("_gaps", line.gaps),
                 ("clock", StampClock(line.stamps_ns[within], self.recording)),
                 ("_rows", np.where(line.rows < 0, line.rows, line.rows + first)[within]),
-                ("_disagreeing", disagreement_text(source, first, stop)),
+                ("_doubts", doubts(source, first, stop)),
                 ("_missing", missing_text(source, first, stop, list(line.gaps.values())))):
             object.__setattr__(self, name, value)
 
@@ -113,13 +114,11 @@ class Replay:
             *ports, Port("mag", shape, "T", gaps=True, sensors=sensors))
 
     def cautions(self, context: Context) -> tuple[tuple[str, str], ...]:
-        """Channels that are left out, samples that are missing, and rates that do not explain gravity."""
+        """What the samples show to be wrong with the recording, and what it lacks."""
         return self._told()
 
     def _told(self) -> tuple[tuple[str, str], ...]:
-        told = (("channels_left_out", not_understood(self.source.left_out)),
-                ("recording_incomplete", self._missing), ("rates_disagree", self._disagreeing))
-        return tuple((status, detail) for status, detail in told if detail)
+        return (*self._doubts, *((("recording_incomplete", self._missing),) if self._missing else ()))
 
     def init(self, context: Context) -> None:
         """No state: what is played is a function of the tick."""

@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from fesloop.errors import InputError, did_you_mean
+from fesloop.hand.quaternion import multiply
 from fesloop.loop.clock import NS_PER_S, exact_ratio
 from fesloop.streams import checks
 from fesloop.streams.checks import Array
@@ -18,7 +20,14 @@ from fesloop.streams.containers.reading import head_of, is_container, read_conta
 from fesloop.streams.containers.text_table import TextTable, read_table
 from fesloop.streams.formats import xdf_chunks
 from fesloop.streams.formats.channels import recording_of
-from fesloop.streams.formats.layout import Columns, Layout, Place, ReferenceLayout, read_layout
+from fesloop.streams.formats.layout import (
+    Columns,
+    Layout,
+    Place,
+    ReferenceLayout,
+    SensorLayout,
+    read_layout,
+)
 from fesloop.streams.formats.xdf_source import XdfSource
 from fesloop.streams.mixed_rates import hold
 from fesloop.streams.recording import MotionRecording, Reference, Stamps
@@ -56,7 +65,7 @@ def read_described(path: Path, layout_path: Path) -> MotionRecording:
         for kind, place in (("gyr", sensor.gyr), ("acc", sensor.acc), ("mag", sensor.mag)):
             if place is not None:
                 samples = source.columns(place, 3, f"{layout_path}: sensors.{name}.{kind}")
-                sensors.setdefault(name, {})[kind] = samples * scales[kind]
+                sensors.setdefault(name, {})[kind] = sensor.turned(samples * scales[kind])
     _require_single(source, layout, layout_path)
     every = asdict(layout.every)
     sensors = {name: hold(samples, every) for name, samples in sensors.items()}
@@ -153,7 +162,8 @@ def _reference(source: Source, layout: Layout, stamps: Stamps, layout_path: Path
             quaternions = quaternions[:, [3, 0, 1, 2]]
         if wanted.direction == "reference_to_segment":
             quaternions[:, 1:] *= -1.0
-        each.append(checks.orientations(quaternions, where))
+        unit = checks.orientations(quaternions, where)
+        each.append(_turned(unit, layout.sensors[name]) if wanted.sensor_frames else unit)
     checks.equal_lengths({f"{name}.orientation": len(rows) for name, rows in zip(places, each, strict=True)},
                          str(layout_path))
     if wanted.rate is not None or wanted.time is not None:
@@ -174,6 +184,12 @@ def _reference(source: Source, layout: Layout, stamps: Stamps, layout_path: Path
     told = Reference(stamps_ns=stamps, orientation=np.stack(each, axis=1), scored=scored,
                      sensor_frames=wanted.sensor_frames, north=wanted.north)
     return _on_one_clock(told, source, layout, str(layout_path))
+
+
+def _turned(orientations: Array, sensor: SensorLayout) -> Array:
+    """Of the segment, from those of its sensor (n, 4)."""
+    x, y, z, w = Rotation.from_matrix(sensor.turned(np.eye(3))).as_quat()
+    return multiply(orientations, [w, x, y, z])
 
 
 def _on_one_clock(reference: Reference, source: Source, layout: Layout, where: str) -> Reference:

@@ -17,6 +17,7 @@
     acc = {variable = "imu.data", columns = [4, 5, 6]}    # of a matrix in a .mat or .npz file
     mag = "imu.field"               # a whole variable, (n, 3) or (3, n)
     orientation = ["q0", "q1", "q2", "q3"]
+    axes = ["-z", "-x", "y"]        # of the sensor, that point along the segment's x, y and z
 
     [reference]                     # what the orientations are, if there are any
     order = "xyzw"
@@ -30,6 +31,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors
@@ -39,6 +42,7 @@ from fesloop.toml import TomlError, tables_of
 
 _ALLOWED = "a layout file (TOML)"
 _MOST_ROWS = 1000
+_AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,12 +72,28 @@ class SensorLayout:
     ----------
     gyr, acc, mag: three columns each; `mag` may be left out.
     orientation: four columns, a quaternion measured by other means; may be left out.
+    axes: axes of the sensor that point along x, y and z of its segment, which samples are then given in, and,
+        where the reference has `sensor_frames`, orientations.
     """
 
     gyr: Place
     acc: Place
     mag: Place | None = None
     orientation: Place | None = None
+    axes: tuple[str, str, str] = _AXES
+
+    def __post_init__(self) -> None:
+        if sorted(axis.removeprefix("-") for axis in self.axes) != sorted(_AXES):
+            raise InputError("axes", f"{list(self.axes)}",
+                             'each of x, y and z once, such as ["-z", "-x", "y"]')
+        if np.linalg.det(self.turned(np.eye(3))) < 0.0:
+            raise InputError("axes", f"{list(self.axes)} is left-handed", "a right-handed frame",
+                             "change one sign, or mend signs in the file where its frame is so")
+
+    def turned(self, samples: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Samples (n, 3) along the axes of the segment, from those along the sensor's."""
+        signs = [-1.0 if axis.startswith("-") else 1.0 for axis in self.axes]
+        return np.asarray(samples[:, ["xyz".index(axis[-1]) for axis in self.axes]] * signs)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
