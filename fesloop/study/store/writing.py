@@ -17,15 +17,16 @@ from __future__ import annotations
 import json
 import sqlite3
 import zlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 from fesloop.errors import InputError, RunError
+from fesloop.experiment.files.settings import key_text
 from fesloop.study.design.plan import PlannedCell
 from fesloop.study.design.study import Study
 from fesloop.study.store.claim import claim, is_empty
@@ -135,9 +136,10 @@ class Store:
                                    (each.cell.number,)).fetchall()
         if [id for (id,) in found] == [run.id for run in each.runs]:
             return
-        if self.document(each.cell.number):
+        if then := self.document(each.cell.number):
+            what = _difference(json.loads(zlib.decompress(then)), json.loads(each.document or "{}"))
             raise InputError(str(self.path), f"was made when {each.cell.experiment} was another experiment "
-                             f"(seen at {each.cell.place})", "the same experiments as then",
+                             f"(seen at {each.cell.place}{what})", "the same experiments as then",
                              "give another --out, or move the file away")
         # What it needs could not be prepared then, and has been now.
         self._file.executemany("DELETE FROM results WHERE id = ?", found)
@@ -217,3 +219,26 @@ class Store:
 
     def _transaction(self) -> AbstractContextManager[None]:
         return transaction(self._file, self.path)
+
+
+def _difference(then: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+    """What differs between an experiment's tables, for a message: the patient's file, or the first key.
+
+    `drawn` of a patient is what was read from the file; its other keys choose file and member.
+    """
+    paths = list(_differing(then, now, ()))
+    of_patient = [path for path in paths if path[0] == "patient"]
+    if of_patient and all(path[1:2] == ("drawn",) for path in of_patient):
+        return f"; what has changed is the patient file {now['patient'].get('file')!r}"
+    path = next(iter(of_patient or paths), ())
+    return f"; the first key that has changed is {key_text(path)}" if path else ""
+
+
+def _differing(then: Any, now: Any, path: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    """Paths of the keys that differ; the seed is a run's own."""
+    if isinstance(then, dict) and isinstance(now, dict):
+        for key in dict.fromkeys([*then, *now]):
+            if (*path, key) != ("experiment", "seed"):
+                yield from _differing(then.get(key), now.get(key), (*path, key))
+    elif then != now:
+        yield path

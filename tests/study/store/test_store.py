@@ -1,3 +1,5 @@
+import copy
+import json
 import os
 import shutil
 import signal
@@ -5,6 +7,7 @@ import sqlite3
 import subprocess
 import sys
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -208,6 +211,33 @@ def test_a_store_whose_base_experiment_has_changed_is_refused(folder):
             kept.put_plan(a_plan(("a", "x", "c")))
         kept.put_plan(a_plan())
         assert [id_ for _, _, id_ in kept.pending()] == ["b0", "b1", "c0", "c1"]
+
+
+@pytest.mark.parametrize(("change", "told"), [
+    (("patient", "drawn", "strength"), "what has changed is the patient file '/there/anna.toml'"),
+    (("patient", "file"), "the first key that has changed is patient.file"),
+    (("blocks", "pid", "kp"), "the first key that has changed is blocks.pid.kp"),
+    (("blocks", "fourth"), "the first key that has changed is blocks.fourth")])
+def test_the_refusal_says_what_of_the_experiment_has_changed(tmp_path, change, told):
+    """A patient's parameters are under its blocks too: the file is what a user has changed."""
+    then = {"experiment": {"seed": 1}, "blocks": {"pid": {"kp": [1.0]}, "muscles": {"strength": 1.0}},
+            "patient": {"file": "/there/anna.toml", "drawn": {"strength": 1.0}}}
+    now = copy.deepcopy(then) | {"experiment": {"seed": 5}}
+    if change[0] == "patient":
+        now["blocks"]["muscles"]["strength"] = 2.0
+    table = now
+    for key in change[:-1]:
+        table = table[key]
+    table[change[-1]] = 2.0
+
+    def planned(ids, document):
+        return [replace(each, document=json.dumps(document)) for each in a_plan(ids)]
+
+    with Store(tmp_path, a_study()) as kept:
+        kept.put_plan(planned("abc", then))
+        with pytest.raises(InputError, match="was another experiment") as refused:
+            kept.put_plan(planned("axc", now))
+    assert told in str(refused.value)
 
 
 def test_a_plan_with_faults_leaves_the_store_without_one(tmp_path):
