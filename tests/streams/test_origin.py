@@ -1,4 +1,4 @@
-"""The instant of a recording's first sample on its source's clock, by which other streams of it are aligned."""
+"""The instant of the first sample on its source's clock, by which other streams of the file are aligned."""
 
 import json
 
