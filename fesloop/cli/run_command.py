@@ -28,6 +28,9 @@ from fesloop.realtime.lateness import class_names
 _SHOWN = 10
 _EXIT_CODES = {"done": 0, "failed": 1, "interrupted": 130}
 
+_RELATIVE = "relative_angle_rmse_deg"
+"""The score of a tracker from which `fesloop fit-error` can take an error."""
+
 
 def execute(args: Namespace) -> int:
     """Run, print the summary, and give the exit code that the run's status stands for."""
@@ -55,7 +58,7 @@ def execute(args: Namespace) -> int:
     _summarise(result, events)
     guide = guide_of(picked.document) if result.status == "done" else None
     tell_what_next(result.recording, guide.next_commands(
-        str(result.recording), args.settings) if guide else ())
+        str(result.recording), args.settings, _RELATIVE in result.metrics) if guide else ())
     if args.json:
         print_json({**result.as_table(), **({"troubles": [each.text for each in wrong]} if wrong else {})})
     else:

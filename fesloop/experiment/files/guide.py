@@ -15,6 +15,11 @@ Need = Literal["extra lsl", "extra myohand", "extra search", "extra stimulator",
                "an error process", "a live stream", "real time", "a C compiler"]
 RUN = "RUN.h5"
 """Stands for the recording of the run in commands to try next."""
+PLAYED = "RECORDING"
+"""Stands for the recording that the run played."""
+_OF_PLAYED = ("layout", "sensor_set", "pairs", "twin", "trial", "command", "posture", "signal")
+"""Settings, short or the end of a key, without which that recording may not be read, or not fit."""
+_FITS_ERROR = "fesloop fit-error "
 _PATIENT = ("patient", "plant")
 """Settings that say whose model is identified."""
 _TAKES_MODEL = "--set model="
@@ -31,8 +36,8 @@ class Guide:
         compiled; `fesloop bench shipped` measures it.
     needs: what must be there: extras of fesloop, input, a way to run.
     needs_with: what a setting needs beyond, such as {"plant=myohand" = "extra myohand"}.
-    try_next: commands that go on from its run, whose recording `RUN.h5` stands for, and `RECORDING` for one
-        of the user's.
+    try_next: commands that go on from its run, whose recording `RUN.h5` stands for, and `RECORDING` for the
+        one that it played.
     """
 
     job: Job
@@ -45,16 +50,36 @@ class Guide:
         if not self.takes_s > 0.0:
             raise InputError("takes_s", f"{self.takes_s:g}", "seconds above 0")
 
-    def next_commands(self, recording: str, settings: Sequence[str] = ()) -> list[str]:
-        """Commands to try next, with the recording of the run in them.
+    def next_commands(self, recording: str, settings: Sequence[str] = (), scored: bool = True) -> list[str]:
+        """Commands to try next, each as it can be typed, with the recording of the run in them.
 
         One that takes a model of the run's patient goes on with that patient: with those of the run's
-        `settings`, "KEY=VALUE" each, that choose it.
+        `settings`, "KEY=VALUE" each, that choose it. One that plays the run's own source goes on with that
+        file, its layout and its pairs; it is left out where no setting names the file, and, if it fits an
+        error, where the run did not score its tracker.
         """
         same = "".join(f" --set {shlex.quote(setting)}" for setting in settings
-                       if setting.partition("=")[0].strip() in _PATIENT)
-        return [command.replace(RUN, recording) + (same if _TAKES_MODEL in command else "")
-                for command in self.try_next]
+                       if _parts(setting)[0] in _PATIENT)
+        played = next((value.strip().strip("'\"") for key, _, value in map(_parts, settings)
+                       if key.split(".")[-1] == "recording"), "")
+        commands = []
+        for command in self.try_next:
+            if PLAYED in command:
+                if not played or (command.startswith(_FITS_ERROR) and not scored):
+                    continue
+                command = command.replace(f"recording={PLAYED}", shlex.quote(f"recording={played}"))
+                command = command.replace(PLAYED, shlex.quote(played)) + "".join(
+                    f" --set {shlex.quote(setting)}" for setting in settings
+                    if _parts(setting)[0].split(".")[-1] in _OF_PLAYED)
+            commands.append(command.replace(RUN, shlex.quote(recording))
+                            + (same if _TAKES_MODEL in command else ""))
+        return commands
+
+
+def _parts(setting: str) -> tuple[str, str, str]:
+    """Key, "=" and value of a setting."""
+    key, equals, value = setting.partition("=")
+    return key.strip(), equals, value
 
 
 def guide_of(document: Mapping[str, Any]) -> Guide | None:
