@@ -43,10 +43,12 @@ def critical_latency_ms(loop: Experiment | LinearLoop, wire: str, up_to_ms: floa
 
     Beyond it a loop may be stable again. Growth is computed at latencies that are close beside both the
     period and the plant's fastest oscillation, and its maxima between them are searched where they may reach
-    1, so that instability that soon ends again is found, too. A crossing that is
-    found is exact; the search for the first has a resolution. Into a block without jitter every step of the
-    staircase is looked at, down to 1/128 of the quicker of the two periods: instability that ends again within
-    less may be passed over. Elsewhere it may where growth has several maxima between two of the latencies.
+    1, so that instability that soon ends again is found, too.
+
+    A crossing that is found is exact; the search for the first has a resolution. Into a block without jitter
+    every step of the staircase is looked at, down to 1/128 of the quicker of the two periods: instability
+    that ends again within less may be passed over. Elsewhere it may where growth has several maxima between
+    two of the latencies.
 
     Parameters
     ----------
