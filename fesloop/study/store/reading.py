@@ -58,6 +58,9 @@ def read_store(path: Path) -> StoreRows:
     """
     try:
         return _read(path, "ro")
+    except UnicodeDecodeError as fault:  # of a column's name, or within SQLite's message on one
+        raise InputError(str(path), f"is damaged: {fault}", "a study's store, as `fesloop study` writes it"
+                         ) from None
     except sqlite3.OperationalError as fault:
         if not _needs_rollback(path, fault):
             raise _refusal(path, fault) from None

@@ -90,6 +90,15 @@ def test_a_store_that_is_damaged_or_of_another_version_is_refused_in_one_line(st
     assert "\n" not in str(raised.value)
 
 
+def test_a_schema_with_a_byte_that_is_no_text_is_refused_or_read(store):
+    sound = store.read_bytes()
+    first, last = sound.index(b"CREATE TABLE"), sound.rindex(b"CREATE TABLE") + 60
+    for at in range(first, last, 3):
+        store.write_bytes(sound[:at] + b"\x80" + sound[at + 1:])
+        with contextlib.suppress(InputError):
+            load(store)
+
+
 def test_a_store_that_lacks_its_end_is_refused(store):
     store.write_bytes(store.read_bytes()[:4096])
     with pytest.raises(InputError, match="is damaged"):
