@@ -27,7 +27,8 @@ class FmuVariable:
     name, reference, type, causality, variability: as FMI says; type such as "Real" or "Float64".
     shape: () for a scalar, the dimensions of an FMI 3.0 array.
     unit: as the FMU names it, "" if it names none. base: what the FMU says that unit is, None if nothing.
-    start: start value of a scalar, nan if there is none that is a number.
+    start: start value, of an array one for all elements or one for each, last index fastest; nan if there is
+        none that is a number.
     low, high: `min` and `max`, infinite where it gives none.
     """
 
@@ -38,7 +39,7 @@ class FmuVariable:
     variability: str
     shape: tuple[int, ...]
     unit: str
-    start: float
+    start: float | tuple[float, ...]
     base: BaseUnit | None = None
     low: float = -math.inf
     high: float = math.inf
@@ -171,15 +172,29 @@ def _variable(variable: Any, units: Mapping[str, BaseUnit], relative: bool) -> F
     base = units.get(unit)
     if base is not None and (relative or getattr(declared, "relativeQuantity", False)):
         base = replace(base, offset=0.0)  # a difference of temperatures has no zero of its own
-    try:
-        start = float({"true": "1", "false": "0"}.get(variable.start, variable.start))
-    except (TypeError, ValueError):
-        start = float("nan")
+    shape = tuple(int(n) for n in variable.shape or ())
     return FmuVariable(
         variable.name, int(variable.valueReference), str(variable.type), str(variable.causality),
-        str(variable.variability), tuple(int(n) for n in variable.shape or ()), unit, start, base,
+        str(variable.variability), shape, unit, _start(variable, math.prod(shape)), base,
         _limit(variable.min, getattr(declared, "min", None), -math.inf),
         _limit(variable.max, getattr(declared, "max", None), math.inf))
+
+
+def _start(variable: Any, size: int) -> float | tuple[float, ...]:
+    """The start value, which an array gives once for all elements or once for each, separated by blanks.
+
+    Raises InputError for an array of numbers with another number of them.
+    """
+    words = str(variable.start).split() if variable.start is not None and variable.type in NUMERIC else []
+    try:
+        starts = tuple(float({"true": "1", "false": "0"}.get(word, word)) for word in words)
+    except ValueError:
+        return math.nan
+    if len(starts) not in (0, 1, size):
+        raise InputError("path", f"modelDescription.xml gives {len(starts)} start values for the {size} "
+                         f"elements of {variable.name!r}", f"1 or {size}",
+                         "have the FMU's maker export it again")
+    return starts if len(starts) > 1 else starts[0] if starts else math.nan
 
 
 def _limit(own: str | None, of_type: str | None, none: float) -> float:

@@ -17,7 +17,8 @@ from fmpy.logging import addLoggerProxy
 from fesloop.errors import RunError
 from plants.fmu.description import FmuDescription
 
-StartValue = float | int | bool | str
+Scalar = float | int | bool | str
+StartValue = Scalar | tuple[float | int | bool, ...]
 WARNING, ERROR, FATAL = 1, 3, 4
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 MOST_KINDS, LONGEST = 8, 300
@@ -147,9 +148,9 @@ class FmuLibrary:
     def _set_start(self, description: FmuDescription, name: str, value: StartValue) -> None:
         variable = description.variables[name]
         kind = {"Enumeration": "Integer" if self.version == 2 else "Int64"}.get(variable.type, variable.type)
-        typed = (str(value) if kind == "String" else bool(value) if kind == "Boolean"
-                 else int(value) if kind in _INTEGERS else float(value))
-        getattr(self.functions, f"set{kind}")([variable.reference], [typed])
+        convert = {"String": str, "Boolean": bool}.get(kind, int if kind in _INTEGERS else float)
+        values = value if isinstance(value, tuple) else (value,)
+        getattr(self.functions, f"set{kind}")([variable.reference], [convert(each) for each in values])
 
     def check(self, function: str, status: int, time_s: float) -> None:
         """Note what a C function returned if it is a warning without a message; `fail` for anything worse."""

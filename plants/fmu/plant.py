@@ -12,7 +12,7 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import Port, Value
 from plants.fmu.archive import SHIPPED, ExtractedFmu
-from plants.fmu.description import FmuDescription, read_description
+from plants.fmu.description import NUMERIC, FmuDescription, FmuVariable, read_description
 from plants.fmu.internal_step import fits, misfit, stepped_alike
 from plants.fmu.library import StartValue
 from plants.fmu.ports import FmuPort, bind_ports
@@ -24,6 +24,7 @@ from plants.fmu.vector import integer_range
 
 _LONGEST_S, _MOST_MB = 3600.0, 10**6
 """Chosen."""
+_TEXTS = ("String", "Binary")
 _DIVERGES, _COARSE = 0.5, 0.01
 """Chosen: parts of their motion by which outputs may not differ with twice as many substeps, and by which
 that is a caution."""
@@ -50,7 +51,8 @@ class Fmu:
     step_rate: communication points, Hz.
     interface: "auto" takes co-simulation where there is the choice.
     input_ports, output_ports: how variables make ports; without any, `bind_ports` tells how they are made.
-    starts: start values by variable name, parameters above all; an input's holds until its first message.
+    starts: start values by variable name, parameters above all, of an array (FMI 3.0) a number for each
+        element, last index fastest; an input's holds until its first message.
     substeps: Runge-Kutta steps of order 8 in a communication step (model exchange only).
     isolate: whether it runs in a process of its own. By default all do but "shipped:finger", which is
         compiled from fesloop's own sources: no file is taken for one of these by what it says of itself.
@@ -72,7 +74,7 @@ class Fmu:
     interface: Literal["auto", "co_simulation", "model_exchange"] = "auto"
     input_ports: tuple[FmuPort, ...] = ()
     output_ports: tuple[FmuPort, ...] = ()
-    starts: dict[str, float | int | bool | str] = field(default_factory=dict)
+    starts: dict[str, float | int | bool | str | tuple[float | int | bool, ...]] = field(default_factory=dict)
     substeps: int = 5
     isolate: bool | None = None
     probe_timeout_s: float = 30.0
@@ -208,32 +210,43 @@ def _checked_starts(
     """Start values as pairs; InputError for a variable that is not there or a value of the wrong type."""
     for name, value in starts.items():
         variable = description.variables.get(name)
-        allowed = [v.name for v in description.variables.values()
-                   if v.causality == "parameter" and v.variability != "constant"]
+        allowed = [v.name for causality in ("parameter", "input") for v in description.variables.values()
+                   if v.causality == causality and v.variability != "constant"]
         if variable is not None and variable.causality == "structuralParameter":
             raise InputError(f"starts.{name}", "is a structural parameter, which sets the sizes of arrays",
-                             ", ".join(allowed[:30]) or "no parameters",
+                             ", ".join(allowed[:30]) or "none",
                              "have the FMU exported with that size")
         if (variable is None or variable.variability == "constant"
                 or variable.causality in ("output", "independent", "calculatedParameter")):
             raise InputError(f"starts.{name}", "is no variable of the FMU that can be set",
-                             ", ".join(allowed[:30]) or "no parameters")
-        if variable.shape != ():
-            raise InputError(f"starts.{name}", "is an array", "scalar variables")
-        text = variable.type in ("String", "Binary")
-        if isinstance(value, str) != text or (isinstance(value, bool) and variable.type != "Boolean"):
-            raise InputError(f"starts.{name}", f"{value!r}", f"a value of type {variable.type}")
-        if variable.type == "Boolean" and value not in (0, 1):
-            raise InputError(f"starts.{name}", f"{value!r}", "true or false")
-        limits = integer_range(description.version, variable.type)
-        if limits and not (isinstance(value, (int, float)) and limits[0] <= value <= limits[1]
-                           and value == int(value)):
-            raise InputError(f"starts.{name}", f"{value!r}",
-                             f"a whole number from {limits[0]} to {limits[1]}")
-        if not isinstance(value, str) and not variable.low <= value <= variable.high:
-            raise InputError(f"starts.{name}", f"{value!r}",
-                             f"{variable.low:g} to {variable.high:g}, which are the FMU's min and max")
-    return tuple(starts.items())
+                             ", ".join(allowed[:30]) or "none")
+        if variable.shape != () and variable.type not in NUMERIC:
+            raise InputError(f"starts.{name}", f"is an array of type {variable.type}",
+                             "scalars, and arrays of numbers")
+        if variable.shape != () and not (isinstance(value, (tuple, list)) and len(value) == variable.size):
+            raise InputError(f"starts.{name}", f"{value!r} for an array of shape {list(variable.shape)}",
+                             f"a list of {variable.size} numbers, last index fastest")
+        for each in value if isinstance(value, (tuple, list)) and variable.shape else (value,):
+            _check_start(f"starts.{name}", variable, each, description.version)
+    return tuple((name, tuple(value) if isinstance(value, list) else value)
+                 for name, value in starts.items())
+
+
+def _check_start(where: str, variable: FmuVariable, value: object, version: int) -> None:
+    """InputError for an element of a start value that is not of the variable's type or beyond its limits."""
+    if (not isinstance(value, (float, int, str)) or isinstance(value, str) != (variable.type in _TEXTS)
+            or (isinstance(value, bool) and variable.type != "Boolean")):
+        raise InputError(where, f"{value!r}", f"a value of type {variable.type}")
+    if isinstance(value, str):
+        return
+    if variable.type == "Boolean" and value not in (0, 1):
+        raise InputError(where, f"{value!r}", "true or false")
+    limits = integer_range(version, variable.type)
+    if limits and not (limits[0] <= value <= limits[1] and value == int(value)):
+        raise InputError(where, f"{value!r}", f"a whole number from {limits[0]} to {limits[1]}")
+    if not variable.low <= value <= variable.high:
+        raise InputError(where, f"{value!r}",
+                         f"{variable.low:g} to {variable.high:g}, which are the FMU's min and max")
 
 
 def _started(description: FmuDescription, starts: tuple[tuple[str, StartValue], ...]) -> FmuDescription:
@@ -241,5 +254,6 @@ def _started(description: FmuDescription, starts: tuple[tuple[str, StartValue], 
     variables = dict(description.variables)
     for name, value in starts:
         if not isinstance(value, str):
-            variables[name] = replace(variables[name], start=float(value))
+            start = tuple(map(float, value)) if isinstance(value, tuple) else float(value)
+            variables[name] = replace(variables[name], start=start)
     return replace(description, variables=variables)

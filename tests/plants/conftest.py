@@ -43,7 +43,9 @@ DESCRIPTION3 = """<?xml version="1.0" encoding="UTF-8"?>
   <CoSimulation modelIdentifier="small" canGetAndSetFMUState="true" canSerializeFMUState="true" {extra}/>
   <ModelVariables>
     <Float64 name="time" valueReference="0" causality="independent" variability="continuous"/>
-    <Float64 name="u" valueReference="1" causality="input" start="0 0 0"><Dimension start="3"/></Float64>
+    <Float64 name="u" valueReference="1" causality="input" start="{start}">
+      <Dimension {dimension}/></Float64>
+    <UInt64 name="N" valueReference="4" causality="structuralParameter" variability="fixed" start="3"/>
     <Float64 name="y" valueReference="2" causality="output" initial="calculated">
       <Dimension start="3"/></Float64>
     <Float64 name="h" valueReference="3" causality="parameter" variability="fixed" start="0"/>
@@ -105,13 +107,14 @@ def small3(tmp_path_factory):
     """Makes the small FMI 3.0 FMU of small3.c, compiled with definitions."""
     from fmpy.fmi3 import FMU3Slave
 
-    def make(*definitions, extra=""):
+    def make(*definitions, extra="", start="0 0 0", dimension='start="3"'):
         folder = tmp_path_factory.mktemp("small3")
         stubs = folder / "stubs.c"
         stubs.write_text(missing_functions(FMU3Slave, "fmi3", FMUS / "small3.c"))
         compiled([FMUS / "small3.c", stubs], folder / "small.so", *definitions)
         return packed(folder / "small.fmu", {
-            "modelDescription.xml": DESCRIPTION3.format(extra=extra),
+            "modelDescription.xml": DESCRIPTION3.format(
+                extra=extra, start=start, dimension=dimension),
             "binaries/x86_64-linux/small.so": (folder / "small.so").read_bytes()})
 
     return make

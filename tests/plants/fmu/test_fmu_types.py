@@ -65,3 +65,9 @@ def test_only_what_can_have_an_effect_is_a_start_value(causality, variability, w
     with pytest.raises(InputError, match=words) as refused:
         _checked_starts(description, {"k": 3})
     assert "\n" not in str(refused.value)
+
+
+def test_inputs_are_named_among_what_can_have_a_start_value():
+    description = described(FmuVariable("u1", 0, "Real", "input", "continuous", (), "1", 0.0))
+    with pytest.raises(InputError, match=r"starts\.u9: .*allowed: u1"):
+        _checked_starts(description, {"u9": 1.0})

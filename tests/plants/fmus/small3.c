@@ -2,6 +2,7 @@
  *
  * It defines what it does; the rest of the interface is stubbed by the build.
  *   INTERNAL_STEP_S, or parameter h: y moves on this grid only, and lastSuccessfulTime tells.
+ *   STARTS: start values of u.
  *   LAG: what it tells is this much, of t and h, behind.
  */
 #include <math.h>
@@ -27,6 +28,9 @@ void *fmi3InstantiateCoSimulation(const char *name, const char *token, const cha
     Model *m = calloc(1, sizeof(Model));
 #ifdef INTERNAL_STEP_S
     m->h = INTERNAL_STEP_S;
+#endif
+#ifdef STARTS
+    memcpy(m->u, (double[]){STARTS}, sizeof m->u);
 #endif
     return m;
 }
