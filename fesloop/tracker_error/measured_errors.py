@@ -29,6 +29,7 @@ from fesloop.loop.signals import NEVER
 from fesloop.streams.blocks.replay import replay_of
 from fesloop.streams.recording import MotionRecording
 from fesloop.tracker_error.error_record import ErrorRecord
+from fesloop.tracker_error.reference_agreement import require_agreement
 
 Array = NDArray[np.float64]
 _AXES = "xyz"
@@ -78,6 +79,7 @@ def _against_reference(recording: Recording, name: str, player: str, late_ns: in
     if reference is None or not source.pairs:
         raise InputError(table["recording"], "has no reference of two neighbouring segments",
                          "a recording with one, such as of the sets chain5 and wrist")
+    require_agreement(source)
     signal = recording.signal(name)
     told = measuring(recording, make(Score, recording.experiment["score"], {}, "score"), name, signal)
     captured = signal.newest_ns[told] + played.start_ns
