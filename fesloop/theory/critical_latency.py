@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import cast
 
@@ -13,6 +14,7 @@ from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
+from fesloop.loop.duration import ZERO
 from fesloop.loop.wiring import Connection
 from fesloop.theory import wires
 from fesloop.theory.linear_loop import LinearLoop, linear_loop
@@ -26,6 +28,8 @@ _FINEST = 64
 """Of them in a period at most, whatever the oscillations and the rates (chosen)."""
 _WITHIN = 1e-3
 """How closely a greatest growth between them is found, as a part of their distance (chosen)."""
+_SAME = 1e-7
+"""Difference below which two eigenvalues count as the same (chosen: far above rounding)."""
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
@@ -55,7 +59,8 @@ def critical_latency_ms(loop: Experiment | LinearLoop, wire: str, up_to_ms: floa
     loop: with all else as it is.
     wire: its name, "a.b->c.d".
 
-    Raises InputError as `linear_loop` does, and for a wire that is not on the loop.
+    Raises InputError as `linear_loop` does, for a wire that is not on the loop, and for a loop with a mode
+    that does not decay and that the wire does not reach: it comes to rest at no latency.
     """
     loop = loop if isinstance(loop, LinearLoop) else linear_loop(loop)
     connection = loop.wire(wire)
@@ -68,6 +73,7 @@ def critical_latency_ms(loop: Experiment | LinearLoop, wire: str, up_to_ms: floa
         return growth(loop.with_latency(wire, latency_ns))
 
     with one_blas_thread():
+        _require_reached(loop, wire, [least_ns + (most_ns - least_ns) // part for part in (97, 13, 3)])
         in_ticks = _in_ticks(loop, connection)
         step_ns = _staircase_ns(connection) // 2 if in_ticks else _distance_ns(loop)
         bracket = _first_crossing(growth_at, least_ns, most_ns, max(1, step_ns), smooth=not in_ticks)
@@ -79,6 +85,31 @@ def critical_latency_ms(loop: Experiment | LinearLoop, wire: str, up_to_ms: floa
             held = growth_at(middle) < 1.0
             stable_ns, unstable_ns = (middle, unstable_ns) if held else (stable_ns, middle)
     return unstable_ns / NS_PER_MS
+
+
+def _require_reached(loop: LinearLoop, wire: str, latencies_ns: Sequence[int]) -> None:
+    """Raise InputError for a mode that does not decay, whatever the latency: one outside the loop.
+
+    Draws do not reach it either, so they are left out.
+    """
+    def undrawn(c: Connection) -> Connection:
+        return replace(c, wire=replace(c.wire, jitter=ZERO, loss=0.0, burst_messages=0.0))
+
+    sure = replace(loop, connections=tuple(undrawn(c) for c in loop.connections))
+    common: set[complex] | None = None
+    for latency_ns in latencies_ns:
+        matrix = period_map(sure.with_latency(wire, latency_ns), read=False).matrix
+        assert matrix is not None
+        values = np.linalg.eigvals(matrix)
+        staying = [value for value in values if abs(value) >= 1.0 - _SAME]
+        common = {each for each in staying
+                  if common is None or any(abs(each - old) <= _SAME for old in common)}
+    if common:
+        growth_of = max(abs(value) for value in common)
+        raise InputError(f"wire {wire}", f"a mode that it does not reach is multiplied by {growth_of:.9g} "
+                         "in each period, so the loop comes to rest at no latency",
+                         "a loop all of whose modes decay",
+                         "look for an integrator that the loop does not reach or does not see")
 
 
 def _in_ticks(loop: LinearLoop, connection: Connection) -> bool:

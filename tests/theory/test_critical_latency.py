@@ -1,6 +1,7 @@
 """Critical latencies against those of an integrator under sampled feedback, known in closed form."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,9 +13,11 @@ from scipy.linalg import expm
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
 from fesloop.loop.duration import Duration
+from fesloop.loop.wiring import Node
 from fesloop.reproduce.linear_theory import SENSED, STIMULATED, Crossing, growth
 from fesloop.theory import critical_latency_ms, linear_loop
 from fesloop.theory.critical_latency import growth as growth_of_moments
+from plants.linear import StateSpace
 
 OUT, BACK = "plant.y->feedback.y", "feedback.u->plant.u"
 
@@ -53,6 +56,17 @@ def test_a_loop_that_no_latency_upsets_has_none():
 
 def test_a_loop_that_is_unstable_anyway_has_no_room():
     assert critical_latency_ms(scalar_loop(0.0, 2.5 / PERIOD_S), BACK) == 0.0
+
+
+@settings(max_examples=20, deadline=None)
+@given(hidden=st.floats(0.0, 2.0), reached=st.booleans(), gain=st.floats(1.0, 20.0))
+def test_a_mode_outside_the_loop_that_does_not_decay_is_told_apart(hidden, reached, gain):
+    b, c = ((1.0,), (1.0 if reached else 0.0,)), ((1.0, 0.0 if reached else 1.0),)
+    plant = StateSpace(a=((-1.0, 0.0), (0.0, hidden)), b=b, c=c)
+    loop = scalar_loop(0.0, gain)
+    loop = replace(loop, nodes=[Node("plant", plant), *(n for n in loop.nodes if n.name != "plant")])
+    with pytest.raises(InputError, match="a mode that it does not reach"):
+        critical_latency_ms(loop, BACK)
 
 
 def test_losses_leave_less_room():
