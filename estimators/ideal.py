@@ -124,7 +124,9 @@ class IdealTracker:
             if np.any(getattr(self, name)):
                 raise uncovered(name, f"{getattr(self, name)}", "0")
         sd = _rad(self.noise_deg, self.joints)
-        whole = memoryless(("angles",), "angles", np.eye(self.joints), np.diag(sd) if sd.any() else None)
+        whole = replace(
+            memoryless(("angles",), "angles", np.eye(self.joints), np.diag(sd) if sd.any() else None),
+            offset=_rad(self.bias_deg, self.joints))
         delay, clock = duration_ns(self.delay_ms, NS_PER_MS, "delay_ms"), context.clock
         if not delay:
             return whole

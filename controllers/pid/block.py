@@ -168,7 +168,10 @@ class Pid:
         scale = 1.0 if lognormal else 1e-6 * self.full_scale_us
         return SampledForm(inputs=("reference", "measured"), output="stimulation", a=a, b=b, c=scale * c,
                            d=scale * d, noise=np.zeros((self.muscles, 0)),
-                           curves=self.recruitment if lognormal else None)
+                           curves=self.recruitment if lognormal else None,
+                           offset=scale * np.array(self.bias or (0.0,) * self.muscles),
+                           least=np.zeros(self.muscles) if lognormal else None,
+                           greatest=self.allocation().reach() if lognormal else None)
 
     def init(self, context: Context) -> PidState:
         """At rest, coefficients for the context's clock."""

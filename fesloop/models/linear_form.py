@@ -1,6 +1,7 @@
 """What a block or a plant says of itself where it is linear: the form that the theory of a loop is made of.
 
-Deviations from rest are what counts, so constants (offsets, bias, a constant reference) stand in no form.
+Deviations from rest are what counts; constants and limits (`offset`, `least`, `greatest`) tell where a loop
+rests, and whether it is linear there.
 A signal of stimulation (channels, 2) counts as one number a channel: the drive, where `curves` turn drives
 into pulses and a plant's own turn them back, else the pulse width in s.
 """
@@ -34,6 +35,8 @@ class SampledForm:
     noise: (outputs, noises); may have no columns.
     curves: recruitment that the block inverts to make pulses of drives.
     passes_pulses: whether it puts out the pulses that it reads, as they are.
+    offset: (outputs,), a constant added to y; None for none.
+    least, greatest: (outputs,), limits that y is cut to; None for none.
     """
 
     inputs: tuple[str, ...]
@@ -45,6 +48,9 @@ class SampledForm:
     noise: Array
     curves: Recruitment | None = None
     passes_pulses: bool = False
+    offset: Array | None = None
+    least: Array | None = None
+    greatest: Array | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -57,6 +63,7 @@ class ContinuousForm:
     a, b, c: (n, n), (n, inputs), (outputs, n).
     delay_ns: of the input.
     curves: recruitment that turns pulses into u.
+    offset: (outputs,), y at u = 0; None for zero.
     """
 
     input: str
@@ -66,12 +73,13 @@ class ContinuousForm:
     c: Array
     delay_ns: int = 0
     curves: Recruitment | None = None
+    offset: Array | None = None
 
     @classmethod
     def of(cls, model: LinearModel, input: str, output: str, per_unit: float = 1.0) -> ContinuousForm:
         """The form of a model whose drive is `per_unit` times what the input carries."""
         return cls(input=input, output=output, a=model.a, b=per_unit * model.b, c=model.c,
-                   delay_ns=model.delay_ns, curves=model.recruitment)
+                   delay_ns=model.delay_ns, curves=model.recruitment, offset=model.offset)
 
 
 @runtime_checkable

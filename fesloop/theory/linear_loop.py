@@ -6,8 +6,8 @@ to how deviations from rest spread, so it is left out.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 import numpy as np
@@ -18,9 +18,10 @@ from fesloop.experiment.experiment import Experiment
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, RateClock
 from fesloop.loop.order import Sampling, firing_order
+from fesloop.loop.surroundings import is_source, put_out
 from fesloop.loop.wiring import Connection, Node
 from fesloop.models.linear_form import ContinuousForm, LinearBlock, LinearPlant, SampledForm, uncovered
-from fesloop.theory import wires
+from fesloop.theory import rest, wires
 from fesloop.theory.floats import within_floats
 
 Array = NDArray[np.float64]
@@ -39,6 +40,8 @@ class LinearLoop:
     truth: (outputs, n), rows of the plant's states whose cost is asked.
     truth_names, truth_unit: of these outputs.
     reading: when the recorder looks at the plant.
+    given: (block, port) to what comes there from outside the loop, at the end of a trial; not there where
+        that is not known beforehand.
     """
 
     name: str
@@ -50,6 +53,7 @@ class LinearLoop:
     truth_names: tuple[str, ...]
     truth_unit: str
     reading: RateClock
+    given: Mapping[tuple[str, str], Array] = field(default_factory=dict)
 
     @property
     def order(self) -> tuple[Sampling | Node, ...]:
@@ -89,7 +93,8 @@ def linear_loop(experiment: Experiment) -> LinearLoop:
 
     Raises InputError, in one line that names the part and why, for what is not linear and for what the theory
     does not cover: several plants, plants of fixed steps, stamps in place of rates, random execution times,
-    jitter into a plant, jitter kept in order, and jitter or losses in bursts on more than one wire.
+    jitter into a plant, jitter kept in order, jitter or losses in bursts on more than one wire, and a loop
+    that rests on or beyond a limit of one of its blocks.
     """
     wiring = experiment.wiring
     plant, downstream = _plant_of_the_loop(experiment)
@@ -110,11 +115,13 @@ def linear_loop(experiment: Experiment) -> LinearLoop:
     rows = _plant_form(plant, port.name).c
     named = len(experiment.score.joints) == len(rows)
     truth_names = experiment.score.joints if named else tuple(f"{port.name}[{i}]" for i in range(len(rows)))
-    return LinearLoop(
+    loop = LinearLoop(
         name=experiment.name, plant=plant, plant_form=plant_form, connections=used,
         blocks=tuple((node, forms[node.name]) for node in wiring.nodes if node.name in forms),
         truth=rows, truth_names=truth_names, truth_unit=port.unit,
-        reading=RateClock.from_rate(experiment.record.plant_rate))
+        reading=RateClock.from_rate(experiment.record.plant_rate), given=_given(experiment, forms, used))
+    rest.require_within_limits(loop)
+    return loop
 
 
 def _plant_of_the_loop(experiment: Experiment) -> tuple[Node, set[str]]:
@@ -182,6 +189,25 @@ def _block_form(node: Node, seed: int) -> SampledForm:
                         "zero, or fixed and no longer than a period")
     return cast(SampledForm, _named(
         node.name, lambda: part.linear_form(Context(node.name, seed, clock=node.clock))))
+
+
+def _given(
+    experiment: Experiment, forms: Mapping[str, SampledForm], used: Sequence[Connection]
+) -> dict[tuple[str, str], Array]:
+    """What inputs of blocks on the loop that no wire of the loop leads to read in the end."""
+    wiring, given = experiment.wiring, {}
+    for node in (each for each in wiring.nodes if each.name in forms):
+        for number, port in enumerate(node.part.inputs):
+            into = [c for c in wiring.connections if c.target is node and c.target_port == number]
+            if port.name not in forms[node.name].inputs or any(c in used for c in into):
+                continue
+            if not into:
+                given[node.name, port.name] = np.ravel(port.initial_value())
+            elif is_source(into[0].source):
+                values = put_out(wiring, into[0].source, into[0].source_port, experiment.duration_ns)
+                if len(values):
+                    given[node.name, port.name] = np.ravel(values[-1])
+    return given
 
 
 def _plant_form(plant: Node, output: str) -> ContinuousForm:

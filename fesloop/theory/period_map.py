@@ -59,10 +59,13 @@ class PeriodMap:
 
 
 @within_floats("a period of the loop")
-def period_map(loop: LinearLoop, read: bool = True) -> PeriodMap:
-    """The period of a loop, with the recorder's readings where `read`."""
-    plan = schedule(loop, read)
-    period = _Period(loop, plan)
+def period_map(loop: LinearLoop, read: bool = True, watched: str = "") -> PeriodMap:
+    """The period of a loop, with the recorder's readings where `read`.
+
+    `watched`: name of a block all of whose outputs are read in their place.
+    """
+    plan = schedule(loop, read and not watched)
+    period = _Period(loop, plan, watched)
     steps, chances = period.run()
     return PeriodMap(plan.period_ns / NS_PER_S, tuple(pruned(steps, period.rows.plant)), chances)
 
@@ -102,10 +105,11 @@ class _Rows:
 class _Period:
     """A period being run on rows."""
 
-    def __init__(self, loop: LinearLoop, plan: Schedule) -> None:
-        self.loop, self.plan = loop, plan
+    def __init__(self, loop: LinearLoop, plan: Schedule, watched: str) -> None:
+        self.loop, self.plan, self.watched = loop, plan, watched
         self.rows = _Rows(loop, plan)
         self.forms: dict[str, SampledForm] = {node.name: form for node, form in loop.blocks}
+        self.outputs = len(self.forms[watched].c) if watched else len(loop.truth)
         self.steps: list[Step] = []
         self.transitions: list[Array] = []
         self.held: dict[int, tuple[Array, Array]] = {}
@@ -118,7 +122,7 @@ class _Period:
 
     def _end(self) -> None:
         """The flow ends here."""
-        states, outputs = self.rows.total, len(self.loop.truth)
+        states, outputs = self.rows.total, self.outputs
         noise = self.z[:, states:]
         readings = np.zeros((len(self.readings), outputs, self.z.shape[1]))
         for row, reading in zip(readings, self.readings, strict=True):
@@ -203,6 +207,8 @@ class _Period:
         output = form.c @ self.z[block] + form.d @ given
         output[:, output.shape[1] - form.noise.shape[1]:] += form.noise
         self.z[block] = form.a @ self.z[block] + form.b @ given
+        if node.name == self.watched:
+            self.readings.append(output)
         number = [port.name for port in node.part.outputs].index(form.output)
         for connection in self.loop.connections:
             if connection.source is node and connection.source_port == number:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fesloop.experiment.experiment import Experiment
 from fesloop.theory.linear_loop import LinearLoop, linear_loop
 from fesloop.theory.period_map import period_map
+from fesloop.theory.rest import require_room
 from fesloop.theory.second_moments import SecondMoments
 
 Array = NDArray[np.float64]
@@ -65,7 +66,8 @@ class StationaryCost:
 def stationary_cost(loop: Experiment | LinearLoop) -> StationaryCost:
     """The stationary cost of an experiment's linear loop.
 
-    Raises InputError as `linear_loop` does, and for rates that do not soon come together.
+    Raises InputError as `linear_loop` does, for rates that do not soon come together, and for a loop whose
+    noise takes it to a limit again and again.
     """
     loop = loop if isinstance(loop, LinearLoop) else linear_loop(loop)
     period = period_map(loop)
@@ -73,4 +75,13 @@ def stationary_cost(loop: Experiment | LinearLoop) -> StationaryCost:
     radius = recursion.spectral_radius()
     cost = StationaryCost(names=loop.truth_names, unit=loop.truth_unit, spectral_radius=radius,
                           rms=np.full(len(loop.truth), math.inf), period_s=period.period_s)
-    return replace(cost, rms=np.sqrt(recursion.variance(recursion.at_rest()))) if cost.stable else cost
+    if not cost.stable:
+        return cost
+    require_room(loop, lambda name: _spread(loop, name))
+    return replace(cost, rms=np.sqrt(recursion.variance(recursion.at_rest())))
+
+
+def _spread(loop: LinearLoop, block: str) -> Array:
+    """Standard deviation of all that a block puts out, of a loop that is mean-square stable."""
+    recursion = SecondMoments(period_map(loop, watched=block))
+    return np.asarray(np.sqrt(recursion.variance(recursion.at_rest())))

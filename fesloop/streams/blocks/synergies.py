@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import cast
 
 import numpy as np
@@ -115,7 +115,7 @@ class Synergies:
 
     def linear_form(self, context: Context) -> SampledForm:
         """The sums; `sd` has none."""
-        return memoryless(("angles",), "synergies", self.matrix)
+        return replace(memoryless(("angles",), "synergies", self.matrix), offset=self.offset)
 
     def init(self, context: Context) -> tuple[Array, Array]:
         """C and c: constants."""
