@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -15,6 +16,7 @@ from fesloop.experiment.metrics.fingertips import by_tip, coverage, fingertip_er
 from fesloop.experiment.metrics.grasp import grasp_metrics
 from fesloop.experiment.metrics.joints import (
     Trace,
+    columns,
     held,
     joint_rmse_deg,
     range_deg,
@@ -44,8 +46,9 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
     the truth of the instant of its capture, from when the tracker has taken its initial pose: what it puts
     out before is an assumption. split_rmse_deg: the error that the patient sees (total), what
     of it the controller could not see (tracker, latency included), and what it saw and did not put right
-    (controller), one a trial; split_from_s: from when on, as it takes an aligned tracker and a latency until
-    the controller sees anything, so that the total is not joint_rmse_deg. Under joints the same by joint;
+    (controller), one a trial; split_from_s: the first instant that counts for these, at which the trial is
+    scored (after_s), the reference is known, and an estimate that an aligned tracker put out had reached the
+    controller: the total need not be joint_rmse_deg. Under joints the same by joint;
     range_deg, how far each joint went, where truth stands alone. `grasp_metrics`, `cycle_metrics` and
     `search_metrics` say theirs.
     orientation_rmse_deg and relative_angle_rmse_deg: against the reference of the recording that was
@@ -155,9 +158,22 @@ def measuring(recording: Recording, score: Score, name: str, signal: Signal,
     told = (signal.newest_ns >= 0) & (signal.times_ns >= _ns(score.after_s))
     if score.until_s is not None:
         told &= signal.times_ns <= _ns(score.until_s)
-    for aligned in alignments(recording, name):
-        told &= held(recording.column(aligned, trial), signal.times_ns)[:, 0] > 0.5
-    return told
+    return told & _from_aligned(recording, name, signal, trial)
+
+
+def _from_aligned(recording: Recording, name: str, signal: Signal, trial: int) -> NDArray[np.bool_]:
+    """Rows that derive from a step at which their tracker was aligned.
+
+    An output of the tracker itself is of the same step. One of a block behind it is of the newest step whose
+    captures it has: it may be put out when the tracker is aligned, and come from before.
+    """
+    aligned = np.ones(signal.times_ns.size, bool)
+    for flag in alignments(recording, name):
+        told = recording.signal(flag, trial)
+        same = flag.partition(".")[0] == name.partition(".")[0]
+        since, at = (told.times_ns, signal.times_ns) if same else (told.newest_ns, signal.newest_ns)
+        aligned &= columns(held((since, told.values), at))[:, 0] > 0.5
+    return aligned
 
 
 def alignments(recording: Recording, estimate: str) -> list[str]:
@@ -197,26 +213,23 @@ def _of_the_tracker(joints: Mapping[str, Any], split: bool) -> list[tuple[str, .
 
 
 def _measured(recording: Recording, name: str, trial: int) -> Trace:
-    """What the controller could see of an estimate; NaN until its tracker has taken its initial pose."""
-    times, values = _arrived(recording, name, trial)
-    for aligned in alignments(recording, name):
-        since, flags = recording.column(aligned, trial)
-        taken = np.flatnonzero(flags[:][:, 0] > 0.5)
-        first = since[taken[0]] if taken.size else FOREVER
-        if times.size and times[0] < first:
-            values = np.array(values[:])
-            values[times < first] = np.nan
-    return times, values
-
-
-def _arrived(recording: Recording, name: str, trial: int) -> Trace:
-    """A signal as it stands at the end of its first wire: what the block there could see."""
+    """What the controller could see of an estimate; NaN until one of an aligned tracker has arrived."""
     signal = recording.signal(name, trial)
-    table = next((wire for wire in recording.experiment["wires"] if wire["from"] == name), None)
+    since = np.maximum.accumulate(_from_aligned(recording, name, signal, trial))
+    if not since.all():
+        values = np.array(signal.values)
+        values[~since] = np.nan
+        signal = replace(signal, values=values)
+    return _arrived(recording, signal, trial)
+
+
+def _arrived(recording: Recording, signal: Signal, trial: int) -> Trace:
+    """A signal as it stands at the end of its first wire: what the block there could see."""
+    table = next((wire for wire in recording.experiment["wires"] if wire["from"] == signal.name), None)
     if table is None:
         return signal.left_ns, signal.values
     ends = {"from": "source", "to": "target"}
-    wire: Wire = make(Wire, {ends.get(key, key): value for key, value in table.items()}, {}, name)
+    wire: Wire = make(Wire, {ends.get(key, key): value for key, value in table.items()}, {}, signal.name)
     return _through(wire, signal, recording.seed, trial)
 
 

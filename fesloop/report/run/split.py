@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from fesloop.experiment.metrics.scoring import alignments
+from fesloop.loop.clock import NS_PER_S
 from fesloop.report.parts import Bars, Chart, Line, Paragraph, Part, Section
 from fesloop.report.run.axes import from_zero
-from fesloop.report.run.known import Known
-from fesloop.report.run.words import joint_label, told
+from fesloop.report.run.known import Known, seconds
+from fesloop.report.run.words import joint_label, listed, told
 
 _WORDS = {"total": ("what the patient sees", "truth"), "tracker": ("not seen by the controller", "tracker"),
           "controller": ("seen, not put right", "controller")}
@@ -30,14 +32,32 @@ def split_section(known: Known) -> Section | None:
 
 
 def _span(known: Known) -> Iterator[Part]:
-    """From when on the parts count, and that the tracking error's span is another."""
-    since = [each for each in known.per_trial("split_from_s") if np.isfinite(each)]
-    if since:
-        least, greatest = (f"{each:.3g}" for each in (min(since), max(since)))
-        begin = f"{least} s" if least == greatest else f"{least} to {greatest} s, by trial,"
-        yield Paragraph(text=f"All three count from {begin} on, when an estimate of an aligned tracker had "
-                        "reached the controller. The tracking error of the result counts what was before, "
-                        "too, and need not be the same number.")
+    """From when on the parts count, what set that, and that the tracking error's span is another."""
+    since = {trial: each for trial, each in enumerate(known.per_trial("split_from_s")) if np.isfinite(each)}
+    if not since:
+        return
+    waited = [trial for trial, each in since.items() if each > _scored_from_s(known, trial)]
+    least, greatest = (f"{each:.3g}" for each in (min(since.values()), max(since.values())))
+    begin = f"{least} s" if least == greatest else f"{least} to {greatest} s, by trial,"
+    tracker = "an aligned tracker" if alignments(known.recording, known.score["estimate"]) else "the tracker"
+    arrival = f"an estimate of {tracker} had reached the controller"
+    scored = "where scoring begins (`score.after_s`)" if known.score.get("after_s") \
+        else "where the trial begins"
+    if not waited:
+        yield Paragraph(text=f"All three count from {begin} on, {scored}: {arrival} by then. The tracking "
+                        "error of the result counts from there, too.")
+        return
+    rest = "" if len(waited) == len(since) else f" in trial {listed([*map(str, waited)])}, else {scored}"
+    yield Paragraph(text=f"All three count from {begin} on, when {arrival} and the reference was "
+                    f"known{rest}. The tracking error of the result counts what was before, too, and need "
+                    "not be the same number.")
+
+
+def _scored_from_s(known: Known, trial: int) -> float:
+    """The first instant of a trial that is scored."""
+    after_ns = round((known.score.get("after_s") or 0.0) * NS_PER_S)
+    times, _ = known.recording.column(known.score["truth"], trial, after_ns)
+    return seconds(int(times[0]))
 
 
 def _parts(known: Known, split: dict[str, list[float]]) -> Iterator[Part]:

@@ -1,12 +1,14 @@
 """A tracker is scored on what it measures, not on the pose that it was given."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import fesloop
 from fesloop.cli.run_command import _summarise
+from fesloop.experiment.metrics.scoring import _from_aligned
 from fesloop.report.run.known import known_of
 from fesloop.report.run.split import split_section
 
@@ -24,13 +26,23 @@ def test_the_error_of_a_tracker_counts_from_its_alignment_on(align_s, tmp_path):
     assert done.metrics["tracker_rmse_deg"] == pytest.approx([np.sqrt(np.mean(error**2))], rel=1e-9)
 
 
-@pytest.mark.parametrize(("align_s", "latency_ms"), [(0.5, 10), (1.1, 10), (0.0, 150)])
-def test_the_span_of_the_split_error_is_said(align_s, latency_ms, tmp_path, capsys):
-    """Over the instants of the span that is said, the total is the tracking error, and it is not over all."""
-    settings = [*SHORT, f"latency_ms={latency_ms}", f"blocks.tracker.align_s={align_s}"]
+@pytest.mark.parametrize(("align_s", "latency_ms", "after_s"), [
+    (0.5, 10, 0.0), (1.1, 10, 0.0), (0.0, 150, 0.0), (0.5, 300, 0.0), (0.5, 300, 0.6), (0.5, 300, 1.0)])
+def test_the_span_of_the_split_error_is_said(align_s, latency_ms, after_s, tmp_path, capsys):
+    """Over the instants of the span that is said, the total is the tracking error, and it is not over all.
+
+    It begins when what the aligned tracker put out has travelled, or where scoring begins.
+    """
+    settings = [*SHORT[:1], f"score.after_s={after_s}", f"latency_ms={latency_ms}",
+                f"blocks.tracker.align_s={align_s}", "blocks.controller.horizon=20",
+                "blocks.reference.preview=20"]
     done = fesloop.load("finger_mpc", settings).run(tmp_path)
     (since_s,) = done.metrics["split_from_s"]
-    assert since_s >= max(align_s, latency_ms / 1e3)
+    with fesloop.Recording(done.recording) as recording:
+        flag = recording.signal("tracker.aligned")
+    left_ns = flag.left_ns[(flag.values[:, 0] > 0.5) & (flag.newest_ns >= 0)][0]
+    arrival_s = left_ns / 1e9 + latency_ms / 1e3
+    assert since_s == pytest.approx(max(after_s, arrival_s), abs=1.1e-3)
     with fesloop.Recording(done.recording) as recording:
         truth, wanted = recording.signal("patient.angles"), recording.signal("reference.angles")
         counted = truth.times_ns >= round(since_s * 1e9)
@@ -39,10 +51,27 @@ def test_the_span_of_the_split_error_is_said(align_s, latency_ms, tmp_path, caps
         error = np.degrees(truth.values[counted] - wanted.values[then])
         page = split_section(known_of(recording))
     assert done.metrics["split_rmse_deg"]["total"] == pytest.approx([np.sqrt(np.mean(error**2))], rel=1e-9)
-    assert f"count from {since_s:.3g} s" in page.parts[1].text
+    text = page.parts[1].text
+    assert f"count from {since_s:.3g} s" in text
+    assert ("where scoring begins (`score.after_s`)" in text) == (arrival_s < after_s)
+    assert ("on, when an estimate of an aligned tracker had reached" in text) == (arrival_s > after_s)
+    assert ("counts what was before" in text) == (done.metrics["split_rmse_deg"]["total"]
+                                                  != pytest.approx(done.metrics["joint_rmse_deg"], rel=1e-9))
     _summarise(done, ())
     row = next(line for line in capsys.readouterr().err.splitlines() if line.startswith("split_from_s "))
     assert float(row.split()[1]) == pytest.approx(since_s, abs=1e-3)
+
+
+def test_what_a_tracker_put_out_before_it_was_aligned_does_not_count_where_it_arrives_late():
+    """Behind another block, which passes it on when the tracker has long been aligned."""
+    signal = SimpleNamespace(times_ns=np.arange(8) * 10, newest_ns=np.arange(8) * 10 - 30)
+    flags = SimpleNamespace(times_ns=np.arange(8) * 10, newest_ns=np.arange(8) * 10,
+                            values=np.array([0, 0, 1, 1, 1, 1, 1, 1.0]))
+    recording = SimpleNamespace(units={"tracker.aligned": "1", "tracker.angles": "rad", "select.out": "rad"},
+                                experiment={"wires": [{"from": "tracker.angles", "to": "select.in"}]},
+                                signal=lambda name, trial: flags)
+    told = _from_aligned(recording, "select.out", signal, 0)
+    np.testing.assert_array_equal(told, signal.newest_ns >= 20)
 
 
 def test_a_tracker_that_never_aligned_has_no_error_and_a_reason(tmp_path):

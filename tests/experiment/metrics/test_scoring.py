@@ -31,7 +31,7 @@ def test_what_stood_at_the_controller_is_what_it_read_at_every_tick(tmp_path, mo
     result = fesloop.load(LATENCY, [*ROUGH, f"{WIRE}.{more}"]).run(tmp_path)
     with Recording(result.recording) as recording:
         for trial in range(2):
-            arrived = _arrived(recording, "tracker.angles", trial)
+            arrived = _arrived(recording, recording.signal("tracker.angles", trial), trial)
             estimate = recording.signal("tracker.angles", trial)
             steps = recording.signal("controller.stimulation", trial)
             told = steps.times_ns > 200_000_000
