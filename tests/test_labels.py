@@ -89,9 +89,21 @@ def test_a_study_speaks_of_intervals_where_it_shows_some(tmp_path_factory, value
     cells = results.cells("error_deg")
     assert ("interval" in told) == bool(re.search(rf"\({NUMBER} to {NUMBER}\)", told))
     assert "nan" not in told
+    shown = re.compile(rf"{NUMBER} \({NUMBER} to {NUMBER}\)")
+    assert [found[0] for found in shown.finditer(told)] == [str(cell) for cell in cells if cell.has_interval]
     for cell in cells:
         assert "nan" not in str(cell)
-        assert ("no interval" in str(cell)) == (math.isfinite(cell.value) and not math.isfinite(cell.low))
+        assert ("no interval" in str(cell)) == (math.isfinite(cell.value) and not cell.has_interval)
+        assert cell.has_interval == (math.isfinite(cell.low) and cell.sd > 1e-9 * abs(cell.value))
+
+
+def test_a_study_shows_no_interval_of_replicates_that_do_not_differ(tmp_path):
+    store = write_store(tmp_path / "study.sqlite", {"x": [0]}, 2, lambda *about: {"error_deg": 1.0})
+    screen = io.StringIO()
+    with contextlib.redirect_stderr(screen):
+        _show(Summary(study="s", store=store, runs=2, done=2, wall_s=0.0), load_study(store))
+    assert "interval" not in screen.getvalue()
+    assert "1 to 1" not in screen.getvalue()
 
 
 @given(st.lists(st.floats(-1e3, 1e3) | st.just(math.nan) | st.just(math.inf), min_size=1, max_size=5))

@@ -120,7 +120,7 @@ def _show(summary: Summary, results: StudyResults) -> None:
     rows = results.summary()
     axes = list(dict.fromkeys(axis for row in rows for axis in row.levels))
     intervals = len(results.metrics) <= _WITH_INTERVALS and any(
-        math.isfinite(each.high - each.low) for row in rows for each in row.metrics.values())
+        each.has_interval for row in rows for each in row.metrics.values())
     cells = [[*(str(row.levels.get(axis, "all")) for axis in axes), f"{row.planned - row.waiting}",
               f"{row.failed}", *(_told(estimate, intervals) for estimate in row.metrics.values())]
              for row in rows]
@@ -135,5 +135,5 @@ def _show(summary: Summary, results: StudyResults) -> None:
 def _told(estimate: Estimate, interval: bool) -> str:
     if math.isnan(estimate.value):
         return "-"
-    known = interval and math.isfinite(estimate.high - estimate.low)
+    known = interval and estimate.has_interval
     return f"{estimate.value:.3g}" + (f" ({estimate.low:.3g} to {estimate.high:.3g})" if known else "")

@@ -68,6 +68,11 @@ class Estimate:
         return in_words(self.value, self.low, self.high, self.units, self.sd)
 
     @property
+    def has_interval(self) -> bool:
+        """Whether there is one, of values that differ."""
+        return math.isfinite(self.high - self.low) and not alike(self.value, self.low, self.high, self.sd)
+
+    @property
     def planned(self) -> int:
         """Runs of any outcome."""
         return self.runs + self.failed + self.missing + self.waiting
