@@ -39,13 +39,34 @@ def _print(report: dict[str, Any]) -> None:
             "angle", "moved", "first half", "second half", "process there", "within 15 %",
             "autocorrelation in band", "lags %"], rows, sys.stderr)
     print(f"age {report['age_ms']:g} ms at least, {100.0 * report['loss']:.3g} % lost", file=sys.stderr)
-    if report["ahead_ms"] > _AHEAD_MS:
-        print(f"the estimates are {report['ahead_ms']:.3g} ms ahead of the reference: no tracker is, so its "
-              "stamps are late; --reference-late takes that off", file=sys.stderr)
+    if told := delay_text(report["ahead_ms"], report["half_sample_ms"], report["recorded_reference"]):
+        print(told, file=sys.stderr)
     for key, text in (("too_slow_to_tell", "slower than half a recording of this length can tell"),
                       ("left_out", "too little known to fit")):
         if report[key]:
             print(f"{text}: {', '.join(report[key])}", file=sys.stderr)
+
+
+def delay_text(ahead_ms: float, half_sample_ms: float, recorded: bool) -> str:
+    """By how much estimates are shifted, and what that can come from; empty for hardly at all.
+
+    `recorded`: whether against a recorded reference, whose stamps may be off, and not a plant's truth.
+    """
+    if abs(ahead_ms) <= _AHEAD_MS:
+        return ""
+    which = f"{abs(ahead_ms):.3g} ms {'ahead of' if ahead_ms > 0.0 else 'behind'}"
+    if not recorded:
+        return f"the estimates are {which} the truth"
+    told = f"the estimates are {which} the reference"
+    late_ms = ahead_ms - half_sample_ms
+    own = (f"half a sample ahead, {half_sample_ms:.3g} ms, are those of a tracker that takes each rate for "
+           "the whole period before it, such as vqf")
+    takes = f"--reference-late {late_ms:.3g} takes that off (of such a tracker; {ahead_ms:.3g} of another)"
+    if ahead_ms < 0.0:
+        return f"{told}: the tracker lags, or the reference's stamps are early, where {takes}; {own}"
+    if late_ms <= _AHEAD_MS:
+        return f"{told}: {own}; of any other tracker the reference's stamps are late by that"
+    return f"{told}: {own}; the rest is no tracker's, the reference's stamps are late; {takes}"
 
 
 def _yes(holds: bool) -> str:

@@ -25,7 +25,7 @@ from fesloop.tracker_error.correlation import correlation_of
 from fesloop.tracker_error.error_record import ErrorRecord
 from fesloop.tracker_error.judging import Judgement, judge
 from fesloop.tracker_error.measured_errors import MeasuredErrors, measured_errors
-from fesloop.tracker_error.message_times import message_times
+from fesloop.tracker_error.message_times import message_times, sample_ms
 from fesloop.tracker_error.series_fit import FEWEST, fit_series
 
 PLAYER = "hil_replay"
@@ -43,8 +43,11 @@ class FittedError:
     judgements: on the second half, one an angle.
     too_slow: angles that err so slowly that the half which was fitted is too short to tell how much.
     left_out: angles of which too little is known in either half.
-    ahead_ms: median of the `lead_s` of the angles that are moved. No tracker is ahead of what it tracks:
-        where this is above 0, it is rather the reference that is late (`reference_late_ms` takes that off).
+    ahead_ms: median of the `lead_s` of the angles that are moved; negative where the estimates lag. More than
+        `half_sample_ms` is no tracker's: the reference is late (`reference_late_ms` takes that off).
+    half_sample_ms: half the period of the tracker's samples. A tracker that takes the newest rate for the
+        whole period before it, as VQF does, is as much ahead of gyroscopes that sample an instant.
+    recorded_reference: whether the errors are against a recording's reference, and not a simulation's truth.
     fitted_s, judged_s: length of both halves. from_s: where the first begins: what is scored, once aligned.
     """
 
@@ -53,6 +56,8 @@ class FittedError:
     too_slow: tuple[str, ...]
     left_out: tuple[str, ...]
     ahead_ms: float
+    half_sample_ms: float
+    recorded_reference: bool
     fitted_s: float
     judged_s: float
     from_s: float
@@ -61,7 +66,9 @@ class FittedError:
         """As plain tables."""
         return {"source": self.process.source, "fitted_s": self.fitted_s, "judged_s": self.judged_s,
                 "from_s": self.from_s,
-                "ahead_ms": self.ahead_ms, "age_ms": self.process.age_ms, "loss": self.process.loss,
+                "ahead_ms": self.ahead_ms, "half_sample_ms": self.half_sample_ms,
+                "recorded_reference": self.recorded_reference,
+                "age_ms": self.process.age_ms, "loss": self.process.loss,
                 "angles": [judgement.as_table() for judgement in self.judgements],
                 "too_slow_to_tell": list(self.too_slow), "left_out": list(self.left_out)}
 
@@ -142,6 +149,7 @@ def fit_measured(measured: MeasuredErrors, seed: int = 0, progress: Progress | N
     kept = {fit.series.name for fit in fits}
     return FittedError(
         process=process, judgements=judgements, ahead_ms=1e3 * float(np.median(leads)) if leads else 0.0,
+        half_sample_ms=0.5 * sample_ms(measured.estimates), recorded_reference=measured.recorded,
         fitted_s=_length(enough, 0), judged_s=_length(enough, 1), from_s=float(enough[0][0].times_s[0]),
         too_slow=tuple(fit.series.name for fit in fits if fit.too_slow),
         left_out=tuple(record.name for record in measured.records if record.name not in kept))

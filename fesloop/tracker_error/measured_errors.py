@@ -46,6 +46,7 @@ class MeasuredErrors:
     records: one an angle, all at the same instants.
     cut_s: the middle of the recording.
     estimates: the tracker's ticks. lost: (n,), ticks for which a sensor's sample was lost.
+    recorded: whether they are against a recorded reference, and not a plant's truth.
     source: of which recording and tracker, in words.
     """
 
@@ -53,6 +54,7 @@ class MeasuredErrors:
     cut_s: float
     estimates: Signal
     lost: NDArray[np.bool_]
+    recorded: bool
     source: str
 
 
@@ -103,7 +105,7 @@ def _against_reference(recording: Recording, name: str, player: str, late_ns: in
     kind = recording.experiment["blocks"][name.partition(".")[0]]["kind"]
     of_set = f" {source.sensor_set}" if source.sensor_set else ""
     return MeasuredErrors(records=tuple(records), cut_s=cut_s, estimates=signal,
-                          lost=_lost_samples(source, captured, told),
+                          lost=_lost_samples(source, captured, told), recorded=True,
                           source=f"{source.path.name}{of_set}, tracker {kind}")
 
 
@@ -169,7 +171,7 @@ def _against_truth(recording: Recording, score: dict[str, object]) -> MeasuredEr
     records = [_record(name, True, times_s, values[:, i] - true[:, i], filled(times_s, centred[:, i]))
                for i, name in enumerate(names)]
     return MeasuredErrors(records=tuple(records), cut_s=cut_s, estimates=signal,
-                          lost=np.zeros(signal.times_ns.size, dtype=bool),
+                          lost=np.zeros(signal.times_ns.size, dtype=bool), recorded=False,
                           source=f"{recording.name} {recording.fingerprint[:12]} {estimate}")
 
 

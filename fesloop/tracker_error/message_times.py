@@ -47,6 +47,12 @@ def message_times(signal: Signal, lost: NDArray[np.bool_], before_ns: int) -> Me
     return MessageTimes(age_ms=least / NS_PER_MS, jitter=jitter, loss=share, burst_messages=burst)
 
 
+def sample_ms(signal: Signal) -> float:
+    """Median time between the captures behind estimates, ms; 0 where there are no two."""
+    steps = np.diff(np.unique(signal.newest_ns[signal.newest_ns >= 0]))
+    return float(np.median(steps)) / NS_PER_MS if steps.size else 0.0
+
+
 def _bursts(missing: NDArray[np.bool_]) -> tuple[float, float]:
     """Share of what is missing, and how much of it in a row at the mean; 0 where nothing is."""
     count = int(missing.sum())
