@@ -29,7 +29,7 @@ class Feedback:
 
     @property
     def inputs(self):
-        return (Port("y"),)
+        return (Port("y", unit="rad"),)
 
     @property
     def outputs(self):
@@ -54,11 +54,11 @@ class Sensor:
 
     @property
     def inputs(self):
-        return (Port("y"),)
+        return (Port("y", unit="rad"),)
 
     @property
     def outputs(self):
-        return (Port("y"),)
+        return (Port("y", unit="rad"),)
 
     def linear_form(self, context: Context):
         return memoryless(("y",), "y", np.eye(1), np.array([[self.noise]]))
@@ -71,7 +71,7 @@ class Sensor:
 
 
 def _plant(growth):
-    return Node("plant", StateSpace(a=((growth,),), b=((1.0,),), c=((1.0,),)))
+    return Node("plant", StateSpace(a=((growth,),), b=((1.0,),), c=((1.0,),), output_unit="rad"))
 
 
 def _experiment(name, nodes, wires, plant_rate):

@@ -118,7 +118,9 @@ class Score:
             faults.append(InputError("score.recording", "is missing", ", ".join(players) or "no node does",
                                      "name the node whose recording holds the reference"))
         shapes = {name: port.shape for node in nodes for name, port in _outputs(node)}
-        faults += self._angle_faults({name: port for node in nodes for name, port in _outputs(node)})
+        ports = {name: port for node in nodes for name, port in _outputs(node)}
+        faults += self._unit_faults(ports)
+        faults += self._angle_faults(ports)
         faults += self._tip_faults(shapes)
         for asked in (self.grasp, self.cycles, self.search):
             faults += asked.faults(shapes) if asked is not None else ()
@@ -136,21 +138,28 @@ class Score:
                    for name in dict.fromkeys(self.joints) if self.joints.count(name) > 1]
         return faults
 
-    def _angle_faults(self, ports: Mapping[str, Port]) -> list[InputError]:
-        """Signals that are no angles, or not as many as the truth; unknown sizes are left alone.
+    def _unit_faults(self, ports: Mapping[str, Port]) -> list[InputError]:
+        """Signals in another unit than their score takes them for; one without a unit ("1") is no angle."""
+        read = [(key, getattr(self, key), unit) for key, unit in (
+            ("truth", "rad"), ("reference", "rad"), ("estimate", "rad"), ("orientation", "1"),
+            ("fingertips", "m"))]
+        read += [("trackers", f"{name}.fingertips", "m") for name in self.trackers]
+        grasp = self.grasp.units() if self.grasp else ()
+        read += [(f"grasp.{key}", name, unit) for key, name, unit in grasp]
+        read += [("search.truth", self.search.truth, "rad")] if self.search else []
+        return [_unit_fault(f"score.{key}", name, ports[name].unit, unit)
+                for key, name, unit in read if name in ports and ports[name].unit != unit]
 
-        A signal without a unit ("1") is taken for radians.
-        """
+    def _angle_faults(self, ports: Mapping[str, Port]) -> list[InputError]:
+        """Signals of not as many angles as the truth; unknown sizes are left alone."""
         truth = ports.get(self.truth or "")
         faults = []
         for key in ("truth", "reference", "estimate"):
             name = getattr(self, key)
             port = ports.get(name or "")
-            if port is None:
+            if port is None or port.unit != "rad":
                 continue
-            if port.unit not in ("rad", "1"):
-                faults.append(InputError(f"score.{key}", f"{name!r} is in {port.unit!r}", "angles, in 'rad'"))
-            elif truth and None not in (*port.shape, *truth.shape) \
+            if truth and None not in (*port.shape, *truth.shape) \
                     and (port.shape or (1,)) != (truth.shape or (1,)):
                 faults.append(InputError(f"score.{key}", f"{name!r} has shape {port.shape}",
                                          f"{truth.shape}, as {self.truth!r}"))
@@ -168,6 +177,15 @@ class Score:
         return [InputError("score.trackers", f"{name!r} has shape {shape}",
                            f"{truth}, as {self.fingertips!r}")
                 for name, shape in told.items() if None not in shape and shape != truth]
+
+
+def _unit_fault(where: str, name: str, found: str, unit: str) -> InputError:
+    """The refusal of a signal in another unit."""
+    if found != "1":
+        return InputError(where, f"{name!r} is in {found!r}", f"a signal in {unit!r}")
+    return InputError(where, f"{name!r} has no unit", f"a signal in {unit!r}",
+                      f"if its values are in {unit!r}, set that as the unit of the port "
+                      "(`unit` in an FMU's output_ports, `output_unit` of state_space); else leave it out")
 
 
 def _pulse_faults(signal: str, nodes: Sequence[Node]) -> list[InputError]:

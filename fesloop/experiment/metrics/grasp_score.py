@@ -101,6 +101,12 @@ class GraspScore:
             if name is not None:
                 yield key, name, allowed
 
+    def units(self) -> Iterator[tuple[str, str, str]]:
+        """Key, name and unit of every signal that is read; of pulses there are two ways."""
+        units = {"object": "m", "hand_position": "m", "hand_orientation": "1", "forces": "N", "wanted_n": "N",
+                 "angles": "rad", "fingertips": "m", "aperture": "m", "activation": "1", "fitness": "1"}
+        return ((key, name, units[key]) for key, name, _ in self.signals() if key in units)
+
     def faults(self, shapes: Mapping[str, Shape]) -> Iterator[InputError]:
         """Signals that do not exist or do not fit; `shapes` are those of all outputs."""
         for key, name, allowed in self.signals():

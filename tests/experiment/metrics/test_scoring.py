@@ -60,7 +60,8 @@ def test_a_bias_of_the_tracker_is_its_error(tmp_path):
 
 def test_one_joint_without_an_axis_is_scored_under_its_name(tmp_path):
     """x' = -x from 1 rad, as an FMU of one angle or a model of one state gives it."""
-    plant = Node("plant", StateSpace(a=((-1.0,),), b=((1.0,),), c=((1.0,),), initial_state=(1.0,)))
+    plant = Node("plant", StateSpace(a=((-1.0,),), b=((1.0,),), c=((1.0,),), initial_state=(1.0,),
+                                     input_unit="rad", output_unit="rad"))
     score = Score(truth="plant.y", joints=("elbow",))
     nothing = Wire("plant.y", "plant.u", latency_ms=1500, rate="1000")
     experiment = Experiment(name="one", nodes=(plant,), wires=(nothing,), duration_s=1.0, score=score)
