@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fesloop.report.parts import Chart, HeatMap, Line, Part
+from fesloop.report.parts import Chart, HeatMap, Line, Part, Strips
 
 
 def trial_of(part: Part) -> int | None:
@@ -37,3 +37,13 @@ def rows(parts: Sequence[Part]) -> list[list[Part]]:
     return found
 
 
+def thinned_in_words(part: Part) -> str:
+    """How samples became points, for the reader of a chart; empty where each sample is a point."""
+    lines = part.lines if isinstance(part, (Chart, Strips)) else ()
+    thinned = [line for line in lines if line.thinned > 1]
+    if not thinned:
+        return ""
+    first = "a line is the first of them" if all(line.style == "steps" for line in thinned) \
+        else "a line is their mean"
+    band = ", the band their extremes" if any(line.low is not None for line in thinned) else ""
+    return f"A point stands for up to {max(line.thinned for line in thinned)} samples: {first}{band}."

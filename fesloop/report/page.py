@@ -14,7 +14,7 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from fesloop.errors import InputError
-from fesloop.report.arrangement import rows, trial_of
+from fesloop.report.arrangement import rows, thinned_in_words, trial_of
 from fesloop.report.drawing import checked_svg
 from fesloop.report.drawn import drawn_numbers
 from fesloop.report.parts import Page, Table
@@ -68,6 +68,7 @@ def _environment() -> Environment:
     made = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     made.globals.update(
         kind_of=lambda part: type(part).__name__, rows=rows, trial_of=trial_of, numeric=numeric,
+        thinned_in_words=thinned_in_words,
         checked_svg=lambda part: Markup(checked_svg(part)))
     return made
 

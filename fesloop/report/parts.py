@@ -28,6 +28,7 @@ class Line:
     x, y: (n,); NaN in y is a gap. low, high: (n,), a band about it (an interval, or the extremes of what was
         drawn together into one point), of points a bar each; None where there is none.
     style: "line", "dashed", "steps" (held until the next point) or "points".
+    thinned: how many samples a point stands for, at most; what y is of them, `thinned_in_words` says.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Line:
     low: Array | None = None
     high: Array | None = None
     style: str = "line"
+    thinned: int = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

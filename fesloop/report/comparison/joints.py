@@ -107,7 +107,7 @@ def _references(joint: str, having: Sequence[_Courses]) -> Iterator[Line]:
     shared = all(_alike(line, wanted[0][1]) for _, line in wanted)
     for each, line in wanted[:1] if shared else wanted:
         yield Line(name="reference" if shared else f"reference of {each.run.name}", x=line.x, y=line.y,
-                   role="reference" if shared else each.run.role, style="dashed")
+                   role="reference" if shared else each.run.role, style="dashed", thinned=line.thinned)
 
 
 def _alike(one: Line, other: Line) -> bool:

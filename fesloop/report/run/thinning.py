@@ -30,25 +30,34 @@ class Course:
     ----------
     seconds: (m,), when each point begins. mean: (m, *shape), of its rows that are finite; NaN for none.
     low, high: (m, *shape), extremes of its rows; None where every row is a point of its own.
+    first: (m, *shape), its first row; None as above. rows: of a point.
     """
 
     seconds: Array
     mean: Array
     low: Array | None
     high: Array | None
+    first: Array | None = None
+    rows: int = 1
 
     def columns(self) -> Course:
         """The same of vectors: a number is a vector of one."""
-        low, high = (None if each is None else columns(each) for each in (self.low, self.high))
-        return Course(self.seconds, columns(self.mean), low, high)
+        low, high, first = (None if each is None else columns(each)
+                            for each in (self.low, self.high, self.first))
+        return Course(self.seconds, columns(self.mean), low, high, first, self.rows)
 
     def line(self, name: str, role: str, at: int | tuple[int, ...] = (), factor: float = 1.0,
              style: str = "line") -> Line:
-        """One component as a line, in another unit by `factor`, which is above 0."""
+        """One component as a line, in another unit by `factor`, which is above 0.
+
+        The mean of what is held in steps, such as pulses, may be a value that never was: of "steps" each
+        point is its first row.
+        """
         where: tuple[Any, ...] = (slice(None), at) if isinstance(at, int) else (slice(None), *at)
         low, high = (None if each is None else factor * each[where] for each in (self.low, self.high))
-        return Line(name=name, role=role, x=self.seconds, y=factor * self.mean[where], low=low, high=high,
-                    style=style)
+        y = self.first if style == "steps" and self.first is not None else self.mean
+        return Line(name=name, role=role, x=self.seconds, y=factor * y[where], low=low, high=high,
+                    style=style, thinned=self.rows)
 
 
 def course(recording: Recording, name: str, trial: int, points: int = POINTS) -> Course | None:
@@ -77,7 +86,7 @@ def thinned(pieces: Iterable[tuple[Stamps, Array]], count: int, points: int = PO
             shape = (-(-count // per_point), *values.shape[1:])
             sums, known = np.zeros(shape), np.zeros(shape)
             low, high = np.full(shape, np.nan), np.full(shape, np.nan)
-            begin = np.full(shape[0], -1, np.int64)
+            begin, begun = np.full(shape[0], -1, np.int64), np.full(shape, np.nan)
         numbers = (first + np.arange(len(values))) // per_point
         edges = np.flatnonzero(np.diff(numbers, prepend=-1))
         rows = numbers[edges]
@@ -86,7 +95,8 @@ def thinned(pieces: Iterable[tuple[Stamps, Array]], count: int, points: int = PO
         known[rows] += np.add.reduceat(finite.astype(np.float64), edges)
         low[rows] = np.fmin(low[rows], np.fmin.reduceat(values, edges))
         high[rows] = np.fmax(high[rows], np.fmax.reduceat(values, edges))
-        begin[rows] = np.where(begin[rows] < 0, times[edges], begin[rows])
+        new = begin[rows] < 0
+        begin[rows[new]], begun[rows[new]] = times[edges[new]], values[edges[new]]
         first += len(values)
     if sums is None:
         return None
@@ -95,4 +105,4 @@ def thinned(pieces: Iterable[tuple[Stamps, Array]], count: int, points: int = PO
     seconds = begin[there] / NS_PER_S
     if per_point == 1:
         return Course(seconds, mean, None, None)
-    return Course(seconds, mean, low[there], high[there])
+    return Course(seconds, mean, low[there], high[there], begun[there], per_point)

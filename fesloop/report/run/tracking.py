@@ -40,8 +40,7 @@ def tracking_section(known: Known) -> Section | None:
     if not parts:
         return None
     parts.insert(0, Paragraph(text="Values stand when they were put out: an estimate is as late here as its "
-                              "samples were on the way. Of long trials each point is a mean, the band its "
-                              "extremes."))
+                              "samples were on the way."))
     return Section(key="tracking", title="Tracking by joint", parts=parts)
 
 

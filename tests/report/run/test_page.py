@@ -77,7 +77,9 @@ def test_no_line_has_more_points_than_a_chart_has_pixels(page):
 
 def test_it_can_be_written(page, tmp_path):
     write_page(page, tmp_path / "run.html")
-    assert page.sentence in html.unescape((tmp_path / "run.html").read_text())
+    written = html.unescape((tmp_path / "run.html").read_text())
+    assert page.sentence in written
+    assert "A point stands for up to 10 samples: a line is their mean, the band their extremes." in written
 
 
 def test_a_section_that_fails_says_so_in_its_place(learning, monkeypatch):

@@ -8,6 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fesloop.experiment.recording.reading import Recording
+from fesloop.report.arrangement import thinned_in_words
+from fesloop.report.parts import Strips
 from fesloop.report.run.thinning import course, thinned
 
 VALUES = st.lists(st.floats(-1e6, 1e6) | st.just(np.nan), min_size=1, max_size=200)
@@ -38,6 +40,26 @@ def test_no_peak_is_lost_and_the_mean_is_kept(values, cuts, points):
             assert per_point == 1
         else:
             assert (found.low[i, 0], found.high[i, 0]) == (known.min(), known.max())
+
+
+@given(st.lists(st.sampled_from([0.0, 0.022, 0.044]), min_size=1, max_size=200),
+       st.lists(st.integers(0, 200), max_size=4), st.integers(1, 50))
+def test_steps_have_no_value_that_never_was(values, cuts, points):
+    """Pulses of 0 and 44 mA are none of 18 mA; each point is the row of its own instant."""
+    rows = np.array(values)[:, np.newaxis]
+    line = thinned(pieces_of(rows, cuts), len(rows), points).line("channel 0", "channel-0", 0, 1e3, "steps")
+    assert line.y.tolist() == [1e3 * values[round(second * 1e3)] for second in line.x]
+
+
+@given(st.integers(1, 60), st.integers(1, 50), st.sampled_from(["steps", "line"]))
+def test_a_chart_says_how_it_was_thinned(count, points, style):
+    line = thinned(pieces_of(np.zeros((count, 1)), []), count, points).line("a", "plain", 0, 1.0, style)
+    text = thinned_in_words(Strips(key="k", title="", x_label="", y_label="", lines=[line]))
+    per_point = -(-count // points)
+    assert (text == "") == (per_point == 1)
+    if text:
+        assert f"up to {per_point} samples: a line is " in text
+        assert ("the first of them" if style == "steps" else "their mean") in text
 
 
 @pytest.mark.parametrize("cut", range(1, 10))
