@@ -1,4 +1,4 @@
-"""Stimulation: what each channel was told over time, and what each element of the arrays was given."""
+"""Stimulation: what channels were commanded and gave over time, and what each element was given."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from fesloop.experiment.withheld import given_signal
 from fesloop.report.parts import Drawing, Notice, Paragraph, Part, Section, Strips
 from fesloop.report.run.arrays import arrays_svg
 from fesloop.report.run.known import Known
@@ -29,8 +30,9 @@ def stimulation_section(known: Known) -> Section | None:
         return None
     parts: list[Part] = []
     if name:
-        parts.append(Paragraph(text=f"As told by `{name}`, the last signal before the patient."))
-        charts = {trial: list(_channels(known, name, trial)) for trial in known.trials}
+        given = given_signal(known.recording, name)
+        parts.append(Paragraph(text=_what_is_shown(known, name, given)))
+        charts = {trial: list(_channels(known, name, given, trial)) for trial in known.trials}
         parts += [chart for each in charts.values() for chart in each]
         idle = [str(trial) for trial, each in charts.items() if not each]
         if idle:
@@ -40,26 +42,54 @@ def stimulation_section(known: Known) -> Section | None:
     return Section(key="stimulation", title="Stimulation", parts=[*parts, *_arrays(known)])
 
 
-def _channels(known: Known, name: str, trial: int) -> Iterator[Part]:
-    """Current and pulse width of every channel that is used in a trial."""
+def _what_is_shown(known: Known, name: str, given: str | None) -> str:
+    """Which signal is a command, and which is what the patient got."""
+    if given:
+        return (f"Charge is what the device gave (`{given}`, one phase of a channel's newest pulse). Current "
+                f"and pulse width are what `{name}` commanded: the device rounds and limits them, and gives "
+                "no pulse shorter than it can.")
+    if known.cast is not None and known.cast.stimulator is not None:
+        return (f"Current and pulse width are what `{name}` commanded. What of it "
+                f"`{known.cast.stimulator.name}` gave is not recorded.")
+    return f"As put out by `{name}`, the last signal before the patient."
+
+
+def _channels(known: Known, name: str, given: str | None, trial: int) -> Iterator[Part]:
+    """Charge that was given, and current and pulse width, of every channel that is used in a trial."""
     found = course(known.recording, name, trial)
     if found is None or found.mean.ndim != 3 or found.mean.shape[2] != 2:
         return
-    highest = found.mean if found.high is None else found.high
+    highest = _highest(found)
     charged = np.nan_to_num(highest[..., 0] * highest[..., 1]).max(axis=0) > 0.0
-    used = np.flatnonzero(charged).tolist()
+    charge = course(known.recording, given, trial) if given else None
+    if charge is not None and charge.mean.shape[1:] != charged.shape:
+        charge = None
+    gave = charged if charge is None else np.nan_to_num(_highest(charge)).max(axis=0) > 0.0
+    used = np.flatnonzero(charged | gave).tolist()
     if not used:
         return
     idle = sorted(set(range(len(charged))) - set(used))
     rest = f"; idle: {listed([str(channel) for channel in idle])}" if idle else ""
-    for port, (title, label, factor) in enumerate(_SHOWN):
-        lines = [found.line(f"channel {channel}", f"channel-{channel % _COLOURS}", (channel, port), factor,
-                            "steps") for channel in used]
+    names = {channel: f"channel {channel}{'' if gave[channel] else ', no pulse given'}" for channel in used}
+    shown: list[tuple[Course, str, str, str, float, tuple[int, ...]]] = []
+    if charge is not None:
+        shown.append((charge, "charge", "Charge of a pulse, given", "charge, µC", 1e6, ()))
+    after = "" if charge is None else ", commanded"
+    shown += [(found, str(port), f"{title}{after}", label, factor, (port,))
+              for port, (title, label, factor) in enumerate(_SHOWN)]
+    for of, key, title, label, factor, port in shown:
+        lines = [of.line(names[channel], f"channel-{channel % _COLOURS}", (channel, *port), factor, "steps")
+                 for channel in used]
         most = [float(np.nanmax(line.y if line.high is None else line.high)) for line in lines]
         greatest = listed([f"{line.name} up to {told(each)}" for line, each in zip(lines, most, strict=True)])
-        yield Strips(key=f"stimulation-{port}-{trial}", title=title, x_label="time, s", y_label=label,
-                     lines=lines, trial=trial, timed=True, limits=(0.0, 1.05 * max(most)),
-                     text=f"{label}, in trial {trial}: {greatest}{rest}.")
+        yield Strips(key=f"stimulation-{key}-{trial}", title=title, x_label="time, s", y_label=label,
+                     lines=lines, trial=trial, timed=True, limits=(0.0, 1.05 * max(most) or 1.0),
+                     text=f"{label}{after if of is found else ''}, in trial {trial}: {greatest}{rest}.")
+
+
+def _highest(found: Course) -> np.ndarray:
+    """The greatest value of each point."""
+    return found.mean if found.high is None else found.high
 
 
 def _arrays(known: Known) -> Iterator[Part]:
@@ -97,8 +127,7 @@ def _strongest(known: Known, trial: int) -> np.ndarray | None:
     found: Course | None = course(known.recording, name, trial) if name in known.signals else None
     if found is None or found.mean.ndim != 2:
         return None
-    highest = found.mean if found.high is None else found.high
-    return np.asarray(np.nan_to_num(highest).max(axis=0))
+    return np.asarray(np.nan_to_num(_highest(found)).max(axis=0))
 
 
 def _in_words(charge: np.ndarray | None) -> str:

@@ -68,9 +68,10 @@ def test_channels_are_drawn_as_they_were_told(known):
     values = known.recording.signal(name, 0).values
     charts = {part.title: part for part in stimulation_section(known).parts if isinstance(part, Strips)}
     used = np.flatnonzero((values[..., 0] * values[..., 1]).any(axis=0))
-    assert [line.name for line in charts["Current"].lines] == [f"channel {channel}" for channel in used]
-    assert charts["Pulse width"].y_label == "width, µs"
-    first = charts["Pulse width"].lines[0]
+    names = [line.name for line in charts["Current, commanded"].lines]
+    assert names == [f"channel {channel}" for channel in used]
+    assert charts["Pulse width, commanded"].y_label == "width, µs"
+    first = charts["Pulse width, commanded"].lines[0]
     highest = first.y if first.high is None else first.high
     assert highest.max() == pytest.approx(1e6 * values[:, used[0], 1].max())
 
@@ -85,7 +86,7 @@ def test_strips_share_one_scale_from_0_and_their_text_tells_the_greatest(known):
     values = known.recording.signal(final_stimulation(known), 0).values
     for port, (title, factor) in enumerate((("Current", 1e3), ("Pulse width", 1e6))):
         (strips,) = [part for part in stimulation_section(known).parts
-                     if isinstance(part, Strips) and part.title == title]
+                     if isinstance(part, Strips) and part.title == f"{title}, commanded"]
         used = np.flatnonzero((values[..., 0] * values[..., 1]).any(axis=0))
         greatest = factor * values[:, used, port].max(axis=0)
         assert strips.limits[0] == 0.0
@@ -93,6 +94,27 @@ def test_strips_share_one_scale_from_0_and_their_text_tells_the_greatest(known):
         told = dict(re.findall(r"(channel \d+) up to (\d+\.?\d*)", strips.text))
         assert {name: float(text) for name, text in told.items()} == pytest.approx(
             {f"channel {channel}": most for channel, most in zip(used, greatest, strict=True)}, rel=5e-3)
+
+
+@pytest.mark.parametrize("width_us", [300, 15])
+def test_what_the_device_did_not_give_is_not_shown_as_given(recorded, width_us):
+    """Under its least pulse width a stimulator gives nothing, whatever it is commanded."""
+    with Recording(recorded(
+            GRASP, "blocks.stimulator.width_min_us=20",
+            f"blocks.programme.width_us=[[300, 300, 300, {width_us}]]")) as recording:
+        known = known_of(recording)
+        strips = {part.title: part for part in stimulation_section(known).parts if isinstance(part, Strips)}
+        commanded = recording.signal(final_stimulation(known), 0).values
+        charges = recording.signal(f"{known.cast.stimulator.name}.charge", 0).values
+    used, gave = (commanded[..., 0] * commanded[..., 1]).any(axis=0), charges.any(axis=0)
+    assert (used & ~gave).any() == (width_us < 20)
+    for title in ("Charge of a pulse, given", "Current, commanded", "Pulse width, commanded"):
+        assert [line.name for line in strips[title].lines] == [
+            f"channel {channel}" + ("" if gave[channel] else ", no pulse given")
+            for channel in np.flatnonzero(used)]
+    for line, channel in zip(strips["Charge of a pulse, given"].lines, np.flatnonzero(used), strict=True):
+        highest = line.y if line.high is None else line.high
+        assert highest.max() == pytest.approx(1e6 * charges[:, channel].max())
 
 
 def test_a_trial_without_a_pulse_has_no_strips_and_is_named(known, monkeypatch):
