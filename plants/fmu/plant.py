@@ -42,7 +42,7 @@ class Fmu:
 
     In a run an FMU has a process of its own, too: where it crashes, exits or hangs, or takes more memory than
     allowed, the run fails in one line and what was recorded is kept. What it prints goes nowhere. Results are
-    the same in fesloop's process, and quicker.
+    the same in fesloop's process, and quicker, unless instances of the FMU share memory (global variables).
 
     Attributes
     ----------
@@ -56,6 +56,7 @@ class Fmu:
     substeps: Runge-Kutta steps of order 8 in a communication step (model exchange only).
     isolate: whether it runs in a process of its own. By default all do but "shipped:finger", which is
         compiled from fesloop's own sources: no file is taken for one of these by what it says of itself.
+        False is refused for an FMU that can be instantiated only once in a process.
     probe_timeout_s: how long the check may take, and initialisation in a process of its own.
     step_timeout_s: how long a step may take in a process of its own.
     memory_mb: how much data it may allocate in a process of its own.
@@ -126,6 +127,10 @@ class Fmu:
     def _fit(self, extracted: ExtractedFmu, grid: RateClock) -> FmuSetup:
         """These parameters on that FMU."""
         description = read_description(extracted.folder, extracted.path, self.interface)
+        if description.once and not self._isolated:
+            raise InputError("isolate", f"{self.isolate}, but {self.path} says that it can be instantiated only "
+                             "once in a process, and each node and trial instantiates it",
+                             "true", "leave isolate out")
         starts = _checked_starts(description, self.starts)
         description = _started(description, starts)
         setup = FmuSetup(
@@ -134,6 +139,10 @@ class Fmu:
             starts, grid.period_num, grid.period_den, self.substeps)
         declared_s = description.internal_step_s
         return stepped_alike(setup, declared_s) if fits(setup.period_s, declared_s) else setup
+
+    @property
+    def _isolated(self) -> bool:
+        return self.path != SHIPPED if self.isolate is None else self.isolate
 
     @property
     def _isolation(self) -> Isolation:
@@ -178,9 +187,8 @@ class Fmu:
 
     def init(self, context: Context) -> FmuState:
         """A new instance, initialised."""
-        isolated = self.path != SHIPPED if self.isolate is None else self.isolate
         return FmuState(self._setup, self._extracted, context.name, self._probed.why_not,
-                        self._isolation if isolated else None)
+                        self._isolation if self._isolated else None)
 
     def next_trial(self, state: FmuState, context: Context) -> FmuState:
         """A new instance; the old one is freed."""

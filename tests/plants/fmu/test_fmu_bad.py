@@ -207,3 +207,14 @@ def test_an_archive_that_would_fill_the_disk_is_refused_before_anything_is_writt
     text = refusal(path=str(path))
     assert "would unpack to 300 MB" in text
     assert "allowed: 268 MB" in text
+
+
+ONCE = 'canBeInstantiatedOnlyOncePerProcess="true"'
+
+
+def test_one_that_can_be_instantiated_once_in_a_process_has_processes_of_its_own(small2):
+    fmu = str(small2(state=ONCE))
+    assert refusal(path=fmu, isolate=False).startswith(
+        f"isolate: False, but {fmu} says that it can be instantiated only once in a process")
+    Fmu(path=fmu)
+    Fmu(path=fmu, isolate=True)
