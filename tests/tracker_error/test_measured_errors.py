@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import fesloop
@@ -16,6 +18,7 @@ from fesloop.tracker_error.measured_errors import (
     measured_errors,
     rotation_vector,
 )
+from fesloop.tracker_error.motion_columns import MotionColumns
 
 
 def test_rotation_vectors_are_scipys():
@@ -54,6 +57,27 @@ def test_the_error_about_a_hinges_axis_is_that_of_its_angle():
     np.testing.assert_allclose(np.ptp(about.angle - angle), 0.0, atol=0.02)
     assert abs(np.mean(about.angle[early])) < 0.1
     np.testing.assert_allclose(records[0].angle, about.angle)
+
+
+@given(seed=st.integers(0, 1000), hz=st.sampled_from([30.0, 60.0, 100.0, 200.0]),
+       delay_ms=st.floats(0.0, 60.0), noise_deg=st.floats(0.0, 1.0))
+@settings(max_examples=25, deadline=None)
+def test_a_delay_is_told_whole_whatever_the_noise_of_the_reference(seed, hz, delay_ms, noise_deg):
+    """Noise in a rate makes a regression's weight too small (errors in variables)."""
+    rng, times = np.random.default_rng(seed), np.arange(round(20.0 * hz)) / hz
+    fastest, phase = rng.uniform(0.1, 1.0, (6, 1)), rng.uniform(0.0, 2.0 * np.pi, (6, 1))
+
+    def at(late_s):
+        angle = 0.25 * np.sin(2.0 * np.pi * fastest * (times - late_s) + phase).sum(axis=0)
+        return Rotation.from_rotvec(angle[:, np.newaxis] * [0.0, 0.0, 1.0])
+
+    noise = Rotation.from_rotvec(np.radians(noise_deg) * rng.standard_normal((times.size, 3)))
+    ends = ((at(1e-3 * delay_ms)).as_quat(scalar_first=True), (at(0.0) * noise).as_quat(scalar_first=True))
+    record = _of_orientations("a-b", times, *ends, np.ones(times.size, dtype=bool), times[-1])[2]
+    assert record.moved
+    motion = MotionColumns(record)
+    weights, _ = motion.least_squares(motion.best(), np.arange(times.size))
+    assert -1e3 * weights[3] == pytest.approx(delay_ms, abs=1.0 + 0.04 * delay_ms)
 
 
 def test_gaps_of_the_motion_are_bridged():
