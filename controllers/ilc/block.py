@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.ilc.bank import BankRule, explained
-from controllers.ilc.checks import check, faults
+from controllers.ilc.checks import cautions_in_place, check, faults
 from controllers.ilc.convergence import Condition, condition_of
 from controllers.ilc.laws import LawName, Learning
 from controllers.ilc.learning import learning_of
@@ -185,6 +185,10 @@ class Ilc:
     def cautions(self, context: Context) -> tuple[Report, ...]:
         """What is to be feared before the first trial: (status, detail) each."""
         return self.condition(context).cautions(self.law, self.strength_margin)
+
+    def cautions_in_place(self, context: Context, surroundings: Surroundings) -> tuple[Report, ...]:
+        """What is to be feared of the loop around: delays that the law does not reckon with."""
+        return cautions_in_place(self, period_ns(context), surroundings)
 
     def init(self, context: Context) -> IlcState:
         """The first trial."""

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from controllers.ilc.convergence import SLACK, growth_under
+from controllers.limits.actuation import STATUS, in_words, missed_ns
 from controllers.limits.allocation import LEAST_REACH
 from controllers.limits.checks import check_reach, require_kept
 from fesloop.errors import InputError
@@ -79,6 +81,30 @@ def faults(ilc: Ilc, surroundings: Surroundings) -> Iterator[InputError]:
         if point.at_s * NS_PER_S <= own_ns:
             yield InputError(f"points[{i}].at_s", f"{point.at_s:g} s is before any drive shows",
                              f"above {own_ns / NS_PER_S:g} s", "set the point later")
+
+
+def cautions_in_place(ilc: Ilc, period_ns: int, surroundings: Surroundings) -> tuple[tuple[str, str], ...]:
+    """Delays that the law does not reckon with, and whether it converges under them.
+
+    The delay to the plant, and the age of samples where captures are not aligned, as a drive shows that much
+    later in what is learnt from.
+    """
+    if surroundings.actuation_ns is None:
+        return ()
+    own_ns = duration_ns(ilc.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
+    late_ns = missed_ns(own_ns, surroundings, period_ns)
+    told = [in_words(ilc.actuation_delay_ms, surroundings)] if late_ns else []
+    age_ns = 0.0 if ilc.align_captures else surroundings.age_ns.get("measured", 0.0)
+    if age_ns > period_ns:
+        late_ns += age_ns
+        told.append(f"samples are {age_ns / NS_PER_MS:.4g} ms old on average, and align_captures = false "
+                    "takes them for the present")
+    if not told:
+        return ()
+    growth = growth_under(ilc, period_ns, own_ns + round(late_ns))
+    if growth is not None and growth > 1.0 + SLACK:
+        told.append(f"law {ilc.law} may diverge: the error may grow {growth:.3g} times a trial")
+    return ((STATUS, "; ".join(told)),)
 
 
 def _check_sizes(ilc: Ilc) -> None:

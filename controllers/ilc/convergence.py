@@ -39,6 +39,10 @@ SEEN = 0.01
 _PATTERNS = ("in the strongest pattern seen", "in the weakest pattern seen")
 _FREQUENCIES = 400
 _ROUNDING = 1e-9
+SLACK = 0.01
+"""Of a growth above 1, for a part of a trial and patterns that are hardly seen (chosen)."""
+_DENSE = 240
+"""Drives of which a growth is computed densely (chosen: some tenths of a second)."""
 _KEPT = 4
 """Controllers whose condition is kept, the last used."""
 _STRONGEST_PLANT = 1e3
@@ -131,6 +135,21 @@ def _greatest_strength(growth: Callable[[float], float]) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if growth(middle) <= 1.0 + _ROUNDING else (low, middle)
     return low
+
+
+def growth_under(ilc: Ilc, period_ns: int, actuation_ns: int) -> float | None:
+    """As `growth_on`, where the model is right but for the delay of actuation.
+
+    Of the first part of a trial: all of it grows no less. None where that part is too short for the delay.
+    """
+    learning = ilc.learning(period_ns)
+    plant = ilc.model.sampled(period_ns, actuation_ns)
+    samples = min(learning.samples, _DENSE // ilc.model.inputs)
+    if 2 * plant.delay_steps >= samples:
+        return None
+    first = replace(learning, samples=samples, points=learning.points[:samples],
+                    first=learning.first[:samples])
+    return growth_on(first, plant)
 
 
 def growth_on(learning: Learning, plant: SampledModel) -> float:

@@ -160,6 +160,10 @@ class Mpc:
         """What is to be feared before the first trial: (status, detail) each."""
         return mpc_checks.cautions(self)
 
+    def cautions_in_place(self, context: Context, surroundings: Surroundings) -> tuple[tuple[str, str], ...]:
+        """What is to be feared of the loop around: a delay that is not the one it predicts by."""
+        return mpc_checks.cautions_in_place(self, context, surroundings)
+
     def age_limits(self) -> tuple[AgeLimit, ...]:
         """Of `measured` and `force`."""
         limits = {"measured": "nothing is controlled, and the drive falls to zero",

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.limits.actuation import STATUS, in_words, missed_ns
 from controllers.limits.allocation import LEAST_REACH
 from controllers.limits.checks import check_reach, posture_within, require_kept
 from controllers.period import period_ns
@@ -140,6 +141,18 @@ def _outside(reference: Array, least: Array, greatest: Array) -> Iterator[InputE
                 yield InputError(key, f"the box of output {output} ends at {math.degrees(end):g} deg, its "
                                  f"reference goes to {math.degrees(angle):.4g} deg",
                                  "boxes that hold the reference", "widen the box or change the reference")
+
+
+def cautions_in_place(
+    mpc: Mpc, context: Context, surroundings: Surroundings
+) -> tuple[tuple[str, str], ...]:
+    """A delay to the plant that is not the one that the controller predicts by."""
+    own_ns = duration_ns(mpc.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
+    missed, period = missed_ns(own_ns, surroundings, period_ns(context)), period_ns(context)
+    learnt = max(mpc.adaptation.delays_ns()) + period if mpc.adaptation else 0
+    if not missed or 0.0 < missed <= learnt:
+        return ()
+    return ((STATUS, in_words(mpc.actuation_delay_ms, surroundings)),)
 
 
 def cautions(mpc: Mpc) -> tuple[tuple[str, str], ...]:

@@ -77,6 +77,7 @@ class Block(Protocol):
     `linear_form(context)` (what theory is told of a block that is linear, or can be: `models.linear_form`),
     `faults(context, surroundings)` (InputErrors: what of its parameters cannot work where it stands, told
     when an experiment is made; see `surroundings`),
+    `cautions_in_place(context, surroundings)` ((status, detail) each: what is to be feared where it stands),
     `passages(context)` (what inputs wait for inside it before the outputs follow; see `passages`),
     `age_limits()` (the ages from which on it takes no notice of inputs; see `input_ages`).
 

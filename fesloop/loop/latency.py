@@ -267,6 +267,20 @@ class PathLatency:
                                   [max(column) for column in columns]))
         return tallies
 
+    def around(self, node: Node) -> tuple[float, float] | None:
+        """Mean time from capture to the tick of a block on the way, and from that tick to effect, ns.
+
+        None if no sample acts.
+        """
+        tick = 1 if self._source_grid else 0
+        for connection, block in zip(self.connections, self._blocks, strict=False):
+            tick += 1 + len(block.stages)
+            if connection.target is node:
+                break
+        means = [stage.mean_ns for stage in self.summary()]
+        # The last stage of a block is its execution, after its tick.
+        return (sum(means[:tick - 1]), sum(means[tick - 1:-1])) if means else None
+
     @property
     def hold_ns(self) -> float:
         """Mean age that holding adds between two values that act: half the sampling period, ns."""

@@ -2,13 +2,13 @@
 
 A block with a member `faults(context, surroundings)` is asked when an experiment is made, so that what cannot
 work in its place, such as a horizon that ends before the loop's delay does, is named by `fesloop check` and
-not by a run.
+not by a run. One with a member `cautions_in_place(context, surroundings)` says what is to be feared there.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,11 +36,16 @@ class Surroundings:
     way: that way, in words.
     coming: by input port, all that a block without inputs puts out on it over a trial, stacked along a
         first axis; not there for ports wired otherwise.
+    actuation_ns: mean time from its tick to effect on a plant, on the slowest way; None where no way leads
+        through it, and where faults are asked for.
+    age_ns: by input port, mean time from capture to its tick, on the slowest way; as `actuation_ns`.
     """
 
     loop_ns: int = 0
     way: str = ""
     coming: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    actuation_ns: float | None = None
+    age_ns: Mapping[str, float] = field(default_factory=dict)
 
 
 def faults_in_place(wiring: Wiring, duration_ns: int) -> list[InputError]:
@@ -55,8 +60,32 @@ def faults_in_place(wiring: Wiring, duration_ns: int) -> list[InputError]:
     return found
 
 
+def cautions_in_place(wiring: Wiring, duration_ns: int) -> list[tuple[str, str, str]]:
+    """(node, status, detail): what blocks fear of the loop around them."""
+    found: list[tuple[str, str, str]] = []
+    for node in wiring.nodes:
+        tell = getattr(node.part, "cautions_in_place", None)
+        if tell is None:
+            continue
+        report = _report(wiring, node, duration_ns)
+        ways = [(path, around) for path in report.paths if (around := path.around(node)) is not None]
+        age_ns: dict[str, float] = {}
+        for path, (before_ns, _) in ways:
+            into = next(c for c in path.connections if c.target is node)
+            port = node.part.inputs[into.target_port].name
+            age_ns[port] = max(before_ns, age_ns.get(port, 0.0))
+        place = replace(_of(wiring, node, duration_ns), age_ns=age_ns,
+                        actuation_ns=max((after_ns for _, (_, after_ns) in ways), default=None))
+        found += [(node.name, *each) for each in tell(node.context(wiring.seed, 0), place)]
+    return found
+
+
+def _report(wiring: Wiring, node: Node, duration_ns: int) -> LatencyReport:
+    return LatencyReport(wiring, horizon_ns=min(duration_ns, _LATENCY_HORIZON_NS), through=node)
+
+
 def _of(wiring: Wiring, node: Node, duration_ns: int) -> Surroundings:
-    report = LatencyReport(wiring, horizon_ns=min(duration_ns, _LATENCY_HORIZON_NS), through=node)
+    report = _report(wiring, node, duration_ns)
     ways = [(least_ns, f"{path.name}, {name}" if name else path.name) for path in report.paths
             for lane, name in enumerate(path.lanes) if (least_ns := path.least_ns(lane)) is not None]
     loop_ns, way = max(ways, default=(0, ""))
