@@ -199,7 +199,9 @@ class Mpc:
         if reference is None or measured.arrived_ns < 0:
             trouble, detail = "no_input", "no reference or measurement yet"
         elif now_ns - measured.newest_ns > self.max_age_ms * NS_PER_MS:
-            trouble, detail = "stale_input", f"the newest capture is older than {self.max_age_ms:g} ms"
+            trouble, detail = "stale_input", (
+                f"the newest capture behind `measured` is {(now_ns - measured.newest_ns) / NS_PER_MS:.4g} ms "
+                f"old, older than {self.max_age_ms:g} ms")
         else:
             trouble, detail = self._control(state, reference, measured, now_ns)
         if trouble:

@@ -200,7 +200,10 @@ class TunedPid:
         if reference.arrived_ns < 0 or measured.arrived_ns < 0:
             trouble, detail = "no_input", "no reference or measurement yet"
         elif tick.time_ns - measured.newest_ns > self.max_age_ms * NS_PER_MS:
-            trouble, detail = "stale_input", f"the newest capture is older than {self.max_age_ms:g} ms"
+            age_ms = (tick.time_ns - measured.newest_ns) / NS_PER_MS
+            trouble, detail = "stale_input", (
+                f"the newest capture behind `measured` is {age_ms:.4g} ms old, "
+                f"older than {self.max_age_ms:g} ms")
         elif not all(is_finite(each.value) for each in inputs):
             trouble, detail = "non_finite", "an input is not finite"
         else:

@@ -227,7 +227,9 @@ class Safety:
         if not stimulation.present:
             return "no_input", "nothing has arrived: no stimulation"
         if now_ns - stimulation.oldest_ns > self.max_age_ms * NS_PER_MS:
-            return "stale_input", f"older than {self.max_age_ms:g} ms: ramp to zero"
+            age_ms = (now_ns - stimulation.oldest_ns) / NS_PER_MS
+            return "stale_input", (f"the oldest capture behind `stimulation` is {age_ms:.4g} ms old, "
+                                   f"older than {self.max_age_ms:g} ms: ramp to zero")
         if not is_finite(stimulation.value):
             return "non_finite", "input is not finite: ramp to zero"
         if self.trackers and not (aligned.present and (cast(Array, aligned.value) > 0.5).all()):

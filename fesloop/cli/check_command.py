@@ -18,7 +18,7 @@ from fesloop.experiment.files.patients import describe
 from fesloop.experiment.running.rehearsal import without_stand_in
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
-from fesloop.loop.input_ages import always_too_old
+from fesloop.loop.input_ages import too_old
 from fesloop.loop.latency import MEANING, LatencyReport, PathLatency, StageSummary
 from fesloop.loop.realtime import is_live
 from fesloop.loop.surroundings import cautions_in_place
@@ -113,7 +113,7 @@ def _option_rows(table: dict[str, Any], picked: str) -> list[tuple[str, str]]:
 
 def _cautions(experiment: Experiment) -> list[tuple[str, str, str]]:
     """(node, status, detail): what is to be feared of parameters, of latencies, and of each other live."""
-    told = always_too_old(experiment.wiring, experiment.duration_ns)
+    told = too_old(experiment.wiring, experiment.duration_ns)
     told += cautions_in_place(experiment.wiring, experiment.duration_ns)
     for node in experiment.wiring.nodes:
         if hasattr(node.part, "cautions"):

@@ -21,7 +21,7 @@ from fesloop.experiment.recording.recorded import Event
 from fesloop.experiment.running.trial import Result, run
 from fesloop.experiment.trouble import graveness, troubles
 from fesloop.loop.block import Context
-from fesloop.loop.input_ages import always_too_old
+from fesloop.loop.input_ages import too_old
 from fesloop.loop.realtime import Pacing
 from fesloop.loop.surroundings import cautions_in_place
 from fesloop.realtime.lateness import class_names
@@ -38,7 +38,7 @@ def execute(args: Namespace) -> int:
     pacing = _pacing(args)
     with progress_bar(args.experiment) as bar:
         experiment, picked = load_picked(args.experiment, args.settings, args.seed)
-        cautions = always_too_old(experiment.wiring, experiment.duration_ns)
+        cautions = too_old(experiment.wiring, experiment.duration_ns)
         cautions += cautions_in_place(experiment.wiring, experiment.duration_ns)
         cautions += [(node.name, *told) for node in experiment.wiring.nodes
                      if hasattr(node.part, "advance") and hasattr(node.part, "cautions")

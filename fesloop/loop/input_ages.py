@@ -20,7 +20,9 @@ from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.wiring import Connection, Node, Wiring
 
-STATUS = "always_too_old"
+STATUS, OFTEN = "always_too_old", "often_too_old"
+_SHARE = 0.01
+"""Of ticks at which an input is too old, from which on it is named (chosen)."""
 _HORIZON_NS = 10 * NS_PER_S
 """Up to when a loop is looked at (chosen: a wire takes some seconds at the most)."""
 _MOST_TICKS = 200_000
@@ -54,7 +56,12 @@ def age_limits(node: Node) -> Sequence[AgeLimit]:
 
 
 def always_too_old(wiring: Wiring, duration_ns: int) -> list[tuple[str, str, str]]:
-    """(node, status, detail) of each input that is older than its block allows whenever it is read.
+    """(node, status, detail) of each input that is older than its block allows whenever it is read."""
+    return [each for each in too_old(wiring, duration_ns) if each[1] == STATUS]
+
+
+def too_old(wiring: Wiring, duration_ns: int) -> list[tuple[str, str, str]]:
+    """(node, status, detail) of each input that is older than its block allows, always or often.
 
     Ticks before `limit_ms` has passed do not count: nothing is old then.
     """
@@ -66,12 +73,23 @@ def always_too_old(wiring: Wiring, duration_ns: int) -> list[tuple[str, str, str
     kept = _upstream(wiring, [node for node, *_ in watched])
     horizon_ns = min(duration_ns, _HORIZON_NS, round(_MOST_TICKS / _ticks_per_s(wiring, kept) * NS_PER_S))
     looks = [_Look(connection.target_port, limit) for _, limit, connection in watched]
-    stand_ins = [_stand_in(node, [look for look, (of, *_) in zip(looks, watched, strict=True) if of is node])
-                 for node in wiring.nodes if node.name in kept]
+    ages: _Ages = {}
+    stand_ins = [_stand_in(node, [look for look, (of, *_) in zip(looks, watched, strict=True) if of is node],
+                           ages) for node in wiring.nodes if node.name in kept]
     wires = [c.wire for c in wiring.connections if c.target.name in kept and not c.target.is_plant]
     Loop(Wiring(stand_ins, wires, wiring.seed)).run_until(max(horizon_ns - 1, 0))
-    return [(node.name, STATUS, _in_words(wiring, node, look, horizon_ns))
-            for look, (node, *_) in zip(looks, watched, strict=True) if look.old and not look.sound]
+    found = []
+    for look, (node, _, connection) in zip(looks, watched, strict=True):
+        if look.old and not look.sound:
+            found.append((node.name, STATUS, _in_words(wiring, node, look, horizon_ns)))
+        elif look.old > _SHARE * (look.old + look.sound):
+            origin = _origin(wiring, connection, look.limit, ages)
+            found.append((node.name, OFTEN, _often_in_words(node, look, origin)))
+    return found
+
+
+_Ages = dict[tuple[str, int, str], tuple[float, int]]
+"""Of node, number of an input, and "oldest" or "newest": the sum of its ages in ns, and of how many ticks."""
 
 
 @dataclass(slots=True)
@@ -112,6 +130,8 @@ class _Block:
     inputs: tuple[Port, ...]
     outputs: tuple[Port, ...]
     looks: Sequence[_Look]
+    name: str
+    ages: _Ages
 
     def init(self, context: Context) -> None:
         return None
@@ -119,6 +139,11 @@ class _Block:
     def step(self, state: None, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
         for look in self.looks:
             look.take(inputs[look.port], tick.time_ns)
+        for port, sample in enumerate(inputs):
+            for since, stamp_ns in (("oldest", sample.oldest_ns), ("newest", sample.newest_ns)):
+                if sample.present:
+                    total, ticks = self.ages.get((self.name, port, since), (0.0, 0))
+                    self.ages[self.name, port, since] = total + (tick.time_ns - stamp_ns), ticks + 1
         return (0.0,) * len(self.outputs)
 
 
@@ -141,7 +166,7 @@ class _Plant:
         return (0.0,) * len(self.outputs)
 
 
-def _stand_in(node: Node, looks: Sequence[_Look]) -> Node:
+def _stand_in(node: Node, looks: Sequence[_Look], ages: _Ages) -> Node:
     inputs, outputs = (tuple(Port(port.name, optional=True) for port in ports)
                        for ports in (node.part.inputs, node.part.outputs))
     if node.is_plant:
@@ -151,7 +176,8 @@ def _stand_in(node: Node, looks: Sequence[_Look]) -> Node:
         clock = replace(clock, arrivals="")
     # How long a step takes that is measured is not known beforehand: no time makes nothing younger.
     execution = ZERO if node.execution.kind == "measured" else node.execution
-    return Node(node.name, _Block(inputs=inputs, outputs=outputs, looks=looks), clock, execution=execution)
+    return Node(node.name, _Block(inputs=inputs, outputs=outputs, looks=looks, name=node.name,
+                                  ages=ages), clock, execution=execution)
 
 
 def _upstream(wiring: Wiring, nodes: Sequence[Node]) -> set[str]:
@@ -192,3 +218,30 @@ def _in_words(wiring: Wiring, node: Node, look: _Look, horizon_ns: int) -> str:
         if slowest.wire.latency_ns else ""
     return (f"{told}: {limit.then}; lower the latency of what leads to it{wire} or raise blocks.{node.name}."
             f"{limit.key} to {-(-look.most_ns // NS_PER_MS)} or more")
+
+
+def _origin(wiring: Wiring, connection: Connection, limit: AgeLimit, ages: _Ages) -> Connection:
+    """The wire from the source or plant whose captures are the oldest (or newest) behind an input."""
+    passed = set()
+    while connection.source.name not in passed:
+        passed.add(connection.source.name)
+        behind = [(total / ticks, each) for each in _into(wiring, connection.source.name)
+                  for total, ticks in [ages.get((each.target.name, each.target_port, limit.since), (0.0, 0))]
+                  if ticks]
+        if connection.source.is_plant or not behind:
+            break
+        pick = max if limit.since == "oldest" else min
+        connection = pick(behind, key=lambda each: each[0])[1]
+    return connection
+
+
+def _often_in_words(node: Node, look: _Look, origin: Connection) -> str:
+    """Which source is too old, how often, what comes of it, and what to change."""
+    limit, name = look.limit, origin.wire.source
+    behind = "" if origin.target is node else f", from which `{limit.port}` derives,"
+    share = 100.0 * look.old / (look.old + look.sound)
+    remedy = f"raise blocks.{node.name}.{limit.key} to {-(-look.most_ns // NS_PER_MS)} or more"
+    if not origin.source.is_plant and isinstance(origin.source.clock, RateClock):
+        remedy += f", or the rate of {origin.source.name} ({1.0 / origin.source.clock.period_s:g} Hz)"
+    return (f"{name}{behind} is older than {limit.limit_ms:g} ms ({limit.key}) at {share:.2g} % of the "
+            f"ticks: {limit.then} then; {remedy}")

@@ -16,7 +16,7 @@ from fesloop.cli import main
 from fesloop.experiment import registry
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock
 from fesloop.loop.duration import ZERO, Duration
-from fesloop.loop.input_ages import AgeLimit, always_too_old
+from fesloop.loop.input_ages import AgeLimit, always_too_old, too_old
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
@@ -106,6 +106,13 @@ def test_an_input_is_named_where_no_tick_of_the_run_reads_it_young_enough(wiring
     old = (stamps < 0) | (log[:, 0] - stamps > watch.limit_ms * NS_PER_MS)
     found = always_too_old(wiring, duration_ns)
     assert [node for node, *_ in found] == (["watch"] if old.size and old.all() else [])
+    often = [(node, detail) for node, status, detail in too_old(wiring, duration_ns)
+             if status == "often_too_old"]
+    assert bool(often) == (not found and old.size > 0 and old.mean() > 0.01)
+    if often:
+        assert often[0][0] == "watch"
+        assert f"at {100.0 * old.mean():.2g} % of the ticks" in often[0][1]
+        assert often[0][1].startswith(("plant.y, from", "source.y, from", "first.y", "joined.y"))
     ages = (log[:, 0] - stamps)[stamps > 0]
     if found and ages.size:
         assert f"at least {ages.min() / NS_PER_MS:.9g} ms old" in found[0][2]
@@ -122,6 +129,21 @@ def test_a_ring_without_a_plant_makes_what_it_puts_out_as_old_as_the_trial():
     ((node, status, detail),) = always_too_old(Wiring(nodes, wires), 2 * NS_PER_S)
     assert (node, status) == ("watch", "always_too_old")
     assert "derives, up to 2 s, from nothing that was captured after the trial began" in detail
+
+
+@given(seldom=st.sampled_from(["reference", "measured"]), rate=st.sampled_from(["0.5", "1", "1.6"]))
+@settings(deadline=None, max_examples=6)
+def test_the_source_that_ticks_too_seldom_is_named_wherever_it_is(seldom, rate):
+    rate_of = {"reference": "50", "measured": "50"} | {seldom: rate}
+    nodes = [*(Node(name, Source(), each) for name, each in rate_of.items()),
+             Node("joined", Pass(names=("a", "b")), "50"),
+             Node("watch", Watch(limit_ms=500.0, since="oldest"), "50")]
+    wires = [Wire("reference.y", "joined.a"), Wire("measured.y", "joined.b", latency_ms=40.0),
+             Wire("joined.y", "watch.u")]
+    ((node, status, detail),) = too_old(Wiring(nodes, wires), 10 * NS_PER_S)
+    assert (node, status) == ("watch", "often_too_old")
+    assert detail.startswith(f"{seldom}.y, from which `u` derives, is older than 500 ms (max_age_ms) at ")
+    assert f"the rate of {seldom} ({rate} Hz)" in detail
 
 
 def test_every_kind_with_a_greatest_age_declares_it():
