@@ -31,6 +31,8 @@ _STOPPED = ("stopped", "budget_spent")
 """Its statuses after which there is no stimulation for the rest of the run."""
 _FAILED = ("_failed", "non_finite")
 """How statuses end after which a run's figures are not what they seem."""
+_LACKING = ("recording_incomplete", "repeated_samples")
+"""Statuses of a replay by which samples are missing from what it plays, or are not those of their instants."""
 _DISAGREE = "rates_disagree"
 """Status of a replay by which what it plays cannot be right."""
 _MOUNTING, _TURNING = "mounting_disagrees", "segment_calibration"
@@ -106,7 +108,7 @@ def comparable(found: Iterable[Trouble]) -> bool:
 
 def graveness(status: str) -> int:
     """Rank of an event's status, the gravest 0: failures, then what takes stimulation away, then the rest."""
-    if status.endswith((*_FAILED, "recording_incomplete", _DISAGREE, _MOUNTING, _IMPLAUSIBLE)):
+    if status.endswith((*_FAILED, *_LACKING, _DISAGREE, _MOUNTING, _IMPLAUSIBLE)):
         return 0
     withheld = status.startswith(_WATCHDOG) or status in (*_WITHHELD, *_STOPPED)
     return 1 if withheld else 2
@@ -247,7 +249,7 @@ def _failures(recording: Recorded) -> Iterator[str]:
     done: set[tuple[str, str]] = set()
     events = recording.events
     yield from dict.fromkeys(f"the recording played by `{event.where}` lacks samples: {event.detail}"
-                             for event in events if event.status == "recording_incomplete")
+                             for event in events if event.status in _LACKING)
     for event in events:
         if not event.status.endswith(_FAILED) or event.status.startswith(_WATCHDOG):
             continue

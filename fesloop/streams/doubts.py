@@ -23,8 +23,7 @@ def all_doubts(recording: MotionRecording) -> Doubts:
     """Those about a whole recording, with what it lacks and what could not be judged."""
     found = agreements_in(recording)
     more = (("recording_incomplete", lacking_in(recording).text),
-            ("rates_not_checked", unjudged_text(recording, found)),
-            ("repeated_samples", repeated_text(recording)))
+            ("rates_not_checked", unjudged_text(recording, found)))
     return *_doubts(recording, 0, None, found), *((status, text) for status, text in more if text)
 
 
@@ -32,5 +31,6 @@ def _doubts(recording: MotionRecording, first: int, stop: int | None, found: Seq
     every = (("channels_left_out", not_understood(recording.left_out)),
              ("rates_disagree", disagreement_text(recording, found)),
              ("mounting_disagrees", mounting_text(recording, first, stop)),
-             ("range_too_small", clipped_text(recording, first, stop)))
+             ("range_too_small", clipped_text(recording, first, stop)),
+             ("repeated_samples", repeated_text(recording, first, stop)))
     return tuple((status, text) for status, text in every if text)

@@ -70,20 +70,25 @@ def missing_text(recording: MotionRecording, first: int, stop: int, gaps: Sequen
     return "; ".join(told)
 
 
-def repeated_text(recording: MotionRecording) -> str:
-    """Which sensors repeat a sample for long, as devices do that have lost the sensor; empty for none."""
+def repeated_text(recording: MotionRecording, first: int = 0, stop: int | None = None) -> str:
+    """Which sensors repeat a sample for long in samples `first` to `stop`; empty for none.
+
+    Devices do so that have lost the sensor.
+    """
     period_s = pace_of(recording.stamps_ns / NS_PER_S).period_s
     least = max(_REPEATS, round(_REPEATS_S / period_s)) if period_s > 0.0 else _REPEATS
     told = []
     for number, name in enumerate(recording.sensors):
-        samples = np.concatenate([recording.gyr[:, number], recording.acc[:, number]], axis=1)
+        samples = np.concatenate([recording.gyr[first:stop, number], recording.acc[first:stop, number]],
+                                 axis=1)
         same = np.concatenate([[False], np.all(samples[1:] == samples[:-1], axis=1), [False]])
         edges = np.flatnonzero(np.diff(same.astype(np.int8)))
         lengths = edges[1::2] - edges[::2]
         if (lengths >= least).any():
             long = lengths[lengths >= least]
             often = "once" if len(long) == 1 else f"{len(long)} times"
-            told.append(f"{name} {often}, {long.sum() * period_s:.3g} s in all")
+            from_s = recording.stamps_ns[first + edges[::2][lengths >= least][0]] / NS_PER_S
+            told.append(f"{name} {often}, {long.sum() * period_s:.3g} s in all, from {from_s:.4g} s on")
     more = f" and {len(told) - _MOST_SHOWN} sensors more" if len(told) > _MOST_SHOWN else ""
     return f"samples that repeat the one before: {', '.join(told[:_MOST_SHOWN])}{more}: a sensor that was " \
            "lost; angles may stay off after it" if told else ""

@@ -31,6 +31,7 @@ SECTIONS = {
     "controllers/point_search/": "Point search",
     "controllers/reference/": "References",
     "fesloop/streams/blocks/": "Streams, recorded and live",
+    "fesloop/streams/doubts.py": "Streams, recorded and live",
     "fesloop/streams/live/": "Streams, recorded and live",
     "fesloop/loop/": "Loop and wires",
 }
@@ -63,7 +64,8 @@ INDIRECT = {
     ("plants/stimulator/state.py", "status"): _DEVICE_LIMITS,
     ("fesloop/loop/stations.py", "status"): (),  # what blocks have reported
     ("fesloop/loop/status.py", "status"): (),  # what is put
-    ("fesloop/streams/blocks/replay.py", "self._told()"): ("fesloop/streams/blocks/replay.py:_told",),
+    ("fesloop/streams/blocks/replay.py", "self._told()"): (
+        "fesloop/streams/blocks/replay.py:_told", "fesloop/streams/doubts.py:_doubts"),
     ("fesloop/streams/live/inlet.py", "note.status"): (
         "fesloop/streams/live/stamps.py:judge", "fesloop/streams/live/stamps.py:_doubts",
         "fesloop/streams/live/stamps.py:note", "fesloop/streams/live/reader.py:attach",

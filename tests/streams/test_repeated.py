@@ -6,7 +6,10 @@ from agreement_parts import motion
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fesloop import load
 from fesloop.cli import main
+from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.trouble import troubles
 from fesloop.streams.doubts import all_doubts
 from fesloop.streams.files import open_recording
 from fesloop.streams.missing import repeated_text
@@ -38,6 +41,25 @@ def test_a_sensor_that_repeats_itself_for_a_tenth_of_a_second_is_named(tmp_path_
     if text:
         assert f"b once, {repeats / 100:.3g} s in all" in text
         assert " a " not in text.partition(":")[2].partition("b once")[0]
+
+
+@given(at=st.integers(1, 800), count=st.integers(12, 150), zeros=st.booleans(), later=st.booleans())
+@settings(max_examples=4, deadline=None)
+def test_a_run_begins_with_what_import_says_of_a_sensor_that_repeats_itself(tmp_path_factory, at, count,
+                                                                            zeros, later):
+    folder = tmp_path_factory.mktemp("held")
+    sound, held = moving(1), moving(2)
+    held[at:at + count] = 0.0 if zeros else held[at - 1]
+    first = (at + count) / 100 if later else 0.0
+    recording = recorded(folder, sound, held)
+    text = repeated_text(recording)
+    assert f"from {(at - (not zeros)) / 100:.4g} s on" in text
+    run = load("replay", [f"recording={folder / 'lab.csv'}", "blocks.tracker.pairs=[[0, 1]]",
+                          f"blocks.recording.layout={folder / 'layout.toml'}",
+                          f"blocks.recording.start_s={first}"]).run(folder)
+    with Recording(run.recording) as done:
+        sentences = [each.sentence for each in troubles(done, run.metrics)]
+    assert any(f"lacks samples: {text}" in each for each in sentences) != later
 
 
 @pytest.mark.parametrize(("turning", "told"), [(1.0, ""), (0.0, "1 of 2 sensors (b)")])
