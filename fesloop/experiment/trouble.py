@@ -32,7 +32,7 @@ _STOPPED = ("stopped", "budget_spent")
 _FAILED = ("_failed", "non_finite")
 """How statuses end after which a run's figures are not what they seem."""
 _LACKING = ("recording_incomplete", "repeated_samples")
-"""Statuses of a replay by which samples are missing from what it plays, or are not those of their instants."""
+"""Statuses of a replay by which samples are missing from what it plays, or repeat older ones."""
 _DISAGREE = "rates_disagree"
 """Status of a replay by which what it plays cannot be right."""
 _MOUNTING, _TURNING = "mounting_disagrees", "segment_calibration"

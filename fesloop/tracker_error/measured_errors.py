@@ -19,7 +19,7 @@ from scipy.signal import savgol_filter
 from fesloop.errors import InputError
 from fesloop.experiment.files.schema import make
 from fesloop.experiment.metrics.joints import columns, held
-from fesloop.experiment.metrics.scoring import measuring
+from fesloop.experiment.metrics.scoring import measuring, never_aligned
 from fesloop.experiment.recording.reading import Recording, Signal
 from fesloop.experiment.wanted import Score
 from fesloop.hand import quaternion
@@ -89,6 +89,7 @@ def _against_reference(recording: Recording, name: str, player: str, late_ns: in
     signal = recording.signal(name)
     told = measuring(recording, make(Score, recording.experiment["score"], {}, "score"), name, signal)
     captured = signal.newest_ns[told] + played.start_ns
+    _require_aligned(recording, name)
     stamps = reference.stamps_ns - late_ns
     inside = (stamps >= captured.min(initial=FOREVER)) & (stamps <= captured.max(initial=NEVER))
     if inside.sum() < 2:
@@ -111,6 +112,20 @@ def _against_reference(recording: Recording, name: str, player: str, late_ns: in
     return MeasuredErrors(records=tuple(records), cut_s=cut_s, estimates=signal,
                           lost=_lost_samples(source, captured, told), recorded=True,
                           source=f"{source.path.name}{of_set}, tracker {kind}")
+
+
+def _require_aligned(recording: Recording, estimate: str) -> None:
+    """Raise InputError for an estimate whose tracker never took its initial pose, with what it said last."""
+    why = never_aligned(recording, estimate, 0)
+    if why is None:
+        return
+    tracker = why.partition(" ")[0]
+    said = [event.detail for event in recording.events
+            if event.where == tracker and event.status == "initial_pose_failed"]
+    raise InputError(str(recording.path), why + (f" ({said[-1]})" if said else ""),
+                     "a tracker that has aligned while the recording lasts",
+                     "record a still initial pose, choose a part that begins in one (blocks.recording."
+                     "start_s), or a tracker without one, such as vqf")
 
 
 def _lost_samples(source: MotionRecording, captured: NDArray[np.int64],
@@ -163,6 +178,7 @@ def _against_truth(recording: Recording, score: dict[str, object]) -> MeasuredEr
     estimate, truth = str(score["estimate"]), str(score["truth"])
     signal = recording.signal(estimate)
     told = measuring(recording, make(Score, score, {}, "score"), estimate, signal)
+    _require_aligned(recording, estimate)
     captured, newest = np.unique(signal.newest_ns[told], return_index=True)
     if captured.size < 2:
         raise InputError(str(recording.path), f"{estimate} holds nothing captured",

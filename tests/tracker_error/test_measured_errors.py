@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from recording_files import write
 from scipy.spatial.transform import Rotation
 
 import fesloop
@@ -129,3 +130,18 @@ def test_errors_are_those_of_a_tracker_that_has_aligned(align_s, tmp_path):
         assert begins_s - 0.02 <= record.times_s[0] <= begins_s + 0.02
     rms = np.sqrt(np.mean([record.rms_deg**2 for record in errors.records]))
     assert rms == pytest.approx(done.metrics["tracker_rmse_deg"][0])
+
+
+def test_a_tracker_that_never_aligned_is_named(tmp_path):
+    """By either way to score it: against a truth here, against a recording's reference below."""
+    done = fesloop.load("finger_mpc", ["experiment.duration_s=1", "blocks.tracker.align_s=5"]).run(tmp_path)
+    with pytest.raises(InputError, match="tracker never took its initial pose"):
+        fit_error(str(done.recording))
+
+
+def test_a_tracker_that_never_aligned_in_a_replay_is_named(tmp_path):
+    settings = [f"recording={write(tmp_path, 'chain5')}", "tracker=vqf", "blocks.tracker.align_s=5",
+                "blocks.tracker.initial_angles_deg=[0, 0, 0, 0, 0, 0]"]
+    done = fesloop.load("hil_replay", settings).run(tmp_path)
+    with pytest.raises(InputError, match="tracker never took its initial pose"):
+        fit_error(str(done.recording))

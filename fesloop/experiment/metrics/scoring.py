@@ -99,7 +99,7 @@ def _joint_metrics(recording: Recording, score: Score) -> dict[str, Any]:
     if score.truth and score.estimate:
         pairs = [_seen(recording, score, trial) for trial in trials]
         metrics["tracker_rmse_deg"] = tracker_rmse_deg(pairs)
-        unaligned = [_never_aligned(recording, score.estimate, trial) for trial in trials]
+        unaligned = [never_aligned(recording, score.estimate, trial) for trial in trials]
         for trial, why in enumerate(unaligned):
             for path in _of_the_tracker(joints, score.reference is not None):
                 note(metrics, path, trial, len(pairs), why)
@@ -194,8 +194,8 @@ def alignments(recording: Recording, estimate: str) -> list[str]:
     return found
 
 
-def _never_aligned(recording: Recording, estimate: str, trial: int) -> str | None:
-    """Why nothing of an estimate is scored in a trial, where it is for want of an initial pose."""
+def never_aligned(recording: Recording, estimate: str, trial: int) -> str | None:
+    """Why nothing of an estimate is scored in a trial, where it is for want of an initial pose; else None."""
     names = [name for name in alignments(recording, estimate)
              if not (recording.signal(name, trial).values > 0.5).any()]
     return (f"{names[0].partition('.')[0]} never took its initial pose: what it put out is the pose that it "

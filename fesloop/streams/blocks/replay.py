@@ -33,7 +33,7 @@ class Replay:
     Status: with the first sample `channels_left_out`, of a file that has channels which are not understood,
     `recording_incomplete`, which says how much the recording lacks, `rates_disagree`, which names sensors
     whose gyroscope and accelerometer do not tell the same turn, `mounting_disagrees`, which names those whose
-    axes are not those of their segments, `range_too_small`, where samples are clipped, and `repeated_samples`,
+    axes are not those of their segments, `range_too_small`, where samples are clipped, `repeated_samples`,
     which names sensors that repeat a sample for long; `gap` at the start of each gap.
 
     Attributes
