@@ -26,6 +26,11 @@ MOST_KINDS, LONGEST = 8, 300
 _NUMBER = re.compile(r"[-+]?[0-9][0-9.]*(?:[eE][-+]?[0-9]+)?")
 _INTEGERS = ("Integer", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64")
 
+
+class NotInstantiatedError(RunError):
+    """An FMU's library did not load, or refused to be instantiated."""
+
+
 class FmuLog:
     """What one instance says.
 
@@ -95,7 +100,7 @@ class FmuLibrary:
 
     Raises
     ------
-    RunError: if the library does not load or the FMU refuses to be instantiated.
+    NotInstantiatedError: if the library does not load or the FMU refuses to be instantiated.
     """
 
     def __init__(self, description: FmuDescription, folder: Path, name: str) -> None:
@@ -114,7 +119,7 @@ class FmuLibrary:
         except Exception as fault:  # noqa: BLE001 - FMPy raises bare Exception, and ctypes its own
             _LOGS.pop(self._number)
             reason = self._reasons(str(fault))
-            raise RunError(f"{name}: the FMU could not be instantiated: {reason}") from None
+            raise NotInstantiatedError(f"{name}: the FMU could not be instantiated: {reason}") from None
         self.component = ctypes.c_void_p(self.functions.component)
 
     def _instantiate(self) -> None:

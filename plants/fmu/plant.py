@@ -128,8 +128,8 @@ class Fmu:
         """These parameters on that FMU."""
         description = read_description(extracted.folder, extracted.path, self.interface)
         if description.once and not self._isolated:
-            raise InputError("isolate", f"{self.isolate}, but {self.path} says that it can be instantiated only "
-                             "once in a process, and each node and trial instantiates it",
+            raise InputError("isolate", f"{self.isolate}, but {self.path} says that it can be instantiated "
+                             "only once in a process, and each node and trial instantiates it",
                              "true", "leave isolate out")
         starts = _checked_starts(description, self.starts)
         description = _started(description, starts)

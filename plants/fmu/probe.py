@@ -59,7 +59,7 @@ def probe(setup: FmuSetup, folder: Path, path: Path, isolation: Isolation) -> Pr
                          "have the FMU's maker mend it, or give it longer with probe_timeout_s") from None
     except RunError as fault:
         raise InputError("path", f"{path}: {str(fault).removeprefix('probe: ')}",
-                         "an FMU that can be initialised", "check its start values") from None
+                         "an FMU that can be initialised", "check its start values and memory_mb") from None
     finally:
         process.end()
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import resource
 import select
@@ -144,7 +145,8 @@ def _ending(code: int, printed: str, taken_mb: float, memory_mb: int) -> str:
     last_words = printed.strip().splitlines()[-1:]
     text += f", {last_words[0][:200]}" if last_words else ""
     near = taken_mb > 0.5 * memory_mb
-    return text + (f" (it had taken {taken_mb:.0f} MB; allowed: memory_mb = {memory_mb})" if near else "")
+    return text + (f" (it had taken {taken_mb:.0f} MB, Python and all code included; memory_mb = {memory_mb} "
+                   "limits what the FMU allocates beside these)" if near else "")
 
 
 def serve(answer: Callable[[bytes], bytes], fd: int, memory_mb: int) -> None:
@@ -164,6 +166,12 @@ def serve(answer: Callable[[bytes], bytes], fd: int, memory_mb: int) -> None:
                 reply = FAILED + (str(fault) if isinstance(fault, RunError) else repr(fault)).encode()
             connection.send_bytes(reply)
     os._exit(0)  # not through what the FMU's library does at exit
+
+
+def room_mb() -> float:
+    """How much this process may still allocate; infinite without a limit."""
+    most = resource.getrlimit(resource.RLIMIT_DATA)[0]
+    return math.inf if most == resource.RLIM_INFINITY else max(0.0, (most - _data_bytes()) / 1e6)
 
 
 def _data_bytes() -> int:

@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from plants.fmu.process import serve
+from fesloop.errors import RunError
+from plants.fmu.library import NotInstantiatedError
+from plants.fmu.process import room_mb, serve
 from plants.fmu.running import FmuSetup, RunningFmu
 from plants.fmu.trial import tried, tried_finer
 
@@ -44,7 +46,7 @@ class Service:
         running: RunningFmu = self._running
         if kind == START:
             self._start = pickle.loads(content)
-            self._running = RunningFmu(*self._start)
+            self._running = _instantiated(*self._start)
             return self._values()
         if kind == SAVE:
             return pickle.dumps(running.save())
@@ -66,6 +68,15 @@ class Service:
     def _said(self) -> bytes:
         said = self._running.take_messages()
         return json.dumps(said).encode() if said else b""
+
+
+def _instantiated(setup: FmuSetup, folder: Path, name: str) -> RunningFmu:
+    """The FMU; where it cannot be instantiated, the memory that it had is part of the message."""
+    room = room_mb()
+    try:
+        return RunningFmu(setup, folder, name)
+    except NotInstantiatedError as fault:
+        raise RunError(f"{fault}; perhaps for want of memory: by memory_mb it had {room:.1f} MB") from None
 
 
 def main() -> None:

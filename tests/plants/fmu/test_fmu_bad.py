@@ -1,5 +1,6 @@
 """FMUs that cannot be used: one line each that says what and what to do, and nothing left behind."""
 
+import re
 import stat
 import tempfile
 import zipfile
@@ -218,3 +219,13 @@ def test_one_that_can_be_instantiated_once_in_a_process_has_processes_of_its_own
         f"isolate: False, but {fmu} says that it can be instantiated only once in a process")
     Fmu(path=fmu)
     Fmu(path=fmu, isolate=True)
+
+
+def test_one_that_finds_too_little_memory_is_refused_with_the_memory_that_it_had(small2):
+    fmu = str(small2("NEEDS_MB=50"))
+    text = refusal(path=fmu, memory_mb=20)
+    words = r"could not be instantiated: .*; perhaps for want of memory: by memory_mb it had ([0-9.]+) MB;"
+    assert 10.0 < float(re.search(words, text)[1]) <= 20.0
+    assert text.endswith("check its start values and memory_mb")
+    Fmu(path=fmu, memory_mb=80)
+    assert "memory" not in refusal(path=str(small2("REFUSE"))).partition("; allowed")[0]

@@ -1,7 +1,8 @@
 /* A small FMI 2.0 FMU that behaves or misbehaves as it is compiled to.
  *
  * Co-simulation: x' = (u - x) / 0.1 s, y = x, k = counted steps (Integer), exact between communication points.
- *   CRASH_AT_LOAD, CRASH_IN_INSTANTIATION.   CRASH, ABORT, HANG, REFUSE: in initialisation.
+ *   CRASH_AT_LOAD, CRASH_IN_INSTANTIATION; NEEDS_MB: refuses instantiation where so much cannot be allocated.
+ *    CRASH, ABORT, HANG, REFUSE: in initialisation.
  *   ERROR_AT_S, DISCARD_AT_S: in mid-run.    CRASH_AT_END: in fmi2Terminate.    PRINTS: a line every step.
  *   AT_S and MISDEED, a statement: in mid-run.
  *   INTERNAL_STEP_S, or parameter h: x moves on this grid only; TELLS: and the FMU admits it.
@@ -38,6 +39,11 @@ fmi2Component fmi2Instantiate(fmi2String n, fmi2Type t, fmi2String g, fmi2String
     (void)n, (void)t, (void)g, (void)r, (void)v, (void)l;
 #ifdef CRASH_IN_INSTANTIATION
     raise(SIGSEGV);
+#endif
+#ifdef NEEDS_MB
+    void *needed = malloc(NEEDS_MB * 1000000ul);
+    if (!needed) return NULL;
+    free(needed);
 #endif
     Model *m = calloc(1, sizeof *m);
     m->functions = f;
