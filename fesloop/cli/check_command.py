@@ -12,6 +12,7 @@ import numpy as np
 
 from fesloop.cli.output import print_json, print_table, progress_bar
 from fesloop.experiment import registry
+from fesloop.experiment.cautions import experiment_cautions
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load_picked
 from fesloop.experiment.files.patients import describe
@@ -48,8 +49,10 @@ def execute(args: Namespace) -> int:
         print()
         print_table("Cautions", ("node", "status", "detail"), cautions, sys.stdout)
     budgets = _budgets(report)
-    if budgets:
-        print()
+    print()
+    if not budgets:
+        print("No latency budget: no way leads from a plant's output through blocks to a plant's input.")
+    else:
         print(fill(f"{MEANING} {report.coverage(experiment.trials)}", 120))
     for title, stages in budgets:
         print()
@@ -113,7 +116,7 @@ def _option_rows(table: dict[str, Any], picked: str) -> list[tuple[str, str]]:
 
 def _cautions(experiment: Experiment) -> list[tuple[str, str, str]]:
     """(node, status, detail): what is to be feared of parameters, of latencies, and of each other live."""
-    told = too_old(experiment.wiring, experiment.duration_ns)
+    told = experiment_cautions(experiment) + too_old(experiment.wiring, experiment.duration_ns)
     told += cautions_in_place(experiment.wiring, experiment.duration_ns)
     for node in experiment.wiring.nodes:
         if hasattr(node.part, "cautions"):

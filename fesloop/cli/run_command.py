@@ -13,6 +13,7 @@ from typing import Any
 from fesloop.cli.output import print_json, print_table, progress_bar
 from fesloop.cli.what_next import tell_what_next
 from fesloop.errors import InputError
+from fesloop.experiment.cautions import experiment_cautions
 from fesloop.experiment.files.guide import guide_of
 from fesloop.experiment.files.parse import load_picked
 from fesloop.experiment.metrics.not_known import NOT_KNOWN, reasons_of
@@ -38,7 +39,7 @@ def execute(args: Namespace) -> int:
     pacing = _pacing(args)
     with progress_bar(args.experiment) as bar:
         experiment, picked = load_picked(args.experiment, args.settings, args.seed)
-        cautions = too_old(experiment.wiring, experiment.duration_ns)
+        cautions = experiment_cautions(experiment) + too_old(experiment.wiring, experiment.duration_ns)
         cautions += cautions_in_place(experiment.wiring, experiment.duration_ns)
         cautions += [(node.name, *told) for node in experiment.wiring.nodes
                      if hasattr(node.part, "advance") and hasattr(node.part, "cautions")

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from fesloop.experiment.cautions import experiment_cautions
 from fesloop.experiment.trouble import comparable, troubles
 from fesloop.report.run.known import Known
 from fesloop.report.run.words import counted, listed, told
@@ -36,6 +37,8 @@ def sentence_of(known: Known) -> str:
     told = [each.sentence for each in wrong[:1]]
     if wrong[1:]:
         told.append(f"Also: {'; '.join(each.text for each in wrong[1:])}.")
+    if known.experiment is not None:
+        told += [f"Caution: `{node}`: {detail}." for node, _, detail in experiment_cautions(known.experiment)]
     if text:
         told.append(f"{text[:1].upper()}{text[1:]}.")
     return " ".join(told)

@@ -1,0 +1,94 @@
+"""Cautions about an experiment with which a run ends well and says nothing: found without running it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from fesloop.experiment.experiment import Experiment
+from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.realtime import is_live
+from fesloop.loop.wiring import Node, Wiring
+
+Caution = tuple[str, str, str]
+"""Node, status, detail."""
+_MEASURED = "measured"
+"""Input by which controllers get what they control."""
+_LOOKS = 2000
+"""Instants of the scored span at which a reference is looked at (chosen: ms apart in a trial of seconds)."""
+_STILL = 1e-9
+"""Chosen: less than this, rad, is round-off and no motion."""
+
+
+def experiment_cautions(experiment: Experiment) -> list[Caution]:
+    """Controllers that no plant reaches, and references that do not move while they are scored."""
+    return [*_unclosed(experiment.wiring), *_references(experiment)]
+
+
+def _unclosed(wiring: Wiring) -> Iterator[Caution]:
+    """Controllers that act on a plant, and whose measurement derives from none.
+
+    What plays a recording or reads a live stream measures, too.
+    """
+    onward = [(c.source.name, c.target.name) for c in wiring.connections]
+    acting = _reached({node.name for node in wiring.nodes if node.is_plant},
+                      [(target, source) for source, target in onward])
+    measuring = _reached({node.name for node in wiring.nodes if node.is_plant or _plays(node)}, onward)
+    for connection in wiring.connections:
+        target, port = connection.target, connection.target.part.inputs[connection.target_port].name
+        if port != _MEASURED or target.is_plant or target.name not in acting \
+                or connection.source.name in measuring:
+            continue
+        yield (target.name, "loop_not_closed",
+               f"no way leads from the patient to the input `{port}` of `{target.name}`: "
+               f"`{connection.wire.source}`, which is wired to it, derives from no output of a plant; what "
+               "the joints do changes nothing")
+
+
+def _plays(node: Node) -> bool:
+    return is_live(node) or hasattr(node.part, "source")
+
+
+def _reached(begin: set[str], steps: list[tuple[str, str]]) -> set[str]:
+    """Names that are reached from some, which are among them."""
+    found, ends = set(begin), list(begin)
+    while ends:
+        end = ends.pop()
+        new = {to for source, to in steps if source == end} - found
+        found |= new
+        ends += new
+    return found
+
+
+def _references(experiment: Experiment) -> Iterator[Caution]:
+    """References with way-points after the trial's end, and scored ones that move at other times only."""
+    duration_s = experiment.duration_ns / NS_PER_S
+    score = experiment.score
+    scored = (score.reference or "").partition(".")[0]
+    for node in experiment.wiring.nodes:
+        course = getattr(node.part, "course", None)
+        times = np.asarray(getattr(course, "times_s", ()), dtype=np.float64)
+        if course is None or times.ndim != 1 or not times.size:
+            continue
+        until_s = duration_s if score.until_s is None else min(score.until_s, duration_s)
+        at = course.at(np.linspace(score.after_s, until_s, _LOOKS))
+        still = node.name == scored and float(np.ptp(at, axis=0).max()) < _STILL \
+            < float(np.ptp(course.at(times), axis=0).max())
+        late = times[times > duration_s]
+        if not still and not late.size:
+            continue
+        told = []
+        if late.size:
+            told.append(f"{late.size} of {times.size} way-points, at {_span(late)} s, lie beyond the trial "
+                        f"of {duration_s:g} s")
+        if still:
+            told.append(f"the reference does not move from {score.after_s:g} to {until_s:g} s, where it is "
+                        "scored: an error of 0 shows nothing")
+        yield (node.name, "reference_still" if still else "reference_cut_off",
+               f"{'; '.join(told)}; times are in seconds from the trial's beginning")
+
+
+def _span(times: np.ndarray) -> str:
+    first, last = f"{times[0]:g}", f"{times[-1]:g}"
+    return first if first == last else f"{first} to {last}"

@@ -1,0 +1,58 @@
+"""Runs that show nothing say so: way-points beyond the trial, loops that are not closed."""
+
+import re
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import fesloop
+from fesloop.cli import main
+from fesloop.experiment.cautions import experiment_cautions
+from fesloop.experiment.recording.reading import Recording
+from fesloop.report.run.known import known_of
+from fesloop.report.run.sentence import sentence_of
+
+BASE = ["experiment.duration_s=3", "score.after_s=1"]
+CUT = [*BASE, "blocks.reference.times_s=[1000, 2500]",
+       "blocks.reference.angles_deg=[[20, 25, 15], [34, 45, 22]]"]
+OPEN = ['wires."finger.angles->tracker.angles".from=reference.angles']
+EXPERIMENT = "finger_pid_latency"
+
+
+def test_the_scored_reference_of_a_shipped_experiment_needs_no_caution():
+    assert experiment_cautions(fesloop.load(EXPERIMENT)) == []
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.lists(st.floats(0.0, 6.0), min_size=2, max_size=4, unique=True).map(sorted))
+def test_way_points_beyond_the_trial_and_a_reference_that_stays_are_named(times):
+    """Truth: a way-point moves the reference between it and the one before, each is 10 deg from the last."""
+    times = [round(time, 2) for time in times]
+    if len(set(times)) < len(times):
+        return
+    angles = [[10.0 + 10.0 * (i % 2)] * 3 for i in range(len(times))]
+    told = experiment_cautions(fesloop.load(EXPERIMENT, [
+        *BASE, f"blocks.reference.times_s={times}", f"blocks.reference.angles_deg={angles}"]))
+    beyond, still = any(time > 3.0 for time in times), times[0] >= 3.0 or times[-1] <= 1.0
+    assert bool(told) == (beyond or still)
+    for node, status, detail in told:
+        assert (node, status) == ("reference", "reference_still" if still else "reference_cut_off")
+        assert ("lie beyond the trial of 3 s" in detail) == beyond
+
+
+@pytest.mark.parametrize(("change", "said"), [
+    (CUT, "does not move from 1 to 3 s"),
+    ([*BASE, *OPEN], "no way leads from the patient to the input `measured` of `controller`")])
+def test_check_run_and_report_say_it(change, said, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    given = [word for each in change for word in ("--set", each)]
+    assert main(["check", EXPERIMENT, *given]) == 0
+    checked = " ".join(capsys.readouterr().out.split())
+    assert said in checked
+    assert ("No latency budget: no way leads" in checked) == (change[-1] in OPEN)
+    assert main(["run", EXPERIMENT, *given]) == 0
+    out = capsys.readouterr()
+    assert re.search(f"fesloop: caution: .*{re.escape(said)}", out.err)
+    with Recording(out.out.strip().splitlines()[-1]) as recording:
+        assert said in sentence_of(known_of(recording))
