@@ -33,8 +33,10 @@ def find(kind: str) -> type[Any]:
     """
     entry = _entries().get(kind)
     if entry is None:
-        raise InputError("kind", f"there is no block kind {kind!r}", ", ".join(kinds()),
-                         did_you_mean(kind, kinds()))
+        remedy = (did_you_mean(kind, kinds()) if ":" not in kind else
+                  "a class becomes a kind by an entry point of an installed package, in the group "
+                  f'"{GROUP}"; in Python give an object of it to Node')
+        raise InputError("kind", f"there is no block kind {kind!r}", ", ".join(kinds()), remedy)
     try:
         return cast("type[Any]", entry.load())
     except (ImportError, AttributeError) as fault:

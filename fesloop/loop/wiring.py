@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import cast
 
+import numpy as np
+
 from fesloop.errors import InputError, InputErrors
 from fesloop.loop.block import Block, Context, Plant
 from fesloop.loop.clock import NS_PER_MS, Clock, RateClock, duration_ns
@@ -171,11 +173,11 @@ class Wiring:
         return next(node for node in self.nodes if node.name == name)
 
 
-def require_count(name: str, value: int) -> int:
+def require_count(name: str, value: object) -> int:
     """A number such as a seed's; raises InputError for what is no integer from 0 to below 2^63."""
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**63:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < 2**63:
         raise InputError(name, f"{value!r}", "an integer from 0 to below 2^63")
-    return value
+    return int(value)
 
 
 def _raise(faults: Sequence[InputError]) -> None:

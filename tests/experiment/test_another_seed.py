@@ -93,3 +93,17 @@ def test_a_document_is_the_callers_own():
     document["blocks"].clear()
     document["wires"][0]["latency_ms"] = 1e3
     assert experiment.as_json() == text
+
+
+@pytest.mark.parametrize("seed", [np.int64(3), np.int32(3), np.uint8(3)])
+def test_a_wiring_takes_a_seed_of_numpy(seed):
+    made = fesloop.load("finger_pid_latency").wiring.with_seed(seed)
+    assert made.seed == 3
+    assert type(made.seed) is int
+
+
+@pytest.mark.parametrize("seed", [True, np.bool_(True), 3.0, np.float64(3.0), -1, np.int64(-1), 2**63, "3",
+                                  np.array([3])])
+def test_a_wiring_takes_nothing_else_for_a_seed(seed):
+    with pytest.raises(InputError, match="seed"):
+        fesloop.load("finger_pid_latency").wiring.with_seed(seed)
