@@ -42,6 +42,8 @@ _IMPLAUSIBLE = "implausible_angle"
 _ALIGNING, _ALIGNED = "aligning", "aligned"
 _MOVES_DEG = 1.0
 """Chosen: a reference that stays nearer than this to where the joints are asks for no motion."""
+_LEAST_ABOUT = 0.5
+"""Chosen: of the squares of a joint's turning, so much is about the axis of an angle that is its own."""
 _ROSE = 1.1
 """Chosen: what noise changes from trial to trial is less."""
 
@@ -84,8 +86,8 @@ are for long what no joint can be, so that no angle of
 the run is right. safety: no channel gave a pulse,
 or the safety block took stimulation away, or most of it. failed: a part
 failed, such as a tracker that never took its initial pose. noted: what the experiment says of itself
-(`notes`), such as that a model is poor. not_held: the object, in the last trial. no_better: joints followed
-worse than had they not moved. rose: the error did, over the trials, by more than a tenth, where the trials
+(`notes`), such as that a model is poor, or a tracker's angle that is not about the axis of the joint's
+turning. not_held: the object, in the last trial. no_better: joints followed worse than had they not moved. rose: the error did, over the trials, by more than a tenth, where the trials
 are `comparable`.
 """
 
@@ -93,7 +95,8 @@ are `comparable`.
 def troubles(recording: Recorded, metrics: Mapping[str, Any], cause: str = "") -> list[Trouble]:
     """What went wrong in a run, the most important first; `cause`: why it failed, where that is known."""
     found = (_broken_off(recording, cause), _recording(recording), _safety(recording, metrics),
-             _failures(recording), _notes(recording), _not_held(metrics), _no_better(metrics), _rose(metrics))
+             _failures(recording), (*_notes(recording), *_other_axis(metrics)), _not_held(metrics),
+             _no_better(metrics), _rose(metrics))
     told = [Trouble(kind, text) for kind, texts in zip(KINDS, found, strict=True) for text in texts]
     return told if comparable(told) else [each for each in told if each.kind != "rose"]
 
@@ -276,6 +279,16 @@ def _failures(recording: Recorded) -> Iterator[str]:
 def _notes(recording: Recorded) -> Iterator[str]:
     about = recording.experiment.get("experiment", {})
     yield from (str(note) for note in about.get("notes", ()) if note)
+
+
+def _other_axis(metrics: Mapping[str, Any]) -> Iterator[str]:
+    """Joints of a replay whose angle is about an axis that they hardly turn about."""
+    shares = metrics.get("about_z_share")
+    for pair, share in shares.items() if isinstance(shares, dict) else ():
+        if _finite(share) and share < _LEAST_ABOUT:
+            yield (f"the angle of {pair} is about z, and only {100.0 * share:.2g} % of its turning is: it "
+                   "rests on sensors whose axes are their segments'; state them (`sensors.NAME.axes` in "
+                   "the layout) or calibrate (block `segment_calibration`), unless the joint does not flex")
 
 
 def _not_held(metrics: Mapping[str, Any]) -> Iterator[str]:

@@ -190,3 +190,9 @@ def test_a_silent_controller_is_named_where_safety_only_said_how_a_trial_begins(
     assert "(controller: no_input" in troubles(heard, {"unmoved_rmse_deg": [9.0]})[0].text
     kept = Told([(3.0, 0.0, 0.0)], [event(0.0, "safety", "no_posture")])
     assert "safety: no_posture" in troubles(kept, {})[0].text
+
+
+def test_an_angle_about_an_axis_that_its_joint_hardly_turns_about_is_named():
+    shares = {"a-b": 0.03, "b-c": 0.97}
+    texts = [each.text for each in troubles(Told([(3.0, 2.0, 2.0)], []), {"about_z_share": shares})]
+    assert ["a-b" in text and "3 %" in text for text in texts if " is about z" in text] == [True]

@@ -15,10 +15,14 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
+from fesloop.loop.clock import NS_PER_MS
 from fesloop.streams.recording import MotionRecording, Reference
 
 Array = NDArray[np.float64]
 Heading = Literal["absolute", "relative"]
+_STEP_NS = 100 * NS_PER_MS
+_MOVES_RAD = np.radians(0.5)
+"""RMS turn in such a step above which a joint moves (chosen: 5 deg/s)."""
 
 
 def orientation_error(estimate: Array, reference: Array) -> Array:
@@ -62,6 +66,43 @@ def relative_angle_rmse_deg(estimate: Array, reference: Array) -> float:
     """
     difference = quaternion.rotation_angle(estimate) - quaternion.rotation_angle(reference)
     return _rms_deg(difference[np.isfinite(difference)])
+
+
+def flexion_rmse_deg(times_ns: NDArray[np.int64], angle: Array, reference: Reference, pair: tuple[int, int]
+                     ) -> float:
+    """RMS error, deg, of a joint's flexion as a tracker puts it out, (n,), rad, at its captures (n,).
+
+    That of the reference is the first of the z-x-y Euler angles of child to parent, as of `vqf`. Estimates
+    are interpolated to the reference's instants. NaN where nothing is known of both.
+    """
+    at = reference.scored & (reference.stamps_ns >= times_ns[0]) & (reference.stamps_ns <= times_ns[-1])
+    true = quaternion.euler_zxy(quaternion.relative(*(reference.orientation[at, end] for end in pair)))[:, 0]
+    known = np.isfinite(angle)
+    if known.sum() < 2:
+        return float("nan")
+    error = np.interp(reference.stamps_ns[at], times_ns[known], np.unwrap(angle[known])) - true
+    error = np.angle(np.exp(1j * error))
+    return _rms_deg(error[np.isfinite(error)])
+
+
+def about_z_share(times_ns: NDArray[np.int64], relative: Array) -> float | None:
+    """Share of a joint's turning that is about its parent's z, of orientations (n, 4) child to parent.
+
+    Squares of what it turns in steps of a tenth of a second are summed. None where it hardly turns.
+    """
+    known = np.isfinite(relative).all(axis=1)
+    captured, first = np.unique(times_ns[known], return_index=True)
+    if captured.size < 2:
+        return None
+    at = np.arange(captured[0], captured[-1] + 1, _STEP_NS)
+    posture = quaternion.interpolate(captured, relative[known][first][:, np.newaxis], at)[:, 0]
+    turn = quaternion.multiply(posture[1:], quaternion.conjugate(posture[:-1]))
+    turn = turn[np.isfinite(turn).all(axis=1)]
+    squares = np.square(2.0 * turn[:, 1:])
+    total = float(squares.sum())
+    if not len(turn) or np.sqrt(total / len(turn)) < _MOVES_RAD:
+        return None
+    return float(squares[:, 2].sum()) / total
 
 
 def _rms_deg(angles: Array) -> float:

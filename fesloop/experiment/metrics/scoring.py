@@ -29,13 +29,17 @@ from fesloop.experiment.metrics.not_known import NOT_KNOWN, give_reasons, note
 from fesloop.experiment.metrics.search import search_metrics
 from fesloop.experiment.recording.reading import Recording, Signal
 from fesloop.experiment.wanted import Score
+from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import FOREVER, NS_PER_S
 from fesloop.loop.signals import NEVER, Sample
 from fesloop.loop.wire import Link, Wire
+from fesloop.streams.recording import MotionRecording
 
 _SPLIT = ("total", "tracker", "controller")
+_OF_PAIRS = ("vqf", "vqf9")
+"""Kinds of trackers whose angles are the flexion of pairs of sensors."""
 
 
 def metrics_of(recording: Recording) -> dict[str, Any]:
@@ -52,7 +56,9 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
     range_deg, how far each joint went, where truth stands alone. `grasp_metrics`, `cycle_metrics` and
     `search_metrics` say theirs.
     orientation_rmse_deg and relative_angle_rmse_deg: against the reference of the recording that was
-    played. fingertip_rmse_mm: by
+    played. joint_angle_rmse_deg: by pair, of the angle that the tracker gives to a controller, against that
+    of the reference by the same convention; about_z_share: share of a pair's turning about the axis of that
+    angle, where it turns. fingertip_rmse_mm: by
     tracker and fingertip, one a trial; fingertip_coverage likewise, where the tracker gives its sd. step_us:
     median and 99th percentile of the timed blocks' steps. not_known: of every number that is NaN or None the
     reason in words (`fesloop.experiment.metrics.not_known`).
@@ -293,5 +299,37 @@ def _orientation_metrics(recording: Recording, score: Score) -> dict[str, Any]:
     told = (signal.newest_ns >= 0) & (signal.times_ns >= _ns(score.after_s))
     tracker = score.orientation.partition(".")[0]
     magnetic = any(wire["to"] == f"{tracker}.mag" for wire in recording.experiment["wires"])
-    return score_recording(played.source, signal.newest_ns[told] + played.start_ns, signal.values[told],
-                           "absolute" if magnetic else "relative")
+    captured = signal.newest_ns[told] + played.start_ns
+    scores = score_recording(played.source, captured, signal.values[told],
+                             "absolute" if magnetic else "relative")
+    return scores | _angle_metrics(recording, score, played.source, tracker, played.start_ns)
+
+
+def _angle_metrics(recording: Recording, score: Score, source: MotionRecording, tracker: str,
+                   start_ns: int) -> dict[str, Any]:
+    """Angles that a tracker of pairs gives to a controller: their error, and whether their joints turn so."""
+    from fesloop.experiment.metrics.orientation import about_z_share, flexion_rmse_deg
+
+    table = recording.experiment["blocks"][tracker]
+    pairs = [(int(p), int(c)) for p, c in table.get("pairs") or source.pairs]
+    if table["kind"] not in _OF_PAIRS or not pairs:
+        return {}
+    signal = recording.signal(f"{tracker}.angles")
+    told = measuring(recording, score, f"{tracker}.angles", signal)
+    captured, first = np.unique(signal.newest_ns[told] + start_ns, return_index=True)
+    if captured.size < 2:
+        return {}
+    found: dict[str, dict[str, float]] = {"joint_angle_rmse_deg": {}, "about_z_share": {}}
+    for number, pair in enumerate(pairs):
+        name = source.pair_name(pair)
+        if source.reference is not None and source.reference.sensor_frames:
+            error = flexion_rmse_deg(captured, signal.values[told][first, number], source.reference, pair)
+            if np.isfinite(error):
+                found["joint_angle_rmse_deg"][name] = error
+        oriented = recording.signal(str(score.orientation))
+        known = oriented.newest_ns >= 0
+        ends = (oriented.values[known][:, end] for end in pair)
+        share = about_z_share(oriented.newest_ns[known], quaternion.relative(*ends))
+        if share is not None:
+            found["about_z_share"][name] = share
+    return {name: values for name, values in found.items() if values}

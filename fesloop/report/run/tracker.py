@@ -152,7 +152,9 @@ def tip_course(known: Known, tracker: str, trial: int) -> Course | None:
 def _orientations(known: Known) -> Iterator[Part]:
     """Against the reference of a recording that was played."""
     for name, title in (("orientation_rmse_deg", "Error of orientations, RMS, deg"),
-                        ("relative_angle_rmse_deg", "Error of the angle between two, RMS, deg")):
+                        ("relative_angle_rmse_deg", "Error of the whole turn between two, RMS, deg"),
+                        ("joint_angle_rmse_deg", "Error of joint angles as they are put out, RMS, deg"),
+                        ("about_z_share", "Share of the turning that is about the axis of the angle")):
         errors = known.metrics.get(name)
         if not isinstance(errors, dict) or not errors:
             continue

@@ -11,6 +11,7 @@ from fesloop.errors import InputError
 from fesloop.experiment.metrics import orientation as metrics
 from fesloop.hand import quaternion
 from fesloop.streams.files import open_recording
+from fesloop.streams.recording import Reference
 
 small = st.floats(-1.5, 1.5)
 
@@ -97,3 +98,20 @@ def test_orientations_of_other_sensors_are_refused(tmp_path):
     three = np.ones((recording.samples, 3, 4))
     with pytest.raises(InputError, match="orientation"):
         metrics.score_recording(recording, recording.stamps_ns, three, "relative")
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(-3.0, 3.0), st.sampled_from([0, 1, 2]))
+def test_a_flexion_is_scored_as_it_is_put_out_and_a_turn_about_another_axis_shows(seed, off, axis):
+    """Of sensors turned against their segments, the reference likewise, only the share about z shows it."""
+    times = np.arange(0, 400) * 50_000_000
+    angle = 0.8 * np.sin(1.5 * times * 1e-9)
+    relative = quaternion.from_axis_angle(np.eye(3)[axis], angle)
+    parent = np.repeat(rotations(seed, 1), times.size, axis=0)
+    true = np.stack([parent, quaternion.multiply(parent, relative)], axis=1)
+    reference = Reference(stamps_ns=times, orientation=true, scored=times >= 10**9, sensor_frames=True,
+                          north=True)
+    flexion = quaternion.euler_zxy(relative)[:, 0]
+    found = metrics.flexion_rmse_deg(times, flexion + off, reference, (0, 1))
+    assert found == pytest.approx(np.degrees(abs(off)), abs=1e-6)
+    assert metrics.about_z_share(times, relative) == pytest.approx(float(axis == 2), abs=1e-6)
+    assert metrics.about_z_share(times, np.repeat(relative[:1], times.size, axis=0)) is None
