@@ -58,10 +58,16 @@ _GRID = np.geomspace(1.0 / 100.0, 100.0, 53)
 _FACTORS = np.concatenate([[DEGREES, 1.0 / DEGREES], _GRID[np.abs(np.log(_GRID)) > np.log(_LEAST_FACTOR)]])
 """Factors that are tried, the likely ones first."""
 _FINER = np.geomspace(1.0 / 1.2, 1.2, 37)
+_AGREES_ALPHA = 1e-3
+"""Probability of taking rates for right that are half or twice the right ones (chosen)."""
+_CLEARLY_WRONG = np.array([0.5, 2.0])
+"""Factors that rates which agree must exclude."""
 _NO_BETTER = 2.0
 """Logarithm of a likelihood ratio below which the simpler of two explanations is taken (chosen)."""
 _SAME_FACTOR = 1.12
 """Within which factors are the same (chosen: a step of those that are tried, and calibration)."""
+_SAME_LIKELIER = 1.5
+"""Within which likelier factors, not shown, are the same (chosen)."""
 _MOST_NAMED = 4
 _OWN = "{name}"
 """What stands for a sensor's name where several have the same fault."""
@@ -77,11 +83,13 @@ class Agreement:
 
     Attributes
     ----------
-    verdict: "agrees"; "no_information", where too little turns to say; "axes", "scale" or both, where
+    verdict: "agrees", where half and twice the rates do clearly worse and no other factor better;
+        "no_information", where too little turns, or too roughly, to say; "axes", "scale" or both, where
         `factor` times `axes` @ rates explains it; "exchange", where the rates of sensor `other` do;
         "disagrees", where nothing of this does better than no turn at all.
     axes: (3, 3), signed permutation.
-    factor: by which the rates would have to be multiplied.
+    factor: by which the rates would have to be multiplied; of "no_information" what is likelier than 1, not
+        shown.
     other: number of a sensor; its own where it is not an exchange.
     """
 
@@ -189,16 +197,27 @@ def _agreement(number: int, cut: Sequence[_Windows], step_s: float) -> Agreement
     resting = own.squares(np.zeros((1, *own.gyr.shape)), step_s)[0]
     score = _score(own.squares(own.gyr[np.newaxis], step_s)[0])
     unrelated = _unrelated(own, step_s, score, resting)
-    evidence, gain, best = np.log(1.0 / _ALPHA), 0.0, None
+    evidence, gain, best, likelier = np.log(1.0 / _ALPHA), 0.0, None, 1.0
     for found, choices, ahead in _explanations(number, cut, at, step_s, score, unrelated):
         if ahead.sum() - np.log(choices) > max(evidence, gain) and _consistent(ahead):
             gain, best = float(ahead.sum() - np.log(choices)), found
+        if found.verdict == "scale" and ahead.sum() > _NO_BETTER:
+            likelier = found.factor if abs(np.log(found.factor)) > np.log(_LEAST_FACTOR) else 1.0
     at_rest = float((score - _score(resting)).sum())
     if best is not None and (best.factor >= 1.0 or gain > at_rest + _NO_BETTER):
         return best
     if unrelated or best is not None:
         return _of("disagrees", number)
-    return _of("agrees" if -at_rest > evidence else "no_information", number)
+    if -at_rest > evidence and likelier == 1.0 and _excluded(own, step_s, score):
+        return _of("agrees", number)
+    return replace(_of("no_information", number), factor=likelier if -at_rest > evidence else 1.0)
+
+
+def _excluded(own: _Windows, step_s: float, score: Array) -> bool:
+    """Whether rates that are clearly wrong would have been told from these."""
+    wrong = _CLEARLY_WRONG[:, np.newaxis, np.newaxis, np.newaxis] * own.gyr
+    behind = (_score(own.squares(wrong, step_s)) - score).sum(axis=1)
+    return bool((behind > np.log(1.0 / _AGREES_ALPHA)).all())
 
 
 def _judging(own: _Windows, step_s: float) -> NDArray[np.intp]:
@@ -330,11 +349,18 @@ def _squares(rates: Array, acc: Array, step_s: float, variance: Array) -> Array:
 
 def unjudged_text(recording: MotionRecording, found: Sequence[Agreement]) -> str:
     """Of which sensors the agreement that was found says nothing; empty for none."""
-    unjudged = [name for name, each in zip(recording.sensors, found, strict=True)
+    unjudged = [(name, each.factor) for name, each in zip(recording.sensors, found, strict=True)
                 if each.verdict == "no_information"]
+    if not unjudged:
+        return ""
+    likelier = [(name, factor) for name, factor in unjudged if factor != 1.0]
+    factors, told = [factor for _, factor in likelier], ""
+    if likelier and max(factors) < _SAME_LIKELIER * min(factors):
+        told = (f"; {_names([name for name, _ in likelier])}: {np.median(factors):.2g} times these rates "
+                "would explain it better: check `rate`, `units.gyr` and the gyroscopes' range")
     return f"rates could not be checked against gravity in {len(unjudged)} of {len(found)} sensors " \
-           f"({_names(unjudged)}): too little or too rough motion; rate, units and axes are as stated" \
-           if unjudged else ""
+           f"({_names([name for name, _ in unjudged])}): too little or too rough motion; rate, units and " \
+           f"axes are as stated{told}"
 
 
 def agreements_in(

@@ -57,8 +57,21 @@ def test_every_order_and_sign_of_axes_is_found(seed, number):
 def test_a_wrong_scale_is_found_with_its_factor(seed, factor):
     times, gyr, acc = several([seed], turning=0.5)
     (found,) = agreements(times, gyr / factor, acc)
-    assert (found.verdict, found.other) == ("scale", 0)
+    # 40 s of slow motion does not always tell 1.4 for sure, but takes it for likelier.
+    assert found.verdict == "scale" or (found.verdict == "no_information" and 0.6 < factor < 1.7)
     assert found.factor == pytest.approx(factor, rel=0.1)
+
+
+@given(seed=SEEDS, factor=st.one_of(st.sampled_from([0.5, 2.0]), st.floats(0.2, 0.6), st.floats(1.7, 5.0)),
+       shaking=st.floats(0.0, 3.0), noise=st.floats(0.0, 0.5))
+@settings(max_examples=12, deadline=None)
+def test_wrong_rates_never_agree_however_rough_the_motion(seed, factor, shaking, noise):
+    times, gyr, acc = several([seed], shaking=shaking, seconds=30.0)
+    acc += noise * np.random.default_rng(seed).standard_normal(acc.shape)
+    (found,) = agreements(times, gyr / factor, acc)
+    assert found.verdict != "agrees"
+    if found.verdict == "no_information" and found.factor != 1.0:
+        assert found.factor == pytest.approx(factor, rel=0.3)
 
 
 @given(seed=SEEDS, factor=st.one_of(st.floats(0.1, 0.7), st.floats(1.4, 10.0)))
@@ -189,6 +202,17 @@ def test_import_check_and_run_name_the_sensor_and_the_key(tmp_path, capsys, faul
         assert main(["run", *given_, "--out", str(tmp_path / "runs")]) == 0
         assert capsys.readouterr().err.startswith(
             "fesloop: the recording played by `recording` is wrong: finger:")
+
+
+def test_import_says_which_rate_is_likelier_where_motion_is_too_rough_to_be_sure(tmp_path, capsys):
+    _, gyr, acc = several([3, 4], shaking=2.0, seconds=30.0)
+    path, layout = table(tmp_path, gyr, acc, rate=200.0)
+    assert main(["import", str(path), str(tmp_path / "lab.h5"), "--layout", str(layout), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["rates_disagree"] == ""
+    assert "could not be checked against gravity in 2 of 2 sensors" in told["rates_not_checked"]
+    assert "hand, finger: 2 times these rates would explain it better: check `rate`" in told[
+        "rates_not_checked"]
 
 
 def test_a_right_layout_is_no_trouble(tmp_path, capsys):
