@@ -44,6 +44,7 @@ _MOVES_DEG = 1.0
 """Chosen: a reference that stays nearer than this to where the joints are asks for no motion."""
 _LEAST_ABOUT = 0.5
 """Chosen: of the squares of a joint's turning, so much is about the axis of an angle that is its own."""
+_MOST_NAMED = 4
 _ROSE = 1.1
 """Chosen: what noise changes from trial to trial is less."""
 
@@ -87,8 +88,8 @@ the run is right. safety: no channel gave a pulse,
 or the safety block took stimulation away, or most of it. failed: a part
 failed, such as a tracker that never took its initial pose. noted: what the experiment says of itself
 (`notes`), such as that a model is poor, or a tracker's angle that is not about the axis of the joint's
-turning. not_held: the object, in the last trial. no_better: joints followed worse than had they not moved. rose: the error did, over the trials, by more than a tenth, where the trials
-are `comparable`.
+turning. not_held: the object, in the last trial. no_better: joints followed worse than had they not moved.
+rose: the error did, over the trials, by more than a tenth, where the trials are `comparable`.
 """
 
 
@@ -284,11 +285,14 @@ def _notes(recording: Recorded) -> Iterator[str]:
 def _other_axis(metrics: Mapping[str, Any]) -> Iterator[str]:
     """Joints of a replay whose angle is about an axis that they hardly turn about."""
     shares = metrics.get("about_z_share")
-    for pair, share in shares.items() if isinstance(shares, dict) else ():
-        if _finite(share) and share < _LEAST_ABOUT:
-            yield (f"the angle of {pair} is about z, and only {100.0 * share:.2g} % of its turning is: it "
-                   "rests on sensors whose axes are their segments'; state them (`sensors.NAME.axes` in "
-                   "the layout) or calibrate (block `segment_calibration`), unless the joint does not flex")
+    few = [f"{pair} ({100.0 * share:.2g} %)" for pair, share in shares.items()
+           if _finite(share) and share < _LEAST_ABOUT] if isinstance(shares, dict) else []
+    if few:
+        more = f" and {len(few) - _MOST_NAMED} more" if len(few) > _MOST_NAMED else ""
+        which = ", ".join(few[:_MOST_NAMED])
+        yield (f"angles are about z, about which little of the joints' turning is: {which}{more}: they rest on "
+               "sensors whose axes are their segments'; state them (`sensors.NAME.axes` in the layout) or "
+               "calibrate (block `segment_calibration`), unless a joint does not flex")
 
 
 def _not_held(metrics: Mapping[str, Any]) -> Iterator[str]:
