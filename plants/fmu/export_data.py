@@ -9,11 +9,13 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 from numpy.typing import NDArray
 
-from plants.finger.dynamics import MUSCLES, OUTPUTS, FingerEquations
+from plants.finger.dynamics import JOINTS, MUSCLES, OUTPUTS, FingerEquations
 
 UNITS: dict[str, dict[str, str]] = {
     "A": {"A": "1"}, "s": {"s": "1"}, "rad": {"rad": "1"}, "rad/s": {"rad": "1", "s": "-1"},
     "rad/s^2": {"rad": "1", "s": "-2"}, "1": {}}
+_WHAT = {"angles": "Angle", "rates": "Rate", "accelerations": "Acceleration", "activation": "Activation"}
+_OF = {"angles": JOINTS, "rates": JOINTS, "accelerations": JOINTS, "activation": MUSCLES}
 OUTPUT_UNITS = {"angles": "rad", "rates": "rad/s", "accelerations": "rad/s^2", "activation": "1"}
 
 
@@ -23,6 +25,7 @@ class Variable:
 
     name: str
     unit: str
+    description: str
     start: float | None = None
 
 
@@ -41,20 +44,30 @@ class FingerData:
     def of(cls, equations: FingerEquations) -> FingerData:
         """Name the variables of a finger."""
         size = equations.a.shape[0]
-        inputs = tuple(Variable(f"stimulation[{muscle + 1},{column}]", unit, 0.0)
-                       for muscle in range(len(MUSCLES)) for column, unit in ((1, "A"), (2, "s")))
-        outputs = tuple(Variable(f"{port}[{i + 1}]", OUTPUT_UNITS[port])
+        inputs = tuple(Variable(f"stimulation[{muscle + 1},{column}]", unit,
+                                f"{what} of the pulses for {name.upper()}, {unit}", 0.0)
+                       for muscle, name in enumerate(MUSCLES)
+                       for column, unit, what in ((1, "A", "Current"), (2, "s", "Width")))
+        outputs = tuple(Variable(f"{port}[{i + 1}]", OUTPUT_UNITS[port],
+                                 f"{_WHAT[port]} of {_OF[port][i].upper()}, {OUTPUT_UNITS[port]}")
                         for port, rows in OUTPUTS.items() for i in range(rows.stop - rows.start))
-        states = tuple(Variable(f"state[{i + 1}]", "", 0.0) for i in range(size))
-        derivatives = tuple(Variable(f"der(state[{i + 1}])", "") for i in range(size))
-        parameters = [*(Variable(f"gain_{muscle}", "1", 1.0) for muscle in MUSCLES),
-                      Variable("delay", "s", equations.delay_ns / 1e9)]
+        states = tuple(Variable(f"state[{i + 1}]", "", f"State {i + 1} of the linear model", 0.0)
+                       for i in range(size))
+        derivatives = tuple(Variable(f"der(state[{i + 1}])", "", f"Derivative of state {i + 1}")
+                            for i in range(size))
+        parameters = [*(Variable(f"gain_{muscle}", "1", f"Strength of {muscle.upper()}: factor on the force "
+                                 "that its activation makes, 1", 1.0) for muscle in MUSCLES),
+                      Variable("delay", "s", "From a change of stimulation to its effect on activation, s",
+                               equations.delay_ns / 1e9)]
         if equations.threshold_ma:
-            parameters += [Variable(f"threshold_{muscle}", "A", 1e-3 * threshold)
+            parameters += [Variable(f"threshold_{muscle}", "A", "Current of a very long pulse that excites "
+                                    f"half of the axons of {muscle.upper()}, A", 1e-3 * threshold)
                            for muscle, threshold in zip(MUSCLES, equations.threshold_ma, strict=True)]
-            parameters += [Variable(f"spread_{muscle}", "1", spread)
+            parameters += [Variable(f"spread_{muscle}", "1", "Standard deviation of the logarithms of the "
+                                    f"axons' thresholds of {muscle.upper()}, 1", spread)
                            for muscle, spread in zip(MUSCLES, equations.spread, strict=True)]
-            parameters.append(Variable("chronaxie", "s", 1e-6 * equations.chronaxie_us))
+            parameters.append(Variable("chronaxie", "s", "Pulse width at which thresholds are twice those "
+                                       "of a very long pulse, s", 1e-6 * equations.chronaxie_us))
         return cls(equations, inputs, outputs, states, derivatives, tuple(parameters))
 
 
@@ -118,7 +131,7 @@ def _variables(parent: Element, data: FingerData) -> dict[str, int]:
         first[group] = reference + 1
         for number, variable in enumerate(variables):
             entry = {"name": variable.name, "valueReference": str(reference), "causality": causality,
-                     "variability": variability}
+                     "variability": variability, "description": variable.description}
             real = {"unit": variable.unit} if variable.unit else {}
             if variable.start is not None:
                 real["start"] = repr(variable.start)

@@ -146,5 +146,7 @@ void plant_derivatives(const Plant *plant, double *dx) {
 double plant_output(const Plant *plant, int index) {
     double sum = OFFSET[index];
     for (int j = 0; j < STATES; j++) sum += C[index * STATES + j] * plant->now.x[j];
-    return sum;
+    /* The last outputs are activations; their states carry the muscles' gains with them. */
+    int muscle = index - (OUTPUTS - MUSCLES);
+    return muscle < 0 ? sum : sum / plant->now.parameter[GAIN + muscle];
 }

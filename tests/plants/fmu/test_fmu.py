@@ -223,13 +223,17 @@ def test_declared_ports_group_and_scale(finger_fmu):
 @pytest.mark.slow
 def test_start_values_reach_the_fmu(finger_fmu):
     pulse = [np.tile([0.05, 4e-4], (4, 1))]
-    angles = []
+    angles, activations = [], []
     for gain in (1.0, 2.0):
         starts = {f"gain_{muscle}": gain for muscle in ("fdp", "fds", "edc", "int")}
         plant = Fmu(path=str(finger_fmu), starts=starts)
         state = plant.init(Context("plant"))
-        angles.append(run(plant, state, [pulse] * 300)[-1][0] - np.deg2rad([20.0, 25.0, 15.0]))
+        values = run(plant, state, [pulse] * 300)[-1]
+        angles.append(values[0] - np.deg2rad([20.0, 25.0, 15.0]))
+        activations.append(values[3])
         plant.close(state)
+    assert activations[0].min() > 0.01
+    np.testing.assert_allclose(activations[1], activations[0], rtol=1e-12)
     np.testing.assert_allclose(angles[1], 2.0 * angles[0], rtol=1e-9)
 
 

@@ -3,6 +3,7 @@
 import shutil
 import subprocess
 import zipfile
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -162,3 +163,11 @@ def test_what_cannot_be_exported_is_refused(tmp_path):
         build_finger_fmu(tmp_path / "finger.zip")
     with pytest.raises(InputError, match="does not exist"):
         build_finger_fmu(tmp_path / "nowhere" / "finger.fmu")
+
+
+def test_every_variable_says_what_it_is_and_in_which_unit(finger_fmu):
+    with zipfile.ZipFile(finger_fmu) as archive:
+        root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+    for variable in root.find("ModelVariables"):
+        unit, text = variable.find("Real").get("unit"), variable.get("description", "")
+        assert text.endswith(f", {unit}") if unit else "tate " in text
