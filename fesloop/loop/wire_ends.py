@@ -52,6 +52,7 @@ def open_inputs(nodes: Sequence[Node], wires: Sequence[Wire]) -> list[InputError
     """Inputs that need a wire and have none."""
     wired = {wire.target for wire in wires}
     return [InputError(f"{node.name}.{port.name}", "this input has no wire", "one wire",
-                       f'add a wire to "{node.name}.{port.name}"')
+                       f'add a wire to "{node.name}.{port.name}"'
+                       + (f" {other}" if (other := getattr(node.part, "for_open_inputs", "")) else ""))
             for node in nodes for port in node.part.inputs
             if not port.optional and f"{node.name}.{port.name}" not in wired]

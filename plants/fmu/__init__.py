@@ -6,7 +6,8 @@ from fesloop.lazily import found_in
 
 if TYPE_CHECKING:
     from plants.fmu.plant import Fmu
+    from plants.fmu.ports import FmuPort
 
-__all__ = ["Fmu"]
+__all__ = ["Fmu", "FmuPort"]
 
-__getattr__ = found_in(__name__, {"Fmu": "plant"})
+__getattr__ = found_in(__name__, {"Fmu": "plant", "FmuPort": "ports"})

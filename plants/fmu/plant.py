@@ -22,8 +22,8 @@ from plants.fmu.running import FmuSetup
 from plants.fmu.state import FmuState
 from plants.fmu.vector import integer_range
 
-_LONGEST_S, _MOST_MB = 3600.0, 10**6
-"""Chosen."""
+_SHORTEST_S, _LONGEST_S, _MOST_MB = 1e-3, 3600.0, 10**6
+"""Chosen; the system's clock ends no wait that is much shorter."""
 _TEXTS = ("String", "Binary")
 _DIVERGES, _COARSE = 0.5, 0.01
 """Chosen: parts of their motion by which outputs may not differ with twice as many substeps, and by which
@@ -58,7 +58,7 @@ class Fmu:
         compiled from fesloop's own sources: no file is taken for one of these by what it says of itself.
         False is refused for an FMU that can be instantiated only once in a process.
     probe_timeout_s: how long the check may take, and initialisation in a process of its own.
-    step_timeout_s: how long a step may take in a process of its own.
+    step_timeout_s: how long a step may take in a process of its own, in s, 0.001 at least.
     memory_mb: how much data it may allocate in a process of its own.
     fingerprint: SHA-256 of the file; left out: it is filled in. Where it is given, as in the recording of a
         run that is run again, the file must still be the same.
@@ -91,8 +91,8 @@ class Fmu:
         if self.substeps < 1:
             raise InputError("substeps", f"{self.substeps}", "1 or more")
         for name in ("probe_timeout_s", "step_timeout_s"):
-            if not 0.0 < getattr(self, name) <= _LONGEST_S:
-                raise InputError(name, f"{getattr(self, name):g}", f"above 0, at most {_LONGEST_S:g}")
+            if not _SHORTEST_S <= getattr(self, name) <= _LONGEST_S:
+                raise InputError(name, f"{getattr(self, name):g}", f"{_SHORTEST_S:g} to {_LONGEST_S:g} s")
         if not 1 <= self.memory_mb <= _MOST_MB:
             raise InputError("memory_mb", f"{self.memory_mb}", f"1 to {_MOST_MB}")
         grid = RateClock.from_rate(self.step_rate, where="step_rate")
@@ -157,6 +157,11 @@ class Fmu:
     def outputs(self) -> tuple[Port, ...]:
         """A port an output variable or group of them."""
         return tuple(bound.port for bound in self._setup.outputs)
+
+    @property
+    def for_open_inputs(self) -> str:
+        """What else can be done about an input without a wire."""
+        return "or leave it out of input_ports (declare the others): its start value then holds"
 
     @property
     def grid(self) -> RateClock:

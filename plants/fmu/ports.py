@@ -83,6 +83,10 @@ def bind_ports(
     for a shape that does not hold the variables, for a unit that is not the FMU's and cannot be converted,
     for a variable that is listed twice, and for two ports of one name.
     """
+    for i, each in enumerate(declared):
+        if not isinstance(each, FmuPort):
+            raise InputError(f"{where}[{i}]", f"is a {type(each).__name__}", "an FmuPort of plants.fmu",
+                             "make one: FmuPort(name=..., variables=(...,))")
     if declared:
         ports = tuple(
             _declared(description, causality, each, f"{where}[{i}]") for i, each in enumerate(declared))

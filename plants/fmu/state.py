@@ -76,7 +76,9 @@ class FmuState:
         self._outside = outside
         ports = self.running.setup.inputs
         names = [v.name for bound in ports for v in bound.variables for _ in range(v.size)]
-        self._reports.extend(("out_of_range", f"{names[i]!r} is {values[i]:g} in the FMU's unit, outside "
+        latched_ms = 1e3 * self.running.setup.instant_s(self.running.tick)
+        self._reports.extend(("out_of_range", f"{names[i]!r}, latched at {latched_ms:.6f} ms, is "
+                           f"{values[i]:g} in the FMU's unit, outside "
                            f"its min and max, {low[i]:g} to {high[i]:g}") for i in fresh.tolist())
 
     def _refuse(self) -> None:

@@ -236,7 +236,8 @@ def test_nothing_that_a_file_says_makes_it_ours(finger_fmu):
 
 
 @pytest.mark.parametrize(
-    ("name", "value"), [("memory_mb", 0), ("step_timeout_s", 0.0), ("step_timeout_s", 1e9)])
+    ("name", "value"), [("memory_mb", 0), ("step_timeout_s", 0.0), ("step_timeout_s", 1e-6),
+                        ("step_timeout_s", 1e9)])
 def test_limits_have_limits(small2, name, value):
     with pytest.raises(InputError, match=f"^{name}: "):
         Fmu(path=str(small2()), **{name: value})

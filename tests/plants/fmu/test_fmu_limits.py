@@ -76,3 +76,14 @@ def test_what_is_tried_moves_every_input_that_can_move_within_them(elements):
     for variable, start, value in zip(variables, starts, running.inputs.values, strict=True):
         assert variable.low <= value <= variable.high
         assert value != start or variable.low == variable.high == start
+
+
+def test_the_report_says_when_the_value_was_latched(limited):
+    plant = Fmu(path=limited, step_rate="100", isolate=False)
+    state = plant.init(Context("plant"))
+    for value in (0.0, 0.0, 4.0):
+        plant.advance(state, [value], 0, 0)
+    (report,) = plant.reports(state)
+    assert report == ("out_of_range", "'u', latched at 20.000000 ms, is 4 in the FMU's unit, outside its "
+                      "min and max, -2 to 3")
+    plant.close(state)

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError
+from fesloop.loop.wiring import Node, Wiring
 from plants.fmu.description import FmuDescription, FmuVariable
 from plants.fmu.ports import FmuPort, bind_ports
 
@@ -79,3 +80,17 @@ def test_columns_have_scales_of_their_own():
 def test_declarations_that_do_not_fit(port, words):
     with pytest.raises(InputError, match=words):
         bind_ports(described(variable("x")), "input", (port,), "input_ports")
+
+
+def test_a_table_is_no_port_in_python():
+    with pytest.raises(InputError, match=r"input_ports\[0\]: is a dict; allowed: an FmuPort of plants\.fmu"):
+        bind_ports(described(variable("x")), "input", ({"name": "a", "variables": ["x"]},), "input_ports")
+
+
+def test_an_input_without_a_wire_may_be_left_out(small2):
+    from plants.fmu import Fmu
+    from plants.fmu import FmuPort as FromPackage
+
+    assert FromPackage is FmuPort
+    with pytest.raises(InputError, match=r"no wire; .*or leave it out of input_ports"):
+        Wiring([Node("tank", Fmu(path=str(small2())))], [])
