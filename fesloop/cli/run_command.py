@@ -12,8 +12,9 @@ from typing import Any
 
 from fesloop.cli.output import print_json, print_table, progress_bar
 from fesloop.cli.what_next import tell_what_next
-from fesloop.errors import InputError
+from fesloop.errors import FesloopError, InputError
 from fesloop.experiment.cautions import experiment_cautions
+from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.guide import guide_of
 from fesloop.experiment.files.parse import load_picked
 from fesloop.experiment.metrics.not_known import NOT_KNOWN, reasons_of
@@ -28,6 +29,8 @@ from fesloop.loop.surroundings import cautions_in_place
 from fesloop.realtime.lateness import class_names
 
 _SHOWN = 10
+_CLOSE = 1e-5
+"""Nearer to 1 than this a spectral radius makes no difference in a run (chosen)."""
 _EXIT_CODES = {"done": 0, "failed": 1, "interrupted": 130}
 
 _RELATIVE = "relative_angle_rmse_deg"
@@ -53,6 +56,8 @@ def execute(args: Namespace) -> int:
         result = run(experiment, Path(args.out), realtime=pacing)
     with Recording(result.recording) as recording:
         wrong, events = troubles(recording, result.metrics, result.cause), recording.events
+    if unstable := _unstable(experiment):
+        print(f"fesloop: {unstable}", file=sys.stderr)
     if result.cause:
         print(f"fesloop: {result.cause}", file=sys.stderr)
     for trouble in wrong:
@@ -67,6 +72,21 @@ def execute(args: Namespace) -> int:
     else:
         print(result.recording)
     return _EXIT_CODES[result.status]
+
+
+def _unstable(experiment: Experiment) -> str:
+    """That theory says that the loop is unstable; empty where it does not, or takes long."""
+    from fesloop.theory.critical_latency import growth
+    from fesloop.theory.linear_loop import linear_loop
+
+    try:
+        loop = linear_loop(experiment)
+        radius = 0.0 if loop.random else math.sqrt(growth(loop))
+    except FesloopError:
+        return ""
+    if radius <= 1.0 + _CLOSE:
+        return ""
+    return f"the loop is unstable: the spectral radius of its linear part is {radius:.6g}, above 1"
 
 
 def _pacing(args: Namespace) -> Pacing | bool:

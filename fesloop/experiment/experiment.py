@@ -72,6 +72,10 @@ class Experiment:
     def __post_init__(self) -> None:
         object.__setattr__(self, "trials", _as_integer(self.trials))
         object.__setattr__(self, "seed", _as_integer(self.seed))
+        for key, kind in (("record", Record), ("score", Score)):
+            if not isinstance(getattr(self, key), kind):
+                raise InputError(key, f"{getattr(self, key)!r}", f"a {kind.__name__}",
+                                 f"leave it out, or give {kind.__name__}()")
         _raise_any(self._faults_of_numbers())
         object.__setattr__(self, "notes", tuple(self.notes))
         object.__setattr__(self, "nodes", tuple(self.nodes))

@@ -7,6 +7,9 @@ from fesloop.loop.clock import Clock
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
 
+_ONE_OF_A_VECTOR = ("take the number out of the vector in a block of your own, "
+                    "whose step returns (float(inputs[0].value[0]),)")
+
 
 def is_one_number(out: Port, into: Port) -> bool:
     """Whether a number reaches a vector of one: a block reads it as that."""
@@ -26,7 +29,8 @@ def fit_faults(
         for port, end in ((out, wire.source), (into, wire.target)) if not port.resolved]
     if not faults and out.shape != into.shape and not (reader and is_one_number(out, into)):
         faults.append(InputError(f"wire {wire.name}", f"{wire.source!r} has shape {out.shape}",
-                                 f"{into.shape}, the shape of {wire.target!r}"))
+                                 f"{into.shape}, the shape of {wire.target!r}",
+                                 _ONE_OF_A_VECTOR if (out.shape, into.shape) == ((1,), ()) else ""))
     if out.unit != into.unit:
         faults.append(InputError(f"wire {wire.name}", f"{wire.source!r} is in {out.unit!r}",
                                  f"{into.unit!r}, the unit of {wire.target!r}"))

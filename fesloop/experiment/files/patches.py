@@ -4,7 +4,9 @@
                                                  [record]; last of all go aliases that lead to
                                                  what is not there any more
     blocks.tracker.kind = "vqf"                  tables are merged key by key, here and in all tables below;
-                                                 any other value, a list too, takes the place of the old one
+                                                 any other value, a list too, takes the place of the old one,
+                                                 and so does a table within a block or wire that
+                                                 is of another `kind`, or of a `file` in place of a kind
     wires = [{ from = "a.b", to = "c.d" }]       added; merged into a wire between the same ports
 
 Keys are dotted paths as in --set; that of a wire is `wires."a.b->c.d"`.
@@ -28,6 +30,8 @@ PATCHED = ("experiment", "patient", "record", "blocks", "wires", "score", "alias
 """Tables of a file that a patch may change."""
 _SIGNALS = ("timed", "leave_out")
 """Lists of [record] that name blocks and signals."""
+_MEMBER = ("kind", "file")
+"""Keys that say which of several forms a table has."""
 _ABSENT = object()
 Tables = dict[str, Any]
 
@@ -87,9 +91,9 @@ def patched(document: Mapping[str, Any], patch: Mapping[str, Any], where: str) -
             for path in _remove(made, key_parts(key), f"{place}[{number}]")]
     for key in PATCHED:
         if key in patch and key != "wires":
-            made[key] = merged(made.get(key, {}), patch[key])
+            made[key] = merged(made.get(key, {}), patch[key], 0 if key == "blocks" else 1)
     for wire in patch.get("wires", ()):
-        made["wires"][_ends(wire)] = merged(made["wires"].get(_ends(wire), {}), wire)
+        made["wires"][_ends(wire)] = merged(made["wires"].get(_ends(wire), {}), wire, 1)
     _drop_aliases(made, [path for path in gone if not _stands(made, path)])
     return _named(plain_lists(made))
 
@@ -184,11 +188,21 @@ def _at(tables: Any, path: Sequence[str]) -> Any:
     return tables
 
 
-def merged(old: Any, new: Any) -> Any:
-    """What is new over what is old: tables merged, all else in the old one's place."""
-    if not (isinstance(old, dict) and isinstance(new, Mapping)):
+def merged(old: Any, new: Any, depth: int = 0) -> Any:
+    """What is new over what is old: tables merged, all else in the old one's place.
+
+    `depth`: of the tables; a block is at 1. A table within one that is of another kind, or is made from a
+    file where the old one has a kind, takes the old one's place: keys of one kind are none of another.
+    """
+    if not (isinstance(old, dict) and isinstance(new, Mapping)) or (depth > 1 and _is_another(old, new)):
         return copy.deepcopy(new)
-    return {**old, **{key: merged(old.get(key), value) for key, value in new.items()}}
+    return {**old, **{key: merged(old.get(key), value, depth + 1) for key, value in new.items()}}
+
+
+def _is_another(old: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
+    """Whether a table is of another kind than the one that it is laid over."""
+    told, had = ({key for key in _MEMBER if key in table} for table in (new, old))
+    return bool(told) and bool(had) and (told != had or new.get("kind") != old.get("kind"))
 
 
 def _remove(document: Tables, path: list[str], where: str) -> list[list[str]]:

@@ -9,6 +9,7 @@ from typing import Any
 NOT_KNOWN = "not_known"
 """Name under which metrics keep their reasons: path of a metric, dots between its parts, to its reason, or
 to a list of them, one a trial, None where it is known."""
+_OVERFLOW = "its squares are beyond floating point: the loop is unstable"
 _TRIAL = "nothing that it is computed from was recorded in the scored part of this trial"
 _REASONS = (
     ("split_", "nothing of the tracker had arrived at the controller in the scored part of this trial, "
@@ -44,7 +45,10 @@ def give_reasons(metrics: dict[str, Any]) -> None:
         if any(missing) and name not in noted:
             why = next((words for start, words in _REASONS if path[0].startswith(start)
                         or path[-1].startswith(start)), _TRIAL)
-            reasons = [why if none else None for none in missing]
+            values = value if isinstance(value, list) else [value]
+            reasons = [(_OVERFLOW if item is not None and math.isinf(item) else why) if none else None
+                       for item, none in zip(values, missing, strict=True)]
+            why = reasons[0] or why
             noted[name] = reasons if isinstance(value, list) else why
     if noted:
         metrics[NOT_KNOWN] = noted

@@ -42,11 +42,13 @@ _OF_PAIRS = ("vqf", "vqf9")
 """Kinds of trackers whose angles are the flexion of pairs of sensors."""
 
 
+@np.errstate(over="ignore", invalid="ignore")  # an unstable loop: what is infinite then has its reason
 def metrics_of(recording: Recording) -> dict[str, Any]:
     """What the experiment's [score] asks for.
 
     joint_rmse_deg: one a trial, truth against reference; unmoved_rmse_deg: what it would be had the joints
-    stayed where they were when the trial began. tracker_rmse_deg: one a trial, estimate against
+    stayed where they were when the trial began. Both hold the reference between its own ticks, so a reference
+    that moves is a staircase. tracker_rmse_deg: one a trial, estimate against
     the truth of the instant of its capture, from when the tracker has taken its initial pose: what it puts
     out before is an assumption. split_rmse_deg: the error that the patient sees (total), what
     of it the controller could not see (tracker, latency included), and what it saw and did not put right

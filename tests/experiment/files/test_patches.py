@@ -16,6 +16,23 @@ tables = st.dictionaries(st.sampled_from(["kind", "p", "q"]),
 blocks = st.dictionaries(st.sampled_from(NAMES), tables, min_size=1)
 
 
+@pytest.mark.parametrize(("old", "new", "made"), [
+    ({"kind": "finger", "curve": "linear"}, {"file": "mine.toml"}, {"file": "mine.toml"}),
+    ({"file": "mine.toml"}, {"kind": "finger"}, {"kind": "finger"}),
+    ({"kind": "finger", "curve": "linear"}, {"kind": "other"}, {"kind": "other"}),
+    ({"kind": "finger", "curve": "linear"}, {"kind": "finger", "p": 1},
+     {"kind": "finger", "curve": "linear", "p": 1}),
+    ({"kind": "finger", "curve": "linear"}, {"curve": "x"}, {"kind": "finger", "curve": "x"})])
+def test_a_table_of_another_kind_within_a_block_or_wire_replaces_the_old_one(old, new, made):
+    base = {"blocks": {"pid": {"kind": "a", "q": 1, "model": old}},
+            "wires": [{"from": "a.y", "to": "b.u", "jitter": old}]}
+    patch = {"blocks": {"pid": {"kind": "b", "model": new}},
+             "wires": [{"from": "a.y", "to": "b.u", "jitter": new}]}
+    found = plain_lists(patched(keyed(base), patch, ""))
+    assert found["blocks"]["pid"] == {"kind": "b", "q": 1, "model": made}
+    assert found["wires"][0]["jitter"] == made
+
+
 @st.composite
 def documents(draw):
     """A file whose wires, signals and aliases lead to blocks that are there."""
