@@ -290,8 +290,8 @@ def _other_axis(metrics: Mapping[str, Any]) -> Iterator[str]:
     if few:
         more = f" and {len(few) - _MOST_NAMED} more" if len(few) > _MOST_NAMED else ""
         which = ", ".join(few[:_MOST_NAMED])
-        yield (f"angles are about z, about which little of the joints' turning is: {which}{more}: they rest on "
-               "sensors whose axes are their segments'; state them (`sensors.NAME.axes` in the layout) or "
+        yield (f"angles are about z, about which little of the joints' turning is: {which}{more}: they rest "
+               "on sensors whose axes are their segments'; state them (`sensors.NAME.axes` in the layout) or "
                "calibrate (block `segment_calibration`), unless a joint does not flex")
 
 

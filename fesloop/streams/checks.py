@@ -17,9 +17,11 @@ FASTEST_GYR = 60.0
 GRAVITY_BAND = (7.5, 13.0)
 """m/s^2; where the median length of an accelerometer's samples may lie, scale errors of 20 % and lively
 movement allowed for (chosen)."""
-FIELD_BAND = (2e-6, 2e-2)
-"""T; the Earth's field is 25 to 65 uT, and magnetometers end at a few mT, which a magnet beside them reaches
-(chosen)."""
+FIELD_BAND = (2e-6, 1e-3)
+"""T; the Earth's field is 25 to 65 uT, and iron indoors changes it by less than tenfold (chosen)."""
+EARTH_BAND = (15e-6, 100e-6)
+"""T, in which a field is the Earth's; a factor that leads there is a unit's (chosen)."""
+_UNITS = {"uT": 1e-6, "gauss": 1e-4, "mgauss": 1e-7, "nT": 1e-9, "mT": 1e-3}
 
 
 def entry(content: Mapping[str, Any], key: str, where: str) -> Any:
@@ -87,7 +89,14 @@ def plausible_mag(mag: Array, place: str) -> None:
     low, high = FIELD_BAND
     if not low <= median <= high:
         raise InputError(place, f"has a median length of {median * 1e6:.4g} uT",
-                         f"{low * 1e6:g} to {high * 1e6:g} uT")
+                         f"{low * 1e6:g} to {high * 1e6:g} uT", _likely_unit(median))
+
+
+def _likely_unit(median: float) -> str:
+    """What the numbers are in, where they are of one unit and have been read as of another."""
+    found = [f"{its} read as {taken}" for its, one in _UNITS.items() for taken, other in _UNITS.items()
+             if EARTH_BAND[0] <= median * one / other <= EARTH_BAND[1]]
+    return f"look at the unit: it looks like {' or '.join(found[:3])}" if found else "look at the unit"
 
 
 def orientations(quaternions: Array, place: str) -> Array:
