@@ -8,7 +8,8 @@ from typing import Any
 from fesloop.errors import RunError
 from plants.fmu.library import WARNING, FmuLibrary
 
-_LAST_SUCCESSFUL_TIME = 2
+_LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3
+_DISCARD = 2
 
 
 class CoSimulation2:
@@ -26,8 +27,20 @@ class CoSimulation2:
     def step(self, start_s: float, stop_s: float, inputs_changed: bool) -> None:
         """One communication step; RunError for anything but success."""
         status = self._do_step(self._component, start_s, self._length_s, 1)
+        if status == _DISCARD:
+            self._require_no_end(stop_s)
         if status:
             self._library.check("fmi2DoStep", status, start_s)
+
+    def _require_no_end(self, stop_s: float) -> None:
+        """RunError where a discarded step is the FMU's wish that the run end."""
+        ends = ctypes.c_int()
+        status = self._library.functions.dll.fmi2GetBooleanStatus(
+            self._component, _TERMINATED, ctypes.byref(ends))
+        if status <= WARNING and ends.value:
+            reached_s = self.reached_s()
+            at_s = stop_s if reached_s is None else reached_s
+            raise RunError(f"{self._library.name}: the FMU asked at {at_s:.9g} s for the run to end")
 
     def reached_s(self) -> float | None:
         """The instant that the FMU says it has reached, None if it does not say."""

@@ -3,7 +3,7 @@
  * Co-simulation: x' = (u - x) / 0.1 s, y = x, k = counted steps (Integer), exact between communication points.
  *   CRASH_AT_LOAD, CRASH_IN_INSTANTIATION; NEEDS_MB: refuses instantiation where so much cannot be allocated.
  *    CRASH, ABORT, HANG, REFUSE: in initialisation.
- *   ERROR_AT_S, DISCARD_AT_S: in mid-run.    CRASH_AT_END: in fmi2Terminate.    PRINTS: a line every step.
+ *   ERROR_AT_S, DISCARD_AT_S: in mid-run (ENDS: for the run to end).    CRASH_AT_END: in fmi2Terminate.    PRINTS: a line every step.
  *   AT_S and MISDEED, a statement: in mid-run.
  *   INTERNAL_STEP_S, or parameter h: x moves on this grid only; TELLS: and the FMU admits it.
  *   LAG: what TELLS says is this much, of t and h, behind.
@@ -126,6 +126,15 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean b) {
     return DONE;
 }
 
+fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind k, fmi2Boolean *v) {
+    (void)c, (void)k, (void)v;
+#ifdef ENDS
+    *v = k == fmi2Terminated;
+    return fmi2OK;
+#else
+    return fmi2Discard;
+#endif
+}
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind k, fmi2Real *v) {
     (void)c, (void)k, (void)v;
 #ifdef TELLS
