@@ -89,7 +89,8 @@ def scalar_loop(growth, gain, noise=1.0, sensed=None, stimulated=None, plant_rat
 
 def oscillator_loop(omega, damping, gain, rate=200):
     """x'' = -omega^2 x - damping x' + gain u, where u is x as it was sampled."""
-    plant = StateSpace(a=((0.0, 1.0), (-omega**2, -damping)), b=((0.0,), (gain,)), c=((1.0, 0.0),))
+    plant = StateSpace(a=((0.0, 1.0), (-omega**2, -damping)), b=((0.0,), (gain,)), c=((1.0, 0.0),),
+                       output_unit="rad")
     nodes = (Node("feedback", Feedback(gain=-1.0), rate=rate), Node("plant", plant))
     wires = (Wire("plant.y", "feedback.y"), Wire("feedback.u", "plant.u"))
     return _experiment("oscillator", nodes, wires, 50)

@@ -45,7 +45,6 @@ MISTAKES = {
     'blocks.force={kind="fingertip_force", rate="100", sensors=3, noise_sd=-1.0}': "0 or more",
     'blocks.force={kind="fingertip_force", sensors=3}': "blocks.force.rate: is missing",
     'blocks.force={kind="fingertip_force", rate="100"}': "force.contact_force",
-    "score.fingertips=hand.angles": "(tips, 3), places",
     'score.trackers=["salchow_m3"]': "'salchow_m3.fingertips'",
     'score.tips=["F1"]': "5, one a fingertip",
     'record.leave_out=["hand.fingertips"]': "left out of the recording",
@@ -59,3 +58,10 @@ def test_a_mistake_is_one_line(setting, capsys):
     assert (code, out) == (2, "")
     (line,) = err.splitlines()
     assert MISTAKES[setting] in line
+
+
+def test_angles_for_places_are_of_another_unit_and_shape(capsys):
+    assert main(["check", "salchow2019", "--set", "score.fingertips=hand.angles"]) == 2
+    unit, shape = capsys.readouterr().err.splitlines()
+    assert "a signal in 'm'" in unit
+    assert "(tips, 3), places" in shape

@@ -62,7 +62,7 @@ def test_a_loop_that_is_unstable_anyway_has_no_room():
 @given(hidden=st.floats(0.0, 2.0), reached=st.booleans(), gain=st.floats(1.0, 20.0))
 def test_a_mode_outside_the_loop_that_does_not_decay_is_told_apart(hidden, reached, gain):
     b, c = ((1.0,), (1.0 if reached else 0.0,)), ((1.0, 0.0 if reached else 1.0),)
-    plant = StateSpace(a=((-1.0, 0.0), (0.0, hidden)), b=b, c=c)
+    plant = StateSpace(a=((-1.0, 0.0), (0.0, hidden)), b=b, c=c, output_unit="rad")
     loop = scalar_loop(0.0, gain)
     loop = replace(loop, nodes=[Node("plant", plant), *(n for n in loop.nodes if n.name != "plant")])
     with pytest.raises(InputError, match="a mode that it does not reach"):
