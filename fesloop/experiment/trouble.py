@@ -45,6 +45,8 @@ _MOVES_DEG = 1.0
 _LEAST_ABOUT = 0.5
 """Chosen: of the squares of a joint's turning, so much is about the axis of an angle that is its own."""
 _MOST_NAMED = 4
+_WORSE = 1.01
+"""Errors nearer to each other than this ratio are shown as the same number."""
 _ROSE = 1.1
 """Chosen: what noise changes from trial to trial is less."""
 
@@ -307,13 +309,14 @@ def _not_held(metrics: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _no_better(metrics: Mapping[str, Any]) -> Iterator[str]:
-    """Joints that followed worse than if they had stayed where the trial began."""
+    """Joints that followed worse than if they had stayed where the trial began, or as badly."""
     errors, still = metrics.get("joint_rmse_deg"), metrics.get("unmoved_rmse_deg")
     if not (isinstance(errors, list) and isinstance(still, list) and errors and len(still) == len(errors)):
         return
     if _finite(errors[-1]) and _finite(still[-1]) and errors[-1] > still[-1] > _MOVES_DEG:
         which = f" in the last of {len(errors)} trials" if len(errors) > 1 else ""
-        yield (f"the joints followed worse{which} than if they had not moved ({errors[-1]:.3g} deg RMS; "
+        how = "worse" if errors[-1] > _WORSE * still[-1] else "no better"
+        yield (f"the joints followed {how}{which} than if they had not moved ({errors[-1]:.3g} deg RMS; "
                f"{still[-1]:.3g} deg had they stayed where the trial began)")
 
 

@@ -198,3 +198,12 @@ def test_an_angle_about_an_axis_that_its_joint_hardly_turns_about_is_named():
     (told,) = [text for text in texts if "are about z" in text]
     assert "a-b (3 %)" in told
     assert "b-c" not in told
+
+
+@given(still=st.floats(1.0, 50.0), ratio=st.floats(0.9, 1.2))
+def test_errors_that_are_shown_alike_are_not_called_worse(still, ratio):
+    metrics = {"joint_rmse_deg": [ratio * still], "unmoved_rmse_deg": [still]}
+    texts = [each.text for each in troubles(Told([(1.0, 1.0, 1.0)], learns=False), metrics)]
+    (followed,) = [text for text in texts if "than if they had not moved" in text] or [""]
+    assert ("worse" in followed) == (ratio * still > 1.01 * still)
+    assert bool(followed) == (ratio * still > still)
