@@ -234,7 +234,7 @@ def courses_of(table: Any, axes: Sequence[str], metrics: Sequence[str]) -> Itera
 
 def study_doubted(name: str, workers: int) -> Iterator[str]:
     """Runs of a small study that failed, and errors of its tables that fall; replicates make the interval."""
-    from fesloop.study import load, read_study, run_study, study_of
+    from fesloop.analysis.study import load, read_study, run_study, study_of
 
     document = dict(read_study(name).document)
     document["study"] = {**document["study"], "replicates": max(REPLICATES, document["study"]["replicates"])}
@@ -274,7 +274,7 @@ def main(arguments: Sequence[str]) -> int:
             print("\n    ".join((f"{case}: {len(doubts)} doubts", *doubts)), flush=True)
     doubted += sweeps_doubted(found)
     if given.studies:
-        from fesloop.study.design.study_file import shipped_studies
+        from fesloop.analysis.study.design.study_file import shipped_studies
 
         for name in shipped_studies():
             if not given.only or name in given.only:

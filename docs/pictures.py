@@ -21,10 +21,10 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from fesloop import InputError, Recording
-from fesloop.picture.draw import draw
-from fesloop.picture.palette import BLACK, BLUE, GREEN, ORANGE, VERMILION, channel_colour, tidy
-from fesloop.report.parts import Drawing
-from fesloop.report.run.search import search_sections
+from fesloop.show.picture.draw import draw
+from fesloop.show.picture.palette import BLACK, BLUE, GREEN, ORANGE, VERMILION, channel_colour, tidy
+from fesloop.show.report.parts import Drawing
+from fesloop.show.report.run.search import search_sections
 
 PICTURES = Path(__file__).resolve().parent / "_pictures"
 SHOWN = PICTURES / "shown.json"

@@ -16,9 +16,9 @@ from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.losses import Losses
 from fesloop.loop.noise import NoiseStream
 from fesloop.loop.signals import NEVER, Port, Sample, Value
+from fesloop.models.correlation import root_of
 from fesloop.models.error_process import ErrorProcess
-from fesloop.tracker_error.correlation import root_of
-from fesloop.tracker_error.error_steps import DRAWS, PARTS, errors_now, rows_of
+from fesloop.models.error_steps import DRAWS, PARTS, errors_now, rows_of
 
 Array = NDArray[np.float64]
 

@@ -2,6 +2,6 @@
 
 import sys
 
-from fesloop.cli import main
+from fesloop.apps.cli import main
 
 sys.exit(main())

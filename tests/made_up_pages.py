@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from fesloop.report.figure3d import Figure3d, Frames, Mesh, Solid
-from fesloop.report.parts import (
+from fesloop.show.report.figure3d import Figure3d, Frames, Mesh, Solid
+from fesloop.show.report.parts import (
     Bars,
     Chart,
     Code,

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
+from fesloop.analysis.study.engine.preparing import Prepared
+from fesloop.analysis.study.store.versions import version_text
 from fesloop.loop.block import Context
 from fesloop.loop.signals import Port
-from fesloop.study.engine.preparing import Prepared
-from fesloop.study.store.versions import version_text
 
 
 @dataclass(slots=True)
@@ -52,7 +52,7 @@ def slowly(value):
 
 
 def prepared_or_not(id, document, seed):
-    """In place of `fesloop.study.engine.preparing.prepare_one`: a shipped model, unless a folder says no."""
+    """In place of `fesloop.analysis.study.engine.preparing.prepare_one`: a shipped model, unless a folder says no."""
     folder = Path(os.environ["STUDY_BLOCKS"])
     (folder / f"{id}-{time.monotonic_ns()}.prepared").touch()
     if (folder / "fails").exists():

@@ -8,11 +8,11 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from fesloop.cli import main
-from fesloop.cli.check_command import critical_text
+from fesloop.apps.cli import main
+from fesloop.apps.cli.check_command import critical_text
 from fesloop.experiment.files.parse import read
-from fesloop.experiment.files.toml_text import toml_text
 from fesloop.experiment.recording.reading import Recording
+from fesloop.forms.toml_text import toml_text
 
 ROOT = Path(__file__).resolve().parent.parent
 SMALL = str(ROOT / "tests" / "experiment" / "small.toml")
@@ -239,8 +239,8 @@ def python(code, cwd=None):
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=cwd, check=False)
 
 
-@pytest.mark.parametrize("code", ["import fesloop", "from fesloop.cli import main; main([])",
-                                  "from fesloop.cli import main; main(['--help'])"])
+@pytest.mark.parametrize("code", ["import fesloop", "from fesloop.apps.cli import main; main([])",
+                                  "from fesloop.apps.cli import main; main(['--help'])"])
 def test_import_greeting_and_help_load_nothing_heavy(code):
     heavy = "print([m for m in ('numpy', 'numba', 'scipy', 'h5py', 'pydantic', 'rich') if m in sys.modules])"
     done = python(f"import atexit, sys; atexit.register(exec, {heavy!r}, {{'sys': sys}})\n{code}")
@@ -295,9 +295,9 @@ def test_check_says_why_there_is_no_theory_where_a_loop_is_not_linear(capsys):
 
 @pytest.mark.parametrize(("settings", "line"), [
     (["jitter_ms=3"], "Theory gives no critical latencies: under jitter or loss they take long: "
-     "fesloop.theory.critical_latency_ms gives them"),
+     "fesloop.analysis.theory.critical_latency_ms gives them"),
     (["loss=0.1", "latency_ms=300"], "Theory gives no critical latencies: under jitter or loss they take "
-     "long: fesloop.theory.critical_latency_ms gives them")])
+     "long: fesloop.analysis.theory.critical_latency_ms gives them")])
 def test_check_says_which_part_of_the_theory_is_missing_and_why(capsys, settings, line):
     """Under jitter or loss, and where the loop is unstable besides, a part used to go without a word."""
     given = [part for setting in settings for part in ("--set", setting)]

@@ -7,11 +7,11 @@ import sys
 
 import pytest
 
-from fesloop.cli import main
-from fesloop.cli.parser import make_parser
+from fesloop.analysis.study.design.study_file import read_study
+from fesloop.apps.cli import main
+from fesloop.apps.cli.parser import make_parser
 from fesloop.experiment.files.guide import guide_of
 from fesloop.experiment.files.parse import load, read
-from fesloop.study.design.study_file import read_study
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import pytest
 import xdf_files
 from recording_files import write
 
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.streams.files import open_recording
 from fesloop.streams.importing import import_recording
 

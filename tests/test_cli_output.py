@@ -3,7 +3,7 @@
 import io
 import time
 
-from fesloop.cli import output
+from fesloop.apps.cli import output
 
 
 class Terminal(io.StringIO):

@@ -2,8 +2,8 @@
 
 import pytest
 
-from fesloop.cli import main
-from fesloop.cli.target import free_target
+from fesloop.apps.cli import main
+from fesloop.apps.cli.target import free_target
 from fesloop.errors import InputError
 
 COMMANDS = (lambda target: ["fit-error", "absent.npz", target],

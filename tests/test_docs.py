@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from fesloop.cli.parser import make_parser
+from fesloop.apps.cli.parser import make_parser
 from fesloop.experiment.files.parse import from_document
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -7,18 +7,18 @@ import pytest
 
 from controllers.reference.file import read_courses
 from fesloop import load
-from fesloop.cli import main
+from fesloop.analysis.study import load as load_results
+from fesloop.analysis.study.design.study_file import read_study
+from fesloop.apps.cli import main
 from fesloop.errors import InputError
+from fesloop.experiment.export import export
+from fesloop.experiment.export.target import published
 from fesloop.experiment.recording.reading import Recording
-from fesloop.report.run.opening import readable
+from fesloop.show.report.run.opening import readable
+from fesloop.show.view import sources
 from fesloop.streams.containers.hdf5 import open_hdf5
-from fesloop.streams.export import export
-from fesloop.streams.export.target import published
 from fesloop.streams.files import open_recording
 from fesloop.streams.formats.layout import read_layout
-from fesloop.study import load as load_results
-from fesloop.study.design.study_file import read_study
-from fesloop.view import sources
 from plants.patients.files import load as load_patient
 
 NAMES = ["x" * 300, "x" * 5000, "a\0b", "\ud800", "no/such"]

@@ -14,16 +14,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from study_stores import write_store
 
-from fesloop.cli import main
-from fesloop.cli.run_command import _kept_time
-from fesloop.cli.study_command import _show
+from fesloop.analysis.study import load as load_study
+from fesloop.analysis.study.engine.coordinator import Summary
+from fesloop.analysis.study.engine.task import Wanted, run_one
+from fesloop.apps.cli import main
+from fesloop.apps.cli.run_command import _kept_time
+from fesloop.apps.cli.study_command import _show
+from fesloop.apps.reproduce.comparison import band
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment.files.parse import from_document, load, read, shipped
-from fesloop.realtime.lateness import EDGES_MS, histogram
-from fesloop.reproduce.comparison import band
-from fesloop.study import load as load_study
-from fesloop.study.engine.coordinator import Summary
-from fesloop.study.engine.task import Wanted, run_one
+from fesloop.experiment.metrics.lateness import EDGES_MS, histogram
 
 NUMBER = r"([\d.e+-]+)"
 

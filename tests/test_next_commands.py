@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fesloop.cli import main
-from fesloop.cli.parser import make_parser
+from fesloop.apps.cli import main
+from fesloop.apps.cli.parser import make_parser
 from fesloop.experiment.files.guide import guide_of
 from fesloop.experiment.files.parse import read, shipped
 

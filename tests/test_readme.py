@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fesloop.cli.parser import make_parser
+from fesloop.apps.cli.parser import make_parser
 from fesloop.experiment.files.parse import load
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from fesloop.cli import main
-from fesloop.toml import TomlError, TooLargeError, tables_of
+from fesloop.apps.cli import main
+from fesloop.forms.toml import TomlError, TooLargeError, tables_of
 
 SMALL = Path(__file__).parent / "experiment" / "small.toml"
 

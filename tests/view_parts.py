@@ -8,9 +8,9 @@ from contextlib import contextmanager
 import numpy as np
 
 from fesloop.errors import InputError
-from fesloop.report.figure3d import Figure3d, Frames, Mesh
-from fesloop.view.server import ViewServer
-from fesloop.view.shown import Shown, Span
+from fesloop.show.report.figure3d import Figure3d, Frames, Mesh
+from fesloop.show.view.server import ViewServer
+from fesloop.show.view.shown import Shown, Span
 
 TRIANGLE = Mesh(vertices=0.05 * np.eye(3), faces=np.array([[0, 1, 2]], dtype=np.int32))
 HERE = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])

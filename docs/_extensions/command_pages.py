@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from markdown_text import cell, code, table
 
-from fesloop.cli.parser import make_parser
+from fesloop.apps.cli.parser import make_parser
 
 
 def command_pages() -> Iterator[str]:

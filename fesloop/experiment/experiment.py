@@ -15,9 +15,9 @@ import numpy as np
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment import registry
-from fesloop.experiment.files.schema import plain
 from fesloop.experiment.reference_rows import row_faults
 from fesloop.experiment.wanted import Record, Score
+from fesloop.forms.schema import plain
 from fesloop.loop.clock import FOREVER, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.surroundings import faults_in_place
 from fesloop.loop.wire import Wire

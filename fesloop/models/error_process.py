@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
-from fesloop.experiment.files.toml_text import toml_text
+from fesloop.forms.toml import TomlError, tables_of
+from fesloop.forms.toml_text import toml_text
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.losses import least_burst
-from fesloop.toml import TomlError, tables_of
 
 Array = NDArray[np.float64]
 FORMAT = "fesloop error process 1"
@@ -97,7 +97,7 @@ class ErrorSeries:
             raise InputError("angle_deg", f"{self.angle_deg}", "a least angle up to 0, a greatest from 0 on")
 
     def row(self) -> Array:
-        """As a row of numbers, rad and s, where `fesloop.tracker_error.error_steps` looks for them."""
+        """As a row of numbers, rad and s, where `fesloop.models.error_steps` looks for them."""
         bias, curve, slow, fast, quick, low, high, rate = np.radians([
             self.bias_deg, self.curve_deg, self.slow_deg, self.fast_deg, self.quick_deg, *self.angle_deg,
             self.rate_deg_s])
@@ -178,7 +178,7 @@ class ErrorProcess:
 
     def save(self, path: Path) -> None:
         """Write the file. Raises InputError where it cannot be written."""
-        from fesloop.experiment.files.schema import plain
+        from fesloop.forms.schema import plain
 
         table: dict[str, Any] = _rounded(plain(self))
         table["correlation"] = np.round(table["correlation"], 3).tolist()

@@ -21,14 +21,14 @@ from numpy.typing import NDArray
 from pydantic import Field, TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
-from fesloop.experiment.files.faults import faults_of
 from fesloop.experiment.files.layout import keys_at
-from fesloop.experiment.files.schema import closed, plain
-from fesloop.experiment.files.toml_text import toml_text
+from fesloop.forms.faults import faults_of
+from fesloop.forms.schema import closed, plain
+from fesloop.forms.toml import TomlError, tables_of
+from fesloop.forms.toml_text import toml_text
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.recruitment import Recruitment
-from fesloop.toml import TomlError, tables_of
 
 Array = NDArray[np.float64]
 FORMAT = "fesloop patient model 1"

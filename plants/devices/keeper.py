@@ -30,7 +30,7 @@ import time
 from contextlib import suppress
 from types import FrameType
 
-from fesloop.realtime.machine import asked_of_machine, attainable
+from fesloop.loop.machine import asked_of_machine, attainable
 from plants.devices.command_check import wrong_pulses
 from plants.devices.driver import DeviceFault, StimulatorDriver, driver_at, driver_faults
 from plants.devices.messages import (

@@ -26,7 +26,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from fesloop.realtime.machine import asked_of_machine
+from fesloop.loop.machine import asked_of_machine
 from plants.devices.science_mode_peer_frames import framed, split
 
 _INIT, _INIT_ACK, _UNKNOWN, _WATCHDOG = 1, 2, 3, 4

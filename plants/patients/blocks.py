@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from fesloop.errors import InputError
-from fesloop.experiment.files.schema import plain
+from fesloop.forms.schema import plain
 from fesloop.hand.muscles import MUSCLES
 from fesloop.loop.noise import NoiseStream, stream_key
 from plants.checks import MOST_ELEMENTS

@@ -12,11 +12,11 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
-from fesloop.experiment.files.faults import faults_of
 from fesloop.experiment.files.layout import keys_at
-from fesloop.experiment.files.schema import build, hints_of, table
+from fesloop.forms.faults import faults_of
+from fesloop.forms.schema import build, hints_of, table
+from fesloop.forms.toml import TomlError, tables_of
 from fesloop.given_files import read_whole
-from fesloop.toml import TomlError, tables_of
 from plants.patients.patient import Patient
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 from fesloop.errors import InputError, InputErrors
-from fesloop.experiment.files.schema import plain
+from fesloop.forms.schema import plain
 from fesloop.hand.anthropometry import HandSize
 from plants.patients import blocks as patient_blocks
 from plants.patients.pathology import Passive, Spasticity, Tremor, Voluntary

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from fesloop.cli import bench_command, main
+from fesloop.apps.cli import bench_command, main
 from fesloop.errors import InputError
 
 ROW = {"case": "a", "us_median": 2.0, "us_p99": 3.0, "us_worst": 4.0, "reference": None,
@@ -28,7 +28,7 @@ def benches(monkeypatch):
     def without(progress=None):
         raise InputError("FESLOOP_RECORDINGS", "there is no recording")
 
-    found = {"fesloop.bench.paced": paced, "fesloop.bench.plain": plain, "fesloop.bench.without": without}
+    found = {"fesloop.apps.bench.paced": paced, "fesloop.apps.bench.plain": plain, "fesloop.apps.bench.without": without}
     monkeypatch.setattr(bench_command, "names", lambda: [name.rpartition(".")[2] for name in found])
     monkeypatch.setattr(bench_command, "import_module", lambda name: SimpleNamespace(run=found[name]))
     return asked

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fesloop.bench import _closed_loop_parts, closed_loop
+from fesloop.apps.bench import _closed_loop_parts, closed_loop
 from fesloop.experiment import registry
 
 

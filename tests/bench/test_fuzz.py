@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fesloop.bench import _fuzz_reading, fuzz
+from fesloop.apps.bench import _fuzz_reading, fuzz
 from fesloop.errors import InputError
 
 HELD = []

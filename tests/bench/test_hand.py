@@ -2,7 +2,7 @@
 
 import pytest
 
-from fesloop.bench import hand
+from fesloop.apps.bench import hand
 
 
 def test_one_row_a_case_in_the_shape_of_every_bench():

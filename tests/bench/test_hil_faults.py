@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from fesloop.bench import hil_faults
-from fesloop.bench._device_log import Given, given, zero_after_ms
+from fesloop.apps.bench import hil_faults
+from fesloop.apps.bench._device_log import Given, given, zero_after_ms
 from fesloop.errors import RunError
 
 pytestmark = pytest.mark.realtime

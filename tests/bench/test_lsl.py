@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fesloop.bench.lsl import _answered, run
+from fesloop.apps.bench.lsl import _answered, run
 
 pytestmark = pytest.mark.realtime
 

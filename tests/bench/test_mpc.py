@@ -5,8 +5,8 @@ import sys
 import numpy as np
 import pytest
 
-from fesloop.bench import mpc
-from fesloop.bench._mpc_problems import Stepper, problems
+from fesloop.apps.bench import mpc
+from fesloop.apps.bench._mpc_problems import Stepper, problems
 
 KEYS = ["case", "us_median", "us_p99", "us_worst", "reference", "reference_us_median", "ratio"]
 

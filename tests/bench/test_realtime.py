@@ -7,8 +7,8 @@ from multiprocessing import active_children
 import numpy as np
 import pytest
 
-from fesloop.bench import realtime
-from fesloop.bench._beside import beside, slept
+from fesloop.apps.bench import realtime
+from fesloop.apps.bench._beside import beside, slept
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_S
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from fesloop.bench import shipped
+from fesloop.apps.bench import shipped
 from fesloop.errors import RunError
 from fesloop.experiment.files.guide import Guide, guide_of
 from fesloop.experiment.files.parse import read

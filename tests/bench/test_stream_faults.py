@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fesloop.bench._device_log import Given
-from fesloop.bench.stream_faults import FAULTS, _planned, _posture, run, zero_within_ms
+from fesloop.apps.bench._device_log import Given
+from fesloop.apps.bench.stream_faults import FAULTS, _planned, _posture, run, zero_within_ms
 from fesloop.streams.live.sender_faults import FAULTS as KINDS
 
 pytestmark = pytest.mark.realtime

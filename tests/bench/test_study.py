@@ -5,8 +5,8 @@ from concurrent.futures import Future
 
 import pytest
 
-from fesloop.bench import _study_runs, study
-from fesloop.bench._study_runs import Timed
+from fesloop.apps.bench import _study_runs, study
+from fesloop.apps.bench._study_runs import Timed
 
 
 class AtOnce:

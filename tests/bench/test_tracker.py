@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fesloop.bench import tracker
+from fesloop.apps.bench import tracker
 from fesloop.experiment import registry
 from fesloop.loop.clock import RateClock
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fesloop.bench import view
-from fesloop.bench.view import _late, _result, _Turn
+from fesloop.apps.bench import view
+from fesloop.apps.bench.view import _late, _result, _Turn
 from fesloop.errors import RunError
 
 pytestmark = pytest.mark.realtime

@@ -6,8 +6,8 @@ import sys
 import numpy as np
 import pytest
 
-from fesloop.bench import _yardstick_loop as yardstick
-from fesloop.bench.loop import run
+from fesloop.apps.bench import _yardstick_loop as yardstick
+from fesloop.apps.bench.loop import run
 
 
 def peers_module(peers):

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fesloop.cli.check_command import _cautions
+from fesloop.apps.cli.check_command import _cautions
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load
 from fesloop.loop.surroundings import cautions_in_place

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.experiment.recording.reading import Recording
 
 ROOT = Path(__file__).resolve().parents[2]

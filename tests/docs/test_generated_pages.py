@@ -12,9 +12,9 @@ from command_pages import command_pages
 from experiment_pages import commands_of, experiment_page, passages
 
 import fesloop
-import fesloop.study
-from fesloop.cli.parser import make_parser
-from fesloop.cli.reproduce_command import PAPERS
+import fesloop.analysis.study
+from fesloop.apps.cli.parser import make_parser
+from fesloop.apps.cli.reproduce_command import PAPERS
 from fesloop.experiment import registry
 from fesloop.experiment.files.parse import read, shipped
 
@@ -85,7 +85,7 @@ def test_every_block_kind_is_in_the_reference():
     assert shown == set(PACKAGES)
 
 
-@pytest.mark.parametrize(("module", "page"), [(fesloop, "fesloop.md"), (fesloop.study, "studies.md")])
+@pytest.mark.parametrize(("module", "page"), [(fesloop, "fesloop.md"), (fesloop.analysis.study, "studies.md")])
 def test_every_public_name_is_in_the_reference(module, page):
     told = re.findall(r"^\.\. auto\w+:: (\w+)$", (DOCS / "reference" / page).read_text(), re.MULTILINE)
     assert sorted(told) == sorted(module.__all__)

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from result_tables import RESULTS, benches, result
 
-from fesloop.cli.parser import make_parser
-from fesloop.reproduce.comparison import Band, Row
-from fesloop.reproduce.result import Reproduction, Sweep
+from fesloop.apps.cli.parser import make_parser
+from fesloop.apps.reproduce.comparison import Band, Row
+from fesloop.apps.reproduce.result import Reproduction, Sweep
 
 KEPT = sorted(RESULTS.glob("*.json"))
 

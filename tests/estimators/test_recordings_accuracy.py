@@ -6,7 +6,7 @@ from vqf import VQF
 
 from estimators.fusion import Vqf9Tracker, VqfTracker
 from estimators.salchow import SalchowB, SalchowM2
-from fesloop.bench.tracker import tick_times_us
+from fesloop.apps.bench.tracker import tick_times_us
 from fesloop.experiment.metrics.orientation import score_recording
 from fesloop.hand.kinematics import joint_angles, relative_of_segments
 from fesloop.hand.segments import Segment, SegmentTree

@@ -7,11 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fesloop
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.experiment.cautions import experiment_cautions
 from fesloop.experiment.recording.reading import Recording
-from fesloop.report.run.known import known_of
-from fesloop.report.run.sentence import sentence_of
+from fesloop.show.report.run.known import known_of
+from fesloop.show.report.run.sentence import sentence_of
 
 BASE = ["experiment.duration_s=3", "score.after_s=1"]
 CUT = [*BASE, "blocks.reference.times_s=[1000, 2500]",

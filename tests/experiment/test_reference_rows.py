@@ -2,7 +2,7 @@
 
 import pytest
 
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import from_document, load
 

@@ -8,15 +8,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fesloop.cli import main
-from fesloop.cli.run_command import _events as events_in_summary
+from fesloop.apps.cli import main
+from fesloop.apps.cli.run_command import _events as events_in_summary
 from fesloop.experiment.metrics.grasp_outcome import OUTCOMES
 from fesloop.experiment.recording.recorded import Event
 from fesloop.experiment.trouble import KINDS, troubles
-from fesloop.report.comparison.scored import sentence_of as sentence_of_several
-from fesloop.report.run.events import events_section
-from fesloop.report.run.known import Known
-from fesloop.report.run.sentence import sentence_of
+from fesloop.show.report.comparison.scored import sentence_of as sentence_of_several
+from fesloop.show.report.run.events import events_section
+from fesloop.show.report.run.known import Known
+from fesloop.show.report.run.sentence import sentence_of
 
 S = 1_000_000_000
 NOTE = "controller.model explains little: the free run of finger_flexion has a fit of 10.5 %, 20 %"

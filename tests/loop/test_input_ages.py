@@ -12,7 +12,7 @@ from controllers.grip import GripForce
 from controllers.mpc import Mpc
 from controllers.pid import TunedPid
 from controllers.safety import Safety
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.experiment import registry
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock
 from fesloop.loop.duration import ZERO, Duration

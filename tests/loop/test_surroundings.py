@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from controllers.reference import MinimumJerk
 from controllers.safety import Safety
 from estimators.ideal import IdealTracker
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fesloop.errors import InputError
-from fesloop.experiment.files.schema import make
+from fesloop.forms.schema import make
 from fesloop.loop.duration import Duration
 from fesloop.models.error_process import ErrorProcess, ErrorSeries, error_process_table
 

@@ -8,10 +8,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fesloop.hand.anthropometry import HandSize
-from fesloop.picture.cast import Cast, Player
-from fesloop.picture.courses import courses_figure, draw_height
-from fesloop.picture.draw import title_of
-from fesloop.picture.hand import head_lines
+from fesloop.show.picture.cast import Cast, Player
+from fesloop.show.picture.courses import courses_figure, draw_height
+from fesloop.show.picture.draw import title_of
+from fesloop.show.picture.hand import head_lines
 
 
 @pytest.mark.parametrize(("lowest_m", "cut"), [(-0.2, False), (-180.0, True)])

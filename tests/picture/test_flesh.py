@@ -9,8 +9,8 @@ from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import Poses, points, segment_poses
 from fesloop.hand.skeleton import contact_points, hand_tree
-from fesloop.picture.distance_kernels import flesh_distance
-from fesloop.picture.flesh import bone_ends, flesh
+from fesloop.show.picture.distance_kernels import flesh_distance
+from fesloop.show.picture.flesh import bone_ends, flesh
 
 SHARES = st.lists(st.floats(0.0, 1.0), min_size=23, max_size=23)
 AT_HOME = Poses(np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3))

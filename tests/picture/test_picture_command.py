@@ -10,11 +10,11 @@ import h5py
 import pytest
 from matplotlib.image import imread
 
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
+from fesloop.experiment.playback import Playback
 from fesloop.experiment.running.trial import run as run_experiment
-from fesloop.streams.blocks.playback import Playback
 
 SMALL = str(Path(__file__).resolve().parent.parent / "experiment" / "small.toml")
 
@@ -130,7 +130,7 @@ def test_a_folder_that_cannot_be_made_is_one_line(capsys, grasp, tmp_path):
 
 
 def test_the_command_line_starts_without_matplotlib():
-    done = subprocess.run([sys.executable, "-c", "import sys, fesloop.cli.picture_command; "
+    done = subprocess.run([sys.executable, "-c", "import sys, fesloop.apps.cli.picture_command; "
                            "print('matplotlib' in sys.modules, 'numba' in sys.modules)"],
                           capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "False"]

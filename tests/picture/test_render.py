@@ -6,10 +6,10 @@ import pytest
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import segment_poses
 from fesloop.hand.skeleton import hand_tree
-from fesloop.picture.camera import Camera, best_view
-from fesloop.picture.distance_kernels import BALL, BOX, CYLINDER, blended, solid_distance
-from fesloop.picture.flesh import Flesh, flesh
-from fesloop.picture.render import AROUND_M, Frame, Solid, over, shaded, smaller, traced, vignetted
+from fesloop.show.picture.camera import Camera, best_view
+from fesloop.show.picture.distance_kernels import BALL, BOX, CYLINDER, blended, solid_distance
+from fesloop.show.picture.flesh import Flesh, flesh
+from fesloop.show.picture.render import AROUND_M, Frame, Solid, over, shaded, smaller, traced, vignetted
 
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 SKIN = (0.9, 0.8, 0.7)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from fesloop.cli import main
+from fesloop.apps.cli import main
 
 HAND = 'blocks.hand={kind="moving_hand", %s}'
 PHASE = HAND % "phases=[{%s}]"

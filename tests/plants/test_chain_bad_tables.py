@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.experiment.recording.reading import Recording
 
 CHAIN = str(Path(__file__).with_name("chain.toml"))

@@ -7,8 +7,8 @@ from contextlib import suppress
 import pytest
 
 from fesloop.errors import RunError
-from fesloop.realtime import garbage
-from fesloop.realtime.garbage import Garbage
+from fesloop.loop import in_step as garbage
+from fesloop.loop.in_step import Garbage
 
 LEISURE = 10**9
 

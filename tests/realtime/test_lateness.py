@@ -10,13 +10,13 @@ from live_parts import StandIn
 from loop_parts import Sink
 
 import fesloop
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.metrics.lateness import EDGES_MS, histogram, quantiles
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import RateClock
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node
-from fesloop.realtime.lateness import EDGES_MS, histogram, quantiles
 
 SMALL = str(Path(__file__).parent.parent / "experiment" / "small.toml")
 
@@ -37,8 +37,8 @@ def experiment():
 
 
 def test_a_run_collects_where_it_has_leisure(tmp_path, monkeypatch):
-    monkeypatch.setattr("fesloop.realtime.garbage._OFTEN_NS", 0)
-    monkeypatch.setattr("fesloop.realtime.garbage._AT_LAST_NS", 0)
+    monkeypatch.setattr("fesloop.loop.in_step._OFTEN_NS", 0)
+    monkeypatch.setattr("fesloop.loop.in_step._AT_LAST_NS", 0)
     told = experiment().run(tmp_path, realtime=True).realtime
     assert told["collections"] > 10
     assert told["worst_collection_ms"] > 0.0

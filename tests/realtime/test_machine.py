@@ -5,14 +5,14 @@ import sys
 
 import pytest
 
-from fesloop.realtime.machine import attainable
+from fesloop.loop.machine import attainable
 
 resource = pytest.importorskip("resource")
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="of Linux")
 SHOW = """
 import os, resource, sys
 from pathlib import Path
-from fesloop.realtime.machine import asked_of_machine
+from fesloop.loop.machine import asked_of_machine
 
 def locked_kb():
     lines = Path("/proc/self/status").read_text().splitlines()
@@ -56,7 +56,7 @@ def test_threads_beside_the_loop_are_raised_and_set_back():
     """Those that were named and are there; one that is started later is as any other program's."""
     granted, during, later, after = shown("""
 import threading
-from fesloop.realtime.machine import threads_now
+from fesloop.loop.machine import threads_now
 
 def policies(*threads):
     return [os.sched_getscheduler(thread.native_id) & ~os.SCHED_RESET_ON_FORK for thread in threads]

@@ -10,9 +10,9 @@ from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import segment_poses
 from fesloop.hand.skeleton import hand_tree
-from fesloop.picture.distance_kernels import flesh_distance
-from fesloop.picture.flesh import flesh
-from fesloop.report.hand_mesh import FOREARM_SHOWN, NOTHING, segment_meshes
+from fesloop.show.picture.distance_kernels import flesh_distance
+from fesloop.show.picture.flesh import flesh
+from fesloop.show.report.hand_mesh import FOREARM_SHOWN, NOTHING, segment_meshes
 
 SHARES = st.lists(st.floats(0.0, 1.0), min_size=23, max_size=23)
 NEAR_M = 1.5e-3

@@ -20,12 +20,12 @@ from fesloop.hand.rest import RESTING_DEG
 from fesloop.hand.skeleton import dorsal_points, hand_tree
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.wiring import Node
-from fesloop.picture.cast import Cast, Player
-from fesloop.report import motion
-from fesloop.report.motion import hand_motion, hand_of, step_between
-from fesloop.report.recorded_hand import recorded_hand
-from fesloop.report.run.opening import readable
-from fesloop.report.standing import rows_of, standing
+from fesloop.show.picture.cast import Cast, Player
+from fesloop.show.report import motion
+from fesloop.show.report.motion import hand_motion, hand_of, step_between
+from fesloop.show.report.recorded_hand import recorded_hand
+from fesloop.show.report.run.opening import readable
+from fesloop.show.report.standing import rows_of, standing
 
 GRASP = str(Path(__file__).parent.parent / "picture" / "grasp.toml")
 

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from fesloop.report.page import asset
+from fesloop.show.report.page import asset
 
 COLOURS = {name: pair for name, *pair in
            re.findall(r"--([\w-]+): light-dark\((#[0-9a-f]{6}), (#[0-9a-f]{6})\)", asset("page.css"))}

@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.running.trial import run
 

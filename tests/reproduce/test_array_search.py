@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from fesloop import Recording
+from fesloop.apps.reproduce import array_search
+from fesloop.apps.reproduce.figures import draw
+from fesloop.apps.reproduce.rested_hand import RestedHand
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.metrics.search import SearchScore, asked_of, element_quality, search_metrics
 from fesloop.hand.movements import movement_of
-from fesloop.reproduce import array_search
-from fesloop.reproduce.figures import draw
-from fesloop.reproduce.rested_hand import RestedHand
 
 QUERIES = (((17,), 20.0), ((40, 46), 25.0), ((6,), 8.0), ((17, 18), 30.0))
 SCORE = SearchScore(search="search", truth="hand.angles", movement="finger_opening", optimum=0.5)

@@ -8,16 +8,16 @@ from types import SimpleNamespace
 import pytest
 from told_recording import broken, summed
 
+from fesloop.apps.reproduce import cohort
+from fesloop.apps.reproduce.cohort import Job, run_jobs
 from fesloop.errors import InputError, RunError
-from fesloop.reproduce import cohort
-from fesloop.reproduce.cohort import Job, run_jobs
 
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = str(ROOT / "tests" / "experiment" / "small.toml")
 SCRIPT = f"""
 import sys
 sys.path.insert(0, {str(ROOT / "tests")!r})
-from fesloop.reproduce.cohort import Job, run_jobs
+from fesloop.apps.reproduce.cohort import Job, run_jobs
 from told_recording import summed
 print(run_jobs([Job((seed,), {SMALL!r}, (), seed, summed) for seed in (1, 2)], 2)[(2,)]["trials"])
 """
@@ -86,7 +86,7 @@ def test_a_script_without_main_guard_runs_once(tmp_path):
 def test_ctrl_c_ends_in_one_line_and_leaves_no_process(tmp_path):
     # Where the tests run in a shell's background, Ctrl-C is ignored by all that is begun there.
     hears = ("import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
-             "from fesloop.cli import main; sys.exit(main())")
+             "from fesloop.apps.cli import main; sys.exit(main())")
     process = subprocess.Popen(
         [sys.executable, "-c", hears, "reproduce", "kortier2014", "--subjects", "2", "--workers", "2",
          "--out", str(tmp_path)],

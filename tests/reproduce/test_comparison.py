@@ -3,8 +3,8 @@ import json
 import numpy as np
 import pytest
 
-from fesloop.reproduce.comparison import Band, Row, band, band_of_means, compared, share_that_holds
-from fesloop.reproduce.result import Reproduction, Sweep
+from fesloop.apps.reproduce.comparison import Band, Row, band, band_of_means, compared, share_that_holds
+from fesloop.apps.reproduce.result import Reproduction, Sweep
 
 
 def test_a_band_is_from_the_5th_to_the_95th_percentile():

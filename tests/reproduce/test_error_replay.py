@@ -2,9 +2,9 @@
 
 import pytest
 
+from fesloop.apps.reproduce import error_replay
+from fesloop.apps.reproduce.error_replay import CONTROLS, Source, closed_loop, rows_of, shares, sources
 from fesloop.errors import InputError
-from fesloop.reproduce import error_replay
-from fesloop.reproduce.error_replay import CONTROLS, Source, closed_loop, rows_of, shares, sources
 
 
 def angle(name, second, process, held, moved=True):

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from made_up_scores import run_jobs
 
-from fesloop.reproduce import kortier2014, salchow2019
-from fesloop.reproduce.comparison import Row
-from fesloop.reproduce.result import Reproduction
+from fesloop.apps.reproduce import kortier2014, salchow2019
+from fesloop.apps.reproduce.comparison import Row
+from fesloop.apps.reproduce.result import Reproduction
 
 pytest.importorskip("matplotlib")
-from fesloop.reproduce.figures import draw
+from fesloop.apps.reproduce.figures import draw
 
 
 def check(files, names):

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fesloop.apps.reproduce import grasp_ilc, grasp_trackers
+from fesloop.apps.reproduce.patient_session import Session
 from fesloop.errors import RunError
 from fesloop.experiment.files.parse import load
 from fesloop.models.patient_model import load_patient_model, shipped_models
-from fesloop.reproduce import grasp_ilc, grasp_trackers
-from fesloop.reproduce.patient_session import Session
 
 
 def patient(rmse=2.0, floor=1.0, held=True, worn=True, wrist=1.0, fingers=2.0, aperture=5.0):

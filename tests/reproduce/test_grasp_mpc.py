@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from fesloop.apps.reproduce import grasp_mpc
+from fesloop.apps.reproduce.figures import draw
 from fesloop.experiment.files.parse import load
-from fesloop.reproduce import grasp_mpc
-from fesloop.reproduce.figures import draw
 
 LATENCIES = (0.0, 40.0, 100.0)
 

@@ -3,10 +3,7 @@ import pytest
 from told_recording import ToldRecording
 
 import fesloop
-from fesloop.experiment.recording.reading import Recording
-from fesloop.hand.anthropometry import HandSize
-from fesloop.hand.skeleton import contact_points, hand_tree
-from fesloop.reproduce.hand_recording import (
+from fesloop.apps.reproduce.hand_recording import (
     Seen,
     contact_points_of,
     palm_error,
@@ -18,6 +15,9 @@ from fesloop.reproduce.hand_recording import (
     spans,
     within,
 )
+from fesloop.experiment.recording.reading import Recording
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.skeleton import contact_points, hand_tree
 
 
 @pytest.fixture(scope="module")

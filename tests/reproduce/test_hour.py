@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from fesloop.apps.reproduce import hour
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
-from fesloop.reproduce import hour
 
 NAMES = ("F2-F5, last ten minutes", "95 % intervals", "ten still minutes")
 

@@ -1,10 +1,10 @@
 import pytest
 from made_up_scores import kortier, run_jobs, spread
 
+from fesloop.apps.reproduce import kortier2014
+from fesloop.apps.reproduce.comparison import share_that_holds
+from fesloop.apps.reproduce.kortier2014 import jobs, rows
 from fesloop.experiment.files.parse import load
-from fesloop.reproduce import kortier2014
-from fesloop.reproduce.comparison import share_that_holds
-from fesloop.reproduce.kortier2014 import jobs, rows
 
 MOTIONS = ("flexion", "circles", "pinch", "rapid", "flat", "mould")
 EVERY = {" ".join(map(str, job.key)): job for job in jobs(1)}

@@ -1,13 +1,21 @@
 import numpy as np
 import pytest
 
+from fesloop.analysis.theory import linear_loop, stationary_cost
+from fesloop.apps.reproduce import linear_theory
+from fesloop.apps.reproduce.figures import draw
+from fesloop.apps.reproduce.linear_theory import (
+    EXPERIMENT,
+    GAINS,
+    POINTS,
+    Cost,
+    Crossing,
+    interval,
+    mean_square,
+)
+from fesloop.apps.reproduce.theory_figures import beside_theory
 from fesloop.errors import InputError, RunError
 from fesloop.experiment.files.parse import load
-from fesloop.reproduce import linear_theory
-from fesloop.reproduce.figures import draw
-from fesloop.reproduce.linear_theory import EXPERIMENT, GAINS, POINTS, Cost, Crossing, interval, mean_square
-from fesloop.reproduce.theory_figures import beside_theory
-from fesloop.theory import linear_loop, stationary_cost
 
 
 def found(monkeypatch, square=lambda exact: exact, crossing=50.0, spread=0.01, subjects=6):

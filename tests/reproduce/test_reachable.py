@@ -7,16 +7,16 @@ import pytest
 
 import fesloop
 from fesloop import InputError
+from fesloop.apps.reproduce.chain_slopes import ChainSlopes
+from fesloop.apps.reproduce.open_chain import CHAIN, OpenChain
+from fesloop.apps.reproduce.reachable import reachable_floor, reference_course
+from fesloop.apps.reproduce.reachable_descent import Aim, bounded_step, descend, hats
 from fesloop.experiment.experiment import Experiment
 from fesloop.loop.clock import NS_PER_S, RateClock
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
-from fesloop.reproduce.chain_slopes import ChainSlopes
-from fesloop.reproduce.open_chain import CHAIN, OpenChain
-from fesloop.reproduce.reachable import reachable_floor, reference_course
-from fesloop.reproduce.reachable_descent import Aim, bounded_step, descend, hats
 
 CURRENT_MA = np.array([14.0, 14.0, 14.0, 24.0, 24.0, 24.0, 24.0, 30.0])
 TICKS = 36

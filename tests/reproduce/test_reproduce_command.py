@@ -3,8 +3,8 @@ import json
 import pytest
 from made_up_scores import run_jobs
 
-from fesloop.cli import main
-from fesloop.reproduce import kortier2014
+from fesloop.apps.cli import main
+from fesloop.apps.reproduce import kortier2014
 
 
 @pytest.fixture

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from made_up_scores import run_jobs, salchow, spread
 
-from fesloop.experiment.files.parse import load
-from fesloop.reproduce import comparison, salchow2019
-from fesloop.reproduce.comparison import share_that_holds
-from fesloop.reproduce.salchow2019 import (
+from fesloop.apps.reproduce import comparison, salchow2019
+from fesloop.apps.reproduce.comparison import share_that_holds
+from fesloop.apps.reproduce.salchow2019 import (
     MOMENTS,
     SOURCES,
     TABLE_6,
@@ -17,7 +16,8 @@ from fesloop.reproduce.salchow2019 import (
     moment_of,
     rows,
 )
-from fesloop.reproduce.salchow_scores import PAIRS
+from fesloop.apps.reproduce.salchow_scores import PAIRS
+from fesloop.experiment.files.parse import load
 
 EVERY = {(job.key[0], job.key[1]): job for job in jobs(1, 1)}
 

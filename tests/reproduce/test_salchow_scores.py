@@ -2,10 +2,7 @@ import numpy as np
 import pytest
 from told_recording import ToldRecording
 
-from fesloop.hand import quaternion
-from fesloop.hand.kinematics import segment_poses
-from fesloop.hand.skeleton import contact_points
-from fesloop.reproduce.salchow_scores import (
+from fesloop.apps.reproduce.salchow_scores import (
     METHODS,
     PAIRS,
     distance_traces,
@@ -15,6 +12,9 @@ from fesloop.reproduce.salchow_scores import (
     tip,
     tip_traces,
 )
+from fesloop.hand import quaternion
+from fesloop.hand.kinematics import segment_poses
+from fesloop.hand.skeleton import contact_points
 
 
 def on_tips(offsets_m):

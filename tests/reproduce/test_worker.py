@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from fesloop.apps.reproduce.worker import Worker
 from fesloop.errors import InputError, RunError
-from fesloop.reproduce.worker import Worker
 
 
 @pytest.fixture
@@ -57,7 +57,7 @@ def test_what_it_does_is_broken_off_at_the_end():
 
 def test_a_function_of_the_script_is_refused(tmp_path):
     script = tmp_path / "mine.py"
-    script.write_text("from fesloop.reproduce.worker import Worker\n"
+    script.write_text("from fesloop.apps.reproduce.worker import Worker\n"
                       "def own(x): return x\n"
                       "worker = Worker()\n"
                       "try:\n    worker.call(own, 1)\n"
@@ -70,7 +70,7 @@ def test_a_function_of_the_script_is_refused(tmp_path):
 
 @pytest.mark.slow
 def test_it_ends_with_the_process_that_began_it(tmp_path):
-    code = ("import os; from fesloop.reproduce.worker import Worker; worker = Worker(); "
+    code = ("import os; from fesloop.apps.reproduce.worker import Worker; worker = Worker(); "
             "print(worker.call(eval, \"__import__('os').getpid()\"), flush=True); os.kill(os.getpid(), 9)")
     began = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, timeout=60)
     assert began.returncode == -signal.SIGKILL

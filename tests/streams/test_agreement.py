@@ -10,7 +10,7 @@ from agreement_parts import motion
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.streams.agreement import AXES, agreements
 from fesloop.streams.files import open_recording
 

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.io import savemat
 
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.reading import Recording

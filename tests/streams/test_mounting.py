@@ -9,7 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from fesloop.cli import main, stream_command
+from fesloop.apps.cli import main, stream_command
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
 from fesloop.streams.mounting import hinge_seen

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fesloop import load
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.trouble import troubles
 from fesloop.streams.doubts import all_doubts

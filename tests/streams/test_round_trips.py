@@ -9,7 +9,7 @@ from export_parts import BLOCK, Node, write_run
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fesloop.streams.export import export
+from fesloop.experiment.export import export
 from fesloop.streams.files import open_recording
 from fesloop.streams.importing import import_recording
 from fesloop.streams.timebase import stamps_of_rate

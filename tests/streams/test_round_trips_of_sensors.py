@@ -9,10 +9,10 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
+from fesloop.experiment.export import export
+from fesloop.experiment.export.channels import channels
 from fesloop.experiment.files.parse import from_document
 from fesloop.experiment.recording.reading import Recording
-from fesloop.streams.export import export
-from fesloop.streams.export.channels import channels
 from fesloop.streams.files import open_recording
 from fesloop.streams.motion_file import write_motion_file
 from fesloop.streams.recording import MotionRecording

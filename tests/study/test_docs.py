@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from fesloop.cli.parser import make_parser
-from fesloop.study import load, study_of
-from fesloop.study.design.plan import plan
+from fesloop.analysis.study import load, study_of
+from fesloop.analysis.study.design.plan import plan
+from fesloop.apps.cli.parser import make_parser
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "docs" / "studies.md").read_text()

@@ -3,12 +3,12 @@ import sys
 
 import pytest
 
-import fesloop.study
+import fesloop.analysis.study
 
 HEAVY = ("dask", "distributed", "pandas", "pyarrow", "matplotlib", "scipy")
 
 
-@pytest.mark.parametrize("use", ["import fesloop.study", "from fesloop.study import load, Figure"])
+@pytest.mark.parametrize("use", ["import fesloop.analysis.study", "from fesloop.analysis.study import load, Figure"])
 def test_reading_a_study_takes_none_of_what_runs_and_draws_it(use):
     code = f"{use}; import sys; print(*(set({HEAVY!r}) & set(sys.modules)))"
     found = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
@@ -16,8 +16,8 @@ def test_reading_a_study_takes_none_of_what_runs_and_draws_it(use):
 
 
 def test_every_public_name_is_there():
-    assert set(fesloop.study.__all__) == set(dir(fesloop.study))
-    for name in fesloop.study.__all__:
-        assert getattr(fesloop.study, name).__module__.startswith("fesloop.study")
+    assert set(fesloop.analysis.study.__all__) == set(dir(fesloop.analysis.study))
+    for name in fesloop.analysis.study.__all__:
+        assert getattr(fesloop.analysis.study, name).__module__.startswith("fesloop.analysis.study")
     with pytest.raises(AttributeError, match="no attribute 'lod'"):
-        fesloop.study.lod  # noqa: B018
+        fesloop.analysis.study.lod  # noqa: B018

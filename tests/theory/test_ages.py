@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from linear_parts import sensed_loop, uniform
 
+from fesloop.analysis.theory import ages
+from fesloop.analysis.theory.linear_loop import linear_loop
+from fesloop.analysis.theory.schedule import schedule
 from fesloop.loop.duration import Duration
-from fesloop.theory import ages
-from fesloop.theory.linear_loop import linear_loop
-from fesloop.theory.schedule import schedule
 
 MS = 10**6
 

@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from linear_parts import PERIOD_S, oscillator_loop, scalar_loop, sensed_loop
 from scipy.linalg import expm
 
+from fesloop.analysis.theory import critical_latency_ms, linear_loop
+from fesloop.analysis.theory.critical_latency import growth as growth_of_moments
+from fesloop.apps.reproduce.linear_theory import SENSED, STIMULATED, Crossing, growth
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
 from fesloop.loop.duration import Duration
 from fesloop.loop.wiring import Node
-from fesloop.reproduce.linear_theory import SENSED, STIMULATED, Crossing, growth
-from fesloop.theory import critical_latency_ms, linear_loop
-from fesloop.theory.critical_latency import growth as growth_of_moments
 from plants.linear import StateSpace
 
 OUT, BACK = "plant.y->feedback.y", "feedback.u->plant.u"

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from fesloop.analysis.theory import linear_loop, stationary_cost
+from fesloop.analysis.theory.first_answer import COST, first_answer
 from fesloop.errors import RunError
 from fesloop.experiment.files.parse import load
-from fesloop.theory import linear_loop, stationary_cost
-from fesloop.theory.first_answer import COST, first_answer
 
 
 @pytest.mark.parametrize("random", [[], ["loss=0.3"]])

@@ -5,6 +5,7 @@ import pytest
 from linear_parts import scalar_loop, sensed_loop, uniform
 
 from controllers.open_loop import Programme
+from fesloop.analysis.theory import critical_latency_ms, linear_loop, stationary_cost
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load
@@ -12,7 +13,6 @@ from fesloop.experiment.wanted import Score
 from fesloop.loop.duration import Duration
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node
-from fesloop.theory import critical_latency_ms, linear_loop, stationary_cost
 
 SENSED = 'wires."tracker.angles->controller.measured"'
 STIMULATED = 'wires."controller.stimulation->finger.stimulation"'

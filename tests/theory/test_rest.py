@@ -10,17 +10,17 @@ from linear_parts import scalar_loop
 from controllers.pid import Pid
 from controllers.reference import MinimumJerk
 from estimators.ideal import IdealTracker
+from fesloop.analysis.theory import linear_loop, stationary_cost
+from fesloop.analysis.theory.first_answer import COST, CRITICAL, first_answer
+from fesloop.analysis.theory.period_map import period_map
+from fesloop.analysis.theory.rest import rest_of
+from fesloop.analysis.theory.second_moments import SecondMoments
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.wanted import Score
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node
 from fesloop.models.recruitment import Recruitment
-from fesloop.theory import linear_loop, stationary_cost
-from fesloop.theory.first_answer import COST, CRITICAL, first_answer
-from fesloop.theory.period_map import period_map
-from fesloop.theory.rest import rest_of
-from fesloop.theory.second_moments import SecondMoments
 from plants.linear import StateSpace
 
 CURVE = Recruitment(threshold_ma=(10.0,), spread=(0.35,))

@@ -10,9 +10,9 @@ from linear_parts import PERIOD_S, scalar_loop, sensed_loop, uniform
 from scipy.linalg import solve_discrete_lyapunov
 from scipy.stats import t as student
 
+from fesloop.analysis.theory import stationary_cost
+from fesloop.apps.reproduce.linear_theory import mean_square
 from fesloop.experiment.files.parse import load
-from fesloop.reproduce.linear_theory import mean_square
-from fesloop.theory import stationary_cost
 
 GROWTHS = st.integers(-8000, 2000).map(lambda thousandths: 1e-3 * thousandths)
 

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fesloop.tracker_error.correlation import correlation_of, root_of, without_negative
+from fesloop.models.correlation import correlation_of, root_of, without_negative
 
 
 def test_a_known_correlation_is_found_through_gaps():

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from estimators.fusion.vqf_bank import VqfBank
-from fesloop.cli.fit_error_command import delay_text
+from fesloop.apps.cli.fit_error_command import delay_text
 
 RATES_HZ = (25.0, 50.0, 100.0)
 

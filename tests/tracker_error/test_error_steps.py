@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from fesloop.models.error_process import ErrorSeries
-from fesloop.tracker_error.error_steps import (
+from fesloop.models.error_steps import (
     DRAWS,
     PARTS,
     along,

@@ -9,12 +9,12 @@ import pytest
 from recording_files import write
 
 import fesloop
-from fesloop.cli import main
+from fesloop.analysis.tracker_error.fitting import PLAYER, fit_error, fit_measured, player
+from fesloop.analysis.tracker_error.measured_errors import measured_errors
+from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
-from fesloop.tracker_error.fitting import PLAYER, fit_error, fit_measured, player
-from fesloop.tracker_error.measured_errors import measured_errors
 
 HINGES = ("seg2-seg3.x", "seg3-seg4.y", "seg4-seg5.z")
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from fesloop.analysis.tracker_error.autocorrelation import autocorrelation, independent_values
+from fesloop.analysis.tracker_error.error_record import ErrorRecord
+from fesloop.analysis.tracker_error.judging import judge, whole_band
+from fesloop.analysis.tracker_error.series_fit import SeriesFit
 from fesloop.models.error_process import ErrorSeries
-from fesloop.tracker_error.autocorrelation import autocorrelation, independent_values
-from fesloop.tracker_error.error_record import ErrorRecord
-from fesloop.tracker_error.error_steps import DRAWS, ensemble
-from fesloop.tracker_error.judging import judge, whole_band
-from fesloop.tracker_error.series_fit import SeriesFit
+from fesloop.models.error_steps import DRAWS, ensemble
 
 TIMES = np.arange(400) / 20.0
 STEPS = np.full(400, 0.05)

@@ -8,18 +8,18 @@ from recording_files import write
 from scipy.spatial.transform import Rotation
 
 import fesloop
-from fesloop.errors import InputError
-from fesloop.experiment.recording.reading import Recording
-from fesloop.hand import quaternion
-from fesloop.tracker_error.fitting import fit_error
-from fesloop.tracker_error.measured_errors import (
+from fesloop.analysis.tracker_error.fitting import fit_error
+from fesloop.analysis.tracker_error.measured_errors import (
     _of_orientations,
     filled,
     mean_orientation,
     measured_errors,
     rotation_vector,
 )
-from fesloop.tracker_error.motion_columns import MotionColumns
+from fesloop.analysis.tracker_error.motion_columns import MotionColumns
+from fesloop.errors import InputError
+from fesloop.experiment.recording.reading import Recording
+from fesloop.hand import quaternion
 
 
 def test_rotation_vectors_are_scipys():

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from fesloop.analysis.tracker_error.message_times import message_times
 from fesloop.experiment.recording.reading import Signal
-from fesloop.tracker_error.message_times import message_times
 
 MS = 1_000_000
 

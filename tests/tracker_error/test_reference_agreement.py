@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from fesloop.analysis.tracker_error.reference_agreement import require_agreement
 from fesloop.errors import InputError
 from fesloop.streams.recording import MotionRecording, Reference
-from fesloop.tracker_error.reference_agreement import require_agreement
 
 SEEDS = st.integers(0, 10_000)
 WRONG = {"scalar last": lambda q: q[:, [1, 2, 3, 0]], "`reference.direction`": lambda q: q * [1, -1, -1, -1]}

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from fesloop.analysis.tracker_error.error_record import ErrorRecord
+from fesloop.analysis.tracker_error.motion_columns import MotionColumns
+from fesloop.analysis.tracker_error.series_fit import fit_series, quick_time_s
 from fesloop.errors import InputError
 from fesloop.models.error_process import ErrorSeries
-from fesloop.tracker_error.error_record import ErrorRecord
-from fesloop.tracker_error.error_steps import DRAWS, ensemble, random_variance
-from fesloop.tracker_error.motion_columns import MotionColumns
-from fesloop.tracker_error.series_fit import fit_series, quick_time_s
+from fesloop.models.error_steps import DRAWS, ensemble, random_variance
 
 RATE, SECONDS = 30.0, 60.0
 TIMES = np.arange(int(RATE * SECONDS)) / RATE

@@ -13,10 +13,10 @@ import pytest
 from view_parts import events, serving
 
 from fesloop import Recording
-from fesloop.view.followed import FollowedRecording
-from fesloop.view.played import PlayedRecording
-from fesloop.view.shown import Start
-from fesloop.view.sources import open_recording
+from fesloop.show.view.followed import FollowedRecording
+from fesloop.show.view.played import PlayedRecording
+from fesloop.show.view.shown import Start
+from fesloop.show.view.sources import open_recording
 
 pytestmark = pytest.mark.realtime
 

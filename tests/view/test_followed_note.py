@@ -11,8 +11,8 @@ from fesloop import Recording
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.rows import ORIGINS
 from fesloop.experiment.running.trial import run
-from fesloop.view.followed import FollowedRecording
-from fesloop.view.shown import Start
+from fesloop.show.view.followed import FollowedRecording
+from fesloop.show.view.shown import Start
 
 S, MS = 10**9, 10**6
 ORIGIN_NS = 1234 * S

@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
-from fesloop.view.growing import GrowingStream
+from fesloop.show.view.growing import GrowingStream
 
 
 @pytest.fixture

@@ -21,10 +21,10 @@ from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import dorsal_points
 from fesloop.loop.wiring import Node
-from fesloop.view.page import page_html
-from fesloop.view.played import _Playing
-from fesloop.view.shown import Shown, Span, Start
-from fesloop.view.sources import open_recording
+from fesloop.show.view.page import page_html
+from fesloop.show.view.played import _Playing
+from fesloop.show.view.shown import Shown, Span, Start
+from fesloop.show.view.sources import open_recording
 from plants.moving_hand import MovingHand
 
 GRASP = str(Path(__file__).parent.parent / "picture" / "grasp.toml")

@@ -8,9 +8,9 @@ import pytest
 from view_parts import events, serving
 
 from fesloop.errors import InputError
+from fesloop.show.view.posture_stream import PostureStream
+from fesloop.show.view.shown import Start
 from fesloop.streams.live.library import open_library
-from fesloop.view.posture_stream import PostureStream
-from fesloop.view.shown import Start
 
 pytest.importorskip("pylsl")
 NAME = "postures of a test"

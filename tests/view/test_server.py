@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from view_parts import HERE, ToldSource, asked, events, serving
 
 from fesloop.errors import InputError
-from fesloop.view.server import ViewServer, start_of
-from fesloop.view.shown import Shown, Start
+from fesloop.show.view.server import ViewServer, start_of
+from fesloop.show.view.shown import Shown, Start
 
 
 @pytest.fixture(scope="module")

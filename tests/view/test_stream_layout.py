@@ -11,8 +11,8 @@ from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.homogeneous import segment_matrices
 from fesloop.hand.rest import RESTING_DEG
 from fesloop.hand.skeleton import hand_tree
+from fesloop.show.view.stream_layout import layout_of
 from fesloop.streams.live.description import Channel
-from fesloop.view.stream_layout import layout_of
 
 SIZE = HandSize()
 TREE = hand_tree(SIZE)

@@ -14,7 +14,7 @@ from view_parts import ToldSource, events, serving
 
 from controllers.reference import MinimumJerk
 from fesloop import Experiment
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.running.trial import run
 from fesloop.loop.wiring import Node

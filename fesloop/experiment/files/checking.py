@@ -11,9 +11,9 @@ from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment import registry
-from fesloop.experiment.files.faults import faults_of
 from fesloop.experiment.files.layout import experiment_table, keys_at
-from fesloop.experiment.files.schema import Kinds
+from fesloop.forms.faults import faults_of
+from fesloop.forms.schema import Kinds
 
 _FORMS = 32
 """Forms kept, the last used: 1.2 MB each, and cells of a study rarely differ in more sets of kinds."""

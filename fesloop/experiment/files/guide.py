@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from fesloop.errors import InputError
-from fesloop.experiment.files.schema import make
+from fesloop.forms.schema import make
 
 Job = Literal["closed_loop", "array_search", "hardware", "trackers"]
 Need = Literal["extra lsl", "extra myohand", "extra search", "extra stimulator", "a recording", "a run",

@@ -12,8 +12,8 @@ from typing_extensions import is_typeddict
 from fesloop.experiment import registry
 from fesloop.experiment.files.guide import Guide
 from fesloop.experiment.files.patients import CHOICE
-from fesloop.experiment.files.schema import Kinds, checked, closed, table
 from fesloop.experiment.wanted import Record, Score
+from fesloop.forms.schema import Kinds, checked, closed, table
 from fesloop.loop.duration import Duration
 from fesloop.loop.wire import Wire
 

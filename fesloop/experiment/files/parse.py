@@ -9,23 +9,23 @@ from typing import Any
 from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.checking import faults_of_form, kinds_in, raise_all
-from fesloop.experiment.files.faults import wire_place
 from fesloop.experiment.files.patches import extended, of_its_own
 from fesloop.experiment.files.patient_models import with_models
 from fesloop.experiment.files.patients import patient_of, with_patient
 from fesloop.experiment.files.places import placed
 from fesloop.experiment.files.repeat import document_of
-from fesloop.experiment.files.schema import Kinds, make
 from fesloop.experiment.files.settings import apply_settings
 from fesloop.experiment.files.source import Shelf, read_tables
 from fesloop.experiment.files.variants import Picked, pick
 from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.wanted import Record, Score
+from fesloop.forms.faults import wire_place
+from fesloop.forms.schema import Kinds, make
+from fesloop.forms.toml import TomlError, plain_tables
 from fesloop.loop.clock import Clock
 from fesloop.loop.duration import Duration
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node
-from fesloop.toml import TomlError, plain_tables
 
 _PLACE = ("kind", "rate", "clock", "offset_ms", "execution")
 

@@ -14,7 +14,7 @@ from typing import Any, TypeGuard, get_args
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment.files.patients import describe, patient_fingerprint
-from fesloop.experiment.files.schema import Kinds, hints_of, plain
+from fesloop.forms.schema import Kinds, hints_of, plain
 from fesloop.models.error_process import ErrorProcess, error_process_table
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.patient_model import (

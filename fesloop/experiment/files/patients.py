@@ -15,7 +15,7 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any, NotRequired, Protocol, Required, cast
 
 from fesloop.errors import InputError, InputErrors
-from fesloop.experiment.files.schema import Kinds, closed, hints_of, plain
+from fesloop.forms.schema import Kinds, closed, hints_of, plain
 from fesloop.hand.anthropometry import HandSize
 
 GROUP = "fesloop.patients"

@@ -13,8 +13,8 @@ from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment import registry
 from fesloop.experiment.files.patients import require_no_other
 from fesloop.experiment.files.places import placed_value
-from fesloop.experiment.files.schema import hints_of
-from fesloop.toml import DEEPEST, TomlError, TooLargeError, tables_of
+from fesloop.forms.schema import hints_of
+from fesloop.forms.toml import DEEPEST, TomlError, TooLargeError, tables_of
 
 _TOP = ("experiment", "patient", "record", "blocks", "wires", "score")
 _PART = re.compile(r'"([^"]*)"|([^.\[\]"]+)|\[(\d+)\]')

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from fesloop.errors import InputError, did_you_mean
+from fesloop.forms.toml import TomlError, tables_of
 from fesloop.given_files import read_whole
-from fesloop.toml import TomlError, tables_of
 
 Tables = dict[str, Any]
 Overlay = Callable[[Tables, Mapping[str, Any]], Tables]

@@ -10,10 +10,10 @@ from typing import Any, Required
 from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
-from fesloop.experiment.files.faults import faults_of
 from fesloop.experiment.files.layout import keys_at, option_table
-from fesloop.experiment.files.schema import closed
 from fesloop.experiment.files.settings import key_parts, key_text
+from fesloop.forms.faults import faults_of
+from fesloop.forms.schema import closed
 
 Tables = dict[str, Any]
 

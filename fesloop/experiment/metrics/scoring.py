@@ -10,7 +10,6 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.files.schema import make
 from fesloop.experiment.metrics.cycles import cycle_metrics
 from fesloop.experiment.metrics.fingertips import by_tip, coverage, fingertip_error, fingertip_rmse_mm
 from fesloop.experiment.metrics.grasp import grasp_metrics
@@ -29,6 +28,7 @@ from fesloop.experiment.metrics.not_known import NOT_KNOWN, give_reasons, note
 from fesloop.experiment.metrics.search import search_metrics
 from fesloop.experiment.recording.reading import Recording, Signal
 from fesloop.experiment.wanted import Score
+from fesloop.forms.schema import make
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree

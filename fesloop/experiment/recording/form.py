@@ -14,9 +14,9 @@ from typing_extensions import TypedDict
 
 from fesloop.errors import InputError
 from fesloop.experiment.recording.rows import BLOCK_STAMPS, EVENT, INPUT_STAMPS, MESSAGES, PLANT_STAMPS
+from fesloop.forms.toml import TomlError, plain_tables
 from fesloop.loop.signals import require_pairs
 from fesloop.streams.containers import hdf5
-from fesloop.toml import TomlError, plain_tables
 
 ALLOWED = "a file that fesloop run wrote"
 _TABLES = {"events": EVENT, "messages": MESSAGES}

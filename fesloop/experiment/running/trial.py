@@ -12,6 +12,7 @@ from typing import Any
 
 from fesloop.errors import FesloopError, InputError, RunError
 from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.metrics.lateness import realtime_summary
 from fesloop.experiment.metrics.scoring import metrics_of
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.writing import RecordingWriter
@@ -21,12 +22,11 @@ from fesloop.experiment.running.rehearsal import Rehearsals
 from fesloop.experiment.running.timing import timed
 from fesloop.experiment.running.under_way import Progress, UnderWay
 from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.in_step import in_step_with_wall
+from fesloop.loop.machine import threads_now
 from fesloop.loop.realtime import Pacing, is_live
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
-from fesloop.realtime.in_step import in_step_with_wall
-from fesloop.realtime.lateness import realtime_summary
-from fesloop.realtime.machine import threads_now
 
 _COLLECT_AFTER = 100_000
 
@@ -44,7 +44,8 @@ class Result:
     realtime_factor: simulated time over wall_s.
     cause: why it failed, in one line; empty otherwise.
     deadlines, missed_deadlines: of a run in real time.
-    realtime: how it kept in step with the wall clock (`fesloop.realtime.lateness`); empty for other runs.
+    realtime: how it kept in step with the wall clock (`fesloop.experiment.metrics.lateness`); empty for other
+    runs.
     """
 
     experiment: str

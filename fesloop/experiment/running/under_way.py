@@ -10,8 +10,8 @@ from fesloop.experiment.recording.writing import RecordingWriter
 from fesloop.experiment.running.interrupts import Interrupt
 from fesloop.experiment.running.timing import TimedBlock
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+from fesloop.loop.in_step import InStep
 from fesloop.loop.run import Loop
-from fesloop.realtime.in_step import InStep
 
 _FIRST_STRETCH_NS = NS_PER_MS
 _LONGEST_STRETCH_NS = 100 * NS_PER_S

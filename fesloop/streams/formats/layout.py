@@ -36,9 +36,9 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors
+from fesloop.forms.toml import TomlError, tables_of
 from fesloop.loop.signals import require_pairs
 from fesloop.streams.containers.text_table import TextForm, read_text
-from fesloop.toml import TomlError, tables_of
 
 _ALLOWED = "a layout file (TOML)"
 _MOST_ROWS = 1000
@@ -200,9 +200,9 @@ def read_layout(path: Path) -> Layout:
 
     Raises InputError, InputErrors: every fault of the file, one line each, with file and key.
     """
-    from fesloop.experiment.files.faults import faults_of
     from fesloop.experiment.files.layout import keys_at
-    from fesloop.experiment.files.schema import make, table
+    from fesloop.forms.faults import faults_of
+    from fesloop.forms.schema import make, table
 
     name = str(path)
     try:

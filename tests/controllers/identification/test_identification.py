@@ -12,7 +12,7 @@ import fesloop
 from controllers.identification.dynamics import Dynamics, delayed, identify_dynamics
 from controllers.identification.patient_model import fit_of, identify
 from controllers.identification.recruitment import fit_recruitment, lagged
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import from_document
 from fesloop.models.linear_model import LinearModel

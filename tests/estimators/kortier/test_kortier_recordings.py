@@ -5,7 +5,7 @@ import pytest
 from tracker_parts import run_tracker
 
 from estimators.kortier import KortierTracker
-from fesloop.bench.tracker import tick_times_us
+from fesloop.apps.bench.tracker import tick_times_us
 from fesloop.experiment.metrics.orientation import score_recording
 from fesloop.hand.segments import Segment
 from fesloop.streams.files import open_recording

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fesloop.analysis.study.design.study_file import read_study
 from fesloop.errors import InputError
 from fesloop.experiment.files.layout import json_schema
 from fesloop.experiment.files.parse import load, read, shipped
-from fesloop.study.design.study_file import read_study
 
 BASE = """
 [experiment]

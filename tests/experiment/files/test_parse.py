@@ -10,9 +10,9 @@ import fesloop
 from controllers.pid import Pid
 from controllers.reference import MinimumJerk
 from fesloop import Duration, Experiment, InputError, Node, Score, Wire
-from fesloop.experiment.files.faults import wire_place
 from fesloop.experiment.files.parse import from_document, read, shipped
-from fesloop.experiment.files.schema import make
+from fesloop.forms.faults import wire_place
+from fesloop.forms.schema import make
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.recruitment import Recruitment
 from plants.finger import Finger
@@ -298,7 +298,7 @@ def test_the_resolved_document_makes_the_same_experiment_again(name):
 
 
 def test_a_model_can_be_given_as_a_plant_or_as_matrices():
-    from fesloop.experiment.files.schema import build, plain
+    from fesloop.forms.schema import build, plain
 
     told = build(LinearModel, {"kind": "finger", "strength": 1.2}, {"finger": Finger}, "model")
     matrices = build(LinearModel, plain(told), {}, "model")

@@ -11,7 +11,7 @@ import pytest
 
 import fesloop
 from fesloop import InputError
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.experiment.files import patients
 from fesloop.experiment.files.layout import json_schema
 from fesloop.experiment.files.parse import from_document, read

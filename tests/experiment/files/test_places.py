@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fesloop import InputError, load
+from fesloop.analysis.study.design.plan import plan
+from fesloop.analysis.study.design.study_file import read_study
 from fesloop.experiment.files.places import placed, placed_value
 from fesloop.models.patient_model import shipped_models
-from fesloop.study.design.plan import plan
-from fesloop.study.design.study_file import read_study
 
 HERE, BESIDE, SAID = 201.0, 171.0, 151.0
 """Lengths of hands, mm, of patients whose files have one name in different folders."""

@@ -15,14 +15,14 @@ import pytest
 from toml_mutants import mutant, odd_setting
 
 from fesloop import load
-from fesloop.cli import main
+from fesloop.analysis.study.design.cells import cells_of
+from fesloop.analysis.study.design.plan import Resolver
+from fesloop.analysis.study.design.study_file import read_study, study_of
+from fesloop.analysis.study.engine.bases import meanwhile
+from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import from_document, read
-from fesloop.experiment.files.toml_text import toml_text
-from fesloop.study.design.cells import cells_of
-from fesloop.study.design.plan import Resolver
-from fesloop.study.design.study_file import read_study, study_of
-from fesloop.study.engine.bases import meanwhile
+from fesloop.forms.toml_text import toml_text
 
 ROOT = Path(__file__).resolve().parents[3]
 SLOW = {"finger_fmu", "finger_pid_latency", "linear_loop"}

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import fesloop
 from fesloop import Recording
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.files.layout import json_schema
 from fesloop.experiment.files.parse import from_document

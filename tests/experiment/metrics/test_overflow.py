@@ -4,7 +4,7 @@ import warnings
 
 import pytest
 
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load

@@ -10,7 +10,7 @@ import pytest
 from toml_mutants import at
 
 from fesloop import load
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.experiment.running.trial import run
 
 SMALL = Path(__file__).resolve().parents[1] / "small.toml"

@@ -17,7 +17,7 @@ READ = """
 import sys
 from pathlib import Path
 from fesloop.errors import InputError
-from fesloop.report.run.opening import readable
+from fesloop.show.report.run.opening import readable
 try:
     with readable(Path(sys.argv[1])) as (recording, notices):
         print("shown", len(notices))

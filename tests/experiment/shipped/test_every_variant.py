@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import fesloop
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import read, shipped
 from fesloop.experiment.files.variants import listed

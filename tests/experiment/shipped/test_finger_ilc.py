@@ -3,7 +3,7 @@
 from itertools import pairwise
 
 import fesloop
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.experiment.recording.reading import Recording
 
 DIVERGES = ["law=phase_lead", "gain=2.5", "trials=4"]

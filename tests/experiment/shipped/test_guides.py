@@ -14,13 +14,13 @@ import pytest
 from recording_files import write
 
 import fesloop
-from fesloop.cli.parser import make_parser
+from fesloop.analysis.study.design.study_file import read_study
+from fesloop.apps.cli.parser import make_parser
 from fesloop.errors import InputError
 from fesloop.experiment.files.guide import RUN, guide_of
 from fesloop.experiment.files.parse import from_document, read, shipped
 from fesloop.experiment.running import trial
 from fesloop.loop.realtime import is_live
-from fesloop.study.design.study_file import read_study
 from plants.myohand import model
 
 MODULES = {"search": ("sklearn", "sklearn.gaussian_process", "optuna"), "lsl": ("pylsl",),

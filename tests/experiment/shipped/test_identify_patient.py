@@ -6,7 +6,7 @@ import pytest
 
 import fesloop
 from fesloop import Recording
-from fesloop.cli import main
+from fesloop.apps.cli import main
 
 SHORT = ("duration_s=56", "blocks.excitation.stair_s=0.4", "blocks.excitation.rest_s=1.0",
          "blocks.excitation.prbs_s=24")

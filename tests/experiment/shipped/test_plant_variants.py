@@ -8,7 +8,7 @@ import pytest
 
 import fesloop
 from fesloop import Recording
-from fesloop.cli import main
+from fesloop.apps.cli import main
 
 WHOLE_HAND = Path(__file__).parents[1] / "whole_hand.toml"
 

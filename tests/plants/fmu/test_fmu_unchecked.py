@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.loop.block import Context
 from plants.fmu import Fmu
 

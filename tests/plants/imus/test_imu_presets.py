@@ -9,7 +9,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from fesloop.errors import InputError
-from fesloop.experiment.files import schema
+from fesloop.forms import schema
 from plants.imus.block import HAND_SITES, Imus
 from plants.imus.errors import NUMBERS, TriadErrors
 from plants.imus.magnetic_field import Dipole, MagneticField

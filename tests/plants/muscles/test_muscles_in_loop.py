@@ -7,7 +7,7 @@ import pytest
 from muscle_parts import COUNT, MODELS, MS, patient, tiring
 
 from fesloop.errors import InputError
-from fesloop.experiment.files.schema import make, plain
+from fesloop.forms.schema import make, plain
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError, InputErrors
-from fesloop.experiment.files.toml_text import toml_text
+from fesloop.forms.toml_text import toml_text
 from fesloop.hand.muscles import INTRINSIC, MUSCLES, muscle
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context

@@ -8,10 +8,10 @@ import pytest
 import fesloop
 from fesloop import Recording
 from fesloop.errors import InputError
-from fesloop.report.comparison.differences import differing
-from fesloop.report.comparison.page import comparison_page
-from fesloop.report.page import page_html
-from fesloop.report.parts import Bars, Chart, Fold, Notice, Table
+from fesloop.show.report.comparison.differences import differing
+from fesloop.show.report.comparison.page import comparison_page
+from fesloop.show.report.page import page_html
+from fesloop.show.report.parts import Bars, Chart, Fold, Notice, Table
 
 SHORT = ("experiment.duration_s=2", "score.after_s=0.5")
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fesloop.report.parts import Line
-from fesloop.report.run.axes import from_zero
+from fesloop.show.report.parts import Line
+from fesloop.show.report.run.axes import from_zero
 
 NONE = np.full(3, np.nan)
 

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 import fesloop
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.latency import LatencyReport
-from fesloop.report.parts import Drawing, Notice, Table
-from fesloop.report.run import latency
-from fesloop.report.run.known import known_of
-from fesloop.report.run.latency import latency_section
+from fesloop.show.report.parts import Drawing, Notice, Table
+from fesloop.show.report.run import latency
+from fesloop.show.report.run.known import known_of
+from fesloop.show.report.run.latency import latency_section
 
 
 @pytest.fixture(scope="module")

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.errors import InputError
-from fesloop.report.run.opening import readable
-from fesloop.report.run.page import run_page
+from fesloop.show.report.run.opening import readable
+from fesloop.show.report.run.page import run_page
 
 
 def cut(path, target, size):

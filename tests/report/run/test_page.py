@@ -14,10 +14,10 @@ import pytest
 
 from fesloop.experiment.metrics.scoring import metrics_of
 from fesloop.experiment.recording.reading import Recording
-from fesloop.report.page import write_page
-from fesloop.report.parts import Chart, Drawing, Fold, Notice, Paragraph, Strips, Table
-from fesloop.report.run import page as module
-from fesloop.report.run.page import run_page
+from fesloop.show.report.page import write_page
+from fesloop.show.report.parts import Chart, Drawing, Fold, Notice, Paragraph, Strips, Table
+from fesloop.show.report.run import page as module
+from fesloop.show.report.run.page import run_page
 
 
 def every(parts):

@@ -7,9 +7,9 @@ import pytest
 
 from fesloop import Recording
 from fesloop.experiment.metrics.search import SearchScore, asked_of
-from fesloop.report.page import page_html
-from fesloop.report.parts import Chart, Drawing, Fold, Notice, Page, Paragraph
-from fesloop.report.run.search import search_sections
+from fesloop.show.report.page import page_html
+from fesloop.show.report.parts import Chart, Drawing, Fold, Notice, Page, Paragraph
+from fesloop.show.report.run.search import search_sections
 
 QUERIES = (((17,), 20.0), ((40, 46), 25.0), ((17,), 30.0), ((17, 18), 30.0))
 SCORE = SearchScore(search="search", truth="hand.angles", movement="finger_opening")

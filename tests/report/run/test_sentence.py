@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fesloop.experiment.recording.recorded import Event
-from fesloop.report.run.known import Known
-from fesloop.report.run.sentence import sentence_of
+from fesloop.show.report.run.known import Known
+from fesloop.show.report.run.sentence import sentence_of
 
 
 def run_of(metrics, score=(), status="done", trials=1, blocks=()):

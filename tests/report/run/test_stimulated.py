@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fesloop.picture.cast import Cast, Player
-from fesloop.report.run.stimulated import element_charge
+from fesloop.show.picture.cast import Cast, Player
+from fesloop.show.report.run.stimulated import element_charge
 from plants.stimulator.channels import VirtualElectrode
 
 HZ, SLOTS, CHANNELS, ELEMENTS = 20, 8, 3, 5

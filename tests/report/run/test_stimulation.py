@@ -10,14 +10,14 @@ import pytest
 
 from fesloop.experiment.recording.reading import Recording
 from fesloop.hand.muscles import MUSCLES
-from fesloop.report.parts import Drawing, Strips
-from fesloop.report.run import stimulation
-from fesloop.report.run.arrays import arrays_svg
-from fesloop.report.run.fatigue import fatigue_section
-from fesloop.report.run.known import known_of
-from fesloop.report.run.stimulated import element_charge, final_stimulation
-from fesloop.report.run.stimulation import stimulation_section
-from fesloop.report.run.thinning import Course
+from fesloop.show.report.parts import Drawing, Strips
+from fesloop.show.report.run import stimulation
+from fesloop.show.report.run.arrays import arrays_svg
+from fesloop.show.report.run.fatigue import fatigue_section
+from fesloop.show.report.run.known import known_of
+from fesloop.show.report.run.stimulated import element_charge, final_stimulation
+from fesloop.show.report.run.stimulation import stimulation_section
+from fesloop.show.report.run.thinning import Course
 
 SVG = "{http://www.w3.org/2000/svg}"
 GRASP = str(Path(__file__).parents[2] / "picture" / "grasp.toml")

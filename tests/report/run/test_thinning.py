@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fesloop.experiment.recording.reading import Recording
-from fesloop.report.arrangement import thinned_in_words
-from fesloop.report.parts import Strips
-from fesloop.report.run.thinning import course, thinned
+from fesloop.show.report.arrangement import thinned_in_words
+from fesloop.show.report.parts import Strips
+from fesloop.show.report.run.thinning import course, thinned
 
 VALUES = st.lists(st.floats(-1e6, 1e6) | st.just(np.nan), min_size=1, max_size=200)
 

@@ -8,12 +8,12 @@ import h5py
 import numpy as np
 
 from fesloop.experiment.recording.reading import Recording
-from fesloop.report.comparison.page import comparison_page
-from fesloop.report.parts import Bars
-from fesloop.report.run import tracker
-from fesloop.report.run.known import Known, known_of
-from fesloop.report.run.page import run_page
-from fesloop.report.run.split import split_section
+from fesloop.show.report.comparison.page import comparison_page
+from fesloop.show.report.parts import Bars
+from fesloop.show.report.run import tracker
+from fesloop.show.report.run.known import Known, known_of
+from fesloop.show.report.run.page import run_page
+from fesloop.show.report.run.split import split_section
 
 
 def known_with(metrics):

@@ -9,11 +9,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from study_stores import write_store
 
+from fesloop.analysis.study.store.salvage import salvaged
 from fesloop.errors import InputError
-from fesloop.report.page import page_html
-from fesloop.report.parts import Notice
-from fesloop.report.study.page import study_page
-from fesloop.study.store.salvage import salvaged
+from fesloop.show.report.page import page_html
+from fesloop.show.report.parts import Notice
+from fesloop.show.report.study.page import study_page
 
 AXES = {"latency_ms": list(range(0, 400, 4)), "law": ["pid", "mpc"]}
 

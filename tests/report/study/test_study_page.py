@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from study_stores import write_cells, write_store
 
-from fesloop.report.page import page_html
-from fesloop.report.parts import Bars, Chart, Code, Fold, HeatMap, Notice, Paragraph, Table
-from fesloop.report.study.page import study_page
-from fesloop.study import load
-from fesloop.study.figures.kept_overlays import keep_overlays
-from fesloop.study.figures.overlays import Overlay
+from fesloop.analysis.study import load
+from fesloop.show.figures.kept_overlays import keep_overlays
+from fesloop.show.figures.overlays import Overlay
+from fesloop.show.report.page import page_html
+from fesloop.show.report.parts import Bars, Chart, Code, Fold, HeatMap, Notice, Paragraph, Table
+from fesloop.show.report.study.page import study_page
 
 CREATED = "2026-01-01T00:00:00+00:00"
 CURVES = {"name": "curves", "kind": "curves", "metric": "error_deg", "x": "latency_ms", "by": "law"}
@@ -168,7 +168,7 @@ def test_what_was_run_is_there_to_be_run_again(make):
     codes = parts_of(study_page(make()), Code)
     document = tomllib.loads(codes[0].text)
     assert [figure["name"] for figure in document["figures"]] == ["map", "laws", "curves", "over_laws"]
-    assert any("from fesloop.study import load" in code.text for code in codes)
+    assert any("from fesloop.analysis.study import load" in code.text for code in codes)
 
 
 def test_titles_are_by_their_axes_and_read_as_no_ratio(make):

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from fesloop.report.page import write_page
+from fesloop.show.report.page import write_page
 
 _READBACK = "GPU stall due to ReadPixels"
 """What Chromium says of its own way to show a canvas without a graphics card."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from made_up_pages import CHANNELS, channels, heat_map, page
 
-from fesloop.report.parts import Bars, Chart, Line, Section, Strips
+from fesloop.show.report.parts import Bars, Chart, Line, Section, Strips
 
 
 def drawn(shown, key):

@@ -8,7 +8,7 @@ import pytest
 from browser_parts import until
 from made_up_pages import FRAMES, STEP_S, hand, page
 
-from fesloop.report.parts import Section
+from fesloop.show.report.parts import Section
 
 LAST_S = (FRAMES - 1) * STEP_S
 _WINDOWS, _WINDOW_MS = 6, 1500

@@ -6,7 +6,7 @@ import pytest
 from browser_parts import until
 from made_up_pages import error, page
 
-from fesloop.report.parts import Fold, Paragraph, Section, Table
+from fesloop.show.report.parts import Fold, Paragraph, Section, Table
 
 WHITE = "rgb(255, 255, 255)"
 

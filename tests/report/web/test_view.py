@@ -10,7 +10,7 @@ from view_parts import serving
 
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.running.trial import run
-from fesloop.view.sources import open_recording
+from fesloop.show.view.sources import open_recording
 
 GRASP = str(Path(__file__).parents[2] / "picture" / "grasp.toml")
 TRIAL_S = 2.0

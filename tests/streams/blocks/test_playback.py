@@ -5,10 +5,10 @@ import pytest
 
 import fesloop
 from fesloop.errors import InputError
+from fesloop.experiment.playback import Playback
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.block import Tick
 from fesloop.loop.signals import NEVER
-from fesloop.streams.blocks.playback import Playback
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from recording_files import CONTENTS, write
 import fesloop
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import from_document, load
-from fesloop.streams.blocks.playback import Playback
+from fesloop.experiment.playback import Playback
 from fesloop.streams.blocks.replay import Replay, replay_of
 from fesloop.streams.contents import content_hash
 

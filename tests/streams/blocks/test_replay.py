@@ -7,6 +7,7 @@ import pytest
 import xdf_files
 from recording_files import CONTENTS, write
 
+from fesloop.analysis.tracker_error.measured_errors import measured_errors
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import from_document
 from fesloop.experiment.recording.reading import Recording
@@ -16,7 +17,6 @@ from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wiring import Node, Wiring
 from fesloop.streams.blocks.replay import Replay
-from fesloop.tracker_error.measured_errors import measured_errors
 
 
 def played(replay, until_ns):

@@ -8,7 +8,7 @@ from export_parts import BLOCK, Node, runs, same, times, write_run
 from hypothesis import HealthCheck, given, settings
 
 from fesloop import Recording
-from fesloop.streams.export import export
+from fesloop.experiment.export import export
 from fesloop.streams.formats.layout import read_layout
 
 STAMPS = ["index", "time [s]", "left [s]", "oldest capture [s]", "newest capture [s]"]

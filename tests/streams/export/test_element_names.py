@@ -2,12 +2,12 @@
 
 import pytest
 
+from fesloop.experiment.export.channels import channels, quantity
+from fesloop.experiment.export.element_names import row_names
 from fesloop.experiment.recording.signal_table import TableSignal
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.muscles import MUSCLES
 from fesloop.hand.skeleton import hand_tree
-from fesloop.streams.export.channels import channels, quantity
-from fesloop.streams.export.element_names import row_names
 
 HAND = hand_tree(HandSize())
 CHAIN = {"segments": [{"name": "radius", "joint": "fixed", "base": [0.0, 0.0, 0.0], "axes": [], "ranges": []},

@@ -14,10 +14,10 @@ from export_parts import BLOCK, INPUT, PLANT, Node, times, write_run
 
 import fesloop
 from fesloop import InputError, Recording
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.errors import RunError
+from fesloop.experiment.export import FORMATS, export
 from fesloop.experiment.recording import reading, signal_table
-from fesloop.streams.export import FORMATS, export
 
 SMALL = Path(__file__).parents[2] / "experiment" / "small.toml"
 
@@ -170,7 +170,7 @@ import sys
 import tracemalloc
 from pathlib import Path
 from fesloop.errors import FesloopError
-from fesloop.streams.export import FORMATS, export
+from fesloop.experiment.export import FORMATS, export
 
 run, disk = sys.argv[1], Path(sys.argv[2])
 for kind in FORMATS:

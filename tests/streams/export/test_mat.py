@@ -9,9 +9,9 @@ from hypothesis import HealthCheck, given, settings
 from scipy.io import loadmat, whosmat
 
 from fesloop import InputError, Recording
+from fesloop.experiment.export import export, mat
+from fesloop.experiment.export.mat import variable_names
 from fesloop.streams.containers.mat5_structure import sound_variables
-from fesloop.streams.export import export, mat
-from fesloop.streams.export.mat import variable_names
 from fesloop.streams.room import Room
 
 

@@ -13,7 +13,7 @@ from export_parts import BLOCK, INPUT, PLANT, Node, runs, same, times, write_run
 from hypothesis import HealthCheck, given, settings
 
 from fesloop import InputError, Recording
-from fesloop.streams.export import export
+from fesloop.experiment.export import export
 
 MOTION = ("latency", "index", "left", "oldest", "newest")
 

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from fesloop import InputError, Recording
+from fesloop.experiment.export import export
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
-from fesloop.streams.export import export
 
 FREEDOMS = hand_tree(HandSize()).freedoms
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fesloop.experiment.export.rates import rate_of_stamps
 from fesloop.loop.clock import RateClock
-from fesloop.streams.export.rates import rate_of_stamps
 
 
 @settings(max_examples=300)

@@ -8,7 +8,7 @@ from export_parts import BLOCK, PLANT, Node, runs, same, times, write_run
 from hypothesis import HealthCheck, given, settings
 
 from fesloop import Recording
-from fesloop.streams.export import export
+from fesloop.experiment.export import export
 
 pyxdf = pytest.importorskip("pyxdf")
 

@@ -9,7 +9,7 @@ import xdf_files as xdf
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from fesloop.cli import main
+from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.streams.files import open_recording
 from fesloop.streams.motion_file import read_motion_file

@@ -15,10 +15,10 @@ import fesloop
 from fesloop import Recording
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
+from fesloop.experiment.moving_hand import moving_hand
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
-from fesloop.streams.live.moving_hand import moving_hand
 
 pytestmark = pytest.mark.realtime
 
@@ -103,7 +103,7 @@ def test_the_computed_hand_is_what_sensors_give():
     assert np.linalg.norm(hand.acc[:350], axis=2).mean() == pytest.approx(9.81, abs=0.1)
     assert np.abs(hand.gyr[:350]).max() < 0.05 < np.abs(hand.gyr[450:2700]).max()
     np.testing.assert_allclose(hand.acc[-1], hand.acc[0], atol=0.3)
-    assert files("fesloop.streams.live").joinpath("moving_hand.toml").is_file()
+    assert files("fesloop.experiment").joinpath("moving_hand.toml").is_file()
 
 
 @pytest.mark.slow

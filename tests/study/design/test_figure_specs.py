@@ -1,9 +1,9 @@
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
+from fesloop.analysis.study.design.figure_specs import Figure
 from fesloop.errors import InputError
-from fesloop.experiment.files.schema import make, table
-from fesloop.study.design.figure_specs import Figure
+from fesloop.forms.schema import make, table
 
 MAP = {"name": "error", "kind": "heat_map", "metric": "error_deg", "x": "latency_ms", "y": "jitter_ms",
        "panels": "controller"}

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fesloop.analysis.study.design.kept_metrics import KeptMetric
 from fesloop.errors import InputError
-from fesloop.study.design.kept_metrics import KeptMetric
 
 finite = st.lists(st.floats(-1e9, 1e9), min_size=1)
 

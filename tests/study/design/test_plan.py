@@ -5,13 +5,13 @@ import pytest
 from study_parts import write_study
 
 from fesloop import load
+from fesloop.analysis.study.design.plan import NotPrepared, plan
+from fesloop.analysis.study.design.study_file import read_study
+from fesloop.analysis.study.engine.bases import meanwhile
+from fesloop.analysis.study.engine.task import experiment_of
 from fesloop.errors import InputErrors
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.running.trial import run
-from fesloop.study.design.plan import NotPrepared, plan
-from fesloop.study.design.study_file import read_study
-from fesloop.study.engine.bases import meanwhile
-from fesloop.study.engine.task import experiment_of
 
 
 def planned(study):

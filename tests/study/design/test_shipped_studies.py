@@ -5,10 +5,10 @@ import shlex
 import pytest
 
 import fesloop
-from fesloop.cli.parser import make_parser
-from fesloop.study.design.cells import cells_of
-from fesloop.study.design.kept_metrics import KeptMetric
-from fesloop.study.design.study_file import described_studies, read_study
+from fesloop.analysis.study.design.cells import cells_of
+from fesloop.analysis.study.design.kept_metrics import KeptMetric
+from fesloop.analysis.study.design.study_file import described_studies, read_study
+from fesloop.apps.cli.parser import make_parser
 
 FORMS = [(name, form) for name, forms in described_studies().items() for form in forms]
 WANTED = ["cohort_ilc", "dropout_map", "error_map", "grasp_latency_map", "latency_map", "search_map",

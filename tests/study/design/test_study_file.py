@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fesloop.analysis.study.design.axes import Axis
+from fesloop.analysis.study.design.cells import base_cells, cells_of
+from fesloop.analysis.study.design.study_file import described_studies, read_study, shipped_studies, study_of
 from fesloop.errors import InputError
-from fesloop.study.design.axes import Axis
-from fesloop.study.design.cells import base_cells, cells_of
-from fesloop.study.design.study_file import described_studies, read_study, shipped_studies, study_of
 
 PLAIN = {"study": {"name": "plain", "experiment": "finger_pid_latency",
                    "metrics": {"error_deg": "joint_rmse_deg"}},

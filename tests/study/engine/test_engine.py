@@ -11,21 +11,21 @@ from study_blocks import prepared_or_not, slowly
 from study_parts import TESTS, harmful_experiment, with_harmful_blocks, write_study
 
 from fesloop import load as load_experiment
-from fesloop.bench._started_cluster import started_cluster
+from fesloop.analysis.study import load
+from fesloop.analysis.study.design.study_file import read_study
+from fesloop.analysis.study.engine import bases, cluster, coordinator, running, task
+from fesloop.analysis.study.engine.cluster import connected
+from fesloop.analysis.study.engine.coordinator import run_study
+from fesloop.analysis.study.engine.preparing import prepare_one
+from fesloop.analysis.study.engine.pump import Done, Task, pumped
+from fesloop.analysis.study.engine.running import DIED
+from fesloop.apps.bench._started_cluster import started_cluster
 from fesloop.errors import InputError, InputErrors, RunError
 from fesloop.experiment import registry
 from fesloop.experiment.identifying import identifier
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.running.trial import run
-from fesloop.study import load
-from fesloop.study.design.study_file import read_study
-from fesloop.study.engine import bases, cluster, coordinator, running, task
-from fesloop.study.engine.cluster import connected
-from fesloop.study.engine.coordinator import run_study
-from fesloop.study.engine.preparing import prepare_one
-from fesloop.study.engine.pump import Done, Task, pumped
-from fesloop.study.engine.running import DIED
 
 LATENCIES = "[axes.latency_ms]\nvalues = [0, 20, 40]\n"
 HARM = '[axes.deed]\nkey = "blocks.harmful.deed"\nvalues = {}\n'

@@ -2,8 +2,8 @@
 
 import pytest
 
-from fesloop.bench import study_kills
-from fesloop.bench._disturbed_study import VICTIMS
+from fesloop.apps.bench import study_kills
+from fesloop.apps.bench._disturbed_study import VICTIMS
 
 
 @pytest.mark.slow

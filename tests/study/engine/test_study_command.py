@@ -14,10 +14,10 @@ import psutil
 import pytest
 from study_parts import started, write_study
 
-from fesloop.cli import main
-from fesloop.cli.study_progress import StudyProgress
-from fesloop.study import load
-from fesloop.study.design.study_file import shipped_studies
+from fesloop.analysis.study import load
+from fesloop.analysis.study.design.study_file import shipped_studies
+from fesloop.apps.cli import main
+from fesloop.apps.cli.study_progress import StudyProgress
 
 LATENCIES = "[axes.latency_ms]\nvalues = [0, 20, 40]\n"
 
@@ -176,7 +176,7 @@ def screen(text, columns):
 
 ON_A_TERMINAL = """
 import time
-from fesloop.cli import study_progress
+from fesloop.apps.cli import study_progress
 study_progress._RENEW_S = 0.0
 watch = study_progress.StudyProgress("tiny")
 watch.stage("check", 0.5)

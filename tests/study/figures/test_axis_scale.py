@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from fesloop.study.figures.axis_scale import AxisScale
+from fesloop.show.figures.axis_scale import AxisScale
 
 LEVELS = some.lists(some.integers(1, 10**4).map(lambda tenths: 0.1 * tenths), min_size=1, max_size=12,
                     unique=True).map(sorted).map(tuple)

@@ -6,10 +6,10 @@ from matplotlib import colormaps
 from matplotlib.colors import to_rgba
 from study_stores import write_cells, write_store
 
-from fesloop.picture.palette import BLUE, GREEN, VERMILION
-from fesloop.study import Figure, Overlay, load
-from fesloop.study.figures.content import Content
-from fesloop.study.figures.curves import curves
+from fesloop.analysis.study import Figure, Overlay, load
+from fesloop.show.figures.content import Content
+from fesloop.show.figures.curves import curves
+from fesloop.show.picture.palette import BLUE, GREEN, VERMILION
 
 LATENCIES = [0, 10, 20, 40, 80]
 AXES = {"latency_ms": LATENCIES, "controller": ["pid", "mpc", "ilc"]}

@@ -5,13 +5,13 @@ import pytest
 from matplotlib.image import imread
 from study_stores import write_store
 
+from fesloop.analysis.study import Figure, Overlay, draw, load
+from fesloop.analysis.study.results.quantities import called, with_unit
 from fesloop.errors import InputError
-from fesloop.study import Figure, Overlay, draw, load
-from fesloop.study.figures.content import Content
-from fesloop.study.figures.curves import curves
-from fesloop.study.figures.heat_maps import heat_map
-from fesloop.study.figures.layout import columns_of
-from fesloop.study.results.quantities import called, with_unit
+from fesloop.show.figures.content import Content
+from fesloop.show.figures.curves import curves
+from fesloop.show.figures.heat_maps import heat_map
+from fesloop.show.figures.layout import columns_of
 
 AXES = {"latency_ms": {"levels": [0, 20, 40], "label": "latency of the tracker", "unit": "ms"},
         "jitter_ms": [0, 5], "law": ["p", "pd", "pid", "mpc", "ilc"],

@@ -5,10 +5,10 @@ import pytest
 from matplotlib.colors import to_rgb
 from study_stores import write_cells, write_store
 
-from fesloop.study import Figure, Overlay, load
-from fesloop.study.figures.content import Content
-from fesloop.study.figures.heat_maps import _colours, heat_map
-from fesloop.study.figures.value_texts import decimals_of, interval_text
+from fesloop.analysis.study import Figure, Overlay, load
+from fesloop.show.figures.content import Content
+from fesloop.show.figures.heat_maps import _colours, heat_map
+from fesloop.show.figures.value_texts import decimals_of, interval_text
 
 LATENCIES, JITTERS = [0, 10, 20, 40, 80], [0, 5, 20]
 AXES = {"latency_ms": LATENCIES, "jitter_ms": JITTERS, "controller": ["pid", "mpc"]}

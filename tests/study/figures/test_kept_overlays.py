@@ -2,10 +2,10 @@
 
 import pytest
 
+from fesloop.analysis.study.store.file import THEORY
 from fesloop.errors import InputError
-from fesloop.study.figures.kept_overlays import keep_overlays, kept_overlays
-from fesloop.study.figures.overlays import Overlay
-from fesloop.study.store.file import THEORY
+from fesloop.show.figures.kept_overlays import keep_overlays, kept_overlays
+from fesloop.show.figures.overlays import Overlay
 
 LINES = {"map": [Overlay(label="theory", x=[30.0, 10.5], y=[0.0, 5.0], panel="pid")],
          "curves": [Overlay(label="theory", x=[25.0], y=[], line=0.3), Overlay(label="other", x=[1.0], y=[])],

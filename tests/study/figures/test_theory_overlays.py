@@ -3,11 +3,11 @@
 import pytest
 
 import fesloop
+from fesloop.analysis.study import study_of
+from fesloop.analysis.study.design.figure_specs import Figure
+from fesloop.analysis.theory import critical_latency_ms, stationary_cost
 from fesloop.errors import InputError
-from fesloop.study import study_of
-from fesloop.study.design.figure_specs import Figure
-from fesloop.study.figures.theory_overlays import theory_overlays
-from fesloop.theory import critical_latency_ms, stationary_cost
+from fesloop.show.figures.theory_overlays import theory_overlays
 
 WIRE = "tracker.angles->controller.measured"
 

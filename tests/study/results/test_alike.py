@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fesloop.report.study.shown import value_text
-from fesloop.study.results.estimates import in_words, spread
-from fesloop.study.results.intervals import mean_interval, share_interval
+from fesloop.analysis.study.results.estimates import in_words, spread
+from fesloop.analysis.study.results.intervals import mean_interval, share_interval
+from fesloop.show.report.study.shown import value_text
 
 
 @pytest.mark.parametrize("value", [27.8, 0.1, 0.0, -3e5])

@@ -7,8 +7,8 @@ import pytest
 import scipy.stats as st
 from study_stores import write_cells, write_store
 
+from fesloop.analysis.study import load
 from fesloop.errors import InputError
-from fesloop.study import load
 
 PID, MPC = {"controller": "pid"}, {"controller": "mpc"}
 CONTROLLERS = ["pid", "mpc"]

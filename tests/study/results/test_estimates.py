@@ -5,8 +5,8 @@ import pytest
 import scipy.stats as st
 from study_stores import write_cells, write_store
 
+from fesloop.analysis.study import load
 from fesloop.errors import InputError
-from fesloop.study import load
 
 AXES = {"latency_ms": [0, 20], "controller": ["pid", "mpc"]}
 ERRORS = np.random.default_rng(3).normal(5.0, 1.0, (2, 2, 8))

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as some
 
-from fesloop.study.results.repeats import groups_of, unit_means
+from fesloop.analysis.study.results.repeats import groups_of, unit_means
 
 KEYS = some.integers(1, 5).flatmap(lambda axes: some.lists(
     some.tuples(*[some.integers(0, 3) | some.integers(10**9, 10**9 + 2)] * axes), min_size=1, max_size=30))

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from study_stores import write_store
 
+from fesloop.analysis.study import load
 from fesloop.errors import InputError
-from fesloop.study import load
 
 AXES = {"latency_ms": [40, 0, 20], "controller": ["pid", "mpc"]}
 

@@ -7,8 +7,8 @@ from contextlib import closing
 import pytest
 from study_stores import write_store
 
+from fesloop.analysis.study.store.provenance import provenance_of
 from fesloop.errors import InputError
-from fesloop.study.store.provenance import provenance_of
 
 
 def write(path):

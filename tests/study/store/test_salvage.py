@@ -6,13 +6,13 @@ from contextlib import closing
 import pytest
 from study_stores import write_store
 
+from fesloop.analysis.study import study_of
+from fesloop.analysis.study.design.cells import cells_of
+from fesloop.analysis.study.design.plan import PlannedCell, PlannedRun
+from fesloop.analysis.study.store.reading import read_store
+from fesloop.analysis.study.store.salvage import salvaged
+from fesloop.analysis.study.store.writing import Store, StoredResult
 from fesloop.errors import InputError
-from fesloop.study import study_of
-from fesloop.study.design.cells import cells_of
-from fesloop.study.design.plan import PlannedCell, PlannedRun
-from fesloop.study.store.reading import read_store
-from fesloop.study.store.salvage import salvaged
-from fesloop.study.store.writing import Store, StoredResult
 
 RUNS = 600
 

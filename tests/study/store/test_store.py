@@ -12,13 +12,13 @@ from pathlib import Path
 
 import pytest
 
+from fesloop.analysis.study import load
+from fesloop.analysis.study.design.cells import Cell
+from fesloop.analysis.study.design.plan import PlannedCell, PlannedRun
+from fesloop.analysis.study.design.study_file import study_of
+from fesloop.analysis.study.store import claim as store_claim
+from fesloop.analysis.study.store.writing import Store, StoredResult
 from fesloop.errors import InputError, InputErrors, RunError
-from fesloop.study import load
-from fesloop.study.design.cells import Cell
-from fesloop.study.design.plan import PlannedCell, PlannedRun
-from fesloop.study.design.study_file import study_of
-from fesloop.study.store import claim as store_claim
-from fesloop.study.store.writing import Store, StoredResult
 
 
 def a_study(**about):

@@ -11,10 +11,10 @@ import pytest
 import study_stores
 from study_stores import write_store
 
+from fesloop.analysis.study import load
+from fesloop.analysis.study.store import file as store_file
+from fesloop.analysis.study.store import reading as store_reading
 from fesloop.errors import InputError
-from fesloop.study import load
-from fesloop.study.store import file as store_file
-from fesloop.study.store import reading as store_reading
 
 AXES = {"latency_ms": [0, 20]}
 

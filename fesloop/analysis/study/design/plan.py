@@ -1,0 +1,163 @@
+"""What a study runs: every cell resolved into an experiment, and its runs named by the hash of that."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fesloop.analysis.study.design.cells import Cell, cells_of
+from fesloop.analysis.study.design.study import Study
+from fesloop.errors import InputError, InputErrors
+from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.files.parse import from_document, read
+from fesloop.experiment.files.settings import apply_settings
+from fesloop.experiment.files.variants import pick
+from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.realtime import is_live
+
+_MOST_FAULTS = 10
+_SETTING = "--set "
+
+Settings = Callable[[Cell], tuple[str, ...]]
+"""What is set in a cell beyond the cell's own settings: what was prepared for it."""
+
+
+class NotPrepared(Exception):
+    """What a cell needs could not be prepared; the text says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedRun:
+    """One run of one cell.
+
+    Attributes
+    ----------
+    cell, replicate: which.
+    seed: of the experiment.
+    id: fingerprint of the resolved experiment; cells that come to the same experiment share it.
+    """
+
+    cell: int
+    replicate: int
+    seed: int
+    id: str
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedCell:
+    """A cell and its runs.
+
+    Attributes
+    ----------
+    cell: the place.
+    document: of its resolved experiment, as JSON text; its seed is that of the first replicate. "" where
+        there is none.
+    runs: one a replicate.
+    simulated_s: of one run.
+    cause: why none of them can be run, "" where they can.
+    """
+
+    cell: Cell
+    document: str
+    runs: tuple[PlannedRun, ...]
+    simulated_s: float
+    cause: str = ""
+
+
+class Resolver:
+    """From cells to experiments; every file is read once. Paths in settings start from `folder`."""
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self._folder = folder
+        self._documents: dict[str, Mapping[str, Any]] = {}
+
+    def experiment(self, name: str, settings: Sequence[str], seed: int) -> Experiment:
+        """As `fesloop.load`. Raises InputError, InputErrors."""
+        if name not in self._documents:
+            self._documents[name] = read(name)[1]
+        picked = pick(self._documents[name], settings, name)
+        every = [*picked.settings, f"experiment.seed={seed}"]
+        return from_document(apply_settings(picked.document, every, picked.name, tuple(picked.options),
+                                            self._folder), picked.name)
+
+
+def plan(study: Study, prepared: Settings, progress: Callable[[float], None] | None = None
+         ) -> Iterator[PlannedCell]:
+    """Every cell with its runs.
+
+    Raises InputErrors, when all cells have been gone through, naming what cannot be run, each fault once and
+    with the first cell that has it; further faults of many are counted.
+    """
+    resolver, faults = Resolver(study.folder), dict[str, InputError]()
+    for cell in cells_of(study):
+        try:
+            experiment = resolver.experiment(cell.experiment, (*cell.settings, *prepared(cell)),
+                                             study.about.seed)
+            _refuse_live(experiment)
+        except InputError as fault:
+            for each in getattr(fault, "faults", [fault]):
+                faults.setdefault(str(each), in_cell(each, study, cell))
+        except NotPrepared as fault:
+            if not faults:
+                yield _not_prepared(study, cell, str(fault))
+        else:
+            if not faults:
+                yield _planned(study, cell, experiment)
+        if progress is not None:
+            progress((cell.number + 1) / study.cells)
+    if faults:
+        shown = list(faults.values())[:_MOST_FAULTS]
+        if len(faults) > _MOST_FAULTS:
+            shown.append(InputError(study.name, f"{len(faults) - _MOST_FAULTS} more faults like these"))
+        raise InputErrors(shown)
+
+
+def _refuse_live(experiment: Experiment) -> None:
+    """Many runs at once, none in step with the wall clock: no place for the world as it is now."""
+    for node in experiment.wiring.nodes:
+        if is_live(node):
+            raise InputError(f"blocks.{node.name}", "is live, and a study runs nothing in real time",
+                             "simulated and recorded blocks",
+                             "take an experiment without streams and devices")
+
+
+def in_cell(fault: InputError, study: Study, cell: Cell) -> InputError:
+    """A fault of a cell's experiment, led by the axis that sets the key where it is of one, and the cell."""
+    where = fault.where
+    if where.startswith(_SETTING):
+        key = where.removeprefix(_SETTING).partition("=")[0]
+        axis = next((name for name, settings in cell.by_axis.items()
+                     if any(each.partition("=")[0] == key for each in settings)), None)
+        where = f"axes.{axis}: {where}" if axis else f"study.settings: {where}"
+    at = f" ({cell.place})" if cell.levels else ""
+    return InputError(f"{study.name}: {where}", f"{fault.found}{at}", fault.allowed, fault.remedy)
+
+
+def _planned(study: Study, cell: Cell, experiment: Experiment) -> PlannedCell:
+    document = experiment.document()
+    runs = tuple(PlannedRun(cell.number, replicate, seed, _fingerprint(document, seed))
+                 for replicate, seed in enumerate(_seeds(study)))
+    simulated_s = experiment.trials * experiment.duration_ns / NS_PER_S
+    return PlannedCell(cell, experiment.as_json(), runs, simulated_s)
+
+
+def _not_prepared(study: Study, cell: Cell, cause: str) -> PlannedCell:
+    """Runs that cannot be, named by the hash of what is known of them."""
+    known = {"experiment": {"name": cell.experiment}, "settings": list(cell.settings), "cause": cause}
+    runs = tuple(PlannedRun(cell.number, replicate, seed, _fingerprint(known, seed))
+                 for replicate, seed in enumerate(_seeds(study)))
+    return PlannedCell(cell, "", runs, 0.0, cause)
+
+
+def _seeds(study: Study) -> range:
+    return range(study.about.seed, study.about.seed + study.about.replicates)
+
+
+def _fingerprint(document: dict[str, Any], seed: int) -> str:
+    """That of the experiment with another seed."""
+    with_seed = {**document, "experiment": {**document["experiment"], "seed": seed}}
+    return hashlib.sha256(json.dumps(with_seed, sort_keys=True, separators=(",", ":")).encode()).hexdigest()

@@ -1,0 +1,131 @@
+"""From a study file to a study, every fault of it named at once."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NotRequired, Required
+
+from pydantic import TypeAdapter, ValidationError
+
+from fesloop.analysis.study.design.axes import Axis
+from fesloop.analysis.study.design.figure_specs import Figure
+from fesloop.analysis.study.design.study import About, Preparation, Study, is_name
+from fesloop.errors import InputError, InputErrors, did_you_mean
+from fesloop.experiment.files.layout import keys_at
+from fesloop.experiment.files.patches import merged
+from fesloop.experiment.files.source import Shelf, read_tables
+from fesloop.forms.faults import faults_of
+from fesloop.forms.schema import closed, make, table
+from fesloop.forms.toml import TomlError, plain_tables
+
+_SPAN = {"start": "from", "stop": "to"}
+
+
+STUDIES = Shelf("study", "fesloop.analysis.study")
+
+
+def shipped_studies() -> list[str]:
+    """Names of the studies that come with fesloop."""
+    return STUDIES.names()
+
+
+def read_study(study: str | Path, form: str = "") -> Study:
+    """The study of a file, or a shipped one by its name, in one of its forms ("": as the file stands).
+
+    Raises InputError, InputErrors: every fault of the file, one line each, with file, key, found and allowed.
+    """
+    name, document, folder = read_tables(study, STUDIES, merged)
+    try:
+        return study_of(document, form, folder)
+    except InputError as fault:
+        raise fault.within(name) from None
+
+
+def study_of(document: Mapping[str, Any], form: str = "", folder: Path | None = None) -> Study:
+    """The study that plain tables describe, in one of its forms; `folder` is where paths start from."""
+    try:
+        settled, cost = _in_form(plain_tables(document), form)
+    except TomlError as fault:
+        raise InputError("the study", str(fault), "plain tables, as of a TOML file") from None
+    _check(settled)
+    # What is said to people is no part of what is run, nor of what its results are held against.
+    try_next = settled.pop("guide", {}).get("try_next", [])
+    faults: list[InputError] = []
+
+    def made(cls: type[Any], values: Mapping[str, Any], where: str) -> Any:
+        try:
+            return make(cls, values, {}, where)
+        except InputError as fault:
+            faults.append(fault)
+
+    about = made(About, settled["study"], "study")
+    axes = {name: made(Axis, _renamed(values), f"axes.{name}")
+            for name, values in settled.get("axes", {}).items()}
+    prepare = {key: made(Preparation, values, f"prepare.{key}")
+               for key, values in settled.get("prepare", {}).items()}
+    figures = tuple(made(Figure, values, f"figures[{i}]")
+                    for i, values in enumerate(settled.get("figures", ())))
+    if faults:
+        raise InputErrors(faults)
+    return Study(about=about, axes=axes, prepare=prepare, figures=figures, form=form, cost=cost,
+                 folder=folder, document=settled, try_next=tuple(try_next))
+
+
+def described_studies() -> dict[str, dict[str, str]]:
+    """Shipped studies: under "" what each is, under the name of each other form what that costs."""
+    found = {}
+    for name in shipped_studies():
+        document = read_tables(name, STUDIES, merged)[1]
+        forms = {form: str(patch.get("cost", "")) for form, patch in document.get("forms", {}).items()}
+        found[name] = {"": str(document["study"].get("description", "")), **forms}
+    return found
+
+
+def _in_form(document: Mapping[str, Any], form: str) -> tuple[dict[str, Any], str]:
+    """The tables with a form's patch over them, and what it costs."""
+    base = {key: value for key, value in document.items() if key != "forms"}
+    forms = document.get("forms", {})
+    if not isinstance(forms, dict) or not all(isinstance(patch, dict) for patch in forms.values()):
+        raise InputError("forms", "is no table of tables", "[forms.NAME]")
+    for name in forms:
+        if not is_name(name):
+            raise InputError(f"forms.{name}", "is no name of a form", "letters, digits, - and _")
+    if not form:
+        return base, ""
+    if form not in forms:
+        raise InputError(f"--form {form}", "there is no form of this name", ", ".join(forms) or "none",
+                         did_you_mean(form, forms))
+    patch = {key: value for key, value in forms[form].items() if key != "cost"}
+    known = ["study", "axes", "prepare", "figures"]
+    for key in patch:
+        if key not in known:
+            raise InputError(f"forms.{form}.{key}", "unknown key", ", ".join(["cost", *known]),
+                             did_you_mean(key, known))
+    cost = forms[form].get("cost", "")
+    if not isinstance(cost, str):
+        raise InputError(f"forms.{form}.cost", f"{cost!r}", "text")
+    return merged(base, patch), cost
+
+
+def _check(document: Mapping[str, Any]) -> None:
+    """Raise InputErrors naming everything that is not of the declared form."""
+    axis: Any = table(Axis, {}, rename=_SPAN)
+    preparation: Any = table(Preparation, {})
+    figure: Any = table(Figure, {})
+    form = closed("Study", {
+        "study": Required[table(About, {})], "axes": NotRequired[dict[str, axis]],
+        "guide": NotRequired[closed("StudyGuide", {"try_next": Required[list[str]]})],
+        "prepare": NotRequired[dict[str, preparation]], "figures": NotRequired[list[figure]]})
+    try:
+        TypeAdapter(form).validate_json(json.dumps(document))
+    except ValidationError as fault:
+        raise InputErrors(faults_of(fault.errors(include_url=False), document,
+                                    lambda path: keys_at(form, path, document), tagged=False)) from None
+
+
+def _renamed(axis: Mapping[str, Any]) -> dict[str, Any]:
+    """An axis's table with the names of its class."""
+    names = {name: own for own, name in _SPAN.items()}
+    return {names.get(key, key): value for key, value in axis.items()}

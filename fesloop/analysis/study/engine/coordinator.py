@@ -1,0 +1,134 @@
+"""A study from its file to its results: check, prepare, plan, run, and note what comes of each run.
+
+The coordinator alone writes, and notes results some at a time; whatever is killed, and whenever, a study that
+is started again finds what was noted and runs the rest. A result is a function of its run alone, so neither
+the number of workers nor the order in which they end changes any.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from fesloop.analysis.study.design.plan import Settings, plan
+from fesloop.analysis.study.design.study import Study
+from fesloop.analysis.study.engine.bases import meanwhile, try_bases
+from fesloop.analysis.study.engine.cluster import connected, require_dask, require_started, require_workers
+from fesloop.analysis.study.engine.preparing import Preparations, Prepared, prepare_one
+from fesloop.analysis.study.engine.pump import Task, each_of, pumped
+from fesloop.analysis.study.engine.running import ending, refusal, run_pending, tell_lack
+from fesloop.analysis.study.engine.watch import Nobody, Watch
+from fesloop.analysis.study.store.writing import Store
+from fesloop.errors import RunError
+
+_LOOK_S = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Summary:
+    """What a study came to.
+
+    Attributes
+    ----------
+    study: its name. store: its file.
+    runs: distinct ones. done: how many are done. failed: by cause, how many.
+    wall_s: since it was started, this time.
+    """
+
+    study: str
+    store: Path
+    runs: int
+    done: int
+    failed: dict[str, int] = field(default_factory=dict)
+    wall_s: float
+
+    def as_table(self) -> dict[str, Any]:
+        """What `fesloop study --json` prints."""
+        return {"study": self.study, "store": str(self.store), "runs": self.runs, "done": self.done,
+                "failed": self.failed, "wall_s": self.wall_s}
+
+
+def run_study(study: Study, out: str | Path = "studies", *, workers: int | None = None,
+              scheduler: str | None = None, retry_failed: bool = False, mix_versions: bool = False,
+              watch: Watch | None = None) -> Summary:
+    """Run what of a study has no result yet; results stand in `out`/NAME/study.sqlite.
+
+    Parameters
+    ----------
+    workers: processes on this machine (None: one a core), where no `scheduler` is given.
+    scheduler: address of a running Dask cluster.
+    retry_failed: run failed ones again. mix_versions: go on with results of other code or libraries.
+
+    Raises InputError, InputErrors for what cannot be run, before anything is; RunError where the scheduler is
+    gone or a disk is full; what was noted until then is kept.
+    """
+    began = time.perf_counter()
+    watch = watch or Nobody()
+    require_dask()
+    require_started()
+    require_workers(workers)
+    preparations = Preparations(study)
+    with Store(Path(out) / study.name, study, mix_versions=mix_versions) as store:
+        checked = plan(study, meanwhile(study), lambda share: watch.stage("check", share))
+        if study.prepare:
+            deque(checked, maxlen=0)
+        else:
+            store.put_plan(checked)
+        if study.prepare or any(store.pending(retry_failed=retry_failed)):
+            watch.stage("start workers")
+            with connected(workers, scheduler) as client:
+                _come_to_results(client, study, preparations, store, retry_failed, watch)
+        done, failed = store.counts()
+        return Summary(study=study.name, store=store.path, runs=store.distinct_runs(), done=done,
+                       failed=failed, wall_s=time.perf_counter() - began)
+
+
+def _come_to_results(client: Any, study: Study, preparations: Preparations, store: Store,
+                     retry_failed: bool, watch: Watch) -> None:
+    """Try the base, prepare what cells need, and run them."""
+    await_workers(client, watch)
+    if not store.started:
+        try_bases(client, study, store, watch)
+    if study.prepare:
+        with TemporaryDirectory(prefix="fesloop-") as folder:
+            settings = _prepare(client, study, preparations, store, Path(folder), retry_failed, watch)
+            store.put_plan(plan(study, settings, lambda share: watch.stage("plan", share)))
+    run_pending(client, study, store, retry_failed, watch)
+
+
+def await_workers(client: Any, watch: Watch) -> None:
+    """Wait until a cluster has workers, which a queue of jobs may give it late."""
+    while tell_lack(client, watch):
+        if client.status != "running":
+            raise RunError("the scheduler is gone before any worker came to it")
+        time.sleep(_LOOK_S)
+
+
+def _prepare(client: Any, study: Study, preparations: Preparations, store: Store, folder: Path,
+             retry_failed: bool, watch: Watch) -> Settings:
+    """Prepare what is not there yet; what each cell is told of it, files of it in `folder`."""
+    found = {id: entry for id, entry in store.prepared().items()
+             if entry[0] == "done" or not retry_failed}
+    missing = {id: each for id, each in preparations.needed.items() if id not in found}
+    tasks = (Task(id, prepare_one, (id, document, study.about.seed))
+             for id, (_, document) in missing.items())
+    for number, each in enumerate(each_of(pumped(client, tasks, lambda: tell_lack(client, watch)))):
+        watch.stage("prepare", number / len(missing))
+        reason = refusal(each)
+        if reason is not None:
+            raise reason
+        came: Prepared | None = each.outcome
+        found[each.id] = (came.status, came.cause, came.content) if came else (*ending(each), "")
+        store.put_prepared(each.id, missing[each.id][0], *found[each.id])
+    files, causes = {}, {}
+    for id, (status, cause, content) in found.items():
+        if status == "done":
+            files[id] = folder / f"{id}.toml"
+            files[id].write_text(content, encoding="utf-8")
+        else:
+            causes[id] = cause
+    return lambda cell: preparations.settings(cell, files, causes)

@@ -1,0 +1,122 @@
+"""What cells need before they can be run: the model of their patient, identified in an experiment of its own.
+
+A preparation is itself a run, named by the hash of its resolved experiment, and is done once for all cells
+that need it. Where one fails, so do the cells that need it, each with that cause.
+"""
+
+from __future__ import annotations
+
+import socket
+import zlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+from fesloop.analysis.study.design.cells import Cell, cells_of
+from fesloop.analysis.study.design.plan import NotPrepared, Resolver
+from fesloop.analysis.study.design.study import Preparation, Study
+from fesloop.analysis.study.engine.task import NO_ROOM, experiment_of, failure, is_full, scratch_folder
+from fesloop.analysis.study.store.versions import version_text
+from fesloop.errors import FesloopError, InputError, InputErrors, RunError, where_it_broke
+from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.identifying import identifier
+from fesloop.experiment.running.blas import one_blas_thread
+from fesloop.experiment.running.trial import run
+from fesloop.forms.toml_text import toml_value
+
+Needed = dict[str, tuple[str, bytes]]
+"""Key and deflated document of what is to be prepared, by id."""
+
+
+class Prepared(NamedTuple):
+    """What came of a preparation: done with the text of a model file, or failed with a cause.
+
+    `worker` and `version` are those of who prepared it, as of an `Outcome`.
+    """
+
+    id: str
+    status: str
+    cause: str
+    content: str
+    worker: str
+    version: str
+
+
+class Preparations:
+    """Which preparation each cell needs.
+
+    Raises InputError, InputErrors for experiments that cannot be.
+    """
+
+    def __init__(self, study: Study) -> None:
+        self._study = study
+        self._ids: dict[tuple[str, str, tuple[str, ...]], str] = {}
+        self.needed: Needed = {}
+        resolver = Resolver(study.folder)
+        for cell in cells_of(study) if study.prepare else ():
+            for key, preparation in study.prepare.items():
+                self._need(resolver, key, preparation, cell)
+
+    def _need(self, resolver: Resolver, key: str, preparation: Preparation, cell: Cell) -> None:
+        settings = _settings(preparation, cell)
+        if (key, preparation.experiment, settings) in self._ids:
+            return
+        try:
+            experiment = resolver.experiment(self._study.experiment(preparation.experiment), settings,
+                                             self._study.about.seed)
+        except InputError as fault:
+            raise InputErrors([_in_study(each, f"{self._study.name}: prepare.{key}", cell)
+                               for each in getattr(fault, "faults", [fault])]) from None
+        id = experiment.fingerprint()
+        self._ids[key, preparation.experiment, settings] = id
+        self.needed[id] = key, zlib.compress(experiment.as_json().encode())
+
+    def ids(self, cell: Cell) -> Iterator[tuple[str, str]]:
+        """Key and id of what a cell needs."""
+        for key, preparation in self._study.prepare.items():
+            yield key, self._ids[key, preparation.experiment, _settings(preparation, cell)]
+
+    def settings(self, cell: Cell, files: Mapping[str, Path], causes: Mapping[str, str]) -> tuple[str, ...]:
+        """What a cell is told of what was prepared. Raises NotPrepared where that failed."""
+        told = []
+        for key, id in self.ids(cell):
+            if id in causes:
+                raise NotPrepared(f"{self._study.prepare[key].experiment}: {causes[id]}")
+            told.append(f"{key}={toml_value(str(files[id]))}")
+        return tuple(told)
+
+
+def _in_study(fault: InputError, where: str, cell: Cell) -> InputError:
+    at = f" ({cell.place})" if cell.levels else ""
+    return InputError(f"{where}: {fault.where}", f"{fault.found}{at}", fault.allowed, fault.remedy)
+
+
+def _settings(preparation: Preparation, cell: Cell) -> tuple[str, ...]:
+    return (*preparation.settings,
+            *(setting for axis in preparation.axes for setting in cell.by_axis[axis]))
+
+
+@one_blas_thread()
+def prepare_one(id: str, document: bytes, seed: int) -> Prepared:
+    """Run an experiment of excitation and identify what it excites; what a worker does."""
+    with TemporaryDirectory(prefix="fesloop-", dir=scratch_folder()) as folder:
+        try:
+            status, cause, content = "done", "", _model(experiment_of(document, seed), Path(folder))
+        except FesloopError as fault:
+            status, cause, content = "failed", " ".join(str(fault).split()), ""
+        except Exception as fault:  # noqa: BLE001 - as in fesloop.analysis.study.engine.task
+            status, cause, content = failure(fault), where_it_broke(fault), ""
+        if status == "failed" and is_full(folder):
+            status = NO_ROOM
+    return Prepared(id, status, cause, content, socket.gethostname(), version_text())
+
+
+def _model(experiment: Experiment, folder: Path) -> str:
+    """Text of the model file of what an experiment excites. Raises RunError where that does not end well."""
+    result = run(experiment, folder)
+    if result.status != "done":
+        raise RunError(result.cause or result.status)
+    model = folder / "model.toml"
+    identifier()(str(result.recording)).model.save(model)
+    return model.read_text(encoding="utf-8")

@@ -1,0 +1,136 @@
+"""The runs of a study that are pending: given to a cluster, and what comes of each of them noted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from operator import itemgetter
+from typing import Any
+
+from fesloop.analysis.study.design.study import Study
+from fesloop.analysis.study.engine.cluster import threads
+from fesloop.analysis.study.engine.preparing import Prepared
+from fesloop.analysis.study.engine.pump import Done, Task, pumped
+from fesloop.analysis.study.engine.task import NO_ROOM, Outcome, Wanted, run_one
+from fesloop.analysis.study.engine.watch import Watch
+from fesloop.analysis.study.store.versions import version_text
+from fesloop.analysis.study.store.writing import Store, StoredResult
+from fesloop.errors import RunError
+
+DIED = "the worker process ended, each time it was tried (out of memory, or a crash in compiled code)"
+
+
+@dataclass(slots=True)
+class Tally:
+    """Runs that are done, and that failed by cause."""
+
+    done: int
+    failed: dict[str, int]
+
+    def add(self, results: Sequence[StoredResult]) -> None:
+        """Count results."""
+        for each in results:
+            if each.status == "done":
+                self.done += 1
+            else:
+                self.failed[each.cause] = self.failed.get(each.cause, 0) + 1
+
+
+def run_pending(client: Any, study: Study, store: Store, retry_failed: bool, watch: Watch) -> None:
+    """Run what is pending, and note what comes."""
+    total, tally = store.distinct_runs(), Tally(*store.counts())
+    if retry_failed:
+        tally.failed = store.not_prepared()
+    watch.runs(tally.done, tally.failed, total)
+
+    def wait() -> None:
+        if not tell_lack(client, watch):
+            watch.runs(tally.done, tally.failed, total)
+
+    def note(several: Iterable[Done]) -> None:
+        tally.add(put_outcomes(store, several))
+        watch.runs(tally.done, tally.failed, total)
+
+    lost = set[str]()
+    for several in pumped(client, tasks_of(study, store, store.pending(retry_failed=retry_failed)), wait):
+        lost |= {each.id for each in several if died(each)}
+        note(each for each in several if not died(each))
+    # A run that lay beside one that ends its worker shared its fate: each of them is tried with nothing else
+    # under way, and fails only if its worker ends then.
+    for suspect in store.pending(retry_failed=retry_failed) if lost else ():
+        if suspect[2] in lost:
+            for several in pumped(client, tasks_of(study, store, [suspect]), wait):
+                note(several)
+
+
+def tell_lack(client: Any, watch: Watch) -> bool:
+    """Tell that a cluster has no workers, if it has none."""
+    lack = not threads(client)
+    if lack:
+        watch.stage("wait for workers")
+    return lack
+
+
+def put_outcomes(store: Store, several: Iterable[Done]) -> list[StoredResult]:
+    """Note what came of runs. Raises RunError, when the others are noted, for one that is no result."""
+    results, refusals = [], []
+    for each in several:
+        reason = refusal(each)
+        if reason is None:
+            results.append(_result(each))
+        else:
+            refusals.append(reason)
+    store.put(results)
+    if refusals:
+        raise refusals[0]
+    return results
+
+
+def died(each: Done) -> bool:
+    """Whether the worker of a run ended."""
+    return type(each.fault).__name__ == "KilledWorker"
+
+
+def tasks_of(study: Study, store: Store, pending: Iterable[tuple[int, int, str]]) -> Iterator[Task]:
+    """Tasks of runs, (cell, seed, id) each, cell by cell."""
+    wanted = Wanted(study.metrics, study.about.recordings, str((store.path.parent / "recordings").absolute()))
+    for number, runs in groupby(pending, itemgetter(0)):
+        document = store.document(number)
+        for _, seed, id in runs:
+            yield Task(id, run_one, (id, document, seed, wanted))
+
+
+def _result(each: Done) -> StoredResult:
+    """What is noted of a run."""
+    if each.outcome is None:
+        return StoredResult(id=each.id, status="failed", cause=ending(each)[1], metrics={}, wall_s=0.0,
+                            worker="")
+    outcome: Outcome = each.outcome
+    return StoredResult(id=outcome.id, status=outcome.status, cause=outcome.cause, metrics=outcome.metrics,
+                        wall_s=outcome.wall_s, worker=outcome.worker, recording=outcome.recording)
+
+
+def refusal(each: Done) -> RunError | None:
+    """What ends the study: a worker that could not record, has no fesloop, or another version of it."""
+    if each.outcome is None:
+        return None if died(each) else RunError(
+            f"a worker cannot do a run of fesloop ({ending(each)[1]}); what was done is kept; install the "
+            "same fesloop for all workers, and start the study again to go on")
+    outcome: Outcome | Prepared = each.outcome
+    if outcome.status == NO_ROOM:
+        return RunError(f"a worker's disk is full ({outcome.worker}: {outcome.cause}); what was done is "
+                        "kept; make room, and start the study again to go on")
+    if outcome.version != version_text():
+        return RunError(f"a worker that came later has another version ({outcome.worker}); what was done is "
+                        "kept; install the same versions, and start the study again to go on")
+    return None
+
+
+def ending(each: Done) -> tuple[str, str]:
+    """Status and cause of a run."""
+    if each.outcome is not None:
+        return each.outcome.status, each.outcome.cause
+    if died(each):
+        return "failed", DIED
+    return "failed", " ".join(f"{type(each.fault).__name__}: {each.fault}".split())

@@ -1,0 +1,178 @@
+"""What a study found: its table, its statistics, what differs between cells."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.analysis.study.design.figure_specs import Statistic
+from fesloop.analysis.study.design.own_columns import OWN_COLUMNS
+from fesloop.analysis.study.results import exports
+from fesloop.analysis.study.results.axis_levels import Axes, AxisLevel, is_numeric
+from fesloop.analysis.study.results.comparison import Comparison, compare
+from fesloop.analysis.study.results.estimates import Estimate, estimates
+from fesloop.analysis.study.results.repeats import drawn_axes, groups_of
+from fesloop.analysis.study.results.run_columns import FAILED, WAITING, RunColumns, run_columns
+from fesloop.analysis.study.results.summary import SummaryRow, summary_rows
+from fesloop.analysis.study.store.reading import StoreRows, read_store, store_path
+from fesloop.errors import InputError
+
+
+def load(path: str | Path) -> StudyResults:
+    """Results of a study, finished, half done or under way; `path` is its store, or the folder of that.
+
+    Raises InputError for what is no study's store, is damaged, or of another version.
+    """
+    store = store_path(path)
+    return results_of(store, read_store(store))
+
+
+def results_of(store: Path, rows: StoreRows) -> StudyResults:
+    """Results of the rows of a store. Raises InputError where these do not hang together."""
+    try:
+        study = json.loads(rows.about["study"])
+        declared = list(study.get("study", {}).get("metrics", {}))
+    except (KeyError, ValueError, AttributeError, TypeError):
+        raise InputError(str(store), "is damaged: it does not say which study it is of",
+                         "a study's store, as `fesloop study` writes it") from None
+    axes, runs = run_columns(store, rows, declared)
+    return StudyResults(store, rows.about, study, axes, tuple(runs.values), runs)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StudyResults:
+    """A study's runs at the instant when its store was read; `load` makes it.
+
+    Attributes
+    ----------
+    path: of the store. about: its facts: name, form, created, ... study: the settled study document.
+    axes: levels by axis; numbers ascending, text in the study's order. metrics: names.
+    runs: every planned run, as columns.
+    """
+
+    path: Path
+    about: dict[str, str]
+    study: dict[str, Any]
+    axes: Axes
+    metrics: tuple[str, ...]
+    runs: RunColumns
+
+    @property
+    def name(self) -> str:
+        """Of the study."""
+        return self.about.get("name", "")
+
+    @property
+    def planned(self) -> int:
+        """Runs of all cells."""
+        return len(self.runs.cell)
+
+    @property
+    def finished(self) -> int:
+        """Planned runs that are over, done or failed."""
+        return int(np.count_nonzero(self.runs.status != WAITING))
+
+    def table(self) -> dict[str, NDArray[Any]]:
+        """Columns by name, a row for each planned run that is over, done or failed.
+
+        They are the cell, its axes, replicate, seed, id, status, cause, metrics, wall_s and recording.
+        Numbers are arrays of float or int, NaN where a run has no such number; text is of dtype object.
+        """
+        runs, over = self.runs, self.runs.status != WAITING
+        levels = {axis: _levels(each)[runs.places[axis]] for axis, each in self.axes.items()}
+        names = [*OWN_COLUMNS, *levels, *self.metrics]
+        twice = [name for name, count in Counter(names).items() if count > 1]
+        if twice:
+            raise InputError(f"{self.path}: {twice[0]}", "is the name of two columns",
+                             f"axes and metrics under names of their own, and not {', '.join(OWN_COLUMNS)}")
+        columns = {"cell": runs.cell, **levels, "replicate": runs.replicate, "seed": runs.seed, "id": runs.id,
+                   "status": runs.status, "cause": runs.cause, **runs.values, "wall_s": runs.wall_s,
+                   "recording": runs.recording}
+        return {name: column[over] for name, column in columns.items()}
+
+    def frame(self) -> Any:
+        """The table as a pandas DataFrame; InputError where pandas is not installed."""
+        return exports.to_frame(self.table())
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write the table as CSV; InputError where that cannot be."""
+        exports.write_csv(self.table(), Path(path))
+
+    def to_parquet(self, path: str | Path) -> None:
+        """Write the table as Parquet; InputError where that cannot be or pyarrow is not installed."""
+        exports.write_parquet(self.table(), Path(path))
+
+    def cells(
+        self, metric: str, by: Sequence[str] | None = None, at: Mapping[str, Any] | None = None,
+        statistic: Statistic | None = None, confidence: float = 0.95,
+    ) -> list[Estimate]:
+        """A metric in each cell, with how sure it is.
+
+        Parameters
+        ----------
+        by: axes whose levels are told apart, the others being averaged over; None: all but those of cohorts.
+        at: levels at which other axes are held. statistic: None: the share for a metric without unit
+            that is only ever 0 or 1, else the mean. confidence: of the intervals.
+
+        Raises InputError for an axis, level or metric that the study does not have.
+        """
+        named = [axis for axis in self._told_apart() if axis not in (at or {})] if by is None else by
+        return estimates(self.axes, self.runs, drawn_axes(self.study, self.axes), metric, named, at or {},
+                         statistic, confidence)
+
+    def _told_apart(self) -> list[str]:
+        """Axes whose levels are cells of their own: all but patients."""
+        return [axis for axis in self.axes if not self.study.get("axes", {}).get(axis, {}).get("cohort")]
+
+    def compare(
+        self, metric: str, first: Mapping[str, Any], second: Mapping[str, Any],
+        at: Mapping[str, Any] | None = None, statistic: Statistic | None = None, confidence: float = 0.95,
+    ) -> Comparison:
+        """A metric at levels `first` less that at `second`, by pairs of runs that differ in nothing else.
+
+        Runs of one replicate have the same seed, so what is random is the same in a pair, and the difference
+        is known better than the two values. `at`: levels at which other axes are held. Raises InputError for
+        what the study does not have, and where nothing can be paired.
+        """
+        return compare(self.axes, self.runs, drawn_axes(self.study, self.axes), metric, first, second,
+                       at or {}, statistic, confidence)
+
+    def summary(self, most: int = 40) -> list[SummaryRow]:
+        """The study in at most so many rows, if that can be: every cell, else every level of each axis."""
+        cells = groups_of([self.runs.places[axis] for axis in self._told_apart()] or [self.runs.cell * 0])
+        whole = int(cells.max(initial=-1)) < most
+        return summary_rows(self.metrics, self.cells, [None] if whole else [[axis] for axis in self.axes])
+
+    def failures(self) -> dict[str, int]:
+        """How many distinct runs failed, by cause, the most frequent first."""
+        failed = self.runs.status == FAILED
+        cause_of = dict(zip(self.runs.id[failed], self.runs.cause[failed], strict=True))
+        return dict(Counter(cause_of.values()).most_common())
+
+    def digest(self) -> str:
+        """SHA-256 of every planned run and what came of it, leaving out what the wall clock left.
+
+        Equal for two stores if and only if all their numbers are, bit for bit.
+        """
+        runs, total = self.runs, hashlib.sha256()
+        metrics = sorted(self.metrics)
+        columns = [runs.cell, runs.replicate, runs.id, runs.status, runs.cause,
+                   *(runs.values[name] for name in metrics)]
+        total.update(json.dumps(metrics).encode())
+        # Rows are in order of cell and replicate, whatever the order in which runs ended.
+        for row in zip(*(column.tolist() for column in columns), strict=True):
+            total.update(json.dumps(row).encode())
+        return total.hexdigest()
+
+
+def _levels(levels: tuple[AxisLevel, ...]) -> NDArray[Any]:
+    """Levels of an axis as an array: of numbers where they are such, else of objects."""
+    return np.array(levels) if is_numeric(levels) else np.array(levels, dtype=object)

@@ -1,0 +1,252 @@
+"""A linear loop: what of an experiment leads from its plant back to its plant, all of it linear.
+
+Whatever stands outside (references, recorders, trackers that only look on) is constant or makes no difference
+to how deviations from rest spread, so it is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.analysis.theory import rest, wires
+from fesloop.analysis.theory.floats import within_floats
+from fesloop.errors import InputError, did_you_mean
+from fesloop.experiment.experiment import Experiment
+from fesloop.loop.block import Context
+from fesloop.loop.clock import NS_PER_MS, RateClock
+from fesloop.loop.order import Sampling, firing_order
+from fesloop.loop.surroundings import is_source, put_out
+from fesloop.loop.wiring import Connection, Node
+from fesloop.models.linear_form import ContinuousForm, LinearBlock, LinearPlant, SampledForm, uncovered
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LinearLoop:
+    """One continuous plant and the sampled blocks that close the loop around it.
+
+    Attributes
+    ----------
+    name: of the experiment.
+    plant, plant_form: the plant.
+    blocks: with their forms.
+    connections: the wires of the loop, sources and targets on it.
+    truth: (outputs, n), rows of the plant's states whose cost is asked.
+    truth_names, truth_unit: of these outputs.
+    reading: when the recorder looks at the plant.
+    given: (block, port) to what comes there from outside the loop, at the end of a trial; not there where
+        that is not known beforehand.
+    """
+
+    name: str
+    plant: Node
+    plant_form: ContinuousForm
+    blocks: tuple[tuple[Node, SampledForm], ...]
+    connections: tuple[Connection, ...]
+    truth: Array
+    truth_names: tuple[str, ...]
+    truth_unit: str
+    reading: RateClock
+    given: Mapping[tuple[str, str], Array] = field(default_factory=dict)
+
+    @property
+    def order(self) -> tuple[Sampling | Node, ...]:
+        """What happens at one instant, in its order."""
+        return firing_order([self.plant, *(node for node, _ in self.blocks)], self.connections)
+
+    @property
+    def random(self) -> bool:
+        """Whether a wire draws jitter or loss."""
+        return any(c.wire.loss or wires.varies(c) for c in self.connections)
+
+    @property
+    def clocks(self) -> tuple[RateClock, ...]:
+        """All that tick on the loop."""
+        sampled = [c.clock for c in self.connections if c.clock is not None]
+        return cast(tuple[RateClock, ...], (*(node.clock for node, _ in self.blocks), *sampled))
+
+    def wire(self, name: str) -> Connection:
+        """The wire of that name, "a.b->c.d"; raises InputError for one that is not on the loop."""
+        names = [c.wire.name for c in self.connections]
+        if name not in names:
+            raise InputError(f"wire {name}", "is not on the loop", ", ".join(names),
+                             did_you_mean(name, names))
+        return self.connections[names.index(name)]
+
+    def with_latency(self, name: str, latency_ns: int) -> LinearLoop:
+        """The same loop with another latency of one wire; raises InputError for a wire that is not on it."""
+        changed = self.wire(name)
+        wire = replace(changed.wire, latency_ms=latency_ns / NS_PER_MS)
+        return replace(self, connections=tuple(
+            replace(c, wire=wire) if c is changed else c for c in self.connections))
+
+
+@within_floats("the linear loop")
+def linear_loop(experiment: Experiment) -> LinearLoop:
+    """The linear loop of an experiment, at rest, while nothing saturates and no limit acts.
+
+    Raises InputError, in one line that names the part and why, for what is not linear and for what the theory
+    does not cover: several plants, plants of fixed steps, stamps in place of rates, random execution times,
+    jitter into a plant, jitter kept in order, jitter or losses in bursts on more than one wire, and a loop
+    that rests on or beyond a limit of one of its blocks.
+    """
+    wiring = experiment.wiring
+    plant, downstream = _plant_of_the_loop(experiment)
+    used, forms = _forms_upstream(plant, downstream, wiring.connections, experiment.seed)
+    outputs = sorted({c.source_port for c in used if c.source is plant})
+    if len(outputs) != 1:
+        names = [plant.part.outputs[port].name for port in outputs]
+        raise uncovered(plant.name, f"{' and '.join(names) or 'no output'} fed back in a way that makes a "
+                        "difference at rest", "one output")
+    plant_form = _plant_form(plant, plant.part.outputs[outputs[0]].name)
+    for connection in used:
+        if connection.target is plant and not connection.wire.target.endswith(f".{plant_form.input}"):
+            raise uncovered(connection.wire.target, "is not linear", f"{plant.name}.{plant_form.input}")
+    _require_inverse_curves(plant, plant_form, forms, used)
+    wires.require_theory(used)
+    truth = _truth_port(experiment, plant, outputs[0])
+    port = plant.part.outputs[truth]
+    rows = _plant_form(plant, port.name).c
+    named = len(experiment.score.joints) == len(rows)
+    truth_names = experiment.score.joints if named else tuple(f"{port.name}[{i}]" for i in range(len(rows)))
+    loop = LinearLoop(
+        name=experiment.name, plant=plant, plant_form=plant_form, connections=used,
+        blocks=tuple((node, forms[node.name]) for node in wiring.nodes if node.name in forms),
+        truth=rows, truth_names=truth_names, truth_unit=port.unit,
+        reading=RateClock.from_rate(experiment.record.plant_rate), given=_given(experiment, forms, used))
+    rest.require_within_limits(loop)
+    return loop
+
+
+def _plant_of_the_loop(experiment: Experiment) -> tuple[Node, set[str]]:
+    """The plant that hears of itself, and the names of all that hear of it."""
+    wiring = experiment.wiring
+    heard = {node.name: _reached(node.name, wiring.connections) for node in wiring.nodes if node.is_plant}
+    looped = [node for node in wiring.nodes if node.is_plant and node.name in heard[node.name]]
+    if len(looped) != 1:
+        found = f"plants {', '.join(node.name for node in looped)} are on a loop" if looped else \
+            "no plant hears of itself"
+        raise uncovered(experiment.name, found, "one plant")
+    plant = looped[0]
+    if not isinstance(plant.part, LinearPlant):
+        raise uncovered(plant.name, f"{type(plant.part).__name__} is not linear", "a linear plant")
+    if plant.plant.grid is not None:
+        raise uncovered(plant.name, "goes in fixed steps", "an exact plant")
+    return plant, heard[plant.name]
+
+
+def _reached(start: str, connections: Iterable[Connection]) -> set[str]:
+    """Names of all nodes to which a way leads."""
+    reached: set[str] = set()
+    ways = [start]
+    while ways:
+        here = ways.pop()
+        further = {c.target.name for c in connections if c.source.name == here and c.heard} - reached
+        reached |= further
+        ways += further
+    return reached
+
+
+def _forms_upstream(
+    plant: Node, downstream: set[str], connections: Sequence[Connection], seed: int
+) -> tuple[tuple[Connection, ...], dict[str, SampledForm]]:
+    """Wires that carry the plant's deviations back to it, and the forms of the blocks between."""
+    used: list[Connection] = []
+    forms: dict[str, SampledForm] = {}
+    ways = [plant]
+    while ways:
+        here = ways.pop()
+        for connection in connections:
+            source = connection.source
+            if connection.target is not here or source.name not in downstream or not connection.heard:
+                continue
+            name = here.part.inputs[connection.target_port].name
+            if here is not plant and name not in forms[here.name].inputs:
+                continue
+            used.append(connection)
+            if source is not plant and source.name not in forms:
+                forms[source.name] = _block_form(source, seed)
+                ways.append(source)
+            if source is not plant:
+                _require_output(connection, forms[source.name])
+    return tuple(c for c in connections if c in used), forms
+
+
+def _block_form(node: Node, seed: int) -> SampledForm:
+    part: Any = node.part
+    if not isinstance(part, LinearBlock):
+        raise uncovered(node.name, f"{type(part).__name__} is not linear", "linear blocks")
+    if not isinstance(node.clock, RateClock):
+        raise uncovered(f"{node.name}.clock", "ticks at given stamps", "a rate")
+    if node.execution.kind not in ("zero", "fixed") or node.execution.least_ns > node.clock.shortest_ns:
+        raise uncovered(f"{node.name}.execution", f"{node.execution.kind}",
+                        "zero, or fixed and no longer than a period")
+    return cast(SampledForm, _named(
+        node.name, lambda: part.linear_form(Context(node.name, seed, clock=node.clock))))
+
+
+def _given(
+    experiment: Experiment, forms: Mapping[str, SampledForm], used: Sequence[Connection]
+) -> dict[tuple[str, str], Array]:
+    """What inputs of blocks on the loop that no wire of the loop leads to read in the end."""
+    wiring, given = experiment.wiring, {}
+    for node in (each for each in wiring.nodes if each.name in forms):
+        for number, port in enumerate(node.part.inputs):
+            into = [c for c in wiring.connections if c.target is node and c.target_port == number]
+            if port.name not in forms[node.name].inputs or any(c in used for c in into):
+                continue
+            if not into:
+                given[node.name, port.name] = np.ravel(port.initial_value())
+            elif is_source(into[0].source):
+                values = put_out(wiring, into[0].source, into[0].source_port, experiment.duration_ns)
+                if len(values):
+                    given[node.name, port.name] = np.ravel(values[-1])
+    return given
+
+
+def _plant_form(plant: Node, output: str) -> ContinuousForm:
+    part: Any = plant.part
+    return cast(ContinuousForm, _named(plant.name, lambda: part.linear_form(output)))
+
+
+def _named(name: str, form: Callable[[], Any]) -> Any:
+    """The form; what it refuses gets the node's name."""
+    try:
+        return form()
+    except InputError as fault:
+        place = fault.where.rpartition(".")[2]
+        raise InputError(f"{name}.{place}", fault.found, fault.allowed, fault.remedy) from None
+
+
+def _require_output(connection: Connection, form: SampledForm) -> None:
+    name = connection.source.part.outputs[connection.source_port].name
+    if name != form.output:
+        raise uncovered(connection.wire.source, "is not linear", f"{connection.source.name}.{form.output}")
+
+
+def _require_inverse_curves(
+    plant: Node, plant_form: ContinuousForm, forms: dict[str, SampledForm], used: Sequence[Connection]
+) -> None:
+    """Raise InputError unless drives become pulses by the curves that make drives of pulses."""
+    ways = [c.source for c in used if c.target is plant]
+    while ways:
+        node = ways.pop()
+        form = forms[node.name]
+        if form.passes_pulses:
+            ways += [c.source for c in used if c.target is node]
+        elif form.curves != plant_form.curves:
+            raise uncovered(f"{node.name}.recruitment", f"is not that of {plant.name}",
+                            "the plant's own curves, so that drives come out as they went in")
+
+
+def _truth_port(experiment: Experiment, plant: Node, fed_back: int) -> int:
+    """Number of the plant's output that the experiment scores; else of that which is fed back."""
+    name, _, port = (experiment.score.truth or "").partition(".")
+    names = [p.name for p in plant.part.outputs]
+    return names.index(port) if name == plant.name else fed_back

@@ -1,0 +1,234 @@
+"""The steps of a linear loop over one period, made by running the period on matrices in place of numbers.
+
+Every signal is a row: how it depends on the state in which the flow began and on the noise since. What a run
+does to numbers (advance the plant, sample, send, deliver, step) is done to rows. The state holds the plant's
+states and its input, of each block its states, of each port what it holds, and of each wire the messages that
+can still matter, newest first (delays as states: Astrom and Wittenmark 1997, Computer-Controlled Systems, 3rd
+ed., section 2.3, for latencies of any length between ticks).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.analysis.theory import ages, wires
+from fesloop.analysis.theory.floats import within_floats
+from fesloop.analysis.theory.linear_loop import LinearLoop
+from fesloop.analysis.theory.schedule import Delivery, Schedule, schedule
+from fesloop.analysis.theory.steps import Draw, Flow, Step, pruned
+from fesloop.errors import RunError
+from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.losses import odds
+from fesloop.loop.order import Sampling
+from fesloop.loop.wiring import Node
+from fesloop.models.linear_form import SampledForm, numbers_of
+from fesloop.models.linear_model import zero_order_hold
+
+Array = NDArray[np.float64]
+_MOST_STATES = 3000
+"""Of a loop (chosen: a matrix of 72 MB)."""
+_PLANT_INPUT = 0
+"""A linear plant has one, whatever its number among the ports."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PeriodMap:
+    """One period of a loop.
+
+    Attributes
+    ----------
+    period_s: its length.
+    steps: what it does; the rows after the last are those before the first.
+    chain: probabilities of its states as the period begins: ages under jitter, whether the last message
+        was lost where losses come in bursts; one, of 1, elsewhere.
+    """
+
+    period_s: float
+    steps: tuple[Step, ...]
+    chain: Array
+
+    @property
+    def matrix(self) -> Array | None:
+        """What it does to the state where nothing is drawn."""
+        only = self.steps[0]
+        return only.matrix if len(self.steps) == 1 and isinstance(only, Flow) else None
+
+
+@within_floats("a period of the loop")
+def period_map(loop: LinearLoop, read: bool = True, watched: str = "") -> PeriodMap:
+    """The period of a loop, with the recorder's readings where `read`.
+
+    `watched`: name of a block all of whose outputs are read in their place.
+    """
+    plan = schedule(loop, read and not watched)
+    period = _Period(loop, plan, watched)
+    steps, chances = period.run()
+    return PeriodMap(plan.period_ns / NS_PER_S, tuple(pruned(steps, period.rows.plant)), chances)
+
+
+class _Rows:
+    """Where in the state everything is."""
+
+    def __init__(self, loop: LinearLoop, plan: Schedule) -> None:
+        self.total = 0
+        form = loop.plant_form
+        self.plant = self._next(form.a.shape[0])
+        self.port = {(loop.plant.name, _PLANT_INPUT): self._next(form.b.shape[1])}
+        self.block = {node.name: self._next(block.a.shape[0]) for node, block in loop.blocks}
+        deliveries = [each for event in plan.events for each in event.deliveries]
+        self.sent: dict[str, list[slice]] = {}
+        self.oldest = 0
+        for connection in loop.connections:
+            mine = [each for each in deliveries if each.connection is connection]
+            port = connection.source.part.outputs[connection.source_port]
+            size = len(form.c) if connection.source is loop.plant else numbers_of(port)
+            depth = 1 + max((age for each in mine for age in each.ages), default=0)
+            looks = [each.look for each in mine if each.look is not None]
+            if looks:
+                depth = self.oldest = ages.oldest_age(connection, looks)
+            if self.total + depth * size > _MOST_STATES:
+                raise RunError(f"{connection.wire.name}: {depth} messages are under way at once, which makes "
+                               f"more than {_MOST_STATES} states")
+            self.sent[connection.wire.name] = [self._next(size) for _ in range(depth)]
+            if connection.target is not loop.plant:
+                self.port[connection.target.name, connection.target_port] = self._next(size)
+
+    def _next(self, size: int) -> slice:
+        self.total += size
+        return slice(self.total - size, self.total)
+
+
+class _Period:
+    """A period being run on rows."""
+
+    def __init__(self, loop: LinearLoop, plan: Schedule, watched: str) -> None:
+        self.loop, self.plan, self.watched = loop, plan, watched
+        self.rows = _Rows(loop, plan)
+        self.forms: dict[str, SampledForm] = {node.name: form for node, form in loop.blocks}
+        self.outputs = len(self.forms[watched].c) if watched else len(loop.truth)
+        self.steps: list[Step] = []
+        self.transitions: list[Array] = []
+        self.held: dict[int, tuple[Array, Array]] = {}
+        self._begin()
+
+    def _begin(self) -> None:
+        """A flow from here on."""
+        self.z = np.eye(self.rows.total)
+        self.readings: list[Array] = []
+
+    def _end(self) -> None:
+        """The flow ends here."""
+        states, outputs = self.rows.total, self.outputs
+        noise = self.z[:, states:]
+        readings = np.zeros((len(self.readings), outputs, self.z.shape[1]))
+        for row, reading in zip(readings, self.readings, strict=True):
+            row[:, :reading.shape[1]] = reading
+        self.steps.append(Flow(self.z[:, :states], noise @ noise.T, readings[..., :states],
+                               np.square(readings[..., states:]).sum(axis=-1)))
+        self._begin()
+
+    def run(self) -> tuple[list[Step], Array]:
+        """Every step, and the probabilities of the ages as the period begins."""
+        now = 0
+        for event in self.plan.events:
+            self._advance(event.time_ns - now)
+            now = event.time_ns
+            for delivery in event.deliveries:
+                self._deliver(delivery)
+            if isinstance(event.what, Node):
+                self._step(event.what)
+            elif isinstance(event.what, Sampling):
+                self._sample(event.what)
+            elif not event.deliveries:
+                self.readings.append(self.loop.truth @ self.z[self.rows.plant])
+        self._advance(self.plan.period_ns - now)
+        self._end()
+        return self._possible() if self.transitions else (self.steps, np.ones(1))
+
+    def _possible(self) -> tuple[list[Step], Array]:
+        """The steps without states of the chain that never come, and the probabilities of the others."""
+        kept = np.flatnonzero(np.any([chances.any(axis=0) for chances in self.transitions], axis=0))
+        steps = [step if isinstance(step, Flow) or step.independent else
+                 Draw(step.chances[np.ix_(kept, kept)], step.takes[kept]) for step in self.steps]
+        return steps, ages.stationary([chances[np.ix_(kept, kept)] for chances in self.transitions])
+
+    def _advance(self, duration_ns: int) -> None:
+        """The plant, its input held."""
+        if duration_ns == 0:
+            return
+        if duration_ns not in self.held:
+            form = self.loop.plant_form
+            self.held[duration_ns] = zero_order_hold(form.a, form.b, duration_ns / NS_PER_S)
+        phi, gamma = self.held[duration_ns]
+        plant, port = self.rows.plant, self.rows.port[self.loop.plant.name, _PLANT_INPUT]
+        self.z[plant] = phi @ self.z[plant] + gamma @ self.z[port]
+
+    def _deliver(self, delivery: Delivery) -> None:
+        """Have a port hold what has come, for sure or by chance."""
+        connection = delivery.connection
+        number = _PLANT_INPUT if connection.target is self.loop.plant else connection.target_port
+        port, sent = self.rows.port[connection.target.name, number], self.rows.sent[connection.wire.name]
+        if delivery.look is not None:
+            chances = ages.transition(connection, delivery.look, self.rows.oldest)
+            self.transitions.append(chances)
+            self._draw(chances, port, [*sent, port])
+        elif wires.bursts(connection):
+            begins, stays = odds(connection.wire.loss, connection.wire.burst_messages)
+            chances = np.array([[1.0 - begins, begins], [1.0 - stays, stays]])
+            for age in reversed(delivery.ages):
+                self.transitions.append(chances)
+                self._draw(chances, port, [sent[age], port])
+        elif connection.wire.loss:
+            lost = connection.wire.loss ** np.arange(len(delivery.ages) + 1)
+            chances = np.append(lost[:-1] * (1.0 - connection.wire.loss), lost[-1])
+            self._draw(chances, port, [*(sent[age] for age in delivery.ages), port])
+        else:
+            self.z[port] = self.z[sent[delivery.ages[0]]]
+
+    def _draw(self, chances: Array, port: slice, sources: list[slice]) -> None:
+        """A port takes one of several."""
+        self._end()
+        takes = np.tile(np.arange(self.rows.total), (len(sources), 1))
+        for take, source in zip(takes, sources, strict=True):
+            take[port] = np.arange(source.start, source.stop)
+        self.steps.append(Draw(chances, takes))
+
+    def _step(self, node: Node) -> None:
+        """A block: outputs and states from what its ports hold, with fresh noise."""
+        form, block = self.forms[node.name], self.rows.block[node.name]
+        names = [port.name for port in node.part.inputs]
+        given = np.concatenate([self._held(node, names.index(name)) for name in form.inputs])
+        self.z = np.hstack([self.z, np.zeros((self.rows.total, form.noise.shape[1]))])
+        given = np.hstack([given, np.zeros((len(given), form.noise.shape[1]))])
+        output = form.c @ self.z[block] + form.d @ given
+        output[:, output.shape[1] - form.noise.shape[1]:] += form.noise
+        self.z[block] = form.a @ self.z[block] + form.b @ given
+        if node.name == self.watched:
+            self.readings.append(output)
+        number = [port.name for port in node.part.outputs].index(form.output)
+        for connection in self.loop.connections:
+            if connection.source is node and connection.source_port == number:
+                self._send(connection.wire.name, output)
+
+    def _held(self, node: Node, port: int) -> Array:
+        """What a port holds; nothing of the loop where its wire comes from elsewhere."""
+        rows = self.rows.port.get((node.name, port))
+        size = numbers_of(node.part.inputs[port])
+        return self.z[rows] if rows is not None else np.zeros((size, self.z.shape[1]))
+
+    def _sample(self, sampling: Sampling) -> None:
+        """The plant's output, into every wire that samples now."""
+        output = self.loop.plant_form.c @ self.z[self.rows.plant]
+        for connection in sampling.connections:
+            self._send(connection.wire.name, output)
+
+    def _send(self, wire: str, value: Array) -> None:
+        """One message more: the others grow older by one."""
+        sent = self.rows.sent[wire]
+        for older, newer in pairwise(reversed(sent)):
+            self.z[older] = self.z[newer]
+        self.z[sent[0]] = value

@@ -1,0 +1,160 @@
+"""What happens on a linear loop within one period of all its clocks, in the order in which the loop does it.
+
+Whole nanoseconds throughout, so ticks, arrivals between ticks and ties are those of a run (see `loop.run`): a
+plant hears what arrives at an instant, then blocks step in their order, then the recorder looks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from fesloop.analysis.theory import wires
+from fesloop.analysis.theory.ages import Look
+from fesloop.analysis.theory.linear_loop import LinearLoop
+from fesloop.loop.clock import NS_PER_MS, RateClock
+from fesloop.loop.order import Sampling
+from fesloop.loop.wiring import Connection, Node
+from fesloop.models.linear_form import uncovered
+
+_MOST_EVENTS = 5000
+"""Within a period (chosen: a second of a loop that is read at 1 kHz has fewer; rates that hardly ever come
+together have more)."""
+_FIRST, _LAST = -1.0, math.inf
+"""Ranks at an instant: what arrives at the plant, the recorder. Between them stands the loop's order."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Delivery:
+    """What a port may get at an instant.
+
+    Attributes
+    ----------
+    connection: over which.
+    ages: of the messages, newest first, counted back from the newest sent; each is there unless it is lost.
+    look: of a wire with jitter: the reader's tick, which decides on the ages.
+    """
+
+    connection: Connection
+    ages: tuple[int, ...]
+    look: Look | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Event:
+    """What happens at an instant.
+
+    Attributes
+    ----------
+    time_ns: since the period began.
+    what: a node that steps, a plant being sampled; None where the recorder looks or the plant hears.
+    deliveries: before that.
+    """
+
+    time_ns: int
+    what: Node | Sampling | None
+    deliveries: tuple[Delivery, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Schedule:
+    """One period.
+
+    Attributes
+    ----------
+    period_ns: its length.
+    events: in order.
+    readings: how often the recorder looks.
+    """
+
+    period_ns: int
+    events: tuple[Event, ...]
+    readings: int
+
+
+def schedule(loop: LinearLoop, read: bool) -> Schedule:
+    """One period, long after the start; the recorder is there where `read`.
+
+    Raises InputError for rates that do not come together within a few thousand events.
+    """
+    clocks = (*loop.clocks, loop.reading) if read else loop.clocks
+    period = math.lcm(*(clock.period_num for clock in clocks))
+    if sum(period * clock.period_den // clock.period_num for clock in clocks) > _MOST_EVENTS:
+        rates = ", ".join(dict.fromkeys(str(clock) for clock in clocks))
+        raise uncovered(loop.name, f"{rates} come together every {period / NS_PER_MS:g} ms only",
+                        "rates that soon repeat")
+    slowest = max(clock.period_num for clock in clocks) + max(clock.offset_ns for clock in clocks)
+    longest = max(wires.most_ns(c) for c in loop.connections) + loop.plant_form.delay_ns
+    start = (-(-(longest + slowest) // period) + 2) * period
+    span = _Span(loop, start, period)
+    found = [*span.steps(), *span.heard_by_the_plant()]
+    readings = [(at, _LAST, Event(at - start, None)) for at in span.ticks(loop.reading)] if read else []
+    ordered = sorted(found + readings, key=lambda each: each[:2])
+    return Schedule(period, tuple(event for _, _, event in ordered), len(readings))
+
+
+_Ranked = tuple[int, float, Event]
+
+
+class _Span:
+    """The events of a period that begins at `start`, with their instants and ranks."""
+
+    def __init__(self, loop: LinearLoop, start: int, period: int) -> None:
+        self.loop, self.start, self.period = loop, start, period
+        self.order = loop.order
+        self._ranks: dict[int, int] = {}
+        for rank, item in enumerate(self.order):
+            sent = item.connections if isinstance(item, Sampling) else [
+                c for c in loop.connections if c.source is item]
+            self._ranks |= {id(connection): rank for connection in sent}
+
+    def ticks(self, clock: RateClock) -> Iterator[int]:
+        """Instants of a clock within the period."""
+        index = clock.first_at_or_after(self.start)
+        while (instant := clock.tick(index)) < self.start + self.period:
+            yield instant
+            index += 1
+
+    def steps(self) -> Iterator[_Ranked]:
+        """Blocks stepping, and the plant being sampled."""
+        for rank, item in enumerate(self.order):
+            clock = item.clock
+            assert isinstance(clock, RateClock)
+            incoming = [] if isinstance(item, Sampling) else [
+                c for c in self.loop.connections if c.target is item]
+            for instant in self.ticks(clock):
+                given = [self._read(c, clock, instant, rank) for c in incoming]
+                yield instant, rank, Event(instant - self.start, item,
+                                           tuple(each for each in given if each.ages or each.look))
+
+    def heard_by_the_plant(self) -> Iterator[_Ranked]:
+        """Messages as they act on the plant, its own delay included."""
+        for connection in self.loop.connections:
+            if connection.target is not self.loop.plant:
+                continue
+            clock = wires.clock_of(connection)
+            transport = wires.latency_ns(connection) + self.loop.plant_form.delay_ns
+            # Without any transport a message acts as soon as it is sent, else before blocks step.
+            rank = self._ranks[id(connection)] + 0.5 if transport == 0 else _FIRST
+            index = clock.first_at_or_after(self.start - transport)
+            while (instant := clock.tick(index) + transport) < self.start + self.period:
+                age = self._sent(connection, instant, rank) - 1 - index
+                yield instant, rank, Event(instant - self.start, None, (Delivery(connection, (age,)),))
+                index += 1
+
+    def _sent(self, connection: Connection, instant: int, rank: float) -> int:
+        """How many messages have been sent when something of a rank happens at an instant."""
+        clock = wires.clock_of(connection)
+        return clock.last_at_or_before(instant if self._ranks[id(connection)] < rank else instant - 1) + 1
+
+    def _read(self, connection: Connection, reader: RateClock, instant: int, rank: int) -> Delivery:
+        """What a block finds at a port, against its tick before."""
+        clock, latency = wires.clock_of(connection), wires.latency_ns(connection)
+        before = reader.tick(reader.first_at_or_after(instant) - 1)
+        sent = self._sent(connection, instant, rank)
+        if wires.varies(connection):
+            look = Look(instant, before, sent, self._sent(connection, before, rank))
+            return Delivery(connection, (), look)
+        newest, known = clock.last_at_or_before(instant - latency), clock.last_at_or_before(before - latency)
+        return Delivery(connection, tuple(sent - 1 - index for index in range(newest, known, -1)))

@@ -1,0 +1,160 @@
+"""From a run of a tracker against a reference to its error process: fitted to a half, judged by the other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from fesloop.analysis.tracker_error.error_record import ErrorRecord
+from fesloop.analysis.tracker_error.judging import Judgement, judge
+from fesloop.analysis.tracker_error.measured_errors import MeasuredErrors, measured_errors
+from fesloop.analysis.tracker_error.message_times import message_times, sample_ms
+from fesloop.analysis.tracker_error.series_fit import FEWEST, fit_series
+from fesloop.errors import InputError
+from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.files.parse import load
+from fesloop.experiment.recording.reading import Recording
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+from fesloop.models.correlation import correlation_of
+from fesloop.models.error_process import ErrorProcess
+from fesloop.streams.blocks.replay import Replay
+from fesloop.streams.containers.hdf5 import form_of
+from fesloop.streams.formats.chain5 import FORMAT as CHAIN5
+from fesloop.streams.motion_file import FORMAT as MOTION
+
+PLAYER = "hil_replay"
+"""Shipped experiment that plays a recording through a tracker."""
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FittedError:
+    """An error process and what it is worth.
+
+    Attributes
+    ----------
+    process: fitted on the first half of the recording.
+    judgements: on the second half, one an angle.
+    too_slow: angles that err so slowly that the half which was fitted is too short to tell how much.
+    left_out: angles of which too little is known in either half.
+    ahead_ms: median of the `lead_s` of the angles that are moved; negative where the estimates lag. More than
+        `half_sample_ms` is no tracker's: the reference is late (`reference_late_ms` takes that off).
+    half_sample_ms: half the period of the tracker's samples. A tracker that takes the newest rate for the
+        whole period before it, as VQF does, is as much ahead of gyroscopes that sample an instant.
+    recorded_reference: whether the errors are against a recording's reference, and not a simulation's truth.
+    fitted_s, judged_s: length of both halves. from_s: where the first begins: what is scored, once aligned.
+    """
+
+    process: ErrorProcess
+    judgements: tuple[Judgement, ...]
+    too_slow: tuple[str, ...]
+    left_out: tuple[str, ...]
+    ahead_ms: float
+    half_sample_ms: float
+    recorded_reference: bool
+    fitted_s: float
+    judged_s: float
+    from_s: float
+
+    def report(self) -> dict[str, Any]:
+        """As plain tables."""
+        return {"source": self.process.source, "fitted_s": self.fitted_s, "judged_s": self.judged_s,
+                "from_s": self.from_s,
+                "ahead_ms": self.ahead_ms, "half_sample_ms": self.half_sample_ms,
+                "recorded_reference": self.recorded_reference,
+                "age_ms": self.process.age_ms, "loss": self.process.loss,
+                "angles": [judgement.as_table() for judgement in self.judgements],
+                "too_slow_to_tell": list(self.too_slow), "left_out": list(self.left_out)}
+
+
+def fit_error(path: str, *, settings: tuple[str, ...] = (), reference_late_ms: float = 0.0, seed: int = 0,
+              progress: Progress | None = None) -> FittedError:
+    """The error process of a tracker.
+
+    Parameters
+    ----------
+    path: of a run (.h5) that scores a tracker against a reference or a truth; or of a recording of inertial
+        sensors with a reference, through which `hil_replay` is then run.
+    settings: of that run, "KEY=VALUE" each, such as "tracker=vqf". Where none says what tracks, it is that of
+        `hil_replay`, or `constrained` for the sensors of chain5, whose joints that knows.
+    reference_late_ms: by how much the stamps of the recording's reference are late: see `FittedError`.
+    seed: of the runs of the process by which it is judged.
+
+    Raises InputError for a run or a recording without anything to compare, or with too little of it.
+    """
+    if not math.isfinite(reference_late_ms):
+        raise InputError("--reference-late", f"{reference_late_ms}", "a finite number of ms")
+    late_ns = round(reference_late_ms * NS_PER_MS)
+    if _is_run(path):
+        if settings:
+            raise InputError(f"--set {settings[0]}", f"is given for {path}, which has been run",
+                             "settings for a recording that is yet to be played")
+        with Recording(path) as recording:
+            return fit_measured(measured_errors(recording, late_ns), seed, progress)
+    with (TemporaryDirectory() as folder,
+          Recording(player(path, settings).run(folder).recording) as recording):
+        return fit_measured(measured_errors(recording, late_ns), seed, progress)
+
+
+def player(path: str, settings: tuple[str, ...]) -> Experiment:
+    """`hil_replay` of a recording; where no setting says what tracks a chain whose joints one knows, that."""
+    given = f"recording={path}", *settings
+    experiment = load(PLAYER, given)
+    if any(setting.startswith(("tracker=", "blocks.tracker.")) for setting in settings):
+        return experiment
+    played = [node.part.source for node in experiment.nodes if isinstance(node.part, Replay)]
+    chain = any(source.source_format == CHAIN5 for source in played)
+    return load(PLAYER, (*given, "tracker=constrained")) if chain else experiment
+
+
+def _is_run(path: str) -> bool:
+    """Whether a file is a run's, and not a recording that is yet to be played; both may be HDF5."""
+    if not path.endswith(".h5"):
+        return False
+    try:
+        return not form_of(Path(path), "a run").startswith(MOTION)
+    except InputError:  # of a run that is under way, or was killed, or is none: opening it as a run tells
+        return True
+
+
+def fit_measured(measured: MeasuredErrors, seed: int = 0, progress: Progress | None = None) -> FittedError:
+    """The process of errors that were measured: of nothing but the first half; the second one judges."""
+    cut_s = measured.cut_s
+    halves = [(record.part(-float("inf"), cut_s), record.part(cut_s, float("inf")))
+              for record in measured.records]
+    enough = [pair for pair in halves if min(int(half.known.sum()) for half in pair) >= FEWEST]
+    if not enough:
+        raise InputError(measured.source, f"no angle has {FEWEST} known errors in both halves",
+                         "a longer recording with a reference")
+    fits = []
+    for number, (first, _) in enumerate(enough):
+        fits.append(fit_series(first))
+        if progress is not None:
+            progress((number + 1) / len(enough))
+    times = message_times(measured.estimates, measured.lost, round(cut_s * NS_PER_S))
+    matrix = correlation_of([fit.innovations for fit in fits])
+    process = ErrorProcess(
+        series=tuple(fit.series for fit in fits), correlation=tuple(map(tuple, matrix.tolist())),
+        age_ms=times.age_ms, jitter=times.jitter, loss=times.loss, burst_messages=times.burst_messages,
+        source=measured.source)
+    judgements = tuple(judge(fit, first, second, seed)
+                       for fit, (first, second) in zip(fits, enough, strict=True))
+    leads = [fit.series.lead_s for fit in fits if fit.series.moved]
+    kept = {fit.series.name for fit in fits}
+    return FittedError(
+        process=process, judgements=judgements, ahead_ms=1e3 * float(np.median(leads)) if leads else 0.0,
+        half_sample_ms=0.5 * sample_ms(measured.estimates), recorded_reference=measured.recorded,
+        fitted_s=_length(enough, 0), judged_s=_length(enough, 1), from_s=float(enough[0][0].times_s[0]),
+        too_slow=tuple(fit.series.name for fit in fits if fit.too_slow),
+        left_out=tuple(record.name for record in measured.records if record.name not in kept))
+
+
+def _length(halves: list[tuple[ErrorRecord, ErrorRecord]], which: int) -> float:
+    times = halves[0][which].times_s
+    return float(times[-1] - times[0])

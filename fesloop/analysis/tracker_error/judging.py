@@ -1,0 +1,131 @@
+"""Holding a fitted process against errors that it was not fitted to.
+
+Two questions, answered by many runs of the process along the motion that there was, with the same gaps:
+
+- Is the RMS error of all runs within 15 % of the measured one?
+- Does the measured autocorrelation lie in the band of the runs'? Autocorrelations are those of what is left
+  when the mean is taken off, at 40 lags up to a quarter of the record. For these runs, what follows from the
+  motion is drawn anew each time from what the fitted record left open. The band holds 95 % of the runs as a
+  whole, not lag by lag: each lag's distance from the mean of the runs counts in units of its own sd
+  (the studentised global envelope, doi 10.1111/rssb.12172). Beside it stands how many of the lags lie
+  between the 2.5th and the 97.5th percentile of the runs at that lag.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.analysis.tracker_error.autocorrelation import autocorrelation
+from fesloop.analysis.tracker_error.error_record import ErrorRecord
+from fesloop.analysis.tracker_error.series_fit import SeriesFit
+from fesloop.loop.noise import stream_key
+from fesloop.models.error_steps import BIAS, CURVE, DRAWS, LEAD, SLOPE, along, ensemble
+
+Array = NDArray[np.float64]
+WITHIN = 0.15
+RUNS, LAGS = 999, 40
+CONFIDENCE = 0.95
+_SHORTEST = 4
+"""Of a record so much is the longest lag's share: beyond, an autocorrelation is of too few pairs."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Judgement:
+    """A process beside what was measured.
+
+    Attributes
+    ----------
+    name, moved: of the angle.
+    fitted_deg: RMS error that it was fitted to. measured_deg: RMS error that it is held against.
+    process_deg: RMS error of the process along that motion; process_low_deg, process_high_deg: between
+        which 95 % of its runs lie.
+    lags_s: (lags,). measured, low, high: (lags,), autocorrelation, and the band as a whole.
+    share: of the lags, inside the band lag by lag.
+    """
+
+    name: str
+    moved: bool
+    fitted_deg: float
+    measured_deg: float
+    process_deg: float
+    process_low_deg: float
+    process_high_deg: float
+    lags_s: Array
+    measured: Array
+    low: Array
+    high: Array
+    share: float
+
+    @property
+    def rmse_off(self) -> float:
+        """By what share the process's RMSE is off."""
+        return self.process_deg / self.measured_deg - 1.0
+
+    @property
+    def rmse_holds(self) -> bool:
+        """Whether that is within 15 %."""
+        return bool(abs(self.rmse_off) <= WITHIN)
+
+    @property
+    def halves_differ(self) -> float:
+        """By what share the measured RMSE itself is off that which the process was fitted to."""
+        return self.fitted_deg / self.measured_deg - 1.0
+
+    @property
+    def autocorrelation_holds(self) -> bool:
+        """Whether the whole autocorrelation lies in the band."""
+        return bool(((self.measured >= self.low) & (self.measured <= self.high)).all())
+
+    def as_table(self) -> dict[str, Any]:
+        """As commands print it with --json."""
+        return {"angle": self.name, "moved": self.moved, "rmse_fitted_deg": self.fitted_deg,
+                "rmse_measured_deg": self.measured_deg, "rmse_process_deg": self.process_deg,
+                "rmse_process_95_deg": [self.process_low_deg, self.process_high_deg],
+                "rmse_within_15_percent": self.rmse_holds, "halves_differ": self.halves_differ,
+                "autocorrelation_in_band": self.autocorrelation_holds, "lags_in_band_share": self.share}
+
+
+def judge(fit: SeriesFit, fitted: ErrorRecord, record: ErrorRecord, seed: int = 0) -> Judgement:
+    """Hold a process that was fitted to one record against another."""
+    series, known = fit.series, record.known
+    noise = np.random.Generator(np.random.Philox(key=stream_key(seed, f"judge/{series.name}", 0)))
+    draws = noise.standard_normal((RUNS, DRAWS, record.times_s.size))
+    runs = ensemble(series.row(), record.angle, record.rate, record.steps_s, draws)
+    squares = np.mean(np.square(runs[:, known]), axis=1)
+    each = np.degrees(np.sqrt(squares))
+    lags = lags_of(record)
+    measured = autocorrelation(record.error[np.newaxis], known, lags)[0]
+    row = series.row()
+    offs = noise.multivariate_normal(np.zeros(4), fit.weight_spread, RUNS, method="eigh")
+    for run, off in zip(runs, offs, strict=True):
+        other = row.copy()
+        other[[BIAS, SLOPE, CURVE, LEAD]] = off
+        run += along(other, record.angle, record.rate)
+    made = autocorrelation(runs, known, lags)
+    low, high = whole_band(made)
+    lowest, highest = np.percentile(made, [50.0 * (1.0 - CONFIDENCE), 50.0 * (1.0 + CONFIDENCE)], axis=0)
+    return Judgement(
+        name=series.name, moved=series.moved, fitted_deg=fitted.rms_deg, measured_deg=record.rms_deg,
+        process_deg=float(np.degrees(np.sqrt(squares.mean()))),
+        process_low_deg=float(np.percentile(each, 2.5)), process_high_deg=float(np.percentile(each, 97.5)),
+        lags_s=np.asarray(lags * float(np.median(record.steps_s[:-1])), dtype=np.float64),
+        measured=measured, low=low, high=high,
+        share=float(np.mean((measured >= lowest) & (measured <= highest))))
+
+
+def lags_of(record: ErrorRecord) -> NDArray[np.int64]:
+    """Lags to look at, in samples: evenly spaced up to a quarter of the record, at most `LAGS` of them."""
+    most = max(1, record.times_s.size // _SHORTEST)
+    return np.unique(np.linspace(1, most, min(LAGS, most)).round().astype(np.int64))
+
+
+def whole_band(made: Array) -> tuple[Array, Array]:
+    """Band of curves (runs, lags) that holds 95 % of them as a whole: least and greatest, (lags,) each."""
+    middle = made.mean(axis=0)
+    sd = np.maximum(made.std(axis=0, ddof=1), np.finfo(float).eps)
+    reach = float(np.quantile(np.abs((made - middle) / sd).max(axis=1), CONFIDENCE))
+    return middle - reach * sd, middle + reach * sd

@@ -1,0 +1,193 @@
+"""The same runs done by a study and bare, each in a process of its own, timed run by run."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+import zlib
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fesloop.analysis.study.design.cells import cells_of
+from fesloop.analysis.study.design.plan import Resolver, plan
+from fesloop.analysis.study.design.study_file import study_of
+from fesloop.analysis.study.engine.coordinator import run_study
+from fesloop.analysis.study.engine.task import Wanted, run_one
+from fesloop.analysis.study.results.study_results import load
+from fesloop.errors import RunError
+from fesloop.experiment.files.parse import from_document
+from fesloop.experiment.files.parse import load as load_experiment
+from fesloop.experiment.running.trial import run
+
+EXPERIMENT = "finger_pid_latency"
+METRIC = "error_deg"
+WORKERS = 2
+REPLICATES = 4
+"""Of a cell, so that the making of cells, which is the engine's, counts with its runs."""
+_PATH = "joint_rmse_deg"
+_WARM = 4
+"""Runs of each worker after which its code is loaded."""
+_TRIED, _TRIED_S = 5, 12.0
+
+
+def document(runs: int, duration_s: float) -> dict[str, Any]:
+    """A study of so many runs, or the next whole number of cells, of a finger for `duration_s`."""
+    return {
+        "study": {"name": "bench", "experiment": EXPERIMENT, "replicates": REPLICATES,
+                  "settings": [f"experiment.duration_s={duration_s!r}"], "metrics": {METRIC: _PATH}},
+        "axes": {"latency_ms": {"from": 0.0, "to": 100.0, "count": -(-runs // REPLICATES)}}}
+
+
+def duration_for(run_s: float) -> float:
+    """Simulated seconds, whole ones, that take a bare run this long here and now."""
+    experiment = load_experiment(EXPERIMENT, [f"experiment.duration_s={_TRIED_S!r}"])
+    with TemporaryDirectory(prefix="fesloop-bench-") as folder:
+        took = []
+        for _ in range(_TRIED):
+            began = time.perf_counter()
+            run(experiment, Path(folder)).recording.unlink()
+            took.append(time.perf_counter() - began)
+    return float(max(1, round(_TRIED_S * run_s / median(took[1:]))))
+
+
+class Timed(NamedTuple):
+    """What came of some runs.
+
+    Attributes
+    ----------
+    wall_s: of all of them from the first to the last; of a study with the start of its workers.
+    run_s: wall time of a run, the start left out; of a study times its workers, which share them.
+    cpu_s: of all processors, on a run, the start left out; of a study in coordinator and workers.
+    found: metric of each run, by its id.
+    peaks_mb: greatest resident memory of coordinator and workers; of a study alone.
+    task_s: wall time that a worker spends within the task of a run; of a study alone.
+    """
+
+    wall_s: float
+    run_s: float
+    cpu_s: float
+    found: dict[str, float]
+    peaks_mb: dict[str, list[float]]
+    task_s: float = 0.0
+
+
+def bare(tables: Mapping[str, Any]) -> Timed:
+    """The runs of a study one after the other in this process: loaded before, recorded, scored, deleted."""
+    study, resolver = study_of(tables), Resolver()
+    seeds = range(study.about.seed, study.about.seed + study.about.replicates)
+    cells = [resolver.experiment(cell.experiment, cell.settings, seeds[0]) for cell in cells_of(study)]
+    every = [cell.with_seed(seed) for cell in cells for seed in seeds]
+    with TemporaryDirectory(prefix="fesloop-bench-") as folder:
+        for experiment in every[:_WARM]:
+            run(experiment, Path(folder)).recording.unlink()
+        began, used = time.perf_counter(), time.process_time()
+        results = []
+        for experiment in every:
+            result = run(experiment, Path(folder))
+            result.recording.unlink()
+            results.append(result.metrics[_PATH][-1])
+        wall_s, cpu_s = time.perf_counter() - began, time.process_time() - used
+    found = {each.fingerprint(): float(value) for each, value in zip(every, results, strict=True)}
+    return Timed(wall_s, wall_s / len(every), cpu_s / len(every), found, {})
+
+
+def studied(tables: Mapping[str, Any]) -> Timed:
+    """The same by a study with `WORKERS` workers, started and ended. Raises RunError where a run fails."""
+    study, watch = study_of(tables), _Stopwatch()
+    with TemporaryDirectory(prefix="fesloop-bench-") as folder:
+        summary = run_study(study, folder, workers=WORKERS, watch=watch)
+        if summary.failed:
+            raise RunError(f"runs of the bench fail: {summary.failed}")
+        rows = load(summary.store).table()
+        found = {str(id): float(value) for id, value in zip(rows["id"], rows[METRIC], strict=True)}
+    peaks = {"coordinator": [_peak_mb("self")], "workers": watch.peaks_mb}
+    task_s = float(rows["wall_s"][_WARM * WORKERS:].mean())
+    return Timed(summary.wall_s, *watch.of_a_run(), found, peaks, task_s)
+
+
+def alternating(tables: Mapping[str, Any]) -> tuple[list[float], list[float]]:
+    """Seconds of each run of a study as a task of a worker, and bare, one after the other in this process."""
+    study = study_of(tables)
+    wanted = Wanted(study.metrics, "none", "")
+    tasks, bares = [], []
+    with TemporaryDirectory(prefix="fesloop-bench-") as folder:
+        for cell in plan(study, lambda _: ()):
+            document = zlib.compress(cell.document.encode())
+            experiment = from_document(json.loads(cell.document))
+            for each in cell.runs:
+                began = time.perf_counter()
+                run_one(each.id, document, each.seed, wanted)
+                between = time.perf_counter()
+                run(experiment.with_seed(each.seed), Path(folder)).recording.unlink()
+                tasks.append(between - began)
+                bares.append(time.perf_counter() - between)
+    return tasks[_WARM:], bares[_WARM:]
+
+
+class _Stopwatch:
+    """Told how far a study is, it looks at the clocks when all workers are warm, and at the end.
+
+    Attributes
+    ----------
+    peaks_mb: of the workers, at the end.
+    """
+
+    def __init__(self) -> None:
+        self._workers: list[str] = []
+        self._seen: list[tuple[int, float, float]] = []
+        self.peaks_mb: list[float] = []
+
+    def stage(self, text: str, fraction: float | None = None) -> None:
+        """Nothing is timed before the runs."""
+
+    def runs(self, done: int, failed: Mapping[str, int], total: int) -> None:
+        """Some are done."""
+        if done >= _WARM * WORKERS and not self._seen:
+            self._workers = _children()
+            self._look(done)
+        if done == total and self._seen:
+            self._look(done)
+            self.peaks_mb = [_peak_mb(worker) for worker in self._workers]
+
+    def _look(self, done: int) -> None:
+        cpu_s = time.process_time() + sum(_cpu_s(worker) for worker in self._workers)
+        self._seen.append((done, time.perf_counter(), cpu_s))
+
+    def of_a_run(self) -> tuple[float, float]:
+        """Wall time times the workers, and time of all processors, s."""
+        before, after = np.array(self._seen[0]), np.array(self._seen[-1])
+        runs, wall_s, cpu_s = after - before
+        return WORKERS * float(wall_s / runs), float(cpu_s / runs)
+
+
+def _children() -> list[str]:
+    """Process numbers of the workers: processes that this one has spawned."""
+    own, found = _status("self")["Pid"], []
+    for folder in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError, KeyError):
+            if _status(folder.name)["PPid"] == own and b"spawn_main" in (folder / "cmdline").read_bytes():
+                found.append(folder.name)
+    return found
+
+
+def _cpu_s(process: str) -> float:
+    """Time of all processors that a process has used, in user and system mode (`proc(5)`, fields 14, 15)."""
+    fields = Path(f"/proc/{process}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def _peak_mb(process: str) -> float:
+    """Greatest resident memory that a process has had, MB (`VmHWM`; Linux)."""
+    return int(_status(process)["VmHWM"].split()[0]) * 1024 / 1e6
+
+
+def _status(process: str) -> dict[str, str]:
+    lines = Path(f"/proc/{process}/status").read_text(encoding="utf-8").splitlines()
+    return {key: value.strip() for key, _, value in (line.partition(":") for line in lines)}

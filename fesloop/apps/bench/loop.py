@@ -1,0 +1,156 @@
+"""`fesloop bench loop`: what the loop costs per block call, beside a bare heap loop of the same work.
+
+Both run the same small closed loop (see `_yardstick_loop`) with the same plant arithmetic, one numpy step of
+1 ms, turn by turn in one process. The case `exact` is fesloop's default for a linear plant instead: exact
+at every instant, and the recorder's 1 kHz evaluated in stacks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_context
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.apps.bench._yardstick_loop import (
+    CALLS,
+    CONTROL_S,
+    END_NS,
+    KI,
+    KP,
+    REFERENCE,
+    exact_trajectory,
+    matrices,
+    run_bare,
+)
+from fesloop.loop.block import Context, Plant, Tick
+from fesloop.loop.clock import NS_PER_S, RateClock
+from fesloop.loop.record import Recorder
+from fesloop.loop.run import Loop
+from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.wire import Wire
+from fesloop.loop.wiring import Node, Wiring
+
+
+@dataclass(slots=True)
+class _PlantState:
+    x: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _SteppedPlant:
+    """The yardstick's plant, with the yardstick's arithmetic, as a fixed-step plant."""
+
+    a: NDArray[np.float64]
+    b: NDArray[np.float64]
+    grid: RateClock
+    feedthrough: bool = False
+    inputs: tuple[Port, ...] = (Port("u"),)
+    outputs: tuple[Port, ...] = (Port("y"),)
+
+    def init(self, context: Context) -> _PlantState:
+        return _PlantState(np.zeros(2))
+
+    def advance(self, state: _PlantState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
+        state.x = self.a.dot(state.x) + self.b * inputs[0]
+
+    def read(self, state: _PlantState, inputs: Sequence[Value]) -> tuple[Value, ...]:
+        return (state.x[0],)
+
+
+@dataclass(slots=True)
+class _PiState:
+    integral: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Pi:
+    """The yardstick's controller."""
+
+    inputs: tuple[Port, ...] = (Port("y"),)
+    outputs: tuple[Port, ...] = (Port("u"),)
+
+    def init(self, context: Context) -> _PiState:
+        return _PiState()
+
+    def step(self, state: _PiState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        measured: Any = inputs[0].value
+        error = REFERENCE - measured
+        u = KP * error + KI * state.integral
+        state.integral += CONTROL_S * error
+        return (u,)
+
+
+def _run_loop(plant: Plant) -> NDArray[np.float64]:
+    """The yardstick's loop through blocks and wires; y at every tick."""
+    recorder = Recorder("1000")
+    nodes = [Node("plant", plant), Node("pi", _Pi(), rate="50")]
+    wires = [Wire("plant.y", "pi.y", latency_ms=30, rate="1000"), Wire("pi.u", "plant.u")]
+    Loop(Wiring(nodes, wires), recorder=recorder).run_until(END_NS)
+    return np.concatenate([row[2][0] for row in recorder.plants["plant"]])
+
+
+def _exact_plant() -> Plant:
+    """The same plant as the kind `state_space`."""
+    from fesloop.apps.bench._yardstick_loop import continuous
+    from fesloop.experiment.registry import find
+
+    a, b = continuous()
+    plant: Plant = find("state_space")(a=a, b=b, c=((1.0, 0.0),), d=((0.0,),))
+    return plant
+
+
+def run(
+    repeats: int = 5, processes: int = 9, progress: Callable[[float], None] | None = None
+) -> dict[str, Any]:
+    """Time the cases in turn, in several fresh processes; microseconds per block call of the 30,500.
+
+    Where a process happens to lay its arrays in memory changes the speed of the same arithmetic by up to
+    2x, so one process alone says little about the ratio.
+    """
+    walls: dict[str, list[float]] = {}
+    worst_error = 0.0
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
+        for i in range(processes):
+            measured, error = pool.submit(measure, repeats).result()
+            for name, seconds in measured.items():
+                walls.setdefault(name, []).extend(seconds)
+            worst_error = max(worst_error, error)
+            if progress:
+                progress((i + 1) / processes)
+    reference = float(np.median(walls["bare"])) * 1e6 / CALLS
+    rows = [_row(name, walls[name], walls["bare"], reference) for name in ("stepped", "exact")]
+    factor = END_NS / NS_PER_S / float(np.median(walls["stepped"]))
+    return {"bench": "loop", "rows": rows, "max_abs_error": worst_error, "realtime_factor": factor}
+
+
+def measure(repeats: int) -> tuple[dict[str, list[float]], float]:
+    """(seconds of each case, largest error of any), the cases taking turns in this process."""
+    a, b = matrices()
+    stepped = _SteppedPlant(a=a, b=b, grid=RateClock.from_rate("1000"))
+    exact = _exact_plant()
+    cases: dict[str, Callable[[], NDArray[np.float64]]] = {
+        "bare": run_bare, "stepped": lambda: _run_loop(stepped), "exact": lambda: _run_loop(exact)}
+    walls: dict[str, list[float]] = {name: [] for name in cases}
+    truth, worst_error = exact_trajectory(), 0.0
+    for i in range(repeats + 1):
+        for name, case in cases.items():
+            started = perf_counter()
+            y = case()
+            if i:  # the first round warms up
+                walls[name].append(perf_counter() - started)
+            worst_error = max(worst_error, float(np.abs(y - truth).max()))
+    return walls, worst_error
+
+
+def _row(case: str, walls: list[float], bare: list[float], reference: float) -> dict[str, Any]:
+    """One case against the bare loop; the ratio is the median of the ratios of neighbouring runs."""
+    us = np.array(walls) * 1e6 / CALLS
+    return {"case": case, "us_median": float(np.median(us)), "us_p99": float(np.percentile(us, 99)),
+            "us_worst": float(us.max()), "reference": "bare block objects on a heap of integer ns",
+            "reference_us_median": reference, "ratio": float(np.median(np.array(walls) / np.array(bare)))}

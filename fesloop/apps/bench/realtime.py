@@ -1,0 +1,218 @@
+"""`fesloop bench realtime`: sixteen streams at 100 Hz in step with the wall clock, on a machine that is busy.
+
+The recording `body16` (in the folder FESLOOP_RECORDINGS) plays through a tracker and a controller as the
+experiment `replay` has them, ten minutes in trials of its length, recorded as every run is. A process keeps
+the last core busy; the loop stays on the first. Beside it, on each core, another process only sleeps, the way
+the loop does, until the same deadlines and nine between each two: what it misses nobody could keep who sleeps
+on that core of this system. (A loop that the system may move cannot be judged so: its timer is that of the
+core where it fell asleep, and it can wake on the other.)
+
+`us_*` of the first row are by how much the work of an instant began late, beside the sleepers' lateness
+(`reference_us_*`); of the second how long that work took. `missed` counts deadlines: the loop's, where the
+work of an instant ended more than a period of 10 ms after it; the sleepers', where one woke later than that
+from one of 100 a second; and `alone`, those of the loop that the sleeper on its core would have kept with the
+loop's work to do: it woke less than a period minus the work's median late, at all its deadlines from a period
+before the instant to the end of the loop's work. (That is why it has one every ms: a stall of 15 ms that
+begins as the loop works is 15 ms to the loop, and 5 to a sleeper whose next deadline is 10 ms away.)
+`alone_ms` lists the worst of these, with the instant and that sleeper's worst lateness about then.
+
+`stood_still_ms`: how long the loop did so at most, for Python's collector and for writing the recording.
+
+`memory_mb` is the resident memory of the loop's process from a tenth of the run on: at the start, in the
+end, and the slope of the line through all samples in between, one a second.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+from multiprocessing.context import SpawnProcess
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.apps.bench._beside import Origin, beside, slept
+from fesloop.errors import InputError, RunError
+from fesloop.experiment.files.parse import load
+from fesloop.experiment.recording.reading import Recording
+from fesloop.loop.block import Context, Tick
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+from fesloop.loop.realtime import Pacing, Present
+from fesloop.loop.signals import Port, Sample, Value
+from fesloop.loop.wiring import Node
+
+Array = NDArray[np.float64]
+Stamps = NDArray[np.int64]
+_FULL_S, _SHORT_S, _TRIAL_S = 600.0, 20.0, 99.0
+_PERIOD_NS = 10 * NS_PER_MS
+_WAKINGS_A_PERIOD = 10
+_SHOWN = 10
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Teller:
+    """Tells the processes beside the loop when t = 0 is, and ends a run whose bench is gone."""
+
+    path: str
+    bench: int
+    inputs: tuple[Port, ...] = ()
+    outputs: tuple[Port, ...] = ()
+
+    def init(self, context: Context) -> None:
+        """It remembers nothing."""
+
+    def attach(self, state: Any, present: Present) -> None:
+        """Tell."""
+        Origin(Path(self.path)).tell(present.origin_ns)
+
+    def step(self, state: Any, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """Look whether the bench is there."""
+        if os.getppid() != self.bench:
+            raise RunError("the bench that this run is of has ended")
+        return ()
+
+
+def run(seconds: float = _FULL_S, short: bool = False, priority: int = 0,
+        progress: Callable[[float], None] | None = None) -> dict[str, Any]:
+    """The bench of so many seconds, or its short form; loop and sleeper ask for the priority (0: for none).
+
+    Raises InputError where there is no recording `body16`, and RunError if the run fails.
+    """
+    Pacing(priority=priority)  # refuses one that is none
+    source, seconds, core = _recording(), _SHORT_S if short else seconds, min(os.sched_getaffinity(0))
+    with TemporaryDirectory() as made:
+        folder = Path(made)
+        with beside(folder, _PERIOD_NS // _WAKINGS_A_PERIOD, priority) as origin:
+            loop = get_context("spawn").Process(
+                target=_paced, args=(str(source), str(folder), seconds, priority, core), daemon=True)
+            memory = _watched(loop, seconds, origin, progress)
+        with Recording(next(folder.glob("*.h5"))) as recording:
+            late, took, instants = _instants(recording)
+            wall = recording.wall
+        sleepers = slept(folder)
+    ends = late + took
+    missed, own = ends > _PERIOD_NS, sleepers[sleepers[:, 0] == core]
+    alone = missed & ~_slept_through(instants, ends, own, _PERIOD_NS - int(np.median(took)))
+    rows = [_row(f"body16: 16 streams at 100 Hz, {seconds:g} s: begun late", late, sleepers[:, 2]),
+            _row("the work of an instant", took, None)]
+    return {"bench": "realtime", "rows": rows,
+            "missed": {"deadlines": len(ends), "loop": int(missed.sum()),
+                       "sleeper": _missed_by_core(sleepers), "alone": int(alone.sum())},
+            "alone_ms": _worst(instants, ends, alone, own), "memory_mb": _memory(memory),
+            "stood_still_ms": {what: float(wall[f"worst_{what}_ms"]) for what in ("collection", "write")},
+            "asked_for": {name: str(wall[name]) for name in ("policy", "memory", "scheduling")}}
+
+
+def _recording() -> Path:
+    folder = Path(os.environ.get("FESLOOP_RECORDINGS", ""), "body16")
+    found = sorted(folder.glob("*.mat"))
+    if not found:
+        raise InputError("FESLOOP_RECORDINGS", f"there is no recording in {folder}",
+                         "a folder with body16/qmt_full_body_example_data.mat, of the qmt toolbox")
+    return found[0].absolute()
+
+
+def _watched(process: SpawnProcess, seconds: float, origin: Origin,
+             progress: Callable[[float], None] | None) -> list[tuple[float, float]]:
+    """Run the loop in its process; the resident memory of that as (s of the run, MB), one a second."""
+    process.start()
+    began, samples = 0.0, []
+    try:
+        while process.is_alive():
+            process.join(1.0)
+            began = began or (time.monotonic() if origin.ns else 0.0)
+            elapsed = time.monotonic() - began if began else 0.0
+            if 0.0 < elapsed < seconds - 1.0:
+                samples.append((elapsed, _resident_mb(process.pid or 0)))
+            if progress:
+                progress(min(1.0, elapsed / seconds))
+    finally:
+        process.kill()
+        process.join()
+    if process.exitcode:
+        raise RunError("bench realtime: the run failed; what it said is above")
+    return samples
+
+
+def _paced(source: str, folder: str, seconds: float, priority: int, core: int) -> None:
+    """The run on its core: of trials as long as the recording, or one that is as long as asked for."""
+    os.sched_setaffinity(0, {core})
+    trials = math.ceil(seconds / _TRIAL_S)
+    experiment = load("replay", [f"recording={source}", f"experiment.trials={trials}",
+                                 f"experiment.duration_s={seconds / trials}"])
+    teller = Node("teller", _Teller(path=str(Path(folder, "origin")), bench=os.getppid()), "100")
+    replace(experiment, nodes=(*experiment.nodes, teller)).run(folder, realtime=Pacing(priority=priority))
+
+
+def _resident_mb(process: int) -> float:
+    pages = int(Path(f"/proc/{process}/statm").read_text(encoding="utf-8").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def _instants(recording: Recording) -> tuple[Stamps, Stamps, Stamps]:
+    """Of each instant: how late it began, how long it took, and when it was (monotonic clock), ns."""
+    rows, origins = recording.instants, recording.origins
+    return rows["late_ns"], rows["took_ns"], origins["monotonic_ns"][rows["trial"]] + rows["time_ns"]
+
+
+def _missed_by_core(sleepers: Stamps) -> dict[str, int]:
+    """How many of its deadlines, one a period, the sleeper of each core missed."""
+    missed = {}
+    for core in np.unique(sleepers[:, 0]):
+        late = sleepers[sleepers[:, 0] == core, 2][::_WAKINGS_A_PERIOD]
+        missed[str(core)] = int((late > _PERIOD_NS).sum())
+    return missed
+
+
+def _slept_through(instants: Stamps, ends: Stamps, sleeper: Stamps, slept_ns: int) -> NDArray[np.bool_]:
+    """Whether a sleeper woke so late from a deadline between a period before each instant and its end."""
+    late = sleeper[sleeper[:, 2] > slept_ns, 1]
+    first = np.searchsorted(late, instants - _PERIOD_NS)
+    last = np.searchsorted(late, instants + ends, side="right")
+    excused: NDArray[np.bool_] = last > first
+    return excused
+
+
+def _worst(instants: Stamps, ends: Stamps, alone: NDArray[np.bool_],
+           sleeper: Stamps) -> list[dict[str, float]]:
+    """The worst of the deadlines that the loop missed alone."""
+    found = np.flatnonzero(alone)
+    found = found[np.argsort(-ends[found])][:_SHOWN]
+    told = []
+    for i in found:
+        since = sleeper[:, 1] - instants[i]
+        near = (since >= -_PERIOD_NS) & (since <= ends[i])
+        told.append({"at_s": float(instants[i] - instants[0]) / NS_PER_S, "ended_after": ends[i] / NS_PER_MS,
+                     "sleeper": float(sleeper[near, 2].max(initial=0)) / NS_PER_MS})
+    return told
+
+
+def _memory(samples: Sequence[tuple[float, float]]) -> dict[str, float]:
+    """At the start, in the end, and the slope, MB a minute, without the first tenth."""
+    times, sizes = np.array(samples[len(samples) // 10:]).T
+    slope = float(np.polyfit(times, sizes, 1)[0]) * 60.0 if len(times) > 1 else 0.0
+    return {"start": float(sizes[0]), "end": float(sizes[-1]), "slope_per_minute": slope}
+
+
+def _row(case: str, times_ns: Stamps, reference_ns: Stamps | None) -> dict[str, Any]:
+    ours = _quantiles(times_ns)
+    row: dict[str, Any] = {"case": case, **{f"us_{name}": value for name, value in ours.items()}}
+    if reference_ns is None:
+        return row | {"reference": None, "reference_us_median": None, "ratio": None}
+    bare = _quantiles(reference_ns)
+    return row | {"reference": "bare sleepers with the same deadlines, one a core",
+                  "reference_us_median": bare["median"], "ratio": ours["median"] / bare["median"],
+                  "reference_us_p99": bare["p99"], "reference_us_worst": bare["worst"]}
+
+
+def _quantiles(times_ns: Stamps) -> dict[str, float]:
+    times: Array = times_ns / 1e3
+    return {"median": float(np.median(times)), "p99": float(np.percentile(times, 99)),
+            "worst": float(times.max())}

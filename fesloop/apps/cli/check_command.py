@@ -1,0 +1,201 @@
+"""`fesloop check`."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from dataclasses import replace
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fesloop.apps.cli.output import print_json, print_table, progress_bar
+from fesloop.experiment import registry
+from fesloop.experiment.cautions import experiment_cautions
+from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.files.parse import load_picked
+from fesloop.experiment.files.patients import describe
+from fesloop.experiment.running.rehearsal import without_stand_in
+from fesloop.loop.block import Context
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+from fesloop.loop.input_ages import too_old
+from fesloop.loop.latency import MEANING, LatencyReport, PathLatency, StageSummary
+from fesloop.loop.realtime import is_live
+from fesloop.loop.surroundings import cautions_in_place
+from fesloop.loop.wire import Wire
+from fesloop.loop.wiring import Node
+
+if TYPE_CHECKING:
+    from fesloop.analysis.theory.first_answer import FirstAnswer
+
+
+def execute(args: Namespace) -> int:
+    """Validate and print the wiring, the latency budget and what the file's aliases change."""
+    from fesloop.analysis.theory.first_answer import first_answer
+
+    with progress_bar(f"check {args.experiment}"):
+        experiment, picked = load_picked(args.experiment, args.settings, args.seed)
+        report = LatencyReport(experiment.wiring, horizon_ns=experiment.duration_ns)
+        theory = first_answer(experiment)
+    aliases = picked.document.get("aliases", {})
+    if args.json:
+        print_json(_table(experiment, report) | {
+            "theory": theory.as_table(), "aliases": aliases, "variants": picked.variants})
+        return 0
+    _print_wiring(experiment)
+    cautions = _cautions(experiment)
+    if cautions:
+        print()
+        print_table("Cautions", ("node", "status", "detail"), cautions, sys.stdout)
+    budgets = _budgets(report)
+    print()
+    if not budgets:
+        print("No latency budget: no way leads from a plant's output through blocks to a plant's input.")
+    else:
+        print(fill(f"{MEANING} {report.coverage(experiment.trials)}", 120))
+    for title, stages in budgets:
+        print()
+        print_table(title, ("stage, ms", "min", "mean", "max"), stages, sys.stdout)
+    _print_theory(theory)
+    for variant, table in picked.variants.items():
+        print()
+        print_table(f"What --set {variant}=... picks", ("option", "what it is"),
+                    _option_rows(table, picked.options[variant]), sys.stdout)
+    if aliases:
+        print()
+        rows = [(name, key if isinstance(key, str) else ", ".join(key)) for name, key in aliases.items()]
+        print_table("What --set changes by a short name", ("name", "key"), rows, sys.stdout)
+    return 0
+
+
+def _print_theory(theory: FirstAnswer) -> None:
+    """What is known without a run, to the nanosecond, and why the rest is not."""
+    cost = theory.cost
+    stable = cost is not None and cost.stable
+    rows = [(f"critical latency of {wire}", critical_text(critical, now, stable), f"{_exact_ms(now)} now")
+            for wire, (now, critical) in theory.critical_ms.items()]
+    if cost is not None and not cost.stable:
+        rows.append(("at rest", "never", f"squares grow {cost.growth_per_s:.3g}-fold a second"))
+    elif cost is not None:
+        in_degrees = cost.unit == "rad"
+        values, unit = (cost.rms_deg, "deg") if in_degrees else (cost.rms, cost.unit)
+        by_name = ", ".join(f"{name} {value:.4g}" for name, value in zip(cost.names, values, strict=True))
+        rows.append((f"rms at rest, {unit}", f"{np.sqrt(np.mean(values**2)):.4g}", by_name))
+    if rows:
+        print()
+        print_table("Theory of the linear loop, while nothing saturates", ("", "exactly", ""), rows,
+                    sys.stdout)
+    if theory.not_known:
+        print()
+    for reason in dict.fromkeys(theory.not_known.values()):
+        missing = " and ".join(what for what, why in theory.not_known.items() if why == reason)
+        print(f"Theory gives no {missing}: {reason}")
+
+
+def critical_text(latency_ms: float | None, now_ms: float, stable: bool) -> str:
+    """The least latency at which the loop does not come to rest; whether it does at the present one."""
+    if latency_ms is None:
+        return "none up to 500 ms"
+    told = _exact_ms(latency_ms)
+    if stable and latency_ms <= now_ms:
+        return f"{told}, but stable now"
+    return told if latency_ms else f"{told}: unstable at 0, too"
+
+
+def _exact_ms(latency_ms: float) -> str:
+    """To the nanosecond, as wires take it: 110.000001 ms is no 110 ms, where a tick is missed."""
+    return f"{latency_ms:.6f}".rstrip("0").rstrip(".") + " ms"
+
+
+def _option_rows(table: dict[str, Any], picked: str) -> list[tuple[str, str]]:
+    """Options of a variant, the one that stands in what was printed marked."""
+    return [(f"{option} (picked)" if option == picked else option, about)
+            for option, about in table["options"].items()]
+
+
+def _cautions(experiment: Experiment) -> list[tuple[str, str, str]]:
+    """(node, status, detail): what is to be feared of parameters, of latencies, and of each other live."""
+    told = experiment_cautions(experiment) + too_old(experiment.wiring, experiment.duration_ns)
+    told += cautions_in_place(experiment.wiring, experiment.duration_ns)
+    for node in experiment.wiring.nodes:
+        if hasattr(node.part, "cautions"):
+            context = Context(node.name, experiment.seed, clock=node.clock)
+            told += [(node.name, status, detail) for status, detail in node.part.cautions(context)]
+    if any(is_live(node) for node in experiment.wiring.nodes):
+        told += [(name, "not_rehearsed", "it is let go at the end and has no stand-in: the run begins "
+                  "without a rehearsal, and code is compiled while devices and streams wait")
+                 for name in without_stand_in(experiment.wiring)]
+    return told
+
+
+def _budgets(report: LatencyReport) -> list[tuple[str, list[tuple[str, ...]]]]:
+    """Title and rows a way through the loop; ways of several signals that take the same time are one."""
+    onward: dict[tuple[Any, ...], list[str]] = {}
+    for path in report.paths:
+        source, *through, target = path.name.split(" -> ")
+        targets = onward.setdefault((source, *through, path.later, tuple(_stage_rows(path))), [])
+        targets += [] if target in targets else [target]
+    budgets: dict[tuple[Any, ...], list[str]] = {}
+    for (source, *way), targets in onward.items():
+        budgets.setdefault((*way, tuple(targets)), []).append(source)
+    return [(" -> ".join([", ".join(sources), *through, ", ".join(targets)])
+             + (f"; {later}" if later else ""), list(rows))
+            for (*through, later, rows, targets), sources in budgets.items()]
+
+
+def _table(experiment: Experiment, report: LatencyReport) -> dict[str, Any]:
+    return {
+        "experiment": experiment.name,
+        "seed": experiment.seed,
+        "patient": describe(experiment.patient) if experiment.patient is not None else None,
+        "fingerprint": experiment.fingerprint(),
+        "document": experiment.document(),
+        "cautions": [{"node": node, "status": status, "detail": detail}
+                     for node, status, detail in _cautions(experiment)],
+        "latency": [{"path": path.name, "later": path.later, "covers_s": path.covered_ns / NS_PER_S,
+                     "stages": [_stage(stage) for stage in path.summary()],
+                     "lanes": [_stage(lane) for lane in path.by_lane()]}
+                    for path in report.paths],
+    }
+
+
+def _stage(stage: StageSummary) -> dict[str, Any]:
+    return {"stage": stage.name, "min_ms": stage.least_ns / NS_PER_MS, "mean_ms": stage.mean_ns / NS_PER_MS,
+            "max_ms": stage.most_ns / NS_PER_MS}
+
+
+def _print_wiring(experiment: Experiment) -> None:
+    who = f", patient {describe(experiment.patient)}" if experiment.patient is not None else ""
+    print_table(f"{experiment.name}: {experiment.trials} x {experiment.duration_ns / 1e9:g} s, "
+                f"seed {experiment.seed}{who}", ("node", "kind", "ticks", "takes"),
+                [_node_row(node) for node in experiment.wiring.nodes], sys.stdout)
+    print()
+    print_table("Wires", ("from", "to", "latency", "late messages"),
+                [_wire_row(wire) for wire in experiment.wires], sys.stdout)
+
+
+def _node_row(node: Node) -> tuple[str, str, str, str]:
+    if node.is_plant:
+        ticks = f"steps at {node.plant.grid}" if node.plant.grid else "continuous, exact"
+    else:
+        ticks = str(node.clock)
+    return node.name, registry.kind_of(type(node.part)), ticks, node.execution.kind
+
+
+def _wire_row(wire: Wire) -> tuple[str, str, str, str]:
+    parts = [_exact_ms(wire.latency_ns / NS_PER_MS)]
+    if wire.jitter.kind != "zero":
+        parts.append(f"{wire.jitter.kind} jitter")
+    if wire.loss:
+        in_bursts = f" in bursts of {wire.burst_messages:g}" if wire.burst_messages else ""
+        parts.append(f"{100 * wire.loss:g} % lost{in_bursts}")
+    return wire.source, wire.target, " + ".join(parts), wire.late
+
+
+def _stage_rows(path: PathLatency) -> list[tuple[str, ...]]:
+    """The stages that take any time, the total, and that of each lane where there are several."""
+    stages = [stage for stage in path.summary() if stage.most_ns or stage.name == "total"]
+    stages += [replace(lane, name=f"total, {lane.name}") for lane in path.by_lane()]
+    return [(stage.name, *(f"{ns / NS_PER_MS:.3f}" for ns in (stage.least_ns, stage.mean_ns, stage.most_ns)))
+            for stage in stages]

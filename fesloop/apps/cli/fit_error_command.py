@@ -1,0 +1,73 @@
+"""`fesloop fit-error`."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from typing import Any
+
+from fesloop.apps.cli.output import print_made, print_table, progress_bar
+from fesloop.apps.cli.target import free_target
+
+_AHEAD_MS = 1.0
+"""Worth telling (chosen)."""
+
+
+def execute(args: Namespace) -> int:
+    """Fit a tracker's error process to the first half of a recording; show how it stands up to the second."""
+    from fesloop.analysis.tracker_error.fitting import fit_error
+
+    path = free_target(args.target, args.target)
+    settings = tuple(args.settings) + ((f"tracker={args.tracker}",) if args.tracker else ())
+    with progress_bar(f"fit-error {args.recording}") as bar:
+        found = fit_error(args.recording, settings=settings, reference_late_ms=args.reference_late,
+                          seed=args.seed or 0, progress=bar)
+    found.process.save(path)
+    print_made("process", path, found.report(), _print, as_json=args.json)
+    return 0
+
+
+def _print(report: dict[str, Any]) -> None:
+    rows = [[angle["angle"], "yes" if angle["moved"] else "", f"{angle['rmse_fitted_deg']:.2f}",
+             f"{angle['rmse_measured_deg']:.2f}", f"{angle['rmse_process_deg']:.2f}",
+             _yes(angle["rmse_within_15_percent"]), _yes(angle["autocorrelation_in_band"]),
+             f"{100.0 * angle['lags_in_band_share']:.0f}"] for angle in report["angles"]]
+    print_table(
+        f"{report['source']}: RMS error, deg; fitted to {report['fitted_s']:.3g} s "
+        f"from {report['from_s']:.3g} s on, held against the "
+        f"{report['judged_s']:.3g} s after", [
+            "angle", "moved", "first half", "second half", "process there", "within 15 %",
+            "autocorrelation in band", "lags %"], rows, sys.stderr)
+    print(f"age {report['age_ms']:g} ms at least, {100.0 * report['loss']:.3g} % lost", file=sys.stderr)
+    if told := delay_text(report["ahead_ms"], report["half_sample_ms"], report["recorded_reference"]):
+        print(told, file=sys.stderr)
+    for key, text in (("too_slow_to_tell", "slower than half a recording of this length can tell"),
+                      ("left_out", "too little known to fit")):
+        if report[key]:
+            print(f"{text}: {', '.join(report[key])}", file=sys.stderr)
+
+
+def delay_text(ahead_ms: float, half_sample_ms: float, recorded: bool) -> str:
+    """By how much estimates are shifted, and what that can come from; empty for hardly at all.
+
+    `recorded`: whether against a recorded reference, whose stamps may be off, and not a plant's truth.
+    """
+    if abs(ahead_ms) <= _AHEAD_MS:
+        return ""
+    which = f"{abs(ahead_ms):.3g} ms {'ahead of' if ahead_ms > 0.0 else 'behind'}"
+    if not recorded:
+        return f"the estimates are {which} the truth"
+    told = f"the estimates are {which} the reference"
+    late_ms = ahead_ms - half_sample_ms
+    own = (f"half a sample ahead, {half_sample_ms:.3g} ms, are those of a tracker that takes each rate for "
+           "the whole period before it, such as vqf")
+    takes = f"--reference-late {late_ms:.3g} takes that off (of such a tracker; {ahead_ms:.3g} of another)"
+    if ahead_ms < 0.0:
+        return f"{told}: the tracker lags, or the reference's stamps are early, where {takes}; {own}"
+    if late_ms <= _AHEAD_MS:
+        return f"{told}: {own}; of any other tracker the reference's stamps are late by that"
+    return f"{told}: {own}; the rest is no tracker's, the reference's stamps are late; {takes}"
+
+
+def _yes(holds: bool) -> str:
+    return "yes" if holds else "NO"

@@ -1,0 +1,52 @@
+"""`fesloop identify`."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from typing import Any
+
+from fesloop.apps.cli.output import print_made, print_table, progress_bar
+from fesloop.apps.cli.target import free_target
+from fesloop.errors import InputError
+from fesloop.experiment.identifying import identifier
+from fesloop.models.patient_model import require_usable
+
+
+def execute(args: Namespace) -> int:
+    """Make the model file of a recording's patient; show how well it predicts what it was not fitted to.
+
+    A model that explains too little is written, for a look at it, and refused by controllers: exit code 1.
+    """
+    path = free_target(args.out, f"--out {args.out}")
+    with progress_bar(f"identify {args.recording}"):
+        found = identifier()(args.recording, measured=args.measured, method=args.method)
+    found.model.save(path)
+    usable = True
+    try:
+        require_usable(str(path), found.model)
+    except InputError as fault:
+        usable = False
+        print(f"fesloop: {fault}", file=sys.stderr)
+    else:
+        for weakness in found.model.weaknesses():
+            print(f"fesloop: {path}: {weakness}: expect little of it there", file=sys.stderr)
+    print_made("model", path, found.report(), _print, as_json=args.json)
+    return 0 if usable else 1
+
+
+def _print(report: dict[str, Any]) -> None:
+    kinds = list(report["fit_percent"])
+    rows = [[name, *(f"{report['fit_percent'][kind][name]:.1f}" for kind in kinds)]
+            for name in report["outputs"]]
+    print_table(f"fit on the {report['held_out_s']:.3g} s held out, %: order {report['order']}, "
+                f"delay {report['delay_ms']:g} ms", ["output", *kinds], rows, sys.stderr)
+    rows = [[str(c), row["electrode"], f"{row['current_ma']:g}", f"{row['threshold_us']:.0f}",
+             *(f"{row[name]:.2f} {row['at_bound'].get(name, '')}".rstrip() for name in ("half_ma", "spread")),
+             f"{row['fit_percent']:.0f}"]
+            for c, row in enumerate(report["channels"])]
+    print_table("recruitment: threshold at 5 %, half at an effective current", [
+        "channel", "electrode", "mA", "threshold us", "half mA", "spread", "fit %"], rows, sys.stderr)
+    if any(row["at_bound"] for row in report["channels"]):
+        print("'or more', 'or less': the fit is at the end of what is tried (half: the strongest pulse), the "
+              "patient's value may lie beyond", file=sys.stderr)

@@ -1,0 +1,50 @@
+"""`fesloop import`."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from typing import Any
+
+from fesloop.apps.cli.output import print_doubts, print_json, progress_bar
+from fesloop.loop.clock import NS_PER_S
+
+
+def execute(args: Namespace) -> int:
+    """Read a recording of any known format and write it as a motion file."""
+    from fesloop.streams.doubts import all_doubts
+    from fesloop.streams.importing import import_recording
+    from fesloop.streams.missing import lacking_in, lost_samples
+
+    with progress_bar(f"import {args.source}"):
+        recording = import_recording(args.source, args.target, args.layout, args.sensor_set, args.resample)
+    doubts, lacking = dict(all_doubts(recording)), lacking_in(recording)
+    print_doubts(args.source, doubts.items())
+    told: dict[str, Any] = {
+        "motion": args.target, "source": recording.source, "source_format": recording.source_format,
+        "sensors": list(recording.sensors), "samples": recording.samples,
+        "rate": None if recording.rate is None else str(recording.rate),
+        "duration_s": recording.duration_ns / NS_PER_S, "magnetometers": recording.mag is not None,
+        "reference": recording.reference is not None, "source_units": dict(recording.source_units),
+        "left_out": list(recording.left_out),
+        **{status: doubts.get(status, "") for status in (
+            "rates_disagree", "rates_not_checked", "mounting_disagrees", "range_too_small",
+            "repeated_samples")},
+        "origin_s": recording.origin_s, "resampled_hz": dict(recording.resampled_hz),
+        "rate_between_gaps_hz": lacking.rate_hz,
+        "gaps": [gap._asdict() for gap in lacking.gaps],
+        "lost_samples": dict(zip(recording.sensors, lost_samples(recording).sum(axis=0).tolist(),
+                                 strict=True))}
+    if args.json:
+        print_json(told)
+    else:
+        rate = f"{float(recording.rate):.9g} Hz" if recording.rate is not None else (
+            f"about {lacking.rate_hz:.6g} Hz " + ("with gaps" if lacking.gaps else "at uneven instants"))
+        sensors = "1 sensor" if len(recording.sensors) == 1 else f"{len(recording.sensors)} sensors"
+        print(f"{args.target}: {sensors}, {recording.samples} samples, {rate}, from "
+              f"{recording.source} ({recording.source_format})")
+        if recording.origin_s is not None:
+            print(f"{args.target}: t = 0 is {recording.origin_s:.9f} s by the clock of {recording.source}")
+        if recording.resampled_hz:
+            own = ", ".join(f"{name} {hz:.6g} Hz" for name, hz in recording.resampled_hz.items())
+            print(f"{args.target}: brought to common instants by straight lines between samples, from {own}")
+    return 0

@@ -1,0 +1,30 @@
+"""`fesloop picture`."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from pathlib import Path
+
+from fesloop.apps.cli.output import print_json, progress_bar
+from fesloop.experiment.recording.reading import Recording
+
+
+def execute(args: Namespace) -> int:
+    """Draw a recording, say what could not be drawn, and print the files."""
+    from fesloop.show.picture.draw import draw
+
+    with progress_bar(f"picture {args.recording}") as bar, Recording(args.recording) as recording:
+        drawn = draw(recording, Path(args.out), args.at, args.trial, bar)
+    for note in drawn.notes:
+        print(f"fesloop: {note}", file=sys.stderr)
+    if args.json:
+        print_json({"recording": args.recording, "trial": drawn.trial, "instants_s": drawn.instants_s,
+                    "chosen": drawn.chosen, "pictures": [str(path) for path in drawn.pictures],
+                    "notes": drawn.notes})
+    else:
+        instants = ", ".join(f"{second:g}" for second in drawn.instants_s)
+        print(f"trial {drawn.trial}, counted from 0", file=sys.stderr)
+        print(f"instants, s: {instants} ({drawn.chosen})", file=sys.stderr)
+        print(*drawn.pictures, sep="\n")
+    return 0

@@ -1,0 +1,174 @@
+"""`fesloop run`."""
+
+from __future__ import annotations
+
+import math
+import sys
+from argparse import Namespace
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from fesloop.apps.cli.output import print_json, print_table, progress_bar
+from fesloop.apps.cli.what_next import tell_what_next
+from fesloop.errors import FesloopError, InputError
+from fesloop.experiment.cautions import experiment_cautions
+from fesloop.experiment.experiment import Experiment
+from fesloop.experiment.files.guide import guide_of
+from fesloop.experiment.files.parse import load_picked
+from fesloop.experiment.metrics.lateness import class_names
+from fesloop.experiment.metrics.not_known import NOT_KNOWN, reasons_of
+from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.recording.recorded import Event
+from fesloop.experiment.running.trial import Result, run
+from fesloop.experiment.trouble import graveness, troubles
+from fesloop.loop.block import Context
+from fesloop.loop.input_ages import too_old
+from fesloop.loop.realtime import Pacing
+from fesloop.loop.surroundings import cautions_in_place
+
+_SHOWN = 10
+_CLOSE = 1e-5
+"""Nearer to 1 than this a spectral radius makes no difference in a run (chosen)."""
+_EXIT_CODES = {"done": 0, "failed": 1, "interrupted": 130}
+
+_RELATIVE = "relative_angle_rmse_deg"
+"""The score of a tracker from which `fesloop fit-error` can take an error."""
+
+
+def execute(args: Namespace) -> int:
+    """Run, print the summary, and give the exit code that the run's status stands for."""
+    pacing = _pacing(args)
+    with progress_bar(args.experiment) as bar:
+        experiment, picked = load_picked(args.experiment, args.settings, args.seed)
+        cautions = experiment_cautions(experiment) + too_old(experiment.wiring, experiment.duration_ns)
+        cautions += cautions_in_place(experiment.wiring, experiment.duration_ns)
+        cautions += [(node.name, *told) for node in experiment.wiring.nodes
+                     if hasattr(node.part, "advance") and hasattr(node.part, "cautions")
+                     for told in node.part.cautions(Context(node.name, experiment.seed, clock=node.clock))]
+    for node, status, detail in cautions:
+        print(f"fesloop: caution: {node}: {status}: {detail}", file=sys.stderr)
+    with progress_bar(args.experiment) as bar:
+        if not pacing:
+            result = run(experiment, Path(args.out), progress=bar)
+    if pacing:  # nothing is drawn beside it, which takes tens of ms
+        result = run(experiment, Path(args.out), realtime=pacing)
+    with Recording(result.recording) as recording:
+        wrong, events = troubles(recording, result.metrics, result.cause), recording.events
+    if unstable := _unstable(experiment):
+        print(f"fesloop: {unstable}", file=sys.stderr)
+    if result.cause:
+        print(f"fesloop: {result.cause}", file=sys.stderr)
+    for trouble in wrong:
+        if not (result.cause and trouble.kind == "broken_off"):
+            print(f"fesloop: {trouble.text}", file=sys.stderr)
+    _summarise(result, events)
+    guide = guide_of(picked.document) if result.status == "done" else None
+    tell_what_next(result.recording, guide.next_commands(
+        str(result.recording), args.settings, _RELATIVE in result.metrics) if guide else ())
+    if args.json:
+        print_json({**result.as_table(), **({"troubles": [each.text for each in wrong]} if wrong else {})})
+    else:
+        print(result.recording)
+    return _EXIT_CODES[result.status]
+
+
+def _unstable(experiment: Experiment) -> str:
+    """That theory says that the loop is unstable; empty where it does not, or takes long."""
+    from fesloop.analysis.theory.critical_latency import growth
+    from fesloop.analysis.theory.linear_loop import linear_loop
+
+    try:
+        loop = linear_loop(experiment)
+        radius = 0.0 if loop.random else math.sqrt(growth(loop))
+    except FesloopError:
+        return ""
+    if radius <= 1.0 + _CLOSE:
+        return ""
+    return f"the loop is unstable: the spectral radius of its linear part is {radius:.6g}, above 1"
+
+
+def _pacing(args: Namespace) -> Pacing | bool:
+    """How to keep in step with the wall clock, if at all."""
+    given = {"late": args.late, "priority": args.priority}
+    asked = {name: value for name, value in given.items() if value is not None}
+    if asked and not args.realtime:
+        raise InputError(f"--{next(iter(asked))}", "is of runs in real time", "beside --realtime")
+    return args.realtime and Pacing(**asked)
+
+
+def _summarise(result: Result, recorded: Sequence[Event]) -> None:
+    """The summary: what happened and every plain metric, then a table for each metric that is one."""
+    rows = [["status", result.status], ["seed", str(result.seed)]]
+    tables = {}
+    for name, value in result.metrics.items():
+        if name == NOT_KNOWN:
+            continue
+        if isinstance(value, dict) and all(isinstance(item, dict) for item in value.values()):
+            tables[name] = value
+        elif isinstance(value, dict):
+            rows += [[f"{name} {key}", _text(item)] for key, item in value.items()]
+        else:
+            rows.append([name, _text(value)])
+    rows += [["wall time", f"{result.wall_s:.2f} s"], ["real-time factor", f"{result.realtime_factor:.1f}"]]
+    rows += _kept_time(result.realtime)
+    events = _events(recorded)
+    rows += [["events", f"{count} x {status} ({where})"] for (where, status), count in events[:_SHOWN]]
+    if len(events) > _SHOWN:
+        rows.append(["events", f"and {len(events) - _SHOWN} more kinds, in the recording"])
+    if events:
+        rows.append(["events", "what they mean: docs/events.md"])
+    print_table(result.experiment, ("", ""), rows, sys.stderr)
+    for name, reason in reasons_of(result.metrics):
+        print(f"{name}: no number: {reason}", file=sys.stderr)
+    for name, value in tables.items():
+        columns = list(dict.fromkeys(key for item in value.values() for key in item))
+        cells = [[key, *(_text(_last(row.get(column))) for column in columns)] for key, row in value.items()]
+        print(file=sys.stderr)
+        print_table(f"{name}{_which(value)}", ("", *columns), cells, sys.stderr)
+
+
+def _kept_time(realtime: dict[str, Any]) -> list[list[str]]:
+    """How a run kept in step with the wall clock; no rows of one that need not."""
+    if not realtime:
+        return []
+    rows = [["missed deadlines", f"{realtime['missed']} of {realtime['deadlines']}, "
+             f"later than {realtime['period_ms']:g} ms ({realtime['policy']})"]]
+    rows += [[words, "  ".join(f"{name} {value:.3f}" for name, value in realtime[key].items())]
+             for key, words in (("late_ms", "begun late, ms"), ("took_ms", "work took, ms"))]
+    starts, counts = realtime["histogram"].values()
+    rows += [[f"late by {name}", str(count)]
+             for name, count in zip(class_names(starts), counts, strict=True) if count]
+    rows += [["instants " + action, str(count)] for action, count in realtime["done"].items()]
+    rows.append(["garbage collections", f"{realtime['collections']:g}, the longest "
+                 f"{realtime['worst_collection_ms']:.3f} ms"])
+    rows.append(["longest write of the recording", f"{realtime['worst_write_ms']:.3f} ms"])
+    return [*rows, ["memory", realtime["memory"]], ["scheduling", realtime["scheduling"]]]
+
+
+def _last(value: Any) -> Any:
+    return value[-1] if isinstance(value, list) and value else value
+
+
+def _which(table: dict[str, Any]) -> str:
+    """What the cells of a table are of, where that must be said."""
+    lists = [item for row in table.values() for item in row.values() if isinstance(item, list)]
+    return f", last trial ({len(lists[0]) - 1}, counted from 0)" if lists and len(lists[0]) > 1 else ""
+
+
+def _text(value: Any) -> str:
+    """A value in a cell; a list, one value a trial, side by side."""
+    if isinstance(value, list):
+        return "  ".join(_text(item) for item in value)
+    if value is None:
+        return "-"
+    if isinstance(value, float):
+        return f"{value:.3f}" if math.isfinite(value) else "-"
+    return str(value)
+
+
+def _events(events: Sequence[Event]) -> list[tuple[tuple[str, str], int]]:
+    """Kinds of events, the gravest first, then the most frequent."""
+    counted = Counter((event.where, event.status) for event in events).most_common()
+    return sorted(counted, key=lambda entry: graveness(entry[0][1]))

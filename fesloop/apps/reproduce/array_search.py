@@ -1,0 +1,148 @@
+"""`fesloop reproduce array_search`: our own claim, elements for a movement found in a fifth of the queries.
+
+Members of a cohort of `sci_c6`, none of whom the search was tuned on, are searched for finger opening in the
+whole loop: through the tracker, while they tire, rests counted. What was recommended is scored on the rested
+hand without noise, against the best of an exhaustive search there. The published times are those of the
+semi-automatic and the automatic search over 59 elements (doi 10.1186/s12984-018-0460-1).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.apps.reproduce.cohort import Job, Progress, run_jobs
+from fesloop.apps.reproduce.comparison import Band, Row, band, compared
+from fesloop.apps.reproduce.rested_hand import RestedHand
+from fesloop.apps.reproduce.result import Reproduction, Sweep
+from fesloop.experiment.files.parse import load
+from fesloop.experiment.metrics.search import SearchScore, asked_of, search_metrics
+from fesloop.experiment.recording.reading import Recording
+from fesloop.hand.movements import MovementName, movement_of
+
+Array = NDArray[np.float64]
+SUBJECTS = 10
+FIRST_MEMBER = 2
+"""The Gaussian process was tuned on members 0 and 1."""
+MOVEMENT: MovementName = "finger_opening"
+SEARCHES = {"gp": "array_search_gp", "magnets": "array_search_magnets", "two_phase": "array_search_two_phase"}
+REACHED = 0.9
+LEAST_PCT = 20.0
+"""Of an exhaustive search, at which Bayesian optimisation in neurostimulation converges, as published."""
+SEMI_AUTOMATIC_MIN, AUTOMATIC_MIN = 7.3, 10.5
+_SCORE = SearchScore(search="search", truth="hand.angles", movement=MOVEMENT)
+
+
+def searched(recording: Recording) -> dict[str, Any]:
+    """What a search recommended after each query, what that is worth, and when, min.
+
+    Under `worth` the quality of each recommendation on the rested hand, (n,); `told_min` (n,); `found`, the
+    last recommendation; `minutes` until it had ended; `selectivity` of what was found; `asked`, elements of
+    every query and what the search thought of it.
+    """
+    asked = asked_of(recording, _SCORE)
+    hand = RestedHand(load(recording.path))
+    judge = movement_of(MOVEMENT).judge
+    verdicts = {best: judge(movement)
+                for best, movement in hand.responses(dict.fromkeys(one.best for one in asked)).items()}
+    found = asked[-1].best
+    return {"worth": np.array([verdicts[one.best].quality for one in asked]),
+            "told_min": np.array([one.told_s / 60.0 for one in asked]), "found": found,
+            "minutes": search_metrics(recording, _SCORE)["minutes"][0],
+            "selectivity": verdicts[found].selectivity,
+            "asked": [(one.elements, one.quality) for one in asked]}
+
+
+def searched_beside_everything(recording: Recording) -> dict[str, Any]:
+    """The same, and under `everything` the quality of every candidate on the rested hand."""
+    hand, judge = RestedHand(load(recording.path)), movement_of(MOVEMENT).judge
+    every = hand.responses((electrode, current) for electrode in hand.space.electrodes
+                           for current in hand.space.currents_ma)
+    return searched(recording) | {
+        "everything": {query: judge(moved).quality for query, moved in every.items()},
+        "layouts": [(layout.rows, layout.columns) for layout in hand.space.layouts]}
+
+
+def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
+    """Every search on every patient."""
+    members = range(FIRST_MEMBER, FIRST_MEMBER + subjects)
+    jobs = [Job((name, member), experiment, (f"member={member}",), 1,
+                searched_beside_everything if name == "gp" else searched)
+            for member in members for name, experiment in SEARCHES.items()]
+    kept = run_jobs(jobs, workers, progress)
+    return compare([{name: kept[name, member] for name in SEARCHES} for member in members])
+
+
+def compare(patients: list[dict[str, Any]]) -> Reproduction:
+    """Rows and tables of what each search found on each patient."""
+    table = [_of_patient(patient) for patient in patients]
+    columns = {name: np.array([row[name] for row in table]) for name in table[0]}
+    rows = [*_of_gaussian_process(columns), *_of_others(columns)]
+    each = Sweep(title="Finger opening, patient by patient", unit="as told", columns=tuple(columns),
+                 rows=tuple((f"member {FIRST_MEMBER + number}", tuple(float(value) for value in row.values()))
+                            for number, row in enumerate(table)))
+    return Reproduction("array_search", len(patients), rows, {"patients": each}, {"patients": patients})
+
+
+def _of_patient(patient: dict[str, Any]) -> dict[str, float]:
+    """Figures of a patient; what was never reached is nan."""
+    everything = patient["gp"]["everything"]
+    optimum = max(everything.values())
+    row = {"optimum": optimum, "candidates": float(len(everything))}
+    for name in SEARCHES:
+        kept = patient[name]
+        queries, minutes = reached(kept["worth"] / optimum, kept["told_min"])
+        row |= {f"{name}: queries to 90 %": queries, f"{name}: min to 90 %": minutes,
+                f"{name}: queries": float(len(kept["worth"])), f"{name}: min": kept["minutes"],
+                f"{name}: found, % of optimum": 100.0 * float(kept["worth"][-1]) / optimum,
+                f"{name}: selectivity": kept["selectivity"]}
+    return row
+
+
+def reached(shares: Array, told_min: Array) -> tuple[float, float]:
+    """Queries and minutes from which on a search recommends 90 % of the optimum to its end; nan: never."""
+    below = np.flatnonzero(~(shares >= REACHED))
+    first = int(below[-1]) + 1 if below.size else 0
+    return (math.nan, math.nan) if first >= len(shares) else (float(first + 1), float(told_min[first]))
+
+
+def _of_gaussian_process(columns: dict[str, Array]) -> list[Row]:
+    """How few queries it needs, and how little time; who never gets there counts as searched exhaustively."""
+    queries, total = columns["gp: queries to 90 %"], columns["candidates"]
+    share = band(100.0 * np.where(np.isnan(queries), total, queries) / total)
+    minutes = band(columns["gp: min"])
+    count, there = len(queries), int((~np.isnan(queries)).sum())
+    return [
+        Row("Gaussian process", "queries to 90 % of the optimum; at most 20 % of an exhaustive search",
+            LEAST_PCT, share, share.median <= LEAST_PCT, "%"),
+        Row("Gaussian process", "patients in whom it gets there", "all", f"{there} of {count}",
+            there == count),
+        Row("Gaussian process", "whole search; at most the semi-automatic one's", SEMI_AUTOMATIC_MIN, minutes,
+            minutes.high <= SEMI_AUTOMATIC_MIN, "min"),
+        Row("Gaussian process", "found, at least 90 % of the optimum", 100.0 * REACHED,
+            band(columns["gp: found, % of optimum"]),
+            bool(np.median(columns["gp: found, % of optimum"]) >= 100.0 * REACHED), "%")]
+
+
+def _of_others(columns: dict[str, Array]) -> list[Row]:
+    """The published search in two phases beside it, and what a tracker near magnets costs."""
+    ours, theirs = columns["gp: min"], columns["two_phase: min"]
+    plain, magnets = columns["gp: queries to 90 %"], columns["magnets: queries to 90 %"]
+    both = ~np.isnan(plain) & ~np.isnan(magnets)
+    more = band(magnets[both] - plain[both]) if both.any() else Band(math.nan, math.nan, math.nan)
+    faster = int((ours < theirs).sum())
+    found = float(np.median(columns["gp: found, % of optimum"]))
+    lost = int(np.isnan(magnets).sum())
+    return [
+        compared("two phases", "whole search", AUTOMATIC_MIN, band(theirs), "min"),
+        Row("two phases", "patients in whom the Gaussian process is faster", "all",
+            f"{faster} of {len(ours)}", faster == len(ours)),
+        Row("two phases", "found, share of the optimum; beside it that of the Gaussian process", found,
+            band(columns["two_phase: found, % of optimum"]),
+            bool(found >= np.median(columns["two_phase: found, % of optimum"])), "%"),
+        Row("magnets", "more queries to 90 % through salchow_b, and patients in whom it never gets there",
+            "more", f"{more.median:.0f} ({more.low:.0f} to {more.high:.0f}), {lost} of {len(plain)}",
+            bool(lost or more.median > 0.0))]

@@ -1,0 +1,187 @@
+"""How the course of a chain changes with its pulse widths, to first order along one course.
+
+Widths to recruitment by secants, muscles by their response to a step, the hand by MuJoCo's linearisation of
+its steps. Good enough to say where to go; how far that was right the chain itself says. A stretch reflex is
+left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.apps.reproduce.open_chain import OpenChain
+from fesloop.apps.reproduce.recruited_front import RecruitedFront
+from fesloop.errors import InputError
+from fesloop.hand.muscles import MUSCLES
+from fesloop.loop.block import Context
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+
+Array = NDArray[np.float64]
+PARTS = 2
+"""Pieces of a tick within which the hand counts as linear (chosen: 12.5 ms at 40 Hz)."""
+_PERTURBED = 1e-6
+_RESPONSE_S = 0.8
+"""After which a muscle has answered (chosen: ten time constants of the slowest model)."""
+
+
+class ChainSlopes:
+    """Linearisation of a chain.
+
+    Parameters
+    ----------
+    chain: the plant.
+    """
+
+    __slots__ = ("_chain", "_delays", "_model", "_readout", "_response", "_scratch",
+                 "front")
+
+    def __init__(self, chain: OpenChain) -> None:
+        self._chain, parts = chain, chain.parts
+        self._model: Any = getattr(parts["hand"], "model", None)
+        names = [] if self._model is None else [self._model.joint(i).name for i in range(self._model.njnt)]
+        self._readout = np.zeros((len(chain.rows), len(names)))
+        for column, freedom in enumerate(chain.freedoms):
+            if chain.rows[:, column].any():
+                if freedom not in names:
+                    raise InputError("hand", f"no joint of its model is {freedom}",
+                                     "a hand whose joints are the freedoms", 'take kind = "hand"')
+                self._readout[:, names.index(freedom)] = chain.rows[:, column]
+        self._scratch = mujoco.MjData(self._model)
+        self.front = RecruitedFront(parts, chain.currents, chain.width_most, chain.seed)
+        self._delays = self._channel_delays(parts["stimulator"])
+        self._response = self._step_response()
+
+    def _channel_delays(self, stimulator: Any) -> Array:
+        """(channels,), ns, from a tick to the slot in which its pulse is given."""
+        slot, period = stimulator.clock.period_s * NS_PER_S, NS_PER_S / float(stimulator.frequency_hz)
+        latency = stimulator.latency_ms * NS_PER_MS + self._chain.wire_latency_ns
+        slots = slot * np.arange(len(self._chain.currents))
+        delays: Array = slots + period * np.maximum(0.0, np.ceil((latency - slots) / period))
+        return delays
+
+    def _step_response(self) -> Array:
+        """(ms, 29), activation after a step of recruitment, per unit of it."""
+        muscles = replace(self._chain.parts["muscles"], fatigue=None)
+        state, count = muscles.init(Context("muscles", self._chain.seed)), len(MUSCLES)
+        hertz = float(self._chain.parts["stimulator"].frequency_hz)
+        inputs = [np.full(count, 0.5), np.full(count, hertz), np.zeros(count), np.zeros(count)]
+        response = np.zeros((round(1e3 * _RESPONSE_S) + 1, count))
+        for ms in range(1, len(response)):
+            muscles.advance(state, inputs, (ms - 1) * NS_PER_MS, ms * NS_PER_MS)
+            response[ms] = muscles.read(state, inputs)[0] / 0.5
+        return response
+
+    def _answers(self, after_ms: Array) -> Array:
+        """Step responses (..., 29) at these times after the step, ms; 0 before it."""
+        index = np.clip(np.rint(after_ms).astype(np.int64), 0, len(self._response) - 1)
+        return self._response[index]
+
+    def jacobian(self, widths: Array, first: int, shapes: Array) -> tuple[Array, Array]:
+        """(course, slopes) from tick `first` on.
+
+        Parameters
+        ----------
+        widths: (ticks, channels), s.
+        shapes: (ticks, k): how each of k parameters of a channel moves its widths; the recruitment's slopes
+            are those where it does so most.
+
+        Returns
+        -------
+        course: (ticks - first, m), rad. slopes: (ticks - first, m, k, channels), rad/s, of the course.
+        """
+        chain = self._chain
+        stops = self._stops(first)
+        states, fitness, course = self._trace(widths, first, stops)
+        drives = self._activations(widths, first, shapes, stops, fitness)
+        slopes = self._through_hand(states, drives, stops)[::PARTS]
+        size = len(course), len(chain.rows), shapes.shape[1], len(chain.currents)
+        return course, slopes.reshape(size)
+
+    def settled(self, widths: Array, ticks: int) -> tuple[Array, Array]:
+        """(sums, slopes): where `widths` (channels,), s, held for `ticks`, leave the hand, (m,), rad, and how
+        that changes with them, (m, channels), rad/s, once all has come to rest."""
+        chain, model = self._chain, self._model
+        loop = chain.begin(np.tile(widths, (chain.ticks, 1)), 0)
+        loop.run_until(chain.time_ns(ticks))
+        state = loop.states()["hand"]
+        a, b = self._linear_step(state.data.qpos, state.data.qvel, state.data.ctrl)
+        drives = self._response[-1][:, np.newaxis] * self.front.slopes(widths)
+        moved = np.linalg.solve(np.eye(len(a)) - a, b @ drives)[:model.nv]
+        sums = chain.rows @ chain.parts["hand"].glance(state)[0] + chain.offset
+        return sums, self._readout @ moved
+
+    def _stops(self, first: int) -> NDArray[np.int64]:
+        """Instants, ns, from tick `first` to the last, `PARTS` a tick."""
+        ticks = [self._chain.time_ns(k) for k in range(first, self._chain.ticks)]
+        between = [np.linspace(a, b, PARTS, endpoint=False) for a, b in pairwise(ticks)]
+        return np.append(np.concatenate(between), ticks[-1]).astype(np.int64)
+
+    def _trace(self, widths: Array, first: int, stops: NDArray[np.int64]) -> tuple[
+            list[tuple[Array, Array, Array]], Array, Array]:
+        """States of the hand, fitness (stops, 29), and the course at the ticks."""
+        chain = self._chain
+        loop, hand, muscles = chain.begin(widths, first), chain.parts["hand"], chain.parts["muscles"]
+        states, fitness, course = [], [], []
+        for number, stop in enumerate(stops):
+            loop.run_until(int(stop))
+            seen = loop.states()
+            data = seen["hand"].data
+            states.append((data.qpos.copy(), data.qvel.copy(), data.ctrl.copy()))
+            fitness.append(muscles.read(seen["muscles"], ())[1])
+            if number % PARTS == 0:
+                course.append(chain.rows @ hand.glance(seen["hand"])[0] + chain.offset)
+        return states, np.array(fitness), np.array(course)
+
+    def _linear_step(self, qpos: Array, qvel: Array, ctrl: Array) -> tuple[Array, Array]:
+        """A (2 v, 2 v) and B (2 v, controls) of one step from there."""
+        size = 2 * self._model.nv
+        a, b = np.zeros((size, size)), np.zeros((size, self._model.nu))
+        self._scratch.qpos[:], self._scratch.qvel[:], self._scratch.ctrl[:] = qpos, qvel, ctrl
+        mujoco.mjd_transitionFD(self._model, self._scratch, _PERTURBED, 0, a, b, None, None)
+        return a, b[:, :len(MUSCLES)]
+
+    def _activations(self, widths: Array, first: int, shapes: Array, stops: NDArray[np.int64],
+                     fitness: Array) -> Array:
+        """Change of activation in the middle of each piece, (pieces, 29, k channels)."""
+        chain, count = self._chain, len(self._chain.currents)
+        middles = 0.5 * (stops[1:] + stops[:-1])
+        moved = np.zeros((len(middles), len(MUSCLES), shapes.shape[1], count))
+        given = chain.given(widths)
+        at = np.argmax(shapes, axis=0)
+        peaks = {int(tick): self.front.slopes(given[tick]) for tick in at}
+        for tick in range(first, chain.ticks):
+            active = np.flatnonzero(shapes[tick])
+            if not active.size:
+                continue
+            slopes = peaks[int(at[np.argmax(shapes[tick])])]
+            for channel in range(count):
+                hit = np.flatnonzero(slopes[:, channel])
+                begun = chain.time_ns(tick) + self._delays[channel]
+                ended = chain.time_ns(tick + 1) + self._delays[channel]
+                pulse = (self._answers((middles - begun) / NS_PER_MS)
+                         - self._answers((middles - ended) / NS_PER_MS))[:, hit]
+                pulse *= slopes[hit, channel] * fitness[:-1, hit]
+                for k in active:
+                    moved[:, hit, k, channel] += shapes[tick, k] * pulse
+        return moved.reshape(len(middles), len(MUSCLES), -1)
+
+    def _through_hand(self, states: list[tuple[Array, Array, Array]], drives: Array,
+                      stops: NDArray[np.int64]) -> Array:
+        """Change of the scored sums at the stops, (stops, m, parameters)."""
+        model = self._model
+        moved = np.zeros((2 * model.nv, drives.shape[2]))
+        seen = np.zeros((len(stops), len(self._readout), drives.shape[2]))
+        step_ns = model.opt.timestep * NS_PER_S
+        for number, change in enumerate(drives):
+            a, b = self._linear_step(*states[number + 1])
+            forced = b @ change
+            for _ in range(round((stops[number + 1] - stops[number]) / step_ns)):
+                moved = a @ moved + forced
+            seen[number + 1] = self._readout @ moved[:model.nv]
+        return seen

@@ -1,0 +1,142 @@
+"""Many runs of shipped experiments, a virtual subject a seed, on as many processes as asked for.
+
+A run is a function of experiment, settings and seed alone, so results do not depend on the number of
+processes nor on their order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from tempfile import TemporaryDirectory
+from threading import Thread
+from typing import Any, Protocol
+
+from fesloop.apps.reproduce.worker import Worker
+from fesloop.errors import InputError, RunError
+from fesloop.experiment.files.parse import load
+from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.running.trial import run
+
+Key = tuple[str | int, ...]
+Kept = dict[str, Any]
+Progress = Callable[[float], None]
+Scoring = Callable[[Recording], Kept]
+"""What is kept of a recording; a function of a module, so that other processes find it."""
+
+
+class Task(Protocol):
+    """What is done by itself, in this process or another."""
+
+    @property
+    def key(self) -> Key:
+        """By which its result is found: condition, movement, subject, ..."""
+
+    def kept(self) -> Kept:
+        """Do it; what is kept of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One run.
+
+    Attributes
+    ----------
+    key: by which its result is found: condition, movement, subject, ...
+    experiment: name of a shipped experiment.
+    settings: as of `fesloop run --set`.
+    seed: of the subject.
+    score: what is kept of the recording.
+    """
+
+    key: Key
+    experiment: str
+    settings: tuple[str, ...]
+    seed: int
+    score: Scoring
+
+    @property
+    def name(self) -> str:
+        """By which a user is told of it."""
+        return f"{self.experiment}, {' '.join(map(str, self.key))} (seed {self.seed})"
+
+    def kept(self) -> Kept:
+        """Run, score, and let the recording go."""
+        experiment = load(self.experiment, self.settings, self.seed)
+        with TemporaryDirectory(prefix="fesloop-") as folder:
+            try:
+                result = run(experiment, Path(folder))
+            except InputError as fault:
+                raise RunError(f"{self.name}: {fault}") from fault
+            if result.status == "interrupted":
+                raise KeyboardInterrupt
+            if result.status != "done":
+                raise RunError(f"{self.name}: {result.cause or result.status}")
+            with Recording(result.recording) as recording:
+                return self.score(recording)
+
+
+def run_jobs(jobs: Sequence[Task], workers: int, progress: Progress | None = None) -> dict[Key, Kept]:
+    """What each job's scoring kept, by key; recordings are not.
+
+    Raises RunError, naming the job, for the first run that fails, and KeyboardInterrupt where one is
+    interrupted; no process outlives either.
+    """
+    done: dict[Key, Kept] = {}
+    alone = workers < 2 or len(jobs) < 2
+    with closing(_one_by_one(jobs) if alone else _shared(jobs, workers)) as results:
+        for key, kept in results:
+            done[key] = kept
+            if progress is not None:
+                progress(len(done) / len(jobs))
+    return {job.key: done[job.key] for job in jobs}
+
+
+def _one_by_one(jobs: Sequence[Task]) -> Generator[tuple[Key, Kept]]:
+    yield from ((job.key, job.kept()) for job in jobs)
+
+
+def _shared(jobs: Sequence[Task], workers: int) -> Generator[tuple[Key, Kept]]:
+    """As they are done; a thread for each process hands it one job after the other."""
+    waiting: SimpleQueue[Task] = SimpleQueue()
+    results: SimpleQueue[tuple[Key, Kept | Exception]] = SimpleQueue()
+    for job in jobs:
+        waiting.put(job)
+    crew: list[Worker] = []
+    try:
+        for _ in range(min(workers, len(jobs))):
+            crew.append(Worker())
+            Thread(target=_employ, args=(crew[-1], waiting, results), daemon=True).start()
+        for _ in jobs:
+            key, kept = results.get()
+            if isinstance(kept, Exception):
+                raise kept
+            yield key, kept
+    finally:
+        for worker in crew:
+            worker.ask_to_end()
+        for worker in crew:
+            worker.end()
+
+
+def _employ(
+    worker: Worker, waiting: SimpleQueue[Task], results: SimpleQueue[tuple[Key, Kept | Exception]]
+) -> None:
+    """Until no job is waiting, or one fails."""
+    while True:
+        try:
+            job = waiting.get_nowait()
+        except Empty:
+            return
+        try:
+            results.put((job.key, worker.call(_done, job)))
+        except Exception as fault:  # noqa: BLE001 - raised in the thread that waits
+            results.put((job.key, fault))
+            return
+
+
+def _done(task: Task) -> Kept:
+    return task.kept()

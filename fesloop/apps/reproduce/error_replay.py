@@ -1,0 +1,168 @@
+"""`fesloop reproduce error_replay`: error processes of recorded trackers, and the closed loops that see them.
+
+Every recording of the folders `wrist` and `chain5` under FESLOOP_RECORDINGS plays through a tracker
+(`hil_replay`); the error of each angle is fitted as a process on the first half and held against the second
+(`fesloop.analysis.tracker_error.judging` says how). For relative orientations as a whole, the mean squares of
+the three parts are added up. Beside each process stands what was measured in both halves: no process that
+stays what it is can tell how an error changes that did not.
+
+Each process is then laid onto the simulated finger of `hil_error_replay`, beside an ideal tracker.
+
+Takes some minutes, shared by the workers.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from fesloop.analysis.tracker_error.fitting import fit_error
+from fesloop.analysis.tracker_error.judging import WITHIN
+from fesloop.apps.reproduce.cohort import Kept, Key, Progress, run_jobs
+from fesloop.apps.reproduce.comparison import Row
+from fesloop.apps.reproduce.result import Reproduction, Sweep
+from fesloop.errors import InputError
+from fesloop.experiment.files.parse import load
+
+VARIABLE = "FESLOOP_RECORDINGS"
+LOOP = "hil_error_replay"
+SUBJECTS = 10
+CONTROLS = ("mpc", "pid")
+_LEAST_MS = 1.0
+"""Of an offset of the reference's clock that is worth a fit of its own (chosen)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A recording and what tracks it.
+
+    Attributes
+    ----------
+    path: of the recording. folder: of its set. tracker, sensor_set: as of `hil_replay`.
+    put_right: whether the reference's stamps are first put right by what the fit finds them late.
+    seeds: of the closed loops.
+    """
+
+    path: str
+    folder: str
+    tracker: str
+    sensor_set: str = ""
+    put_right: bool = False
+    seeds: tuple[int, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """In words."""
+        words = [f"{self.folder}/{Path(self.path).stem}", self.sensor_set, self.tracker]
+        return " ".join(filter(None, words)) + (", reference put right" if self.put_right else "")
+
+    @property
+    def key(self) -> Key:
+        """By which the result is found."""
+        return ("source", self.name)
+
+    def kept(self) -> Kept:
+        """Fit, judge, and close the loops."""
+        sensor_set = (f"sensor_set={self.sensor_set}",) if self.sensor_set else ()
+        settings = (f"tracker={self.tracker}", *sensor_set)
+        found, late_ms = fit_error(self.path, settings=settings), 0.0
+        if self.put_right and found.ahead_ms > _LEAST_MS:
+            late_ms = found.ahead_ms
+            found = fit_error(self.path, settings=settings, reference_late_ms=late_ms)
+        with TemporaryDirectory(prefix="fesloop-") as folder:
+            file = Path(folder) / "error.toml"
+            found.process.save(file)
+            loops = {control: [closed_loop(control, seed, Path(folder), file) for seed in self.seeds]
+                     for control in CONTROLS}
+        return {"report": found.report(), "late_ms": late_ms, "loops": loops}
+
+
+def closed_loop(control: str, seed: int, folder: Path, file: Path | None) -> tuple[float, float]:
+    """RMSE of the joints, and of the tracker, deg, with the process of a file, or with an ideal tracker."""
+    tracker = f"error={file}" if file is not None else "tracker=ideal"
+    metrics = load(LOOP, (f"control={control}", tracker), seed).run(folder).metrics
+    return float(metrics["joint_rmse_deg"][0]), float(metrics["tracker_rmse_deg"][0])
+
+
+def sources(seeds: tuple[int, ...]) -> list[Source]:
+    """What there is to fit. Raises InputError where the recordings are not there."""
+    root = Path(os.environ.get(VARIABLE, ""))
+    wrists, chains = (sorted((root / folder).glob("*.npz")) for folder in ("wrist", "chain5"))
+    if not os.environ.get(VARIABLE) or not (wrists or chains):
+        raise InputError(VARIABLE, f"no recordings in {root}",
+                         "a folder that holds wrist/*.npz or chain5/*.npz", f"set {VARIABLE} to it")
+    found = [Source(str(path), "wrist", "vqf", seeds=seeds) for path in wrists]
+    for path in chains:
+        for sensor_set in ("rigid", "nonrigid"):
+            found += [Source(str(path), "chain5", "constrained", sensor_set, put_right, seeds)
+                      for put_right in (False, True)]
+        # Its headings wander without bound: what a process that stays what it is cannot foretell.
+        found.append(Source(str(path), "chain5", "vqf", "rigid", seeds=seeds))
+    return found
+
+
+def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
+    """Every recording; `subjects` closed loops with each process."""
+    seeds = tuple(range(1, subjects + 1))
+    asked = sources(seeds)
+    kept = run_jobs(asked, workers, progress)
+    with TemporaryDirectory(prefix="fesloop-") as folder:
+        ideal = {control: closed_loop(control, 1, Path(folder), None)[0] for control in CONTROLS}
+    rows: list[Row] = []
+    loops = []
+    for source in asked:
+        found = kept[source.key]
+        rows += rows_of(source.name, found["report"]["angles"])
+        for control in CONTROLS:
+            errors = np.array(found["loops"][control])
+            loops.append((f"{source.name}, {control}",
+                          (ideal[control], float(errors[:, 0].mean()), float(errors[:, 0].min()),
+                           float(errors[:, 0].max()), float(np.sqrt(np.mean(errors[:, 1] ** 2))))))
+    sweep = Sweep(title=f"{LOOP}: error of the finger's joints with an ideal tracker and with the process, "
+                  f"{subjects} seeds", unit="deg",
+                  columns=("ideal", "error replay", "least", "greatest", "tracker"), rows=tuple(loops))
+    return Reproduction("error_replay", subjects, rows, sweeps={"closed_loop": sweep, "shares": shares(rows)})
+
+
+def rows_of(name: str, angles: list[dict[str, Any]]) -> list[Row]:
+    """Of each angle RMSE and autocorrelation; of each pair of segments the error as a whole."""
+    rows = []
+    for angle in angles:
+        label = angle["angle"] + ("" if angle["moved"] else " (not moved)")
+        rows.append(_rmse_row(name, label, [angle]))
+        rows.append(Row(f"{name}: autocorrelation", label, "in the 95 % band",
+                        f"{100.0 * angle['lags_in_band_share']:.0f} % of the lags",
+                        angle["autocorrelation_in_band"]))
+    pairs: dict[str, list[dict[str, Any]]] = {}
+    for angle in angles:
+        pairs.setdefault(angle["angle"].rpartition(".")[0], []).append(angle)
+    rows += [_rmse_row(name, f"{pair} as a whole", parts) for pair, parts in pairs.items() if len(parts) == 3]
+    return rows
+
+
+def _rmse_row(name: str, label: str, parts: list[dict[str, Any]]) -> Row:
+    """Measured in both halves beside the process along the second."""
+    first, second, process = (math.sqrt(sum(part[f"rmse_{which}_deg"] ** 2 for part in parts))
+                              for which in ("fitted", "measured", "process"))
+    return Row(f"{name}: RMSE", label, f"{second:.2f} (first half {first:.2f})",
+               f"{process:.2f}, {100.0 * (process / second - 1.0):+.0f} %",
+               bool(abs(process / second - 1.0) <= WITHIN), "deg")
+
+
+def shares(rows: list[Row]) -> Sweep:
+    """How many rows of each table hold, of all, and of those that a joint moves about."""
+    tables = dict.fromkeys(row.table for row in rows)
+    found = []
+    for table in tables:
+        mine = [row for row in rows if row.table == table and "as a whole" not in row.row]
+        moved = [row for row in mine if "not moved" not in row.row]
+        found.append((table, (100.0 * np.mean([row.holds for row in mine]),
+                              100.0 * np.mean([row.holds for row in moved]) if moved else math.nan)))
+    return Sweep(title="share that holds", unit="%", columns=("all angles", "moved angles"), rows=tuple(
+        (table, (float(every), float(some))) for table, (every, some) in found))

@@ -1,0 +1,246 @@
+"""Figures of a reproduction, drawn like the papers' own, and theirs beside our bands in one picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fesloop.apps.reproduce.comparison import Band
+from fesloop.apps.reproduce.grasp_figures import latency
+from fesloop.apps.reproduce.result import Reproduction, Sweep
+from fesloop.apps.reproduce.search_figures import maps, progress
+from fesloop.apps.reproduce.theory_figures import beside_theory
+from fesloop.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+BLUE, ORANGE, GREY, GREEN = "#0072b2", "#d55e00", "#666666", "#009e73"
+"""Told apart by the colour-blind (Okabe and Ito)."""
+COLOURS = {"B": ORANGE, "M1": BLUE, "M2": GREEN}
+
+
+def draw(found: Reproduction, folder: Path) -> list[Path]:
+    """Write every figure as PNG; the files. Raises InputError where matplotlib is not installed."""
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: F401
+    except ImportError:
+        raise InputError("figures", "matplotlib is not installed", "matplotlib 3.8 or later",
+                         "pip install matplotlib") from None
+    written = []
+    every: dict[str, Callable[[Reproduction], Figure]] = dict(_OF_PAPER.get(found.paper, {}))
+    if any(isinstance(row.ours, Band) for row in found.rows):
+        every["bands"] = bands
+    for name, make in every.items():
+        path = folder / f"{name}.png"
+        make(found).savefig(path, dpi=110)
+        written.append(path)
+    return written
+
+
+def _figure(width: float, height: float) -> Figure:
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def _tidy(axes: Axes, x: str = "", y: str = "", title: str = "") -> None:
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    axes.set_title(title, loc="left", fontsize="medium")
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def bands(found: Reproduction) -> Figure:
+    """Theirs as points beside our bands, a line a row."""
+    rows = [row for row in found.rows if isinstance(row.ours, Band)]
+    figure = _figure(9.0, 1.2 + 0.24 * len(rows))
+    axes = figure.subplots()
+    for y, row in enumerate(rows):
+        ours = row.ours
+        assert isinstance(ours, Band)
+        axes.plot([ours.low, ours.high], [y, y], color=BLUE, linewidth=4, alpha=0.45, solid_capstyle="butt",
+                  label="ours, 5-95 %" if y == 0 else None)
+        axes.plot(ours.median, y, "|", color=BLUE, markersize=9, label="ours, median" if y == 0 else None)
+        theirs = float(row.theirs)
+        axes.plot(theirs, y, "o" if row.holds else "X", color="black" if row.holds else ORANGE, markersize=5)
+    axes.plot([], [], "o", color="black", markersize=5, label="theirs, in the band")
+    axes.plot([], [], "X", color=ORANGE, markersize=5, label="theirs, outside")
+    axes.set_yticks(range(len(rows)), [f"{row.table}: {row.row}" for row in rows], fontsize="small")
+    axes.invert_yaxis()
+    axes.set_xlim(left=0.0)
+    axes.legend(frameon=False, fontsize="small", loc="lower right")
+    units = ", ".join(dict.fromkeys(row.unit for row in rows))
+    _tidy(axes, units, title=f"{found.paper}, {found.cohort}")
+    return figure
+
+
+def kortier_5(found: Reproduction) -> Figure:
+    """Index tip in the hand's frame in flexion and circles, and its error."""
+    figure = _figure(10.0, 7.0)
+    grid = figure.subplots(4, 2, sharex="col")
+    for column, motion in zip(grid.T, ("flexion", "circles"), strict=True):
+        traces = found.curves["traces"][motion]
+        times = traces["times_s"] - traces["times_s"][0]
+        for i, name in enumerate("xyz"):
+            column[i].plot(times, traces["true_tip_mm"][:, i], color="black", label="truth")
+            column[i].plot(times, traces["tip_mm"][:, i], "--", color=ORANGE, label="tracker")
+            _tidy(column[i], y=f"{name}, mm", title=motion if i == 0 else "")
+        error = np.linalg.norm(traces["tip_mm"] - traces["true_tip_mm"], axis=1)
+        column[3].plot(times, error, color=BLUE)
+        _tidy(column[3], "s", "error, mm")
+    grid[0, 0].legend(frameon=False, fontsize="small", ncols=2)
+    return figure
+
+
+def kortier_6(found: Reproduction) -> Figure:
+    """PIP angle and its rate in 30 rapid movements."""
+    traces = found.curves["traces"]["rapid"]
+    figure = _figure(10.0, 5.0)
+    angle, rate = figure.subplots(2, sharex=True)
+    start = traces["times_s"][0]
+    angle.plot(traces["times_s"] - start, traces["true_pip_deg"], color="black", label="truth")
+    angle.plot(traces["times_s"] - start, traces["pip_deg"], "--", color=ORANGE, label="tracker")
+    angle.legend(frameon=False, fontsize="small", ncols=2)
+    rate.plot(traces["rate_times_s"] - start, traces["rate_deg_s"], color=BLUE)
+    _tidy(angle, y="PIP angle, deg", title="116 beats a minute")
+    _tidy(rate, "s", "PIP rate, deg/s")
+    return figure
+
+
+def salchow_12(found: Reproduction) -> Figure:
+    """Error of the fingertip, median subject: quartiles and worst over time, B beside M1 or M2."""
+    motions = [name for name in found.curves["main"] if "-" in name]
+    figure = _figure(10.0, 4.0)
+    axes = figure.subplots()
+    for number, motion in enumerate(motions):
+        scores = found.curves["main"][motion]
+        for shift, methods, colour in ((-0.18, ("B",), ORANGE), (0.18, ("M1", "M2"), BLUE)):
+            low, middle, high, worst = (
+                float(np.median([max(each[method][key] for method in methods) for each in scores]))
+                for key in ("low", "median", "high", "worst"))
+            axes.bxp([{"q1": low, "med": middle, "q3": high, "whislo": low, "whishi": worst, "fliers": []}],
+                     positions=[number + shift], widths=0.3, patch_artist=True, manage_ticks=False,
+                     boxprops={"facecolor": colour, "alpha": 0.6}, medianprops={"color": "black"})
+    axes.set_xticks(range(len(motions)), motions)
+    axes.set_ylim(bottom=0.0)
+    for colour, label in ((ORANGE, "B"), (BLUE, "M1, M2: the higher value")):
+        axes.plot([], [], color=colour, linewidth=6, alpha=0.6, label=label)
+    axes.legend(frameon=False)
+    _tidy(axes, y="error, cm", title="without magnetic disturbance; quartiles, whisker to the maximum")
+    return figure
+
+
+def salchow_13(found: Reproduction) -> Figure:
+    """Index tip by M1 in AF-F2, and its error in three movements."""
+    traces = found.curves["traces"]
+    figure = _figure(10.0, 6.0)
+    place, error = figure.subplots(2, sharex=True)
+    for motion, colour in (("A-F2", BLUE), ("F-F2", GREEN), ("AF-F2", ORANGE)):
+        one = traces[motion]
+        times = one["times_s"] - one["times_s"][0]
+        shown = times <= 25.0
+        if motion == "AF-F2":
+            for i, (name, line) in enumerate(zip("xyz", (BLUE, GREEN, ORANGE), strict=True)):
+                place.plot(times[shown], one["estimate_cm"][shown, i], color=line, label=f"{name}, M1")
+                place.plot(times[shown], one["truth_cm"][shown, i], "--", color="black", linewidth=0.8)
+        apart = np.linalg.norm(one["estimate_cm"] - one["truth_cm"], axis=1)
+        error.plot(times[shown], apart[shown], color=colour, label=motion)
+    for axes in (place, error):
+        axes.legend(frameon=False, fontsize="small", ncols=3)
+    error.set_ylim(bottom=0.0)
+    _tidy(place, y="index tip, cm", title="AF-F2; truth dashed")
+    _tidy(error, "s", "error, cm")
+    return figure
+
+
+def salchow_14(found: Reproduction) -> Figure:
+    """RMSE of the distances, mean and standard deviation over subjects."""
+    main = found.curves["main"]
+    keys = [(motion, pair) for motion in main if "-" not in motion for pair in main[motion][0]["B"]]
+    figure = _figure(10.0, 4.0)
+    axes = figure.subplots()
+    for shift, method in zip((-0.27, 0.0, 0.27), COLOURS, strict=True):
+        values = np.array([[each[method][pair]["rmse"] for each in main[motion]] for motion, pair in keys])
+        axes.bar(np.arange(len(keys)) + shift, values.mean(axis=1), 0.25, yerr=values.std(axis=1), capsize=3,
+                 color=COLOURS[method], alpha=0.75, label=method)
+    axes.set_xticks(range(len(keys)), [f"{motion} {pair}" for motion, pair in keys])
+    axes.legend(frameon=False)
+    axes.set_ylim(bottom=0.0)
+    _tidy(axes, y="RMSE, cm", title="with magnetic disturbance")
+    return figure
+
+
+def salchow_15(found: Reproduction) -> Figure:
+    """Distance of the pinching tips by M2; grey where they are released."""
+    traces = found.curves["traces"]["P3"]
+    figure = _figure(10.0, 3.2)
+    axes = figure.subplots()
+    times = traces["times_s"]
+    axes.plot(times, traces["distance_cm"], color=GREEN, label="M2")
+    axes.axhline(0.0, color=GREEN, linestyle="--", label="truth while they touch")
+    edges = [times[0], *traces["spans"].ravel(), times[-1]]
+    for start, stop in zip(edges[::2], edges[1::2], strict=True):
+        axes.axvspan(start, stop, color="0.85")
+    axes.legend(frameon=False)
+    _tidy(axes, "s", "distance of the tips, cm", "pinch (P3), released in grey")
+    return figure
+
+
+def sweep(name: str) -> Callable[[Reproduction], Figure]:
+    """A sweep as grouped bars."""
+    def make(found: Reproduction) -> Figure:
+        table: Sweep = found.sweeps[name]
+        figure = _figure(10.0, 1.5 + 0.45 * len(table.rows))
+        axes = figure.subplots()
+        height = 0.8 / len(table.columns)
+        for number, column in enumerate(table.columns):
+            colour = COLOURS.get(column.rpartition(" ")[2], GREY)
+            places = np.arange(len(table.rows)) + (number - 0.5 * (len(table.columns) - 1)) * height
+            lengths = [values[number] for _, values in table.rows]
+            axes.barh(places, lengths, height, color=colour, label=column, alpha=0.9 if number < 3 else 0.5)
+        axes.set_yticks(range(len(table.rows)), [row for row, _ in table.rows])
+        axes.invert_yaxis()
+        axes.legend(frameon=False, fontsize="small")
+        _tidy(axes, f"RMSE, {table.unit}", title=table.title)
+        return figure
+
+    return make
+
+
+_OF_HOUR = (("salchow_m2", ORANGE, "M2"), ("m2_calibrated", GREEN, "M2, calibrated"),
+            ("constrained", BLUE, "constrained"))
+
+
+def hour(found: Reproduction) -> Figure:
+    """RMSE of the fingertips minute by minute, with the sd that the tracker itself gives."""
+    figure = _figure(10.0, 4.5)
+    axes = figure.subplots()
+    for number, kept in enumerate(found.curves["minutes"]):
+        for tracker, colour, label in _OF_HOUR:
+            rmse = np.sqrt(np.mean(kept[tracker][:, 1:] ** 2, axis=1))
+            axes.plot(np.arange(len(rmse)) + 0.5, rmse, color=colour, alpha=0.8,
+                      label=f"{label}, RMSE" if number == 0 else None)
+        sd = np.sqrt(np.mean(kept["sd"][:, 1:] ** 2, axis=1))
+        axes.plot(np.arange(len(sd)) + 0.5, sd, ":", color=BLUE, alpha=0.6,
+                  label="constrained, its own sd" if number == 0 else None)
+        if number == 0:
+            axes.axvspan(*(kept["still"] / 60.0), color="0.9", label="still")
+    axes.set_ylim(bottom=0.0)
+    axes.legend(frameon=False)
+    _tidy(axes, "min", "fingertips F2-F5, cm", f"an hour, {found.cohort}")
+    return figure
+
+
+_OF_PAPER: dict[str, dict[str, Any]] = {
+    "array_search": {"maps": maps, "progress": progress},
+    "grasp_mpc": {"latency": latency},
+    "hour": {"hour": hour},
+    "linear_theory": {"beside_theory": beside_theory},
+    "kortier2014": {"figure_5": kortier_5, "figure_6": kortier_6, "constraints": sweep("constraints")},
+    "salchow2019": {"figure_12": salchow_12, "figure_13": salchow_13, "figure_14": salchow_14,
+                    "figure_15": salchow_15, "sources": sweep("sources"), "field": sweep("field")}}

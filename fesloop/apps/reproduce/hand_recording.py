@@ -1,0 +1,115 @@
+"""What reproductions read from the recording of a moving hand: when phases last, truth and estimate."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.experiment import registry
+from fesloop.experiment.metrics.joints import held
+from fesloop.experiment.recording.reading import Recording
+from fesloop.forms.schema import make
+from fesloop.hand import quaternion
+from fesloop.hand.anthropometry import FINGERS, HandSize
+from fesloop.hand.kinematics import Poses, placed, segment_poses
+from fesloop.hand.skeleton import contact_point, hand_tree
+from fesloop.loop.clock import NS_PER_S
+
+Array = NDArray[np.float64]
+HAND = "hand"
+"""Node of the plant in the shipped experiments."""
+
+
+class Seen(NamedTuple):
+    """A tracker's output (n, ...) at the captures behind it, s, beside the truth (n, ...) of then."""
+
+    times_s: Array
+    estimate: Array
+    truth: Array
+
+
+def plant_of(recording: Recording) -> Any:
+    """The hand that moved."""
+    return _plant(json.dumps(recording.experiment["blocks"][HAND], sort_keys=True))
+
+
+@lru_cache(maxsize=8)
+def _plant(block: str) -> Any:
+    table = json.loads(block)
+    return make(registry.find(table.pop("kind")), table, {}, f"blocks.{HAND}")
+
+
+@lru_cache(maxsize=32)
+def _spans(plant: Any, seed: int, trial: int) -> tuple[tuple[str, float, float], ...]:
+    path = plant.path(seed, HAND, trial)
+    return tuple((span.name, float(span.start), float(span.stop)) for span in path.spans)
+
+
+def size_of(recording: Recording) -> HandSize:
+    """The hand as trackers are told it."""
+    size: HandSize = plant_of(recording).hand
+    return size
+
+
+def palm_error(recording: Recording) -> Array:
+    """What the palm is longer than trackers are told, from wrist to the hand's frame: (3,), m."""
+    plant = plant_of(recording)
+    own = plant.wearer(recording.seed, HAND).tree
+    told = hand_tree(plant.hand)
+    k, j = own.index("hand"), told.index("hand")
+    difference: Array = own.geometry[k, 4] - told.geometry[j, 4]
+    return difference
+
+
+def spans(recording: Recording, name: str, trial: int = 0) -> list[tuple[float, float]]:
+    """When the phases of a name last, s."""
+    every = _spans(plant_of(recording), recording.seed, trial)
+    return [(start, stop) for each, start, stop in every if each == name]
+
+
+def seen(recording: Recording, signal: str, truth: str, trial: int = 0) -> Seen:
+    """A tracker's signal beside the plant's."""
+    told = recording.signal(signal, trial)
+    known = told.newest_ns >= 0
+    captured = told.newest_ns[known]
+    true = held(recording.column(truth, trial), captured)
+    return Seen(captured / NS_PER_S, told.values[known], true)
+
+
+def within(rows: Seen, span: tuple[float, float]) -> Seen:
+    """The part of it that lies in a span of time."""
+    inside = (rows.times_s >= span[0]) & (rows.times_s <= span[1])
+    return Seen(*(column[inside] for column in rows))
+
+
+def contact_points_of(size: HandSize, poses: Poses, contacts: tuple[str, ...]) -> Array:
+    """Places (n, contacts, 3), m, of points such as "F1 bottom" on a hand in poses (n, 17)."""
+    tree = hand_tree(size)
+    places = []
+    for text in contacts:
+        finger, _, point = text.partition(" ")
+        k = tree.index(f"{FINGERS[FINGERS.index(finger)]}d")
+        offset = contact_point(size, finger, point)
+        places.append(poses.position[..., k, :] + quaternion.rotate(poses.orientation[..., k, :], offset))
+    return np.stack(places, axis=-2)
+
+
+def poses_by_angles(size: HandSize, angles: Array) -> Poses:
+    """Poses (n, 17) of a hand by its joint angles (n, 23), in the wrist coordinate system."""
+    return segment_poses(hand_tree(size), angles)
+
+
+def poses_by_orientations(size: HandSize, orientation: Array) -> Poses:
+    """Poses (n, 17) of a hand by its segments' orientations to earth (n, 17, 4), seen from the forearm."""
+    forearm = orientation[:, :1]
+    return placed(hand_tree(size), quaternion.relative(forearm, orientation))
+
+
+def each_trial(recording: Recording) -> Iterator[int]:
+    """Numbers of the trials."""
+    return iter(range(recording.trials))

@@ -1,0 +1,46 @@
+"""Figures of a study, written as PNG."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from fesloop.analysis.study.design.figure_specs import Figure
+from fesloop.analysis.study.results.study_results import StudyResults
+from fesloop.errors import InputError, InputErrors
+from fesloop.show.figures.content import Content
+from fesloop.show.figures.curves import curves
+from fesloop.show.figures.heat_maps import heat_map
+from fesloop.show.figures.overlays import Overlay
+
+
+def draw(results: StudyResults, figure: Figure, folder: str | Path, overlays: Sequence[Overlay] = ()) -> Path:
+    """Draw a figure of a study's results into `folder`; the file, NAME.png.
+
+    `overlays` are lines over it, such as theory's. Raises InputError for a figure of what the study does not
+    have, or of which no run is planned, for an overlay that does not fit, where matplotlib is not installed,
+    and where the file cannot be written.
+    """
+    faults = figure.faults(tuple(results.axes), results.metrics)
+    if faults:
+        raise InputErrors([InputError(f"figure {figure.name}: {fault.where}", fault.found, fault.allowed,
+                                      fault.remedy) for fault in faults])
+    content = Content.of(results, figure, overlays)
+    _require_matplotlib()
+    drawing = heat_map(content) if figure.kind == "heat_map" else curves(content)
+    path = Path(folder) / f"{figure.name}.png"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        drawing.savefig(path)
+    except OSError as fault:
+        raise InputError(str(path), f"cannot be written: {fault.strerror}",
+                         "a folder that can be written") from None
+    return path
+
+
+def _require_matplotlib() -> None:
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: F401
+    except ImportError:
+        raise InputError("figures", "matplotlib is not installed", "matplotlib 3.8 or later",
+                         "pip install matplotlib") from None

@@ -1,0 +1,166 @@
+"""Heat maps of a study: a metric over two axes, panels side by side in one scale of colours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fesloop.analysis.study.results.axis_levels import AxisLevel
+from fesloop.analysis.study.results.estimates import Estimate
+from fesloop.show.figures.cell_texts import write_values
+from fesloop.show.figures.content import Content
+from fesloop.show.figures.ends import colour_ends
+from fesloop.show.figures.layout import add_key, columns_of, is_leftmost, is_lowest, lay_out, rewrite_caption
+from fesloop.show.picture.palette import BLACK, INK, PURPLE, VERMILION, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap, Normalize
+    from matplotlib.figure import Figure as Drawing
+
+_OVERLAYS = ((VERMILION, "-"), (BLACK, "--"), (PURPLE, ":"))
+_STRIP = 0.16
+"""Height of what tells of failed runs, as a share of its cell."""
+_LETTER_IN, _BAR_IN = 0.068, 0.15
+"""Widths of a label's letter and of the colour bar, inches."""
+_HATCHED: dict[str, Any] = {"facecolor": "0.88", "edgecolor": INK, "hatch": "//////",
+                            "linewidth": 0.0}
+
+
+def heat_map(content: Content) -> Drawing:
+    """Draw a figure of kind "heat_map"."""
+    count, key = len(content.panels), _key(content)
+    width, height = _panel_size(content)
+    drawing, every = lay_out(count, (width, height), content.title, content.caption(intervals=True),
+                             list(key), "above")
+    colours, norm = _colours(), _scale(content)
+    for number, (axes, panel) in enumerate(zip(every, content.panels, strict=True)):
+        content.x.apply(axes, "x", squares=True)
+        content.y.apply(axes, "y", squares=True)
+        if content.is_grid:
+            _draw_squares(axes, content, panel, colours, norm)
+        else:
+            _draw_dots(axes, content, content.on(panel), colours, norm)
+        _draw_overlays(axes, content, panel)
+        content.x.label(axes, "x", width)
+        content.y.label(axes, "y", height)
+        tidy(axes, content.axis_label(content.figure.x) if is_lowest(number, count) else "",
+             content.axis_label(str(content.figure.y)) if is_leftmost(number, count) else "",
+             content.level_label(content.figure.panels, panel))
+    _colour_bar(drawing, every, colours, norm, content)
+    add_key(drawing, key, "above")
+    told = content.is_grid and write_values(drawing, every, content, lambda value: colours(norm(value)))
+    rewrite_caption(drawing, content.caption(intervals=told))
+    return drawing
+
+
+def _panel_size(content: Content) -> tuple[float, float]:
+    """Inches: squares large enough for numbers, and what labels of text take."""
+    x, y = content.x, content.y
+    width = float(np.clip(0.45 * len(x.levels), 2.0, 4.4)) + 1.2
+    height = float(np.clip(0.4 * len(y.levels), 1.2, 4.0 if y.numeric else 7.0)) + 0.7
+    # Labels stand beside the first of the panels abreast, whose room is that of all.
+    beside = 0.0 if y.numeric else _LETTER_IN * y.longest / columns_of(len(content.panels))
+    below = 0.5 * _LETTER_IN * x.longest if x.slanted else 0.0
+    return width + beside, height + below
+
+
+def _colours() -> Colormap:
+    """From light to dark, without the ends on which neither black nor white can be read."""
+    from matplotlib import colormaps
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(colormaps["YlGnBu"](np.linspace(0.04, 0.92, 256)))
+
+
+def _scale(content: Content) -> Normalize:
+    """One for all panels."""
+    from matplotlib.colors import Normalize
+
+    return Normalize(*colour_ends(content))
+
+
+def _draw_squares(axes: Axes, content: Content, panel: AxisLevel | None, colours: Colormap,
+                  norm: Normalize) -> None:
+    """Hatched where all runs failed; where some did, their share along the foot of the cell."""
+    from matplotlib.patches import Rectangle
+
+    x, y = content.x, content.y
+    values = np.full((len(y.levels), len(x.levels)), np.nan)
+    for cell in content.on(panel):
+        across, up = cell.levels[content.figure.x], cell.levels[str(content.figure.y)]
+        values[y.levels.index(up), x.levels.index(across)] = content.factor * cell.value
+        if cell.failed:
+            (left, right), (low, high) = x.span(across), y.span(up)
+            foot, height = (high, low - high) if y.downwards else (low, high - low)
+            some = np.isfinite(cell.value)
+            axes.add_patch(Rectangle(
+                (left, foot), (right - left) * (cell.failed / cell.planned if some else 1.0),
+                height * (_STRIP if some else 1.0), zorder=2, gid="failed", **_HATCHED))
+    axes.pcolormesh(x.edges, y.edges, np.ma.masked_invalid(values), cmap=colours, norm=norm, linewidth=0.4,
+                    edgecolors="white")
+
+
+def _draw_dots(axes: Axes, content: Content, cells: Sequence[Estimate], colours: Colormap,
+               norm: Normalize) -> None:
+    """Points that were drawn; a cross where there is no value."""
+    x = content.x.places_of([cell.levels[content.figure.x] for cell in cells])
+    y = content.y.places_of([cell.levels[str(content.figure.y)] for cell in cells])
+    values = content.factor * np.array([cell.value for cell in cells])
+    known = np.isfinite(values)
+    axes.scatter(x[known], y[known], c=values[known], cmap=colours, norm=norm, s=46, edgecolors="0.4",
+                 linewidths=0.6, zorder=3, clip_on=False)
+    axes.scatter(x[~known], y[~known], marker="x", color="0.3", s=30, linewidths=1.2, zorder=3,
+                 clip_on=False)
+
+
+def _overlay_look(content: Content, label: str) -> dict[str, Any]:
+    labels = list(dict.fromkeys(overlay.label for overlay in content.overlays))
+    colour, style = _OVERLAYS[labels.index(label) % len(_OVERLAYS)]
+    return {"linestyle": style, "color": colour, "linewidth": 1.8}
+
+
+def _draw_overlays(axes: Axes, content: Content, panel: AxisLevel | None) -> None:
+    from matplotlib.patheffects import withStroke
+
+    casing = [withStroke(linewidth=3.6, foreground="white")]
+    for overlay in content.overlays_on(panel):
+        look = _overlay_look(content, overlay.label) | {"path_effects": casing, "zorder": 5, "gid": "overlay"}
+        x = content.x.along(overlay.x)
+        if len(overlay.y):
+            axes.plot(x, content.y.along(overlay.y), scalex=False, scaley=False, **look)
+            continue
+        for at in x[np.isfinite(x)]:
+            axes.axvline(at, **look)
+
+
+def _colour_bar(drawing: Drawing, every: Sequence[Axes], colours: Colormap, norm: Normalize,
+                content: Content) -> None:
+    """An arrow at an end beyond which there are values."""
+    from matplotlib.cm import ScalarMappable
+
+    known = [content.factor * cell.value for cell in content.cells if np.isfinite(cell.value)]
+    shares = np.asarray(norm(np.array(known)))
+    extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
+    bar = drawing.colorbar(ScalarMappable(norm, colours), ax=every, fraction=0.05, pad=0.015,
+                           aspect=drawing.get_figheight() / _BAR_IN,
+                           extend=extend[bool((shares < 0.0).any()), bool((shares > 1.0).any())])
+    bar.set_label(content.metric_label, fontsize=9)
+    bar.ax.tick_params(labelsize=8)
+    bar.outline.set_visible(False)
+
+
+def _key(content: Content) -> dict[str, Any]:
+    """Of overlays, and of what tells of failed runs where there are any; by label."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    found: dict[str, Any] = {overlay.label: Line2D([], [], **_overlay_look(content, overlay.label))
+                             for overlay in content.overlays}
+    if content.is_grid and any(cell.failed for cell in content.cells):
+        found["share of runs that failed"] = Patch(**_HATCHED)
+    if not content.is_grid and any(not cell.runs for cell in content.cells):
+        found["no value"] = Line2D([], [], marker="x", linestyle="none", color="0.3", markersize=5)
+    return found

@@ -1,0 +1,92 @@
+"""Title above, panels, their key, and below them what their numbers are."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal
+
+from fesloop.show.picture.palette import INK
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Drawing
+
+_MOST_ABREAST = 4
+_TITLE_IN, _CAPTION_IN, _KEY_IN, _EDGE_IN = 0.2, 0.15, 0.22, 0.08
+"""Heights of a line of title, caption and key, and the room about them, inches."""
+_TITLE_LETTERS, _CAPTION_LETTERS, _KEY_LETTERS = 10.5, 17.0, 14.0
+"""To an inch."""
+_HANDLE_IN = 0.6
+"""What stands before a label in a key, and about it."""
+
+
+def columns_of(count: int) -> int:
+    """Panels abreast, rows as even as can be."""
+    rows = -(-count // _MOST_ABREAST)
+    return -(-count // rows)
+
+
+def lay_out(count: int, size: tuple[float, float], title: str, caption: str, key: Sequence[str],
+            key_at: Literal["above", "beside"]) -> tuple[Drawing, list[Axes]]:
+    """A drawing of so many panels of a size, inches, with room for a key of these labels; its panels.
+
+    Panels share their scales.
+    """
+    from matplotlib.figure import Figure as Drawing
+
+    columns = columns_of(count)
+    rows = -(-count // columns)
+    beside = _HANDLE_IN + max(map(len, key)) / _KEY_LETTERS if key and key_at == "beside" else 0.0
+    wide = columns * size[0] + beside
+    head, foot = (textwrap.wrap(text, int(letters * wide))
+                  for text, letters in ((title, _TITLE_LETTERS), (caption, _CAPTION_LETTERS)))
+    below = _CAPTION_IN * len(foot) + _EDGE_IN
+    above = _TITLE_IN * len(head) + _EDGE_IN + (_KEY_IN if key and key_at == "above" else 0.0)
+    high = rows * size[1] + above + below
+    drawing = Drawing(figsize=(wide, high), dpi=150, layout="constrained")
+    layout: Any = drawing.get_layout_engine()
+    layout.set(rect=(0.0, below / high, 1.0 - beside / wide, 1.0 - (above + below) / high))
+    drawing.text(_EDGE_IN / wide, 1.0 - _EDGE_IN / high, "\n".join(head), ha="left", va="top", fontsize=11,
+                 color=INK, gid="title")
+    drawing.text(_EDGE_IN / wide, (below - 0.3 * _EDGE_IN) / high, "\n".join(foot), ha="left", va="top",
+                 fontsize=7.5, color="0.35", gid="caption")
+    every = drawing.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel().tolist()
+    for spare in every[count:]:
+        spare.set_visible(False)
+    for axes in every[max(0, count - columns):count]:
+        axes.tick_params(labelbottom=True)
+    return drawing, every[:count]
+
+
+def is_lowest(number: int, count: int) -> bool:
+    """Whether there is no panel below one."""
+    return number + columns_of(count) >= count
+
+
+def is_leftmost(number: int, count: int) -> bool:
+    """Whether there is no panel to the left of one."""
+    return number % columns_of(count) == 0
+
+
+def add_key(
+    drawing: Drawing, handles: dict[str, Any], at: Literal["above", "beside"], name: str = ""
+) -> None:
+    """The key, in the room that `lay_out` left for it: nothing is hidden by it."""
+    if not handles:
+        return
+    layout: Any = drawing.get_layout_engine()
+    _, bottom, width, height = layout.get()["rect"]
+    beside: dict[str, Any] = {"bbox_to_anchor": (width, bottom + height), "title": name or None}
+    above: dict[str, Any] = {"bbox_to_anchor": (_EDGE_IN / drawing.get_figwidth(), bottom + height),
+             "ncols": len(handles), "borderpad": 0.1}
+    look: dict[str, Any] = {"frameon": False, "fontsize": 8, "title_fontsize": 8, "alignment": "left",
+                            "borderaxespad": 0.2, **(beside if at == "beside" else above)}
+    drawing.legend(handles.values(), handles, loc="upper left" if at == "beside" else "lower left", **look)
+
+
+def rewrite_caption(drawing: Drawing, caption: str) -> None:
+    """Another caption, no longer than that for which there is room."""
+    for text in drawing.texts:
+        if text.get_gid() == "caption":
+            text.set_text("\n".join(textwrap.wrap(caption, int(_CAPTION_LETTERS * drawing.get_figwidth()))))

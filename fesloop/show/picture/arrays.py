@@ -1,0 +1,177 @@
+"""The picture of the arrays: the forearm's skin unrolled, its elements, and the motor points under them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.hand.muscles import muscle
+from fesloop.show.picture.labels import placed_labels
+from fesloop.show.picture.muscle_bars import draw_muscles
+from fesloop.show.picture.palette import FAINT, INK, channel_colour, tidy
+from fesloop.show.picture.unrolled import CUT_DEG, motor_points, unrolled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+_DORSAL, _VOLAR = "#f8efe6", "#f1e3d6"
+_EMPTY = "#fffdfa"
+_POINT_MM, _AROUND_MM = 2.4, 14.0
+"""Radius of a motor point's sign, and the skin shown beyond elements and motor points."""
+
+
+def arrays_figure(
+    electrodes: Any, charge: Array | None, highest: float, shares: Array | None, commands: Array | None,
+    muscles: dict[str, Array | None], title: str,
+) -> Figure:
+    """The arrays at one instant, and beside them the muscles.
+
+    Parameters
+    ----------
+    electrodes: the block; its `places` (elements, 3): around, along, radius, mm; its `radius_mm`; and where
+        it has them its `motor_points` (muscle, around_deg, along_mm).
+    charge: (elements,), C a phase; highest: that of the colour bar's end. shares: (channels, elements).
+    commands: (channels, 2), A and s. muscles: `recruitment`, `activation`, `fitness`, (29,) each. None
+        stands for what was not recorded.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13.33, 7.5), dpi=150)
+    grid = figure.add_gridspec(1, 2, width_ratios=(2.55, 1.0), left=0.05, right=0.985, top=0.9, bottom=0.16,
+                               wspace=0.16)
+    skin, bars = figure.add_subplot(grid[0]), figure.add_subplot(grid[1])
+    figure.text(0.015, 0.975, title, ha="left", va="top", fontsize=12, color=INK)
+    places, points = unrolled(electrodes.places, electrodes.radius_mm), motor_points(electrodes)
+    draw_skin(skin, electrodes.radius_mm, places, points)
+    if shares is not None:
+        draw_channels(skin, places, shares)
+    draw_elements(skin, places, charge, highest)
+    draw_motor_points(skin, points, places, muscles["recruitment"])
+    _channel_key(figure, shares, commands)
+    if charge is not None and highest > 0.0:
+        _colour_bar(figure, highest)
+    draw_muscles(bars, muscles)
+    return figure
+
+
+def draw_skin(axes: Axes, radius_mm: float, places: Array, points: dict[str, Array]) -> None:
+    """The skin between the elbow, at the top, and the wrist, as far as something is on it or under it."""
+    per_deg = np.deg2rad(1.0) * radius_mm
+    along = np.concatenate([places[:, 1], [place[1] for place in points.values()]])
+    low, high = along.min() - _AROUND_MM, along.max() + _AROUND_MM
+    for first, colour, name in ((-90.0, _DORSAL, "DORSAL"), (90.0, _VOLAR, "VOLAR")):
+        axes.axvspan(first * per_deg, (first + 180.0) * per_deg, color=colour, zorder=0, linewidth=0)
+        axes.text((first + 3.0) * per_deg, low + 2.0, name, ha="left", va="top", fontsize=11, color=FAINT,
+                  fontweight="bold", zorder=1)
+    axes.set_xlim(CUT_DEG * per_deg, (CUT_DEG + 360.0) * per_deg)
+    axes.set_ylim(high, low)
+    axes.set_aspect("equal")
+    degrees = np.arange(-90, 271, 45)
+    names = {-90: "ulnar", 0: "mid-line", 90: "radial", 180: "mid-line", 270: "ulnar"}
+    axes.set_xticks(degrees * per_deg, [f"{each}°\n{names.get(int(each), '')}" for each in degrees])
+    tidy(axes, "around the forearm", "from the elbow, mm")
+    for y, text in ((0.97, "to the elbow ↑"), (0.03, "to the wrist ↓")):
+        axes.text(0.985, y, text, transform=axes.transAxes, fontsize=8, color=FAINT, ha="right", va="center")
+
+
+def draw_channels(axes: Axes, places: Array, shares: Array) -> None:
+    """Virtual electrodes: a ring about each element of a channel, rings joined."""
+    from matplotlib.patches import Circle
+
+    rings = np.zeros(len(places))
+    for channel, row in enumerate(shares):
+        members, colour = np.flatnonzero(row > 0.0), channel_colour(channel)
+        for i, j in _joined(places[members, :2]):
+            first, second = places[members[i]], places[members[j]]
+            axes.plot([first[0], second[0]], [first[1], second[1]], color=colour, linewidth=9, alpha=0.35,
+                      solid_capstyle="round", zorder=2)
+        for element in members:
+            x, y, size = places[element]
+            rings[element] += 1.0
+            axes.add_patch(Circle((x, y), size + 0.9 * rings[element], fill=False, edgecolor=colour,
+                                  linewidth=2.4, zorder=5))
+
+
+def _joined(points: Array) -> list[tuple[int, int]]:
+    """Pairs of points that join all of them by the shortest ways (a minimum spanning tree)."""
+    pairs: list[tuple[int, int]] = []
+    reached, left = [0] if len(points) else [], list(range(1, len(points)))
+    while left:
+        apart = np.linalg.norm(points[reached][:, np.newaxis] - points[left], axis=-1)
+        i, j = np.unravel_index(int(apart.argmin()), apart.shape)
+        pairs.append((reached[int(i)], left[int(j)]))
+        reached.append(left.pop(int(j)))
+    return pairs
+
+
+def _colours(charge: Array, highest: float) -> Array:
+    """Of elements by their charge, (n, 4)."""
+    from matplotlib import colormaps
+
+    # The darkest end of the map would hide an element's number.
+    return np.asarray(colormaps["YlGnBu"](0.08 + 0.82 * np.clip(charge / max(highest, 1e-30), 0.0, 1.0)))
+
+
+def draw_elements(axes: Axes, places: Array, charge: Array | None, highest: float) -> None:
+    """Every element as its pad, with its number, coloured by charge where it has any."""
+    from matplotlib.patches import Circle
+
+    colours = [_EMPTY] * len(places) if charge is None else list(_colours(charge, highest))
+    for element, (x, y, size) in enumerate(places):
+        idle = charge is None or charge[element] <= 0.0
+        axes.add_patch(Circle((x, y), size, facecolor=_EMPTY if idle else colours[element], edgecolor="0.55",
+                              linewidth=0.7, zorder=3))
+        dark = not idle and charge is not None and charge[element] > 0.55 * highest
+        axes.text(x, y + 0.58 * size, f"{element}", ha="center", va="center", fontsize=6.5, zorder=4,
+                  gid=f"element {element}", color="white" if dark else "0.45")
+
+
+def draw_motor_points(
+    axes: Axes, points: dict[str, Array], places: Array, recruitment: Array | None
+) -> None:
+    """Motor points, each a disc filled by the share of its axons that is recruited."""
+    from matplotlib.patches import Circle, Wedge
+    from matplotlib.patheffects import withStroke
+
+    def share_of(name: str) -> float:
+        return 0.0 if recruitment is None else float(recruitment[muscle(name)])
+
+    texts = {name: f"{name} {100.0 * share_of(name):.0f} %" if share_of(name) >= 0.005 else name
+             for name in points}
+    spots = placed_labels(points, texts, _POINT_MM)
+    for name, (x, y) in points.items():
+        share = share_of(name)
+        axes.add_patch(Circle((x, y), _POINT_MM, facecolor="white", edgecolor=INK, linewidth=0.9, zorder=6))
+        if share > 0.0:
+            axes.add_patch(Wedge((x, y), _POINT_MM, -90.0, -90.0 + 360.0 * share, color=INK, zorder=7))
+        label_x, label_y = spots[name]
+        axes.text(label_x, label_y, texts[name], ha="center", va="center", fontsize=6.8, zorder=8, color=INK,
+                  fontweight="bold" if share >= 0.005 else "normal", gid=f"motor point {name}",
+                  path_effects=[withStroke(linewidth=1.8, foreground="white")])
+
+
+def _channel_key(figure: Figure, shares: Array | None, commands: Array | None) -> None:
+    """A line that says what each channel gives."""
+    count = max(0 if each is None else len(each) for each in (shares, commands))
+    for channel in range(count):
+        text = f"channel {channel}"
+        if commands is not None and channel < len(commands):
+            current, width = commands[channel]
+            text += f": {1e3 * current:.1f} mA, {1e6 * width:.0f} µs" if current > 0.0 else ": off"
+        column, row = channel % 4, channel // 4
+        figure.text(0.05 + 0.16 * column, 0.075 - 0.03 * row, f"● {text}", fontsize=9,
+                    color=channel_colour(channel))
+
+
+def _colour_bar(figure: Figure, highest: float) -> None:
+    axes = figure.add_axes((0.46, 0.945, 0.2, 0.016))
+    scale = np.linspace(0.0, highest, 128)
+    axes.imshow(_colours(scale, highest)[np.newaxis], extent=(0.0, max(1e6 * highest, 1e-9), 0.0, 1.0),
+                aspect="auto")
+    axes.set_yticks([])
+    axes.tick_params(labelsize=7)
+    axes.set_title("charge a phase, µC", fontsize=8, loc="left", color=INK, pad=3)

@@ -1,0 +1,234 @@
+"""Every picture of a recording, written as PNG from the recording alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.experiment.files.patients import describe
+from fesloop.experiment.recording.reading import Recording
+from fesloop.loop.clock import NS_PER_S
+from fesloop.show.picture.arrays import arrays_figure
+from fesloop.show.picture.cast import Cast, cast_of
+from fesloop.show.picture.courses import courses_figure
+from fesloop.show.picture.hand import Estimate, hand_figure
+from fesloop.show.picture.held import first_recorded, span_ns, values_at
+from fesloop.show.picture.instants import (
+    APART_M,
+    APART_SHARE,
+    asked_for,
+    candidates,
+    most_different,
+    spread_out,
+)
+from fesloop.show.picture.posture import Posture, estimated_posture, true_posture
+from fesloop.show.picture.scene import solids_of
+from fesloop.show.picture.stimulation import stimulation_at
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+Instants = NDArray[np.int64]
+Progress = Callable[[float], None]
+
+
+@dataclass(slots=True)
+class Drawn:
+    """What became of a recording's pictures.
+
+    Attributes
+    ----------
+    pictures: files, in the order in which they were drawn.
+    instants_s: that are drawn. chosen: why these.
+    notes: what could not be drawn, and why. trial: that is drawn.
+    """
+
+    pictures: list[Path] = field(default_factory=list)
+    instants_s: list[float] = field(default_factory=list)
+    chosen: str = "as asked for"
+    notes: list[str] = field(default_factory=list)
+    trial: int = 0
+
+
+def draw(
+    recording: Recording, folder: Path, at_s: Sequence[float] = (), trial: int | None = None,
+    progress: Progress = lambda fraction: None,
+) -> Drawn:
+    """Draw the hand, the arrays at every instant, and time courses, as far as the recording has them.
+
+    `trial`: which; None: the last, as a first trial may be one before anything is learnt or stimulated.
+
+    Raises
+    ------
+    InputError: for a recording with neither hand nor arrays or without rows, a trial or an instant that is
+        not in it, and where matplotlib is not installed or a file cannot be written.
+    """
+    _require_matplotlib()
+    cast = cast_of(recording)
+    if cast.hand is None and cast.electrodes is None:
+        raise InputError(str(recording.path), "has neither a hand nor electrode arrays to draw",
+                         "a recording of a plant with a parameter `hand`, or of electrodes")
+    if not recording.trials:
+        raise InputError(str(recording.path), f"holds no row of any trial (run {recording.status})",
+                         "a recording with something to draw")
+    trial = recording.trials - 1 if trial is None else trial
+    if not 0 <= trial < recording.trials:
+        raise InputError(f"--trial {trial}", "is not in the recording", f"0 to {recording.trials - 1}")
+    span = _recorded(recording, cast, trial)
+    drawn = Drawn(trial=trial)
+    _write(folder, lambda: folder.mkdir(parents=True, exist_ok=True))
+    at_ns = _instants(recording, cast, trial, span, at_s, drawn)
+    drawn.instants_s = [float(now) / NS_PER_S for now in at_ns]
+    title = title_of(recording, cast, trial)
+    stem = recording.path.stem if recording.trials == 1 else f"{recording.path.stem}_trial{trial}"
+    figures: list[tuple[str, Figure]] = []
+    figure = _hand(recording, cast, trial, at_ns, title, drawn)
+    figures += [("hand", figure)] if figure is not None else []
+    progress(0.6)
+    figures += _arrays(recording, cast, trial, at_ns, title, drawn)
+    courses, notes = courses_figure(recording, cast, trial, at_ns, span[1], title)
+    drawn.notes += notes
+    figures.append(("courses", courses))
+    for number, (name, each) in enumerate(figures):
+        path = folder / f"{stem}_{name}.png"
+        _write(folder, partial(each.savefig, path))
+        drawn.pictures.append(path)
+        progress(0.7 + 0.3 * (number + 1) / len(figures))
+    drawn.notes = list(dict.fromkeys(drawn.notes))
+    return drawn
+
+
+def _write(folder: Path, act: Callable[[], Any]) -> None:
+    try:
+        act()
+    except OSError as fault:
+        raise InputError(f"--out {folder}", f"cannot be written: {fault.strerror}",
+                         "a folder that can be written") from None
+
+
+def _require_matplotlib() -> None:
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: F401
+    except ImportError:
+        raise InputError("pictures", "matplotlib is not installed", "matplotlib 3.8 or later",
+                         "pip install matplotlib") from None
+
+
+def title_of(recording: Recording, cast: Cast, trial: int) -> str:
+    """What all pictures of a trial are headed with: which run of whom."""
+    parts = [recording.name, *([f"trial {trial}"] if recording.trials > 1 else []), f"seed {recording.seed}"]
+    patient = recording.experiment.get("patient")
+    if patient:
+        parts.append(describe({**patient, "file": Path(patient["file"]).stem}))
+    if cast.hand is not None:
+        size = cast.hand.hand_size
+        parts.append(f"{size.side} hand of {size.hand_mm:.0f} mm")
+    return ", ".join(parts) + ("" if recording.status == "done" else f" (run {recording.status})")
+
+
+def _recorded(recording: Recording, cast: Cast, trial: int) -> tuple[int, int]:
+    """First and last instant of what is drawn."""
+    nodes = [player.name for player in (cast.hand, cast.electrodes) if player is not None]
+    spans = [found for name in recording.signals if name.partition(".")[0] in nodes
+             if (found := span_ns(recording, name, trial)) is not None]
+    if not spans:
+        raise InputError(str(recording.path), f"nothing of {', '.join(nodes)} was recorded in trial {trial}",
+                         remedy="take their signals out of record.leave_out")
+    return min(first for first, _ in spans), max(last for _, last in spans)
+
+
+def _instants(
+    recording: Recording, cast: Cast, trial: int, span: tuple[int, int], at_s: Sequence[float], drawn: Drawn
+) -> Instants:
+    """As asked for, else where postures differ most, else where activations do, else spread out."""
+    if at_s:
+        return asked_for(at_s, span[1], trial)
+    every = candidates(*span)
+    posture = true_posture(recording, cast.hand, trial, every) if cast.hand is not None else None
+    rows: list[int] = []
+    if posture is not None:
+        place = posture.poses.position
+        rows = most_different(place[:, 1:] - place[:, :1], APART_M)
+        drawn.chosen = "postures differ most"
+    if len(rows) < 2 and cast.electrodes is not None:
+        names = f"{cast.muscles}.activation", f"{cast.electrodes.name}.recruitment"
+        name = first_recorded(recording, names)
+        shares = values_at(recording, name, trial, every) if name else None
+        if shares is not None:
+            rows = most_different(shares[..., np.newaxis], APART_SHARE)
+            drawn.chosen = f"{name} differs most"
+    if len(rows) < 2:
+        drawn.chosen = "start, middle and end: little differs"
+        return spread_out(*span)
+    return every[rows]
+
+
+def _hand(
+    recording: Recording, cast: Cast, trial: int, at_ns: Instants, title: str, drawn: Drawn
+) -> Figure | None:
+    if cast.hand is None:
+        drawn.notes.append("the hand is not drawn: the recording has none")
+        return None
+    truth = true_posture(recording, cast.hand, trial, at_ns)
+    if truth is None or not truth.finite.any():
+        lack = "is not recorded" if truth is None else "is not finite at any of the instants"
+        drawn.notes.append(f"the hand is not drawn: {cast.hand.name}.angles {lack}")
+        return None
+    drawn.notes += [f"the hand at {now / NS_PER_S:g} s is not drawn: its posture is not finite"
+                    for now, fine in zip(at_ns, truth.finite, strict=True) if not fine]
+    name = f"{cast.hand.name}.site_orientation"
+    if name not in recording.signals and getattr(cast.hand.part, "forearm_moves", True):
+        drawn.notes.append(f"the forearm is drawn as it was at the start: {name} is not recorded")
+    solids, notes = solids_of(recording, cast.hand, trial, at_ns)
+    drawn.notes += notes
+    return hand_figure(truth, at_ns, solids, _estimate(recording, cast, trial, at_ns, truth, drawn), title)
+
+
+def _estimate(
+    recording: Recording, cast: Cast, trial: int, at_ns: Instants, truth: Posture, drawn: Drawn
+) -> Estimate | None:
+    """Of the first tracker that has one."""
+    for tracker in cast.trackers:
+        found = estimated_posture(recording, tracker, trial, at_ns, truth)
+        if found is not None:
+            others = [each.name for each in cast.trackers if each is not tracker]
+            if others:
+                drawn.notes.append(f"of the trackers only {tracker.name} is drawn, not {', '.join(others)}")
+            return Estimate(found[0], tracker.name, found[1])
+    return None
+
+
+def _arrays(
+    recording: Recording, cast: Cast, trial: int, at_ns: Instants, title: str, drawn: Drawn
+) -> list[tuple[str, Figure]]:
+    """One picture an instant, in one scale of colours."""
+    if cast.electrodes is None:
+        drawn.notes.append("the arrays are not drawn: the recording has no electrodes")
+        return []
+    if cast.rotation:
+        drawn.notes.append(f"motor points are drawn as in a neutral forearm: {cast.rotation} turns them")
+    stimulation, notes = stimulation_at(recording, cast, trial, at_ns)
+    drawn.notes += notes
+    signals = {"recruitment": f"{cast.electrodes.name}.recruitment",
+               "activation": f"{cast.muscles}.activation", "fitness": f"{cast.muscles}.fitness"}
+    values = {key: values_at(recording, name, trial, at_ns) if name in recording.signals else None
+              for key, name in signals.items()}
+    drawn.notes += [f"{key} is not drawn: {signals[key]} is not recorded"
+                    for key in ("recruitment", "activation") if values[key] is None]
+    highest = float(stimulation.charge.max()) if stimulation.charge is not None else 0.0
+
+    def row(array: Any, i: int) -> Any:
+        return None if array is None else array[i]
+
+    return [(f"arrays_{now / NS_PER_S:.3f}s", arrays_figure(
+        cast.electrodes.part, row(stimulation.charge, i), highest, row(stimulation.shares, i),
+        row(stimulation.commands, i), {key: row(value, i) for key, value in values.items()},
+        f"{title}, {now / NS_PER_S:.2f} s")) for i, now in enumerate(at_ns)]

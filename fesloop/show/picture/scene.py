@@ -1,0 +1,70 @@
+"""What is around a recorded hand at an instant: the object that it may grasp, and the table."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.show.picture.cast import Player
+from fesloop.show.picture.distance_kernels import BALL, BOX, CYLINDER
+from fesloop.show.picture.held import Signals, values_at
+from fesloop.show.picture.render import Solid
+
+Array = NDArray[np.float64]
+Instants = NDArray[np.int64]
+_KINDS = {"cylinder": CYLINDER, "ball": BALL, "block": BOX, "card": BOX}
+_OBJECT, _TABLE = (0.42, 0.66, 0.84), (0.86, 0.85, 0.82)
+_TOP_M = 0.01
+"""Thickness of a table top."""
+_UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def solids_of(
+    recording: Signals, hand: Player, trial: int, at_ns: Instants
+) -> tuple[list[list[Solid]], list[str]]:
+    """Object and table, from the wrist's centre, at each instant; and what cannot be drawn of them.
+
+    Of a hand plant with the parameters `object` (shape, size_mm) and `table` (height_m, centre_m, half_m,
+    and `drop(time_ns)`, how far it has sunk, m), each of which may be absent.
+    """
+    things, notes = _objects(recording, hand, trial, at_ns)
+    tops = _tables(getattr(hand.part, "table", None), at_ns)
+    return [thing + top for thing, top in zip(things, tops, strict=True)], notes
+
+
+def _objects(
+    recording: Signals, hand: Player, trial: int, at_ns: Instants
+) -> tuple[list[list[Solid]], list[str]]:
+    thing = getattr(hand.part, "object", None)
+    nothing: list[list[Solid]] = [[] for _ in at_ns]
+    if thing is None:
+        return nothing, []
+    names = [f"{hand.name}.object_{port}" for port in ("position", "orientation")]
+    missing = [name for name in names if name not in recording.signals]
+    if missing:
+        return nothing, [f"the object is not drawn: {', '.join(missing)} not recorded"]
+    if thing.shape not in _KINDS:
+        return nothing, [f"the object is not drawn: shape {thing.shape!r} is none of {', '.join(_KINDS)}"]
+    positions, turns = (values_at(recording, name, trial, at_ns) for name in names)
+    if positions is None or turns is None:
+        return nothing, ["the object is not drawn: nothing of it was recorded in this trial"]
+    half = half_sizes(thing.shape, thing.size_mm)
+    return [[Solid(_KINDS[thing.shape], place, turn, half, _OBJECT)] if np.isfinite([*place, *turn]).all()
+            else [] for place, turn in zip(positions, turns, strict=True)], []
+
+
+def half_sizes(shape: str, size_mm: tuple[float, ...]) -> Array:
+    """Of a solid (see `Solid`), m, from what an object's `size_mm` lists: diameters and whole sides."""
+    half = 5e-4 * np.array(size_mm, dtype=np.float64)
+    return np.concatenate([half, np.zeros(3 - len(half))])
+
+
+def _tables(table: Any, at_ns: Instants) -> list[list[Solid]]:
+    if table is None:
+        return [[] for _ in at_ns]
+    half = np.array([*table.half_m, 0.5 * _TOP_M])
+    heights = [table.height_m - 0.5 * _TOP_M - table.drop(int(now)) for now in at_ns]
+    places = [np.array([*table.centre_m, height]) for height in heights]
+    return [[Solid(BOX, place, _UPRIGHT, half, _TABLE, fades=True)] for place in places]

@@ -1,0 +1,138 @@
+"""What a page's script draws: charts, strips, bars, heat maps and the hand, as it reads them."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.show.report.figure3d import Figure3d, Frames, Mesh, Solid
+from fesloop.show.report.numbers import Numbers
+from fesloop.show.report.parts import Bars, Chart, Fold, HeatMap, Line, Page, Part, Strips
+
+Array = NDArray[np.float64]
+Drawn = Chart | Strips | Bars | HeatMap | Figure3d
+
+
+def drawn_numbers(page: Page) -> dict[str, Any]:
+    """All that a page's script needs, fit for JSON: arrays, and parts by key, which name theirs by place.
+
+    Limits, marks and points that are not finite, as a damaged file may make them, are left out.
+
+    Raises ValueError where two parts of the page have the same key.
+    """
+    numbers = Numbers()
+    parts: dict[str, dict[str, Any]] = {}
+    for part in _drawn(part for section in page.sections for part in section.parts):
+        if part.key in parts:
+            raise ValueError(f"a page's parts need keys of their own; {part.key!r} is there twice")
+        parts[part.key] = _described(part, numbers)
+    return {"trials": [int(trial) for trial in page.trials], "shown": int(page.shown), "parts": parts,
+            "arrays": numbers.kept}
+
+
+def _drawn(parts: Iterator[Part]) -> Iterator[Drawn]:
+    for part in parts:
+        if isinstance(part, Drawn):
+            yield part
+        elif isinstance(part, Fold):
+            yield from _drawn(iter(part.parts))
+
+
+def _described(part: Drawn, numbers: Numbers) -> dict[str, Any]:
+    match part:
+        case Chart():
+            return _chart(part, numbers)
+        case Strips():
+            return _strips(part, numbers)
+        case Bars():
+            return _bars(part, numbers)
+        case HeatMap():
+            return _heat_map(part, numbers)
+        case Figure3d():
+            return _figure(part, numbers)
+
+
+def _chart(chart: Chart, numbers: Numbers) -> dict[str, Any]:
+    limits = _limits(chart.limits)
+    return {"kind": "chart", "x_label": chart.x_label, "y_label": chart.y_label,
+            "lines": [_line(line, numbers, limits) for line in chart.lines],
+            "marks": [{"text": mark.text, "at": float(mark.at), "until": float(mark.until)}
+                      for mark in chart.marks if _are_numbers((mark.at, mark.until))],
+            "timed": chart.timed, "limits": limits,
+            "x_levels": [*chart.x_levels], "x_log": chart.x_log}
+
+
+def _strips(strips: Strips, numbers: Numbers) -> dict[str, Any]:
+    limits = _limits(strips.limits)
+    return {"kind": "strips", "x_label": strips.x_label, "y_label": strips.y_label,
+            "lines": [_line(line, numbers, limits) for line in strips.lines], "timed": strips.timed,
+            "limits": limits}
+
+
+def _limits(ends: tuple[float, float] | None) -> list[float] | None:
+    """Of an axis; None where they are no numbers."""
+    return None if ends is None or not _are_numbers(ends) else [float(ends[0]), float(ends[1])]
+
+
+def _are_numbers(values: Sequence[Any]) -> bool:
+    """Whether all are finite numbers; a damaged document may hold text, or integers beyond floats."""
+    kinds, most = (int, float, np.integer, np.floating), sys.float_info.max
+    return all(isinstance(each, kinds) and bool(-most <= each <= most) for each in values)
+
+
+def _line(line: Line, numbers: Numbers, limits: Sequence[float] | None = None) -> dict[str, Any]:
+    """`limits`: of y, beyond which nothing is seen; None where all of it is."""
+    seen = math.inf if limits is None else limits[1] - limits[0]
+    y, low, high = (None if each is None else numbers.add(np.where(np.isfinite(each), each, np.nan), seen)
+                    for each in (line.y, line.low, line.high))
+    return {"name": line.name, "role": line.role, "style": line.style, "x": numbers.add(line.x), "y": y,
+            "low": low, "high": high}
+
+
+def _bars(bars: Bars, numbers: Numbers) -> dict[str, Any]:
+    return {"kind": "bars", "x_label": bars.x_label, "names": [*bars.names], "stacked": bars.stacked,
+            "series": [{"name": name, "role": bars.roles[name], "values": numbers.add(list(values))}
+                       for name, values in bars.values.items()]}
+
+
+def _heat_map(heat: HeatMap, numbers: Numbers) -> dict[str, Any]:
+    low, high = (None, None) if heat.lack else (float(heat.low), float(heat.high))
+    return {"kind": "heat_map", "x_label": heat.x_label, "y_label": heat.y_label,
+            "x_levels": [*heat.x_levels], "y_levels": [*heat.y_levels], "values": numbers.add(heat.values),
+            "cells": [[*row] for row in heat.cells], "told": [[*row] for row in heat.told],
+            "value_label": heat.value_label, "low": low, "high": high,
+            "better": heat.better, "contours": [_line(line, numbers) for line in heat.contours]}
+
+
+def _figure(figure: Figure3d, numbers: Numbers) -> dict[str, Any]:
+    return {"kind": "hand", "view": [*map(float, figure.view)],
+            "shapes": {name: [_mesh(mesh, numbers) for mesh in meshes]
+                       for name, meshes in figure.shapes.items()},
+            "objects": [_solid(solid) for solid in figure.objects],
+            "trials": {str(trial): _frames(frames, numbers) for trial, frames in figure.trials.items()}}
+
+
+def _mesh(mesh: Mesh, numbers: Numbers) -> dict[str, int]:
+    return {"vertices": numbers.add(mesh.vertices), "faces": numbers.add_whole(mesh.faces)}
+
+
+def _solid(solid: Solid) -> dict[str, Any]:
+    return {"kind": solid.kind, "half_sizes": [*map(float, solid.half_sizes)], "role": solid.role,
+            "moves": solid.moves, "pose": [*map(float, solid.pose)]}
+
+
+def _frames(frames: Frames, numbers: Numbers) -> dict[str, Any]:
+    return {"start_s": float(frames.start_s), "step_s": float(frames.step_s),
+            "hands": {name: _poses(poses, numbers) for name, poses in frames.hands.items()},
+            "objects": _poses(frames.objects, numbers)}
+
+
+def _poses(poses: Array, numbers: Numbers) -> dict[str, int]:
+    """Orientations and positions apart: each has a range of its own."""
+    return {"frames": len(poses), "bodies": poses.shape[1], "orientations": numbers.add(poses[..., :4]),
+            "positions": numbers.add(poses[..., 4:])}

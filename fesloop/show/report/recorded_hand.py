@@ -1,0 +1,168 @@
+"""The hands of a recording, as what can be asked where they were: the true one, and a tracker's.
+
+Three kinds of recordings have one: of a hand's plant, with a tracker or without; of a tracker alone, as where
+sensors are replayed; and of a finger of three joints.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.hand.anthropometry import HandSize
+from fesloop.hand.kinematics import Poses
+from fesloop.hand.rest import RESTING_DEG
+from fesloop.hand.skeleton import hand_tree
+from fesloop.loop.clock import FOREVER
+from fesloop.show.picture.cast import Cast, Player
+from fesloop.show.picture.held import Signals, values_at
+from fesloop.show.picture.posture import Posture, estimated_posture, posture_of_angles, true_posture
+from fesloop.show.report.figure3d import Mesh
+from fesloop.show.report.hand_mesh import NOTHING, segment_meshes
+
+Array = NDArray[np.float64]
+Instants = NDArray[np.int64]
+Postures = Callable[[Signals, int, Instants], dict[str, Posture]]
+"""Where each hand was at instants of a trial; without those of which nothing is recorded in it."""
+TRUTH, ESTIMATE = "truth", "estimate"
+_POSTURE_PORTS = ("site_orientation", "angles")
+_FINGER = "F2"
+_FLEXIONS = tuple(f"{_FINGER}_{joint}_flexion" for joint in ("mcp", "pip", "dip"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RecordedHand:
+    """Hands that were recorded.
+
+    Attributes
+    ----------
+    text: what is to be seen, in a sentence or two.
+    shapes: by hand ("truth", "estimate"), a mesh a segment.
+    sources: signals that tell where they are.
+    postures: where they were.
+    told_by: by hand, the signal whose rows tell of it.
+    plant: whose object and table stand about them; None where nobody's.
+    held_ns: for how long the last row of a signal stands in a trial.
+    """
+
+    text: str
+    shapes: Mapping[str, Sequence[Mesh]]
+    sources: Sequence[str]
+    postures: Postures
+    told_by: Mapping[str, str]
+    plant: Player | None = None
+    held_ns: int = FOREVER
+
+    def ended(self, signals: Signals, name: str, trial: int, at_ns: Instants) -> NDArray[np.bool_]:
+        """At which instants the rows that tell of a hand have ended, (t,)."""
+        times, _ = signals.column(self.told_by[name], trial)
+        return np.asarray(at_ns - self.held_ns > times[-1])
+
+
+def recorded_hand(signals: Signals, cast: Cast, score: Mapping[str, Any]) -> RecordedHand | None:
+    """The hands of a recording, from its parts and what it scores; None where it has none."""
+    trackers = [each for each in cast.trackers if _holds_whole_hand(signals, each)]
+    tracker = trackers[0] if trackers else None
+    truth = [f"{cast.hand.name}.{port}" for port in _POSTURE_PORTS] if cast.hand is not None else []
+    truth = [name for name in truth if name in signals.signals]
+    if cast.hand is not None and truth:
+        return _hand_of_plant(cast.hand, tracker, truth)
+    if tracker is not None:
+        return _hand_of_tracker(tracker)
+    return _finger(signals, score)
+
+
+def _holds_whole_hand(signals: Signals, tracker: Player) -> bool:
+    return _shape(signals, f"{tracker.name}.angles") == (len(hand_tree(tracker.hand_size).ranges),)
+
+
+def _shape(signals: Signals, name: str | None) -> tuple[int, ...] | None:
+    """Of a signal's values; None for one that is not recorded."""
+    if name is None or name not in signals.signals:
+        return None
+    return tuple(signals.column(name)[1].shape[1:])
+
+
+def _hand_of_plant(hand: Player, tracker: Player | None, truth: Sequence[str]) -> RecordedHand:
+    size = hand.hand_size
+    shapes = {TRUTH: segment_meshes(size)}
+    text = f"A {size.side} hand of {size.hand_mm:.0f} mm as it was"
+    if tracker is not None:
+        shapes[ESTIMATE] = segment_meshes(tracker.hand_size, forearm=False)
+        text += f", and translucent as {tracker.name} had it, laid onto the true forearm or palm"
+
+    def postures(signals: Signals, trial: int, at_ns: Instants) -> dict[str, Posture]:
+        true = true_posture(signals, hand, trial, at_ns)
+        if true is None:
+            return {}
+        found = estimated_posture(signals, tracker, trial, at_ns, true) if tracker is not None else None
+        if tracker is None or found is None:
+            return {TRUTH: true}
+        return {TRUTH: true, ESTIMATE: _once_told(found[0], signals, f"{tracker.name}.angles", trial, at_ns)}
+
+    estimate = {ESTIMATE: f"{tracker.name}.angles"} if tracker is not None else {}
+    return RecordedHand(text=f"{text}.", shapes=shapes, sources=[*truth, *estimate.values()],
+                        postures=postures, told_by={TRUTH: truth[0], **estimate}, plant=hand)
+
+
+def _hand_of_tracker(tracker: Player) -> RecordedHand:
+    name, size = f"{tracker.name}.angles", tracker.hand_size
+
+    def postures(signals: Signals, trial: int, at_ns: Instants) -> dict[str, Posture]:
+        angles = values_at(signals, name, trial, at_ns)
+        if angles is None:
+            return {}
+        return {ESTIMATE: _once_told(posture_of_angles(size, angles), signals, name, trial, at_ns)}
+
+    text = f"A {size.side} hand of {size.hand_mm:.0f} mm as {tracker.name} had it, its forearm at rest."
+    return RecordedHand(text=text, shapes={ESTIMATE: segment_meshes(size)}, sources=[name], postures=postures,
+                        told_by={ESTIMATE: name})
+
+
+def _finger(signals: Signals, score: Mapping[str, Any]) -> RecordedHand | None:
+    """Three scored joint angles as those of an index finger; None for anything else."""
+    names = {hand: str(score[hand]) for hand in (TRUTH, ESTIMATE)
+             if _shape(signals, score.get(hand)) == (len(_FLEXIONS),)}
+    if TRUTH not in names:
+        return None
+    size = HandSize()
+    whole = segment_meshes(size)
+    of_finger = [mesh if name.startswith(_FINGER) else NOTHING
+                 for name, mesh in zip(hand_tree(size).names, whole, strict=True)]
+    shapes = {TRUTH: whole, ESTIMATE: of_finger}
+    text = f"The index finger as {names[TRUTH]} has it; the hand about it is drawn at rest."
+    if ESTIMATE in names:
+        text = f"{text[:-1]}. Translucent: as {names[ESTIMATE]} has it."
+    return RecordedHand(text=text, shapes={hand: shapes[hand] for hand in names},
+                        sources=list(names.values()), postures=partial(_finger_postures, names, size),
+                        told_by=names)
+
+
+def _finger_postures(
+    names: Mapping[str, str], size: HandSize, signals: Signals, trial: int, at_ns: Instants
+) -> dict[str, Posture]:
+    tree = hand_tree(size)
+    resting = np.deg2rad([RESTING_DEG[freedom] for freedom in tree.freedoms])
+    columns = [tree.freedom(name) for name in _FLEXIONS]
+    found: dict[str, Posture] = {}
+    for hand, name in names.items():
+        values = values_at(signals, name, trial, at_ns)
+        if values is not None:
+            angles = np.tile(resting, (len(at_ns), 1))
+            angles[:, columns] = values
+            found[hand] = _once_told(posture_of_angles(size, angles), signals, name, trial, at_ns)
+    return found
+
+
+def _once_told(posture: Posture, signals: Signals, name: str, trial: int, at_ns: Instants) -> Posture:
+    """Not a number before a signal's first value of the trial."""
+    times, _ = signals.column(name, trial)
+    early = (at_ns < times[0])[:, np.newaxis, np.newaxis]
+    poses = posture.poses
+    return Posture(posture.size, Poses(np.where(early, np.nan, poses.orientation),
+                                       np.where(early, np.nan, poses.position)))

@@ -1,0 +1,172 @@
+"""Quality of the trackers: what they say against what was, joint by joint and over time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.experiment.metrics.joints import columns, held
+from fesloop.experiment.recording.signal_table import SignalTable
+from fesloop.loop.clock import NS_PER_S
+from fesloop.show.report.parts import Bars, Chart, Line, Paragraph, Part, Section, Table
+from fesloop.show.report.run.axes import from_zero
+from fesloop.show.report.run.known import Known
+from fesloop.show.report.run.thinning import Course, thinned
+from fesloop.show.report.run.words import joint_label, listed, told
+
+Array = NDArray[np.float64]
+_MOST_PCT = 98.0
+"""Of values decide on an axis (chosen: a tracker that finds its way at the start hides all that follows)."""
+
+
+def tracker_section(known: Known) -> Section | None:
+    """None for a run in which no tracker is scored."""
+    parts = [*_joints(known), *_fingertips(known), *_orientations(known), *_step_times(known)]
+    if not parts:
+        return None
+    about = Paragraph(text="Estimates are held against the truth of the instant at which their newest sample "
+                           "was captured: lateness is no error of a tracker here.")
+    return Section(key="tracker", title="Tracker quality", parts=[about, *parts])
+
+
+def _joints(known: Known) -> Iterator[Part]:
+    """Error of each joint, and over time."""
+    joints: dict[str, Any] = known.metrics.get("joints") or {}
+    errors = {name: each["tracker_rmse_deg"] for name, each in joints.items() if "tracker_rmse_deg" in each}
+    for trial in known.trials if errors else ():
+        if not any(math.isfinite(values[trial]) for values in errors.values()):
+            continue
+        yield Bars(key=f"tracker-joints-{trial}", title="Tracker's error by joint, RMS", x_label="error, deg",
+                   names=[joint_label(name) for name in errors],
+                   values={"estimate against truth": [values[trial] for values in errors.values()]},
+                   roles={"estimate against truth": "tracker"}, stacked=False, trial=trial,
+                   text=f"Error of the tracker at each joint in trial {trial}.")
+    estimate, truth = known.scored("estimate"), known.scored("truth")
+    for trial in known.trials if estimate and truth else ():
+        lines = _error_lines(known, estimate, truth, trial)
+        if any(np.isfinite(line.y).any() for line in lines):
+            high, cut = _most(lines)
+            yield Chart(key=f"tracker-course-{trial}",
+                        title=f"Tracker's error over time, RMS over joints{cut}", x_label="time, s",
+                        y_label="error, deg", lines=lines, marks=known.scored_while(), trial=trial,
+                        timed=True, limits=(0.0, high),
+                        text=f"Distance of the estimate from the truth in trial {trial}.")
+
+
+def _error_lines(known: Known, estimate: str, truth: str, trial: int) -> list[Line]:
+    """Error as it was and, where the tracker tells it, its standard deviation as it thought."""
+    wanted = known.recording.column(truth, trial)
+    (table,) = known.recording.tables([estimate], trial)
+    found = thinned(((captured, _rms_deg(columns(values) - columns(held(wanted, captured))))
+                     for captured, values in _derived(table)), table.count)
+    lines = [] if found is None else [found.line("estimate against truth", "tracker")]
+    deviation = _deviation(known, estimate)
+    if deviation and lines:
+        (table,) = known.recording.tables([deviation], trial)
+        told_of = thinned(((captured, _rms_deg(values)) for captured, values in _derived(table)), table.count)
+        if told_of is not None:
+            lines.append(told_of.line("its standard deviation, as it says", "estimate", style="dashed"))
+    return lines
+
+
+def _derived(table: SignalTable) -> Iterator[tuple[NDArray[np.int64], Array]]:
+    """Captures, ns, and values of the rows that derive from one: no other has a place in time here."""
+    for piece in table.pieces():
+        there = piece.newest_ns >= 0
+        yield piece.newest_ns[there], piece.values[0][there]
+
+
+def _most(lines: list[Line]) -> tuple[float, str]:
+    """The upper end of the axis: above all values, or above most where few are far higher; and whether so."""
+    values = np.concatenate([line.y if line.high is None else line.high for line in lines])
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return 1.0, ""
+    most, greatest = 1.5 * float(np.percentile(known, _MOST_PCT)), 1.05 * float(known.max())
+    return (most, f" (peaks up to {told(float(known.max()))} deg cut off)") if 0.0 < most < greatest \
+        else (greatest or 1.0, "")
+
+
+def _rms_deg(values: Array) -> Array:
+    """Over the joints, (n,), deg."""
+    return np.asarray(np.degrees(np.sqrt(np.mean(np.square(values.reshape(len(values), -1)), axis=1))))
+
+
+def _deviation(known: Known, estimate: str) -> str:
+    """The signal by which a tracker tells how sure it is; empty where none is recorded."""
+    node, _, port = estimate.partition(".")
+    names = (f"{node}.{port.removesuffix('s')}_sd", f"{node}.sd")
+    return next((name for name in names if name in known.signals), "")
+
+
+def _fingertips(known: Known) -> Iterator[Part]:
+    """Error of each fingertip by tracker, and over time."""
+    errors = known.metrics.get("fingertip_rmse_mm")
+    if not isinstance(errors, dict) or not errors:
+        return
+    roles = {tracker: f"series-{number % 8}" for number, tracker in enumerate(errors)}
+    tips = list(next(iter(errors.values())))
+    for trial in known.trials:
+        sizes = {tracker: [values[trial] for values in each.values()] for tracker, each in errors.items()}
+        if any(math.isfinite(size) for each in sizes.values() for size in each):
+            yield Bars(key=f"tracker-tips-{trial}", title="Error of the fingertips, RMS", x_label="error, mm",
+                       names=tips, values=sizes, roles=roles, stacked=False, trial=trial,
+                       text=f"Error of each fingertip by tracker in trial {trial}.")
+        lines = [found.line(tracker, roles[tracker]) for tracker in errors
+                 if (found := tip_course(known, tracker, trial)) is not None]
+        if lines:
+            yield Chart(key=f"tracker-tips-course-{trial}", x_label="time, s", y_label="error, mm",
+                        lines=lines,
+                        title="Error of the fingertips over time, RMS over them", trial=trial, timed=True,
+                        limits=from_zero(lines),
+                        text=f"Distance of {listed(list(errors))} from the truth in trial {trial}.")
+    covered = known.metrics.get("fingertip_coverage")
+    if isinstance(covered, dict):
+        yield Table(title="Share of the truth inside the tracker's 95 % interval, last trial, %",
+                    columns=["tracker", *tips],
+                    rows=[[tracker, *(told(100.0 * values[-1]) for values in each.values())]
+                          for tracker, each in covered.items()])
+
+
+def tip_course(known: Known, tracker: str, trial: int) -> Course | None:
+    """Distance of a tracker's fingertips from the true ones over a trial, mm, RMS over the five."""
+    name, truth = f"{tracker}.fingertips", known.scored("fingertips")
+    if name not in known.signals or not truth:
+        return None
+    wanted = known.recording.column(truth, trial)
+    after_ns = (known.score.get("after_s") or 0.0) * NS_PER_S
+    (table,) = known.recording.tables([name], trial)
+
+    def distances(times: NDArray[np.int64], captured: NDArray[np.int64], values: Array) -> Array:
+        apart = np.square(values - held(wanted, captured)).sum(axis=2).mean(axis=1)
+        return np.where((captured >= 0) & (times >= after_ns), 1e3 * np.sqrt(apart), np.nan)
+
+    return thinned(((piece.times_ns, distances(piece.times_ns, piece.newest_ns, piece.values[0]))
+                    for piece in table.pieces()), table.count)
+
+
+def _orientations(known: Known) -> Iterator[Part]:
+    """Against the reference of a recording that was played."""
+    for name, title in (("orientation_rmse_deg", "Error of orientations, RMS, deg"),
+                        ("relative_angle_rmse_deg", "Error of the whole turn between two, RMS, deg"),
+                        ("joint_angle_rmse_deg", "Error of joint angles as they are put out, RMS, deg"),
+                        ("about_z_share", "Share of the turning that is about the axis of the angle")):
+        errors = known.metrics.get(name)
+        if not isinstance(errors, dict) or not errors:
+            continue
+        tables = [each for each in errors.values() if isinstance(each, dict)]
+        columns = list(dict.fromkeys(key for each in tables for key in each))
+        rows = [[what, *((told(each.get(column)) for column in columns) if isinstance(each, dict)
+                         else (told(each),))] for what, each in errors.items()]
+        yield Table(title=title, columns=["of", *(columns or ["error"])], rows=rows)
+
+
+def _step_times(known: Known) -> Iterator[Part]:
+    times = known.metrics.get("step_us")
+    if isinstance(times, dict) and times:
+        yield Table(title="Time that a step took on this machine, µs", columns=["block", "median", "99 %"],
+                    rows=[[block, told(each["median"]), told(each["p99"])] for block, each in times.items()])

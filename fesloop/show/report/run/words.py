@@ -1,0 +1,54 @@
+"""Numbers, joints and metrics in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from fesloop.analysis.study.results.quantities import called, with_unit
+
+_MANNERS = {"flexion": "flexion", "abduction": "abduction", "pronation": "pronation",
+            "extension": "extension"}
+
+
+def told(value: Any) -> str:
+    """A value as it stands in a table or a sentence: three digits that count; "-" for none."""
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, (list, tuple)):
+        return ", ".join(told(item) for item in value)
+    if not isinstance(value, float):
+        return str(value)
+    if not math.isfinite(value):
+        return "-"
+    size = abs(value)
+    if size >= 1e6 or 0.0 < size < 1e-3:
+        return f"{value:.2e}"
+    return f"{value:.{0 if size >= 100.0 else 1 if size >= 10.0 else 2 if size >= 1.0 else 3}f}"
+
+
+def metric_label(name: str) -> str:
+    """A metric as a column or an axis calls it: "joint RMSE, deg"."""
+    return with_unit(*called(name))
+
+
+def joint_label(freedom: str) -> str:
+    """A joint's freedom as a title: "F2 MCP flexion" for "F2_mcp_flexion"; other names as they are."""
+    parts = freedom.split("_")
+    if len(parts) < 2 or parts[-1] not in _MANNERS:
+        return freedom.replace("_", " ")
+    where = [part.upper() if part in ("mcp", "pip", "dip", "cmc", "ip") else part for part in parts[:-1]]
+    return " ".join([*where, parts[-1]])
+
+
+def listed(items: Sequence[str]) -> str:
+    """Items in a sentence: "a, b and c"."""
+    return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)
+
+
+def counted(number: int, what: str) -> str:
+    """"1 trial", "3 trials"."""
+    return f"{number} {what}{'' if number == 1 else 's'}"

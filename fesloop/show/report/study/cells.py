@@ -1,0 +1,93 @@
+"""A study's cells in a table, and what failed."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.analysis.study.results.axis_levels import level_text
+from fesloop.analysis.study.results.quantities import with_unit
+from fesloop.analysis.study.results.run_columns import FAILED
+from fesloop.show.report.parts import Bars, Paragraph, Part, Section, Table
+from fesloop.show.report.run.words import counted
+from fesloop.show.report.study.shown import Shown
+
+_MOST_ROWS = 60
+"""Cells that are listed one by one; of more, levels of each axis (chosen)."""
+_MOST_INTERVALS = 4
+"""Metrics whose intervals there is room for (chosen)."""
+_MOST_CAUSES, _MOST_LEVELS = 20, 4
+"""Causes that are listed, and levels that are named as where they happened (chosen)."""
+
+
+def cells_section(shown: Shown) -> Section | None:
+    """Every cell, or every level of each axis, with all metrics; None where there is nothing to tell."""
+    rows = shown.results.summary(_MOST_ROWS)
+    if not rows or not shown.results.finished:
+        return None
+    axes = list(dict.fromkeys(axis for row in rows for axis in row.levels))
+    whole = all(len(row.levels) == len(rows[0].levels) for row in rows) and len(axes) == len(rows[0].levels)
+    intervals = len(shown.results.metrics) <= _MOST_INTERVALS and any(
+        np.isfinite(each.high - each.low) for row in rows for each in row.metrics.values())
+    table = Table(columns=[*(with_unit(*shown.axis(axis)) for axis in axes), "runs", "failed",
+                           *(shown.metric_label(metric) for metric in shown.results.metrics)],
+                  rows=[[*(level_text(row.levels[axis]) if axis in row.levels else "all" for axis in axes),
+                         str(row.planned - row.waiting), str(row.failed),
+                         *(shown.value(each, interval=intervals) for each in row.metrics.values())]
+                        for row in rows])
+    text = "Every cell" if whole else "Every level of each axis, averaged over the others"
+    text += ", with 95 % intervals of what is repeated." if intervals else "."
+    return Section(key="cells", title="Cells" if whole else "Levels", parts=[Paragraph(text=text), table])
+
+
+def failures_section(shown: Shown) -> Section | None:
+    """What failed, by cause, and where; None where nothing did."""
+    runs = shown.results.runs
+    failed = runs.status == FAILED
+    if not failed.any():
+        return None
+    by_cause: dict[str, list[int]] = defaultdict(list)
+    for row in np.flatnonzero(failed).tolist():
+        by_cause[runs.cause[row]].append(row)
+    ordered = sorted(by_cause.items(), key=lambda item: -len(item[1]))
+    rows = [[str(len(members)), cause or "not told", _where(shown, np.array(members))]
+            for cause, members in ordered[:_MOST_CAUSES]]
+    more = sum(len(members) for _, members in ordered[_MOST_CAUSES:])
+    parts: list[Part] = [Paragraph(text=(
+        f"{counted(int(failed.sum()), 'run')} of {shown.results.planned} failed"
+        f"{f', {more} of them for causes that are not listed' if more else ''}; none of them is part of any "
+        "value above.")), Table(columns=["runs", "cause", "only at"], rows=rows), *_shares(shown, failed)]
+    return Section(key="failures", title="Failures", parts=parts)
+
+
+def _where(shown: Shown, rows: NDArray[np.int64]) -> str:
+    """Levels to which runs are confined, axis by axis; "everywhere" where they are not."""
+    told = []
+    for axis, levels in shown.results.axes.items():
+        places = np.unique(shown.results.runs.places[axis][rows])
+        if len(places) < len(levels) and len(places) <= _MOST_LEVELS:
+            name, unit = shown.axis(axis)
+            texts = ", ".join(level_text(levels[place]) for place in places)
+            told.append(f"{name} {texts} {unit}".rstrip())
+    return "; ".join(told) or "everywhere"
+
+
+def _shares(shown: Shown, failed: NDArray[np.bool_]) -> Iterator[Part]:
+    """Share of runs that failed at each level, of the axis along which that differs most."""
+    runs, best = shown.results.runs, ("", np.zeros(0))
+    for axis in shown.chosen:
+        count = len(shown.results.axes[axis])
+        shares = np.bincount(runs.places[axis][failed], minlength=count) / np.maximum(
+            1, np.bincount(runs.places[axis], minlength=count))
+        if count <= 24 and (not best[0] or np.ptp(shares) > np.ptp(best[1])):
+            best = axis, shares
+    axis, shares = best
+    if axis:
+        name = shown.axis(axis)[0]
+        yield Bars(key="failures-by-level", title=f"Share of runs that failed, by {name}",
+                   x_label="failed, %", names=[level_text(level) for level in shown.results.axes[axis]],
+                   values={"failed": (100.0 * shares).tolist()}, roles={"failed": "plain"}, stacked=False,
+                   text=f"Share of runs that failed at each level of {name}.")

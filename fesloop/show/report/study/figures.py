@@ -1,0 +1,146 @@
+"""Figures of a study: those of its file, else some that are chosen for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from fesloop.analysis.study.design.figure_specs import Figure
+from fesloop.analysis.study.design.study_file import study_of
+from fesloop.analysis.study.results.axis_levels import is_numeric
+from fesloop.errors import FesloopError, InputErrors
+from fesloop.forms.schema import make
+from fesloop.show.figures.content import Content
+from fesloop.show.figures.kept_overlays import kept_overlays
+from fesloop.show.figures.overlays import Overlay
+from fesloop.show.figures.theory_overlays import theory_overlays
+from fesloop.show.report.parts import Chart, Line, Notice, Paragraph, Part, Section
+from fesloop.show.report.study.beside_theory import beside_theory
+from fesloop.show.report.study.curves import curves
+from fesloop.show.report.study.headings import by_axes
+from fesloop.show.report.study.heat_maps import heat_maps
+from fesloop.show.report.study.shown import Shown
+
+_MOST_LINES, _MOST_METRICS = 8, 4
+"""Curves of a chart, and charts, that are chosen where a study's file asks for none (chosen)."""
+_MOST_SOLVED = 20
+"""Cells of a study whose theory is found for its report where none was kept (chosen: within seconds)."""
+_NO_THEORY = ("Theory is not drawn: none was kept beside this study's results. Start the study once more: "
+              "runs that are over are not run again, and theory's lines are kept.")
+
+
+def figure_sections(shown: Shown) -> Iterator[Section]:
+    """A section a figure; what cannot be shown is said there."""
+    asked = shown.results.study.get("figures") or list(_chosen(shown))
+    kept, faults = _kept(shown)
+    for number, table in enumerate(asked):
+        parts: list[Part] = []
+        title = f"Figure {number + 1}"
+        try:
+            figure: Figure = make(Figure, table, {}, f"figures[{number}]")
+            content, notices = _content(shown, figure, kept)
+            title = _title(content)
+            parts = [*_parts(shown, content), *notices]
+        except (FesloopError, LookupError, TypeError, ValueError) as fault:
+            parts.append(Notice(text=f"This figure cannot be shown: {_line(fault)}"))
+        yield Section(key=f"figure-{number}", title=title, parts=[*parts, *faults])
+        faults = []
+
+
+def _chosen(shown: Shown) -> Iterator[dict[str, Any]]:
+    """Curves of the first metrics, over the axis of numbers with most levels, by another with few."""
+    axes = shown.results.axes
+    sizes = {axis: len(axes[axis]) for axis in (shown.chosen or tuple(axes))}
+    if not sizes:
+        return
+    numeric = [axis for axis in sizes if is_numeric(axes[axis])]
+    x = max(numeric or sizes, key=sizes.__getitem__)
+    by = next((axis for axis in sizes if axis not in (x, *shown.drawn) and sizes[axis] <= _MOST_LINES), None)
+    for metric in shown.results.metrics[:_MOST_METRICS]:
+        yield {"name": metric, "kind": "curves", "metric": metric, "x": x} | ({"by": by} if by else {})
+
+
+def _kept(shown: Shown) -> tuple[dict[str, list[Overlay]], list[Part]]:
+    """Theory that was kept, by figure, and what to say of it if it cannot be read."""
+    try:
+        return kept_overlays(shown.results.path.parent, shown.results.about.get("created", "")), []
+    except FesloopError as fault:
+        return {}, [Notice(text=f"Theory is not drawn: {_line(fault)}")]
+
+
+def _content(
+    shown: Shown, figure: Figure, kept: Mapping[str, Sequence[Overlay]]
+) -> tuple[Content, list[Part]]:
+    """What a figure shows, with theory where that is known, and what is to be said of it."""
+    results = shown.results
+    faults = figure.faults(tuple(results.axes), results.metrics)
+    if faults:
+        raise InputErrors(faults)
+    overlays: Sequence[Overlay] = kept.get(figure.name, ())
+    notices: list[Part] = []
+    if figure.theory != "none" and figure.name not in kept:
+        if len(np.unique(results.runs.cell)) > _MOST_SOLVED:
+            notices.append(Notice(text=_NO_THEORY))
+        else:
+            try:
+                overlays = theory_overlays(study_of(results.study), figure)
+            except (FesloopError, LookupError, TypeError, ValueError) as fault:
+                notices.append(Notice(text=f"Theory is not drawn: {_line(fault)}"))
+    try:
+        return Content.of(results, figure, overlays), notices
+    except FesloopError:
+        # Theory that does not fit takes no figure with it.
+        if not overlays:
+            raise
+        return Content.of(results, figure, ()), [Notice(text="Theory is not drawn: it fits another figure.")]
+
+
+def _parts(shown: Shown, content: Content) -> Iterator[Part]:
+    """The pictures, and what their numbers are."""
+    if not any(np.isfinite(cell.value) for cell in content.cells):
+        yield Notice(text=f"Nothing to show yet: no run that is over has {content.metric_label}.")
+        yield Paragraph(text=f"{_upper(content.caption(intervals=False))}.")
+        return
+    if content.figure.kind == "curves":
+        yield from curves(content)
+    elif content.is_grid:
+        yield from heat_maps(shown, content)
+    else:
+        yield from _points(content)
+    starred = content.figure.kind == "heat_map" and any(cell.failed for cell in content.cells)
+    known = any(np.isfinite(cell.high - cell.low) for cell in content.cells)
+    yield Paragraph(text=f"{_upper(content.caption(intervals=known))}."
+                    + (" A star: some runs failed; a cross: all did." if starred else ""))
+    beside = beside_theory(content)
+    if beside:
+        yield Paragraph(text=beside)
+
+
+def _points(content: Content) -> Iterator[Chart]:
+    """Points that were drawn over two axes, over each of them."""
+    value = content.factor * np.array([cell.value for cell in content.cells])
+    for axis, scale in ((content.figure.x, content.x), (str(content.figure.y), content.y)):
+        yield Chart(
+            key=f"figure-{content.figure.name}-{axis}", x_label=content.axis_label(axis),
+            title=by_axes(content, [axis]), y_label=content.metric_label,
+            lines=[Line(name="a point of the design", role="series-0", style="points", y=value,
+                        x=scale.places_of([cell.levels[axis] for cell in content.cells]))],
+            x_levels=[] if scale.numeric else [str(level) for level in scale.levels],
+            x_log=scale.kind == "log",
+            text=f"{content.metric_label} at {len(value)} points that were drawn.")
+
+
+def _title(content: Content) -> str:
+    """The figure's own, else what it shows by which axes."""
+    figure = content.figure
+    return figure.title or by_axes(content, [axis for axis in (figure.x, figure.y) if axis is not None])
+
+
+def _upper(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _line(fault: Exception) -> str:
+    return " ".join(str(fault).split())

@@ -1,0 +1,102 @@
+"""A study as it is shown: its results, and how axes, levels and values are called."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from fesloop.analysis.study.results.axis_levels import AxisLevel, level_text
+from fesloop.analysis.study.results.estimates import Estimate, alike
+from fesloop.analysis.study.results.quantities import called, with_unit
+from fesloop.analysis.study.results.repeats import drawn_axes
+from fesloop.analysis.study.results.study_results import StudyResults
+from fesloop.show.report.study.better import Better, better_end
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What a report of a study tells.
+
+    Attributes
+    ----------
+    results: that were read.
+    """
+
+    results: StudyResults = field(repr=False)
+
+    @cached_property
+    def metric(self) -> str:
+        """The main metric: that of the first figure, else the first; empty where there is none."""
+        figures = self.results.study.get("figures") or [{}]
+        named = figures[0].get("metric", "")
+        return named if named in self.results.metrics else next(iter(self.results.metrics), "")
+
+    @property
+    def better(self) -> Better | None:
+        """The good end of the main metric, where that is known."""
+        return better_end(self.results, self.metric)
+
+    @cached_property
+    def drawn(self) -> tuple[str, ...]:
+        """Axes whose levels are a sample: members of a cohort, points of a design that draws."""
+        return tuple(drawn_axes(self.results.study, self.results.axes))
+
+    @property
+    def chosen(self) -> tuple[str, ...]:
+        """Axes whose levels were chosen, and that have more than one."""
+        return tuple(axis for axis, levels in self.results.axes.items()
+                     if axis not in self.drawn and len(levels) > 1)
+
+    def axis(self, axis: str) -> tuple[str, str]:
+        """Name and unit of an axis, as its study file calls it."""
+        table = self.results.study.get("axes", {}).get(axis, {})
+        return called(axis, table.get("label", ""), table.get("unit", ""))
+
+    def metric_name(self, metric: str) -> tuple[str, str]:
+        """Name and unit of a metric: as the first figure calls it that shows it."""
+        for figure in self.results.study.get("figures") or ():
+            if figure.get("metric") == metric:
+                return called(metric, figure.get("label", ""), figure.get("unit", ""))
+        return called(metric)
+
+    def metric_label(self, metric: str) -> str:
+        """A metric as it stands over a column."""
+        return with_unit(*self.metric_name(metric))
+
+    def level(self, axis: str, level: AxisLevel) -> str:
+        """A level with the name of its axis: "latency 40 ms", "controller pid"."""
+        name, unit = self.axis(axis)
+        return f"{name} {level_text(level)} {unit if not isinstance(level, str) else ''}".rstrip()
+
+    def place(self, levels: Mapping[str, AxisLevel]) -> str:
+        """Levels in a row; empty for none."""
+        return ", ".join(self.level(axis, level) for axis, level in levels.items())
+
+    def value(self, estimate: Estimate, *, interval: bool = True) -> str:
+        """An estimate with its unit and interval: "0.53 deg (0.48 to 0.58)", "75 % (41 to 93)"."""
+        return value_text(estimate.value, estimate.low, estimate.high, estimate.sd,
+                          share=estimate.statistic == "share", interval=interval)
+
+
+def value_text(value: float, low: float, high: float, sd: float, *, share: bool, interval: bool = True
+               ) -> str:
+    """A value with its interval, to three digits; shares in percent; "-" for what is not known."""
+    if not np.isfinite(value):
+        return "-"
+    factor, sign = (100.0, " %") if share else (1.0, "")
+    decimals = 0 if share else decimals_of([value, low, high])
+    text = f"{factor * value:.{decimals}f}{sign}"
+    if interval and alike(value, low, high, sd):
+        text += " (values do not differ)"
+    elif interval and np.isfinite(high - low):
+        text += f" ({factor * low:.{decimals}f} to {factor * high:.{decimals}f})"
+    return text
+
+
+def decimals_of(values: Sequence[float]) -> int:
+    """So many that the largest has three digits."""
+    largest = max((abs(value) for value in values if np.isfinite(value)), default=0.0)
+    return int(np.clip(2 - np.floor(np.log10(largest)), 0, 6)) if largest > 0.0 else 0

@@ -1,0 +1,99 @@
+"""A recording that is played as it was run, from any instant at any speed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from threading import Lock
+
+import numpy as np
+
+from fesloop.errors import InputError
+from fesloop.experiment.recording.reading import Recording
+from fesloop.loop.clock import NS_PER_S
+from fesloop.show.report.motion import figure_of, hand_of, recorded_spans
+from fesloop.show.view.poses import AHEAD, poses_at
+from fesloop.show.view.shown import FRAME_S, Play, Shown, Span, Start
+
+NO_HAND = "holds no hand"
+WITH_HAND = "a recording of a hand, of a tracker with its 23 angles, or of a finger whose three are scored"
+_LOOKED_AT = 20
+"""Frames of a trial by which the page places its camera."""
+_FASTEST = 100.0
+
+
+class PlayedRecording:
+    """A recording that is complete, or whose writer was killed, or what is left of one.
+
+    Parameters
+    ----------
+    recording: opened.
+    notices: what is missing of it, a sentence each.
+    release: lets it go; called once, when this is closed.
+
+    Raises InputError for one without a hand.
+    """
+
+    def __init__(self, recording: Recording, notices: Sequence[str], release: Callable[[], None]) -> None:
+        self._recording, self._lock, path = recording, Lock(), recording.path
+        self.notices, self._release = notices, release
+        hand = hand_of(self._recording)
+        spans_ns = {} if hand is None else recorded_spans(self._recording, hand)
+        if hand is None or not spans_ns:
+            raise InputError(str(path), NO_HAND, WITH_HAND)
+        step_ns = max(1, max(last - first for first, last in spans_ns.values()) // _LOOKED_AT)
+        figure = figure_of(self._recording, hand, {
+            trial: np.arange(first, last + 1, step_ns) for trial, (first, last) in spans_ns.items()}, step_ns)
+        if figure is None:
+            raise InputError(str(path), NO_HAND, WITH_HAND)
+        self._hand, self.figure = hand, figure
+        self.title = f"{self._recording.name}, seed {self._recording.seed}"
+        self.spans: Mapping[int, Span] = {
+            trial: Span(first_s=first / NS_PER_S, last_s=last / NS_PER_S)
+            for trial, (first, last) in spans_ns.items()}
+
+    def play(self, start: Start) -> Play:
+        """From an instant on, until the trial ends. Raises InputError for a start that there is not."""
+        span = self.spans.get(start.trial)
+        if span is None:
+            raise InputError("trial", f"{start.trial}", ", ".join(map(str, self.spans)))
+        if not 0.0 <= start.speed <= _FASTEST:
+            raise InputError("speed", f"{start.speed:g}", f"0 to {_FASTEST:g}")
+        return _Playing(self._frames, start, span).at
+
+    def _frames(self, trial: int, times_s: list[float]) -> list[Shown]:
+        """Of several instants."""
+        at_ns = [round(time_s * NS_PER_S) for time_s in times_s]
+        with self._lock:
+            seen = poses_at(self._recording, self._hand, trial, at_ns, len(self.figure.objects))
+        return [Shown(trial=trial, time_s=time_s, hands=each.hands, objects=each.objects)
+                for time_s, each in zip(times_s, seen, strict=True)]
+
+    def close(self) -> None:
+        """Let the file go."""
+        self._release()
+
+
+class _Playing:
+    """Frames on their way to one viewer."""
+
+    def __init__(self, frames: Callable[[int, list[float]], list[Shown]], start: Start, span: Span) -> None:
+        self._frames, self._start, self._span = frames, start, span
+        self._made: dict[float, Shown] = {}
+        self._before: float | None = None
+
+    def at(self, elapsed_s: float) -> Shown | None:
+        """What is seen so many seconds after the start, frame by frame; None while nothing changes."""
+        number = int(elapsed_s / FRAME_S)
+        time_s = self._time(number)
+        if time_s == self._before:
+            return None
+        if time_s not in self._made:
+            ahead = AHEAD if self._start.speed > 0.0 else 1
+            times = list(dict.fromkeys(self._time(number + each) for each in range(ahead)))
+            self._made = dict(zip(times, self._frames(self._start.trial, times), strict=True))
+        self._before = time_s
+        return self._made[time_s]
+
+    def _time(self, number: int) -> float:
+        played = max(self._start.at_s, self._span.first_s) + self._start.speed * FRAME_S * number
+        return min(played, self._span.last_s)

@@ -1,0 +1,188 @@
+"""The viewer's server: a page, and frames as server-sent events, for browsers on this machine alone.
+
+It listens on 127.0.0.1, answers no page of another name (a foreign page could have its own name resolve to
+this machine: DNS rebinding), sends no frames into one, and takes nothing but GET. Frames are made when they
+are sent: a browser that is slow gets fewer.
+"""
+
+from __future__ import annotations
+
+import errno
+import select
+import socket
+import sys
+import time
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from threading import BoundedSemaphore
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+from fesloop.errors import FesloopError, InputError
+from fesloop.show.view.page import page_html, policy
+from fesloop.show.view.shown import FRAME_S, Play, Source, Start
+
+LOOPBACK = "127.0.0.1"
+_NAMES = (LOOPBACK, "localhost")
+_SILENT_S = 2.0
+"""After so long without a frame a comment is sent, so that a browser that is gone is noticed."""
+_BUFFER_BYTES = 2**15
+"""Of a connection on its way out (chosen: some ten frames): what is older than that is of no use."""
+_SLOWEST_S = 10.0
+"""A browser that takes nothing for so long is given up."""
+_MOST = 32
+"""Connections at once (chosen: a browser opens up to six): without a bound they could take all that the
+machine has, and what waits for one more would never rest."""
+_OWN = (None, "same-origin", "none")
+"""Values of Sec-Fetch-Site (W3C, Fetch Metadata Request Headers) of what is no foreign page's."""
+
+
+class ViewServer(ThreadingHTTPServer):
+    """Serves one source.
+
+    Parameters
+    ----------
+    source: what is shown.
+    port: to listen on; 0 for a free one.
+
+    Raises InputError where the port is taken or not one that may be had.
+    """
+
+    daemon_threads = True
+
+    def __init__(self, source: Source, port: int = 0) -> None:
+        self.source, self.ending = source, False
+        self.page = page_html(source).encode()
+        try:
+            super().__init__((LOOPBACK, port), _Handler)
+        except (OSError, OverflowError) as fault:
+            taken = isinstance(fault, OSError) and fault.errno == errno.EADDRINUSE
+            raise InputError(f"--port {port}", "is taken" if taken else f"cannot be had: {fault}",
+                             "a free one, 1024 to 65535", "leave it out for any") from None
+        self.hosts = {f"{name}:{self.server_port}" for name in _NAMES}
+        self._free = BoundedSemaphore(_MOST)
+
+    @property
+    def address(self) -> str:
+        """For a browser."""
+        return f"http://{LOOPBACK}:{self.server_port}/"
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """In a thread of its own; where there are too many connections the new one is closed."""
+        if self._free.acquire(blocking=False):
+            super().process_request(request, client_address)
+        else:
+            self.shutdown_request(request)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Make room for another when this one is over."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._free.release()
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A browser that goes away is no error of ours; anything else is."""
+        if not isinstance(sys.exception(), OSError):
+            super().handle_error(request, client_address)
+
+
+class _Handler(BaseHTTPRequestHandler):
+    """One request."""
+
+    server: ViewServer
+    timeout = _SLOWEST_S
+    server_version, sys_version = "fesloop", ""
+
+    def do_GET(self) -> None:
+        """The page, or frames."""
+        try:
+            path = urlsplit(self.path)
+        except ValueError:
+            self._refuse(HTTPStatus.BAD_REQUEST, "that is no address")
+            return
+        origin = self.headers.get("Origin")
+        if self.headers.get("Host") not in self.server.hosts or (
+                origin is not None and origin.removeprefix("http://") not in self.server.hosts):
+            self._refuse(HTTPStatus.MISDIRECTED_REQUEST, "this viewer answers its own page alone")
+        elif path.path == "/":
+            self._answer(HTTPStatus.OK, "text/html; charset=utf-8", self.server.page)
+        elif path.path == "/frames" and self.headers.get("Sec-Fetch-Site") in _OWN:
+            self._frames(path.query)
+        else:
+            self._refuse(HTTPStatus.NOT_FOUND, "there is / and /frames")
+
+    def _frames(self, query: str) -> None:
+        try:
+            play = self.server.source.play(start_of(query))
+        except InputError as fault:
+            self._refuse(HTTPStatus.BAD_REQUEST, str(fault))
+            return
+        self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER_BYTES)
+        self._head(HTTPStatus.OK, "text/event-stream; charset=utf-8")
+        try:
+            self._send(play)
+        except FesloopError as fault:
+            self.wfile.write(_event("fault", " ".join(str(fault).split())))
+
+    def _send(self, play: Play) -> None:
+        """Frames at most every 33 ms, and none while what was sent before is still on its way."""
+        began = sent = time.monotonic()
+        while not self.server.ending:
+            now = time.monotonic()
+            _, writable, _ = select.select([], [self.connection], [], _SLOWEST_S)
+            if not writable:
+                return
+            shown = play(time.monotonic() - began)
+            if shown is not None:
+                self.wfile.write(_event("frame", shown.as_json()))
+                sent = now
+            elif now - sent > _SILENT_S:
+                self.wfile.write(b": nothing new\n\n")
+                sent = now
+            time.sleep(max(0.0, now + FRAME_S - time.monotonic()))
+
+    def _answer(self, status: HTTPStatus, kind: str, body: bytes) -> None:
+        self._head(status, kind, len(body))
+        self.wfile.write(body)
+
+    def _refuse(self, status: HTTPStatus, why: str) -> None:
+        self._answer(status, "text/plain; charset=utf-8", f"{why}\n".encode())
+
+    def _head(self, status: HTTPStatus, kind: str, length: int | None = None) -> None:
+        self.send_response(status)
+        self.send_header("Content-Type", kind)
+        if length is not None:
+            self.send_header("Content-Length", str(length))
+        for name, value in (("Content-Security-Policy", policy()), ("X-Content-Type-Options", "nosniff"),
+                            ("Referrer-Policy", "no-referrer"), ("Cache-Control", "no-store"),
+                            ("Cross-Origin-Resource-Policy", "same-origin")):
+            self.send_header(name, value)
+        self.end_headers()
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Say nothing."""
+
+
+def start_of(query: str) -> Start:
+    """What a request asks for, such as `trial=1&at=2.5&speed=0.5`.
+
+    Raises InputError for what is no number, or not finite.
+    """
+    asked = {key: values[-1] for key, values in parse_qs(query).items()}
+    try:
+        return Start(trial=int(asked.get("trial", "0")), at_s=_finite(asked.get("at", "0")),
+                     speed=_finite(asked.get("speed", "1")))
+    except ValueError:
+        raise InputError("frames", f"{query[:100]!r}", "trial, at and speed, each a number") from None
+
+
+def _finite(text: str) -> float:
+    number = float(text)
+    if not abs(number) < 1e9:
+        raise ValueError(text)
+    return number
+
+
+def _event(name: str, line: str) -> bytes:
+    return f"event: {name}\ndata: {line}\n\n".encode()

@@ -1,0 +1,98 @@
+"""What is seen at one moment, and where it comes from."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.show.report.figure3d import Figure3d
+
+Array = NDArray[np.float64]
+FRAME_S = 1.0 / 30.0
+"""Between two frames, at the least."""
+_DIGITS = 5
+"""Of a pose's numbers (chosen: a hundredth of a millimetre, and of a milliradian)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Shown:
+    """A frame.
+
+    Attributes
+    ----------
+    trial, time_s: where in the run it is; a live stream has no trial and time since it was found.
+    hands: by name ("truth", "estimate"), poses (17, 7) as those of `fesloop.show.report.figure3d.Frames`.
+    objects: (objects that move, 7).
+    note: how far behind it is, or why nothing moves; empty where there is nothing to say.
+    """
+
+    trial: int
+    time_s: float
+    hands: Mapping[str, Array]
+    objects: Array
+    note: str = ""
+
+    def as_json(self) -> str:
+        """One line; a pose that holds anything that is no number is null."""
+        return json.dumps({
+            "trial": self.trial, "time_s": round(self.time_s, 4), "note": self.note,
+            "hands": {name: _rows(poses) for name, poses in self.hands.items()},
+            "objects": _rows(self.objects)}, separators=(",", ":"), allow_nan=False)
+
+
+def _rows(poses: Array) -> list[list[float] | None]:
+    return [row if all(map(math.isfinite, row)) else None for row in np.round(poses, _DIGITS).tolist()]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Start:
+    """What somebody asks to be shown: from where in which trial, and how fast; 0 shows one frame.
+    """
+
+    trial: int = 0
+    at_s: float = 0.0
+    speed: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Span:
+    """First and last instant of a trial, s."""
+
+    first_s: float
+    last_s: float
+
+
+Play = Callable[[float], Shown | None]
+"""What is seen so many seconds after the start; None where that is what was seen before."""
+
+
+class Source(Protocol):
+    """Where frames come from; its methods may be called by several threads at once."""
+
+    @property
+    def title(self) -> str:
+        """What is shown, in a few words."""
+
+    @property
+    def notices(self) -> Sequence[str]:
+        """What cannot be shown, and why, a sentence each."""
+
+    @property
+    def figure(self) -> Figure3d:
+        """Shapes and objects, with frames enough to know about where hands will be."""
+
+    @property
+    def spans(self) -> Mapping[int, Span]:
+        """Trials that can be chosen, and how long they are; none of what is live."""
+
+    def play(self, start: Start) -> Play:
+        """Begin to show. Raises InputError for a start that there is not."""
+
+    def close(self) -> None:
+        """Let go."""
