@@ -27,8 +27,8 @@ from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.loop.guard import is_finite
 from fesloop.loop.passages import Passage
+from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Value
-from fesloop.loop.status import StatusLatch
 from fesloop.loop.surroundings import Surroundings
 from fesloop.models.linear_model import LinearModel, SampledModel
 

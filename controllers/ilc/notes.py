@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from controllers.ilc.trial import SeenTrial
 from fesloop.loop.block import Tick
+from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Sample
-from fesloop.loop.status import StatusLatch
 
 Array = NDArray[np.float64]
 

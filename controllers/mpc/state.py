@@ -12,7 +12,7 @@ from controllers.mpc.candidates import Candidate
 from controllers.mpc.fallback import Fallback
 from controllers.mpc.observer import ObserverState
 from controllers.mpc.posed import Loop
-from fesloop.loop.status import StatusLatch
+from fesloop.loop.record import StatusLatch
 
 Array = NDArray[np.float64]
 

@@ -16,8 +16,8 @@ from controllers.pid.kernel import NON_FINITE, SATURATED, pid_tick
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Value
-from fesloop.loop.status import StatusLatch
 from fesloop.models.linear_form import SampledForm
 from fesloop.models.recruitment import Recruitment
 

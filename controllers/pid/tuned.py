@@ -19,8 +19,8 @@ from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.guard import is_finite
 from fesloop.loop.input_ages import AgeLimit
+from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Value
-from fesloop.loop.status import StatusLatch
 from fesloop.models.linear_model import LinearModel
 
 Array = NDArray[np.float64]

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from controllers.point_search.contract import Found, Query
 from controllers.point_search.timetable import BEGIN
+from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import NEVER
-from fesloop.loop.status import StatusLatch
 
 Array = NDArray[np.float64]
 

@@ -2,19 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from fesloop.loop.exchange import publishers
-from fesloop.loop.order import Sampling
-from fesloop.loop.plant_ports import PlantInputs, PlantRecord
-from fesloop.loop.plants import ExactStation, GridStation, PlantStation
+from fesloop.loop.order import Sampling, upstream_first
+from fesloop.loop.plants import ExactStation, GridStation, PlantInputs, PlantRecord, PlantStation
 from fesloop.loop.publish import Publisher, Sampler
 from fesloop.loop.record import EventRow, Recorder
 from fesloop.loop.stations import BlockStation
 from fesloop.loop.wire import Link
 from fesloop.loop.wiring import Connection, Node, Wiring
+
+
+def sampled_in_order(wiring: Wiring) -> frozenset[str]:
+    """Names of the plants that are sampled by events in the wiring's order.
+
+    The outputs of a plant with feedthrough depend on what blocks send at the same instant: it, and any plant
+    that exchanges with it, waits for them. All others are sampled when somebody looks.
+    """
+    direct = {node.name for node in wiring.nodes if node.is_plant and node.plant.feedthrough}
+    return frozenset(name for name, members in _groups(wiring).items() if members & direct)
+
+
+def publishers(wiring: Wiring, samplers: Sequence[Sampler]) -> dict[str, Publisher]:
+    """By plant that needs no events, its publisher, which is that of all plants that exchange with it."""
+    ordered = sampled_in_order(wiring)
+    made: dict[int, Publisher] = {}
+    found = {}
+    for name, members in _groups(wiring).items():
+        if name not in ordered:
+            own = [_of(together, samplers) for together in upstream_first(members, wiring.connections)]
+            found[name] = made.setdefault(id(members), Publisher(own))
+    return found
+
+
+def _groups(wiring: Wiring) -> dict[str, set[str]]:
+    """By plant, the names of all that it exchanges with; one set a group."""
+    group = {node.name: {node.name} for node in wiring.nodes if node.is_plant}
+    for connection in wiring.connections:
+        if connection.source.is_plant and connection.target.is_plant and connection.heard:
+            joined = group[connection.source.name] | group[connection.target.name]
+            for name in joined:
+                group[name] = joined
+    return group
+
+
+def _of(plants: Iterable[str], samplers: Sequence[Sampler]) -> list[Sampler]:
+    names = set(plants)
+    return [sampler for sampler in samplers if sampler.plant.name in names]
+
 
 _Ends = Sequence[tuple[Connection, Link]]
 

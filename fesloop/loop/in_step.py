@@ -12,8 +12,7 @@ from typing import Self
 
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.machine import Granted, asked_of_machine
-from fesloop.loop.pacer import Pacer
-from fesloop.loop.realtime import Pacing
+from fesloop.loop.realtime import Pacer, Pacing
 from fesloop.loop.run import Loop
 
 _OFTEN_NS = NS_PER_S

@@ -7,13 +7,17 @@ Plants and faster blocks catch up at each of them, in bursts.
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Iterator
+import time
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from heapq import merge
 from itertools import count
+from threading import Event
+from typing import Any
 
 from fesloop.errors import InputError
-from fesloop.loop.clock import FOREVER, NS_PER_S, Clock, RateClock, waits_for_arrivals
+from fesloop.loop.clock import FOREVER, NS_PER_MS, NS_PER_S, Clock, RateClock, waits_for_arrivals
+from fesloop.loop.run import Loop
 from fesloop.loop.wiring import Node
 
 _MOST_HZ = 200
@@ -106,3 +110,156 @@ def _ticks(clock: Clock) -> Iterator[int]:
         if instant >= FOREVER:
             return
         yield instant
+
+
+KEPT, LATE, SKIPPED, STOPPED = "kept", "run late", "skipped", "stopped"
+WallRow = tuple[int, int, int, str]
+"""(instant, by how much its work began late, how long that took, what was done); times in ns."""
+_NAP_NS = NS_PER_S // 20
+"""No sleep is longer (chosen): an interrupt is heard, and the recording written, between two of them."""
+
+
+class Pacer:
+    """Runs a loop as the wall clock goes.
+
+    A deadline is missed where the work of an instant ends more than the shortest paced period after it.
+
+    Parameters
+    ----------
+    loop: what runs; one trial after the other.
+    pacing: what becomes of late ticks.
+    clock, sleep: wall clock in ns, and how to wait for some seconds; by default on the bell that blocks ring
+        where there are some that do.
+
+    Attributes
+    ----------
+    deadlines, missed: how many there were, and how many were missed.
+    worst_late_ns: by how much the latest instant began late.
+    rows, origins: a row an instant; of each trial's t = 0, where the wall clock stood and what time it was
+        (ns since 1970, UTC). Taken out by whoever writes them down.
+    """
+
+    def __init__(self, loop: Loop, pacing: Pacing, clock: Callable[[], int] = time.monotonic_ns,
+                 sleep: Callable[[float], Any] | None = None) -> None:
+        nodes = loop.wiring.nodes
+        self._loop, self._pacing, self._clock = loop, pacing, clock
+        self._clocks = paced_clocks(nodes)
+        self.period_ns = shortest_period_ns(nodes)
+        self._live = tuple(node for node in nodes if is_live(node))
+        self._hearing = tuple((node, ticks) for node in nodes
+                              if waits_for_arrivals(ticks := node.clock) and hasattr(node.part, "waiting"))
+        self._heeding = tuple(node for node in nodes if hasattr(node.part, "heed"))
+        self._expected: dict[RateClock, int] = {}
+        self._bell = Event()
+        self._sleep = sleep or (self._bell.wait if self._live else time.sleep)
+        self.deadlines = self.missed = self.worst_late_ns = 0
+        self.rows: list[WallRow] = []
+        self.origins: list[tuple[int, int]] = []
+        self._states: dict[str, Any] = {}
+        self._instants: Iterator[int] = iter(())
+        self._next = self._origin_ns = 0
+        self._skipped: set[int] = set()
+
+    def begin_trial(self) -> None:
+        """Let t = 0 of the trial that the loop stands before be now."""
+        self._states = self._loop.states()
+        self._instants = instants(self._clocks)
+        self._next = next(self._instants, FOREVER)
+        self._skipped.clear()
+        self._expected.clear()
+        self._origin_ns = self._clock()
+        self.origins.append((self._origin_ns, time.time_ns()))
+        present = Present(self._origin_ns, self._bell)
+        for node in self._live:
+            if hasattr(node.part, "attach"):
+                node.part.attach(self._states[node.name], present)
+
+    def now_ns(self) -> int:
+        """Where the wall clock stands in the trial."""
+        return self._clock() - self._origin_ns
+
+    def slack_ns(self) -> int:
+        """How long nothing is due yet; a message of a live stream is, one period after the one before."""
+        now = self.now_ns()
+        return min([self._next, *(instant for instant in self._expected.values() if instant > now)]) - now
+
+    def advance(self, stop_ns: int) -> int:
+        """Run the instant that has come, or sleep towards the next for a moment.
+
+        Returns up to where (exclusive) the trial has been run; nothing at or after `stop_ns` is. Raises
+        RunError as the loop does, and for a missed deadline where the policy is to stop.
+        """
+        self._bell.clear()
+        arrivals = self._arrivals()
+        due = min([self._next, *(instant for instant, _ in arrivals)])
+        ahead = min(due, stop_ns) - self.now_ns()
+        if ahead > 0:
+            self._sleep(min(ahead, _NAP_NS) / NS_PER_S)
+        elif due >= stop_ns:
+            self._loop.run_until(stop_ns - 1)
+        else:
+            self._run(due, [clock for instant, clock in arrivals if instant == due], stop_ns)
+        return self._loop.now + 1
+
+    def _arrivals(self) -> list[tuple[int, RateClock]]:
+        """When the oldest message that waits at each live block is to be taken, and the block's clock."""
+        found = []
+        for node, clock in self._hearing:
+            part: Any = node.part
+            arrived = part.waiting(self._states[node.name])
+            if arrived is not None:
+                found.append((max(arrived, self._loop.now + 1), clock))
+        return found
+
+    def _run(self, due: int, heard: list[RateClock], stop_ns: int) -> None:
+        """Run everything due at or before `due`, at which these clocks of arrivals tick; note how late."""
+        began = self.now_ns()
+        told = len(self._loop.recorder.events) if self._loop.recorder is not None else 0
+        for clock in heard:
+            self._let_arrive(clock, due, began)
+        if self._pacing.late == "skip" and began - due >= self.period_ns:
+            self._skipped |= self._loop.skip_until(min(began, stop_ns - 1), self._clocks)
+        try:
+            self._loop.run_until(due)
+        finally:
+            self._tell_from(told)
+        ended = self.now_ns()
+        skipped = due in self._skipped
+        self._skipped.discard(due)
+        if due >= self._next:
+            self._next = next(self._instants, FOREVER)
+        self._note(due, began - due, ended - began, skipped)
+
+    def _tell_from(self, number: int) -> None:
+        """Let the blocks that heed know what has been reported, from event `number` on."""
+        recorder = self._loop.recorder
+        if self._heeding and recorder is not None and len(recorder.events) > number:
+            for node in self._heeding:
+                part: Any = node.part
+                part.heed(self._states[node.name], recorder.events[number:])
+
+    def _let_arrive(self, clock: RateClock, due: int, now: int) -> None:
+        """Let a clock of arrivals tick; to skip a late message means that its own block alone takes it."""
+        skipping: list[str] = []
+        if self._pacing.late == "skip" and now - due >= clock.period_s * NS_PER_S:
+            skipping = [node.name for node in self._loop.wiring.nodes
+                        if node.clock == clock and not hasattr(node.part, "waiting")]
+        self._loop.arrive(clock, due, skipping)
+        self._expected[clock] = due + round(clock.period_s * NS_PER_S)
+        if skipping:
+            self._skipped.add(due)
+
+    def _note(self, due: int, late_ns: int, took_ns: int, skipped: bool) -> None:
+        """Count the deadline and keep its row; stop where that is the policy."""
+        missed = skipped or late_ns + took_ns > self.period_ns
+        stopped = missed and self._pacing.late == "stop"
+        self.deadlines += 1
+        self.missed += missed
+        self.worst_late_ns = max(self.worst_late_ns, late_ns)
+        action = STOPPED if stopped else SKIPPED if skipped else LATE if missed else KEPT
+        self.rows.append((due, late_ns, took_ns, action))
+        if stopped:
+            raise self._loop.fail(
+                f"real time: what was due at {due / NS_PER_MS:.3f} ms began {late_ns / NS_PER_MS:.3f} ms "
+                f"late and took {took_ns / NS_PER_MS:.3f} ms, beyond the period of "
+                f"{self.period_ns / NS_PER_MS:g} ms (--late stop)")

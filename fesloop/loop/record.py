@@ -6,8 +6,10 @@ takes the rows out with `drain`.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import Any
 
+from fesloop.loop.block import Tick
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import Value
 
@@ -52,3 +54,18 @@ def _empty(streams: dict[str, list[Any]]) -> dict[str, list[Any]]:
     for rows in streams.values():
         rows.clear()
     return taken
+
+
+@dataclass(slots=True)
+class StatusLatch:
+    """The statuses that hold now; part of a block's state."""
+
+    holding: set[str] = field(default_factory=set)
+
+    def put(self, tick: Tick, status: str, holds: bool, detail: str = "") -> None:
+        """Report `status` if it holds and did not hold before."""
+        if holds and status not in self.holding:
+            self.holding.add(status)
+            tick.report(status, detail)
+        elif not holds:
+            self.holding.discard(status)

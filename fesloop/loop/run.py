@@ -9,25 +9,80 @@ looks, which gives the same values and costs nothing where nobody does.
 from __future__ import annotations
 
 import pickle
-from collections.abc import Collection
+from collections.abc import Collection, Iterable, Mapping
 from contextlib import ExitStack, suppress
 from functools import cached_property
+from heapq import heapify, heapreplace
 from typing import Any
 
 import numpy as np
 
 from fesloop.errors import InputError, RunError, SnapshotError
-from fesloop.loop.agenda import Agenda
-from fesloop.loop.assembly import assembled
-from fesloop.loop.clock import Clock, RateClock
-from fesloop.loop.exchange import sampled_in_order
+from fesloop.loop.assembly import assembled, sampled_in_order
+from fesloop.loop.clock import NS_PER_MS, Clock, RateClock
 from fesloop.loop.latency import LatencyReport
 from fesloop.loop.parameters import changed, parameter_digests
 from fesloop.loop.publish import Sampler
 from fesloop.loop.record import EventRow, Recorder
-from fesloop.loop.snapshot import Snapshot
 from fesloop.loop.stations import BlockStation
 from fesloop.loop.wiring import Node, Wiring, require_count
+
+
+class Agenda:
+    """Stations by when they are due; those due at one instant go by their number in the firing order."""
+
+    __slots__ = ("_heap",)
+
+    def __init__(self, stations: Iterable[tuple[int, BlockStation | Sampler]]) -> None:
+        self._heap = [(station.due, number, station) for number, station in stations]
+        heapify(self._heap)
+
+    def run_until(self, time_ns: int) -> None:
+        """Fire everything due at or before `time_ns`."""
+        heap = self._heap
+        while heap and heap[0][0] <= time_ns:
+            now, number, station = heap[0]
+            heapreplace(heap, (station.fire(now), number, station))
+
+    def arrive(self, clock: RateClock, time_ns: int, skipping: Collection[str]) -> None:
+        """Let a clock of arrivals tick at `time_ns`; the blocks of these names let the tick pass."""
+        for place, (_, number, station) in enumerate(self._heap):
+            if station.clock == clock:
+                station.due = time_ns
+                if isinstance(station, BlockStation) and station.name in skipping:
+                    station.skip("its message came late")
+                self._heap[place] = station.due, number, station
+        heapify(self._heap)
+
+    def skip_until(self, time_ns: int, clocks: Collection[Clock]) -> set[int]:
+        """Skip ticks of blocks on these clocks where the next is due by `time_ns` too; their instants."""
+        skipped: set[int] = set()
+        for place, (_, number, station) in enumerate(self._heap):
+            if isinstance(station, BlockStation) and station.clock in clocks:
+                while station.clock.tick(station.index + 1) <= time_ns:
+                    skipped.add(station.due)
+                    station.skip(f"{(time_ns - station.due) / NS_PER_MS:.3f} ms late")
+                self._heap[place] = station.due, number, station
+        heapify(self._heap)
+        return skipped
+
+
+class Snapshot:
+    """A loop at rest at one instant, as bytes.
+
+    Attributes
+    ----------
+    time_ns, trial: where it stands.
+    wiring: what it is of, as text: seed, nodes, wires.
+    parameters: digests of each node's parameters, by their names.
+    """
+
+    __slots__ = ("content", "parameters", "time_ns", "trial", "wiring")
+
+    def __init__(self, content: bytes, time_ns: int, trial: int, wiring: str,
+                 parameters: Mapping[str, Mapping[str, str]]) -> None:
+        self.content, self.time_ns, self.trial, self.wiring = content, time_ns, trial, wiring
+        self.parameters = parameters
 
 
 class Loop:

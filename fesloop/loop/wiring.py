@@ -14,12 +14,17 @@ from fesloop.errors import InputError, InputErrors
 from fesloop.loop.block import Block, Context, Plant
 from fesloop.loop.clock import NS_PER_MS, Clock, RateClock, duration_ns
 from fesloop.loop.duration import ZERO, Duration
-from fesloop.loop.fitting import fit_faults
-from fesloop.loop.guarding import guard_faults, interlock_faults
-from fesloop.loop.open_sizes import resolved
 from fesloop.loop.order import firing_order
 from fesloop.loop.wire import Wire
-from fesloop.loop.wire_ends import doubled_inputs, end_faults, open_inputs
+from fesloop.loop.wiring_checks import (
+    doubled_inputs,
+    end_faults,
+    fit_faults,
+    guard_faults,
+    interlock_faults,
+    open_inputs,
+    resolved,
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

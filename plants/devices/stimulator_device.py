@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from fesloop.errors import InputError, RunError
 from fesloop.loop.block import Block, Context, Tick
 from fesloop.loop.clock import NS_PER_MS, parse_rate
+from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Value
-from fesloop.loop.status import StatusLatch
 from fesloop.loop.surroundings import Surroundings
 from plants.checks import require_positive
 from plants.devices.driver import StimulatorDriver, stated_ms

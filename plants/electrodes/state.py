@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from fesloop.hand.muscles import MUSCLES
 from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import NEVER
-from fesloop.loop.status import StatusLatch
 from plants.electrodes.kernels import fill_rows, fire, recruit_muscles
 
 Array = NDArray[np.float64]

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.noise import NoiseStream
+from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Sample, Value
-from fesloop.loop.status import StatusLatch
 from plants.imus.device import KINDS
 from plants.imus.kernels import Memory, Sensors, Surroundings, measure
 from plants.imus.stimulation_artefacts import Pulses, PulseWatch

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.loop.block import Tick
+from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import NEVER, Sample
-from fesloop.loop.status import StatusLatch
 from plants.stimulator.channels import fault_of
 from plants.stimulator.generations import IEC_DENSITY_MA_CM2, LIMITED, Limits, given_pulse
 from plants.stimulator.kernels import tally

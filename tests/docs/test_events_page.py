@@ -63,7 +63,7 @@ INDIRECT = {
     ("plants/devices/stimulator_device.py", "status"): _DEVICE_LIMITS,
     ("plants/stimulator/state.py", "status"): _DEVICE_LIMITS,
     ("fesloop/loop/stations.py", "status"): (),  # what blocks have reported
-    ("fesloop/loop/status.py", "status"): (),  # what is put
+    ("fesloop/loop/record.py", "status"): (),  # what is put
     ("fesloop/streams/blocks/replay.py", "self._told()"): (
         "fesloop/streams/blocks/replay.py:_told", "fesloop/streams/doubts.py:_doubts"),
     ("fesloop/streams/live/inlet.py", "note.status"): (

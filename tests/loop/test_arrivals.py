@@ -9,8 +9,7 @@ from live_parts import Stream, Wall, Worker
 from loop_parts import ImpulseProbe, Sink
 
 from fesloop.loop.clock import FOREVER, RateClock, ticks_from
-from fesloop.loop.pacer import KEPT, SKIPPED, Pacer
-from fesloop.loop.realtime import Pacing
+from fesloop.loop.realtime import KEPT, SKIPPED, Pacer, Pacing
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
@@ -39,7 +38,7 @@ def run(wiring, wall, late="catch-up", end=60 * MS):
 @pytest.fixture
 def napping(monkeypatch):
     """Naps of .1 ms, as nothing rings on a made-up clock."""
-    monkeypatch.setattr("fesloop.loop.pacer._NAP_NS", 100_000)
+    monkeypatch.setattr("fesloop.loop.realtime._NAP_NS", 100_000)
 
 
 def test_a_clock_of_arrivals_counts_as_its_rate_and_ticks_when_told():

@@ -9,8 +9,7 @@ from live_parts import Wall, Worker
 from loop_parts import Sink
 
 from fesloop.errors import RunError
-from fesloop.loop.pacer import KEPT, LATE, SKIPPED, STOPPED, Pacer
-from fesloop.loop.realtime import Pacing
+from fesloop.loop.realtime import KEPT, LATE, SKIPPED, STOPPED, Pacer, Pacing
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire

@@ -26,8 +26,7 @@ from live_parts import Wall
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_MS, RateClock, StampClock
 from fesloop.loop.duration import ZERO, Duration
-from fesloop.loop.pacer import Pacer
-from fesloop.loop.realtime import Pacing
+from fesloop.loop.realtime import Pacer, Pacing
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire

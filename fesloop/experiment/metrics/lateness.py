@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_MS
-from fesloop.loop.pacer import KEPT
+from fesloop.loop.realtime import KEPT
 
 EDGES_MS = (0.0, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 """Of the histogram; the last class has no end."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.loop.pacer import WallRow
+from fesloop.loop.realtime import WallRow
 from fesloop.loop.record import BlockRow, EventRow, InputRow, PlantRow
 
 Rows = NDArray[np.void] | NDArray[np.int64]

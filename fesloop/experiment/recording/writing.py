@@ -55,7 +55,7 @@ from fesloop.experiment.recording.rows import (
     plant_rows,
 )
 from fesloop.experiment.running.timing import TimedBlock
-from fesloop.loop.pacer import Pacer
+from fesloop.loop.realtime import Pacer
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port

@@ -10,8 +10,8 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.hand.skeleton import pairs_of_names
 from fesloop.loop.block import Context, Tick
+from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Sensors, Value
-from fesloop.loop.status import StatusLatch
 
 _NAMES = ("first", "second", "third", "fourth", "fifth")
 

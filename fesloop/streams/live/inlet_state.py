@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import NEVER, Value
-from fesloop.loop.status import StatusLatch
 from fesloop.streams.live.description import Picked
 from fesloop.streams.live.reader import StreamReader
 
