@@ -22,7 +22,7 @@ from controllers.reference.ranges import checked_ranges, require_in_range
 from fesloop.errors import InputError, did_you_mean
 from fesloop.hand.anthropometry import FINGERS, HandSize, Three
 from fesloop.hand.inverse_kinematics import InverseKinematics, of_hand
-from fesloop.hand.rest import RESTING_DEG
+from fesloop.hand.skeleton import RESTING_DEG
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.signals import Port, Sample, Value
@@ -85,7 +85,7 @@ class FingertipPath:
     ----------
     points: of the path, in the order of their times. Fingers that the first leaves out are where the
         preferred posture has them; those that no point names stand still.
-    posture_deg: the preferred posture, by freedom; others as at rest (`fesloop.hand.rest`). What does not
+    posture_deg: the preferred posture, by freedom; others as at rest (`fesloop.hand.skeleton`). What does not
         move keeps it.
     rows: what `angles` lists, in this order: synergies (as of the block `synergies`) or freedoms of the hand.
         Empty: all its freedoms.

@@ -9,21 +9,167 @@ of reach the nearest reachable point remains, with its distance.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import FINGERS, HandSize
-from fesloop.hand.coordinates import Coupling, connected, coordinates_of, spread
-from fesloop.hand.inverse_kinematics_kernels import place_tips, seek
 from fesloop.hand.kinematics import checked_angles
+from fesloop.hand.kinematics_kernels import forward, joint_lines, point_jacobian, turned
 from fesloop.hand.segments import SegmentTree
 from fesloop.hand.skeleton import contact_point, hand_tree
 
 Array = NDArray[np.float64]
+Coupling = Mapping[str, tuple[str, float]]
+"""Freedoms that follow another by a factor above 0: {follower: (leader, factor)}."""
+
+
+class Coordinates(NamedTuple):
+    """Freedoms that lead, by name; E (d, c); bounds (c,), rad, that leaders' and followers' ranges leave."""
+
+    leaders: tuple[str, ...]
+    basis: Array
+    low: Array
+    high: Array
+
+
+def coordinates_of(tree: SegmentTree, moving: Sequence[str], coupled: Coupling) -> Coordinates:
+    """The coordinates that the moving freedoms leave."""
+    leaders = tuple(name for name in dict.fromkeys(moving)
+                    if name not in coupled or coupled[name][0] not in moving)
+    basis, bounds = np.zeros((len(tree.freedoms), len(leaders))), []
+    for j, name in enumerate(leaders):
+        factors = {name: 1.0, **{follower: factor for follower, (leader, factor) in coupled.items()
+                                 if leader == name}}
+        for follower, factor in factors.items():
+            basis[tree.freedom(follower), j] = factor
+        ends = np.array([tree.ranges[tree.freedom(name)] / factor for name, factor in factors.items()])
+        bounds.append((ends[:, 0].max(), ends[:, 1].min()))
+    low, high = np.array(bounds).reshape(-1, 2).T
+    return Coordinates(leaders, basis, low, high)
+
+
+def connected(moves: NDArray[np.bool_]) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """Tips and coordinates of what hangs together in `moves` (t, c), whether a coordinate moves a tip."""
+    left, parts = list(range(moves.shape[0])), []
+    while left:
+        tips = [left.pop(0)]
+        while joined := [tip for tip in left if (moves[tip] & moves[tips].any(axis=0)).any()]:
+            tips += joined
+            left = [tip for tip in left if tip not in joined]
+        coordinates = np.flatnonzero(moves[tips].any(axis=0))
+        if coordinates.size:
+            parts.append((np.array(sorted(tips)), coordinates))
+    return parts
+
+
+def spread(count: int, dimensions: int) -> Array:
+    """(count, dimensions) points spread evenly over the unit cube, always the same.
+
+    Multiples of the powers of 1 / g, g^(dimensions + 1) = g + 1, modulo 1 (Roberts 2018, "The unreasonable
+    effectiveness of quasirandom sequences").
+    """
+    g = 2.0
+    for _ in range(60):
+        g = (1.0 + g) ** (1.0 / (dimensions + 1))
+    steps = g ** -np.arange(1.0, dimensions + 1.0)
+    return np.asarray((0.5 + np.arange(1.0, count + 1.0)[:, np.newaxis] * steps) % 1.0)
+
+
+Layout = NDArray[np.int64]
+
+STILL_RAD = 1e-9
+"""A step below this is none."""
+_FIRST_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-6, 1e-14, 1e4
+"""m^2/rad^2. Chosen: squared lever arms of a hand's joints are 1e-4 to 1e-2 m^2."""
+
+
+@compiled
+def place_tips(
+    layout: Layout, geometry: Array, root: Array, angles: Array, segments: NDArray[np.int64], places: Array,
+    poses: Array, tips: Array,
+) -> None:
+    """Fill `poses` (n, 7), and `tips` (t, 3), m, in the reference frame."""
+    forward(layout, geometry, angles, root, poses)
+    for i in range(segments.shape[0]):
+        pose, place = poses[segments[i]], places[i]
+        arm = turned((pose[0], pose[1], pose[2], pose[3]), place[0], place[1], place[2])
+        for j in range(3):
+            tips[i, j] = pose[4 + j] + arm[j]
+
+
+@compiled
+def slopes_of_tips(
+    layout: Layout, geometry: Array, moves: NDArray[np.bool_], angles: Array, poses: Array,
+    segments: NDArray[np.int64], tips: Array, basis: Array, lines: Array, each: Array, slopes: Array,
+) -> None:
+    """Fill `slopes` (3 t, c), m/rad: the tips' Jacobian in z. `lines` (d, 6), `each` (6, d) are scratch."""
+    joint_lines(layout, geometry, angles, poses, lines)
+    for i in range(segments.shape[0]):
+        point_jacobian(lines, moves[segments[i]], tips[i], each)
+        slopes[3 * i:3 * i + 3] = each[:3] @ basis
+
+
+@compiled
+def damp_step(
+    slopes: Array, gradient: Array, held: NDArray[np.bool_], damping: float, step: Array
+) -> None:
+    """Fill `step` (c,) with -(J'J + damping I)^-1 g in the coordinates that are not held, else 0."""
+    matrix = slopes.T @ slopes
+    right = -gradient
+    for i in range(held.size):
+        matrix[i, i] += damping
+        if held[i]:
+            matrix[i, :] = 0.0
+            matrix[:, i] = 0.0
+            matrix[i, i], right[i] = 1.0, 0.0
+    step[:] = np.linalg.solve(matrix, right)
+
+
+@compiled
+def seek(
+    layout: Layout, geometry: Array, moves: NDArray[np.bool_], root: Array, segments: NDArray[np.int64],
+    places: Array, targets: Array, basis: Array, offset: Array, low: Array, high: Array, preferred: Array,
+    weight: float, iterations: int, z: Array,
+) -> Any:
+    """Move z (c,), within [low, high], to a least of |tips - targets|^2 + weight |z - preferred|^2.
+
+    Gives that least, and the greatest distance of a tip from its target, m; floats.
+
+    Levenberg-Marquardt on the coordinates that no bound holds, projected onto the bounds (Bertsekas 1982, doi
+    10.1137/0320018: two-metric projection): a step is taken if it lessens the cost, else damped more.
+    """
+    freedoms, tip_count = offset.size, segments.shape[0]
+    poses, lines, each = np.empty((layout.shape[0], 7)), np.empty((freedoms, 6)), np.empty((6, freedoms))
+    tips, slopes, step = np.empty((tip_count, 3)), np.empty((3 * tip_count, z.size)), np.empty(z.size)
+    angles = offset + basis @ z
+    place_tips(layout, geometry, root, angles, segments, places, poses, tips)
+    away, damping = tips - targets, _FIRST_DAMPING
+    cost = np.sum(away**2) + weight * np.sum((z - preferred) ** 2)
+    for _ in range(iterations):
+        slopes_of_tips(layout, geometry, moves, angles, poses, segments, tips, basis, lines, each, slopes)
+        gradient = slopes.T @ away.ravel() + weight * (z - preferred)
+        held = ((z <= low) & (gradient > 0.0)) | ((z >= high) & (gradient < 0.0))
+        least, trial = cost, z
+        while least >= cost and damping < _MOST_DAMPING:
+            damp_step(slopes, gradient, held, weight + damping, step)
+            trial = np.minimum(np.maximum(z + step, low), high)
+            angles = offset + basis @ trial
+            place_tips(layout, geometry, root, angles, segments, places, poses, tips)
+            least = np.sum((tips - targets) ** 2) + weight * np.sum((trial - preferred) ** 2)
+            damping = max(0.1 * damping, _LEAST_DAMPING) if least < cost else 10.0 * damping
+        if least >= cost:
+            break
+        moved = np.abs(trial - z).max()
+        z[:], cost, away = trial, least, tips - targets
+        if moved < STILL_RAD:
+            break
+    return cost, np.sqrt(np.sum(away**2, axis=1)).max()
+
 
 DIP_OF_PIP = 2.0 / 3.0
 """DIP over PIP flexion (Rijpkema and Girard 1991, doi 10.1145/122718.122754)."""

@@ -10,14 +10,48 @@ A forearm bone that is not quite parallel to it is a matter of how its sensor is
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.hand.anthropometry import FINGERS, HandSize
-from fesloop.hand.ranges import radians
 from fesloop.hand.segments import JointKind, Segment, SegmentTree, Vector
+
+SALCHOW = "Salchow-Hoemmen 2019, doi 10.3390/s19010208, section 2.4.3: from anatomy texts, with tolerance"
+TEXTBOOK = "Electronic Textbook of Hand Surgery, e-hand.com: typical range of motion"
+CHOSEN_DEVIATION = ("20 of abduction (clinical norm, gpnotebook.com) and a chosen tolerance of 15, by which "
+                    "fingers at rest lie off the palm's middle line (An and Cooney 1991)")
+CHOSEN_THUMB = ("chosen: 45 of palmar and 60 of radial abduction (e-hand.com) with a tolerance of 15; "
+                "pronation 22 beyond the 88 in which Sancho-Bru 2012 has the thumb at rest")
+
+
+class Range(NamedTuple):
+    """Lowest and highest angle, degrees, and where they come from."""
+
+    low_deg: float
+    high_deg: float
+    source: str
+
+
+RANGES: dict[str, tuple[Range, ...]] = {
+    "wrist": (Range(-70.0, 75.0, TEXTBOOK), Range(-20.0, 35.0, TEXTBOOK)),
+    "thumb_cmc": (Range(-25.0, 60.0, CHOSEN_THUMB), Range(-75.0, 15.0, CHOSEN_THUMB),
+                  Range(-30.0, 110.0, CHOSEN_THUMB)),
+    "thumb_mcp": (Range(-10.0, 55.0, TEXTBOOK),),
+    "thumb_ip": (Range(-15.0, 80.0, TEXTBOOK),),
+    "mcp": (Range(-45.0, 90.0, TEXTBOOK), Range(-35.0, 35.0, CHOSEN_DEVIATION)),
+    "pip": (Range(-20.0, 100.0, SALCHOW),),
+    "dip": (Range(-20.0, 100.0, SALCHOW),),
+}
+"""By joint: flexion, then abduction, then pronation, as far as the joint has them."""
+
+
+def radians(joint: str) -> tuple[tuple[float, float], ...]:
+    """Ranges of a joint of the table, rad."""
+    return tuple((float(np.deg2rad(row.low_deg)), float(np.deg2rad(row.high_deg))) for row in RANGES[joint])
+
 
 Array = NDArray[np.float64]
 _Chain = tuple[tuple[str, str, JointKind, str], ...]
@@ -105,3 +139,17 @@ def contact_point(size: HandSize, finger: str, contact: str) -> Array:
             raise InputError(what, f"{name!r}", ", ".join(known), did_you_mean(name, known))
     point: Array = contact_points(size)[FINGERS.index(finger), CONTACTS.index(contact)]
     return point
+
+
+FINGER_RESTS_DEG = {"F2": (25.0, 35.0, 15.0), "F3": (30.0, 38.0, 15.0), "F4": (33.0, 40.0, 15.0),
+                    "F5": (35.0, 40.0, 15.0)}
+"""MCP, PIP, DIP. Chosen: the usual cascade, more flexed towards the little finger."""
+RESTING_DEG: dict[str, float] = {
+    "wrist_flexion": 0.0, "wrist_abduction": 0.0,
+    "F1_cmc_flexion": 40.0, "F1_cmc_abduction": -25.0, "F1_cmc_pronation": 70.0,
+    "F1_mcp_flexion": 15.0, "F1_ip_flexion": 20.0,
+    **{f"{finger}_{joint}": angle for finger, (mcp, pip, dip) in FINGER_RESTS_DEG.items()
+       for joint, angle in (("mcp_flexion", mcp), ("mcp_abduction", 0.0), ("pip_flexion", pip),
+                            ("dip_flexion", dip))},
+}
+"""By freedom, in the order of the hand's. Thumb: chosen, beside the index finger, its nail half turned."""

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.hand.anthropometry import FINGERS
-from fesloop.hand.rest import RESTING_DEG
 from fesloop.hand.segments import SegmentTree
+from fesloop.hand.skeleton import RESTING_DEG
 
 Array = NDArray[np.float64]
 

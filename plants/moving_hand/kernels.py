@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
 from fesloop.hand.kinematics_kernels import forward, turned
-from fesloop.hand.motion import STANDARD_GRAVITY
-from fesloop.hand.motion_kernels import motions, sense
+from fesloop.hand.motion import STANDARD_GRAVITY, motions, sense
 from fesloop.hand.quaternion_kernels import conjugate, multiply
 
 Array = NDArray[np.float64]

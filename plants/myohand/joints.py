@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from fesloop.errors import InputError, did_you_mean
-from fesloop.hand.rest import FINGER_RESTS_DEG
 from fesloop.hand.segments import SegmentTree
+from fesloop.hand.skeleton import FINGER_RESTS_DEG
 from plants.hand.model import RESTING_LENGTH, nominal_passive
 from plants.hand.muscles import FIBRES_MM, passive_n_m
 from plants.myohand.anatomy import JOINTS, STANDS_FOR, activated_by

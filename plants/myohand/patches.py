@@ -20,7 +20,7 @@ PLACEHOLDER = 1e-4
 """kg m^2 about every axis, of each bone of fingers and palm: the index finger's proximal phalanx has 2e-6."""
 LOWEST_DEG, HIGHEST_DEG = -25.0, 10.0
 """Of `deviation_r`, which is positive towards the radius: 25 ulnar and 10 radial, as wrists have more of the
-former (`fesloop.hand.ranges`: 35 and 20, typical). Beyond 25 ulnar the path of EDC3_r jumps by 2 mm."""
+former (`fesloop.hand.skeleton`: 35 and 20, typical). Beyond 25 ulnar the path of EDC3_r jumps by 2 mm."""
 ARMATURE = 2e-6
 """kg m^2. Chosen: what 25 g of muscle add where a tendon's arm is 9 mm. Without any the last phalanges, of
 1 to 3 g, leave their ranges by 30 deg under full force in steps of 1 ms."""

@@ -9,13 +9,12 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares, minimize
 
 from fesloop.errors import InputError
-from fesloop.hand import inverse_kinematics_kernels as kernels
+from fesloop.hand import inverse_kinematics as kernels
 from fesloop.hand.anthropometry import FINGERS, HandSize
 from fesloop.hand.inverse_kinematics import DIP_OF_PIP, InverseKinematics, of_hand
 from fesloop.hand.kinematics import points, segment_poses
-from fesloop.hand.rest import RESTING_DEG
 from fesloop.hand.segments import Segment, SegmentTree
-from fesloop.hand.skeleton import contact_point, hand_tree
+from fesloop.hand.skeleton import RESTING_DEG, contact_point, hand_tree
 
 REST = np.radians(list(RESTING_DEG.values()))
 SIZE = HandSize()

@@ -6,7 +6,8 @@ import pytest
 from mujoco_trees import mujoco_model
 
 from fesloop.errors import InputError
-from fesloop.hand import kinematics, motion, motion_kernels, quaternion
+from fesloop.hand import kinematics, motion, quaternion
+from fesloop.hand import motion as motion_kernels
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
 from plants.imus.finger_kinematics import chain_samples

@@ -7,8 +7,7 @@ from scipy.spatial.transform import Rotation
 from fesloop.errors import InputError
 from fesloop.hand import kinematics, quaternion
 from fesloop.hand.anthropometry import FINGERS, HandSize
-from fesloop.hand.ranges import RANGES
-from fesloop.hand.skeleton import CONTACTS, contact_point, contact_points, dorsal_points, hand_tree
+from fesloop.hand.skeleton import CONTACTS, RANGES, contact_point, contact_points, dorsal_points, hand_tree
 
 LONG = FINGERS[1:]
 NORTH, EAST, UP = np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])

@@ -16,8 +16,7 @@ from fesloop.experiment.running.trial import run
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.homogeneous import segment_matrices
-from fesloop.hand.rest import RESTING_DEG
-from fesloop.hand.skeleton import dorsal_points, hand_tree
+from fesloop.hand.skeleton import RESTING_DEG, dorsal_points, hand_tree
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.wiring import Node
 from fesloop.show.picture.cast import Cast, Player

@@ -9,8 +9,7 @@ from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.homogeneous import segment_matrices
-from fesloop.hand.rest import RESTING_DEG
-from fesloop.hand.skeleton import hand_tree
+from fesloop.hand.skeleton import RESTING_DEG, hand_tree
 from fesloop.show.view.stream_layout import layout_of
 from fesloop.streams.live.description import Channel
 

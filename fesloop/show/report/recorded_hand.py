@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import Poses
-from fesloop.hand.rest import RESTING_DEG
-from fesloop.hand.skeleton import hand_tree
+from fesloop.hand.skeleton import RESTING_DEG, hand_tree
 from fesloop.loop.clock import FOREVER
 from fesloop.show.picture.cast import Cast, Player
 from fesloop.show.picture.held import Signals, values_at

@@ -12,8 +12,7 @@ from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import Poses, placed
-from fesloop.hand.rest import RESTING_DEG
-from fesloop.hand.skeleton import hand_tree
+from fesloop.hand.skeleton import RESTING_DEG, hand_tree
 from fesloop.show.picture.posture import posture_of_angles
 from fesloop.streams.live.description import Channel
 from fesloop.streams.units import factor

@@ -9,8 +9,7 @@ from fesloop.errors import InputError
 from fesloop.experiment.files.parse import from_document
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import points, segment_poses
-from fesloop.hand.rest import RESTING_DEG
-from fesloop.hand.skeleton import hand_tree
+from fesloop.hand.skeleton import RESTING_DEG, hand_tree
 from fesloop.loop.block import Context, Tick
 from fesloop.streams.blocks.synergies import Synergies
 
