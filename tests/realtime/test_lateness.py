@@ -55,7 +55,7 @@ def test_the_longest_write_is_told(tmp_path, monkeypatch):
             yield piece
 
     monkeypatch.setattr(RecordingWriter, "write_in_pieces", slowly)
-    monkeypatch.setattr("fesloop.experiment.running.under_way._FLUSH_WALL_S", 0.1)
+    monkeypatch.setattr("fesloop.experiment.running.trial._FLUSH_WALL_S", 0.1)
     result = experiment().run(tmp_path, realtime=True)
     assert result.realtime["worst_write_ms"] >= 4.0
     with Recording(result.recording) as recording:

@@ -23,7 +23,7 @@ from fesloop.apps.reproduce.patient_session import Kept, Session, sessions
 from fesloop.apps.reproduce.reachable import learnt_widths, reachable_floor, reference_course
 from fesloop.apps.reproduce.result import Reproduction, Sweep
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.metrics.grasp_posture import aperture
+from fesloop.experiment.metrics.grasp import aperture
 from fesloop.experiment.metrics.scoring import metrics_of
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S

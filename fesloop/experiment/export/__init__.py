@@ -9,9 +9,8 @@ from typing import Protocol
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.experiment.export import csv_tables, mat, mot, motion_bids, sto, xdf
-from fesloop.experiment.export.names import file_name
 from fesloop.experiment.export.selection import Selection, select
-from fesloop.experiment.export.target import published
+from fesloop.experiment.export.target import file_name, published
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.signal_table import TableSignal
 

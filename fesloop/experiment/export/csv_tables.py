@@ -13,10 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from fesloop.experiment.export.channels import quantity
-from fesloop.experiment.export.names import file_name, unique
 from fesloop.experiment.export.rates import rate_of_stamps
 from fesloop.experiment.export.selection import Selection
-from fesloop.experiment.export.text import instant, lines, numbers, seconds, side_by_side
+from fesloop.experiment.export.target import file_name, instant, lines, numbers, seconds, side_by_side, unique
 from fesloop.experiment.recording.signal_table import Piece, SignalTable, TableSignal
 from fesloop.forms.toml_text import toml_text
 from fesloop.streams.timebase import stamps_of_rate

@@ -16,8 +16,8 @@ import numpy as np
 
 from fesloop.errors import InputError
 from fesloop.experiment.export import mat_elements as mat
-from fesloop.experiment.export.names import file_name, unique
 from fesloop.experiment.export.selection import Selection
+from fesloop.experiment.export.target import file_name, unique
 from fesloop.experiment.recording.signal_table import SignalTable, TableSignal
 from fesloop.loop.clock import NS_PER_S
 

@@ -25,7 +25,7 @@ from fesloop.errors import InputError
 from fesloop.experiment.export import opensim
 from fesloop.experiment.export.channels import quantity
 from fesloop.experiment.export.selection import Selection
-from fesloop.experiment.export.text import numbers
+from fesloop.experiment.export.target import numbers
 from fesloop.experiment.recording.signal_table import TableSignal
 
 

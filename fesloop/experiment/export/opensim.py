@@ -9,10 +9,9 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from fesloop.experiment.export.names import file_name, unique
 from fesloop.experiment.export.rates import rate_of_stamps
 from fesloop.experiment.export.selection import Selection
-from fesloop.experiment.export.text import lines, seconds
+from fesloop.experiment.export.target import file_name, lines, seconds, unique
 from fesloop.experiment.recording.signal_table import Piece, SignalTable, TableSignal
 
 NO_NUMBER = "nan"

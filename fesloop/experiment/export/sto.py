@@ -23,7 +23,7 @@ from fesloop.experiment.export import opensim
 from fesloop.experiment.export.channels import quantity
 from fesloop.experiment.export.rates import rate_of_stamps
 from fesloop.experiment.export.selection import Selection
-from fesloop.experiment.export.text import numbers
+from fesloop.experiment.export.target import numbers
 from fesloop.experiment.recording.signal_table import Piece, SignalTable, TableSignal
 
 _VERSION = "4.1"

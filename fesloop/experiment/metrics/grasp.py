@@ -3,30 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.metrics.grasp_effort import charge_c, fitness_ratio, grasps_until_fatigue
-from fesloop.experiment.metrics.grasp_forces import LASTING_S, contact_s, grip_force, needed_grip_n
 from fesloop.experiment.metrics.grasp_outcome import (
+    LASTING_S,
     OBJECT_KEYS,
     OUTCOMES,
     TABLE_KEYS,
     Found,
     ObjectCourse,
+    contact_s,
     find_outcome,
+    grip_force,
+    needed_grip_n,
 )
-from fesloop.experiment.metrics.grasp_posture import (
-    aperture,
-    rms_known,
-    unwanted_motion_deg,
-    wrist_extension_deg,
-)
-from fesloop.experiment.metrics.grasp_score import GraspScore
+from fesloop.experiment.metrics.grasp_score import FREEDOMS, GraspScore
 from fesloop.experiment.metrics.joints import held
 from fesloop.experiment.metrics.not_known import note, put
 from fesloop.experiment.recording.reading import Recording, Signal
@@ -34,9 +30,91 @@ from fesloop.experiment.recording.recorded import reached_ns
 from fesloop.experiment.withheld import given_signal
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import FINGERS
+from fesloop.hand.muscles import MUSCLES
 from fesloop.loop.clock import NS_PER_S
 
 Array = NDArray[np.float64]
+Stamps = NDArray[np.int64]
+CLOSING = tuple(name for name in MUSCLES if name.startswith(("FDS", "FDP", "FPL", "THENAR", "INT")))
+"""Muscles that close the hand on an object: flexors of fingers and thumb."""
+_COLUMNS = [MUSCLES.index(name) for name in CLOSING]
+
+
+def charge_c(times_s: Array, pulses: Array, frequency_hz: float) -> float:
+    """Charge of one phase, C, summed over the pulses of all channels.
+
+    `pulses` (n, channels, 2), A and s, or (n, channels), C a phase, each standing until the next row, the
+    last as long as the one before it; a device gives `frequency_hz` pulses a second of what stands.
+    """
+    charges = pulses[..., 0] * pulses[..., 1] if pulses.ndim == 3 else pulses
+    if times_s.size < 2:
+        return math.nan
+    lasting_s = np.diff(times_s, append=2.0 * times_s[-1] - times_s[-2])
+    return float(frequency_hz * (charges.sum(axis=1) @ lasting_s))
+
+
+def fitness_ratio(activation: Array, before: Array, after: Array) -> float:
+    """Fitness `after` over that `before` (29,), of the muscles that close the hand.
+
+    Each counts by its activation (29,), the mean of a hold. NaN where none is active.
+    """
+    share = activation[_COLUMNS]
+    total = float(share @ before[_COLUMNS])
+    return float(share @ after[_COLUMNS]) / total if total > 0.0 else math.nan
+
+
+def grasps_until_fatigue(margin: float, ratio: float) -> float:
+    """How many grasps hold, one after the other under unchanged stimulation.
+
+    Grip force over the force needed is `margin` in the first, and `ratio` times that of the one before in
+    each that follows; a grasp holds while it is 1 or more: 1 + floor(ln margin / -ln ratio). 0 where the
+    first does not hold, inf where fitness does not fall, NaN where an argument is.
+    """
+    if math.isnan(margin) or math.isnan(ratio):
+        return math.nan
+    if margin < 1.0:
+        return 0.0
+    if ratio >= 1.0:
+        return math.inf
+    return 1.0 + math.floor(math.log(margin) / -math.log(ratio)) if ratio > 0.0 else 1.0
+
+
+_WRIST = FREEDOMS.index("wrist_flexion")
+
+
+def aperture(fingertips: Array, opposed: Sequence[str]) -> Array:
+    """Mean distance (n,), m, of the thumb's tip from those of the `opposed` fingers; `fingertips` (n, 5, 3).
+
+    Values (n,) are apertures already.
+    """
+    if fingertips.ndim == 1:
+        return fingertips
+    fingers = [FINGERS.index(name) for name in opposed]
+    distances = np.linalg.norm(fingertips[:, fingers] - fingertips[:, :1], axis=2)
+    return np.asarray(distances.mean(axis=1))
+
+
+def rms_known(errors: Array) -> float:
+    """Root mean square of those that are finite; NaN where none is."""
+    known = errors[np.isfinite(errors)]
+    return float(np.sqrt(np.mean(known**2))) if known.size else float("nan")
+
+
+def wrist_extension_deg(angles: Array) -> float:
+    """Mean extension of the wrist over (n, 23), rad, in deg."""
+    return float(-np.degrees(angles[:, _WRIST].mean()))
+
+
+def unwanted_motion_deg(angles: Array, asked: Sequence[str]) -> float:
+    """RMS over time and freedoms, deg, of how far those that are not `asked` for are from the first row.
+
+    `angles` (n, 23), rad. NaN where every freedom is asked for.
+    """
+    others = [column for column, name in enumerate(FREEDOMS) if not name.startswith(tuple(asked))]
+    return float(np.degrees(np.sqrt(np.mean((angles[:, others] - angles[0, others]) ** 2)))) if others \
+        else float("nan")
+
+
 HAND = 1
 """Number of the hand's own segment among the sites."""
 

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.recording.stored_rows import StoredRows
+from fesloop.experiment.recording.signal_table import StoredRows
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import pytest
 
 from fesloop.errors import InputError
-from fesloop.experiment.files.checking import check
+from fesloop.experiment.files.parse import check
 
 
 def block_class(annotation):

@@ -10,10 +10,14 @@ from hypothesis import strategies as st
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment.files.parse import from_document
-from fesloop.experiment.metrics.grasp import grasp_metrics
-from fesloop.experiment.metrics.grasp_effort import charge_c, fitness_ratio, grasps_until_fatigue
-from fesloop.experiment.metrics.grasp_forces import contact_s, grip_force, needed_grip_n
-from fesloop.experiment.metrics.grasp_posture import unwanted_motion_deg
+from fesloop.experiment.metrics.grasp import (
+    charge_c,
+    fitness_ratio,
+    grasp_metrics,
+    grasps_until_fatigue,
+    unwanted_motion_deg,
+)
+from fesloop.experiment.metrics.grasp_outcome import contact_s, grip_force, needed_grip_n
 from fesloop.experiment.metrics.grasp_score import FREEDOMS, GraspScore
 from fesloop.hand.muscles import muscle
 

@@ -104,7 +104,7 @@ def test_ctrl_c_keeps_a_readable_recording(tmp_path):
 def test_a_disk_that_fills_up_ends_the_run_and_leaves_a_whole_recording(tmp_path, monkeypatch):
     """HDF5 crashes on a write that fails, so none may."""
     free = iter([10**12] * 6)
-    monkeypatch.setattr("fesloop.experiment.running.under_way._FLUSH_WALL_S", 0.0)
+    monkeypatch.setattr("fesloop.experiment.running.trial._FLUSH_WALL_S", 0.0)
     monkeypatch.setattr("fesloop.experiment.recording.writing.free_bytes", lambda path: next(free, 10**6))
     result = run(fesloop.load(SMALL), tmp_path)
     assert result.status == "failed"

@@ -6,7 +6,7 @@ import pytest
 
 import fesloop
 from fesloop import InputError
-from fesloop.experiment.recording import opening
+from fesloop.experiment.recording import reading as opening
 
 SMALL = Path(__file__).parents[1] / "small.toml"
 

@@ -9,7 +9,7 @@ import h5py
 import pytest
 
 from fesloop.experiment.files.parse import load
-from fesloop.experiment.recording.superblock import checksum, mark_closed
+from fesloop.experiment.recording.rescue import checksum, mark_closed
 from fesloop.experiment.running.trial import run
 
 _AT_ONCE_S = 30.0

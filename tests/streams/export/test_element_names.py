@@ -2,8 +2,7 @@
 
 import pytest
 
-from fesloop.experiment.export.channels import channels, quantity
-from fesloop.experiment.export.element_names import row_names
+from fesloop.experiment.export.channels import channels, quantity, row_names
 from fesloop.experiment.recording.signal_table import TableSignal
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.muscles import MUSCLES

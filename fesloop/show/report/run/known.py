@@ -10,8 +10,7 @@ import numpy as np
 
 from fesloop.errors import FesloopError
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.files.parse import from_document
-from fesloop.experiment.files.repeat import document_of
+from fesloop.experiment.files.parse import document_of, from_document
 from fesloop.experiment.metrics.scoring import metrics_of
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.recorded import reached_ns

@@ -7,10 +7,9 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from fesloop.errors import InputError
-from fesloop.experiment.recording.description import FORMAT
-from fesloop.experiment.recording.opening import open_file
-from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.recording.reading import Recording, open_file
 from fesloop.experiment.recording.rescue import rescued
+from fesloop.experiment.recording.writing import FORMAT
 from fesloop.given_files import is_file
 
 
