@@ -8,8 +8,7 @@ import xdf_files
 from recording_files import write
 
 from fesloop.apps.cli import main
-from fesloop.streams.files import open_recording
-from fesloop.streams.importing import import_recording
+from fesloop.streams.files import import_recording, open_recording
 
 
 def test_an_xdf_file_becomes_a_motion_file_that_opens_as_the_same(tmp_path, capsys):

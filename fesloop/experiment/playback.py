@@ -13,7 +13,7 @@ from fesloop.experiment.recording.reading import Recording, Signal
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import StampClock
 from fesloop.loop.signals import Port, Value
-from fesloop.streams.contents import content_hash, require_the_same
+from fesloop.streams.recording import content_hash, require_the_same
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

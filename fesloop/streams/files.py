@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -14,6 +15,7 @@ from fesloop.streams.containers.reading import head_of, is_container, is_hdf5, r
 from fesloop.streams.formats import body16, broad, chain5, motion_bids, wrist, xdf
 from fesloop.streams.formats.one_rate import Rate
 from fesloop.streams.mixed_rates import require_one_rate
+from fesloop.streams.motion_file import write_motion_file
 from fesloop.streams.recording import MotionRecording, Reference
 
 __all__ = ["FORMATS", "MotionRecording", "Reference", "open_recording"]
@@ -106,3 +108,21 @@ def _of_a_known_set(file: Path, sensor_set: str | None) -> MotionRecording:
     keys = ", ".join(list(content)[:8]) or "nothing"
     raise InputError(str(file), f"is no recording of a known format, it holds {keys}",
                      ", ".join(reader.FORMAT for reader in FORMATS), "describe it with a layout")
+
+
+def import_recording(source: str | Path, target: str | Path, layout: str | Path | None = None,
+                     sensor_set: str | None = None, resample: Rate | None = None) -> MotionRecording:
+    """Read a recording, write it as a motion file (`fesloop.streams.motion_file`), and give it.
+
+    Parameters
+    ----------
+    source, sensor_set, layout, resample: see `fesloop.streams.files.open_recording`.
+    target: the file to write; none is written over.
+
+    Raises InputError for anything that is not a sound recording of a known format, and where `target` exists
+    or cannot be written.
+    """
+    found = open_recording(source, sensor_set, layout, resample)
+    recording = replace(found, source=found.source or found.path.name)
+    write_motion_file(recording, Path(target))
+    return recording

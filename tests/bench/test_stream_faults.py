@@ -10,7 +10,7 @@ import pytest
 
 from fesloop.apps.bench._device_log import Given
 from fesloop.apps.bench.stream_faults import FAULTS, _planned, _posture, run, zero_within_ms
-from fesloop.streams.live.sender_faults import FAULTS as KINDS
+from fesloop.streams.live.sender import FAULTS as KINDS
 
 pytestmark = pytest.mark.realtime
 

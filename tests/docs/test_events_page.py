@@ -67,8 +67,8 @@ INDIRECT = {
     ("fesloop/streams/blocks/replay.py", "self._told()"): (
         "fesloop/streams/blocks/replay.py:_told", "fesloop/streams/doubts.py:_doubts"),
     ("fesloop/streams/live/inlet.py", "note.status"): (
-        "fesloop/streams/live/stamps.py:judge", "fesloop/streams/live/stamps.py:_doubts",
-        "fesloop/streams/live/stamps.py:note", "fesloop/streams/live/reader.py:attach",
+        "fesloop/streams/live/reader.py:judge", "fesloop/streams/live/reader.py:_doubts",
+        "fesloop/streams/live/reader.py:note", "fesloop/streams/live/reader.py:attach",
         "fesloop/streams/live/reader.py:hear", "fesloop/streams/live/reader.py:_look_for_it"),
 }
 """Where a status that is reported by an expression is written: "file:function or constant"."""

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from recording_files import CONTENTS, write
 
 from fesloop.errors import InputError
-from fesloop.streams.files import open_recording
-from fesloop.streams.importing import import_recording
+from fesloop.streams.files import import_recording, open_recording
 from fesloop.streams.motion_file import read_motion_file, write_motion_file
 from fesloop.streams.recording import MotionRecording, Reference
 

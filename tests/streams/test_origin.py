@@ -10,8 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fesloop.apps.cli import main
-from fesloop.streams.files import open_recording
-from fesloop.streams.importing import import_recording
+from fesloop.streams.files import import_recording, open_recording
 
 QUICK = settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 LABELS = [f"gyr_{axis}" for axis in "xyz"] + [f"acc_{axis}" for axis in "xyz"]

@@ -10,8 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fesloop.experiment.export import export
-from fesloop.streams.files import open_recording
-from fesloop.streams.importing import import_recording
+from fesloop.streams.files import import_recording, open_recording
 from fesloop.streams.timebase import stamps_of_rate
 
 PORTS = {"gyr": ("rad/s", (2, 3)), "acc": ("m/s^2", (2, 3)), "mag": ("T", (2, 3))}

@@ -33,8 +33,8 @@ _FMU_TRIAL_S = 3.0
 _WRITING = {"open", "os.mkdir", "os.rename", "os.link", "os.symlink", "os.truncate", "os.remove", "os.rmdir",
             "os.chmod", "shutil.move"}
 _HARMLESS = ("/dev/", "/proc/")
-_LOADED = ("scipy.io", "fesloop.experiment.recording.reading", "fesloop.streams.importing",
-           "fesloop.streams.containers.mat73", "fesloop.streams.formats.described",
+_LOADED = ("scipy.io", "fesloop.experiment.recording.reading", "fesloop.streams.files",
+           "fesloop.streams.containers.matlab", "fesloop.streams.formats.described",
            "fesloop.forms.faults", "fesloop.experiment.files.layout")
 
 
@@ -191,7 +191,7 @@ def _outcome(reader: str, folder: Path, name: str) -> dict[str, Any]:
 
 def _recording(folder: Path, name: str, layout: str | None = None) -> None:
     """Import a recording of motion, and look at what was read."""
-    from fesloop.streams.importing import import_recording
+    from fesloop.streams.files import import_recording
 
     described = None if layout is None else folder / "source" / layout
     recording = import_recording(folder / "source" / name, folder / "target" / "motion.h5", described)

@@ -32,7 +32,7 @@ from fesloop.experiment.running.trial import run as run_experiment
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.streams.live.library import open_library
 from fesloop.streams.live.played import Played, posture
-from fesloop.streams.live.sender_faults import SenderFault
+from fesloop.streams.live.sender import SenderFault
 
 FAULTS = {"stop": (380.0, "stream_silent"), "vanish": (380.0, "stream_lost"),
           "freeze": (430.0, "stream_frozen"), "repeat": (380.0, "stamp_repeated"),

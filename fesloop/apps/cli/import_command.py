@@ -12,7 +12,7 @@ from fesloop.loop.clock import NS_PER_S
 def execute(args: Namespace) -> int:
     """Read a recording of any known format and write it as a motion file."""
     from fesloop.streams.doubts import all_doubts
-    from fesloop.streams.importing import import_recording
+    from fesloop.streams.files import import_recording
     from fesloop.streams.missing import lacking_in, lost_samples
 
     with progress_bar(f"import {args.source}"):

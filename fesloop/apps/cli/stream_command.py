@@ -15,8 +15,7 @@ from fesloop.streams.doubts import all_doubts
 from fesloop.streams.files import open_recording
 from fesloop.streams.live.library import open_library
 from fesloop.streams.live.played import inertial
-from fesloop.streams.live.sender import StreamSender
-from fesloop.streams.live.sender_faults import SenderFault
+from fesloop.streams.live.sender import SenderFault, StreamSender
 
 HAND = "hand"
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from fesloop.errors import InputError
 from fesloop.given_files import exists, is_file, is_folder
-from fesloop.streams.containers.mat5_structure import sound_variables
+from fesloop.streams.containers.matlab import sound_variables
 from fesloop.streams.room import Room
 
 ZIP, HDF5, MATLAB, MATLAB_73 = b"PK\x03\x04", b"\x89HDF\r\n\x1a\n", b"MATLAB 5.0", b"MATLAB 7.3"
@@ -95,7 +95,7 @@ def _read_npz(path: Path, room: Room) -> dict[str, Any]:
 
 
 def _read_hdf5(path: Path, room: Room) -> dict[str, Any]:
-    from fesloop.streams.containers.mat73 import read_hdf5
+    from fesloop.streams.containers.matlab import read_hdf5
 
     return read_hdf5(path, room, FORMATS)
 

@@ -21,8 +21,8 @@ from fesloop.streams.checks import Array
 from fesloop.streams.formats.joined import Part, time_base
 from fesloop.streams.formats.layout import Columns, Place
 from fesloop.streams.formats.one_rate import Rate, onto_one_rate
+from fesloop.streams.formats.xdf import instants_s
 from fesloop.streams.formats.xdf_chunks import XdfStream, read_streams
-from fesloop.streams.formats.xdf_clock import instants_s
 
 
 class XdfSource:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -15,18 +16,117 @@ from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.guard import is_finite
 from fesloop.loop.realtime import Present
+from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import NEVER, Port, Sample, Sensors, Value
+from fesloop.streams.checks import plausible_acc, plausible_gyr, plausible_mag
 from fesloop.streams.labels import Kind
 from fesloop.streams.live.description import Declared, Picked, channels_of, pick_angles, pick_inertial
-from fesloop.streams.live.first_samples import check_first_samples, check_rate
-from fesloop.streams.live.inlet_state import InletState
 from fesloop.streams.live.library import Network
 from fesloop.streams.live.reader import StreamReader
-from fesloop.streams.live.source import LslSource
+from fesloop.streams.live.source import LslSource, Pulled, Source, StreamLost
 from fesloop.streams.live.stand_in import InletStandIn
 from fesloop.streams.live.wanted import Wanted, find, glance
 
 Array = NDArray[np.float64]
+
+
+@dataclass(slots=True, eq=False)
+class InletState:
+    """An open stream.
+
+    Attributes
+    ----------
+    reader: its thread and the samples that wait.
+    picked: channels of each output.
+    origin_ns: t = 0 of the trial by the monotonic clock; NEVER before the first.
+    heard_ns: loop time of the newest tick, and of t = 0.
+    captured_ns: loop time of the newest capture put out.
+    silent_since_ns: loop time of the last sample before the stream fell silent; NEVER while it is not.
+    before, same: numbers of the newest sample, and how many on end have had them before it.
+    channels, factors: of all outputs in a row.
+    """
+
+    reader: StreamReader
+    picked: tuple[Picked, ...]
+    origin_ns: int = NEVER
+    heard_ns: int = 0
+    captured_ns: int = 0
+    silent_since_ns: int = NEVER
+    before: Array = field(default_factory=lambda: np.empty(0))
+    same: int = 0
+    latch: StatusLatch = field(default_factory=StatusLatch)
+    channels: NDArray[np.int64] = field(init=False)
+    factors: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.channels = np.concatenate([picked.channels.ravel() for picked in self.picked])
+        self.factors = np.concatenate([picked.factors.ravel() for picked in self.picked])
+
+    def outputs(self, numbers: Array) -> tuple[Value, ...]:
+        """A row of numbers as the outputs."""
+        parts, first = [], 0
+        for picked in self.picked:
+            size = picked.channels.size
+            parts.append(numbers[first:first + size].reshape(picked.channels.shape))
+            first += size
+        return tuple(parts)
+
+
+_SAMPLES, _WAIT_S = 10, 2.0
+_CLOCKS_AGREE_NS = NS_PER_S // 2
+"""How old a sample may seem, and how far ahead, before its stamps count as those of another clock (chosen:
+the age at which a safety block stops, by default)."""
+_RATE_AGREES = 0.01
+"""By how much the stated rate may differ from the nominal one (chosen: sensors' clocks are better)."""
+_PLAUSIBLE: Mapping[str, Callable[[NDArray[np.float64], str], None]] = {
+    "gyr": plausible_gyr, "acc": plausible_acc, "mag": plausible_mag}
+
+
+def check_rate(stated_hz: float, clock: RateClock, where: str) -> None:
+    """Raise InputError where a stream states another rate than the nominal one; 0 states none."""
+    if stated_hz > 0.0 and abs(stated_hz * clock.period_s - 1.0) > _RATE_AGREES:
+        raise InputError(where, f"states a rate of {stated_hz:g} Hz", f"nominal_rate = {float(clock.rate):g}",
+                         f'say nominal_rate = "{stated_hz:g}"')
+
+
+def check_first_samples(source: Source, picked: Mapping[str, Picked], where: str, *, by_sender: bool) -> None:
+    """Raise InputError where a stream is silent, its numbers cannot be in its units, or its clock is another.
+
+    Parameters
+    ----------
+    source: opened; ten samples of it are read.
+    picked: channels of "gyr", "acc" and "mag", (n, 3) each.
+    where: the stream, for messages.
+    by_sender: whether its stamps are to be used.
+    """
+    pulled = _read(source, where)
+    values = np.stack([sample.values for sample in pulled])
+    for kind, channels in picked.items():
+        readings = np.stack([channels.of(row) for row in values])
+        if np.isfinite(readings).all(axis=2).any():
+            _PLAUSIBLE[kind](readings.reshape(-1, 3), f"{where}: {kind}")
+    age_ns = time.monotonic_ns() - pulled[-1].stamp_ns
+    if by_sender and abs(age_ns) > _CLOCKS_AGREE_NS:
+        told = f"{abs(age_ns) / NS_PER_S:.3g} s {'old' if age_ns > 0 else 'ahead of this machine'}"
+        raise InputError(where, f"its samples are stamped {told}", f"up to {_CLOCKS_AGREE_NS / NS_PER_S:g} s",
+                         'its stamps are of another clock: say stamps = "arrival"')
+
+
+def _read(source: Source, where: str) -> list[Pulled]:
+    pulled: list[Pulled] = []
+    until = time.monotonic() + _WAIT_S
+    while len(pulled) < _SAMPLES and (left := until - time.monotonic()) > 0.0:
+        try:
+            sample = source.pull(left)
+        except StreamLost:
+            raise InputError(where, "was lost as it was opened", remedy="start its sender again") from None
+        if sample is not None:
+            pulled.append(sample)
+    if not pulled:
+        raise InputError(where, f"is there, but sends nothing within {_WAIT_S:g} s", "samples")
+    return pulled
+
+
 _UNITS = {"gyr": "rad/s", "acc": "m/s^2", "mag": "T"}
 _UNDECLARED = Declared()
 _FROZEN = 5
@@ -40,7 +140,7 @@ class LslInlet:
     It ticks when a sample arrives, and so does every block on its clock (`clock = "inlet"` where the inlet's
     name is that). One sample a tick; its capture is the sender's stamp, brought to the loop's time by LSL's
     measure of the offset between the clocks. Captures increase strictly and are never later than arrivals:
-    samples whose stamps cannot be so are left out, and told (`fesloop.streams.live.stamps`).
+    samples whose stamps cannot be so are left out, and told (`fesloop.streams.live.reader`).
 
     Outputs of inertial sensors: `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and, with magnetometers, `mag` (n, 3)
     T. Of a posture: `angles` (k,) rad. NaN is what was lost: so says the sender, or it is infinite.

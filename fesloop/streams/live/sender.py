@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+import re
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,7 +15,117 @@ from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_S
 from fesloop.streams.live.library import Network, open_library
 from fesloop.streams.live.played import Played
-from fesloop.streams.live.sender_faults import FaultySender, SenderFault
+
+FAULTS = {
+    "stop": "nothing is sent, the stream stays open",
+    "vanish": "the stream is closed, and opened anew afterwards",
+    "freeze": "the same numbers over and over, with new stamps",
+    "repeat": "the same sample over and over, with its old stamp",
+    "jump": "the recording jumps ahead by VALUE s (1), the stamps do not",
+    "clock": "the stamps jump by VALUE s (-1)",
+    "reorder": "each two samples change places",
+    "nan": "every number is NaN",
+    "rate": "samples come at VALUE times the rate (0.5)",
+}
+_VALUES = {"jump": 1.0, "clock": -1.0, "rate": 0.5}
+_FORM = re.compile(r"(?P<kind>[a-z]+)@(?P<start>[0-9.]+)(?:\+(?P<length>[0-9.]+))?(?:x(?P<value>-?[0-9.]+))?")
+FORM = "KIND@START[+LENGTH][xVALUE], in s, such as freeze@5+0.5; KIND is one of " + ", ".join(FAULTS)
+
+
+@dataclass(frozen=True, slots=True)
+class SenderFault:
+    """A fault for a stretch of time.
+
+    Attributes
+    ----------
+    kind: one of FAULTS.
+    start_s, length_s: from when on, and for how long.
+    value: as FAULTS says; 0 where it says nothing.
+    """
+
+    kind: str
+    start_s: float
+    length_s: float = 1.0
+    value: float = 0.0
+
+    @classmethod
+    def parse(cls, text: str) -> SenderFault:
+        """Of a text such as "rate@5+2x0.5"; raises InputError for another."""
+        match = _FORM.fullmatch(text)
+        if match is None or match["kind"] not in FAULTS:
+            raise InputError("--fault", f"{text!r}", FORM)
+        try:
+            start, length = float(match["start"]), float(match["length"] or 1.0)
+            value = float(match["value"] or _VALUES.get(match["kind"], 0.0))
+        except ValueError:
+            raise InputError("--fault", f"{text!r}", FORM) from None
+        if match["value"] and match["kind"] not in _VALUES:
+            raise InputError("--fault", f"{text!r}: {match['kind']} takes no VALUE",
+                             f"{', '.join(_VALUES)} do")
+        if match["kind"] == "rate" and value <= 0.0:
+            raise InputError("--fault", f"{text!r}", "a rate above 0 times the usual one")
+        return cls(match["kind"], start, length, value)
+
+    def holds(self, time_s: float) -> bool:
+        """Whether it is on, `time_s` after the first sample."""
+        return self.start_s <= time_s < self.start_s + self.length_s
+
+
+class Sending(NamedTuple):
+    """A sample to be sent: row of the recording, stamp in s, whether its numbers are NaN."""
+
+    row: int
+    stamp_s: float
+    lost: bool = False
+
+
+class FaultySender:
+    """What is sent in place of each sample.
+
+    Parameters
+    ----------
+    faults: with their times.
+    rate_hz: of the samples.
+    """
+
+    def __init__(self, faults: Sequence[SenderFault], rate_hz: float) -> None:
+        self._faults, self._rate_hz = tuple(faults), rate_hz
+        self._before: Sending | None = None
+        self._kept: Sending | None = None
+
+    def active(self, kind: str, time_s: float) -> SenderFault | None:
+        """The fault of this kind that is on, None if none is."""
+        return next((fault for fault in self._faults if fault.kind == kind and fault.holds(time_s)), None)
+
+    def pace(self, time_s: float) -> float:
+        """How much faster than usual samples come."""
+        fault = self.active("rate", time_s)
+        return fault.value if fault else 1.0
+
+    def sendings(self, row: int, time_s: float, stamp_s: float) -> list[Sending]:
+        """What to send now in place of the sample `row`, `time_s` after the first, stamped `stamp_s`."""
+        if self.active("stop", time_s) or self.active("vanish", time_s):
+            return []
+        if self._before is not None and self.active("repeat", time_s):
+            return [self._before]
+        if self._before is not None and self.active("freeze", time_s):
+            row = self._before.row
+        if fault := self.active("jump", time_s):
+            row += round(fault.value * self._rate_hz)
+        if fault := self.active("clock", time_s):
+            stamp_s += fault.value
+        sending = Sending(row, stamp_s, self.active("nan", time_s) is not None)
+        if self.active("reorder", time_s):
+            if self._kept is None:
+                self._kept = sending
+                return []
+            sendings, self._kept = [sending, self._kept], None
+        else:
+            sendings = [sending] if self._kept is None else [self._kept, sending]
+            self._kept = None
+        self._before = sendings[-1]
+        return sendings
+
 
 _NAP_S = 0.1
 

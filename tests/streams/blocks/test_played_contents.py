@@ -14,7 +14,7 @@ from fesloop.errors import InputError
 from fesloop.experiment.files.parse import from_document, load
 from fesloop.experiment.playback import Playback
 from fesloop.streams.blocks.replay import Replay, replay_of
-from fesloop.streams.contents import content_hash
+from fesloop.streams.recording import content_hash
 
 
 def experiment(kind, path, **more):

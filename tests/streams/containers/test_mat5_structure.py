@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat, whosmat
 
 from fesloop.errors import InputError
-from fesloop.streams.containers.mat5_structure import Mat5Error, sound_variables
+from fesloop.streams.containers.matlab import Mat5Error, sound_variables
 from fesloop.streams.containers.reading import read_container
 from fesloop.streams.room import Room
 

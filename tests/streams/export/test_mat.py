@@ -11,7 +11,7 @@ from scipy.io import loadmat, whosmat
 from fesloop import InputError, Recording
 from fesloop.experiment.export import export, mat
 from fesloop.experiment.export.mat import variable_names
-from fesloop.streams.containers.mat5_structure import sound_variables
+from fesloop.streams.containers.matlab import sound_variables
 from fesloop.streams.room import Room
 
 

@@ -14,8 +14,8 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Tick
 from fesloop.streams.blocks.replay import Replay
 from fesloop.streams.files import open_recording
+from fesloop.streams.formats.xdf import instants_s
 from fesloop.streams.formats.xdf_chunks import read_streams
-from fesloop.streams.formats.xdf_clock import instants_s
 from fesloop.streams.pace import gaps_of, on_lines, pace_of, set_back
 
 LABELS, UNITS = xdf.MOTION_LABELS, xdf.MOTION_UNITS

@@ -9,7 +9,7 @@ from streams_live_parts import PlannedSource, pulled
 from fesloop.errors import InputError
 from fesloop.loop.clock import RateClock
 from fesloop.streams.live.description import Picked
-from fesloop.streams.live.first_samples import check_first_samples, check_rate
+from fesloop.streams.live.inlet import check_first_samples, check_rate
 from fesloop.streams.live.source import StreamLost
 
 PICKED = {kind: Picked(np.arange(3 * k, 3 * k + 3).reshape(1, 3), np.ones((1, 3)))

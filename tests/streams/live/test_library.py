@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fesloop.streams.live.confinement_kernels import make_loopback
+from fesloop.streams.live.confinement import make_loopback
 
 needs_pylsl = pytest.mark.skipif(find_spec("pylsl") is None, reason="pylsl is not installed")
 needs_linux = pytest.mark.skipif(not Path("/proc/self/net/tcp").exists(),

@@ -15,8 +15,7 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.streams.live import inlet as inlet_module
 from fesloop.streams.live.description import Picked
-from fesloop.streams.live.inlet import LslInlet
-from fesloop.streams.live.inlet_state import InletState
+from fesloop.streams.live.inlet import InletState, LslInlet
 from fesloop.streams.live.reader import _BACKLOG, StreamReader
 from fesloop.streams.live.source import StreamLost
 

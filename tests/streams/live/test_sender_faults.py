@@ -3,7 +3,7 @@
 import pytest
 
 from fesloop.errors import InputError
-from fesloop.streams.live.sender_faults import FAULTS, FaultySender, SenderFault
+from fesloop.streams.live.sender import FAULTS, FaultySender, SenderFault
 
 RATE = 100.0
 

@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
-from fesloop.streams.live.stamps import PATIENCE_NS, CaptureStamps, RateWatch
+from fesloop.streams.live.reader import PATIENCE_NS, CaptureStamps, RateWatch
 
 PERIOD = 10 * NS_PER_MS
 START = 1000 * NS_PER_S
