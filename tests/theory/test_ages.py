@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from linear_parts import sensed_loop, uniform
 
-from fesloop.analysis.theory import ages
+from fesloop.analysis.theory import schedule as ages
 from fesloop.analysis.theory.linear_loop import linear_loop
 from fesloop.analysis.theory.schedule import schedule
 from fesloop.loop.duration import Duration

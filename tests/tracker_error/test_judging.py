@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from fesloop.analysis.tracker_error.autocorrelation import autocorrelation, independent_values
-from fesloop.analysis.tracker_error.error_record import ErrorRecord
+from fesloop.analysis.tracker_error.error_record import ErrorRecord, autocorrelation, independent_values
 from fesloop.analysis.tracker_error.judging import judge, whole_band
 from fesloop.analysis.tracker_error.series_fit import SeriesFit
 from fesloop.models.error_process import ErrorSeries

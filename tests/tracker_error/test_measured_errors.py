@@ -16,7 +16,7 @@ from fesloop.analysis.tracker_error.measured_errors import (
     measured_errors,
     rotation_vector,
 )
-from fesloop.analysis.tracker_error.motion_columns import MotionColumns
+from fesloop.analysis.tracker_error.series_fit import MotionColumns
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
 from fesloop.hand import quaternion

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fesloop.analysis.tracker_error.message_times import message_times
+from fesloop.analysis.tracker_error.fitting import message_times
 from fesloop.experiment.recording.reading import Signal
 
 MS = 1_000_000

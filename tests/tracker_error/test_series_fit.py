@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from fesloop.analysis.tracker_error.error_record import ErrorRecord
-from fesloop.analysis.tracker_error.motion_columns import MotionColumns
-from fesloop.analysis.tracker_error.series_fit import fit_series, quick_time_s
+from fesloop.analysis.tracker_error.series_fit import MotionColumns, fit_series, quick_time_s
 from fesloop.errors import InputError
 from fesloop.models.error_process import ErrorSeries
 from fesloop.models.error_steps import DRAWS, ensemble, random_variance

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
-from fesloop.analysis.tracker_error.state_filter import likelihood, whiten
+from fesloop.analysis.tracker_error.series_fit import likelihood, whiten
 
 PROCESS = {"slow": 2.0, "slow_s": 1.5, "fast_s": 0.2, "white": 0.1}
 

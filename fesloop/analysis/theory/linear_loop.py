@@ -6,7 +6,8 @@ to how deviations from rest spread, so it is left out.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
@@ -14,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.analysis.theory import rest, wires
-from fesloop.analysis.theory.floats import within_floats
-from fesloop.errors import InputError, did_you_mean
+from fesloop.errors import InputError, RunError, did_you_mean
 from fesloop.experiment.experiment import Experiment
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, RateClock
@@ -23,6 +23,17 @@ from fesloop.loop.order import Sampling, firing_order
 from fesloop.loop.surroundings import is_source, put_out
 from fesloop.loop.wiring import Connection, Node
 from fesloop.models.linear_form import ContinuousForm, LinearBlock, LinearPlant, SampledForm, uncovered
+
+
+@contextmanager
+def within_floats(what: str) -> Iterator[None]:
+    """Computing in which an overflow ends in a RunError; also decorates a function."""
+    try:
+        with np.errstate(over="raise"):
+            yield
+    except FloatingPointError:
+        raise RunError(f"{what}: its numbers grow beyond the range of floats") from None
+
 
 Array = NDArray[np.float64]
 

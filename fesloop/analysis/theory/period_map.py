@@ -15,9 +15,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.analysis.theory import ages, wires
-from fesloop.analysis.theory.floats import within_floats
-from fesloop.analysis.theory.linear_loop import LinearLoop
+from fesloop.analysis.theory import schedule as ages
+from fesloop.analysis.theory import wires
+from fesloop.analysis.theory.linear_loop import LinearLoop, within_floats
 from fesloop.analysis.theory.schedule import Delivery, Schedule, schedule
 from fesloop.analysis.theory.steps import Draw, Flow, Step, pruned
 from fesloop.errors import RunError

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, gmres
 
-from fesloop.analysis.theory.floats import within_floats
+from fesloop.analysis.theory.linear_loop import within_floats
 from fesloop.analysis.theory.period_map import PeriodMap
 from fesloop.analysis.theory.steps import Draw, Flow
 from fesloop.errors import RunError

@@ -19,8 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.analysis.tracker_error.autocorrelation import autocorrelation
-from fesloop.analysis.tracker_error.error_record import ErrorRecord
+from fesloop.analysis.tracker_error.error_record import ErrorRecord, autocorrelation
 from fesloop.analysis.tracker_error.series_fit import SeriesFit
 from fesloop.loop.noise import stream_key
 from fesloop.models.error_steps import BIAS, CURVE, DRAWS, LEAD, SLOPE, along, ensemble

@@ -18,7 +18,7 @@ _SHOWN = 60
 
 
 class StudyProgress:
-    """A `fesloop.analysis.study.engine.watch.Watch` that tells on standard error."""
+    """A `fesloop.analysis.study.engine.pump.Watch` that tells on standard error."""
 
     def __init__(self, name: str) -> None:
         self._name = name

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fesloop.analysis.study.design.kept_metrics import KeptMetric
+from fesloop.analysis.study.design.study import KeptMetric
 from fesloop.errors import InputError
 
 finite = st.lists(st.floats(-1e9, 1e9), min_size=1)

@@ -6,7 +6,7 @@ import pytest
 
 import fesloop
 from fesloop.analysis.study.design.cells import cells_of
-from fesloop.analysis.study.design.kept_metrics import KeptMetric
+from fesloop.analysis.study.design.study import KeptMetric
 from fesloop.analysis.study.design.study_file import described_studies, read_study
 from fesloop.apps.cli.parser import make_parser
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from fesloop.analysis.study.results.estimates import in_words, spread
-from fesloop.analysis.study.results.intervals import mean_interval, share_interval
+from fesloop.analysis.study.results.estimates import in_words, mean_interval, share_interval, spread
 from fesloop.show.report.study.shown import value_text
 
 

@@ -7,7 +7,7 @@ import scipy.stats as st
 from hypothesis import given, settings
 from hypothesis import strategies as some
 
-from fesloop.analysis.study.results.intervals import (
+from fesloop.analysis.study.results.estimates import (
     mean_interval,
     median_interval,
     share_difference_interval,

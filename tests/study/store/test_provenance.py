@@ -7,7 +7,7 @@ from contextlib import closing
 import pytest
 from study_stores import write_store
 
-from fesloop.analysis.study.store.provenance import provenance_of
+from fesloop.analysis.study.store.versions import provenance_of
 from fesloop.errors import InputError
 
 

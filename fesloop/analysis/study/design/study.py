@@ -2,16 +2,87 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+import statistics
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
 from fesloop.analysis.study.design.axes import Axis, seed_fault, sets_seed
 from fesloop.analysis.study.design.figure_specs import Figure
-from fesloop.analysis.study.design.kept_metrics import KeptMetric
-from fesloop.analysis.study.design.own_columns import OWN_COLUMNS
-from fesloop.errors import InputError, InputErrors
+from fesloop.errors import InputError, InputErrors, did_you_mean
+
+_REDUCTIONS: dict[str, Callable[[Sequence[float]], float]] = {
+    "first": lambda values: values[0], "last": lambda values: values[-1], "mean": statistics.fmean,
+    "median": statistics.median, "min": min, "max": max}
+
+
+@dataclass(frozen=True, slots=True)
+class KeptMetric:
+    """A number that is kept.
+
+    Attributes
+    ----------
+    name: under which it is kept.
+    path: where it stands in a run's metrics.
+    reduction: what is taken of a list.
+    """
+
+    name: str
+    path: tuple[str, ...]
+    reduction: str = "last"
+
+    @classmethod
+    def parse(cls, name: str, text: str) -> KeptMetric:
+        """From a study file's text. Raises InputError for a reduction that is not there."""
+        path, _, reduction = text.partition(":")
+        if reduction and reduction not in _REDUCTIONS:
+            raise InputError(f"metrics.{name}", f"{text!r} asks for {reduction!r} of a list",
+                             ", ".join(_REDUCTIONS), did_you_mean(reduction, _REDUCTIONS))
+        if not all(path.split(".")):
+            raise InputError(f"metrics.{name}", f"{text!r}", "a path such as joints.MCP.joint_rmse_deg")
+        return cls(name, tuple(path.split(".")), reduction or "last")
+
+    def of(self, metrics: Mapping[str, Any]) -> float | None:
+        """The number; None where the run has it not, or not a finite one.
+
+        Raises InputError where the path leads to no number in what the run has.
+        """
+        value: Any = metrics
+        for depth, part in enumerate(self.path):
+            if not isinstance(value, Mapping) or part not in value:
+                known = list(value) if isinstance(value, Mapping) else []
+                raise InputError(f"study.metrics.{self.name}",
+                                 f"a run has no metric {'.'.join(self.path[:depth + 1])!r}",
+                                 ", ".join(map(str, known)), did_you_mean(part, map(str, known)))
+            value = value[part]
+        if isinstance(value, (list, tuple)):
+            numbers = [self._number(item) for item in value]
+            finite = [number for number in numbers if number is not None]
+            if len(finite) < len(numbers) or not finite:
+                return self._end(numbers)
+            return float(_REDUCTIONS[self.reduction](finite))
+        return self._number(value)
+
+    def _end(self, numbers: Sequence[float | None]) -> float | None:
+        """Of a list that is not all numbers: its first or last, if that is asked for."""
+        ends = {"first": 0, "last": -1}
+        return numbers[ends[self.reduction]] if numbers and self.reduction in ends else None
+
+    def _number(self, value: Any) -> float | None:
+        if value is None:
+            return None
+        if not isinstance(value, (bool, int, float)):
+            raise InputError(f"study.metrics.{self.name}", f"{'.'.join(self.path)!r} is no number",
+                             "a number, or a list of numbers, one a trial",
+                             "go on to one below it" if isinstance(value, Mapping) else "")
+        return float(value) if math.isfinite(value) else None
+
+
+OWN_COLUMNS = ("cell", "replicate", "seed", "id", "status", "cause", "wall_s", "recording")
+"""Names that neither an axis nor a metric may have."""
+
 
 Design = Literal["grid", "random", "sobol"]
 Recordings = Literal["none", "failed", "all"]
@@ -41,7 +112,7 @@ class About:
         sequence, drawn by `seed`.
     recordings: which recordings are kept beside the results.
     metrics: what is kept of a run: name to path in its metrics
-    (`fesloop.analysis.study.design.kept_metrics`).
+    (`fesloop.analysis.study.design.study`).
     """
 
     name: str

@@ -13,10 +13,9 @@ from typing import Any
 from fesloop.analysis.study.design.cells import Cell, base_cells
 from fesloop.analysis.study.design.plan import Resolver, Settings, in_cell
 from fesloop.analysis.study.design.study import Study
-from fesloop.analysis.study.engine.pump import Done, Task, each_of, pumped
+from fesloop.analysis.study.engine.pump import Done, Task, Watch, each_of, pumped
 from fesloop.analysis.study.engine.running import died, ending, put_outcomes, refusal, tasks_of, tell_lack
 from fesloop.analysis.study.engine.task import Wanted, run_one
-from fesloop.analysis.study.engine.watch import Watch
 from fesloop.analysis.study.store.writing import Store
 from fesloop.errors import InputError, InputErrors
 

@@ -19,9 +19,8 @@ from fesloop.analysis.study.design.study import Study
 from fesloop.analysis.study.engine.bases import meanwhile, try_bases
 from fesloop.analysis.study.engine.cluster import connected, require_dask, require_started, require_workers
 from fesloop.analysis.study.engine.preparing import Preparations, Prepared, prepare_one
-from fesloop.analysis.study.engine.pump import Task, each_of, pumped
+from fesloop.analysis.study.engine.pump import Nobody, Task, Watch, each_of, pumped
 from fesloop.analysis.study.engine.running import ending, refusal, run_pending, tell_lack
-from fesloop.analysis.study.engine.watch import Nobody, Watch
 from fesloop.analysis.study.store.writing import Store
 from fesloop.errors import RunError
 

@@ -23,10 +23,9 @@ from fesloop.analysis.study.engine.cluster import (
     threads,
 )
 from fesloop.analysis.study.engine.coordinator import await_workers
-from fesloop.analysis.study.engine.pump import Task, pumped
+from fesloop.analysis.study.engine.pump import Task, Watch, pumped
 from fesloop.analysis.study.engine.running import DIED
 from fesloop.analysis.study.engine.task import Outcome, Wanted, run_one
-from fesloop.analysis.study.engine.watch import Watch
 from fesloop.analysis.study.results.study_results import load
 from fesloop.analysis.study.store.claim import decisive
 from fesloop.analysis.study.store.file import FILE

@@ -7,11 +7,11 @@ grow with them. Outcomes come in the order in which they are done.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import CancelledError
 from contextlib import suppress
 from queue import Empty, SimpleQueue
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 from uuid import uuid4
 
 from fesloop.analysis.study.engine.cluster import renew, threads
@@ -126,3 +126,23 @@ def _outcomes(client: Any, futures: dict[str, Any]) -> list[Done]:
 def each_of(several: Iterator[list[Done]]) -> Iterator[Done]:
     """What `pumped` gives, one by one."""
     return (each for some in several for each in some)
+
+
+class Watch(Protocol):
+    """Who is told how far a study is."""
+
+    def stage(self, text: str, fraction: float | None = None) -> None:
+        """What is being done before the runs."""
+
+    def runs(self, done: int, failed: Mapping[str, int], total: int) -> None:
+        """Runs that are done, that failed by cause, and all; told also while nothing comes."""
+
+
+class Nobody:
+    """Who is told and says nothing."""
+
+    def stage(self, text: str, fraction: float | None = None) -> None:
+        """As of `Watch`."""
+
+    def runs(self, done: int, failed: Mapping[str, int], total: int) -> None:
+        """As of `Watch`."""

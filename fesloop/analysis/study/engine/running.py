@@ -11,9 +11,8 @@ from typing import Any
 from fesloop.analysis.study.design.study import Study
 from fesloop.analysis.study.engine.cluster import threads
 from fesloop.analysis.study.engine.preparing import Prepared
-from fesloop.analysis.study.engine.pump import Done, Task, pumped
+from fesloop.analysis.study.engine.pump import Done, Task, Watch, pumped
 from fesloop.analysis.study.engine.task import NO_ROOM, Outcome, Wanted, run_one
-from fesloop.analysis.study.engine.watch import Watch
 from fesloop.analysis.study.store.versions import version_text
 from fesloop.analysis.study.store.writing import Store, StoredResult
 from fesloop.errors import RunError

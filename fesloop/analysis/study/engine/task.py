@@ -20,7 +20,7 @@ from time import perf_counter
 from typing import NamedTuple
 from uuid import uuid4
 
-from fesloop.analysis.study.design.kept_metrics import KeptMetric
+from fesloop.analysis.study.design.study import KeptMetric
 from fesloop.analysis.study.store.versions import version_text
 from fesloop.errors import FesloopError, where_it_broke
 from fesloop.experiment.experiment import Experiment

@@ -12,14 +12,18 @@ from numpy.typing import NDArray
 
 from fesloop.analysis.study.design.figure_specs import Statistic
 from fesloop.analysis.study.results.axis_levels import Axes, AxisLevel, level_text
-from fesloop.analysis.study.results.estimates import in_words, middle, place_at, settled_statistic, spread
-from fesloop.analysis.study.results.intervals import (
+from fesloop.analysis.study.results.estimates import (
     Interval,
+    in_words,
     mean_interval,
     median_interval,
+    middle,
+    place_at,
+    settled_statistic,
     share_difference_interval,
     sign_test,
     signed_rank_test,
+    spread,
 )
 from fesloop.analysis.study.results.repeats import Rows, selected, unit_means, units_of, values_of
 from fesloop.analysis.study.results.run_columns import FAILED, WAITING, RunColumns

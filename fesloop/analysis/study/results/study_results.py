@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
+import importlib
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,16 +16,109 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.analysis.study.design.figure_specs import Statistic
-from fesloop.analysis.study.design.own_columns import OWN_COLUMNS
-from fesloop.analysis.study.results import exports
+from fesloop.analysis.study.design.study import OWN_COLUMNS
 from fesloop.analysis.study.results.axis_levels import Axes, AxisLevel, is_numeric
 from fesloop.analysis.study.results.comparison import Comparison, compare
 from fesloop.analysis.study.results.estimates import Estimate, estimates
 from fesloop.analysis.study.results.repeats import drawn_axes, groups_of
 from fesloop.analysis.study.results.run_columns import FAILED, WAITING, RunColumns, run_columns
-from fesloop.analysis.study.results.summary import SummaryRow, summary_rows
 from fesloop.analysis.study.store.reading import StoreRows, read_store, store_path
 from fesloop.errors import InputError
+
+Table = Mapping[str, NDArray[Any]]
+
+
+def to_frame(table: Table) -> Any:
+    """The pandas DataFrame of a table; InputError where pandas is not installed."""
+    return _extra("pandas").DataFrame(dict(table))
+
+
+def write_csv(table: Table, path: Path) -> None:
+    """Write a table as CSV (RFC 4180), numbers so that they read back the same, what is missing as nothing.
+
+    Raises InputError where the file cannot be written.
+    """
+    with_text = [[_field(value) for value in column.tolist()] for column in table.values()]
+
+    def write() -> None:
+        with path.open("w", encoding="utf-8", newline="") as file:
+            lines = csv.writer(file)
+            lines.writerow(table)
+            lines.writerows(zip(*with_text, strict=True))
+
+    _written(path, write)
+
+
+def write_parquet(table: Table, path: Path) -> None:
+    """Write a table as Parquet; a number that is missing is null, an integer stays one.
+
+    Raises InputError where pyarrow is not installed or the file cannot be written.
+    """
+    arrow, parquet = _extra("pyarrow"), _extra("pyarrow.parquet")
+    columns = {name: arrow.array(column, mask=np.isnan(column)) if column.dtype.kind == "f"
+               else arrow.array(column.tolist(), arrow.string()) if column.dtype.kind == "O"
+               else arrow.array(column) for name, column in table.items()}
+    _written(path, lambda: parquet.write_table(arrow.table(columns), path))
+
+
+def _field(value: Any) -> str:
+    """`repr` of a float is the shortest text that reads back as the same float."""
+    if isinstance(value, float):
+        return "" if value != value else repr(value)
+    return str(value)
+
+
+def _written(path: Path, write: Callable[[], Any]) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write()
+    except OSError as fault:
+        raise InputError(str(path), f"cannot be written: {fault.strerror or fault}",
+                         "a place that can be written, with room") from None
+
+
+def _extra(module: str) -> Any:
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        name = module.partition(".")[0]
+        raise InputError(name, "is not installed", f"{name}, of fesloop's extra `study`",
+                         "pip install 'fesloop[study]'") from None
+
+
+Cells = Callable[[str, Sequence[str] | None], list[Estimate]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SummaryRow:
+    """A cell, or a level of one axis over all others.
+
+    Attributes
+    ----------
+    levels: by axis. planned, failed, waiting: runs. metrics: estimates by metric.
+    """
+
+    levels: dict[str, AxisLevel]
+    planned: int
+    failed: int
+    waiting: int
+    metrics: dict[str, Estimate]
+
+
+def summary_rows(
+    metrics: Sequence[str], cells: Cells, tellings: Sequence[Sequence[str] | None]
+) -> list[SummaryRow]:
+    """The rows of each way to tell runs apart: by the levels of some axes, or by cells (None).
+
+    `cells` gives the estimates of a metric for such a way.
+    """
+    rows = []
+    for by in tellings if metrics else ():
+        found = {metric: cells(metric, by) for metric in metrics}
+        rows += [SummaryRow(levels=cell.levels, planned=cell.planned, failed=cell.failed,
+                            waiting=cell.waiting, metrics={name: each[i] for name, each in found.items()})
+                 for i, cell in enumerate(found[metrics[0]])]
+    return rows
 
 
 def load(path: str | Path) -> StudyResults:
@@ -100,15 +195,15 @@ class StudyResults:
 
     def frame(self) -> Any:
         """The table as a pandas DataFrame; InputError where pandas is not installed."""
-        return exports.to_frame(self.table())
+        return to_frame(self.table())
 
     def to_csv(self, path: str | Path) -> None:
         """Write the table as CSV; InputError where that cannot be."""
-        exports.write_csv(self.table(), Path(path))
+        write_csv(self.table(), Path(path))
 
     def to_parquet(self, path: str | Path) -> None:
         """Write the table as Parquet; InputError where that cannot be or pyarrow is not installed."""
-        exports.write_parquet(self.table(), Path(path))
+        write_parquet(self.table(), Path(path))
 
     def cells(
         self, metric: str, by: Sequence[str] | None = None, at: Mapping[str, Any] | None = None,
