@@ -7,10 +7,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Wedge
 
 from fesloop.hand.muscles import EXTRINSIC, MUSCLES, muscle
-from fesloop.show.picture.arrays import arrays_figure, draw_elements
-from fesloop.show.picture.labels import placed_labels
+from fesloop.show.picture.arrays import arrays_figure, draw_elements, placed_labels, unrolled
 from fesloop.show.picture.palette import channel_colour
-from fesloop.show.picture.unrolled import unrolled
 from plants.electrodes import Electrodes
 from plants.electrodes.arrays import ElectrodeArray
 

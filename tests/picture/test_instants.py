@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fesloop.errors import InputError
-from fesloop.show.picture.instants import APART_M, asked_for, candidates, most_different, spread_out
+from fesloop.show.picture.draw import APART_M, asked_for, candidates, most_different, spread_out
 
 
 def test_postures_that_differ_most_are_taken_and_the_first_one():

@@ -1,7 +1,7 @@
 import pytest
 from made_up_pages import drawing
 
-from fesloop.show.report.drawing import checked_svg
+from fesloop.show.report.page import checked_svg
 
 _GOOD = '<svg viewBox="0 0 9 9"><defs><marker id="arrow"><path d="M0 0"/></marker></defs>{}</svg>'
 

@@ -22,9 +22,8 @@ from fesloop.loop.wiring import Node
 from fesloop.show.picture.cast import Cast, Player
 from fesloop.show.report import motion
 from fesloop.show.report.motion import hand_motion, hand_of, step_between
-from fesloop.show.report.recorded_hand import recorded_hand
+from fesloop.show.report.recorded_hand import recorded_hand, rows_of, standing
 from fesloop.show.report.run.opening import readable
-from fesloop.show.report.standing import rows_of, standing
 
 GRASP = str(Path(__file__).parent.parent / "picture" / "grasp.toml")
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fesloop.show.report.numbers import Numbers, encoded
+from fesloop.show.report.drawn import Numbers, encoded
 
 _ANY = arrays.arrays(np.float64, st.integers(0, 200),
                      elements=st.floats(allow_nan=True, allow_infinity=True, allow_subnormal=False))

@@ -10,9 +10,8 @@ import pytest
 from made_up_pages import error, joint, page
 
 from fesloop.errors import InputError
-from fesloop.show.report.arrangement import rows
 from fesloop.show.report.drawn import drawn_numbers
-from fesloop.show.report.page import as_json, asset, page_html, write_page
+from fesloop.show.report.page import as_json, asset, page_html, rows, write_page
 from fesloop.show.report.parts import Chart, Code, Fold, Line, Notice, Paragraph, Section, Table
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)> \" ' `& ]]> -->"

@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
-from fesloop.show.view.growing import GrowingStream
+from fesloop.show.view.followed import GrowingStream
 
 
 @pytest.fixture

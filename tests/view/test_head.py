@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fesloop.show.view.head import Head
+from fesloop.show.view.followed import Head
 
 MS, S = 10**6, 10**9
 

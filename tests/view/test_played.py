@@ -21,8 +21,8 @@ from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import dorsal_points
 from fesloop.loop.wiring import Node
-from fesloop.show.view.page import page_html
 from fesloop.show.view.played import _Playing
+from fesloop.show.view.server import page_html
 from fesloop.show.view.shown import Shown, Span, Start
 from fesloop.show.view.sources import open_recording
 from plants.moving_hand import MovingHand

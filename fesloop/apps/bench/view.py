@@ -37,7 +37,7 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.running.trial import run as run_experiment
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.realtime import Pacing
-from fesloop.show.view.growing import GrowingRecording
+from fesloop.show.view.followed import GrowingRecording
 
 Stamps = NDArray[np.int64]
 _FULL, _SHORT = (30, 20.0), (4, 8.0)

@@ -100,8 +100,7 @@ def _draw(results: StudyResults, study: Study, folder: Path) -> list[Path]:
     if not study.figures:
         return []
     from fesloop.show.figures.drawing import draw
-    from fesloop.show.figures.kept_overlays import keep_overlays
-    from fesloop.show.figures.theory_overlays import theory_overlays
+    from fesloop.show.figures.theory_overlays import keep_overlays, theory_overlays
 
     drawn, theory = [], {}
     for figure in study.figures:

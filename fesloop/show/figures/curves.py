@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from fesloop.analysis.study.results.axis_levels import AxisLevel, is_numeric, level_text
 from fesloop.analysis.study.results.estimates import Estimate
 from fesloop.show.figures.content import Content
-from fesloop.show.figures.ends import curve_ends
-from fesloop.show.figures.layout import add_key, is_leftmost, is_lowest, lay_out
+from fesloop.show.figures.layout import add_key, curve_ends, is_leftmost, is_lowest, lay_out
 from fesloop.show.picture.palette import BLACK, BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION, tidy
 
 if TYPE_CHECKING:

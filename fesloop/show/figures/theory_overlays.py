@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +15,7 @@ from fesloop.analysis.study.design.figure_specs import Figure
 from fesloop.analysis.study.design.plan import Resolver
 from fesloop.analysis.study.design.study import Study
 from fesloop.analysis.study.results.axis_levels import AxisLevel, level_text
+from fesloop.analysis.study.store.file import THEORY
 from fesloop.analysis.theory.critical_latency import critical_latency_ms, growth
 from fesloop.analysis.theory.linear_loop import LinearLoop, linear_loop
 from fesloop.analysis.theory.stationary_cost import StationaryCost, stationary_cost
@@ -179,3 +183,37 @@ def _wire_along_x(figure: Figure, cells: list[Cell], loops: list[LinearLoop]) ->
         raise InputError(f"figure {figure.name}: theory", f"{figure.x} is the latency of {len(common)} wires",
                          "of one wire of the loop, at two levels or more", 'take theory = "none"')
     return common.pop()
+
+
+def keep_overlays(folder: Path, created: str, overlays: Mapping[str, Sequence[Overlay]]) -> None:
+    """Write the overlays of a study's figures, by figure, into the folder of its store.
+
+    `created`: when the store was, which tells it from another that stands in its place later. Raises
+    InputError where the file cannot be written.
+    """
+    path = folder / THEORY
+    tables = {name: [asdict(overlay) for overlay in each] for name, each in overlays.items()}
+    try:
+        path.write_text(json.dumps({"created": created, "figures": tables}), encoding="utf-8")
+    except OSError as fault:
+        raise InputError(str(path), f"cannot be written: {fault.strerror}",
+                         "a folder that can be written") from None
+
+
+def kept_overlays(folder: Path, created: str) -> dict[str, list[Overlay]]:
+    """The overlays by figure; none where none were kept, or those of another store.
+
+    Raises InputError for a file that cannot be read or is damaged.
+    """
+    path = folder / THEORY
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        if found["created"] != created:
+            return {}
+        return {str(name): [Overlay(**table) for table in tables]
+                for name, tables in found["figures"].items()}
+    except FileNotFoundError:
+        return {}
+    except (OSError, ValueError, TypeError, KeyError, AttributeError) as fault:
+        raise InputError(str(path), f"cannot be read: {fault}", "lines that `fesloop study` kept",
+                         "remove it, and start the study again: no run is run twice") from None

@@ -2,22 +2,104 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.hand.muscles import muscle
-from fesloop.show.picture.labels import placed_labels
-from fesloop.show.picture.muscle_bars import draw_muscles
-from fesloop.show.picture.palette import FAINT, INK, channel_colour, tidy
-from fesloop.show.picture.unrolled import CUT_DEG, motor_points, unrolled
+from fesloop.hand.muscles import EXTRINSIC, MUSCLES, muscle
+from fesloop.show.picture.palette import BLUE, FAINT, INK, SKY, channel_colour, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
+
+
+def draw_muscles(axes: Axes, muscles: dict[str, Array | None]) -> None:
+    """One row a muscle; `recruitment`, `activation`, `fitness` (29,) each or None."""
+    rows = np.arange(len(MUSCLES))
+    recruitment, activation, fitness = (muscles[key] for key in ("recruitment", "activation", "fitness"))
+    if recruitment is not None:
+        axes.barh(rows, recruitment, 0.8, color=SKY, alpha=0.55, label="recruited share")
+    if activation is not None:
+        axes.barh(rows, activation, 0.38, color=BLUE, label="activation")
+    if fitness is not None and (fitness < 0.995).any():
+        axes.plot(fitness, rows, "|", color=INK, markersize=7, label="fitness")
+    axes.set_yticks(rows, MUSCLES)
+    axes.set_ylim(len(MUSCLES) - 0.4, -0.6)
+    axes.axhline(len(EXTRINSIC) - 0.5, color=FAINT, linewidth=0.6)
+    axes.set_xlim(0.0, 1.0)
+    axes.grid(axis="x", color="0.9", linewidth=0.7)
+    axes.set_axisbelow(True)
+    tidy(axes, "share of the muscle")
+    axes.tick_params(axis="y", labelsize=7.5, length=0)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(frameon=False, fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3,
+                    borderaxespad=0.2, handlelength=1.2, columnspacing=1.2)
+    else:
+        axes.text(0.5, 0.5, "not recorded", transform=axes.transAxes, ha="center", color=FAINT)
+
+
+_LETTER_MM, _HEIGHT_MM = 1.62, 3.4
+"""Room that a letter and a line of a label take on the picture of the arrays, mm of skin."""
+_WAYS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))
+"""Right, left, below, above, and between."""
+
+
+def placed_labels(
+    points: Mapping[str, Array], texts: Mapping[str, str], radius_mm: float
+) -> dict[str, Array]:
+    """Middle (2,) of each point's label, mm, chosen one after the other against points and earlier labels."""
+    obstacles = [_box(place, 2.0 * radius_mm, 2.0 * radius_mm) for place in points.values()]
+    spots: dict[str, Array] = {}
+    for name, place in points.items():
+        wide = _LETTER_MM * len(texts[name])
+        options = [place + np.array([x * (radius_mm + 0.5 * wide + 0.6 if not y else 0.42 * wide + radius_mm),
+                                     y * (radius_mm + 0.5 * _HEIGHT_MM)]) for x, y in _WAYS]
+        hidden = [sum(_overlap(_box(spot, wide, _HEIGHT_MM), box) for box in obstacles) for spot in options]
+        best = int(np.argmin(hidden))
+        spots[name] = options[best]
+        obstacles.append(_box(options[best], wide, _HEIGHT_MM))
+    return spots
+
+
+def _box(middle: Array, wide: float, high: float) -> Array:
+    """Low and high corner, (2, 2)."""
+    half = 0.5 * np.array([wide, high])
+    return np.stack([middle - half, middle + half])
+
+
+def _overlap(a: Array, b: Array) -> float:
+    """Area that two boxes share."""
+    return float(np.prod(np.clip(np.minimum(a[1], b[1]) - np.maximum(a[0], b[0]), 0.0, None)))
+
+
+CUT_DEG = -90.0
+"""Where the skin is cut open: on the ulnar side, so that the back and the front each stay whole."""
+
+
+def unrolled(places: Array, radius_mm: float) -> Array:
+    """Places (n, 2 or more): around and along, mm, the former brought to one turn from the cut on."""
+    turn = 2.0 * np.pi * radius_mm
+    first = np.deg2rad(CUT_DEG) * radius_mm
+    found = np.array(places, dtype=np.float64)
+    found[:, 0] = first + np.mod(found[:, 0] - first, turn)
+    return found
+
+
+def motor_points(electrodes: Any) -> dict[str, Array]:
+    """Place (2,) of each muscle's motor point on the unrolled skin, mm; none where the block has none."""
+    points = getattr(electrodes, "motor_points", ())
+    if not points:
+        return {}
+    found = unrolled(np.array([[np.deg2rad(point.around_deg) * electrodes.radius_mm, point.along_mm]
+                               for point in points]), electrodes.radius_mm)
+    return {point.muscle: place for point, place in zip(points, found, strict=True)}
+
+
 _DORSAL, _VOLAR = "#f8efe6", "#f1e3d6"
 _EMPTY = "#fffdfa"
 _POINT_MM, _AROUND_MM = 2.4, 14.0

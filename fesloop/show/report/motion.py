@@ -16,8 +16,7 @@ from fesloop.show.picture.held import Signals, span_ns
 from fesloop.show.picture.posture import Posture
 from fesloop.show.report.figure3d import Figure3d, Frames, Solid
 from fesloop.show.report.objects import holdable, padded
-from fesloop.show.report.recorded_hand import ESTIMATE, TRUTH, RecordedHand, recorded_hand
-from fesloop.show.report.standing import standing
+from fesloop.show.report.recorded_hand import ESTIMATE, TRUTH, RecordedHand, recorded_hand, standing
 
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]

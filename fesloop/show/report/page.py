@@ -5,19 +5,103 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from fesloop.errors import InputError
-from fesloop.show.report.arrangement import rows, thinned_in_words, trial_of
-from fesloop.show.report.drawing import checked_svg
 from fesloop.show.report.drawn import drawn_numbers
-from fesloop.show.report.parts import Page, Table
+from fesloop.show.report.parts import Chart, Drawing, HeatMap, Line, Page, Part, Strips, Table
+
+
+def trial_of(part: Part) -> int | None:
+    """The trial that a part is shown with; None where it is of all."""
+    return getattr(part, "trial", None)
+
+
+def alike(one: Part, other: Part) -> bool:
+    """Whether two parts are charts, or maps, of the same kind of thing, to be seen beside each other."""
+    if isinstance(one, HeatMap) and isinstance(other, HeatMap):
+        return ((one.x_label, one.y_label, one.value_label, one.low, one.high)
+                == (other.x_label, other.y_label, other.value_label, other.low, other.high))
+    return (isinstance(one, Chart) and isinstance(other, Chart)
+            and (one.trial, one.timed, one.y_label, _names(one.lines))
+            == (other.trial, other.timed, other.y_label, _names(other.lines)))
+
+
+def _names(lines: Sequence[Line]) -> list[str]:
+    return [line.name for line in lines]
+
+
+def rows(parts: Sequence[Part]) -> list[list[Part]]:
+    """Parts in their order, those that are alike together."""
+    found: list[list[Part]] = []
+    for part in parts:
+        if found and alike(found[-1][-1], part):
+            found[-1].append(part)
+        else:
+            found.append([part])
+    return found
+
+
+def thinned_in_words(part: Part) -> str:
+    """How samples became points, for the reader of a chart; empty where each sample is a point."""
+    lines = part.lines if isinstance(part, (Chart, Strips)) else ()
+    thinned = [line for line in lines if line.thinned > 1]
+    if not thinned:
+        return ""
+    first = "a line is the first of them" if all(line.style == "steps" for line in thinned) \
+        else "a line is their mean"
+    band = ", the band their extremes" if any(line.low is not None for line in thinned) else ""
+    return f"A point stands for up to {max(line.thinned for line in thinned)} samples: {first}{band}."
+
+
+_ELEMENTS = frozenset((
+    "svg", "g", "defs", "title", "desc", "path", "rect", "circle", "ellipse", "line", "polyline", "polygon",
+    "text", "tspan", "marker", "clipPath", "linearGradient", "stop", "pattern", "use"))
+_SPACE = "{http://www.w3.org/2000/svg}"
+
+
+def checked_svg(drawing: Drawing) -> str:
+    """A drawing's `<svg>`, as it is.
+
+    Raises ValueError where it is not one well-formed `<svg>` with a viewBox, or holds what could run or ask
+    for something: other elements than shapes and texts, `on...` attributes, addresses outside itself.
+    """
+    where = f"drawing {drawing.key!r}"
+    try:
+        root = ElementTree.fromstring(drawing.svg)
+    except ElementTree.ParseError as error:
+        raise ValueError(f"{where} is not well-formed: {error}") from error
+    if _local(root.tag) != "svg" or "viewBox" not in root.attrib:
+        raise ValueError(f"{where} is not an <svg> with a viewBox")
+    for element in root.iter():
+        if _local(element.tag) not in _ELEMENTS:
+            raise ValueError(f"{where} holds <{element.tag}>, which a page does not take")
+        for name, value in element.attrib.items():
+            if _runs(_local(name), value):
+                raise ValueError(f"{where} holds {name}={value!r}, which a page does not take")
+    return drawing.svg
+
+
+def _local(name: object) -> str:
+    return str(name).removeprefix(_SPACE).removeprefix("{http://www.w3.org/1999/xlink}")
+
+
+def _runs(name: str, value: str) -> bool:
+    """Whether an attribute runs something or leads out of the drawing."""
+    if name.lower().startswith("on"):
+        return True
+    if name == "href":
+        return not value.startswith("#")
+    return "url(" in value.replace("url(#", "")
+
 
 _DIGITS = frozenset("0123456789")
 _NO_NUMBER = frozenset(("", "-", "–", "—", "n/a", "none"))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,9 @@ from fesloop.loop.clock import FOREVER
 from fesloop.show.picture.cast import Cast, Player
 from fesloop.show.picture.held import Signals, values_at
 from fesloop.show.picture.posture import Posture, estimated_posture, posture_of_angles, true_posture
-from fesloop.show.report.figure3d import Mesh
+from fesloop.show.report.figure3d import Mesh, Solid
 from fesloop.show.report.hand_mesh import NOTHING, segment_meshes
+from fesloop.show.report.objects import holdable, object_poses
 
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]
@@ -165,3 +166,40 @@ def _once_told(posture: Posture, signals: Signals, name: str, trial: int, at_ns:
     poses = posture.poses
     return Posture(posture.size, Poses(np.where(early, np.nan, poses.orientation),
                                        np.where(early, np.nan, poses.position)))
+
+
+class Standing(NamedTuple):
+    """Hands and solids at instants t of a trial.
+
+    Attributes
+    ----------
+    postures: as the newest rows tell them, by hand ("truth", "estimate"); none where nothing is recorded.
+    hands: poses of their segments, (t, 17, 7), as `fesloop.show.report.figure3d.Frames` has them; NaN where
+        they are not known.
+    solids, solid_poses: what stands there, object first, and (t, solids, 7), NaN likewise.
+    """
+
+    postures: Mapping[str, Posture]
+    hands: Mapping[str, Array]
+    solids: Sequence[Solid]
+    solid_poses: Array
+
+
+def standing(signals: Signals, hand: RecordedHand, trial: int, at_ns: Instants) -> Standing:
+    """Of a trial. Raises InputError for rows that the file lost."""
+    postures = hand.postures(signals, trial, at_ns)
+    solids, solid_poses = object_poses(signals, hand.plant, trial, at_ns)
+    hands = {name: rows_of(posture) for name, posture in postures.items()}
+    for name, rows in hands.items():
+        ended = hand.ended(signals, name, trial, at_ns)
+        rows[ended] = np.nan
+        if name == TRUTH:
+            # The object is told by the same rows; a table is where its parameters say.
+            held = np.array([holdable([solid]) for solid in solids], dtype=np.bool_)
+            solid_poses[np.ix_(ended, held)] = np.nan
+    return Standing(postures, hands, solids, solid_poses)
+
+
+def rows_of(posture: Posture) -> Array:
+    """(t, 17, 7): orientation and position of each segment, as `Frames` has them."""
+    return np.concatenate([posture.poses.orientation, posture.poses.position], axis=-1)

@@ -4,21 +4,158 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
+from typing import Any
 
+import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.experiment.recording.form import undamaged
 from fesloop.experiment.recording.reading import Recording
-from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.show.report.motion import figure_of, hand_of
 from fesloop.show.report.recorded_hand import RecordedHand
-from fesloop.show.view.growing import GrowingRecording
-from fesloop.show.view.head import Head
-from fesloop.show.view.played import NO_HAND, WITH_HAND
-from fesloop.show.view.poses import AHEAD, Seen, poses_at
+from fesloop.show.view.played import AHEAD, NO_HAND, WITH_HAND, Seen, poses_at
 from fesloop.show.view.shown import FRAME_S, Play, Shown, Span, Start
+
+Instants = NDArray[np.int64]
+_MOST_ROWS = 4000
+"""Rows of a stream that are kept and, after a while unwatched, read (chosen: 4 s of a plant at 1000 Hz)."""
+
+
+class GrowingStream:
+    """Rows of one node as they are added, the newest of them in memory."""
+
+    def __init__(self, dataset: h5py.Dataset) -> None:
+        self._dataset = dataset
+        self._read = max(0, int(dataset.shape[0]) - _MOST_ROWS)
+        self.rows: NDArray[Any] = np.empty(0, dataset.dtype)
+
+    def refresh(self) -> bool:
+        """Read what was added; whether anything was."""
+        self._dataset.refresh()
+        count = int(self._dataset.shape[0])
+        if count <= self._read:
+            return False
+        added = self._dataset[max(self._read, count - _MOST_ROWS):count]
+        self.rows = np.concatenate([self.rows, added])[-_MOST_ROWS:]
+        self._read = count
+        return True
+
+
+class GrowingRecording:
+    """Signals of a file under single writer, multiple readers (SWMR); see
+    `fesloop.show.picture.held.Signals`.
+
+    Parameters
+    ----------
+    path: of the recording.
+    nodes: blocks and plants whose outputs are wanted.
+
+    Raises InputError where the file cannot be opened so, here and where it is read.
+    """
+
+    def __init__(self, path: Path, nodes: Sequence[str]) -> None:
+        self._path = path
+        with undamaged(path):
+            self._file = h5py.File(path, "r", swmr=True)
+            self._streams = {node: GrowingStream(self._file[f"{kind}/{node}"]) for node in nodes
+                             for kind in ("blocks", "plants") if f"{kind}/{node}" in self._file}
+            self._status = self._file["status"]
+            self._origins = self._file.get("wall/origins")
+        self.signals = [f"{node}.{port}" for node, stream in self._streams.items()
+                        for port in stream.rows.dtype.names or () if stream.rows.dtype[port].base == "<f8"]
+        self.refresh()
+
+    def refresh(self) -> bool:
+        """Read what was added; whether anything was."""
+        with undamaged(self._path):
+            grown = [stream.refresh() for stream in self._streams.values()]
+        return any(grown)
+
+    def column(self, name: str, trial: int = 0) -> tuple[Instants, NDArray[np.float64]]:
+        """Instants (n,), ns, and values (n, *shape) of the newest rows of a signal in a trial."""
+        node, _, port = name.partition(".")
+        if name not in self.signals:
+            raise InputError(f"{self._path}: {name}", "is not recorded", ", ".join(self.signals))
+        rows = self._streams[node].rows
+        first, stop = np.searchsorted(rows["trial"], [trial, trial + 1])
+        return rows["time_ns"][first:stop], rows[port][first:stop]
+
+    def newest(self, names: Sequence[str]) -> tuple[int, int] | None:
+        """Trial and instant, ns, up to which these signals are known, as far as they are known in that trial.
+
+        The trial is the first signal's, which tells where the hand is; None while nothing of it is known.
+        """
+        ends = [(int(rows[-1]["trial"]), int(rows[-1]["time_ns"])) if len(rows) else (-1, 0)
+                for rows in (self._streams[name.partition(".")[0]].rows for name in names)]
+        trial = ends[0][0]
+        return None if trial < 0 else min(end for end in ends if end[0] == trial)
+
+    @property
+    def status(self) -> str:
+        """running, done, failed, interrupted."""
+        with undamaged(self._path):
+            self._status.refresh()
+            return bytes(self._status[()]).decode(errors="replace")
+
+    def origin_ns(self, trial: int) -> int | None:
+        """When t = 0 of a trial was, by the monotonic clock; None of a run that is not in step with it."""
+        if self._origins is None:
+            return None
+        with undamaged(self._path):
+            self._origins.refresh()
+            told = {int(row["trial"]): int(row["monotonic_ns"]) for row in self._origins[()]}
+        return told.get(trial)
+
+    def close(self) -> None:
+        """Let the file go."""
+        self._file.close()
+
+
+Instant = tuple[int, int]
+"""Trial, and time in it, ns."""
+_LAG_NS = 900 * NS_PER_MS
+"""How far behind what is written it begins (chosen: a run writes every .4 to .8 s; nothing has to
+stand still until more comes)."""
+_FARTHEST_NS = 5 * NS_PER_S // 2
+"""Farther behind it leaps ahead (chosen): a run that is not in step with the wall clock may be faster."""
+
+
+@dataclass(slots=True)
+class Head:
+    """It goes on as the wall clock does, through trial after trial, and stops where nothing is known."""
+
+    trial: int = -1
+    time_ns: int = 0
+    _moved_ns: int = 0
+
+    def move(self, now_ns: int, newest: Instant, end_of: Callable[[int], int | None]) -> None:
+        """To where it is now, by the wall clock.
+
+        Parameters
+        ----------
+        newest: up to where the recording is known.
+        end_of: up to where a trial is known, ns; None where it is forgotten.
+        """
+        elapsed, self._moved_ns = now_ns - self._moved_ns, now_ns
+        trial, end = newest
+        if self.trial != trial:
+            last = end_of(self.trial) if self.trial >= 0 else None
+            left = 0 if last is None else last - self.time_ns
+            if left <= elapsed or left + end > _FARTHEST_NS:
+                self.trial, self.time_ns = trial, max(0, end - _LAG_NS)
+            else:
+                self.time_ns += elapsed
+        elif end - self.time_ns > _FARTHEST_NS:
+            self.time_ns = end - _LAG_NS
+        else:
+            self.time_ns = min(self.time_ns + elapsed, end)
+
 
 _FIRST_ROWS_S, _LOOK_S = 30.0, 0.05
 """How long to wait for the first rows of a run, and how often to look for them."""

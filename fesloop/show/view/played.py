@@ -4,15 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from threading import Lock
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S
+from fesloop.show.picture.held import Signals
 from fesloop.show.report.motion import figure_of, hand_of, recorded_spans
-from fesloop.show.view.poses import AHEAD, poses_at
+from fesloop.show.report.objects import padded
+from fesloop.show.report.recorded_hand import RecordedHand, standing
 from fesloop.show.view.shown import FRAME_S, Play, Shown, Span, Start
+
+Array = NDArray[np.float64]
+AHEAD = 15
+"""Frames that are made together (chosen: half a second of them)."""
+
+
+class Seen(NamedTuple):
+    """Poses at one instant, of each hand (17, 7), and of the objects that move (objects, 7)."""
+
+    hands: Mapping[str, Array]
+    objects: Array
+
+
+def poses_at(signals: Signals, hand: RecordedHand, trial: int, at_ns: list[int], objects: int) -> list[Seen]:
+    """Poses at instants of a trial; `objects`: how many there are."""
+    instants = np.array(at_ns, dtype=np.int64)
+    found = standing(signals, hand, trial, instants)
+    things = padded(found.solid_poses, objects)
+    return [Seen({name: rows[i] for name, rows in found.hands.items()}, things[i])
+            for i in range(len(at_ns))]
+
 
 NO_HAND = "holds no hand"
 WITH_HAND = "a recording of a hand, of a tracker with its 23 angles, or of a finger whose three are scored"

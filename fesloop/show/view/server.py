@@ -7,20 +7,55 @@ are sent: a browser that is slow gets fewer.
 
 from __future__ import annotations
 
+import base64
 import errno
+import hashlib
 import select
 import socket
 import sys
 import time
+from functools import cache
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
 from threading import BoundedSemaphore
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
+from jinja2 import Environment, StrictUndefined
+from markupsafe import Markup
+
 from fesloop.errors import FesloopError, InputError
-from fesloop.show.view.page import page_html, policy
+from fesloop.show.report.drawn import drawn_numbers
+from fesloop.show.report.page import as_json, asset
+from fesloop.show.report.parts import Page, Section
 from fesloop.show.view.shown import FRAME_S, Play, Source, Start
+
+_SCRIPT = "view.js"
+
+
+@cache
+def policy() -> str:
+    """Content-Security-Policy: this one script, and frames from where the page is from."""
+    digest = base64.b64encode(hashlib.sha256(asset(_SCRIPT).encode()).digest()).decode("ascii")
+    return (f"default-src 'none'; script-src 'sha256-{digest}'; style-src 'unsafe-inline'; img-src data:; "
+            "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'")
+
+
+def page_html(source: Source) -> str:
+    """The page of a source."""
+    figure = source.figure
+    page = Page(title=source.title, sentence=figure.text, facts=(), trials=list(source.spans),
+                shown=min(source.spans, default=0),
+                sections=[Section(key="hand", title="Hand", parts=[figure])])
+    spans = {str(trial): [span.first_s, span.last_s] for trial, span in source.spans.items()}
+    template = files("fesloop.show.view").joinpath("assets", "view.html.jinja").read_text(encoding="utf-8")
+    made = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    return made.from_string(template).render(
+        page=page, figure=figure, notices=source.notices, style=Markup(asset("page.css")),
+        script=Markup(asset(_SCRIPT)), licences=Markup(asset("licences.txt")),
+        numbers=Markup(as_json(drawn_numbers(page))), spans=Markup(as_json(spans)))
+
 
 LOOPBACK = "127.0.0.1"
 _NAMES = (LOOPBACK, "localhost")

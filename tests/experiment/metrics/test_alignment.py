@@ -10,7 +10,7 @@ import fesloop
 from fesloop.apps.cli.run_command import _summarise
 from fesloop.experiment.metrics.scoring import _from_aligned
 from fesloop.show.report.run.known import known_of
-from fesloop.show.report.run.split import split_section
+from fesloop.show.report.run.result import split_section
 
 SHORT = ["experiment.duration_s=1.6", "score.after_s=0"]
 

@@ -13,9 +13,20 @@ from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.reading import Event, Recording
 from fesloop.loop.latency import StageSummary
 from fesloop.show.report.parts import Bars, Line, Paragraph, Table
-from fesloop.show.report.run import events, fatigue, latency, lateness, result, tracker, tracking, trials
+from fesloop.show.report.run import (
+    events,
+    fatigue,
+    latency,
+    lateness,
+    result,
+    tracker,
+    tracking,
+)
+from fesloop.show.report.run import (
+    result as trials,
+)
 from fesloop.show.report.run.known import known_of
-from fesloop.show.report.run.split import split_section
+from fesloop.show.report.run.result import split_section
 from fesloop.show.report.run.thinning import Course
 
 

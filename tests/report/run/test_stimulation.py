@@ -12,11 +12,10 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.hand.muscles import MUSCLES
 from fesloop.show.report.parts import Drawing, Strips
 from fesloop.show.report.run import stimulation
-from fesloop.show.report.run.arrays import arrays_svg
 from fesloop.show.report.run.fatigue import fatigue_section
 from fesloop.show.report.run.known import known_of
 from fesloop.show.report.run.stimulated import element_charge, final_stimulation
-from fesloop.show.report.run.stimulation import stimulation_section
+from fesloop.show.report.run.stimulation import arrays_svg, stimulation_section
 from fesloop.show.report.run.thinning import Course
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fesloop.experiment.recording.reading import Recording
-from fesloop.show.report.arrangement import thinned_in_words
+from fesloop.show.report.page import thinned_in_words
 from fesloop.show.report.parts import Strips
 from fesloop.show.report.run.thinning import course, thinned
 

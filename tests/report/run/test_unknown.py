@@ -13,7 +13,7 @@ from fesloop.show.report.parts import Bars
 from fesloop.show.report.run import tracker
 from fesloop.show.report.run.known import Known, known_of
 from fesloop.show.report.run.page import run_page
-from fesloop.show.report.run.split import split_section
+from fesloop.show.report.run.result import split_section
 
 
 def known_with(metrics):

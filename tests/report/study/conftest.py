@@ -1,8 +1,8 @@
 import pytest
 from study_stores import write_store
 
-from fesloop.show.figures.kept_overlays import keep_overlays
 from fesloop.show.figures.overlays import Overlay
+from fesloop.show.figures.theory_overlays import keep_overlays
 
 LATENCIES, JITTERS, LAWS = [0, 20, 40], [0, 5], ["pid", "mpc"]
 AXES = {"latency_ms": {"levels": LATENCIES, "label": "latency", "unit": "ms"}, "jitter_ms": JITTERS,

@@ -8,8 +8,8 @@ import pytest
 from study_stores import write_cells, write_store
 
 from fesloop.analysis.study import load
-from fesloop.show.figures.kept_overlays import keep_overlays
 from fesloop.show.figures.overlays import Overlay
+from fesloop.show.figures.theory_overlays import keep_overlays
 from fesloop.show.report.page import page_html
 from fesloop.show.report.parts import Bars, Chart, Code, Fold, HeatMap, Notice, Paragraph, Table
 from fesloop.show.report.study.page import study_page

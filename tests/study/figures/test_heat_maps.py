@@ -7,8 +7,7 @@ from study_stores import write_cells, write_store
 
 from fesloop.analysis.study import Figure, Overlay, load
 from fesloop.show.figures.content import Content
-from fesloop.show.figures.heat_maps import _colours, heat_map
-from fesloop.show.figures.value_texts import decimals_of, interval_text
+from fesloop.show.figures.heat_maps import _colours, decimals_of, heat_map, interval_text
 
 LATENCIES, JITTERS = [0, 10, 20, 40, 80], [0, 5, 20]
 AXES = {"latency_ms": LATENCIES, "jitter_ms": JITTERS, "controller": ["pid", "mpc"]}

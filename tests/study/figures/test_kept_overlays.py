@@ -4,8 +4,8 @@ import pytest
 
 from fesloop.analysis.study.store.file import THEORY
 from fesloop.errors import InputError
-from fesloop.show.figures.kept_overlays import keep_overlays, kept_overlays
 from fesloop.show.figures.overlays import Overlay
+from fesloop.show.figures.theory_overlays import keep_overlays, kept_overlays
 
 LINES = {"map": [Overlay(label="theory", x=[30.0, 10.5], y=[0.0, 5.0], panel="pid")],
          "curves": [Overlay(label="theory", x=[25.0], y=[], line=0.3), Overlay(label="other", x=[1.0], y=[])],

@@ -16,7 +16,7 @@ from fesloop.errors import InputError, RunError
 FORMAT = "fesloop study 1"
 FILE = "study.sqlite"
 THEORY = "theory.json"
-"""Beside the store: what `fesloop.show.figures.kept_overlays` keeps."""
+"""Beside the store: what `fesloop.show.figures.theory_overlays` keeps."""
 ROOM_BYTES = 2**24
 """What must be free on the disk before a study starts (chosen: as for a recording)."""
 _BUSY_S = 10.0

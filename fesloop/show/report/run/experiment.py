@@ -8,8 +8,7 @@ from typing import Any
 from fesloop.forms.toml_text import toml_text
 from fesloop.show.report.parts import Code, Drawing, Fold, Notice, Paragraph, Part, Section, Table
 from fesloop.show.report.run.known import Known
-from fesloop.show.report.run.loop_order import is_plant
-from fesloop.show.report.run.wiring import wiring_svg
+from fesloop.show.report.run.wiring import is_plant, wiring_svg
 from fesloop.show.report.run.words import counted
 
 _LONGEST = 200_000

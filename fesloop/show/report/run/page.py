@@ -14,19 +14,25 @@ from fesloop.show.report.parts import Notice, Page, Section
 from fesloop.show.report.run.events import events_section
 from fesloop.show.report.run.experiment import experiment_section
 from fesloop.show.report.run.fatigue import fatigue_section
-from fesloop.show.report.run.hand import hand_section
 from fesloop.show.report.run.known import Known, known_of
 from fesloop.show.report.run.latency import latency_section
 from fesloop.show.report.run.lateness import lateness_section
-from fesloop.show.report.run.result import result_section
+from fesloop.show.report.run.result import result_section, split_section, trials_section
 from fesloop.show.report.run.search import search_sections
 from fesloop.show.report.run.sentence import sentence_of
-from fesloop.show.report.run.split import split_section
 from fesloop.show.report.run.stimulation import stimulation_section
 from fesloop.show.report.run.tracker import tracker_section
 from fesloop.show.report.run.tracking import tracking_section
-from fesloop.show.report.run.trials import trials_section
 from fesloop.show.report.run.words import counted
+
+
+def hand_section(known: Known) -> Section | None:
+    """None for a run without a hand of which postures are recorded."""
+    from fesloop.show.report.motion import hand_motion
+
+    figure = hand_motion(known.recording)
+    return None if figure is None else Section(key="hand", title="The hand", parts=[figure])
+
 
 Progress = Callable[[float], None]
 Build = Callable[[Known], Section | None]

@@ -3,20 +3,102 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.analysis.study.results.quantities import with_unit
 from fesloop.experiment.metrics.joints import columns, held
-from fesloop.experiment.metrics.not_known import reasons_of
+from fesloop.experiment.metrics.not_known import NOT_KNOWN, reasons_of
+from fesloop.experiment.metrics.scoring import alignments
 from fesloop.hand.muscles import muscle
-from fesloop.show.report.parts import Bars, Chart, Fold, Mark, Paragraph, Part, Section
+from fesloop.loop.clock import NS_PER_S
+from fesloop.show.report.parts import Bars, Chart, Fold, Line, Mark, Paragraph, Part, Section, Table
 from fesloop.show.report.run.axes import from_zero
-from fesloop.show.report.run.known import Known
+from fesloop.show.report.run.known import Known, seconds
 from fesloop.show.report.run.thinning import thinned
 from fesloop.show.report.run.tracker import tip_course
-from fesloop.show.report.run.trials import learning_curve
+from fesloop.show.report.run.words import joint_label, listed, metric_label, told
+
+_MOST_ROWS, _MOST_JOINTS = 60, 8
+"""Of a table, and lines of a chart (chosen: what a reader takes in)."""
+
+
+def trials_section(known: Known) -> Section | None:
+    """None where nothing has a number a trial."""
+    parts = [*_curves(known), *_tables(known)]
+    title = "Error per trial" if known.begun > 1 else "Metrics"
+    return Section(key="trials", title=title, parts=parts) if parts else None
+
+
+def learning_curve(known: Known, key: str) -> Chart | None:
+    """Tracking error over all joints by trial; None for less than two trials, or no error."""
+    errors = known.per_trial("joint_rmse_deg")
+    if len(errors) < 2:
+        return None
+    number = np.arange(float(len(errors)))
+    lines = [Line(name="truth against reference", role="truth", x=number, y=np.array(errors))]
+    seen = known.per_trial("tracker_rmse_deg")
+    if len(seen) == len(errors):
+        lines.append(Line(name="tracker against truth", role="tracker", x=number, y=np.array(seen)))
+    return Chart(key=key, title="Error by trial, RMS over all scored joints", x_label="trial",
+                 y_label="error, deg", lines=lines, limits=from_zero(lines),
+                 text=f"Tracking error by trial, deg: {', '.join(map(told, errors))}.")
+
+
+def _curves(known: Known) -> Iterator[Part]:
+    joints: dict[str, Any] = known.metrics.get("joints") or {}
+    errors = {name: table["joint_rmse_deg"] for name, table in joints.items() if "joint_rmse_deg" in table}
+    if not errors:
+        return
+    if known.begun < 2:
+        yield Bars(key="trials-joints", title="Error by joint, RMS", x_label="error, deg",
+                   names=[joint_label(name) for name in errors],
+                   values={"truth against reference": [values[0] for values in errors.values()]},
+                   roles={"truth against reference": "truth"}, stacked=False,
+                   text="Error of each joint against its reference.")
+        return
+    worst = sorted(errors, key=lambda name: -np.nan_to_num(errors[name]).max())[:_MOST_JOINTS]
+    lines = [Line(name=joint_label(name), role=f"series-{number}", x=np.arange(float(len(errors[name]))),
+                  y=np.array(errors[name], dtype=np.float64))
+             for number, name in enumerate(name for name in errors if name in worst)]
+    more = f" ({len(lines)} of {len(errors)}, those with the greatest)" if len(lines) < len(errors) else ""
+    yield Chart(key="trials-joints", title=f"Error by trial and joint, RMS{more}", x_label="trial",
+                y_label="error, deg", lines=lines, limits=from_zero(lines),
+                text="Error of each joint against its reference, by trial.")
+
+
+def _tables(known: Known) -> Iterator[Part]:
+    """Metrics that have a value a trial, side by side."""
+    columns = {label: values for name, metric in known.metrics.items() if name not in ("joints", NOT_KNOWN)
+               for label, values in _by_trial(name, metric, known.begun)}
+    if not columns:
+        return
+    shown = list(range(known.begun))
+    if len(shown) > _MOST_ROWS:
+        shown = [*shown[:_MOST_ROWS // 2], *shown[-_MOST_ROWS // 2:]]
+    rows = [[str(trial), *(told(values[trial]) for values in columns.values())] for trial in shown]
+    left_out = known.begun - len(shown)
+    title = "By trial" + (f" (without {left_out} trials in the middle)" if left_out else "")
+    if known.begun > 1:
+        yield Table(title=title, columns=["trial", *columns], rows=rows)
+    else:
+        values = [[label, told(metric[0])] for label, metric in columns.items()]
+        yield Table(columns=["metric", "value"], rows=values)
+
+
+def _by_trial(name: str, metric: Any, trials: int) -> Iterator[tuple[str, list[Any]]]:
+    """Columns of a metric, those with a plain value a trial."""
+    if isinstance(metric, dict):
+        for part, inner in metric.items():
+            for label, values in _by_trial(name, inner, trials):
+                stem, comma, unit = label.partition(", ")
+                yield f"{stem} {part}{comma}{unit}", values
+    elif isinstance(metric, list) and len(metric) == trials \
+            and not any(isinstance(value, (list, dict)) for value in metric):
+        yield metric_label(name), metric
+
 
 Array = NDArray[np.float64]
 
@@ -120,3 +202,71 @@ def _cycles(known: Known) -> Part | None:
     return Chart(key="result", title=f"{name} {what}", x_label="time, s", y_label=y_label,
                  lines=[found.line(name, "truth")], marks=marks, trial=known.last, timed=True,
                  text=f"{name} {what}, whose peaks are compared cycle by cycle.")
+
+
+_WORDS = {"total": ("what the patient sees", "truth"), "tracker": ("not seen by the controller", "tracker"),
+          "controller": ("seen, not put right", "controller")}
+_ABOUT = ("Truth minus reference is truth minus estimate (the tracker's share, latency included) plus "
+          "estimate minus reference (the controller's share), at every instant. Root mean squares of the two "
+          "do not add up to that of the sum: their squares do where the two are not correlated, and where "
+          "they cancel each may be greater than the sum.")
+
+
+def split_section(known: Known) -> Section | None:
+    """None where the score does not name truth, estimate and reference."""
+    split = known.metrics.get("split_rmse_deg")
+    if not isinstance(split, dict):
+        return None
+    return Section(key="split", title="Error: the tracker's share and the controller's",
+                   parts=[Paragraph(text=_ABOUT), *_span(known), *_parts(known, split)])
+
+
+def _span(known: Known) -> Iterator[Part]:
+    """From when on the parts count, what set that, and that the tracking error's span is another."""
+    since = {trial: each for trial, each in enumerate(known.per_trial("split_from_s")) if np.isfinite(each)}
+    if not since:
+        return
+    waited = [trial for trial, each in since.items() if each > _scored_from_s(known, trial)]
+    least, greatest = (f"{each:.3g}" for each in (min(since.values()), max(since.values())))
+    begin = f"{least} s" if least == greatest else f"{least} to {greatest} s, by trial,"
+    tracker = "an aligned tracker" if alignments(known.recording, known.score["estimate"]) else "the tracker"
+    arrival = f"an estimate of {tracker} had reached the controller"
+    scored = "where scoring begins (`score.after_s`)" if known.score.get("after_s") \
+        else "where the trial begins"
+    if not waited:
+        yield Paragraph(text=f"All three count from {begin} on, {scored}: {arrival} by then. The tracking "
+                        "error of the result counts from there, too.")
+        return
+    rest = "" if len(waited) == len(since) else f" in trial {listed([*map(str, waited)])}, else {scored}"
+    yield Paragraph(text=f"All three count from {begin} on, when {arrival} and the reference was "
+                    f"known{rest}. The tracking error of the result counts what was before, too, and need "
+                    "not be the same number.")
+
+
+def _scored_from_s(known: Known, trial: int) -> float:
+    """The first instant of a trial that is scored."""
+    after_ns = round((known.score.get("after_s") or 0.0) * NS_PER_S)
+    times, _ = known.recording.column(known.score["truth"], trial, after_ns)
+    return seconds(int(times[0]))
+
+
+def _parts(known: Known, split: dict[str, list[float]]) -> Iterator[Part]:
+    if known.begun > 1:
+        number = np.arange(float(known.begun))
+        lines = [Line(name=words, role=role, x=number, y=np.array(split[part]))
+                 for part, (words, role) in _WORDS.items()]
+        yield Chart(key="split", title="Error by trial, RMS over all scored joints", x_label="trial",
+                    y_label="error, deg", lines=lines, limits=from_zero(lines),
+                    text="; ".join(f"{words}: {told(split[part][-1])} deg in the last trial"
+                                   for part, (words, _) in _WORDS.items()))
+    joints: dict[str, Any] = known.metrics.get("joints") or {}
+    for trial in known.trials:
+        if not np.isfinite(split["total"][trial]):
+            continue
+        yield Bars(key=f"split-joints-{trial}", title="Error by joint, RMS", x_label="error, deg",
+                   names=["all", *map(joint_label, joints)],
+                   values={words: [split[part][trial], *(each[f"split_{part}_deg"][trial]
+                                                         for each in joints.values())]
+                           for part, (words, _) in _WORDS.items()},
+                   roles=dict(_WORDS.values()), stacked=False, trial=trial,
+                   text=f"Error of each joint in trial {trial}, and its two shares.")

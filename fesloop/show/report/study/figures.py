@@ -9,19 +9,110 @@ import numpy as np
 
 from fesloop.analysis.study.design.figure_specs import Figure
 from fesloop.analysis.study.design.study_file import study_of
-from fesloop.analysis.study.results.axis_levels import is_numeric
+from fesloop.analysis.study.results.axis_levels import AxisLevel, is_numeric, level_text
+from fesloop.analysis.study.results.estimates import Estimate
 from fesloop.errors import FesloopError, InputErrors
 from fesloop.forms.schema import make
 from fesloop.show.figures.content import Content
-from fesloop.show.figures.kept_overlays import kept_overlays
+from fesloop.show.figures.layout import curve_ends
 from fesloop.show.figures.overlays import Overlay
-from fesloop.show.figures.theory_overlays import theory_overlays
+from fesloop.show.figures.theory_overlays import kept_overlays, theory_overlays
 from fesloop.show.report.parts import Chart, Line, Notice, Paragraph, Part, Section
-from fesloop.show.report.study.beside_theory import beside_theory
-from fesloop.show.report.study.curves import curves
-from fesloop.show.report.study.headings import by_axes
 from fesloop.show.report.study.heat_maps import heat_maps
-from fesloop.show.report.study.shown import Shown
+from fesloop.show.report.study.shown import Shown, by, by_axes
+
+
+def beside_theory(content: Content) -> str:
+    """A sentence on cells at which theory has a value; empty where there are none."""
+    if content.figure.theory != "stationary_cost":
+        return ""
+    off: list[float] = []
+    held: list[bool] = []
+    panels = {level_text(panel): panel for panel in content.panels if panel is not None}
+    lines = {level_text(line): line for line in content.lines if line is not None}
+    for overlay in content.overlays:
+        panel = None if overlay.panel is None else panels[level_text(overlay.panel)]
+        line = None if overlay.line is None else lines[level_text(overlay.line)]
+        exact = dict(zip(overlay.x, overlay.y, strict=False))
+        for cell in content.on(panel, line):
+            value = exact.get(float(cell.levels[content.figure.x]))
+            if value and np.isfinite(cell.value):
+                off.append(100.0 * (cell.value / value - 1.0))
+                held += [cell.low <= value <= cell.high] if np.isfinite(cell.high - cell.low) else []
+    if not off:
+        return ""
+    within = f"; theory lies within {sum(held)} of {len(held)} intervals" if held else ""
+    return f"Simulation lies {min(off):+.1f} to {max(off):+.1f} % off theory at {len(off)} cells{within}."
+
+
+_ROLES = 8
+_BESIDE = 0.12
+"""How far points of different lines stand beside each other over text, of the distance of two levels."""
+
+
+def curves(content: Content) -> Iterator[Chart]:
+    """A chart of each panel: a line with a band for each level of `by`, theory dashed."""
+    figure = content.figure
+    limits = curve_ends(content)
+    for number, panel in enumerate(content.panels):
+        lines = [line for place, level in enumerate(content.lines)
+                 if (line := _curve(content, content.on(panel, level), place, level)) is not None]
+        heading = content.level_label(figure.panels, panel)
+        yield Chart(
+            key=f"figure-{figure.name}-{number}", title=heading or content.metric_label,
+            x_label=content.axis_label(figure.x), y_label=content.metric_label,
+            lines=[*lines, *_theory(content, panel, limits)], limits=limits,
+            x_levels=[] if content.x.numeric and not _even(content) else
+            [level_text(level) for level in content.x.levels],
+            x_log=content.x.kind == "log", text=_text(content, heading, lines))
+
+
+def _even(content: Content) -> bool:
+    """Whether levels stand one apart."""
+    return content.x.kind == "even"
+
+
+def _curve(content: Content, cells: Sequence[Estimate], place: int, level: AxisLevel | None) -> Line | None:
+    """Values of one line; points with bars where what is between them cannot be told."""
+    if not cells:
+        return None
+    x = content.x.places_of([cell.levels[content.figure.x] for cell in cells])
+    joined = content.x.numeric and not content.drawn
+    if not content.x.numeric:
+        x = x + _BESIDE * (place - 0.5 * (len(content.lines) - 1))
+    value, low, high = (content.factor * np.array([getattr(cell, name) for cell in cells])
+                        for name in ("value", "low", "high"))
+    known = bool(np.isfinite(high - low).any())
+    name = content.level_label(content.figure.by, level) or content.metric_label
+    return Line(name=name, role=f"series-{place % _ROLES}", x=x, y=value, low=low if known else None,
+                high=high if known else None, style="line" if joined else "points")
+
+
+def _theory(content: Content, panel: AxisLevel | None, limits: tuple[float, float]) -> Iterator[Line]:
+    """Overlays, each in the colour of its line; one without y stands upright."""
+    lines = [level_text(line) for line in content.lines if line is not None]
+    for overlay in content.overlays_on(panel):
+        at = content.x.along(overlay.x)
+        role, name = "theory", overlay.label
+        if overlay.line is not None:
+            role = f"series-{lines.index(level_text(overlay.line)) % _ROLES}"
+            name = f"{content.level_label(content.figure.by, overlay.line)}: {overlay.label}"
+        y = np.array(overlay.y, dtype=np.float64)
+        if not len(overlay.y):
+            at, y = np.repeat(at, 3), np.tile([*limits, np.nan], len(overlay.x))
+        else:
+            # What lies above the chart would be drawn over its title.
+            y = np.where(y > limits[1], np.nan, y)
+        yield Line(name=name, role=role, x=at, y=y, style="dashed")
+
+
+def _text(content: Content, heading: str, lines: Sequence[Line]) -> str:
+    shown = by(content.metric_label, [content.axis_label(content.figure.x)])
+    where = f"{shown}, {heading}" if heading else shown
+    told = [f"{line.name} {np.nanmin(line.y):.3g} to {np.nanmax(line.y):.3g}" for line in lines
+            if np.isfinite(line.y).any()]
+    return f"{where}: {'; '.join(told) or 'no value'}."
+
 
 _MOST_LINES, _MOST_METRICS = 8, 4
 """Curves of a chart, and charts, that are chosen where a study's file asks for none (chosen)."""

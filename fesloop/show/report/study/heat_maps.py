@@ -11,13 +11,11 @@ from fesloop.analysis.study.results.axis_levels import AxisLevel, level_text
 from fesloop.analysis.study.results.estimates import Estimate
 from fesloop.show.figures.axis_scale import AxisScale
 from fesloop.show.figures.content import Content
-from fesloop.show.figures.ends import colour_ends
+from fesloop.show.figures.heat_maps import decimals_of, value_text
+from fesloop.show.figures.layout import colour_ends
 from fesloop.show.figures.overlays import Overlay
-from fesloop.show.figures.value_texts import decimals_of, value_text
 from fesloop.show.report.parts import HeatMap, Line
-from fesloop.show.report.study.better import better_end
-from fesloop.show.report.study.headings import by
-from fesloop.show.report.study.shown import Shown
+from fesloop.show.report.study.shown import Shown, better_end, by
 
 Array = NDArray[np.float64]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
@@ -13,7 +14,27 @@ from fesloop.analysis.study.results.estimates import Estimate, alike
 from fesloop.analysis.study.results.quantities import called, with_unit
 from fesloop.analysis.study.results.repeats import drawn_axes
 from fesloop.analysis.study.results.study_results import StudyResults
-from fesloop.show.report.study.better import Better, better_end
+from fesloop.show.figures.content import Content
+from fesloop.show.report.run.words import listed
+
+Better = Literal["low", "high"]
+_HIGH = frozenset({"held", "held_s", "grip_margin", "grasps_until_fatigue", "found_quality",
+                   "found_selectivity", "of_optimum", "fingertip_coverage"})
+"""Metrics of runs (`fesloop.experiment.metrics`) of which more is better."""
+_LOW = ("rmse", "rmse_deg", "rmse_mm", "rmse_n", "error_deg", "minutes", "queries", "charge_uc",
+        "object_moved_mm", "unwanted_motion_deg", "decline_pct", "time_to_grasp_s")
+"""Ends of the names of those of which less is better."""
+
+
+def better_end(results: StudyResults, metric: str) -> Better | None:
+    """The good end of a study's metric, by what it is in a run; None where that is not known."""
+    kept = str(results.study.get("study", {}).get("metrics", {}).get(metric, metric))
+    parts = kept.partition(":")[0].split(".")
+    if any(part in _HIGH for part in parts):
+        return "high"
+    if any(part.endswith(_LOW) for part in (*parts, metric)):
+        return "low"
+    return None
 
 
 @dataclass(frozen=True)
@@ -100,3 +121,16 @@ def decimals_of(values: Sequence[float]) -> int:
     """So many that the largest has three digits."""
     largest = max((abs(value) for value in values if np.isfinite(value)), default=0.0)
     return int(np.clip(2 - np.floor(np.log10(largest)), 0, 6)) if largest > 0.0 else 0
+
+
+def by_axes(content: Content, axes: Sequence[str]) -> str:
+    """A metric by its axes, without units: "Motion at rest, RMS, by latency and law"."""
+    figure = content.figure
+    metric, _ = called(figure.metric, figure.label)
+    return by(metric, [content.axis_name(axis) for axis in axes])
+
+
+def by(quantity: str, axes: Sequence[str]) -> str:
+    """A quantity by its axes; set off by a comma where it has one itself."""
+    text = f"{quantity}{',' if ',' in quantity else ''} by {listed(axes)}"
+    return text[:1].upper() + text[1:]
