@@ -3,7 +3,7 @@
 import numpy as np
 
 from fesloop.apps.reproduce import kortier2014, salchow2019
-from fesloop.apps.reproduce.salchow_scores import METHODS
+from fesloop.apps.reproduce.salchow2019 import METHODS
 
 MOTIONS = ("flexion", "circles", "pinch", "rapid", "flat", "mould", *salchow2019.TABLE_6, *salchow2019.PAIRS)
 

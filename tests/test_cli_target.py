@@ -3,7 +3,7 @@
 import pytest
 
 from fesloop.apps.cli import main
-from fesloop.apps.cli.target import free_target
+from fesloop.apps.cli.output import free_target
 from fesloop.errors import InputError
 
 COMMANDS = (lambda target: ["fit-error", "absent.npz", target],

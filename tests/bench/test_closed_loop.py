@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from fesloop.apps.bench import _closed_loop_parts, closed_loop
+from fesloop.apps.bench import closed_loop
+from fesloop.apps.bench import closed_loop as _closed_loop_parts
 from fesloop.experiment import registry
 
 

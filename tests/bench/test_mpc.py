@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fesloop.apps.bench import mpc
-from fesloop.apps.bench._mpc_problems import Stepper, problems
+from fesloop.apps.bench.mpc import Stepper, problems
 
 KEYS = ["case", "us_median", "us_p99", "us_worst", "reference", "reference_us_median", "ratio"]
 

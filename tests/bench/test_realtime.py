@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fesloop.apps.bench import realtime
-from fesloop.apps.bench._beside import beside, slept
+from fesloop.apps.bench.realtime import beside, slept
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_S
 

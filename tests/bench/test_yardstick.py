@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from fesloop.apps.bench import _yardstick_loop as yardstick
+from fesloop.apps.bench import loop as yardstick
 from fesloop.apps.bench.loop import run
 
 

@@ -7,8 +7,8 @@ import pytest
 
 from fesloop import Recording
 from fesloop.apps.reproduce import array_search
+from fesloop.apps.reproduce.array_search import RestedHand
 from fesloop.apps.reproduce.figures import draw
-from fesloop.apps.reproduce.rested_hand import RestedHand
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.metrics.search import SearchScore, asked_of, element_quality, search_metrics
 from fesloop.hand.movements import movement_of

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from told_recording import ToldRecording
 
-from fesloop.apps.reproduce import kortier_scores
-from fesloop.apps.reproduce.kortier_scores import clenched_phase, flat_phase, index_tip, pinch, rapid, traces
+from fesloop.apps.reproduce import kortier2014 as kortier_scores
+from fesloop.apps.reproduce.kortier2014 import clenched_phase, flat_phase, index_tip, pinch, rapid, traces
 
 
 def told(motion, trials=1):

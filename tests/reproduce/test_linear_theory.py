@@ -3,7 +3,7 @@ import pytest
 
 from fesloop.analysis.theory import linear_loop, stationary_cost
 from fesloop.apps.reproduce import linear_theory
-from fesloop.apps.reproduce.figures import draw
+from fesloop.apps.reproduce.figures import beside_theory, draw
 from fesloop.apps.reproduce.linear_theory import (
     EXPERIMENT,
     GAINS,
@@ -13,7 +13,6 @@ from fesloop.apps.reproduce.linear_theory import (
     interval,
     mean_square,
 )
-from fesloop.apps.reproduce.theory_figures import beside_theory
 from fesloop.errors import InputError, RunError
 from fesloop.experiment.files.parse import load
 

@@ -9,8 +9,14 @@ import fesloop
 from fesloop import InputError
 from fesloop.apps.reproduce.chain_slopes import ChainSlopes
 from fesloop.apps.reproduce.open_chain import CHAIN, OpenChain
-from fesloop.apps.reproduce.reachable import reachable_floor, reference_course
-from fesloop.apps.reproduce.reachable_descent import Aim, bounded_step, descend, hats
+from fesloop.apps.reproduce.reachable import (
+    Aim,
+    bounded_step,
+    descend,
+    hats,
+    reachable_floor,
+    reference_course,
+)
 from fesloop.experiment.experiment import Experiment
 from fesloop.loop.clock import NS_PER_S, RateClock
 from fesloop.loop.record import Recorder

@@ -8,6 +8,7 @@ from fesloop.apps.reproduce import comparison, salchow2019
 from fesloop.apps.reproduce.comparison import share_that_holds
 from fesloop.apps.reproduce.salchow2019 import (
     MOMENTS,
+    PAIRS,
     SOURCES,
     TABLE_6,
     TABLE_7,
@@ -16,7 +17,6 @@ from fesloop.apps.reproduce.salchow2019 import (
     moment_of,
     rows,
 )
-from fesloop.apps.reproduce.salchow_scores import PAIRS
 from fesloop.experiment.files.parse import load
 
 EVERY = {(job.key[0], job.key[1]): job for job in jobs(1, 1)}

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from told_recording import ToldRecording
 
-from fesloop.apps.reproduce.salchow_scores import (
+from fesloop.apps.reproduce.salchow2019 import (
     METHODS,
     PAIRS,
     distance_traces,

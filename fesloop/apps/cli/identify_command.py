@@ -6,8 +6,7 @@ import sys
 from argparse import Namespace
 from typing import Any
 
-from fesloop.apps.cli.output import print_made, print_table, progress_bar
-from fesloop.apps.cli.target import free_target
+from fesloop.apps.cli.output import free_target, print_made, print_table, progress_bar
 from fesloop.errors import InputError
 from fesloop.experiment.identifying import identifier
 from fesloop.models.patient_model import require_usable

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any, TextIO
+
+from fesloop.errors import InputError
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -135,3 +139,33 @@ def progress_bar(title: str) -> Iterator[_Bar]:
         yield bar
     finally:
         bar.finish()
+
+
+def tell_what_next(results: Path, commands: Iterable[str]) -> None:
+    """On standard error: the command that makes the report of these results, and those to try next."""
+    print(f"report: fesloop report {shlex.quote(str(results))}", file=sys.stderr)
+    for command in commands:
+        print(f"next:   {command}", file=sys.stderr)
+
+
+def free_target(given: str, where: str) -> Path:
+    """The path of a file that is to be made, looked at before the work and not after it; folders are made.
+
+    Parameters
+    ----------
+    given: the path. where: what it was given as, for messages.
+
+    Raises InputError where something of this name is there, or nothing can be made.
+    """
+    path = Path(given)
+    try:
+        there = path.exists() or path.is_symlink()
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=path.parent):
+            pass
+    except OSError as fault:
+        raise InputError(where, f"nothing can be made there: {fault.strerror or fault}",
+                         "in a folder that can be written to") from None
+    if there:
+        raise InputError(where, "is there already", "a name that is free", "give another, or remove it")
+    return path

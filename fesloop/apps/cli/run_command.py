@@ -10,8 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from fesloop.apps.cli.output import print_json, print_table, progress_bar
-from fesloop.apps.cli.what_next import tell_what_next
+from fesloop.apps.cli.output import print_json, print_table, progress_bar, tell_what_next
 from fesloop.errors import FesloopError, InputError
 from fesloop.experiment.cautions import experiment_cautions
 from fesloop.experiment.experiment import Experiment

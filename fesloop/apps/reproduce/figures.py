@@ -4,20 +4,154 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fesloop.apps.reproduce.comparison import Band
-from fesloop.apps.reproduce.grasp_figures import latency
 from fesloop.apps.reproduce.result import Reproduction, Sweep
-from fesloop.apps.reproduce.search_figures import maps, progress
-from fesloop.apps.reproduce.theory_figures import beside_theory
 from fesloop.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+_BLUE, _GREY = "#0072b2", "0.75"
+
+
+def latency(found: Reproduction) -> Figure:
+    """Errors before contact and patients who hold, over latency: each patient grey, the median blue."""
+    from matplotlib.figure import Figure
+
+    at, errors = found.curves["latencies_ms"], found.curves["errors"]
+    figure = Figure(figsize=(10.0, 3.6), layout="constrained")
+    panels = figure.subplots(1, len(errors) + 1)
+    for axes, (name, values) in zip(panels, errors.items(), strict=False):
+        for row in np.where(np.isfinite(values), values, np.nan):
+            axes.plot(at, row, color=_GREY, linewidth=1.0)
+        middle = np.median(values, axis=0)
+        axes.plot(at, np.where(np.isfinite(middle), middle, np.nan), "o-", color=_BLUE)
+        axes.set_title(f"{name}, deg RMSE before contact", loc="left", fontsize="medium")
+        axes.set_ylim(bottom=0.0)
+    panels[-1].step(at, found.curves["held"].sum(axis=0), "o-", where="mid", color=_BLUE)
+    panels[-1].set_title(f"held, of {found.subjects}", loc="left", fontsize="medium")
+    panels[-1].set_ylim(0.0, found.subjects + 0.5)
+    for axes in panels:
+        axes.set_xlabel("tracker latency, ms")
+        axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+Array = NDArray[np.float64]
+# Told apart by the colour-blind (Okabe and Ito).
+_COLOURS = {"gp": "#0072b2", "magnets": "#d55e00", "two_phase": "#009e73"}
+_WORDS = {"gp": "Gaussian process", "magnets": "the same, salchow_b near magnets", "two_phase": "two phases"}
+
+
+def progress(found: Reproduction) -> Figure:
+    """What is recommended, as a share of the optimum, over minutes of each patient's time."""
+    figure = _search_figure(9.0, 4.0)
+    axes = figure.subplots()
+    for number, patient in enumerate(found.curves["patients"]):
+        optimum = max(patient["gp"]["everything"].values())
+        for name, colour in _COLOURS.items():
+            kept = patient[name]
+            axes.step(kept["told_min"], 100.0 * kept["worth"] / optimum, where="post", color=colour,
+                      alpha=0.6, linewidth=1.0, label=_WORDS[name] if number == 0 else None)
+    axes.axhline(90.0, color="0.6", linewidth=0.8, linestyle="--")
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlabel("minutes")
+    axes.set_ylabel("quality of what is recommended, % of optimum")
+    axes.legend(frameon=False, fontsize="small")
+    axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+def maps(found: Reproduction) -> Figure:
+    """The first patient's arrays: what each element is good for at best, and how often it was asked."""
+    patient = found.curves["patients"][0]
+    layouts = patient["gp"]["layouts"]
+    best = _best_of_elements(patient["gp"]["everything"], sum(rows * columns for rows, columns in layouts))
+    figure = _search_figure(9.0, 3.6)
+    grid = figure.subplots(1, len(layouts), squeeze=False)[0]
+    first, most = 0, float(np.nanmax(np.abs(best)))
+    for number, (axes, (rows, columns)) in enumerate(zip(grid, layouts, strict=True)):
+        count = rows * columns
+        image = axes.imshow(best[first:first + count].reshape(rows, columns), cmap="RdBu", vmin=-most,
+                            vmax=most)
+        _mark(axes, patient["gp"]["asked"], first, rows, columns)
+        axes.set_title(("dorsal array", "volar array")[number] if len(layouts) == 2 else f"array {number}",
+                       loc="left", fontsize="medium")
+        axes.set_xlabel("column, elbow to wrist")
+        axes.set_ylabel("row, towards radial")
+        first += count
+    figure.colorbar(image, ax=list(grid), label="best quality with the element")
+    return figure
+
+
+def _best_of_elements(everything: dict[Any, float], count: int) -> Array:
+    """Of each element the best quality of all queries that it has part in, (count,)."""
+    best = np.full(count, np.nan)
+    for (elements, _), quality in everything.items():
+        for element in elements:
+            best[element] = np.fmax(best[element], quality)
+    return best
+
+
+def _mark(
+    axes: Axes, asked: list[tuple[tuple[int, ...], float]], first: int, rows: int, columns: int
+) -> None:
+    """A dot a query, in the middle of its elements, larger where more were."""
+    places: dict[tuple[float, float], int] = {}
+    for elements, _ in asked:
+        inside = [element - first for element in elements if 0 <= element - first < rows * columns]
+        if inside:
+            row, column = np.divmod(inside, columns)
+            place = float(np.mean(column)), float(np.mean(row))
+            places[place] = places.get(place, 0) + 1
+    for (x, y), count in places.items():
+        axes.plot(x, y, "o", color="black", markersize=2.0 + 1.5 * count, alpha=0.7)
+
+
+def _search_figure(width: float, height: float) -> Figure:
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+_THEORY_BLUE, _ORANGE = "#0072b2", "#d55e00"
+
+
+def beside_theory(found: Reproduction) -> Figure:
+    """Mean squares over exact ones with their intervals, and crossings less critical latencies."""
+    from matplotlib.figure import Figure
+
+    cost, crossing = found.curves["cost"], found.curves["crossing"]
+    figure = Figure(figsize=(12.0, 5.5), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(2, 3))
+    places = np.arange(len(cost["names"]))
+    left.errorbar(100.0 * cost["mean"] / cost["exact"], places, xerr=100.0 * cost["half"] / cost["exact"],
+                  fmt="o", color=_THEORY_BLUE, markersize=4, capsize=2)
+    left.axvline(100.0, color="black", linewidth=1.0)
+    left.set_yticks(places, [fill(name, 48) for name in cost["names"]], fontsize="small")
+    left.invert_yaxis()
+    left.set_xlabel("simulated mean square, % of the exact")
+    left.set_title("cost at rest, 99 % intervals of all points together", loc="left", fontsize="medium")
+    for wire, colour in zip(dict.fromkeys(crossing["wires"]), (_THEORY_BLUE, _ORANGE), strict=False):
+        mine = np.array([each == wire for each in crossing["wires"]])
+        right.plot(crossing["theory_ms"][mine], (crossing["simulated_ms"] - crossing["theory_ms"])[mine], "o",
+                   color=colour, markersize=4, label=wire)
+    right.axhline(0.0, color="black", linewidth=1.0)
+    right.set_ylim(-0.12, 0.12)
+    right.set_xlabel("critical latency, ms")
+    right.set_title("critical latency, simulated less exact, ms", loc="left", fontsize="medium")
+    right.legend(frameon=False, fontsize="small")
+    for axes in (left, right):
+        axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
 
 BLUE, ORANGE, GREY, GREEN = "#0072b2", "#d55e00", "#666666", "#009e73"
 """Told apart by the colour-blind (Okabe and Ito)."""

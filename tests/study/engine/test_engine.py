@@ -19,7 +19,7 @@ from fesloop.analysis.study.engine.coordinator import run_study
 from fesloop.analysis.study.engine.preparing import prepare_one
 from fesloop.analysis.study.engine.pump import Done, Task, pumped
 from fesloop.analysis.study.engine.running import DIED
-from fesloop.apps.bench._started_cluster import started_cluster
+from fesloop.apps.bench.study_kills import started_cluster
 from fesloop.errors import InputError, InputErrors, RunError
 from fesloop.experiment import registry
 from fesloop.experiment.identifying import identifier

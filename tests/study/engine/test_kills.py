@@ -3,7 +3,7 @@
 import pytest
 
 from fesloop.apps.bench import study_kills
-from fesloop.apps.bench._disturbed_study import VICTIMS
+from fesloop.apps.bench.study_kills import VICTIMS
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ from study_parts import started, write_study
 from fesloop.analysis.study import load
 from fesloop.analysis.study.design.study_file import shipped_studies
 from fesloop.apps.cli import main
-from fesloop.apps.cli.study_progress import StudyProgress
+from fesloop.apps.cli.study_command import StudyProgress
 
 LATENCIES = "[axes.latency_ms]\nvalues = [0, 20, 40]\n"
 
