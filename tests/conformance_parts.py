@@ -169,7 +169,7 @@ def a_tired_patient():
 def a_hasty_search():
     """Parameters of `point_search` with some queries in a third of a second."""
     from controllers.point_search.space import SearchSpace
-    from controllers.point_search.timetable import Timetable
+    from controllers.point_search.state import Timetable
 
     return {"space": SearchSpace(elements=(3, 4)),
             "timetable": Timetable(begin_s=0.02, rest_s=0.03, ramp_s=0.02, settle_s=0.01, measure_s=0.01)}

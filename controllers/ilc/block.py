@@ -10,21 +10,19 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.ilc.bank import BankRule, explained
 from controllers.ilc.checks import cautions_in_place, check, faults
 from controllers.ilc.convergence import Condition, condition_of
-from controllers.ilc.laws import LawName, Learning
-from controllers.ilc.learning import learning_of
-from controllers.ilc.limits import pulses_of
-from controllers.ilc.notes import note
-from controllers.ilc.points import Point
+from controllers.ilc.laws import AllocatedCurves, LawName, Learning
+from controllers.ilc.limits import Limits, pulses_of
+from controllers.ilc.points import Point, heeded
 from controllers.ilc.programme import SolverName
+from controllers.ilc.trajectories import BankRule, explained
 from controllers.ilc.trial import SeenTrial
 from controllers.limits.allocation import Allocation, allocation_of
 from controllers.period import period_ns
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
-from fesloop.loop.clock import NS_PER_MS, duration_ns
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.guard import is_finite
 from fesloop.loop.passages import Passage
 from fesloop.loop.record import StatusLatch
@@ -32,7 +30,47 @@ from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.surroundings import Surroundings
 from fesloop.models.linear_model import LinearModel, SampledModel
 
+
+def learning_of(ilc: Ilc, period: int, model: SampledModel | None = None) -> Learning:
+    """The learning law at a period in ns, by the nominal model or another."""
+    nyquist_hz = 0.5 * NS_PER_S / period
+    if ilc.cutoff_hz >= nyquist_hz:
+        raise InputError("cutoff_hz", f"{ilc.cutoff_hz}", f"below {nyquist_hz:g}, half the block's rate")
+    muscles, outputs, allocation = ilc.model.inputs, ilc.model.outputs, ilc.allocation()
+    samples = duration_ns(ilc.duration_s, NS_PER_S, "duration_s") // period + 1
+    limits = Limits(reach=np.minimum(ilc.drive_max, allocation.reach()), slew=ilc.slew,
+                    allocation=allocation, charge_c=1e-6 * ilc.trial_charge_max_uc)
+    return Learning(
+        law=ilc.law, model=model or ilc.sampled(ilc.model, period), samples=samples, limits=limits,
+        first=limits.within(np.tile(np.array(ilc.first_drive or (0.0,) * muscles), (samples, 1))),
+        output_weight=np.array(ilc.output_weight or (1.0,) * outputs),
+        points=heeded(ilc.points, samples, outputs, period), curves=AllocatedCurves(allocation),
+        change_weight=ilc.change_weight, forgetting=ilc.forgetting, step=ilc.gradient_step,
+        gain=ilc.gain, lead=round(ilc.lead_ms * NS_PER_MS / period), cutoff=ilc.cutoff_hz / nyquist_hz,
+        solver=ilc.solver)
+
+
 Array = NDArray[np.float64]
+
+
+def note(seen: SeenTrial, latch: StatusLatch, k: int, inputs: Sequence[Sample], sd_max_deg: float,
+         tick: Tick) -> None:
+    """Keep the measurement of tick k, and tell what of it is doubtful.
+
+    `inputs`: `measured` and `measured_sd` (outputs,), rad, and `trusted`.
+    """
+    sample, spread, trusted = inputs
+    measured, sd = cast(Array, sample.value), cast(Array, spread.value)
+    broken = ~np.isfinite(measured)
+    vague = ~(sd <= math.radians(sd_max_deg))
+    latch.put(tick, "non_finite", bool(broken.any()), "a measurement is not finite: left out of learning")
+    latch.put(tick, "uncertain", bool(vague.any()),
+              f"a measurement's sd is above {sd_max_deg:g} deg: left out of learning")
+    distrusted = not cast(float, trusted.value) >= 0.5
+    latch.put(tick, "not_trusted", distrusted, "said not to be trusted: left out of learning")
+    seen.note(k, sample.newest_ns, measured, broken | vague | distrusted)
+
+
 Report = tuple[str, str]
 
 

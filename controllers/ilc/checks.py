@@ -10,8 +10,7 @@ import numpy as np
 
 from controllers.ilc.convergence import SLACK, growth_under
 from controllers.limits.actuation import STATUS, in_words, missed_ns
-from controllers.limits.allocation import LEAST_REACH
-from controllers.limits.checks import check_reach, require_kept
+from controllers.limits.allocation import LEAST_REACH, check_reach, require_kept
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.surroundings import Surroundings

@@ -13,16 +13,13 @@ from numpy.typing import NDArray
 from controllers.grip.contact import Contact
 from controllers.limits.allocation import Allocation, allocation_of
 from controllers.mpc import checks as mpc_checks
-from controllers.mpc.candidates import carry_over, compare, nominal
-from controllers.mpc.contact import solve_in_contact
-from controllers.mpc.design import candidates_of
+from controllers.mpc.design import candidates_of, carry_over, compare, nominal
 from controllers.mpc.fallback import fall_back
-from controllers.mpc.kernel import give_out
-from controllers.mpc.posed import Loop, posed
+from controllers.mpc.kernel import Loop, give_out, posed, solve_in_contact
 from controllers.mpc.state import MpcState
 from controllers.mpc.strength_adaptation import StrengthAdaptation
 from controllers.period import period_ns
-from controllers.qp.kernel import NOT_FINITE
+from controllers.qp.solvers import NOT_FINITE
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.limits.actuation import STATUS, in_words, missed_ns
-from controllers.limits.allocation import LEAST_REACH
-from controllers.limits.checks import check_reach, posture_within, require_kept
+from controllers.limits.allocation import LEAST_REACH, check_reach, posture_within, require_kept
 from controllers.period import period_ns
 from fesloop.errors import InputError
 from fesloop.loop.block import Context

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.mpc.candidates import Candidate, altered
-from controllers.mpc.observer import Observer
+from controllers.mpc.observer import Observer, ObserverState
 from controllers.mpc.plan import Limits, Plan, Weights, make_plan
+from controllers.mpc.strength_adaptation import StrengthAdaptation, StrengthState
 from controllers.qp.dense import Qp
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.models.linear_model import LinearModel
@@ -20,6 +22,79 @@ if TYPE_CHECKING:
     from controllers.mpc.block import Mpc
 
 Array = NDArray[np.float64]
+LEAD = 0.3
+"""Lead in log-likelihood by which another candidate takes over (chosen: 2 costs the first movement)."""
+
+
+@dataclass(slots=True, eq=False)
+class Candidate:
+    """The plant as it may be, and control of it.
+
+    Attributes
+    ----------
+    speed, delay_ns: over the model's, and beyond it.
+    plan, observer: coefficients; never written to.
+    estimate: of the plant; the recorded drives in it are shared by all candidates.
+    strength: of the muscles, where it is adapted.
+    qp: the programme, warm.
+    likelihood: logarithm, of what was measured of late.
+    """
+
+    speed: float
+    delay_ns: int
+    plan: Plan
+    observer: Observer
+    estimate: ObserverState
+    strength: StrengthState | None
+    qp: Qp
+    likelihood: float = 0.0
+
+
+def altered(model: LinearModel, speed: float, delay_ns: int) -> LinearModel:
+    """A model that goes through the same motion `speed` times as fast, and begins `delay_ns` later."""
+    return replace(model, a=speed * model.a, b=speed * model.b, delay_ns=model.delay_ns + delay_ns)
+
+
+def nominal(candidates: Sequence[Candidate]) -> int:
+    """Number of the candidate that is the model as it stands."""
+    return [(candidate.speed, candidate.delay_ns) for candidate in candidates].index((1.0, 0))
+
+
+def compare(
+    candidates: Sequence[Candidate], chosen: int, adaptation: StrengthAdaptation, captured_ns: int,
+    measured: Array, touching: bool = False,
+) -> int:
+    """Let every candidate take in outputs (outputs,) rad as they were at `captured_ns`; the one to go by.
+
+    While the hand touches something, that neither tells of strengths nor of which is right.
+    """
+    for candidate in candidates:
+        estimate, observer = candidate.estimate, candidate.observer
+        if captured_ns <= estimate.at_ns or candidate.strength is None:
+            return chosen
+        if touching:
+            adaptation.follow(candidate.strength, observer, estimate, captured_ns)
+        else:
+            kept = math.exp(-observer.period_ns / 1e9 / adaptation.memory_s)
+            candidate.likelihood = kept * candidate.likelihood + adaptation.correct(
+                candidate.strength, observer, estimate, captured_ns, measured)
+        if len(candidates) > 1:
+            observer.correct(estimate, captured_ns, measured, touching)
+    best = max(range(len(candidates)), key=lambda i: candidates[i].likelihood)
+    return best if candidates[best].likelihood > candidates[chosen].likelihood + LEAD else chosen
+
+
+def carry_over(
+    adaptation: StrengthAdaptation, before: Sequence[Candidate], fresh: Sequence[Candidate]
+) -> None:
+    """Tell fresh candidates what those of the trial before have learnt."""
+    for old, new in zip(before, fresh, strict=True):
+        new.likelihood = old.likelihood
+        new.estimate.strength[:] = old.estimate.strength
+        if old.strength is not None:
+            new.strength = adaptation.carried(old.strength, new.observer)
+
+
 _TYPICAL_SHARE = 0.5
 """Of a channel's reach, at which its charge per drive is taken, to be corrected from there (chosen)."""
 

@@ -6,14 +6,23 @@ an array as to fill one.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, cast
+
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.limits.allocation import allocate, risen
-from controllers.mpc.observer import ahead, correct, record
-from controllers.mpc.plan import free_optimum, limits
-from controllers.qp.kernel import NOT_FINITE, check_vectors
+from controllers.mpc.observer import ObserverState, ahead, correct, record
+from controllers.mpc.plan import charge_room, free_optimum, limits
+from controllers.qp.dense import QpResult
+from controllers.qp.solvers import NOT_FINITE, check_vectors
 from fesloop.compiled import compiled
+from fesloop.loop.signals import Sample
+
+if TYPE_CHECKING:
+    from controllers.mpc.block import Mpc
+    from controllers.mpc.state import MpcState
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
@@ -101,3 +110,92 @@ def give_out(
     record(stamps, inputs, time_ns, drive)
     saturated: int = allocate(table, drive, pulses)
     return saturated
+
+
+class Posed(NamedTuple):
+    """A programme as `Qp.solve_around` takes it."""
+
+    best: Array
+    lower: Array
+    upper: Array
+    below: Array
+    above: Array
+    fault: int
+
+
+@dataclass(slots=True, eq=False)
+class Loop:
+    """What a programme starts from: of the plant, or of the model alone.
+
+    Attributes
+    ----------
+    estimate: of the state.
+    drive, pulses: in force, (muscles,) and (muscles, 2).
+    """
+
+    estimate: ObserverState
+    drive: Array
+    pulses: Array
+
+    def copied(self) -> Loop:
+        """As it is now, from here on by itself."""
+        now = self.estimate
+        return Loop(ObserverState(now.at_ns, now.x.copy(), now.disturbance.copy(), now.strength.copy(),
+                                  now.stamps.copy(), now.inputs.copy()), self.drive, self.pulses.copy())
+
+
+def posed(
+    mpc: Mpc, state: MpcState, loop: Loop, gain: Array, reference: Array, sample: Sample, captured_ns: int,
+    now_ns: int,
+) -> Posed:
+    """The programme of a loop, whose estimate takes in the sample, captured at `captured_ns`, with a gain."""
+    candidate, estimate = state.candidates[state.chosen], loop.estimate
+    plan, observer, charge = candidate.plan, candidate.observer, state.given_uc
+    if charge.size:
+        charge = charge_room(mpc.horizon_charge_max_uc, charge, plan, state.fallback.planned,
+                             estimate.strength, state.table)
+    vectors = plan.vectors()
+    fault = pose(
+        observer.ladder, observer.c, observer.offset, gain, estimate.x, estimate.disturbance,
+        estimate.strength, estimate.stamps, estimate.inputs, observer.period_ns, observer.delay_ns,
+        estimate.at_ns, captured_ns, now_ns, cast(Array, sample.value), plan.free, plan.rows, plan.boxes,
+        state.reach, mpc.slew, state.table, 1e-6 * mpc.charge_rise_uc, charge, loop.drive, loop.pulses,
+        reference, *vectors)
+    if fault != NOT_FINITE:
+        estimate.at_ns = max(estimate.at_ns, captured_ns)
+    return Posed(*vectors, fault)
+
+
+_SLACK = 1e-4
+"""Drive by which what is given may be missed, so that the programme has an inside (chosen: of no effect)."""
+
+
+def solve_in_contact(
+    mpc: Mpc, state: MpcState, now: Loop, problem: Posed, reference: Array, sample: Sample, captured_ns: int,
+    now_ns: int,
+) -> QpResult:
+    """The optimum of `problem`, with the drives of `grasping_channels` from the model's own loop.
+
+    That loop begins as a copy of `now`; it remembers the drives of its own, which the plant is not given.
+    """
+    candidate = state.candidates[state.chosen]
+    state.alone = alone = state.alone or now.copied()
+    still = np.zeros_like(candidate.observer.gain)
+    led = candidate.qp.solve_around(
+        *posed(mpc, state, alone, still, reference, sample, captured_ns, now_ns))
+    if not led.solved:
+        return led
+    alone.drive = np.minimum(led.x[:alone.drive.size] / alone.estimate.strength, state.reach)
+    give_out(state.table, alone.drive, alone.estimate.stamps, alone.estimate.inputs, now_ns, alone.pulses)
+    _give(mpc, problem, led.x, alone.drive.size)
+    return candidate.qp.solve_around(*problem)
+
+
+def _give(mpc: Mpc, problem: Posed, led: Array, muscles: int) -> None:
+    """Have the problem give `grasping_channels` what they have in `led` (unknowns,), within its bounds."""
+    steps = np.arange(mpc.horizon)[:, np.newaxis] * muscles
+    given = (steps + np.array(mpc.grasping_channels)).ravel()
+    low = np.minimum(np.maximum(led[given] - _SLACK, problem.lower[given]), problem.upper[given])
+    problem.lower[given], problem.upper[given] = low, np.minimum(low + 2.0 * _SLACK, problem.upper[given])
+    problem.below[given] = problem.lower[given] - problem.best[given]
+    problem.above[given] = problem.upper[given] - problem.best[given]

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.grip.contact import Touch
-from controllers.mpc.candidates import Candidate
+from controllers.mpc.design import Candidate
 from controllers.mpc.fallback import Fallback
+from controllers.mpc.kernel import Loop
 from controllers.mpc.observer import ObserverState
-from controllers.mpc.posed import Loop
 from fesloop.loop.record import StatusLatch
 
 Array = NDArray[np.float64]

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from controllers.point_search.contract import Query, Response, Strategy
 from controllers.point_search.prior_zones import ZONES
 from controllers.point_search.space import SearchSpace
-from controllers.point_search.state import Look, PointSearchState
+from controllers.point_search.state import BASELINE, BEGIN, ENDED, MEASURE, Look, PointSearchState, Timetable
 from controllers.point_search.strategies import Strategies, StrategyName
-from controllers.point_search.timetable import BASELINE, BEGIN, ENDED, MEASURE, Timetable
 from fesloop.errors import InputError
 from fesloop.hand.movements import FREEDOMS, MovementName, movement_of
 from fesloop.loop.block import Context, Tick
@@ -42,7 +41,7 @@ class PointSearch:
     Inputs: `angles` (23,), rad, from a tracker; optional `angle_sd` (23,), rad: freedoms of which nothing is
     known, pi, at rest or afterwards, count as not moved. Outputs: `stimulation` (1, 2), A and s;
     `multiplexing` (1, elements), share of the current that each element has; `query`, number of the one
-    under way or last, from 0 on, -1 before; `phase`, of `controllers.point_search.timetable`; `quality`, of
+    under way or last, from 0 on, -1 before; `phase`, of `controllers.point_search.state`; `quality`, of
     the last response; `best_quality`, `best_stimulation` (2,), `best_multiplexing` (elements,): what the
     strategy recommends, 0 before it recommends anything.
 

@@ -3,14 +3,107 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Literal
 
-from controllers.point_search.contract import Strategy
+from controllers.point_search.contract import Found, Query, Response, Strategy
 from controllers.point_search.exhaustive import Exhaustive, Listed, Random
 from controllers.point_search.gaussian_process import GaussianProcess
 from controllers.point_search.optuna_search import OptunaSearch
 from controllers.point_search.semi_automatic import SemiAutomatic
-from controllers.point_search.two_phase import TwoPhase
+from controllers.point_search.space import Electrode, SearchSpace, joined
+from fesloop.errors import InputError
+
+
+@dataclass(slots=True, eq=False)
+class TwoPhaseState:
+    """Where the staircases stand.
+
+    Attributes
+    ----------
+    space: where it searches.
+    electrodes: one staircase each, in this order.
+    climbed: how many of them are done. stair: number of the current one's next stair, from 0 on.
+    second: whether electrodes of the second phase are among them.
+    found: the best stair of each electrode.
+    """
+
+    space: SearchSpace
+    electrodes: list[Electrode]
+    climbed: int = 0
+    stair: int = 0
+    second: bool = False
+    found: dict[Electrode, Found] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TwoPhase:
+    """A staircase of charge from zero to the tolerated one, first on every element, then on combinations.
+
+    Every stair is judged; an electrode is as good as its best stair. The `best` elements of the first phase
+    are combined two by two in the second. Not taken over: the patient's push-button.
+
+    Attributes
+    ----------
+    step_uc: charge per phase from stair to stair (the source: .01 of a normalised charge; of what is chosen:
+        of 20 uC, the limit of the `safety` block).
+    best: how many elements are combined (five in the source).
+    """
+
+    step_uc: float = 0.2
+    best: int = 5
+
+    def __post_init__(self) -> None:
+        if not (isfinite(self.step_uc) and self.step_uc > 0.0):
+            raise InputError("two_phase.step_uc", f"{self.step_uc}", "a finite charge above 0")
+        if self.best < 1:
+            raise InputError("two_phase.best", f"{self.best}", "1 or more")
+
+    def start(self, space: SearchSpace, key: int) -> TwoPhaseState:
+        """Every element alone. Raises InputError where the first stair is more than is tolerated."""
+        if self.stairs(space) < 1:
+            raise InputError("two_phase.step_uc", f"{self.step_uc:g}",
+                             f"at most {1e-3 * space.current_max_ma * space.width_us:g}, what is tolerated")
+        return TwoPhaseState(space, [(element,) for element in space.usable])
+
+    def stairs(self, space: SearchSpace) -> int:
+        """Stairs of a staircase."""
+        return int(1e-3 * space.current_max_ma * space.width_us / self.step_uc + 1e-9)
+
+    def ask(self, state: TwoPhaseState) -> Query | None:
+        """The next stair."""
+        if state.climbed >= len(state.electrodes):
+            return None
+        current_ma = 1e3 * self.step_uc * (state.stair + 1) / state.space.width_us
+        return Query(elements=state.electrodes[state.climbed],
+                     current_ma=min(current_ma, state.space.current_max_ma), width_us=state.space.width_us,
+                     rested=state.stair == 0, stair=True)
+
+    def tell(self, state: TwoPhaseState, query: Query, response: Response) -> None:
+        """Note the stair, and go to the next electrode from the last one."""
+        before = state.found.get(query.elements)
+        if before is None or response.quality > before.quality:
+            state.found[query.elements] = Found(query, response.quality)
+        state.stair += 1
+        if state.stair >= self.stairs(state.space):
+            state.climbed, state.stair = state.climbed + 1, 0
+            if state.climbed >= len(state.electrodes) and not state.second:
+                state.second = True
+                state.electrodes = [*state.electrodes, *self._combined(state)]
+
+    def best_of(self, state: TwoPhaseState) -> list[Found]:
+        """Electrodes tried, the best first."""
+        return sorted(state.found.values(), key=lambda found: -found.quality)
+
+    def _combined(self, state: TwoPhaseState) -> list[Electrode]:
+        """Combinations of the best elements."""
+        best = tuple(found.query.elements for found in self.best_of(state)[:self.best])
+        return joined(best, state.space.most_elements)
+
+    def recommend(self, state: TwoPhaseState) -> Found | None:
+        """The best stair of all."""
+        return next(iter(self.best_of(state)), None)
+
 
 StrategyName = Literal["exhaustive", "listed", "random", "two_phase", "semi_automatic", "gaussian_process",
                        "optuna"]

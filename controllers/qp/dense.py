@@ -18,16 +18,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from controllers.qp.kernel import (
+from controllers.qp.solvers import (
     MISSHAPEN,
     NOT_FINITE,
     SOUND,
+    DaqpSolver,
+    OsqpSolver,
+    Solver,
+    Start,
     around,
     check_vectors,
     minus_product,
     settle,
 )
-from controllers.qp.solvers import DaqpSolver, OsqpSolver, Solver, Start
 from fesloop.errors import InputError
 
 Array = NDArray[np.float64]

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from controllers.qp.dense import QpResult
-from controllers.qp.kernel import check_vectors, settle
-from controllers.qp.solvers import OsqpSolver, Start
+from controllers.qp.solvers import OsqpSolver, Start, check_vectors, settle
 from fesloop.errors import InputError
 
 Array = NDArray[np.float64]

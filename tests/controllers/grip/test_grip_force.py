@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from controllers.grip import GripForce
+from controllers.grip.block import ForceLoop
 from controllers.grip.contact import Contact, Slip, grip_of
-from controllers.grip.loop import ForceLoop
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock

@@ -5,9 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from controllers.identification.answers import Answers
-from controllers.identification.current_search import CurrentSearch
-from controllers.identification.excitation import RESTING, SEARCHING, Excitation
+from controllers.identification.excitation import RESTING, SEARCHING, Answers, CurrentSearch, Excitation
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.signals import Sample

@@ -10,8 +10,7 @@ from scipy.special import ndtr
 
 import fesloop
 from controllers.identification.dynamics import Dynamics, delayed, identify_dynamics
-from controllers.identification.patient_model import fit_of, identify
-from controllers.identification.recruitment import fit_recruitment, lagged
+from controllers.identification.patient_model import fit_of, fit_recruitment, identify, lagged
 from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import from_document

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy import sparse
 from scipy.optimize import linprog
 
-from controllers.limits.checks import posture_within
+from controllers.limits.allocation import posture_within
 from controllers.mpc import Mpc
 from controllers.mpc.plan import KNEE_RAD, Limits, Weights, free_optimum, limits, make_plan
 from controllers.qp.dense import Qp

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.signal import dlsim, lfilter
 
 from controllers.pid import Pid
-from controllers.pid.kernel import can_follow
+from controllers.pid.block import can_follow
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock

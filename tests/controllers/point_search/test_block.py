@@ -9,9 +9,8 @@ import pytest
 from controllers.point_search.block import PointSearch
 from controllers.point_search.exhaustive import Listed
 from controllers.point_search.space import SearchSpace
-from controllers.point_search.strategies import Strategies
-from controllers.point_search.timetable import BASELINE, ENDED, MEASURE, Timetable
-from controllers.point_search.two_phase import TwoPhase
+from controllers.point_search.state import BASELINE, ENDED, MEASURE, Timetable
+from controllers.point_search.strategies import Strategies, TwoPhase
 from fesloop.errors import InputError
 from fesloop.hand.movements import FREEDOMS, movement_of
 from fesloop.loop.block import Context, Tick

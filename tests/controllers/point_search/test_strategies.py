@@ -17,7 +17,7 @@ from controllers.point_search.optuna_search import OptunaSearch
 from controllers.point_search.prior_zones import ZONES, Zone, expectation
 from controllers.point_search.semi_automatic import SemiAutomatic
 from controllers.point_search.space import ArrayLayout, SearchSpace, joined
-from controllers.point_search.two_phase import TwoPhase
+from controllers.point_search.strategies import TwoPhase
 from fesloop.errors import InputError
 from fesloop.hand.movements import FREEDOMS
 
