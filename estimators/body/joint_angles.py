@@ -17,6 +17,7 @@ from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.hand.quaternion_kernels import conjugate, euler_z_of_zxy, multiply, rotation_angle
+from fesloop.loop.signals import Port
 
 Array = NDArray[np.float64]
 Pairs = tuple[tuple[int, int], ...]
@@ -94,3 +95,21 @@ def initial_flexion(initial_angles_deg: tuple[float, ...] | None, joints: int) -
     flexion = np.radians(initial_angles_deg)
     flexion.flags.writeable = False
     return flexion
+
+
+ALIGNED_PORT = Port("aligned", (1,), "1")
+"""0 while the wearer keeps still in the initial pose, 1 afterwards and for trackers that need none."""
+
+
+def aligned_value(aligned: bool) -> NDArray[np.float64]:
+    """The value of `aligned`, (1,); read-only."""
+    return _ALIGNED if aligned else _ALIGNING
+
+
+def _constant(value: float) -> NDArray[np.float64]:
+    array = np.array([value])
+    array.flags.writeable = False
+    return array
+
+
+_ALIGNED, _ALIGNING = _constant(1.0), _constant(0.0)

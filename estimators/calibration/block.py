@@ -14,10 +14,10 @@ from estimators.calibration.poses import (
     FlatPose,
     Flexion,
     PoseLimits,
+    fault_errors,
     flat_faults,
     flexion_faults,
 )
-from estimators.calibration.sensor_faults import fault_errors
 from estimators.calibration.sensor_to_segment import (
     FLEXION,
     assumed_mounting,

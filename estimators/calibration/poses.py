@@ -7,15 +7,47 @@ that is not finite, or an acceleration of exactly zero, is none (`estimators.sam
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.calibration.sensor_faults import SensorFault
-from fesloop.errors import InputError
+from fesloop.errors import InputError, InputErrors
 from fesloop.hand import quaternion
 from fesloop.hand.motion import STANDARD_GRAVITY
+
+
+class SensorFault(NamedTuple):
+    """One fault of one sensor: its number, what was found, what is allowed, what to do."""
+
+    sensor: int
+    found: str
+    allowed: str
+    remedy: str
+
+
+def sensor_name(sensor: int, names: Sequence[str]) -> str:
+    """What messages call a sensor: the segment it sits on, or its number."""
+    return names[sensor] if names else f"sensor {sensor}"
+
+
+def fault_errors(faults: Iterable[SensorFault], names: Sequence[str]) -> dict[int, InputError]:
+    """The first fault of every sensor that has one, by its number, in the order of these."""
+    first: dict[int, InputError] = {}
+    for sensor, found, allowed, remedy in faults:
+        if sensor not in first:
+            first[sensor] = InputError(sensor_name(sensor, names), found, allowed, remedy)
+    return dict(sorted(first.items()))
+
+
+def raise_faults(faults: Iterable[SensorFault], names: Sequence[str]) -> None:
+    """Raise InputErrors, a line a sensor, unless there are no faults."""
+    errors = fault_errors(faults, names)
+    if errors:
+        raise InputErrors(list(errors.values()))
+
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]

@@ -22,10 +22,11 @@ from estimators.calibration.poses import (
     FlatPose,
     Flexion,
     PoseLimits,
+    SensorFault,
     flat_faults,
     flexion_faults,
+    raise_faults,
 )
-from estimators.calibration.sensor_faults import SensorFault, raise_faults
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
 

@@ -5,23 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.body.alignment import ALIGNED_PORT, aligned_value
 from estimators.body.body import Body, body_of, posture_ports
 from estimators.body.implausible import of_tree, of_unknown_joints
+from estimators.body.joint_angles import ALIGNED_PORT, aligned_value
 from estimators.body.joint_constraints import CHAIN5, Joint, JointTable, body_table, joint_table
 from estimators.body.worn_sensors import stated_by, worn_as_stated
 from estimators.calibration.initial_pose import known_angles
 from estimators.constrained.beginning import Hypotheses, Unknown
 from estimators.constrained.fingertips import fingertip_posture, moving_joints
 from estimators.constrained.posture import posture
-from estimators.constrained.standing import SURE, report, stand
 from estimators.constrained.state import ConstrainedState, take
 from estimators.fusion.vqf_bank import VqfBank
 from estimators.samples.arrivals import Arrivals
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import relative_orientations
@@ -30,6 +31,51 @@ from fesloop.hand.segments import Segment
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, RateClock, StampClock, duration_ns
 from fesloop.loop.signals import Port, Sample, Sensors, Value
+
+SURE, UNSURE, UNSEEN = range(3)
+_SURE_AGAIN = 0.8
+"""Share of the limit below which a joint is sure again; in between nothing is reported (chosen)."""
+
+
+@compiled
+def stand(worst: Any, limit: float, standing: Any) -> bool:
+    """Whether any joint stands otherwise than `standing` (joints,) says.
+
+    `worst` (joints,), rad, is the largest sd of its angles, infinite where nothing is known; `limit` the
+    sd from which on it is unsure.
+    """
+    changed = False
+    for j in range(worst.size):
+        changed |= stands(worst[j], limit, standing[j]) != standing[j]
+    return changed
+
+
+@compiled
+def stands(worst: float, limit: float, before: int) -> int:
+    """SURE, UNSURE or UNSEEN, of a joint that stood at `before`."""
+    if worst == math.inf:
+        return UNSEEN
+    return UNSURE if worst > (_SURE_AGAIN * limit if before == UNSURE else limit) else SURE
+
+
+def report(
+    worst: NDArray[np.float64], limit: float, standing: NDArray[np.int64], table: JointTable, first: bool,
+    tick: Tick
+) -> None:
+    """Report what has changed, and bring `standing` up to date; at `first` the joints without sensors too."""
+    now = np.array([stands(sd, limit, before) for sd, before in zip(worst, standing, strict=True)],
+                   dtype=np.int64)
+    changed = now != standing
+    for status, chosen, more in (
+            ("unseen", changed & (now == UNSEEN), table.unsensed if first else ()),
+            ("seen", changed & (standing == UNSEEN), ()),
+            ("unsure", changed & (now == UNSURE), ()),
+            ("sure", changed & (standing == UNSURE) & (now == SURE), ())):
+        names = (*more, *(table.names[j] for j in np.flatnonzero(chosen)))
+        if names:
+            tick.report(status, "joint " + ", ".join(names))
+    standing[:] = now
+
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]

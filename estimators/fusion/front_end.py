@@ -2,16 +2,230 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.fusion.seel_ruppin import SeelRuppinBank
 from estimators.fusion.vqf_bank import VqfBank
+from fesloop.compiled import compiled
 from fesloop.errors import InputError, did_you_mean
+from fesloop.hand.kinematics_kernels import turned
+from fesloop.hand.quaternion_kernels import Components, about_z, conjugate, multiply
 
 Array = NDArray[np.float64]
+HALVING = 1.4
+"""1 / ln 2, as rounded by `qmt.oriEstIMU`: from a time of halving to a time constant."""
+GRAVITY = 9.81
+"""m/s^2, from which the rating of an accelerometer's sample counts, as rounded by `qmt.oriEstIMU`."""
+RATED_SAMPLES = 10
+"""The worst of so many samples rates the accelerometer."""
+BIAS_SHARE = HALVING / 160.0
+"""Of zeta^2 k^2 / ((1 - k) T): the gain of the bias estimate."""
+_START = np.array([0.5, 0.5, 0.5, 0.5])
+
+
+@compiled(inline="always")
+def _turn(x: float, y: float, z: float) -> Components:
+    """Rotation by the vector (x, y, z), rad."""
+    angle = math.sqrt(x * x + y * y + z * z)
+    share = 0.5 * math.sin(0.5 * angle) / (0.5 * angle) if angle > 1e-12 else 0.5
+    return math.cos(0.5 * angle), share * x, share * y, share * z
+
+
+@compiled
+def gain(tau_s: float, step: int, period_s: float, rating: float) -> float:
+    """Share k of a disagreement that a sample takes away.
+
+    Parameters
+    ----------
+    tau_s: time in which a disagreement halves, s.
+    step: number of samples so far, 1 or more; before it reaches 2 tau / T the gain is that of a shorter tau.
+    rating: by which 1 / k grows, 1 or more.
+    """
+    reached = min(tau_s, 0.5 * step * period_s)
+    return 1.0 / ((1.0 + HALVING * reached / period_s) * rating)
+
+
+@compiled
+def _learn(
+    bias: Array, q: Components, error: tuple[float, float, float], share: float, period_s: float, zeta: float
+) -> None:
+    """Move a gyroscope's bias (3,) against `error`, an earth-frame turn of which `share` is corrected."""
+    scale = BIAS_SHARE * zeta * zeta * share * share / ((1.0 - share) * period_s)
+    x, y, z = turned(conjugate(q), error[0], error[1], error[2])
+    bias[0] -= scale * x
+    bias[1] -= scale * y
+    bias[2] -= scale * z
+
+
+@compiled
+def predict(gyr: Array, used: NDArray[np.bool_], period_s: float, q: Array, bias: Array) -> None:
+    """Strapdown integration of rates (n, 3), rad/s, less `bias` (n, 3), into q (n, 4) of the sensors used."""
+    for s in range(q.shape[0]):
+        if used[s]:
+            now = multiply((q[s, 0], q[s, 1], q[s, 2], q[s, 3]),
+                           _turn(period_s * (gyr[s, 0] - bias[s, 0]), period_s * (gyr[s, 1] - bias[s, 1]),
+                                 period_s * (gyr[s, 2] - bias[s, 2])))
+            _keep(q[s], now)
+
+
+@compiled
+def correct_inclination(
+    acc: Array, used: NDArray[np.bool_], settings: Array, q: Array, bias: Array, steps: NDArray[np.int64],
+    deviations: Array
+) -> None:
+    """Turn q (n, 4) about horizontal axes towards what acc (n, 3), m/s^2, calls up.
+
+    Parameters
+    ----------
+    settings: sampling time and time of halving, s, zeta, rating, from what time on the bias is learnt, s.
+    steps: (n,), samples so far; deviations: (n, RATED_SAMPLES), from gravity, m/s^2.
+    """
+    period, tau, zeta, rating = settings[0], settings[1], settings[2], settings[3]
+    for s in range(q.shape[0]):
+        size = math.sqrt(acc[s, 0] ** 2 + acc[s, 1] ** 2 + acc[s, 2] ** 2)
+        if not used[s] or size == 0.0:
+            continue
+        deviations[s, steps[s] % RATED_SAMPLES] = abs(size - GRAVITY)
+        steps[s] += 1
+        before = (q[s, 0], q[s, 1], q[s, 2], q[s, 3])
+        x, y, z = turned(before, acc[s, 0], acc[s, 1], acc[s, 2])
+        level = math.sqrt(x * x + y * y)
+        if level == 0.0:
+            continue
+        share = gain(tau, steps[s], period, 1.0 + rating * deviations[s].max())
+        # acc x vertical: the axis about which its direction in the earth frame comes upright.
+        angle = math.atan2(level, z)
+        error = (angle * y / level, -angle * x / level, 0.0)
+        now = multiply(_turn(share * error[0], share * error[1], 0.0), before)
+        _keep(q[s], now)
+        if zeta > 0.0 and steps[s] * period >= settings[4]:
+            _learn(bias[s], now, error, share, period, zeta)
+
+
+@compiled
+def correct_heading(
+    mag: Array, used: NDArray[np.bool_], settings: Array, q: Array, bias: Array, steps: NDArray[np.int64]
+) -> None:
+    """Turn q (n, 4) about the vertical until mag (n, 3), any unit, points to y; as `correct_inclination`."""
+    period, tau, zeta = settings[0], settings[1], settings[2]
+    for s in range(q.shape[0]):
+        if not used[s]:
+            continue
+        before = (q[s, 0], q[s, 1], q[s, 2], q[s, 3])
+        x, y, _ = turned(before, mag[s, 0], mag[s, 1], mag[s, 2])
+        if x == 0.0 and y == 0.0:
+            continue
+        steps[s] += 1
+        share = gain(tau, steps[s], period, 1.0)
+        error = (0.0, 0.0, math.atan2(x, y))
+        now = multiply(_turn(0.0, 0.0, share * error[2]), before)
+        _keep(q[s], now)
+        if zeta > 0.0 and steps[s] * period >= settings[4]:
+            _learn(bias[s], now, error, share, period, zeta)
+
+
+@compiled
+def level_at(acc: Array, used: NDArray[np.bool_], q: Array) -> None:
+    """Fill q (n, 4) of the sensors used with the least rotation that makes acc (n, 3) upright."""
+    for s in range(q.shape[0]):
+        if used[s]:
+            x, y, z = acc[s, 0], acc[s, 1], acc[s, 2]
+            upright = z + math.sqrt(x * x + y * y + z * z)
+            _keep(q[s], (upright, y, -x, 0.0) if upright > 1e-9 else (0.0, 1.0, 0.0, 0.0))
+
+
+@compiled
+def face_north(mag: Array, used: NDArray[np.bool_], q: Array) -> None:
+    """Turn q (n, 4) of the sensors used about the vertical so that mag (n, 3) points to y."""
+    for s in range(q.shape[0]):
+        if used[s]:
+            now = (q[s, 0], q[s, 1], q[s, 2], q[s, 3])
+            x, y, _ = turned(now, mag[s, 0], mag[s, 1], mag[s, 2])
+            _keep(q[s], multiply(about_z(math.atan2(x, y)), now))
+
+
+@compiled(inline="always")
+def _keep(row: Array, q: Components) -> None:
+    scale = 1.0 / math.sqrt(q[0] ** 2 + q[1] ** 2 + q[2] ** 2 + q[3] ** 2)
+    for i in range(4):
+        row[i] = scale * q[i]
+
+
+class SeelRuppinBank:
+    """Filters of `sensors` inertial sensors, with or without their magnetometers; pickles whole.
+
+    Parameters
+    ----------
+    sensors: how many.
+    period_s: of the gyroscopes; acc_period_s, mag_period_s: of the others, where they are slower.
+    magnetometer: 9-axis fusion in place of 6-axis.
+    tau_acc_s, tau_mag_s: times in which a disagreement halves, s (1 and 3: defaults of `qmt.oriEstIMU`).
+    zeta: strength of the bias estimate; 0: none.
+    acc_rating: how far an accelerometer off gravity is trusted less, per m/s^2.
+
+    Raises InputError for times that are not positive and strengths below zero.
+    """
+
+    __slots__ = ("acc_settings", "acc_steps", "bias", "deviations", "every", "mag_settings", "mag_steps",
+                 "magnetometer", "period_s", "q")
+
+    def __init__(
+        self, sensors: int, period_s: float, magnetometer: bool, *, acc_period_s: float | None = None,
+        mag_period_s: float | None = None, tau_acc_s: float = 1.0, tau_mag_s: float = 3.0, zeta: float = 0.0,
+        acc_rating: float = 1.0
+    ) -> None:
+        for name, value, least in (("tau_acc_s", tau_acc_s, 1e-9), ("tau_mag_s", tau_mag_s, 1e-9),
+                                   ("zeta", zeta, 0.0), ("acc_rating", acc_rating, 0.0)):
+            if not (math.isfinite(value) and value >= least):
+                raise InputError(name, f"{value}", "a finite number above 0" if least else "0 or more")
+        self.period_s, self.magnetometer = period_s, magnetometer
+        self.acc_settings = np.array([acc_period_s or period_s, tau_acc_s, zeta, acc_rating, tau_acc_s])
+        self.mag_settings = np.array([mag_period_s or period_s, tau_mag_s, zeta, 0.0, tau_acc_s])
+        self.every = np.ones(sensors, dtype=np.bool_)
+        self.q, self.bias = np.tile(_START, (sensors, 1)), np.zeros((sensors, 3))
+        self.acc_steps = np.zeros(sensors, dtype=np.int64)
+        self.mag_steps = np.zeros(sensors, dtype=np.int64)
+        self.deviations = np.zeros((sensors, RATED_SAMPLES))
+
+    def update(self, gyr: Array, acc: Array | None, mag: Array | None) -> None:
+        """One sample of every sensor, (n, 3) each; None where the tick brings none of that kind."""
+        self.update_only(self.every, gyr, acc, mag)
+
+    def update_only(
+        self, used: NDArray[np.bool_], gyr: Array, acc: Array | None, mag: Array | None
+    ) -> None:
+        """One sample of the sensors that are `used`, (n,); the others stay where they are."""
+        predict(gyr, used, self.period_s, self.q, self.bias)
+        if acc is not None:
+            correct_inclination(acc, used, self.acc_settings, self.q, self.bias, self.acc_steps,
+                                self.deviations)
+        if mag is not None:
+            correct_heading(mag, used, self.mag_settings, self.q, self.bias, self.mag_steps)
+
+    def begin(
+        self, used: NDArray[np.bool_], bias: Array, acc: Array, mag: Array | None, samples: int
+    ) -> None:
+        """Let the sensors that are `used` begin anew, as after a rest of so many samples at these readings.
+
+        Parameters
+        ----------
+        bias: (n, 3), rad/s, of the gyroscopes.
+        acc, mag: (n, 3), what they read in the rest; without mag the heading begins at zero.
+        """
+        level_at(acc, used, self.q)
+        if mag is not None:
+            face_north(mag, used, self.q)
+        self.bias[used], self.deviations[used] = bias[used], 0.0
+        self.acc_steps[used] = self.mag_steps[used] = samples
+
+    def orientation(self) -> Array:
+        """Sensor to earth frame (z up; with magnetometers y north), (n, 4), w x y z."""
+        return self.q.copy()
+
+
 FrontEndName = Literal["vqf", "seel_ruppin"]
 NAMES: tuple[FrontEndName, ...] = ("vqf", "seel_ruppin")
 

@@ -10,10 +10,11 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.body.alignment import ALIGNED_PORT, aligned_value
 from estimators.body.implausible import ImplausibleAngles, of_unknown_joints
 from estimators.body.joint_angles import (
+    ALIGNED_PORT,
     Pairs,
+    aligned_value,
     flexion_angles,
     heading_offsets,
     initial_flexion,

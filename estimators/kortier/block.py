@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from estimators.body.alignment import ALIGNED_PORT, aligned_value
 from estimators.body.body import Body, body_of, posture_ports
 from estimators.body.implausible import ImplausibleAngles, of_tree
+from estimators.body.joint_angles import ALIGNED_PORT, aligned_value
 from estimators.body.worn_sensors import stated_by, worn_as_stated
 from estimators.kortier.chain import Filters, Gates, new_filters
 from estimators.kortier.navigation import HandFilter, HandGates, new_hands
@@ -61,11 +61,11 @@ class KortierTracker:
     """Posture, attitude and position of a hand by Kortier et al. 2014 (doi 10.1186/1743-0003-11-70).
 
     Each chain of segments from where they branch to the next such or to a tip (a finger; forearm and hand)
-    has an error-state filter (`estimators.kortier.finger`) of the relative rotations of its segments and of
+    has an error-state filter (`estimators.kortier.chain`) of the relative rotations of its segments and of
     all gyroscope biases; neighbours' accelerometers, the magnetometers of base and tip and what joints
     cannot do correct it. The base, the hand, has a filter of attitude, velocity and position
-    (`estimators.kortier.hand`), which drifts within seconds unless the hand stands still now and then. Where
-    sensors left off cut the tree apart, the innermost segment of each part has one.
+    (`estimators.kortier.navigation`), which drifts within seconds unless the hand stands still now and then.
+    Where sensors left off cut the tree apart, the innermost segment of each part has one.
 
     Inputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and `mag` (n, 3) T, sensor frames equal to segment frames.
     They may have rates of their own: give the tracker that of the gyroscopes. Magnetometers other than those

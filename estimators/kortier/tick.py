@@ -2,19 +2,182 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.body.body import Body
-from estimators.kortier.chain import Filters, Gates, track_chains
+from estimators.body.body import UNSEEN_SD, Body, chain_up, fill_lever, place_tips
+from estimators.kortier.chain import Filters, Gates, covariance_of, track_chains
 from estimators.kortier.navigation import HandFilter, HandGates, track_hands
-from estimators.kortier.posture import put_angles, put_fingertips, put_orientations
 from estimators.kortier.samples import Moment, Trust, take
 from estimators.kortier.tree import Chains, chains_of
 from fesloop.compiled import compiled
+from fesloop.hand.quaternion_kernels import (
+    Components,
+    conjugate,
+    euler_x_of_zxy,
+    euler_y_of_zxy,
+    euler_z_of_zxy,
+    multiply,
+)
 from fesloop.loop.block import Tick
+
+
+@compiled
+def put_angles(chains: Chains, filters: Filters, angles: Any, sds: Any) -> None:
+    """Fill angles and sd (freedoms,), rad: 0 and pi of a joint that is not seen.
+
+    With R = R_f(f) R_a(a) R_p(p) about the joint's axes, dth = R'f df + R_p'a da + p dp, which is solved
+    for the angles' errors; f, a, p are taken for z, x, y.
+    """
+    angles[:] = 0.0
+    sds[:] = UNSEEN_SD
+    for chain in range(chains.first.size - 1):
+        covariance = covariance_of(chain, chains, filters)
+        for k in range(chains.first[chain], chains.first[chain + 1]):
+            if not (filters.begun[k] and filters.seen[k]):
+                continue
+            q = _in_joint(filters.q[k], chains.axes[k])
+            a, p = euler_x_of_zxy(q), euler_y_of_zxy(q)
+            sine, cosine, upright = math.sin(p), math.cos(p), max(math.cos(a), 1e-6)
+            tilt = math.sin(a) / upright
+            values = (euler_z_of_zxy(q), a, p)
+            rows = ((-sine / upright, 0.0, cosine / upright), (cosine, 0.0, sine),
+                    (sine * tilt, 1.0, -cosine * tilt))
+            at = 3 * (k - chains.first[chain])
+            for i in range(chains.freedoms[k]):
+                angles[chains.first_angle[k] + i] = values[i]
+                variance = _variance(rows[i], chains.axes[k], covariance[at:at + 3, at:at + 3])
+                sds[chains.first_angle[k] + i] = min(math.sqrt(variance), UNSEEN_SD)
+
+
+@compiled
+def _in_joint(q: Any, axes: Any) -> Components:
+    """q (4,) in a frame whose z, x and y are the joint's axes."""
+    f, a, p = axes[0], axes[1], axes[2]
+    x, y, z = q[1], q[2], q[3]
+    return (q[0], a[0] * x + a[1] * y + a[2] * z, p[0] * x + p[1] * y + p[2] * z,
+            f[0] * x + f[1] * y + f[2] * z)
+
+
+@compiled
+def _variance(row: Any, axes: Any, covariance: Any) -> float:
+    """Of an angle that answers to dth by `row`, (3,) in the frame of _in_joint."""
+    f, a, p = axes[0], axes[1], axes[2]
+    x, y, z = row
+    u, v, w = (x * a[0] + y * p[0] + z * f[0], x * a[1] + y * p[1] + z * f[1],
+               x * a[2] + y * p[2] + z * f[2])
+    return float(u * u * covariance[0, 0] + v * v * covariance[1, 1] + w * w * covariance[2, 2]
+                 + 2.0 * (u * v * covariance[0, 1] + u * w * covariance[0, 2] + v * w * covariance[1, 2]))
+
+
+@compiled
+def put_orientations(
+    layout: Any, sensors: Any, chains: Chains, filters: Filters, attitudes: Any, relative: Any,
+    orientation: Any
+) -> None:
+    """Fill `relative` (segments, 4), child to parent, and `orientation` (n, 4) to earth.
+
+    Parameters
+    ----------
+    sensors: (segments,), as of Body. attitudes: (parts, 4), of the segments that are held, to earth.
+    relative: straight where a joint has never been seen.
+    """
+    relative[:] = 0.0
+    relative[:, 0] = 1.0
+    for k in range(chains.segments.size):
+        if filters.begun[k]:
+            relative[chains.segments[k]] = filters.q[k]
+    within = np.zeros((layout.shape[0], 4))
+    within[:, 0] = 1.0
+    for k in range(layout.shape[0]):
+        if chains.joint_of[k] >= 0:
+            _store(within[k], multiply(_components(within[layout[k, 0]]), _components(relative[k])))
+    for k in range(layout.shape[0]):
+        part = chains.part_of[k]
+        if part >= 0:
+            held = conjugate(_components(within[chains.held[part]]))
+            turn = multiply(_components(attitudes[part]), held)
+            _store(orientation[sensors[k]], multiply(turn, _components(within[k])))
+
+
+@compiled(inline="always")
+def _components(q: Any) -> Components:
+    return q[0], q[1], q[2], q[3]
+
+
+@compiled(inline="always")
+def _store(row: Any, q: Components) -> None:
+    row[0], row[1], row[2], row[3] = q
+
+
+@compiled
+def put_fingertips(
+    layout: Any, geometry: Any, tips: Any, chains: Chains, filters: Filters, relative: Any, fingertips: Any,
+    sds: Any
+) -> None:
+    """Fill fingertips and their sd (t, 3), m, in the root's frame.
+
+    The errors of a chain's joints count with their covariances, those of different chains as independent. A
+    joint that is not seen is taken as straight, and errs by pi about each of its axes.
+
+    Parameters
+    ----------
+    relative: (segments, 4), child to parent; straightened where a joint is not seen.
+    """
+    count = layout.shape[0]
+    orientations, positions = np.empty((count, 4)), np.zeros((count, 3))
+    levers, path = np.empty((count, 3, 3)), np.empty(count, dtype=np.int64)
+    for k in range(chains.segments.size):
+        if not filters.seen[k]:
+            relative[chains.segments[k]] = 0.0
+            relative[chains.segments[k], 0] = 1.0
+    chain_up(layout, relative, orientations)
+    place_tips(layout, geometry, orientations, tips, positions, fingertips)
+    for t in range(tips.size):
+        k, depth = tips[t], 0
+        while layout[k, 0] >= 0:
+            fill_lever(orientations[k], geometry[k, 4], positions[k], fingertips[t], levers[depth])
+            path[depth] = k
+            k, depth = layout[k, 0], depth + 1
+        for x in range(3):
+            sds[t, x] = 0.0
+        for i in range(depth):
+            joint = chains.joint_of[path[i]]
+            if joint < 0 or not filters.seen[joint]:
+                _add_unseen(levers[i], geometry[path[i]], layout[path[i], 1], sds[t])
+            else:
+                _add_seen(levers, path, i, chains, filters, sds[t])
+        for x in range(3):
+            sds[t, x] = math.sqrt(sds[t, x])
+
+
+@compiled
+def _add_unseen(lever: Any, axes: Any, freedoms: int, variance: Any) -> None:
+    for i in range(freedoms):
+        for x in range(3):
+            moved = lever[x, 0] * axes[i, 0] + lever[x, 1] * axes[i, 1] + lever[x, 2] * axes[i, 2]
+            variance[x] += (UNSEEN_SD * moved) ** 2
+
+
+@compiled
+def _add_seen(levers: Any, path: Any, i: int, chains: Chains, filters: Filters, variance: Any) -> None:
+    """Add the part of joint `i` of a path, with what it shares with joints of its chain before it."""
+    joint, chain = chains.joint_of[path[i]], chains.chain_of[path[i]]
+    first = chains.first[chain]
+    covariance = covariance_of(chain, chains, filters)
+    for m in range(i + 1):
+        other = chains.joint_of[path[m]]
+        if chains.chain_of[path[m]] != chain or not filters.seen[other]:
+            continue
+        row, col, times = 3 * (joint - first), 3 * (other - first), 1.0 if m == i else 2.0
+        for x in range(3):
+            for a in range(3):
+                for b in range(3):
+                    variance[x] += times * levers[i, x, a] * covariance[row + a, col + b] * levers[m, x, b]
+
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.body.alignment import aligned_value
-from estimators.body.body import UNSEEN_SD, Body
+from estimators.body.body import UNSEEN_SD, Body, chain_up, place_tips, spread_tips
+from estimators.body.joint_angles import aligned_value
 from estimators.calibration.initial_pose import (
     KEEP_STILL,
     NO_SAMPLE,
@@ -22,15 +22,237 @@ from estimators.calibration.initial_pose import (
     ties_of,
 )
 from estimators.calibration.still_record import add_samples, rest_of
-from estimators.salchow.kernels import find_seen, follow_gaps, posture
 from estimators.salchow.method import InitialPose, Method
 from estimators.salchow.state import SalchowState
 from estimators.samples.faults import LOST
+from fesloop.compiled import compiled
+from fesloop.hand.kinematics_kernels import about, turned
+from fesloop.hand.quaternion_kernels import (
+    Components,
+    conjugate,
+    euler_x_of_zxy,
+    euler_y_of_zxy,
+    euler_z_of_zxy,
+    multiply,
+)
 from fesloop.loop.block import Tick
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.signals import Sample, Value
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Numbers = NDArray[np.int64]
+Triple = tuple[float, float, float]
+_UNCORRECTED = math.radians(0.5)
+"""How fast inclination or heading go wrong that no sample corrects, rad/s (the bias that VQF supposes before
+it has found one, doi 10.1016/j.inffus.2022.10.014)."""
+
+
+@compiled
+def follow_gaps(
+    codes: NDArray[np.uint8], elapsed_s: float, rate_sd: float, forget: Array, silent_s: Array, gaps: Array
+) -> bool:
+    """Bring `silent_s` (n,) and `gaps` (n, 2) on by a tick; whether a sample is lost.
+
+    Parameters
+    ----------
+    codes: (3, n), LOST and CLIPPED of gyr, acc and mag.
+    elapsed_s: since the tick before. rate_sd: rad/s, of what a segment turns unseen, or beyond the range.
+    forget: (2,), share of the variances that a tick with sound samples leaves.
+    silent_s: since the last rate, infinite before the first.
+    """
+    lost = False
+    for s in range(codes.shape[1]):
+        lost |= ((codes[0, s] | codes[1, s] | codes[2, s]) & LOST) != 0
+        silent_s[s] = silent_s[s] + elapsed_s if codes[0, s] & LOST else 0.0
+        if codes[0, s]:
+            for i in range(2):
+                # A turn at one unknown rate: the sd grows with the time, not with its root.
+                gaps[s, i] = min((math.sqrt(gaps[s, i]) + rate_sd * elapsed_s) ** 2, UNSEEN_SD ** 2)
+        else:
+            for i in range(2):
+                if codes[1 + i, s] & LOST:
+                    gaps[s, i] = min((math.sqrt(gaps[s, i]) + _UNCORRECTED * elapsed_s) ** 2, UNSEEN_SD ** 2)
+                else:
+                    gaps[s, i] *= forget[i]
+    return lost
+
+
+@compiled
+def find_seen(
+    layout: Numbers, sensors: Numbers, silent_s: Array, posed: Flags, gap_s: float, seen: Flags
+) -> bool:
+    """Fill `seen` (m,): whether a joint has both sensors, sound and `posed` (n,); whether one changed."""
+    changed = False
+    for k in range(sensors.size):
+        now = layout[k, 0] >= 0
+        if now:
+            a, b = sensors[layout[k, 0]], sensors[k]
+            now = a >= 0 and b >= 0
+            if now:
+                now = posed[a] and posed[b] and silent_s[a] <= gap_s and silent_s[b] <= gap_s
+        changed |= seen[k] != now
+        seen[k] = now
+    return changed
+
+
+@compiled(inline="always")
+def _unit(q: Array) -> Components:
+    return q[0], q[1], q[2], q[3]
+
+
+@compiled(inline="always")
+def _in_segment(axes: Array, v: Triple) -> Triple:
+    """A vector given along a joint's own x, y, z (its axes are listed z, x, y), in its segment's frame."""
+    return (v[0] * axes[1, 0] + v[1] * axes[2, 0] + v[2] * axes[0, 0],
+            v[0] * axes[1, 1] + v[1] * axes[2, 1] + v[2] * axes[0, 1],
+            v[0] * axes[1, 2] + v[1] * axes[2, 2] + v[2] * axes[0, 2])
+
+
+@compiled(inline="always")
+def _cross(a: Triple, b: Triple) -> Triple:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@compiled(inline="always")
+def _dot(a: Triple, b: Triple) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@compiled(inline="always")
+def in_joint(axes: Array, q: Components) -> Components:
+    """A rotation of a segment, in its joint's own axes."""
+    w, x, y, z = q
+    return (w, x * axes[1, 0] + y * axes[1, 1] + z * axes[1, 2],
+            x * axes[2, 0] + y * axes[2, 1] + z * axes[2, 2],
+            x * axes[0, 0] + y * axes[0, 1] + z * axes[0, 2])
+
+
+@compiled
+def joint_turns(axes: Array, q: Components) -> tuple[Triple, Triple, Triple]:
+    """By what turn flexion, abduction and pronation move the child, in its frame, rad/rad.
+
+    `q`: child to parent, in the joint's own axes.
+    """
+    w, x, y, z = q
+    sine, cosine = 2.0 * (w * y - x * z), 1.0 - 2.0 * (x * x + y * y)
+    length = math.sqrt(sine * sine + cosine * cosine)
+    scale = 1.0 / length if length > 1e-12 else 0.0
+    return (_in_segment(axes, turned(conjugate(q), 0.0, 0.0, 1.0)),
+            _in_segment(axes, (scale * cosine, 0.0, scale * sine)), (axes[2, 0], axes[2, 1], axes[2, 2]))
+
+
+@compiled
+def joint_angles(q: Components, freedoms: int, first: int, angles: Array) -> None:
+    """Fill `angles` (d,) from `first` on: flexion, abduction, pronation (eq. 20-22), those that are free."""
+    if freedoms > 0:
+        angles[first] = euler_z_of_zxy(q)
+    if freedoms > 1:
+        angles[first + 1] = euler_x_of_zxy(q)
+    if freedoms > 2:
+        angles[first + 2] = euler_y_of_zxy(q)
+
+
+@compiled
+def allowed(axes: Array, ranges: Array, freedoms: int, first: int, angles: Array) -> Components:
+    """The rotation a joint allows (section 2.4.3), its `angles` (d,) clipped from `first` on, others zero."""
+    q = (1.0, 0.0, 0.0, 0.0)
+    for i in range(first, first + freedoms):
+        angles[i] = min(max(angles[i], ranges[i, 0]), ranges[i, 1])
+        q = multiply(q, about(axes[i - first], angles[i]))
+    return q
+
+
+@compiled
+def spread_joint(
+    turns: tuple[Triple, Triple, Triple], freedoms: int, upright: Triple, tilt: float, heading: float,
+    constrained: bool, first: int, sd: Array, covariance: Array
+) -> None:
+    """Fill `sd` (d,) of a joint's angles from `first` on, rad, and `covariance` (3, 3) of it all, rad^2.
+
+    Parameters
+    ----------
+    turns: as of `joint_turns`. upright: the vertical in the child's frame.
+    tilt, heading: rad^2. constrained: what the joint forbids is known to be zero.
+    """
+    rows = (_cross(turns[1], turns[2]), _cross(turns[2], turns[0]), _cross(turns[0], turns[1]))
+    volume = _dot(turns[0], rows[0])
+    # At the pole flexion and pronation are not defined; there the sd is large, not infinite.
+    scale = volume / (volume * volume + 1e-6)
+    for a in range(3):
+        for b in range(3):
+            covariance[a, b] = 0.0 if constrained else heading * upright[a] * upright[b]
+        covariance[a, a] += 0.0 if constrained else tilt
+    for i in range(freedoms):
+        for j in range(freedoms):
+            shared = scale * scale * (tilt * _dot(rows[i], rows[j])
+                                      + heading * _dot(rows[i], upright) * _dot(rows[j], upright))
+            if i == j:
+                sd[first + i] = min(math.sqrt(shared), UNSEEN_SD)
+            if constrained:
+                for a in range(3):
+                    for b in range(3):
+                        covariance[a, b] += turns[i][a] * shared * turns[j][b]
+
+
+@compiled
+def posture(
+    layout: Numbers, geometry: Array, ranges: Array, sensors: Numbers, counted: Flags, tips: Numbers,
+    fused: Array, headings: Array, seen: Flags, constrained: bool, tilt: float, heading: float, gaps: Array,
+    orientation: Array, angles: Array, sd: Array, fingertips: Array, fingertip_sd: Array
+) -> None:
+    """Fill the outputs of a tracker.
+
+    Parameters
+    ----------
+    counted: (m,), joints whose uncertainty the fingertips share.
+    fused: (n, 4), sensor to earth. headings: (n, 2), cosine and sine of half the heading to turn it by.
+    seen: (m,). constrained: whether joints hold what they allow.
+    tilt, heading: rad^2, by which a segment's orientation against its parent's is wrong, about any axis and
+        about the vertical besides. gaps: (n, 2), rad^2, of each sensor's inclination and heading, beside it.
+    orientation: (n, 4), segment to earth; angles, sd: (d,), rad; fingertips, fingertip_sd: (t, 3), m.
+    """
+    count = layout.shape[0]
+    relative, to_root, own = np.empty((count, 4)), np.empty((count, 4)), np.empty(fused.shape)
+    places, covariance = np.zeros((count, 3)), np.empty((count, 3, 3))
+    for s in range(fused.shape[0]):
+        turn = (headings[s, 0], 0.0, 0.0, headings[s, 1])
+        own[s, 0], own[s, 1], own[s, 2], own[s, 3] = multiply(turn, _unit(fused[s]))
+    for k in range(count):
+        parent, freedoms, first = layout[k, 0], layout[k, 1], layout[k, 2]
+        axes, child = geometry[k], sensors[k]
+        if child >= 0:
+            orientation[child] = own[child]
+        if not seen[k]:
+            relative[k] = 0.0
+            relative[k, 0] = 1.0
+            covariance[k] = 0.0
+            for i in range(freedoms):
+                angles[first + i], sd[first + i] = 0.0, UNSEEN_SD
+            for a in range(3):
+                covariance[k, a, a] = UNSEEN_SD ** 2 if counted[k] else 0.0
+            continue
+        above = sensors[parent]
+        measured = multiply(conjugate(_unit(own[above])), _unit(own[child]))
+        q = in_joint(axes, measured)
+        joint_angles(q, freedoms, first, angles)
+        if constrained:
+            measured = allowed(axes, ranges, freedoms, first, angles)
+            now = multiply(_unit(orientation[above]), measured)
+            for i in range(4):
+                orientation[child, i] = now[i]
+        for i in range(4):
+            relative[k, i] = measured[i]
+        spread_joint(joint_turns(axes, q), freedoms,
+                     turned(conjugate(_unit(own[child])), 0.0, 0.0, 1.0),
+                     tilt + gaps[above, 0] + gaps[child, 0],
+                     heading + gaps[above, 1] + gaps[child, 1],
+                     constrained, first, sd, covariance[k])
+    chain_up(layout, relative, to_root)
+    place_tips(layout, geometry, to_root, tips, places, fingertips)
+    spread_tips(layout, geometry, to_root, places, covariance, tips, fingertip_sd)
+
+
 Outputs = tuple[Array, Array, Array, Array, Array, Array]
 
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from estimators.body.heading import ANY, ANY_SD, first_orientations
 from estimators.body.joint_constraints import BALL, HINGE, SADDLE
+from estimators.constrained.beginning import ANY, ANY_SD, first_orientations
 from fesloop.hand import quaternion
 
 SEEDS = st.integers(0, 2**32 - 1)

@@ -14,8 +14,8 @@ from worn_parts import EXACT, WornHand
 
 from estimators.body.joint_constraints import Joint, joint_table, joints_of
 from estimators.constrained import ConstrainedTracker
+from estimators.constrained.filter import truncated
 from estimators.constrained.posture import joint_angles, posture
-from estimators.constrained.ranges import truncated
 from fesloop.errors import InputError
 from fesloop.experiment.metrics.orientation import score_recording
 from fesloop.hand import quaternion

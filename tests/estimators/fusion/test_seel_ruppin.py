@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from estimators.fusion import seel_ruppin
-from estimators.fusion.seel_ruppin import SeelRuppinBank
+from estimators.fusion import front_end as seel_ruppin
+from estimators.fusion.front_end import SeelRuppinBank
 from fesloop.errors import InputError
 from fesloop.experiment.metrics.orientation import score_recording
 from fesloop.hand import quaternion

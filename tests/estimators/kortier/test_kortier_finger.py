@@ -6,9 +6,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
-from estimators.kortier import finger as kortier_finger
-from estimators.kortier.rows import add_accelerations, add_constraints, add_field
-from estimators.kortier.work import error_size, fill_rotations, new_work
+from estimators.kortier import chain as kortier_finger
+from estimators.kortier.work import (
+    add_accelerations,
+    add_constraints,
+    add_field,
+    error_size,
+    fill_rotations,
+    new_work,
+)
 from fesloop.hand import quaternion
 
 JOINTS, DT = 3, 0.005

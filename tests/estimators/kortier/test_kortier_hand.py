@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
-from estimators.kortier import hand as kortier_hand
+from estimators.kortier import navigation as kortier_hand
 from fesloop.hand import quaternion
 from fesloop.hand.motion import UPWARDS
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from estimators.body.body import body_of
 from estimators.kortier.chain import covariance_of, new_filters
-from estimators.kortier.posture import put_angles, put_fingertips, put_orientations
+from estimators.kortier.tick import put_angles, put_fingertips, put_orientations
 from estimators.kortier.tree import chains_of
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from estimators.body.body import UNSEEN_SD, body_of
-from estimators.salchow import kernels as salchow_kernels
-from estimators.salchow.kernels import find_seen, follow_gaps, in_joint, joint_turns, posture
+from estimators.salchow import fusion as salchow_kernels
+from estimators.salchow.fusion import find_seen, follow_gaps, in_joint, joint_turns, posture
 from estimators.samples.faults import CLIPPED, LOST
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
