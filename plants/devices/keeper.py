@@ -21,6 +21,7 @@ is imported here, so that the process is there soon.
 
 from __future__ import annotations
 
+import math
 import os
 import select
 import signal
@@ -31,8 +32,7 @@ from contextlib import suppress
 from types import FrameType
 
 from fesloop.loop.machine import asked_of_machine, attainable
-from plants.devices.command_check import wrong_pulses
-from plants.devices.driver import DeviceFault, StimulatorDriver, driver_at, driver_faults
+from plants.devices.driver import DeviceFault, Pulses, StimulatorDriver, driver_at, driver_faults
 from plants.devices.messages import (
     MOST_BYTES,
     Answer,
@@ -46,6 +46,26 @@ from plants.devices.messages import (
     read_command,
     read_terms,
 )
+from plants.stimulator.generations import Preset
+
+_ROUND_OFF = 1e-6
+
+
+def wrong_pulses(pulses: Pulses, device: Preset, charge_max: float) -> str:
+    """What of the pulses must not be given; empty if all is well.
+
+    `charge_max`: C, of a phase, the user's limit.
+    """
+    more = 1.0 + _ROUND_OFF
+    for channel, (current, width) in enumerate(pulses):
+        if not (math.isfinite(current) and math.isfinite(width) and current >= 0.0 and width >= 0.0):
+            return f"channel {channel}: {current} A, {width} s"
+        if current > 1e-3 * device.current_max_ma * more or width > 1e-6 * device.width_max_us * more:
+            return f"channel {channel}: {1e3 * current:g} mA, {1e6 * width:g} us are beyond the device"
+        if current * width > charge_max * more:
+            return f"channel {channel}: {1e6 * current * width:g} uC are beyond {1e6 * charge_max:g}"
+    return ""
+
 
 _NS_PER_MS = 1_000_000
 _STOPS = 3

@@ -6,12 +6,14 @@ import os
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
 from typing import TYPE_CHECKING, ClassVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.errors import InputError, RunError
+from fesloop.errors import InputError, RunError, did_you_mean
 from fesloop.loop.block import Block, Context, Tick
 from fesloop.loop.clock import NS_PER_MS, parse_rate
 from fesloop.loop.record import StatusLatch
@@ -19,13 +21,43 @@ from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.surroundings import Surroundings
 from plants.checks import require_positive
 from plants.devices.driver import StimulatorDriver, stated_ms
-from plants.devices.drivers import driver_place, find_driver
 from plants.devices.kept_device import KeptDevice
 from plants.devices.messages import Terms
 from plants.stimulator.generations import IEC_LOAD_OHM, LIMITED, Limits, given_pulse
 
 if TYPE_CHECKING:
     from fesloop.loop.realtime import Present
+
+GROUP = "fesloop.stimulators"
+
+
+@cache
+def _entries() -> dict[str, EntryPoint]:
+    return {entry.name: entry for entry in entry_points(group=GROUP)}
+
+
+def driver_names() -> list[str]:
+    """Every registered driver."""
+    return sorted(_entries())
+
+
+def driver_place(name: str) -> str:
+    """Where the driver of that name is, as "module:Class"; InputError where there is none."""
+    if name not in _entries():
+        raise InputError("driver", f"there is no stimulator driver {name!r}", ", ".join(driver_names()),
+                         did_you_mean(name, driver_names()))
+    return _entries()[name].value
+
+
+def find_driver(name: str) -> type[StimulatorDriver]:
+    """The driver's class; InputError for one that does not exist or does not import."""
+    place = driver_place(name)
+    try:
+        return cast("type[StimulatorDriver]", _entries()[name].load())
+    except (ImportError, AttributeError) as fault:
+        raise InputError("driver", f"{name!r} ({place}) does not import: {fault}",
+                         remedy="reinstall the package that provides it") from fault
+
 
 Array = NDArray[np.float64]
 _HOLD_RANGE_MS = (20.0, 1000.0)

@@ -19,8 +19,7 @@ from fesloop.loop.signals import Port, Sample, Value
 from plants.checks import require_not_negative, require_positive, require_shape
 from plants.electrodes.arrays import DORSAL, VOLAR, ElectrodeArray
 from plants.electrodes.axons import MOTOR_POINTS, AxonScatter, MotorPoint
-from plants.electrodes.kernels import find_active
-from plants.electrodes.state import ElectrodesState, Forearm
+from plants.electrodes.state import ElectrodesState, Forearm, find_active
 
 Array = NDArray[np.float64]
 _AXONS = AxonScatter()

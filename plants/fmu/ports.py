@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.loop.signals import Port
-from plants.fmu.description import NUMERIC, FmuDescription, FmuVariable
-from plants.fmu.units import unit_of
+from plants.fmu.description import NUMERIC, FmuDescription, FmuVariable, unit_of
 
 DIGITS = 1e-6
 """Chosen: a definition that differs by less is the same unit in fewer digits."""

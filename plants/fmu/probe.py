@@ -12,9 +12,8 @@ from typing import Any
 
 from fesloop.errors import InputError, RunError
 from plants.fmu.internal_step import InternalStep, continuous
-from plants.fmu.process import FmuDiedError, FmuProcess, Isolation
+from plants.fmu.process import START, STEP, TRY, TRY_FINER, FmuDiedError, FmuProcess, Isolation
 from plants.fmu.running import FmuSetup
-from plants.fmu.serving import START, STEP, TRY, TRY_FINER
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ import contextlib
 import json
 import math
 import os
+import pickle
 import resource
 import select
 import signal
@@ -17,16 +18,24 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
 
 from fesloop.errors import RunError
+from plants.fmu.internal_step import InternalStep, excite, find_by_finer_steps, find_internal_step
+from plants.fmu.library import NotInstantiatedError
+from plants.fmu.running import FmuSetup, RunningFmu
 
 DONE, FAILED = b".", b"!"
 _BEGIN = ("import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
-          "from plants.fmu.serving import main; main()")
+          "from plants.fmu.process import main; main()")
 _PIPE, _FULL = 2**16, 2**15
 _PATIENCE_S = 5.0
 """For a process that has nothing left to do but end (chosen)."""
@@ -185,3 +194,255 @@ def _end_with_parent(fd: int) -> None:
     poll.register(fd, select.POLLRDHUP)
     poll.poll()
     os.killpg(0, signal.SIGKILL)
+
+
+COARSE_S, COARSE_WALL_S, ROUNDED = 1.0, 2.0, 1e-9
+"""Chosen: how far substeps are compared with shorter ones, how long that may take, and the part of an output
+that differs by rounding."""
+REPLAY_STEPS = 20
+"""Chosen: how far a saved state is followed, 0.1 s at least."""
+
+
+def tried(setup: FmuSetup, folder: Path, running: RunningFmu) -> dict[str, object]:
+    """Fields of `Probed`, of an FMU that has done its first step; it is ended."""
+    stepped = setup.description.interface == "co_simulation"
+    internal = find_internal_step(setup, running) if stepped else InternalStep()
+    tells = bool(running.reached_s())  # one that leaves it at 0 says nothing
+    running.end()
+    if not setup.description.saves:
+        why_not = "the FMU does not offer it"
+    elif setup.description.once:
+        why_not = "the FMU can be instantiated only once in a process"
+    else:
+        why_not = _why_no_replay(setup, folder)
+    coarse = 0.0 if stepped or setup.description.once else _coarse(setup, folder)
+    return {"internal": internal, "coarse": coarse, "tells": tells, "replays": not why_not,
+            "why_not": why_not}
+
+
+def tried_finer(setup: FmuSetup, folder: Path) -> dict[str, object]:
+    """The internal step by finer communication steps, which are not without risk."""
+    if setup.description.interface != "co_simulation" or setup.description.once:
+        return {}
+    return {"internal": find_by_finer_steps(setup, folder)}
+
+
+def _coarse(setup: FmuSetup, folder: Path) -> float:
+    """How far outputs differ with substeps half as long, as part of what they move; 0 where one refuses.
+
+    The largest of all elements, 1 at most, which it is, too, where integration diverges to no number.
+    """
+    pair: list[RunningFmu] = []
+    rows, began = [], time.perf_counter()
+    try:
+        pair = [RunningFmu(setup, folder, "probe")]
+        pair.append(RunningFmu(replace(setup, substeps=2 * setup.substeps), folder, "probe_finer"))
+        for step in range(max(REPLAY_STEPS, math.ceil(COARSE_S / setup.period_s))):
+            for running in pair:
+                if step == 1:
+                    excite(setup, running)
+                running.step(step == 1)
+            rows.append([running.outputs.values.copy() for running in pair])
+            if time.perf_counter() - began > COARSE_WALL_S:
+                break
+    except RunError:
+        return 0.0
+    finally:
+        for running in pair:
+            running.end()
+    with np.errstate(all="ignore"):
+        coarse, fine = np.array(rows).swapaxes(0, 1)
+        apart = np.abs(coarse - fine).max(axis=0)
+        moved = np.maximum(np.ptp(coarse, axis=0), np.ptp(fine, axis=0))
+        worst = np.where(apart > ROUNDED * np.abs(fine).max(axis=0), apart / moved, 0.0)
+    finite = np.isfinite(fine).all(axis=0)  # an output that is no number with any step is reported elsewhere
+    worst = np.where(np.isfinite(coarse).all(axis=0), worst, 1.0)[finite | np.isfinite(coarse).all(axis=0)]
+    return float(min(1.0, np.nan_to_num(worst, nan=1.0).max(initial=0.0)))
+
+
+def _why_no_replay(setup: FmuSetup, folder: Path) -> str:
+    """Why a saved state does not give the same future in a new instance; "" if it does."""
+    first, second = RunningFmu(setup, folder, "probe"), RunningFmu(setup, folder, "probe_again")
+    try:
+        excite(setup, first)
+        for step in range(REPLAY_STEPS):
+            first.step(step == 0)
+        saved = first.save()
+        excite(setup, first)
+        future = _future(first)
+        second.restore(saved)
+        excite(setup, second)
+        if not np.array_equal(_future(second), future, equal_nan=True):
+            return "a restored state did not give the same outputs when it was tried at load"
+        if (future == future[0]).all():
+            return "no output moved when it was tried at load, so nothing shows that it replays"
+    except RunError as fault:
+        return str(fault).removeprefix("probe: ").removeprefix("probe_again: ")
+    finally:
+        first.end()
+        second.end()
+    return ""
+
+
+def _future(running: RunningFmu) -> NDArray[np.float64]:
+    """Outputs of the steps to come, (steps, elements)."""
+    rows = []
+    for step in range(max(REPLAY_STEPS, math.ceil(0.1 / running.setup.period_s))):
+        running.step(step == 0)
+        rows.append(running.outputs.values.copy())
+    return np.array(rows)
+
+
+START, STEP, CHANGE, SAVE, RESTORE, END, TRY, TRY_FINER = b"i", b"s", b"c", b"g", b"r", b"e", b"t", b"f"
+"""START takes (setup, folder, name), pickled, CHANGE the inputs, RESTORE what SAVE gave. START and RESTORE
+give inputs and outputs, STEP and CHANGE outputs, all four then what the FMU has said, as JSON if it has said
+anything; TRY and TRY_FINER give JSON."""
+
+
+class Service:
+    """One FMU, from START to END."""
+
+    def __init__(self) -> None:
+        self._running: Any = None
+        self._start: tuple[FmuSetup, Path, str] | None = None
+
+    def answer(self, request: bytes) -> bytes:
+        """The answer to a request; raises RunError where the FMU refuses."""
+        kind, content = request[:1], request[1:]
+        running: RunningFmu = self._running
+        if kind == STEP:
+            running.step(False)
+            return running.outputs.values.tobytes() + self._said()
+        if kind == CHANGE:
+            running.inputs.values[:] = np.frombuffer(content)
+            running.step(True)
+            return running.outputs.values.tobytes() + self._said()
+        return self._seldom(kind, content)
+
+    def _seldom(self, kind: bytes, content: bytes) -> bytes:
+        running: RunningFmu = self._running
+        if kind == START:
+            self._start = pickle.loads(content)
+            self._running = _instantiated(*self._start)
+            return self._values()
+        if kind == SAVE:
+            return pickle.dumps(running.save())
+        if kind == RESTORE:
+            running.restore(pickle.loads(content))
+            return self._values()
+        if kind == END:
+            running.end()
+            return b""
+        assert self._start is not None
+        setup, folder, _ = self._start
+        found = tried(setup, folder, running) if kind == TRY else tried_finer(setup, folder)
+        return json.dumps(found).encode()
+
+    def _values(self) -> bytes:
+        running: RunningFmu = self._running
+        return running.inputs.values.tobytes() + running.outputs.values.tobytes() + self._said()
+
+    def _said(self) -> bytes:
+        said = self._running.take_messages()
+        return json.dumps(said).encode() if said else b""
+
+
+def _instantiated(setup: FmuSetup, folder: Path, name: str) -> RunningFmu:
+    """The FMU; where it cannot be instantiated, the memory that it had is part of the message."""
+    room = room_mb()
+    try:
+        return RunningFmu(setup, folder, name)
+    except NotInstantiatedError as fault:
+        raise RunError(f"{fault}; perhaps for want of memory: by memory_mb it had {room:.1f} MB") from None
+
+
+def main() -> None:
+    """The process: socket and memory in the second and third argument."""
+    serve(Service().answer, int(sys.argv[2]), int(sys.argv[3]))
+
+
+class Values:
+    """A flat vector; (elements,)."""
+
+    __slots__ = ("values",)
+
+    def __init__(self, values: NDArray[np.float64]) -> None:
+        self.values = values
+
+
+class IsolatedFmu:
+    """What `RunningFmu` is, with the FMU in another process: a crash there is a RunError here.
+
+    Parameters
+    ----------
+    setup, folder, name: as of a RunningFmu.
+    fmu: file name of the FMU, for messages.
+    isolation: limits of the process.
+    """
+
+    __slots__ = ("_fmu", "_messages", "_process", "inputs", "name", "outputs", "setup", "tick")
+
+    def __init__(self, setup: FmuSetup, folder: Path, name: str, fmu: str, isolation: Isolation) -> None:
+        self.setup, self.name, self.tick, self._fmu = setup, name, 0, fmu
+        self._messages: list[str] = []
+        self._process = FmuProcess(isolation.memory_mb)
+        self._process.limit(isolation.start_timeout_s)
+        sizes = (sum(v.size for bound in ports for v in bound.variables)
+                 for ports in (setup.inputs, setup.outputs))
+        self.inputs, self.outputs = (Values(np.zeros(size)) for size in sizes)
+        try:
+            self._take(self._call(START + pickle.dumps((setup, folder, name)), "initialisation"))
+        except BaseException:
+            self._process.end()
+            raise
+        self._process.limit(isolation.step_timeout_s)
+
+    def step(self, inputs_changed: bool) -> None:
+        """One communication step under `inputs.values`, its results in `outputs.values`."""
+        try:
+            answer = self._process.call(CHANGE + self.inputs.values.tobytes() if inputs_changed else STEP)
+        except FmuDiedError as fault:
+            self._died(f"the step from {self.setup.instant_s(self.tick):.9g} s", fault)
+        self.outputs.values[:] = self._numbers(answer, self.outputs.values.size)
+        self.tick += 1
+
+    def take_messages(self) -> list[str]:
+        """What it has said since the last call, as `FmuLibrary.take_messages`."""
+        said, self._messages = self._messages, []
+        return said
+
+    def save(self) -> tuple[bytes, int]:
+        """All that it remembers, as only its own kind can read it; RunError where the FMU refuses."""
+        return self._call(SAVE, "saving its state"), self.tick
+
+    def restore(self, saved: tuple[bytes, int]) -> None:
+        """Go on from what `save` gave, of this or another instance; RunError where the FMU refuses."""
+        content, self.tick = saved
+        self._take(self._call(RESTORE + content, "restoring its state"))
+
+    def end(self) -> None:
+        """Terminate and free; RunError where the FMU crashes there."""
+        if self._process.alive:
+            self._call(END, "its end, after all its steps")
+            self._process.end()
+
+    def _call(self, request: bytes, doing: str) -> bytes:
+        try:
+            return self._process.call(request)
+        except FmuDiedError as fault:
+            self._died(doing, fault)
+
+    def _died(self, doing: str, fault: FmuDiedError) -> NoReturn:
+        raise RunError(f"{self.name}: in {doing} {self._fmu} {fault}") from None
+
+    def _take(self, content: bytes) -> None:
+        """Inputs and outputs as the FMU has them."""
+        values = self._numbers(content, self.inputs.values.size + self.outputs.values.size)
+        self.inputs.values[:] = values[: self.inputs.values.size]
+        self.outputs.values[:] = values[self.inputs.values.size :]
+
+    def _numbers(self, content: bytes, count: int) -> NDArray[np.float64]:
+        """The numbers that an answer begins with; what the FMU has said follows them."""
+        if len(content) > 8 * count:
+            self._messages += json.loads(content[8 * count :])
+        return np.frombuffer(content, count=count)

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from fesloop.errors import RunError, SnapshotError
 from fesloop.loop.signals import Value
 from plants.fmu.archive import ExtractedFmu
-from plants.fmu.isolated import IsolatedFmu
 from plants.fmu.ports import BoundPort, limits
-from plants.fmu.process import Isolation
+from plants.fmu.process import IsolatedFmu, Isolation
 from plants.fmu.running import FmuSetup, RunningFmu
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import cast
 
 import mujoco
@@ -20,6 +21,8 @@ from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative
 from plants.hand.contract import (
+    PALM_DOWN,
+    add_forearm_drive,
     go_on,
     hand_inputs,
     hand_outputs,
@@ -28,8 +31,6 @@ from plants.hand.contract import (
     sensed,
     turn_forearm,
 )
-from plants.hand.forearm import PALM_DOWN, add_forearm_drive
-from plants.hand.joints import require_posture, resting_posture
 from plants.hand.model import (
     add_muscles,
     add_splint,
@@ -38,15 +39,52 @@ from plants.hand.model import (
     compiled,
     empty_spec,
     nominal_passive,
+    require_posture,
+    resting_posture,
     resting_tension,
     set_passive_joints,
 )
 from plants.hand.muscles import ADULT_MM, Muscle, moment_arms, muscles
 from plants.hand.objects import GraspObject, Table, add_object, add_table, require_apart
-from plants.hand.settling import settled
 from plants.hand.state import HandState, evaluate, stable_bounds
 
 Array = NDArray[np.float64]
+_KEPT = 32
+"""Hands that are kept, the last used (chosen: .1 MB each)."""
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+"""All from which MuJoCo goes on as if it had never stopped, to the last bit."""
+
+
+def settled(model: mujoco.MjModel, positions: Array, steps: int) -> mujoco.MjData:
+    """Data of a model `steps` after all of it was at rest at `positions` (nq,), its time set back to 0.
+
+    The data are the caller's own.
+    """
+    data = mujoco.MjData(model)
+    if not steps:
+        data.qpos[:] = positions
+        return data
+    content = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, content)
+    state = _settled_state(content.tobytes(), positions.tobytes(), steps)
+    mujoco.mj_setState(model, data, np.frombuffer(state), _STATE)
+    return data
+
+
+@lru_cache(maxsize=_KEPT)
+def _settled_state(content: bytes, positions: bytes, steps: int) -> bytes:
+    """Of `settled`, what MuJoCo calls the state; of the model all its bytes, so that no two are confused."""
+    model = mujoco.MjModel.from_binary_path("hand.mjb", {"hand.mjb": content})
+    data = mujoco.MjData(model)
+    data.qpos[:] = np.frombuffer(positions)
+    for _ in range(steps):
+        mujoco.mj_step(model, data)
+    data.time = 0.0
+    state = np.empty(mujoco.mj_stateSize(model, _STATE))
+    mujoco.mj_getState(model, data, state, _STATE)
+    return state.tobytes()
+
+
 _SEGMENTS = np.arange(1, 18)
 """Bodies of the segments."""
 
@@ -61,7 +99,7 @@ class Hand:
     in MuJoCo's fixed steps; activation is latched at their starts. Muscles are `fesloop.hand.muscles`, their
     forces, fibres and constant moment arms R those of `plants.hand.muscles`; force-length, force-velocity and
     passive tension are MuJoCo's muscle curves, tendons stiff. Passive moments of the joints themselves are
-    linear (`plants.hand.joints`), springs set so that without gravity the hand rests at `rest_deg`.
+    linear (`plants.hand.model`), springs set so that without gravity the hand rests at `rest_deg`.
 
     Inputs: `activation` (29,), from 0 to 1, clipped; if the forearm moves, `forearm` (4,), where it should
     be, to the global frame: it turns about the wrist's centre and is there within .1 s.
@@ -81,7 +119,7 @@ class Hand:
     forearm_orientation: (w, x, y, z), of the wrist coordinate system to the global frame (ENU); empty: palm
         down, fingers to the north.
     forearm_moves: whether it can be turned; if not, it stays.
-    rest_deg: resting posture by freedom, in place of those of `plants.hand.joints`.
+    rest_deg: resting posture by freedom, in place of those of `plants.hand.model`.
     start_deg: posture at the start by freedom, such as fingers held open; others start at rest.
     settle_s: how long the relaxed hand is left to itself, in gravity and its splints, before the start.
     splint_deg: freedoms that are held, and at which angles, such as the wrist's by a splint.

@@ -15,13 +15,11 @@ from fesloop.loop.block import Context, Tick
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.signals import Sensors as StatedSensors
 from plants.checks import require_not_negative, require_shape
-from plants.imus.device import KINDS, Device
-from plants.imus.errors import TriadErrors
-from plants.imus.kernels import Sensors, Surroundings
+from plants.imus.device import KINDS, Device, TriadErrors
 from plants.imus.magnetic_field import MagneticField
 from plants.imus.presets import PRESETS, PresetName
 from plants.imus.soft_tissue import SoftTissue
-from plants.imus.state import ImusState, new_state, noise_columns
+from plants.imus.state import ImusState, Sensors, Surroundings, new_state, noise_columns
 from plants.imus.stimulation_artefacts import PulseArtefacts, Pulses, Tremor, axes
 
 Kind = Literal["gyr", "acc", "mag"]

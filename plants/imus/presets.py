@@ -17,7 +17,7 @@ import math
 from typing import Literal, NamedTuple
 
 from fesloop.hand.motion import STANDARD_GRAVITY
-from plants.imus.errors import NO_ERRORS, TriadErrors
+from plants.imus.device import NO_ERRORS, TriadErrors
 
 PresetName = Literal["ideal", "kortier2014", "salchow2019"]
 _DEG = math.pi / 180.0

@@ -2,22 +2,225 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
+from fesloop.hand.kinematics_kernels import turned
+from fesloop.hand.quaternion_kernels import conjugate
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.noise import NoiseStream
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Sample, Value
 from plants.imus.device import KINDS
-from plants.imus.kernels import Memory, Sensors, Surroundings, measure
-from plants.imus.stimulation_artefacts import Pulses, PulseWatch
+from plants.imus.magnetic_field import add_sources, place_carried
+from plants.imus.soft_tissue import own_rate, turn_back, wobble
+from plants.imus.stimulation_artefacts import Pulses, PulseWatch, vibration
 
 Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+
+class Sensors(NamedTuple):
+    """The sensors of a run: read-only.
+
+    Attributes
+    ----------
+    kinds: (m,), the kinds that are measured.
+    sites: (n,), number of the site that each sensor sits on.
+    there: (3, n), whether the sensor has a triad of the kind.
+    matrices: (3, n, 3, 3), from the segment's frame to what the axes read.
+    constants: (3, n, 3), biases.
+    numbers: (3, 10), of each kind's `TriadErrors`, in the order of its `NUMBERS`.
+    columns: (3, 3), first column in the tick's noise of white noise, instability and walk of each kind; -1
+        for what has none.
+    spikes: (3, n, 3), artefact of a pulse of full charge.
+    axes: (2, n, 3), of the tremor.
+    tissue: (7,), of the soft tissue; the first is 0 where there is none.
+    tremor: (3,) and components: (3, c), of the tremor; no component where there is none.
+    losing: (2,), probability to lose a sample after one that was not lost, and after one that was.
+    """
+
+    kinds: Numbers
+    sites: Numbers
+    there: Flags
+    matrices: Array
+    constants: Array
+    numbers: Array
+    columns: Numbers
+    spikes: Array
+    axes: Array
+    tissue: Array
+    tremor: Array
+    components: Array
+    losing: Array
+
+
+class Surroundings(NamedTuple):
+    """The Earth's field (3,), T; dipoles in the room (k, 7) and carried (c, 7), and their sites (c,)."""
+
+    earth: Array
+    fixed: Array
+    carried: Array
+    carriers: Numbers
+
+
+class Memory(NamedTuple):
+    """What changes from tick to tick.
+
+    Attributes
+    ----------
+    drift: (2, 3, n, 3), biases that come back, and that do not.
+    wobble: (n, 4, 3), as `imus.soft_tissue.wobble` takes it.
+    lost: (n,), whether the last sample was lost.
+    level: (1,), of the tetanic tremor.
+    true: (3, n, 3), what the sensors feel now, in the frames of their segments.
+    """
+
+    drift: Array
+    wobble: Array
+    lost: Flags
+    level: Array
+    true: Array
+
+
+@compiled
+def feel_field(
+    sensors: Sensors, around: Surroundings, orientation: Array, position: Array, true: Array
+) -> None:
+    """Fill `true` (n, 3) with the field at the sensors, T, in the frames of their segments."""
+    count = sensors.sites.size
+    points, field = np.empty((count, 3)), np.empty((count, 3))
+    for i in range(count):
+        points[i] = position[sensors.sites[i]]
+        field[i] = around.earth
+    add_sources(around.fixed, points, field)
+    if around.carriers.size:
+        placed = np.empty(around.carried.shape)
+        place_carried(around.carried, around.carriers, orientation, position, placed)
+        add_sources(placed, points, field)
+    for i in range(count):
+        q = orientation[sensors.sites[i]]
+        back = conjugate((q[0], q[1], q[2], q[3]))
+        true[i, 0], true[i, 1], true[i, 2] = turned(back, field[i, 0], field[i, 1], field[i, 2])
+
+
+@compiled
+def feel_motion(
+    sensors: Sensors, memory: Memory, rate: Array, force: Array, shaking: tuple[float, float],
+    elapsed_s: float,
+) -> None:
+    """Fill `memory.true` with rates and forces at the sensors; turn all of it into frames that wobble."""
+    true = memory.true
+    for i in range(sensors.sites.size):
+        site = sensors.sites[i]
+        for axis in range(3):
+            true[0, i, axis] = rate[site, axis] + shaking[0] * sensors.axes[0, i, axis]
+            true[1, i, axis] = force[site, axis] + shaking[1] * sensors.axes[1, i, axis]
+        if sensors.tissue[0] > 0.0:
+            motion = memory.wobble[i]
+            wobble(sensors.tissue, true[0, i], true[1, i], elapsed_s, motion)
+            for kind in range(3):
+                turn_back(motion[0], true[kind, i])
+            own_rate(motion[0], motion[1], true[0, i])
+
+
+@compiled
+def wander(numbers: Array, columns: Numbers, noise: Array, elapsed_s: float, drift: Array, kind: int) -> None:
+    """Bring the biases `drift` (2, 3, n, 3) of one kind on; with 0 s elapsed, draw the trial's first."""
+    if columns[1] >= 0:
+        decay = math.exp(-elapsed_s / numbers[3]) if elapsed_s > 0.0 else 0.0
+        fresh = numbers[2] * math.sqrt(1.0 - decay * decay)
+        for i in range(drift.shape[2]):
+            for axis in range(3):
+                drift[0, kind, i, axis] = (decay * drift[0, kind, i, axis]
+                                           + fresh * noise[columns[1] + 3 * i + axis])
+    if columns[2] >= 0:
+        step = numbers[4] * math.sqrt(elapsed_s)
+        for i in range(drift.shape[2]):
+            for axis in range(3):
+                drift[1, kind, i, axis] += step * noise[columns[2] + 3 * i + axis]
+
+
+@compiled
+def read(
+    sensors: Sensors, memory: Memory, kind: int, noise: Array, spike: float, samples: Array, clipped: Flags
+) -> int:
+    """Fill `samples` (n, 3) of a kind and `clipped` (n,), lost or not; how many sensors clipped."""
+    sd, limit, digit = sensors.numbers[kind, 0], sensors.numbers[kind, 8], sensors.numbers[kind, 9]
+    white, count = sensors.columns[kind, 0], 0
+    for i in range(samples.shape[0]):
+        if not sensors.there[kind, i]:
+            samples[i] = np.nan
+            continue
+        x, y, z = memory.true[kind, i, 0], memory.true[kind, i, 1], memory.true[kind, i, 2]
+        for axis in range(3):
+            row = sensors.matrices[kind, i, axis]
+            value = row[0] * x + row[1] * y + row[2] * z + sensors.constants[kind, i, axis]
+            value += memory.drift[0, kind, i, axis] + memory.drift[1, kind, i, axis]
+            value += spike * sensors.spikes[kind, i, axis]
+            if white >= 0:
+                value += sd * noise[white + 3 * i + axis]
+            if digit > 0.0:
+                value = round(value / digit) * digit
+            if 0.0 < limit < abs(value):
+                value = math.copysign(limit, value)
+                clipped[i] = True
+            samples[i, axis] = value
+        if memory.lost[i]:
+            samples[i] = np.nan
+        count += clipped[i]
+    return count
+
+
+@compiled
+def lose(losing: Array, chances: Array, first: bool, lost: Flags) -> None:
+    """Which samples are lost now, by uniform numbers `chances` (n,) and by what was lost before.
+
+    The first sample of a trial is lost with the share that is lost in the long run.
+    """
+    share = losing[0] / (1.0 - losing[1] + losing[0])
+    for i in range(lost.size):
+        threshold = share if first else losing[1] if lost[i] else losing[0]
+        lost[i] = chances[i] < threshold
+
+
+@compiled
+def measure(
+    sensors: Sensors, around: Surroundings, memory: Memory, orientation: Array, position: Array, rate: Array,
+    force: Array, instants: Array, stimulation: Array, window_s: float, noise: Array, chances: Array,
+    samples: Array, clipped: Flags,
+) -> int:
+    """Fill `samples` (m, n, 3) and `clipped` (m, n) of a tick; how many sensors of all kinds clipped.
+
+    `orientation` (s, 4), `position`, `rate`, `force` (s, 3) as sites put them out; `instants` (2,): now and
+    since the last tick, s; `stimulation` (3,) as `vibration` takes it, and the window of its spikes, s;
+    `noise` normal, `chances` uniform numbers of this tick.
+    """
+    elapsed_s, count = instants[1], 0
+    if chances.size:
+        lose(sensors.losing, chances, elapsed_s <= 0.0, memory.lost)
+    shaking = (0.0, 0.0)
+    if sensors.components.shape[1]:
+        shaking = vibration(
+            sensors.tremor, sensors.components, instants[0], elapsed_s, stimulation, memory.level)
+    if sensors.kinds[-1] == 2:
+        feel_field(sensors, around, orientation, position, memory.true[2])
+    feel_motion(sensors, memory, rate, force, shaking, elapsed_s)
+    spike = stimulation[0] if stimulation[1] < window_s else 0.0
+    for k in range(sensors.kinds.size):
+        kind = sensors.kinds[k]
+        wander(sensors.numbers[kind], sensors.columns[kind], noise, elapsed_s, memory.drift, kind)
+        count += read(sensors, memory, kind, noise, spike, samples[k], clipped[k])
+    return count
+
+
 _NOTHING = np.empty(0)
 
 

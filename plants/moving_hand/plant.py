@@ -4,29 +4,179 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.errors import InputError
+from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
-from fesloop.hand.motion import STANDARD_GRAVITY
-from fesloop.hand.segments import Segment, SegmentTree
+from fesloop.hand.kinematics_kernels import forward, turned
+from fesloop.hand.motion import STANDARD_GRAVITY, motions, sense
+from fesloop.hand.quaternion_kernels import conjugate, multiply
+from fesloop.hand.segments import FREEDOMS, Segment, SegmentTree
 from fesloop.hand.skeleton import dorsal_points, hand_tree
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.loop.noise import stream_key
 from fesloop.loop.signals import Port, Value
-from plants.moving_hand.anatomy import Deviation, person
-from plants.moving_hand.kernels import observe_rows
 from plants.moving_hand.path import MotionPath, motion_path
 from plants.moving_hand.script import Phase, length_s
 from plants.moving_hand.scripts import MotionScript, script
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Deviation:
+    """How a person's hand differs from the textbook's. All zero: it does not.
+
+    Attributes
+    ----------
+    length: relative sd of each segment's length (a few per cent: doi 10.3390/s19010208, section 5).
+    centre_mm: sd of each finger's first joint's place on the palm, each axis.
+    axis_tilt_deg: least and most angle by which each joint's axes are tilted as a whole against the
+        segments, about a random direction, uniform in between (5 to 10: doi 10.3390/s19010208, section 5).
+    """
+
+    length: float = 0.0
+    centre_mm: float = 0.0
+    axis_tilt_deg: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.length <= 0.2:
+            raise InputError("length", f"{self.length}", "0 to 0.2, a relative sd")
+        if not 0.0 <= self.centre_mm <= 20.0:
+            raise InputError("centre_mm", f"{self.centre_mm}", "0 to 20 mm")
+        low, high = self.axis_tilt_deg
+        if not 0.0 <= low <= high <= 30.0:
+            raise InputError("axis_tilt_deg", f"{self.axis_tilt_deg}", "least <= most, within 0 to 30 deg")
+
+
+def person(tree: SegmentTree, deviation: Deviation, rng: np.random.Generator) -> SegmentTree:
+    """The tree of one person: `tree` with lengths, places and axes drawn. The root stays as it is."""
+    segments = [tree.segments[0]]
+    for segment in tree.segments[1:]:
+        scale = max(0.5, 1.0 + deviation.length * float(rng.standard_normal()))
+        moved = 1e-3 * deviation.centre_mm * rng.standard_normal(3)
+        tilt = _tilt(deviation.axis_tilt_deg, rng)
+        first = segment.parent is not None and any(segment.base)
+        segments.append(replace(
+            segment, offset=_triple(scale * np.array(segment.offset)),
+            base=_triple(np.array(segment.base) + moved) if first else segment.base,
+            axes=_tilted_axes(segment, tilt)))
+    return SegmentTree(tuple(segments))
+
+
+def _tilt(limits_deg: tuple[float, float], rng: np.random.Generator) -> Array:
+    """A rotation about a random direction, (4,)."""
+    direction, share = rng.standard_normal(3), rng.uniform()
+    angle = math.radians(limits_deg[0] + share * (limits_deg[1] - limits_deg[0]))
+    return quaternion.from_axis_angle(direction / np.linalg.norm(direction), angle)
+
+
+def _tilted_axes(segment: Segment, tilt: Array) -> tuple[tuple[float, float, float], ...]:
+    rows = quaternion.rotate(tilt, segment.frame)[:FREEDOMS[segment.joint]]
+    return tuple(_triple(row) for row in rows)
+
+
+def _triple(vector: Array) -> tuple[float, float, float]:
+    x, y, z = (float(each) for each in vector)
+    return x, y, z
+
+
 Numbers = NDArray[np.int64]
+_AT_REFERENCE = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+
+
+@compiled
+def follow(knots: Array, knot_ns: int, time_ns: int, columns: Array) -> None:
+    """Fill `columns` (3, c): value, rate, acceleration at an instant of quintic pieces between knots.
+
+    `knots` (k, 3, c) hold the same at the knots, per second. After the last one the path stands still.
+    """
+    last = knots.shape[0] - 1
+    k = min(time_ns // knot_ns, last)
+    if k == last:
+        columns[0] = knots[last, 0]
+        columns[1:] = 0.0
+        return
+    h = 1e-9 * knot_ns
+    u = (time_ns - k * knot_ns) / knot_ns
+    for c in range(knots.shape[2]):
+        q0, v0, a0 = knots[k, 0, c], h * knots[k, 1, c], h * h * knots[k, 2, c]
+        gap = knots[k + 1, 0, c] - q0 - v0 - 0.5 * a0
+        slope = h * knots[k + 1, 1, c] - v0 - a0
+        bend = h * h * knots[k + 1, 2, c] - a0
+        c3 = 10.0 * gap - 4.0 * slope + 0.5 * bend
+        c4 = -15.0 * gap + 7.0 * slope - bend
+        c5 = 6.0 * gap - 3.0 * slope + 0.5 * bend
+        columns[0, c] = q0 + u * (v0 + u * (0.5 * a0 + u * (c3 + u * (c4 + u * c5))))
+        columns[1, c] = (v0 + u * (a0 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5)))) / h
+        columns[2, c] = (a0 + u * (6.0 * c3 + u * (12.0 * c4 + u * 20.0 * c5))) / (h * h)
+
+
+@compiled
+def observe_rows(
+    layout: Numbers, geometry: Array, knots: Array, knot_ns: int, room: Array, segments: Numbers,
+    places: Array, tips: Numbers, times_ns: Numbers, postures: Array, fingertips: Array, orientations: Array,
+    positions: Array, samples: Array,
+) -> None:
+    """Fill rows for each of `times_ns` (t,).
+
+    Parameters
+    ----------
+    layout, geometry: of the tree whose segments 0 and 1 are room and forearm, joined by a ball.
+    room: (4,), orientation of the room's frame, in which the forearm's turn is 0, to the global one.
+    segments, places: (m,) and (m, 3), of the sites. tips: (f,), segments of the fingertips.
+    postures: (t, 3, d), angles, rates, accelerations of the hand's freedoms.
+    fingertips: (t, f, 3), m, in the forearm's frame.
+    orientations, positions: (t, m, 4) and (t, m, 3), m, of the sites, to and in the global frame.
+    samples: (t, 2, m, 3), angular velocity and specific force in the segments' frames.
+    """
+    count, wide = layout.shape[0], knots.shape[2]
+    columns, poses = np.empty((3, wide)), np.empty((count, 7))
+    chain, work, root = np.empty((count, 3, 3)), np.empty((3, 3)), np.zeros((3, 3))
+    to_global = (room[0], room[1], room[2], room[3])
+    for t in range(times_ns.size):
+        follow(knots, knot_ns, times_ns[t], columns)
+        moving = columns[:, :wide - 3]
+        root[2, 0], root[2, 1], root[2, 2] = turned(
+            conjugate(to_global), columns[2, wide - 3], columns[2, wide - 2],
+            columns[2, wide - 1] + STANDARD_GRAVITY)
+        motions(layout, geometry, moving[0], moving[1], moving[2], root, chain)
+        sense(chain, segments, places, work, samples[t])
+        forward(layout, geometry, moving[0], _AT_REFERENCE, poses)
+        postures[t] = moving[:, 3:]
+        _place_sites(poses, to_global, columns[0, wide - 3:], segments, places, orientations[t], positions[t])
+        wrist = poses[1]
+        back = conjugate((wrist[0], wrist[1], wrist[2], wrist[3]))
+        for i in range(tips.size):
+            tip = poses[tips[i]]
+            fingertips[t, i, 0], fingertips[t, i, 1], fingertips[t, i, 2] = turned(
+                back, tip[4] - wrist[4], tip[5] - wrist[5], tip[6] - wrist[6])
+
+
+@compiled
+def _place_sites(
+    poses: Array, to_global: tuple[float, float, float, float], shift: Array, segments: Numbers,
+    places: Array, orientations: Array, positions: Array
+) -> None:
+    for i in range(segments.size):
+        pose, place = poses[segments[i]], places[i]
+        q = (pose[0], pose[1], pose[2], pose[3])
+        whole = multiply(to_global, q)
+        size = 1.0 / math.sqrt(whole[0] ** 2 + whole[1] ** 2 + whole[2] ** 2 + whole[3] ** 2)
+        for j in range(4):
+            orientations[i, j] = size * whole[j]
+        x, y, z = turned(q, place[0], place[1], place[2])
+        x, y, z = turned(to_global, pose[4] + x, pose[5] + y, pose[6] + z)
+        positions[i, 0], positions[i, 1], positions[i, 2] = x + shift[0], y + shift[1], z + shift[2]
+
+
 _LEFT_PALM_DOWN = (math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0)
 _RIGHT_PALM_DOWN = (0.0, math.sqrt(0.5), 0.0, -math.sqrt(0.5))
 """Forearm to global, palm down, fingers to the north: x up and y north, or x down and y south."""

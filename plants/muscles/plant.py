@@ -15,10 +15,9 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.signals import Port, Value
 from plants.muscles.constants import Constants, constants_of
-from plants.muscles.courses import follow, held_drives, limit_pulses
 from plants.muscles.ding import Ding2003, Ding2007
 from plants.muscles.fitness import MuscleFatigue
-from plants.muscles.lags import Hammerstein, Riener, TwoLags
+from plants.muscles.lags import Hammerstein, Riener, TwoLags, follow, held_drives, limit_pulses
 from plants.muscles.patient_drive import MuscleTremor, StretchReflex, trembling, within
 from plants.muscles.state import EFFORT, PULSES, REFLEX, MusclesState
 

@@ -20,6 +20,8 @@ from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative
 from plants.hand.bodies import TIPS
 from plants.hand.contract import (
+    PALM_DOWN,
+    add_forearm_drive,
     go_on,
     hand_inputs,
     hand_outputs,
@@ -28,10 +30,9 @@ from plants.hand.contract import (
     sensed,
     turn_forearm,
 )
-from plants.hand.forearm import PALM_DOWN, add_forearm_drive
 from plants.hand.model import add_splint, add_springs, compiled
 from plants.hand.objects import GraspObject, Table, add_object, add_table, require_apart
-from plants.hand.settling import settled
+from plants.hand.plant import settled
 from plants.hand.state import HandState, evaluate, stable_bounds
 from plants.myohand.anatomy import JOINTS, activated_by
 from plants.myohand.joints import NO_JOINT, Joints, rest_angles

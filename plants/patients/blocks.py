@@ -25,7 +25,7 @@ ADULT_FOREARM_MM = 260.0
 """Elbow to wrist of the forearm that motor points and arrays are of (chosen, as by `electrodes`)."""
 HEALTHY_MCP, JOINT_SHARE = 0.04, 0.03
 """Stiffness of a finger's MCP joint, N m/rad, and what of it is the joint's own: the rest are its tendons
-(`plants.hand.joints`)."""
+(`plants.hand.model`)."""
 LEAST_STRENGTH = 1e-4
 """Of a muscle without nerve (chosen: no force to speak of; MuJoCo divides by it)."""
 

@@ -10,15 +10,18 @@ from fesloop.errors import InputError, InputErrors
 from fesloop.forms.schema import plain
 from fesloop.hand.anthropometry import HandSize
 from plants.patients import blocks as patient_blocks
-from plants.patients.pathology import Passive, Spasticity, Tremor, Voluntary
 from plants.patients.sections import (
     Anthropometry,
     Fatigue,
     MuscleDynamics,
+    Passive,
     Placement,
     Recruitment,
+    Spasticity,
     Strength,
     Tolerance,
+    Tremor,
+    Voluntary,
 )
 from plants.patients.spreads import CohortSpread, DaySpread
 from plants.patients.variation import member_of, on_day_of

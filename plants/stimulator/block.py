@@ -15,10 +15,8 @@ from fesloop.loop.clock import NS_PER_MS, RateClock, duration_ns, parse_rate
 from fesloop.loop.passages import Passage
 from fesloop.loop.signals import Port, Sample, Value
 from plants.checks import MOST_ELEMENTS, require_positive
-from plants.stimulator.channels import VirtualElectrode, multiplexing
 from plants.stimulator.generations import IEC_VOLTAGE_V, PRESETS, Limits, PresetName
-from plants.stimulator.kernels import share_out
-from plants.stimulator.state import StimulatorState
+from plants.stimulator.state import StimulatorState, VirtualElectrode, multiplexing, share_out
 
 Array = NDArray[np.float64]
 _RANGES = ("current_max_ma", "current_step_ma", "width_min_us", "width_max_us", "width_step_us", "latency_ms",

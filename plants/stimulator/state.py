@@ -2,21 +2,121 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
+from fesloop.errors import InputError
 from fesloop.loop.block import Tick
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import NEVER, Sample
-from plants.stimulator.channels import fault_of
+from plants.checks import require_positive
 from plants.stimulator.generations import IEC_DENSITY_MA_CM2, LIMITED, Limits, given_pulse
-from plants.stimulator.kernels import tally
 
 Array = NDArray[np.float64]
+_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VirtualElectrode:
+    """Elements that share a channel's current.
+
+    Attributes
+    ----------
+    elements: their numbers.
+    shares: of the current, adding up to 1; empty: equal ones.
+    """
+
+    elements: tuple[int, ...]
+    shares: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.elements or len(set(self.elements)) < len(self.elements) or min(self.elements) < 0:
+            raise InputError("virtual_electrode.elements", f"{self.elements}",
+                             "one or more numbers, each once")
+        if self.shares:
+            require_positive("virtual_electrode", self, "shares")
+            if len(self.shares) != len(self.elements) or abs(sum(self.shares) - 1.0) > _TOLERANCE:
+                raise InputError("virtual_electrode.shares", f"{self.shares}",
+                                 f"{len(self.elements)} numbers, one an element, that add up to 1")
+
+
+def multiplexing(electrodes: Sequence[VirtualElectrode], channels: int, elements: int) -> Array:
+    """Share of each channel's current that each element has, (channels, elements).
+
+    Without electrodes channel c has element c. Raises InputError for elements that do not exist and for
+    another number of electrodes than channels.
+    """
+    electrodes = electrodes or [VirtualElectrode(elements=(channel,)) for channel in range(channels)]
+    if len(electrodes) != channels:
+        raise InputError("stimulator.electrodes", f"{len(electrodes)} virtual electrodes",
+                         f"{channels}, one a channel, or none")
+    shares = np.zeros((channels, elements))
+    for channel, electrode in enumerate(electrodes):
+        numbers = list(electrode.elements)
+        if max(numbers) >= elements:
+            raise InputError(f"stimulator.electrodes[{channel}].elements",
+                             f"element {max(numbers)} does not exist", f"0 to {elements - 1}")
+        shares[channel, numbers] = electrode.shares or 1.0 / len(numbers)
+    return shares
+
+
+def fault_of(shares: Array) -> str:
+    """What is wrong with shares (channels, elements); empty where nothing is.
+
+    Every row holds no number below 0 and adds up to 1, or to 0 for a channel that is switched onto nothing.
+    """
+    if not np.isfinite(shares).all() or (shares < 0.0).any():
+        return "a share is negative or not finite"
+    total = shares.sum(axis=1)
+    wrong = np.flatnonzero((np.abs(total - 1.0) > _TOLERANCE) & (total != 0.0))
+    if not wrong.size:
+        return ""
+    return f"the shares of channel {wrong[0]} add up to {total[wrong[0]]:g}, not to 1 or 0"
+
+
+@compiled
+def share_out(given: Array, shares: Array, hertz: float, elements: Array) -> None:
+    """Put a pulse, current and width (2,), on the `elements` (e, 3) that have `shares` (e,) of it."""
+    if given[0] > 0.0:
+        for e in range(shares.size):
+            if shares[e] > 0.0:
+                elements[e, 0] = given[0] * shares[e]
+                elements[e, 1] = given[1]
+                elements[e, 2] = hertz
+
+
+@compiled
+def tally(
+    given: Array, shares: Array, hertz: float, area_cm2: float
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Account for biphasic pulses (channels, 2), each given `hertz` times a second through `shares`.
+
+    Charge of each channel, C a phase and C/s; of each element, C a phase (of the channel that gives it most)
+    and C/s of all channels; and the r.m.s. current density under it, mA/cm^2. Over a period the mean square
+    of a pulse I, w is 2 I^2 w f: both phases count.
+    """
+    channels, elements = shares.shape
+    charge, charge_rate = np.empty(channels), np.empty(channels)
+    most, rate, density = np.zeros(elements), np.zeros(elements), np.zeros(elements)
+    for c in range(channels):
+        charge[c] = given[c, 0] * given[c, 1]
+        charge_rate[c] = charge[c] * hertz
+        for e in range(elements):
+            share = shares[c, e]
+            if share > 0.0:
+                most[e] = max(most[e], share * charge[c])
+                rate[e] += share * charge_rate[c]
+                density[e] += 2.0 * (share * given[c, 0]) ** 2 * given[c, 1] * hertz
+    for e in range(elements):
+        density[e] = 1e3 * math.sqrt(density[e]) / area_cm2
+    return charge, charge_rate, most, rate, density
 
 
 class Account(NamedTuple):

@@ -10,7 +10,7 @@ from fesloop.hand import kinematics, motion, quaternion
 from fesloop.hand import motion as motion_kernels
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
-from plants.imus.finger_kinematics import chain_samples
+from plants.imus.finger_imus import chain_samples
 
 
 def drawn(tree, count, seed=0):

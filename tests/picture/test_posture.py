@@ -14,7 +14,7 @@ from fesloop.show.picture.held import curve, values_at
 from fesloop.show.picture.posture import estimated_posture, true_posture
 from fesloop.show.picture.scene import half_sizes, solids_of
 from plants.moving_hand import MovingHand
-from plants.moving_hand.anatomy import Deviation
+from plants.moving_hand.plant import Deviation
 
 AT = np.array([0, 123_456_789, 400_000_000])
 

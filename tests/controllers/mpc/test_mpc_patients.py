@@ -21,7 +21,7 @@ from fesloop.loop.wiring import Node, Wiring
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.recruitment import Recruitment
 from plants.finger import Finger
-from plants.muscles.fatigue import Fatigue
+from plants.muscles.fitness import Fatigue
 
 RATE, MS = "40", 1_000_000
 NOMINAL = Finger()

@@ -16,8 +16,8 @@ from fesloop.errors import InputError, RunError
 from plants.devices import science_mode_line
 from plants.devices.driver import DeviceFault, stated_ms
 from plants.devices.science_mode import ScienceMode
-from plants.devices.science_mode_frames import FrameReader
-from plants.devices.science_mode_peer_frames import checksum, framed, split
+from plants.devices.science_mode_line import FrameReader
+from plants.devices.science_mode_peer import checksum, framed, split
 
 # Frames that another open driver lists (github.com/oscarys/pyRehaStim, docs/ComandosRehaMove.txt).
 LISTED = {

@@ -14,7 +14,7 @@ from fesloop.loop.block import Context
 from fesloop.models.recruitment import Recruitment
 from plants.finger import Finger
 from plants.finger.dynamics import chain_mass_matrix
-from plants.muscles.fatigue import Fatigue
+from plants.muscles.fitness import Fatigue
 
 CONTEXT = Context("finger")
 MS = 1_000_000

@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from fesloop.errors import InputError, RunError
 from fesloop.loop.block import Context
 from plants.fmu import Fmu
-from plants.fmu.isolated import IsolatedFmu
+from plants.fmu.process import IsolatedFmu
 from plants.fmu.running import RunningFmu
 
 MISDEEDS = {

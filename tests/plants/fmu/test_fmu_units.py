@@ -12,9 +12,8 @@ from scipy import constants
 from fesloop.errors import InputError
 from fesloop.loop.block import Context
 from plants.fmu import Fmu
-from plants.fmu.description import FmuDescription, FmuVariable
+from plants.fmu.description import POWERS, BaseUnit, FmuDescription, FmuVariable
 from plants.fmu.ports import FmuPort, bind_ports
-from plants.fmu.units import POWERS, BaseUnit
 
 # Truth: SI value of 1 and of 0 of a port's unit, and its powers (SI brochure, SciPy).
 PORT_UNITS = {

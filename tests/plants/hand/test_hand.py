@@ -18,7 +18,7 @@ from fesloop.hand.skeleton import dorsal_points, hand_tree
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS
 from plants.hand import Hand
-from plants.hand.forearm import PALM_DOWN
+from plants.hand.contract import PALM_DOWN
 from plants.hand.muscles import muscles
 from plants.hand.objects import GraspObject, Table
 

@@ -9,7 +9,7 @@ from fesloop.hand.muscles import MUSCLES, muscle
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
 from plants.hand import Hand
-from plants.hand.joints import resting_posture
+from plants.hand.model import resting_posture
 from plants.hand.muscles import moment_arms, muscles
 
 TREE = hand_tree(HandSize())

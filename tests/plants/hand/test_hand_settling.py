@@ -6,7 +6,7 @@ import pytest
 
 from fesloop.loop.block import Context
 from plants.hand import Hand
-from plants.hand.settling import settled
+from plants.hand.plant import settled
 from plants.hand.state import HandState, evaluate, step
 
 STEPS = 200

@@ -14,7 +14,7 @@ from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import Sample
 from plants.imus import FingerImus
-from plants.imus import finger_kinematics as imu_kinematics
+from plants.imus import finger_imus as imu_kinematics
 
 CLOCK = RateClock.from_rate("100")
 CLEAN = {"gyroscope_noise_sd": 0.0, "accelerometer_noise_sd": 0.0, "gyroscope_walk": 0.0,

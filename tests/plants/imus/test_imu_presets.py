@@ -11,7 +11,7 @@ from pydantic import TypeAdapter
 from fesloop.errors import InputError
 from fesloop.forms import schema
 from plants.imus.block import HAND_SITES, Imus
-from plants.imus.errors import NUMBERS, TriadErrors
+from plants.imus.device import NUMBERS, TriadErrors
 from plants.imus.magnetic_field import Dipole, MagneticField
 from plants.imus.presets import PRESETS
 

@@ -15,7 +15,7 @@ from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import NEVER, Sample
 from plants.imus.block import HAND_SITES, Imus
-from plants.imus.errors import TriadErrors
+from plants.imus.device import TriadErrors
 from plants.imus.magnetic_field import Dipole, MagneticField
 from plants.imus.soft_tissue import SoftTissue
 from plants.imus.stimulation_artefacts import PulseArtefacts, Tremor

@@ -13,7 +13,7 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context
 from plants.finger import Finger
 from plants.linear import StateSpace
-from plants.linear.nonlinearity import InputNonlinearity
+from plants.linear.state_space import InputNonlinearity
 
 W, ZETA = 2 * math.pi * 2.5, 0.6
 SECOND_ORDER = {"a": ((0.0, 1.0), (-W * W, -2 * ZETA * W)), "b": ((0.0,), (W * W,)), "c": ((1.0, 0.0),)}

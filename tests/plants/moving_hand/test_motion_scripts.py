@@ -4,7 +4,7 @@ import pytest
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import HandSize
 from plants.moving_hand import MovingHand
-from plants.moving_hand.anatomy import Deviation
+from plants.moving_hand.plant import Deviation
 from plants.moving_hand.scripts import SCRIPTS, script
 
 ALONE = ("A-F1", "A-F2", "A-F3", "AF-F1", "AF-F2", "AF-F3", "F-F2", "F-F3")

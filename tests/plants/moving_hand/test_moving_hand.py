@@ -13,7 +13,7 @@ from fesloop.hand.segments import Segment, SegmentTree
 from fesloop.hand.skeleton import contact_points, hand_tree
 from fesloop.loop.block import Context
 from plants.moving_hand import MovingHand
-from plants.moving_hand.anatomy import Deviation
+from plants.moving_hand.plant import Deviation
 from plants.moving_hand.script import ArmSway, Contact, Phase
 
 GRIP = {"F1_cmc_flexion": 30.0, "F1_cmc_abduction": -30.0, "F1_cmc_pronation": 70.0, "F1_mcp_flexion": 20.0,

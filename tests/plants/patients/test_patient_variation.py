@@ -12,13 +12,20 @@ from scipy.stats import kstest, truncnorm
 from fesloop.errors import InputError
 from plants.electrodes import Electrodes
 from plants.muscles import Muscles
-from plants.patients.draws import MOST_SD, Draws
 from plants.patients.files import from_table, load, names
 from plants.patients.limits import LIMITS, spread_limits
-from plants.patients.pathology import Spasticity, Tremor, Voluntary
 from plants.patients.patient import GREATEST_NUMBER, Patient
-from plants.patients.sections import Anthropometry, Fatigue, Recruitment, Strength
+from plants.patients.sections import (
+    Anthropometry,
+    Fatigue,
+    Recruitment,
+    Spasticity,
+    Strength,
+    Tremor,
+    Voluntary,
+)
 from plants.patients.spreads import CohortSpread, DaySpread
+from plants.patients.variation import MOST_SD, Draws
 
 NUMBERS = st.integers(0, GREATEST_NUMBER)
 PRESETS = st.sampled_from([load(name) for name in names()])

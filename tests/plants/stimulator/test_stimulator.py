@@ -19,8 +19,8 @@ from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Node, Wiring
 from plants.electrodes import Electrodes
 from plants.stimulator import Stimulator, generations
-from plants.stimulator.channels import VirtualElectrode
 from plants.stimulator.generations import PRESETS, Limits, given_pulse
+from plants.stimulator.state import VirtualElectrode
 
 ELEMENTS, CHARGE, CHARGE_RATE, ELEMENT_CHARGE, ELEMENT_CHARGE_RATE = range(5)
 
