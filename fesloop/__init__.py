@@ -22,10 +22,11 @@ if TYPE_CHECKING:
     from fesloop.experiment.running.trial import Result
     from fesloop.experiment.wanted import Record, Score
     from fesloop.loop.duration import Duration
+    from fesloop.loop.nodes import Node
     from fesloop.loop.realtime import Pacing
     from fesloop.loop.run import Loop
     from fesloop.loop.wire import Wire
-    from fesloop.loop.wiring import Node, Wiring
+    from fesloop.loop.wiring import Wiring
 
 _HOMES = {
     "Duration": "fesloop.loop.duration",
@@ -33,7 +34,7 @@ _HOMES = {
     "FesloopError": "fesloop.errors",
     "InputError": "fesloop.errors",
     "Loop": "fesloop.loop.run",
-    "Node": "fesloop.loop.wiring",
+    "Node": "fesloop.loop.nodes",
     "Pacing": "fesloop.loop.realtime",
     "Record": "fesloop.experiment.wanted",
     "Recording": "fesloop.experiment.recording.reading",

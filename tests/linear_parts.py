@@ -11,9 +11,9 @@ from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.wanted import Record, Score
 from fesloop.loop.block import Context
 from fesloop.loop.duration import ZERO, Duration
+from fesloop.loop.nodes import Node
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node
 from fesloop.models.linear_form import memoryless
 from plants.linear import StateSpace
 

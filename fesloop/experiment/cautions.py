@@ -8,8 +8,9 @@ import numpy as np
 
 from fesloop.experiment.experiment import Experiment
 from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.nodes import Node
 from fesloop.loop.realtime import is_live
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 Caution = tuple[str, str, str]
 """Node, status, detail."""

@@ -19,9 +19,10 @@ from fesloop.experiment import registry
 from fesloop.experiment.wanted import Record, Score
 from fesloop.forms.schema import plain
 from fesloop.loop.clock import FOREVER, NS_PER_S, RateClock, duration_ns
+from fesloop.loop.nodes import Node
 from fesloop.loop.surroundings import faults_in_place
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 if TYPE_CHECKING:
     from fesloop.experiment.running.trial import Result

@@ -11,8 +11,8 @@ from fesloop.experiment.metrics.cycles import CycleScore
 from fesloop.experiment.metrics.grasp_score import GraspScore
 from fesloop.experiment.metrics.search import SearchScore
 from fesloop.loop.clock import NS_PER_S, duration_ns, parse_rate
+from fesloop.loop.nodes import Node
 from fesloop.loop.signals import Port
-from fesloop.loop.wiring import Node
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,13 +6,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from fesloop.loop.nodes import Connection, Node
 from fesloop.loop.order import Sampling, upstream_first
 from fesloop.loop.plants import ExactStation, GridStation, PlantInputs, PlantRecord, PlantStation
 from fesloop.loop.publish import Publisher, Sampler
 from fesloop.loop.record import EventRow, Recorder
 from fesloop.loop.stations import BlockStation
 from fesloop.loop.wire import Link
-from fesloop.loop.wiring import Connection, Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 
 def sampled_in_order(wiring: Wiring) -> frozenset[str]:

@@ -16,9 +16,10 @@ from typing import Any, Literal
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import FOREVER, NS_PER_MS, NS_PER_S, Clock, RateClock, waits_for_arrivals
 from fesloop.loop.duration import ZERO
+from fesloop.loop.nodes import Connection, Node
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port, Sample, Value
-from fesloop.loop.wiring import Connection, Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 STATUS, OFTEN = "always_too_old", "often_too_old"
 _SHARE = 0.01

@@ -5,8 +5,8 @@ from __future__ import annotations
 from bisect import bisect_left
 
 from fesloop.loop.clock import FOREVER, NS_PER_S, Clock
+from fesloop.loop.nodes import Connection, Node
 from fesloop.loop.noise import NoiseStream, stream_key
-from fesloop.loop.wiring import Connection, Node
 
 LOST_AFTER_NS = 60 * NS_PER_S
 """What has not acted within a minute counts as lost."""

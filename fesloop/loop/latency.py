@@ -21,9 +21,10 @@ from typing import Any, NamedTuple
 from fesloop.loop.block import Context
 from fesloop.loop.clock import FOREVER, NS_PER_S, Clock, RateClock
 from fesloop.loop.instants import LOST_AFTER_NS, Traffic
+from fesloop.loop.nodes import Connection, Node
 from fesloop.loop.passages import Passage, passage
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Connection, Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 Run = tuple[int, int]
 """First and last number of messages that carry the same sample over a wire."""

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from fesloop.errors import InputError
 from fesloop.loop.clock import Clock
-
-if TYPE_CHECKING:
-    from fesloop.loop.wiring import Connection, Node
+from fesloop.loop.nodes import Connection, Node
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from fesloop.loop.block import Context
-from fesloop.loop.wiring import Node
+from fesloop.loop.nodes import Node
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,8 +17,8 @@ from typing import Any
 
 from fesloop.errors import InputError
 from fesloop.loop.clock import FOREVER, NS_PER_MS, NS_PER_S, Clock, RateClock, waits_for_arrivals
+from fesloop.loop.nodes import Node
 from fesloop.loop.run import Loop
-from fesloop.loop.wiring import Node
 
 _MOST_HZ = 200
 _IDLE = RateClock.from_rate("100")

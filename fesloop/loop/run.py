@@ -21,11 +21,12 @@ from fesloop.errors import InputError, RunError, SnapshotError
 from fesloop.loop.assembly import assembled, sampled_in_order
 from fesloop.loop.clock import NS_PER_MS, Clock, RateClock
 from fesloop.loop.latency import LatencyReport
+from fesloop.loop.nodes import Node
 from fesloop.loop.parameters import changed, parameter_digests
 from fesloop.loop.publish import Sampler
 from fesloop.loop.record import EventRow, Recorder
 from fesloop.loop.stations import BlockStation
-from fesloop.loop.wiring import Node, Wiring, require_count
+from fesloop.loop.wiring import Wiring, require_count
 
 
 class Agenda:

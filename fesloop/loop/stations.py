@@ -12,12 +12,12 @@ from fesloop.errors import RunError
 from fesloop.loop.block import Tick
 from fesloop.loop.clock import NS_PER_MS, ticks_from
 from fesloop.loop.guard import Outputs, finite_check
+from fesloop.loop.nodes import Node
 from fesloop.loop.noise import NoiseStream, stream_key
 from fesloop.loop.publish import Publisher
 from fesloop.loop.record import BlockRow, EventRow
 from fesloop.loop.signals import NEVER, Port, Sample, Value
 from fesloop.loop.wire import Link
-from fesloop.loop.wiring import Node
 
 _new_tuple = tuple.__new__
 """Makes a Sample of a message without the cost of its argument handling."""

@@ -17,7 +17,8 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Tick
 from fesloop.loop.clock import FOREVER, NS_PER_S
 from fesloop.loop.latency import LatencyReport
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.nodes import Node
+from fesloop.loop.wiring import Wiring
 
 _MOST_TICKS = 20_000
 """Of a source that are looked at, as the latency report looks at."""

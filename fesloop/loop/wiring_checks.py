@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 from fesloop.errors import InputError
 from fesloop.loop.clock import Clock
+from fesloop.loop.nodes import Connection, Node
 from fesloop.loop.signals import Port, Sensors
 from fesloop.loop.wire import Wire
-
-if TYPE_CHECKING:
-    from fesloop.loop.wiring import Connection, Node
 
 
 def end_faults(wire: Wire, nodes: Mapping[str, Node]) -> list[InputError]:

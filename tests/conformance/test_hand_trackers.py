@@ -22,10 +22,11 @@ from fesloop.hand.segments import Segment, SegmentTree
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
+from fesloop.loop.nodes import Node
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port, Sample
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 RATE, FAULT, COUNT = 100, 250, 450
 """Hz; tick of the fault; ticks."""

@@ -10,10 +10,11 @@ from fesloop.apps.bench.tracker import tick_times_us
 from fesloop.experiment.metrics.orientation import score_recording
 from fesloop.hand.kinematics import joint_angles, relative_of_segments
 from fesloop.hand.segments import Segment, SegmentTree
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 from fesloop.streams.blocks.replay import Replay
 
 BROAD = ["02_undisturbed_slow_rotation_B", "21_undisturbed_fast_combined", "24_disturbed_tapping_A",

@@ -13,8 +13,8 @@ from estimators.salchow.block import SalchowM2
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.reading import Recording
+from fesloop.loop.nodes import Node
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node
 from fesloop.loop.wiring_checks import resolved
 from fesloop.streams.live.inlet import LslInlet
 from plants.imus.block import Imus

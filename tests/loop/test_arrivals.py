@@ -9,12 +9,13 @@ from live_parts import Stream, Wall, Worker
 from loop_parts import ImpulseProbe, Sink
 
 from fesloop.loop.clock import FOREVER, RateClock, ticks_from
+from fesloop.loop.nodes import Node
 from fesloop.loop.realtime import KEPT, SKIPPED, Pacer, Pacing
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 MS = 1_000_000
 CAME = (3 * MS, 12 * MS, 12 * MS + 1, 31 * MS)

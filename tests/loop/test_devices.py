@@ -7,11 +7,12 @@ from loop_parts import Sink
 
 from fesloop.errors import RunError, SnapshotError
 from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 
 class Handle:

@@ -6,10 +6,11 @@ import pytest
 from loop_parts import ImpulseProbe, Pass, Sink
 
 from fesloop.errors import InputError
+from fesloop.loop.nodes import Node
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -7,10 +7,11 @@ import pytest
 from loop_parts import Memory
 
 from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 
 class Spoilt:

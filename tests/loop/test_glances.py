@@ -7,11 +7,12 @@ import pytest
 from loop_parts import Memory, Sink
 
 from fesloop.loop.clock import NS_PER_MS, RateClock
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

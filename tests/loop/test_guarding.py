@@ -8,8 +8,9 @@ from loop_parts import Pass, Source
 
 from fesloop.errors import InputError
 from fesloop.loop.duration import Duration
+from fesloop.loop.nodes import Node
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -17,10 +17,11 @@ from fesloop.experiment import registry
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock
 from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.input_ages import AgeLimit, always_too_old, too_old
+from fesloop.loop.nodes import Node
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 rates = st.sampled_from(["20", "40", "60", "100", "1000/3"])
 milliseconds = st.one_of(st.just(0.0), st.integers(0, 300).map(float))

@@ -12,10 +12,11 @@ from loop_parts import Memory
 from controllers.safety import Safety
 from fesloop.errors import InputError
 from fesloop.loop.block import Context
+from fesloop.loop.nodes import Node
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 from fesloop.streams.blocks.join import Join
 
 PULSES = Port("pulses", (1, 2), "A,s")

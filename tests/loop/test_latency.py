@@ -13,9 +13,10 @@ from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock
 from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.instants import Transit
 from fesloop.loop.latency import LatencyReport
+from fesloop.loop.nodes import Node
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 rates = st.one_of(
     st.sampled_from(["7", "60", "285.714", "1000", "2000/7", "50", "100", "1000/3"]),

@@ -19,11 +19,12 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock
 from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.latency import LatencyReport
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 from plants.electrodes import Electrodes
 from plants.stimulator import Stimulator
 from plants.stimulator.generations import PRESETS

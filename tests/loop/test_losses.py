@@ -9,10 +9,11 @@ from scipy import stats
 
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.nodes import Node
 from fesloop.loop.noise import NoiseStream
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 CASES = [(0.1, 5.0), (0.3, 2.0), (0.02, 20.0), (0.5, 1.25), (0.4, 1.0)]
 

@@ -9,11 +9,12 @@ from loop_parts import Memory, Sink, Source
 import fesloop
 from fesloop.loop.clock import FOREVER, NS_PER_MS
 from fesloop.loop.duration import Duration
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import NEVER, Port, Sample
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 
 @given(st.integers(0, 2**61), st.integers(0, 10**12))

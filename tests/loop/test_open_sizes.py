@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from fesloop.errors import InputError
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 
 @dataclass(frozen=True, kw_only=True)

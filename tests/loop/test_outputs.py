@@ -14,11 +14,12 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.writing import RecordingWriter
 from fesloop.experiment.running.trial import run
 from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 WRONG = {"shape": (np.ones(3), 0.0), "kind": ([0.0] * 8, 0.0), "type": (np.ones((4, 2), int), 0.0),
          "scalar": (np.ones((4, 2)), np.ones(1)), "integer": (np.ones((4, 2)), 1), "nothing": None,

@@ -9,11 +9,12 @@ from live_parts import Wall, Worker
 from loop_parts import Sink
 
 from fesloop.errors import RunError
+from fesloop.loop.nodes import Node
 from fesloop.loop.realtime import KEPT, LATE, SKIPPED, STOPPED, Pacer, Pacing
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 MS = 1_000_000
 END = 400 * MS

@@ -14,10 +14,11 @@ from numba import njit
 
 from fesloop.errors import SnapshotError
 from fesloop.experiment.running.timing import timed
+from fesloop.loop.nodes import Node
 from fesloop.loop.parameters import changed, parameter_digests
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -26,11 +26,12 @@ from live_parts import Wall
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_MS, RateClock, StampClock
 from fesloop.loop.duration import ZERO, Duration
+from fesloop.loop.nodes import Node
 from fesloop.loop.realtime import Pacer, Pacing
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 EXACT = (Adder, AheadAdder, Drifter, AheadDrifter, ForeseenDrifter)
 RATES = ("7", "60", "285.714", "1000", "2000/7", "50", "100", "1000/3", "250", "20")

@@ -9,8 +9,8 @@ from loop_parts import ImpulseProbe, Source
 
 from fesloop.errors import InputError
 from fesloop.loop.clock import RateClock, StampClock, waits_for_arrivals
+from fesloop.loop.nodes import Node
 from fesloop.loop.realtime import Pacing, instants, is_live, paced_clocks, shortest_period_ns
-from fesloop.loop.wiring import Node
 
 
 def rates(*rates):

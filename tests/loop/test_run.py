@@ -12,10 +12,11 @@ from loop_parts import Pass, PeersPi, SecondOrder, Sink, Source
 from fesloop.errors import InputError, RunError
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock
 from fesloop.loop.duration import Duration
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 
 def peers_wiring(grid=None, rate="1000"):

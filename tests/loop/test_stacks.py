@@ -8,12 +8,13 @@ from loop_parts import Memory, Sink
 
 from fesloop.errors import RunError
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock
+from fesloop.loop.nodes import Node
 from fesloop.loop.order import upstream_first
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 TWO = (2,)
 

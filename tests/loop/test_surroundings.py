@@ -12,12 +12,13 @@ from controllers.safety import Safety
 from estimators.ideal import IdealTracker
 from fesloop.apps.cli import main
 from fesloop.errors import InputError
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.surroundings import faults_in_place
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 from plants.finger import Finger
 
 NS_PER_MS = 1_000_000

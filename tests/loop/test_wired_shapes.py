@@ -13,11 +13,12 @@ from estimators.ideal import IdealTracker
 from fesloop.errors import InputError
 from fesloop.experiment import registry
 from fesloop.experiment.metrics.joints import joint_rmse_deg, split_error
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 from fesloop.models.error_process import ErrorProcess, ErrorSeries
 from plants.linear import StateSpace
 

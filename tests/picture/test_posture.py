@@ -8,7 +8,7 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.wanted import Record
 from fesloop.hand import quaternion
 from fesloop.hand.skeleton import dorsal_points
-from fesloop.loop.wiring import Node
+from fesloop.loop.nodes import Node
 from fesloop.show.picture.cast import cast_of
 from fesloop.show.picture.held import curve, values_at
 from fesloop.show.picture.posture import estimated_posture, true_posture

@@ -15,8 +15,8 @@ from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.metrics.lateness import EDGES_MS, histogram, quantiles
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import RateClock
+from fesloop.loop.nodes import Node
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node
 
 SMALL = str(Path(__file__).parent.parent / "experiment" / "small.toml")
 

@@ -15,10 +15,10 @@ import fesloop
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import RateClock
+from fesloop.loop.nodes import Node
 from fesloop.loop.realtime import Pacing
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node
 
 pytestmark = pytest.mark.realtime
 

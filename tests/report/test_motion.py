@@ -18,7 +18,7 @@ from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.homogeneous import segment_matrices
 from fesloop.hand.skeleton import RESTING_DEG, dorsal_points, hand_tree
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
-from fesloop.loop.wiring import Node
+from fesloop.loop.nodes import Node
 from fesloop.show.picture.cast import Cast, Player
 from fesloop.show.report import motion
 from fesloop.show.report.motion import hand_motion, hand_of, step_between

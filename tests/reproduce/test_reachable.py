@@ -19,10 +19,11 @@ from fesloop.apps.reproduce.reachable import (
 )
 from fesloop.experiment.experiment import Experiment
 from fesloop.loop.clock import NS_PER_S, RateClock
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 CURRENT_MA = np.array([14.0, 14.0, 14.0, 24.0, 24.0, 24.0, 24.0, 30.0])
 TICKS = 36

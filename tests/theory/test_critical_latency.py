@@ -16,7 +16,7 @@ from fesloop.apps.reproduce.linear_theory import SENSED, STIMULATED, Crossing, g
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import load
 from fesloop.loop.duration import Duration
-from fesloop.loop.wiring import Node
+from fesloop.loop.nodes import Node
 from plants.linear import StateSpace
 
 OUT, BACK = "plant.y->feedback.y", "feedback.u->plant.u"

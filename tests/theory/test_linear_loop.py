@@ -11,8 +11,8 @@ from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.wanted import Score
 from fesloop.loop.duration import Duration
+from fesloop.loop.nodes import Node
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node
 
 SENSED = 'wires."tracker.angles->controller.measured"'
 STIMULATED = 'wires."controller.stimulation->finger.stimulation"'

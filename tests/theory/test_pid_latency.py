@@ -12,10 +12,11 @@ from scipy.optimize import brentq
 from controllers.pid import Pid
 from controllers.reference import MinimumJerk
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 from plants.finger import Finger
 
 RATE, PERIOD_S = 50, 0.02

@@ -18,8 +18,8 @@ from fesloop.analysis.theory.second_moments import SecondMoments
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.wanted import Score
+from fesloop.loop.nodes import Node
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node
 from fesloop.models.recruitment import Recruitment
 from plants.linear import StateSpace
 

@@ -20,7 +20,7 @@ from fesloop.experiment.running.trial import run
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import dorsal_points
-from fesloop.loop.wiring import Node
+from fesloop.loop.nodes import Node
 from fesloop.show.view.played import _Playing
 from fesloop.show.view.server import page_html
 from fesloop.show.view.shown import Shown, Span, Start

@@ -17,7 +17,7 @@ from fesloop import Experiment
 from fesloop.apps.cli import main
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.running.trial import run
-from fesloop.loop.wiring import Node
+from fesloop.loop.nodes import Node
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.duration import ZERO
-from fesloop.loop.wiring import Connection
+from fesloop.loop.nodes import Connection
 
 _A_PERIOD, _AN_OSCILLATION = 4, 16
 """Latencies at which growth is computed, in the quickest clock's period and in the plant's fastest

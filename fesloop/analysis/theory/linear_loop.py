@@ -19,9 +19,9 @@ from fesloop.errors import InputError, RunError, did_you_mean
 from fesloop.experiment.experiment import Experiment
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, RateClock
+from fesloop.loop.nodes import Connection, Node
 from fesloop.loop.order import Sampling, firing_order
 from fesloop.loop.surroundings import is_source, put_out
-from fesloop.loop.wiring import Connection, Node
 from fesloop.models.linear_form import ContinuousForm, LinearBlock, LinearPlant, SampledForm, uncovered
 
 

@@ -23,8 +23,8 @@ from fesloop.analysis.theory.steps import Draw, Flow, Step, pruned
 from fesloop.errors import RunError
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.losses import odds
+from fesloop.loop.nodes import Node
 from fesloop.loop.order import Sampling
-from fesloop.loop.wiring import Node
 from fesloop.models.linear_form import SampledForm, numbers_of
 from fesloop.models.linear_model import zero_order_hold
 

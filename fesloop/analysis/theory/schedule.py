@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from fesloop.analysis.theory import wires
 from fesloop.analysis.theory.linear_loop import LinearLoop
 from fesloop.loop.clock import NS_PER_MS, RateClock
+from fesloop.loop.nodes import Connection, Node
 from fesloop.loop.order import Sampling
-from fesloop.loop.wiring import Connection, Node
 from fesloop.models.linear_form import uncovered
 
 Array = NDArray[np.float64]

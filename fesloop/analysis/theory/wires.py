@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from fesloop.loop.clock import RateClock
 from fesloop.loop.losses import odds
-from fesloop.loop.wiring import Connection
+from fesloop.loop.nodes import Connection
 from fesloop.models.linear_form import uncovered
 
 

@@ -22,11 +22,12 @@ from scipy.linalg import expm
 
 from fesloop.loop.block import Context, Plant, Tick
 from fesloop.loop.clock import NS_PER_S, RateClock
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 PERIOD_NS, CONTROL_NS, DELAY_NS, END_NS = 1_000_000, 20_000_000, 30_000_000, 10_000_000_000
 CALLS = 30_500

@@ -46,9 +46,9 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.machine import asked_of_machine
+from fesloop.loop.nodes import Node
 from fesloop.loop.realtime import Pacing, Present
 from fesloop.loop.signals import Port, Sample, Value
-from fesloop.loop.wiring import Node
 
 Wakings = NDArray[np.int64]
 _LOOK_NS = NS_PER_S // 20

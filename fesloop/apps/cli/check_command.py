@@ -21,10 +21,10 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.input_ages import too_old
 from fesloop.loop.latency import MEANING, LatencyReport, PathLatency, StageSummary
+from fesloop.loop.nodes import Node
 from fesloop.loop.realtime import is_live
 from fesloop.loop.surroundings import cautions_in_place
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node
 
 if TYPE_CHECKING:
     from fesloop.analysis.theory.first_answer import FirstAnswer

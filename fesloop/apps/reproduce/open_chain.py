@@ -17,11 +17,12 @@ from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, RateClock
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 Array = NDArray[np.float64]
 CHAIN = ("safety", "stimulator", "electrodes", "muscles", "hand")

@@ -30,8 +30,8 @@ from fesloop.forms.schema import Kinds, make
 from fesloop.forms.toml import TomlError, plain_tables
 from fesloop.loop.clock import Clock
 from fesloop.loop.duration import Duration
+from fesloop.loop.nodes import Node
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node
 
 _FORMS = 32
 """Forms kept, the last used: 1.2 MB each, and cells of a study rarely differ in more sets of kinds."""

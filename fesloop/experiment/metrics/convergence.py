@@ -16,10 +16,11 @@ from fesloop.errors import InputError
 from fesloop.experiment.metrics.orientation import orientation_error, relative_orientation_error
 from fesloop.hand import quaternion
 from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 from fesloop.streams.blocks.replay import Replay
 from fesloop.streams.recording import MotionRecording, Reference
 

@@ -58,11 +58,11 @@ from fesloop.experiment.recording.rows import (
     plant_rows,
 )
 from fesloop.experiment.running.timing import TimedBlock
+from fesloop.loop.nodes import Node
 from fesloop.loop.realtime import Pacer
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
-from fesloop.loop.wiring import Node
 
 FORMAT = "fesloop recording 1"
 STATUS_TYPE = np.dtype("S16")

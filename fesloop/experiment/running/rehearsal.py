@@ -9,9 +9,10 @@ from typing import Any
 
 from fesloop.experiment.experiment import Experiment
 from fesloop.loop.clock import NS_PER_S, waits_for_arrivals
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 _MOMENT_NS = NS_PER_S // 10
 _LONGEST_NS = 2 * NS_PER_S

@@ -9,8 +9,8 @@ from controllers.safety import Safety
 from estimators.ideal import IdealTracker
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
+from fesloop.loop.nodes import Node
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node
 from plants.finger import Finger
 
 RATE = "40"

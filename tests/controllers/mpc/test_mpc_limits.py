@@ -19,12 +19,13 @@ from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import NEVER, Sample
 from fesloop.loop.surroundings import Surroundings
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 from plants.finger import Finger
 
 RATE, MS, N, MUSCLES, OUTPUTS = "40", 1_000_000, 20, 4, 3

@@ -8,11 +8,12 @@ from loop_parts import Source
 
 from controllers.safety import Safety
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 MAX_AGE_MS = 200.0
 

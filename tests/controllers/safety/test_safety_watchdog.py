@@ -12,11 +12,12 @@ from controllers.open_loop import Programme
 from controllers.safety import Safety
 from controllers.safety.watchdog import SOUND, Watchdog, WatchState
 from estimators.ideal import IdealTracker
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import NEVER, Port, Sample
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 from plants.finger import Finger
 
 MS = 1_000_000

@@ -15,11 +15,12 @@ from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, RateClock
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port, Sample
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 
 FLAT_S, BENT_S = 3.0, 4.0
 POSES = {"method": "poses", "flat_s": (0.0, FLAT_S), "flexion_s": (FLAT_S, FLAT_S + BENT_S), "sensed": NAMES}

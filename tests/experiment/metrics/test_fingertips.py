@@ -9,7 +9,7 @@ from fesloop.experiment.files.parse import from_document
 from fesloop.experiment.metrics.fingertips import coverage, fingertip_error, fingertip_rmse_mm
 from fesloop.experiment.running.trial import run
 from fesloop.experiment.wanted import Score
-from fesloop.loop.wiring import Node
+from fesloop.loop.nodes import Node
 from plants.moving_hand import MovingHand
 from plants.moving_hand.script import Phase
 

@@ -8,8 +8,8 @@ from fesloop.errors import InputError
 from fesloop.experiment.metrics.grasp_score import GraspScore
 from fesloop.experiment.metrics.search import SearchScore
 from fesloop.experiment.wanted import Score
+from fesloop.loop.nodes import Node
 from fesloop.loop.signals import Port
-from fesloop.loop.wiring import Node
 from plants.linear import StateSpace
 
 UNITS = ("1", "rad", "m", "N", "A", "rad/s", "A,s")

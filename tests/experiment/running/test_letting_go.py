@@ -9,8 +9,8 @@ from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.writing import RecordingWriter
 from fesloop.experiment.running.trial import run
+from fesloop.loop.nodes import Node
 from fesloop.loop.signals import Port
-from fesloop.loop.wiring import Node
 
 TOLD = []
 

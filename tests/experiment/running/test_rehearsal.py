@@ -9,8 +9,8 @@ from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.running import rehearsal, trial
 from fesloop.loop.clock import RateClock
+from fesloop.loop.nodes import Node
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node
 
 SHORT = ["experiment.duration_s=0.6"]
 

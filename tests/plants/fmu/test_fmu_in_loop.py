@@ -10,10 +10,11 @@ from loop_parts import Pass, Sink, Source
 from fesloop.errors import RunError, SnapshotError
 from fesloop.experiment.files.parse import load
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 from plants.fmu import Fmu
 from plants.fmu.ports import FmuPort
 

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.nodes import Node
+from fesloop.loop.wiring import Wiring
 from plants.fmu.description import FmuDescription, FmuVariable
 from plants.fmu.ports import FmuPort, bind_ports
 

@@ -9,11 +9,12 @@ import fesloop
 from fesloop import Recording
 from fesloop.errors import RunError
 from fesloop.loop.clock import NS_PER_MS
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 from plants.hand import Hand
 from plants.imus import Imus
 

@@ -13,11 +13,12 @@ from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import Poses
 from fesloop.hand.skeleton import dorsal_points, hand_tree
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 from fesloop.streams.blocks.join import Join
 from plants.imus import Imus
 from plants.imus.magnetic_field import MagneticField

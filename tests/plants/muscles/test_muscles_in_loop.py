@@ -8,11 +8,12 @@ from muscle_parts import COUNT, MODELS, MS, patient, tiring
 
 from fesloop.errors import InputError
 from fesloop.forms.schema import make, plain
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import Port
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 from plants.muscles import Muscles
 
 

@@ -12,11 +12,12 @@ from fesloop.errors import InputError
 from fesloop.experiment.files.parse import from_document, read
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, RateClock
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import NEVER, Port, Sample
 from fesloop.loop.wire import Wire
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 from plants.electrodes import Electrodes
 from plants.stimulator import Stimulator, generations
 from plants.stimulator.generations import PRESETS, Limits, given_pulse

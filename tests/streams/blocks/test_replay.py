@@ -13,9 +13,10 @@ from fesloop.experiment.files.parse import from_document
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.block import Tick
 from fesloop.loop.clock import FOREVER
+from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
-from fesloop.loop.wiring import Node, Wiring
+from fesloop.loop.wiring import Wiring
 from fesloop.streams.blocks.replay import Replay
 
 
