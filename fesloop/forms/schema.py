@@ -18,8 +18,10 @@ from types import MappingProxyType
 from typing import (
     Annotated,
     Any,
+    ClassVar,
     Literal,
     NotRequired,
+    Protocol,
     Required,
     Union,
     cast,
@@ -34,13 +36,25 @@ from pydantic import Field as Described
 from typing_extensions import TypedDict
 
 from fesloop.errors import InputError
-from fesloop.models.error_process import ErrorProcess
-from fesloop.models.linear_model import LinearModel, matrix
+from fesloop.forms.matrices import matrix
 
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
 Kinds = Mapping[str, type[Any]]
 NestedNumbers = list[float] | list[list[float]]
 _LITERAL, _FILE = "matrices", "file"
+
+
+class FileBacked(Protocol):
+    """A class of parameters that may be kept in a file of their own.
+
+    Attributes
+    ----------
+    FILE_KEYS: what stands beside `file` in a table {file = "..."}, by name, and of which type.
+    OFFERED_BY: the method by which a plant offers its own; empty where none does.
+    """
+
+    FILE_KEYS: ClassVar[Mapping[str, type]]
+    OFFERED_BY: ClassVar[str]
 
 
 def hints_of(cls: type[Any], extras: bool = True) -> Mapping[str, Any]:
@@ -95,10 +109,8 @@ def _key(field: Field[Any], annotation: Any) -> Any:
 
 def checked(annotation: Any, kinds: Kinds) -> Any:
     """The annotation of the plain value that stands in a file for one of `annotation`."""
-    if annotation is LinearModel:
-        return _linear_model(kinds)
-    if annotation is ErrorProcess:
-        return _error_process(kinds)
+    if _is_file_backed(annotation):
+        return _file_backed(annotation, kinds)
     if is_dataclass(annotation) and isinstance(annotation, type):
         return table(annotation, kinds)
     origin, args = get_origin(annotation), get_args(annotation)
@@ -113,23 +125,20 @@ def checked(annotation: Any, kinds: Kinds) -> Any:
     return origin[tuple(arg if arg is ... else checked(arg, kinds) for arg in args)]
 
 
-def _linear_model(kinds: Kinds) -> Any:
-    """A plant's own model ({kind = "finger", ...}), the model's matrices, or a file's ({file = "..."}), which
-    stands for its matrices before any object is made (`fesloop.experiment.files.patient_models`)."""
-    members = [Annotated[table(cls, {}, {"kind": Required[Literal[kind]]}), Tag(kind)]
-               for kind, cls in kinds.items() if hasattr(cls, "linear_model")]
-    matrices = closed("LinearModel", {f.name: _key(f, checked(hint, {})) for f, hint in _hinted(LinearModel)})
-    members.append(Annotated[matrices, Tag(_LITERAL)])
-    file = closed("ModelFile", {"file": Required[str], "any_patient": NotRequired[bool],
-                                "any_fit": NotRequired[bool]})
+def _is_file_backed(annotation: Any) -> bool:
+    return isinstance(annotation, type) and hasattr(annotation, "FILE_KEYS")
+
+
+def _file_backed(cls: type[FileBacked], kinds: Kinds) -> Any:
+    """A part's own ({kind = "finger", ...}), the parameters themselves, or a file's ({file = "..."}), which
+    stands for its parameters before any object is made (`fesloop.experiment.files.patient_models`)."""
+    parts = {kind: part for kind, part in kinds.items() if cls.OFFERED_BY and hasattr(part, cls.OFFERED_BY)}
+    members = [Annotated[table(part, {}, {"kind": Required[Literal[kind]]}), Tag(kind)]
+               for kind, part in parts.items()]
+    members.append(Annotated[table(cls, {}), Tag(_LITERAL)])
+    keys: dict[str, Any] = {key: NotRequired[hint] for key, hint in cls.FILE_KEYS.items()}
+    file = closed(f"{cls.__name__}File", {"file": Required[str], **keys})
     members.append(Annotated[file, Tag(_FILE)])
-    return Annotated[Union[tuple(members)], Discriminator(_model_tag)]  # noqa: UP007
-
-
-def _error_process(kinds: Kinds) -> Any:
-    """An error process's parameters, or a file's ({file = "..."}), which stands for them like a model's."""
-    file = closed("ErrorProcessFile", {"file": Required[str]})
-    members = [Annotated[table(ErrorProcess, kinds), Tag(_LITERAL)], Annotated[file, Tag(_FILE)]]
     return Annotated[Union[tuple(members)], Discriminator(_model_tag)]  # noqa: UP007
 
 
@@ -139,20 +148,15 @@ def _model_tag(value: Any) -> Any:
     return _LITERAL
 
 
-def _hinted(cls: type[Any]) -> list[tuple[Field[Any], Any]]:
-    hints = hints_of(cls)
-    return [(field, hints[field.name]) for field in fields(cls)]
-
-
 def build(annotation: Any, value: Any, kinds: Kinds, where: str) -> Any:
     """The object that a checked plain value stands for.
 
     Raises InputError, its place led by `where`, for what the object itself refuses, for matrices with rows of
     unequal length, and for numbers with which what the object derives from them leaves the range of floats.
     """
-    if annotation is LinearModel and isinstance(value, dict) and "kind" in value:
+    if _is_file_backed(annotation) and isinstance(value, dict) and "kind" in value:
         rest = {key: item for key, item in value.items() if key != "kind"}
-        return make(kinds[value["kind"]], rest, kinds, where).linear_model()
+        return getattr(make(kinds[value["kind"]], rest, kinds, where), annotation.OFFERED_BY)()
     if is_dataclass(annotation) and isinstance(annotation, type):
         return make(annotation, value, kinds, where) if isinstance(value, dict) else value
     origin, args = get_origin(annotation), get_args(annotation)

@@ -8,14 +8,17 @@ holds parameters only, no sample of the recording. Units are SI but where a name
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
+from fesloop.forms.schema import plain
 from fesloop.forms.toml import TomlError, tables_of
 from fesloop.forms.toml_text import toml_text
 from fesloop.loop.clock import NS_PER_MS
@@ -119,6 +122,9 @@ class ErrorProcess:
     source: of which recording and tracker.
     """
 
+    FILE_KEYS: ClassVar[Mapping[str, type]] = MappingProxyType({})
+    OFFERED_BY: ClassVar[str] = ""
+
     series: tuple[ErrorSeries, ...]
     correlation: tuple[tuple[float, ...], ...] = ()
     age_ms: float = 0.0
@@ -178,8 +184,6 @@ class ErrorProcess:
 
     def save(self, path: Path) -> None:
         """Write the file. Raises InputError where it cannot be written."""
-        from fesloop.forms.schema import plain
-
         table: dict[str, Any] = _rounded(plain(self))
         table["correlation"] = np.round(table["correlation"], 3).tolist()
         series = {each.pop("name"): each for each in table.pop("series")}

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from fesloop.errors import InputError
+from fesloop.forms.matrices import matrix
 from fesloop.models.recruitment import Recruitment
 
 NS_PER_S = 1_000_000_000
@@ -55,6 +59,9 @@ class LinearModel:
 
     Raises InputError for matrices that do not fit each other or are not finite, and for a delay below 0.
     """
+
+    FILE_KEYS: ClassVar[Mapping[str, type]] = MappingProxyType({"any_patient": bool, "any_fit": bool})
+    OFFERED_BY: ClassVar[str] = "linear_model"
 
     a: Matrix
     b: Matrix
@@ -136,14 +143,6 @@ class LinearModel:
             a[past(lag), past(lag - 1)] = np.eye(inputs)
         c = np.hstack([self.c, np.zeros((self.outputs, stored * inputs))])
         return SampledModel(a, b, c, self.offset, whole)
-
-
-def matrix(where: str, rows: ArrayLike) -> NDArray[np.float64]:
-    """Numbers, or rows of them, as an array. Raises InputError for rows of unequal length."""
-    try:
-        return np.atleast_1d(np.asarray(rows, dtype=np.float64))
-    except ValueError:
-        raise InputError(where, "rows of unequal length", "rows of one length") from None
 
 
 def zero_order_hold(a: Matrix, b: Matrix, duration_s: float) -> tuple[Matrix, Matrix]:

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from pydantic import Field, TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
-from fesloop.experiment.files.layout import keys_at
 from fesloop.forms.faults import faults_of
+from fesloop.forms.keys import keys_at
 from fesloop.forms.schema import closed, plain
 from fesloop.forms.toml import TomlError, tables_of
 from fesloop.forms.toml_text import toml_text

@@ -14,7 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment import registry
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.files.layout import experiment_table, keys_at
+from fesloop.experiment.files.layout import experiment_table
 from fesloop.experiment.files.patches import extended, of_its_own
 from fesloop.experiment.files.patient_models import with_models
 from fesloop.experiment.files.patients import patient_of, with_patient
@@ -26,6 +26,7 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.wanted import Record, Score
 from fesloop.forms.faults import faults_of, wire_place
+from fesloop.forms.keys import keys_at
 from fesloop.forms.schema import Kinds, make
 from fesloop.forms.toml import TomlError, plain_tables
 from fesloop.loop.clock import Clock

@@ -34,7 +34,7 @@ from typing import Any, Required
 from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
-from fesloop.experiment.files.layout import keys_at, option_table
+from fesloop.experiment.files.layout import option_table
 from fesloop.experiment.files.patches import (
     EXTENDING,
     combined,
@@ -47,6 +47,7 @@ from fesloop.experiment.files.patches import (
 )
 from fesloop.experiment.files.settings import key_parts, key_text, text_value
 from fesloop.forms.faults import faults_of
+from fesloop.forms.keys import keys_at
 from fesloop.forms.schema import closed
 
 Tables = dict[str, Any]

@@ -200,8 +200,8 @@ def read_layout(path: Path) -> Layout:
 
     Raises InputError, InputErrors: every fault of the file, one line each, with file and key.
     """
-    from fesloop.experiment.files.layout import keys_at
     from fesloop.forms.faults import faults_of
+    from fesloop.forms.keys import keys_at
     from fesloop.forms.schema import make, table
 
     name = str(path)

@@ -13,10 +13,10 @@ from fesloop.analysis.study.design.axes import Axis
 from fesloop.analysis.study.design.figure_specs import Figure
 from fesloop.analysis.study.design.study import About, Preparation, Study, is_name
 from fesloop.errors import InputError, InputErrors, did_you_mean
-from fesloop.experiment.files.layout import keys_at
 from fesloop.experiment.files.patches import merged
 from fesloop.experiment.files.source import Shelf, read_tables
 from fesloop.forms.faults import faults_of
+from fesloop.forms.keys import keys_at
 from fesloop.forms.schema import closed, make, table
 from fesloop.forms.toml import TomlError, plain_tables
 
