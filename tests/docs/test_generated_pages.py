@@ -13,6 +13,7 @@ from experiment_pages import commands_of, experiment_page, passages
 
 import fesloop
 import fesloop.analysis.study
+import fesloop.show.figures
 from fesloop.apps.cli.parser import make_parser
 from fesloop.apps.cli.reproduce_command import PAPERS
 from fesloop.experiment import registry
@@ -85,7 +86,8 @@ def test_every_block_kind_is_in_the_reference():
     assert shown == set(PACKAGES)
 
 
-@pytest.mark.parametrize(("module", "page"), [(fesloop, "fesloop.md"), (fesloop.analysis.study, "studies.md")])
+@pytest.mark.parametrize(("module", "page"), [
+    (fesloop, "fesloop.md"), (fesloop.analysis.study, "studies.md"), (fesloop.show.figures, "studies.md")])
 def test_every_public_name_is_in_the_reference(module, page):
     told = re.findall(r"^\.\. auto\w+:: (\w+)$", (DOCS / "reference" / page).read_text(), re.MULTILINE)
     assert sorted(told) == sorted(module.__all__)

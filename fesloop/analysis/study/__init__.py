@@ -19,16 +19,12 @@ if TYPE_CHECKING:
     from fesloop.analysis.study.design.study_file import read_study, study_of
     from fesloop.analysis.study.engine.coordinator import Summary, run_study
     from fesloop.analysis.study.results.study_results import StudyResults, load
-    from fesloop.show.figures.drawing import draw
-    from fesloop.show.figures.overlays import Overlay
 
 _HOMES = {
     "Figure": "fesloop.analysis.study.design.figure_specs",
-    "Overlay": "fesloop.show.figures.overlays",
     "Study": "fesloop.analysis.study.design.study",
     "StudyResults": "fesloop.analysis.study.results.study_results",
     "Summary": "fesloop.analysis.study.engine.coordinator",
-    "draw": "fesloop.show.figures.drawing",
     "load": "fesloop.analysis.study.results.study_results",
     "read_study": "fesloop.analysis.study.design.study_file",
     "run_study": "fesloop.analysis.study.engine.coordinator",
@@ -37,11 +33,9 @@ _HOMES = {
 
 __all__ = [
     "Figure",
-    "Overlay",
     "Study",
     "StudyResults",
     "Summary",
-    "draw",
     "load",
     "read_study",
     "run_study",

@@ -1,1 +1,13 @@
 """Figures of a study: heat maps and curves, with theory over them."""
+
+from typing import TYPE_CHECKING
+
+from fesloop.lazily import found_in
+
+if TYPE_CHECKING:
+    from fesloop.show.figures.drawing import draw
+    from fesloop.show.figures.overlays import Overlay
+
+__all__ = ["Overlay", "draw"]
+
+__getattr__ = found_in(__name__, {"Overlay": "overlays", "draw": "drawing"})

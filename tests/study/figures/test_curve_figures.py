@@ -6,7 +6,8 @@ from matplotlib import colormaps
 from matplotlib.colors import to_rgba
 from study_stores import write_cells, write_store
 
-from fesloop.analysis.study import Figure, Overlay, load
+from fesloop.analysis.study import Figure, load
+from fesloop.show.figures import Overlay
 from fesloop.show.figures.content import Content
 from fesloop.show.figures.curves import curves
 from fesloop.show.picture.palette import BLUE, GREEN, VERMILION

@@ -5,7 +5,8 @@ import pytest
 from matplotlib.colors import to_rgb
 from study_stores import write_cells, write_store
 
-from fesloop.analysis.study import Figure, Overlay, load
+from fesloop.analysis.study import Figure, load
+from fesloop.show.figures import Overlay
 from fesloop.show.figures.content import Content
 from fesloop.show.figures.heat_maps import _colours, decimals_of, heat_map, interval_text
 
