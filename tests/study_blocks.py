@@ -52,7 +52,7 @@ def slowly(value):
 
 
 def prepared_or_not(id, document, seed):
-    """In place of `fesloop.analysis.study.engine.preparing.prepare_one`: a shipped model, unless a folder says no."""
+    """A shipped model, unless a folder says no: for `fesloop.analysis.study.engine.preparing.prepare_one`."""
     folder = Path(os.environ["STUDY_BLOCKS"])
     (folder / f"{id}-{time.monotonic_ns()}.prepared").touch()
     if (folder / "fails").exists():

@@ -28,7 +28,8 @@ def benches(monkeypatch):
     def without(progress=None):
         raise InputError("FESLOOP_RECORDINGS", "there is no recording")
 
-    found = {"fesloop.apps.bench.paced": paced, "fesloop.apps.bench.plain": plain, "fesloop.apps.bench.without": without}
+    found = {"fesloop.apps.bench.paced": paced, "fesloop.apps.bench.plain": plain,
+             "fesloop.apps.bench.without": without}
     monkeypatch.setattr(bench_command, "names", lambda: [name.rpartition(".")[2] for name in found])
     monkeypatch.setattr(bench_command, "import_module", lambda name: SimpleNamespace(run=found[name]))
     return asked

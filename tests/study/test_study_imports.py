@@ -8,7 +8,8 @@ import fesloop.analysis.study
 HEAVY = ("dask", "distributed", "pandas", "pyarrow", "matplotlib", "scipy")
 
 
-@pytest.mark.parametrize("use", ["import fesloop.analysis.study", "from fesloop.analysis.study import load, Figure"])
+@pytest.mark.parametrize("use", [
+    "import fesloop.analysis.study", "from fesloop.analysis.study import load, Figure"])
 def test_reading_a_study_takes_none_of_what_runs_and_draws_it(use):
     code = f"{use}; import sys; print(*(set({HEAVY!r}) & set(sys.modules)))"
     found = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)

@@ -1,7 +1,8 @@
 """Theory beside simulation: exact answers for linear loops, read off the same experiment that runs."""
 
 from fesloop.analysis.theory.critical_latency import critical_latency_ms
-from fesloop.analysis.theory.linear_loop import LinearLoop, linear_loop
+from fesloop.analysis.theory.linear_loop import linear_loop
+from fesloop.analysis.theory.loop import LinearLoop
 from fesloop.analysis.theory.stationary_cost import StationaryCost, stationary_cost
 
 __all__ = ["LinearLoop", "StationaryCost", "critical_latency_ms", "linear_loop", "stationary_cost"]

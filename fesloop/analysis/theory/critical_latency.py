@@ -11,7 +11,8 @@ from typing import cast
 import numpy as np
 
 from fesloop.analysis.theory import wires
-from fesloop.analysis.theory.linear_loop import LinearLoop, linear_loop
+from fesloop.analysis.theory.linear_loop import linear_loop
+from fesloop.analysis.theory.loop import LinearLoop
 from fesloop.analysis.theory.period_map import period_map
 from fesloop.analysis.theory.second_moments import SecondMoments
 from fesloop.errors import InputError

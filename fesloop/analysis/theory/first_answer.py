@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from fesloop.analysis.theory.critical_latency import critical_latency_ms
-from fesloop.analysis.theory.linear_loop import LinearLoop, linear_loop
+from fesloop.analysis.theory.linear_loop import linear_loop
+from fesloop.analysis.theory.loop import LinearLoop
 from fesloop.analysis.theory.period_map import period_map
 from fesloop.analysis.theory.schedule import schedule
 from fesloop.analysis.theory.second_moments import SecondMoments
@@ -77,7 +78,8 @@ def _unless_refused(what: str, answer: Callable[[], T], not_known: dict[str, str
 
 def _cost(loop: LinearLoop, not_known: dict[str, str]) -> StationaryCost | None:
     if loop.random and SecondMoments(period_map(loop)).numbers > _MOST_NUMBERS:
-        not_known[COST] = "with this jitter or loss it takes long: fesloop.analysis.theory.stationary_cost gives it"
+        not_known[COST] = ("with this jitter or loss it takes long: "
+                           "fesloop.analysis.theory.stationary_cost gives it")
         return None
     return stationary_cost(loop)
 

@@ -17,14 +17,15 @@ from numpy.typing import NDArray
 
 from fesloop.analysis.theory import schedule as ages
 from fesloop.analysis.theory import wires
-from fesloop.analysis.theory.linear_loop import LinearLoop, within_floats
+from fesloop.analysis.theory.linear_loop import within_floats
+from fesloop.analysis.theory.loop import LinearLoop
 from fesloop.analysis.theory.schedule import Delivery, Schedule, schedule
 from fesloop.analysis.theory.steps import Draw, Flow, Step, pruned
 from fesloop.errors import RunError
 from fesloop.loop.clock import NS_PER_S
-from fesloop.loop.losses import odds
 from fesloop.loop.nodes import Node
 from fesloop.loop.order import Sampling
+from fesloop.loop.wire import odds
 from fesloop.models.linear_form import SampledForm, numbers_of
 from fesloop.models.linear_model import zero_order_hold
 

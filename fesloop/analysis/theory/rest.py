@@ -8,16 +8,13 @@ noise there is.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.analysis.theory.loop import LinearLoop
 from fesloop.errors import InputError
 from fesloop.models.linear_form import numbers_of
-
-if TYPE_CHECKING:
-    from fesloop.analysis.theory.linear_loop import LinearLoop
 
 Array = NDArray[np.float64]
 ROOM_SD = 3.0

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.analysis.theory import wires
-from fesloop.analysis.theory.linear_loop import LinearLoop
+from fesloop.analysis.theory.loop import LinearLoop
 from fesloop.loop.clock import NS_PER_MS, RateClock
 from fesloop.loop.nodes import Connection, Node
 from fesloop.loop.order import Sampling

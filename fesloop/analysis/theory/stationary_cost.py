@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.analysis.theory.linear_loop import LinearLoop, linear_loop
+from fesloop.analysis.theory.linear_loop import linear_loop
+from fesloop.analysis.theory.loop import LinearLoop
 from fesloop.analysis.theory.period_map import period_map
 from fesloop.analysis.theory.rest import require_room
 from fesloop.analysis.theory.second_moments import SecondMoments

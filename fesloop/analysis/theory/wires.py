@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fesloop.loop.clock import RateClock
-from fesloop.loop.losses import odds
 from fesloop.loop.nodes import Connection
+from fesloop.loop.wire import odds
 from fesloop.models.linear_form import uncovered
 
 

@@ -17,7 +17,8 @@ from fesloop.analysis.study.design.study import Study
 from fesloop.analysis.study.results.axis_levels import AxisLevel, level_text
 from fesloop.analysis.study.store.file import THEORY
 from fesloop.analysis.theory.critical_latency import critical_latency_ms, growth
-from fesloop.analysis.theory.linear_loop import LinearLoop, linear_loop
+from fesloop.analysis.theory.linear_loop import linear_loop
+from fesloop.analysis.theory.loop import LinearLoop
 from fesloop.analysis.theory.stationary_cost import StationaryCost, stationary_cost
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment

@@ -6,9 +6,9 @@ from matplotlib.image import imread
 from study_stores import write_store
 
 from fesloop.analysis.study import Figure, load
-from fesloop.show.figures import Overlay, draw
 from fesloop.analysis.study.results.quantities import called, with_unit
 from fesloop.errors import InputError
+from fesloop.show.figures import Overlay, draw
 from fesloop.show.figures.content import Content
 from fesloop.show.figures.curves import curves
 from fesloop.show.figures.heat_maps import heat_map
