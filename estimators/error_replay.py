@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
-from fesloop.loop.losses import Losses
 from fesloop.loop.noise import NoiseStream
 from fesloop.loop.signals import NEVER, Port, Sample, Value
+from fesloop.loop.wire import Losses
 from fesloop.models.correlation import root_of
 from fesloop.models.error_process import ErrorProcess
 from fesloop.models.error_steps import DRAWS, PARTS, errors_now, rows_of

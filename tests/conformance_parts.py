@@ -28,7 +28,7 @@ tests."""
 
 def specimens():
     """{kind: block} for every registered kind, open shapes resolved."""
-    from fesloop.models.recruitment import Recruitment
+    from fesloop.models.linear_model import Recruitment
 
     finger = load("finger")()
     curves = Recruitment(**CURVES)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.loop.block import Context
 from plants.muscles import Muscles
 from plants.muscles.ding import Ding2003, Ding2003Fatigue

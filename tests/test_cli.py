@@ -12,7 +12,7 @@ from fesloop.apps.cli import main
 from fesloop.apps.cli.check_command import critical_text
 from fesloop.experiment.files.parse import read
 from fesloop.experiment.recording.reading import Recording
-from fesloop.forms.toml_text import toml_text
+from fesloop.forms.toml import toml_text
 
 ROOT = Path(__file__).resolve().parent.parent
 SMALL = str(ROOT / "tests" / "experiment" / "small.toml")

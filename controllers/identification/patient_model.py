@@ -16,8 +16,7 @@ from scipy.special import ndtr
 from controllers.identification.dynamics import Dynamics, Method, identify_dynamics
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_S
-from fesloop.models.linear_model import LinearModel
-from fesloop.models.recruitment import Recruitment
+from fesloop.models.linear_model import LinearModel, Recruitment
 
 Array = NDArray[np.float64]
 USUAL_SPREAD, USUAL_LAG_S = 0.35, 0.1
@@ -36,7 +35,7 @@ class RecruitmentFit:
 
     Attributes
     ----------
-    threshold_ma, spread: as of `fesloop.models.recruitment.Recruitment`.
+    threshold_ma, spread: as of `fesloop.models.linear_model.Recruitment`.
     lag_s: time constant of each of the two lags.
     rest, gain: (m,), y0 and g, in the units of y.
     fit_percent: 100 (1 - |error| / |y - mean|).

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
-from fesloop.models.linear_model import LinearModel
-from fesloop.models.recruitment import Recruitment
+from fesloop.models.linear_model import LinearModel, Recruitment
 
 Array = NDArray[np.float64]
 SQRT_HALF = math.sqrt(0.5)

@@ -19,7 +19,7 @@ from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.models.linear_form import SampledForm
-from fesloop.models.recruitment import Recruitment
+from fesloop.models.linear_model import Recruitment
 
 Array = NDArray[np.float64]
 INTEGRAL, DERIVATIVE, PREVIOUS = 0, 1, 2

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from fesloop.errors import InputError, did_you_mean
-from fesloop.forms.toml_text import toml_key
+from fesloop.forms.toml import toml_key
 
 _MISSING, _UNKNOWN = "missing", "extra_forbidden"
 _ALLOWED = {

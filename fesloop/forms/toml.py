@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import datetime
+import json
+import re
 import sys
 import tomllib
 from collections.abc import Mapping
@@ -67,3 +69,73 @@ def _settled(value: Any, path: str, depth: int) -> Any:
 
 def _beyond(what: str) -> str:
     return f"{what} is beyond {sys.float_info.max:.2g}"
+
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def toml_text(tables: Mapping[str, Any]) -> str:
+    """Text of a TOML file. Values are text, truth, numbers, lists of such, and tables; None has no place.
+
+    Lists of tables are arrays of tables at the top ("[[wires]]") and inline below.
+    """
+    return "\n".join(_lines(tables, ())) + "\n"
+
+
+def _lines(table: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
+    own = [f"{toml_key(key)} = {_own(value)}" for key, value in table.items()
+           if not _stands_below(value, path)]
+    below = [(key, value) for key, value in table.items() if _stands_below(value, path)]
+    lines = own
+    if path and (own or not below):
+        lines = ["", f"[{'.'.join(toml_key(part) for part in path)}]", *own]
+    for key, value in below:
+        if isinstance(value, Mapping):
+            lines += _lines(value, (*path, key))
+            continue
+        for row in value:
+            lines += ["", f"[[{toml_key(key)}]]",
+                      *(f"{toml_key(name)} = {toml_value(item)}" for name, item in row.items())]
+    return lines
+
+
+def _stands_below(value: Any, path: tuple[str, ...]) -> bool:
+    """Whether a value has a heading of its own."""
+    return isinstance(value, Mapping) or (not path and _lists_tables(value))
+
+
+def _lists_tables(value: Any) -> bool:
+    return isinstance(value, (list, tuple)) and bool(value) and all(isinstance(row, Mapping) for row in value)
+
+
+def _own(value: Any) -> str:
+    """A value behind its key, tables of a list a line each."""
+    if not _lists_tables(value):
+        return toml_value(value)
+    return "".join(["[\n", *(f"    {toml_value(row)},\n" for row in value), "]"])
+
+
+def toml_key(key: str) -> str:
+    """A key as TOML writes it, quoted where it must be."""
+    return key if _BARE.fullmatch(key) else _text(key)
+
+
+def _text(text: str) -> str:
+    """A basic string; JSON escapes as TOML does, but for DEL."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def toml_value(value: Any) -> str:
+    """Text of one value; of a table, inline."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(toml_value(item) for item in value)}]"
+    if isinstance(value, (int, float)):
+        return repr(value)
+    if isinstance(value, Mapping):
+        inner = ", ".join(f"{toml_key(key)} = {toml_value(item)}" for key, item in value.items())
+        return f"{{ {inner} }}" if inner else "{}"
+    raise TypeError(f"{value!r} has no place in TOML")

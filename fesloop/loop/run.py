@@ -18,14 +18,13 @@ from typing import Any
 import numpy as np
 
 from fesloop.errors import InputError, RunError, SnapshotError
-from fesloop.loop.assembly import assembled, sampled_in_order
+from fesloop.loop.assembly import BlockStation, assembled, sampled_in_order
 from fesloop.loop.clock import NS_PER_MS, Clock, RateClock
 from fesloop.loop.latency import LatencyReport
 from fesloop.loop.nodes import Node
 from fesloop.loop.parameters import changed, parameter_digests
 from fesloop.loop.publish import Sampler
 from fesloop.loop.record import EventRow, Recorder
-from fesloop.loop.stations import BlockStation
 from fesloop.loop.wiring import Wiring, require_count
 
 

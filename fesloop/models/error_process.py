@@ -19,11 +19,10 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.forms.schema import plain
-from fesloop.forms.toml import TomlError, tables_of
-from fesloop.forms.toml_text import toml_text
+from fesloop.forms.toml import TomlError, tables_of, toml_text
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.duration import ZERO, Duration
-from fesloop.loop.losses import least_burst
+from fesloop.loop.wire import least_burst
 
 Array = NDArray[np.float64]
 FORMAT = "fesloop error process 1"

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from fesloop.errors import InputError
 from fesloop.loop.block import Context
 from fesloop.loop.signals import Port
-from fesloop.models.linear_model import LinearModel
-from fesloop.models.recruitment import Recruitment
+from fesloop.models.linear_model import LinearModel, Recruitment
 
 Array = NDArray[np.float64]
 

@@ -22,13 +22,10 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.forms.faults import faults_of
-from fesloop.forms.keys import keys_at
-from fesloop.forms.schema import closed, plain
-from fesloop.forms.toml import TomlError, tables_of
-from fesloop.forms.toml_text import toml_text
+from fesloop.forms.schema import closed, keys_at, plain
+from fesloop.forms.toml import TomlError, tables_of, toml_text
 from fesloop.loop.clock import NS_PER_MS, duration_ns
-from fesloop.models.linear_model import LinearModel
-from fesloop.models.recruitment import Recruitment
+from fesloop.models.linear_model import LinearModel, Recruitment
 
 Array = NDArray[np.float64]
 FORMAT = "fesloop patient model 1"

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.hand.muscles import EXTRINSIC, muscle
+from fesloop.hand.movements import EXTRINSIC, muscle
 from fesloop.loop.noise import NoiseStream, stream_key
 from plants.checks import require_not_negative, require_positive, require_shape
 
@@ -29,7 +29,7 @@ class MotorPoint:
 
     Attributes
     ----------
-    muscle: one of the forearm's (`fesloop.hand.muscles.EXTRINSIC`).
+    muscle: one of the forearm's (`fesloop.hand.movements.EXTRINSIC`).
     around_deg: from the dorsal mid-line towards the radial side, in neutral forearm rotation.
     along_mm: from the elbow.
     depth_mm: under the skin.

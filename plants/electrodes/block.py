@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.hand.muscles import MUSCLES, muscle
+from fesloop.hand.movements import MUSCLES, muscle
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.guard import is_finite
@@ -42,7 +42,7 @@ class Electrodes:
     pronation of the forearm from neutral, rad, in place of `pronation_deg`; optional `skin` (elements,),
     factors on `skin_gain`; optional `shift` (2,), m, by which the arrays slip on the skin: around the forearm
     towards the radial side, and along it towards the wrist. Outputs, of the muscles in the order of
-    `fesloop.hand.muscles`: `recruitment` (29,), share of the axons, 0 to 1, 0 for muscles in the hand;
+    `fesloop.hand.movements`: `recruitment` (29,), share of the axons, 0 to 1, 0 for muscles in the hand;
     `frequency` (29,), Hz, mean rate of the recruited axons.
 
     Statuses: `bad_input` for a pulse that is negative, not finite or without a frequency (no pulse of its

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import NEVER

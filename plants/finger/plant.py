@@ -15,8 +15,7 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import FOREVER, NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Value
 from fesloop.models.linear_form import ContinuousForm, uncovered
-from fesloop.models.linear_model import LinearModel
-from fesloop.models.recruitment import Recruitment
+from fesloop.models.linear_model import LinearModel, Recruitment
 from plants.checks import require_positive, require_shape
 from plants.finger.dynamics import (
     INDEX_LENGTHS_MM,

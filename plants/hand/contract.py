@@ -13,7 +13,7 @@ from fesloop.compiled import compiled
 from fesloop.errors import InputError, RunError
 from fesloop.hand import quaternion
 from fesloop.hand.motion import STANDARD_GRAVITY
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.hand.segments import AXES, MOTIONS
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.signals import Port, Value

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fesloop.errors import InputError, did_you_mean
 from fesloop.hand.anthropometry import FINGERS, HandSize
 from fesloop.hand.motion import STANDARD_GRAVITY
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.hand.segments import SegmentTree
 from fesloop.hand.skeleton import RESTING_DEG
 from plants.hand.bodies import add_hand, add_sensors

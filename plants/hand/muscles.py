@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.hand.segments import SegmentTree
 
 Array = NDArray[np.float64]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.hand.anthropometry import FINGERS, HandSize
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.hand.segments import SegmentTree
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
@@ -96,10 +96,11 @@ class Hand:
         M(q) q'' + bias(q, q') = R' f + passive moments + contact
         f_i = F_i (a_i fl(l_i) fv(l_i') + fp(l_i)),   l_i = l_rest - R_i (q - q_rest) / fibre length
 
-    in MuJoCo's fixed steps; activation is latched at their starts. Muscles are `fesloop.hand.muscles`, their
-    forces, fibres and constant moment arms R those of `plants.hand.muscles`; force-length, force-velocity and
-    passive tension are MuJoCo's muscle curves, tendons stiff. Passive moments of the joints themselves are
-    linear (`plants.hand.model`), springs set so that without gravity the hand rests at `rest_deg`.
+    in MuJoCo's fixed steps; activation is latched at their starts. Muscles are `fesloop.hand.movements`,
+    their forces, fibres and constant moment arms R those of `plants.hand.muscles`; force-length,
+    force-velocity and passive tension are MuJoCo's muscle curves, tendons stiff. Passive moments of the
+    joints themselves are linear (`plants.hand.model`), springs set so that without gravity the hand rests at
+    `rest_deg`.
 
     Inputs: `activation` (29,), from 0 to 1, clipped; if the forearm moves, `forearm` (4,), where it should
     be, to the global frame: it turns about the wrist's centre and is there within .1 s.

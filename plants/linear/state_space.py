@@ -16,8 +16,7 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import Port, Value
 from fesloop.models.linear_form import ContinuousForm, uncovered
-from fesloop.models.linear_model import LinearModel
-from fesloop.models.recruitment import Recruitment
+from fesloop.models.linear_model import LinearModel, Recruitment
 from plants.checks import require_positive, require_shape
 from plants.linear.system import HeldLinearSystem, step_held
 

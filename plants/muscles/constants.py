@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 from plants.checks import require_not_negative, require_positive
 from plants.muscles.ding import Ding2003, Ding2007

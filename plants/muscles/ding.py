@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.loop.clock import FOREVER, NS_PER_S
 from plants.checks import require_not_negative, require_positive
 from plants.linear.system import NEGLIGIBLE

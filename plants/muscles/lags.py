@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.loop.clock import NS_PER_S
 from plants.checks import require_positive
 from plants.muscles.fitness import FASTEST_HZ, tire

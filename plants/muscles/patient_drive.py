@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
-from fesloop.hand.muscles import MUSCLES, muscle
+from fesloop.hand.movements import MUSCLES, muscle
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.noise import NoiseStream, stream_key

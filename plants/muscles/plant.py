@@ -10,7 +10,7 @@ from typing import Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.signals import Port, Value
@@ -29,7 +29,7 @@ HIGHEST_HZ = 500.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Muscles:
-    """The 29 muscles of hand and forearm (`fesloop.hand.muscles`): four models, fatigue, reflex, tremor.
+    """The 29 muscles of hand and forearm (`fesloop.hand.movements`): four models, fatigue, reflex, tremor.
 
         stimulated = model(v(t - delay), f(t - delay))
         natural'' + 2 w natural' + w^2 natural = w^2 min(effort + reflex, 1 - v)

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from plants.muscles.lags import LagState
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import SOFT_TISSUE_MM, Five, HandSize, Three
-from fesloop.hand.muscles import EXTRINSIC
+from fesloop.hand.movements import EXTRINSIC
 
 Array = NDArray[np.float64]
 FiveThrees = tuple[Three, Three, Three, Three, Three]

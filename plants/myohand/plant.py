@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.hand.anthropometry import HandSize
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns

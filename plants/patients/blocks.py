@@ -10,7 +10,7 @@ import numpy as np
 
 from fesloop.errors import InputError
 from fesloop.forms.schema import plain
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.loop.noise import NoiseStream, stream_key
 from plants.checks import MOST_ELEMENTS
 from plants.electrodes.arrays import DORSAL

@@ -13,8 +13,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.forms.faults import faults_of
-from fesloop.forms.keys import keys_at
-from fesloop.forms.schema import build, hints_of, table
+from fesloop.forms.schema import build, hints_of, keys_at, table
 from fesloop.forms.toml import TomlError, tables_of
 from fesloop.given_files import read_whole
 from plants.patients.patient import Patient

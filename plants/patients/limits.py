@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from fesloop.errors import InputError, InputErrors
-from fesloop.hand.muscles import MUSCLES, muscle
+from fesloop.hand.movements import MUSCLES, muscle
 
 Limits = tuple[float, float]
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.loop.noise import NoiseStream, stream_key
 from plants.patients.limits import LIMITS, Limits
 from plants.patients.sections import (

@@ -14,10 +14,10 @@ import conformance_parts as parts
 import numpy as np
 import pytest
 
+from fesloop.loop.assembly import empty_sample
 from fesloop.loop.block import Tick
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.guard import check_shapes
-from fesloop.loop.stations import empty_sample
 
 KINDS = sorted({e.name for e in entry_points(group="fesloop.blocks")} - parts.NOT_WITHOUT_FILES)
 TICKS = 40

@@ -62,7 +62,7 @@ INDIRECT = {
     ("plants/devices/keeper.py", "fault.status"): _STOPPED,
     ("plants/devices/stimulator_device.py", "status"): _DEVICE_LIMITS,
     ("plants/stimulator/state.py", "status"): _DEVICE_LIMITS,
-    ("fesloop/loop/stations.py", "status"): (),  # what blocks have reported
+    ("fesloop/loop/assembly.py", "status"): (),  # what blocks have reported
     ("fesloop/loop/record.py", "status"): (),  # what is put
     ("fesloop/streams/blocks/replay.py", "self._told()"): (
         "fesloop/streams/blocks/replay.py:_told", "fesloop/streams/doubts.py:_doubts"),

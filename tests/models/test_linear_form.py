@@ -10,7 +10,7 @@ from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import Sample
 from fesloop.models.linear_form import LinearBlock, LinearPlant, numbers_of
-from fesloop.models.recruitment import Recruitment
+from fesloop.models.linear_model import Recruitment
 from fesloop.streams.blocks.select import Select
 from fesloop.streams.blocks.synergies import Synergies
 from plants.finger import Finger

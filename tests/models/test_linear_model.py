@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from fesloop.errors import InputError
-from fesloop.models.linear_model import LinearModel
-from fesloop.models.recruitment import Recruitment
+from fesloop.models.linear_model import LinearModel, Recruitment
 
 A = np.array([[0.0, 1.0, 0.0], [-200.0, -9.0, 30.0], [0.0, 0.0, -25.0]])
 B = np.array([[0.0, 0.0], [0.0, 3.0], [25.0, 0.0]])

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy.stats import lognorm
 
 from fesloop.errors import InputError
-from fesloop.models import recruitment
-from fesloop.models.recruitment import Recruitment
+from fesloop.models import linear_model as recruitment
+from fesloop.models.linear_model import Recruitment
 
 CURVES = Recruitment(threshold_ma=(12.0, 8.0), spread=(0.35, 0.2), chronaxie_us=180.0)
 current = st.floats(1e-4, 0.126)

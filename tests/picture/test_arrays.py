@@ -6,7 +6,7 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Wedge
 
-from fesloop.hand.muscles import EXTRINSIC, MUSCLES, muscle
+from fesloop.hand.movements import EXTRINSIC, MUSCLES, muscle
 from fesloop.show.picture.arrays import arrays_figure, draw_elements, placed_labels, unrolled
 from fesloop.show.picture.palette import channel_colour
 from plants.electrodes import Electrodes

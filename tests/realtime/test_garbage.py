@@ -7,8 +7,8 @@ from contextlib import suppress
 import pytest
 
 from fesloop.errors import RunError
-from fesloop.loop import in_step as garbage
-from fesloop.loop.in_step import Garbage
+from fesloop.loop import machine as garbage
+from fesloop.loop.machine import Garbage
 
 LEISURE = 10**9
 

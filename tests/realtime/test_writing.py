@@ -6,7 +6,7 @@ import fesloop
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.writing import RecordingWriter
 from fesloop.experiment.running import trial
-from fesloop.loop.in_step import InStep
+from fesloop.loop.machine import InStep
 
 pytestmark = pytest.mark.realtime
 

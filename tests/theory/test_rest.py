@@ -20,7 +20,7 @@ from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.wanted import Score
 from fesloop.loop.nodes import Node
 from fesloop.loop.wire import Wire
-from fesloop.models.recruitment import Recruitment
+from fesloop.models.linear_model import Recruitment
 from plants.linear import StateSpace
 
 CURVE = Recruitment(threshold_ma=(10.0,), spread=(0.35,))

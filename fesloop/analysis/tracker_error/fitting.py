@@ -22,7 +22,7 @@ from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.reading import Recording, Signal
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.duration import ZERO, Duration
-from fesloop.loop.losses import least_burst
+from fesloop.loop.wire import least_burst
 from fesloop.models.correlation import correlation_of
 from fesloop.models.error_process import ErrorProcess
 from fesloop.streams.blocks.replay import Replay

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from fesloop.experiment import registry
 from fesloop.forms.schema import make
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, RateClock
 from fesloop.loop.signals import Sample

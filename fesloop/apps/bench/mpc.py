@@ -37,8 +37,7 @@ from fesloop.experiment import registry
 from fesloop.loop.block import Block, Context, Tick
 from fesloop.loop.clock import NS_PER_S, RateClock
 from fesloop.loop.signals import NEVER, Sample
-from fesloop.models.linear_model import LinearModel
-from fesloop.models.recruitment import Recruitment
+from fesloop.models.linear_model import LinearModel, Recruitment
 
 Array = NDArray[np.float64]
 SIZES = ("S", "M", "L")

@@ -6,7 +6,7 @@ from argparse import Namespace
 
 from fesloop.apps.cli.output import print_json
 from fesloop.experiment.files.patients import drawn_patient
-from fesloop.forms.toml_text import toml_text
+from fesloop.forms.toml import toml_text
 
 
 def execute(args: Namespace) -> int:

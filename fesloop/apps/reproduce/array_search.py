@@ -24,8 +24,7 @@ from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.metrics.search import SearchScore, asked_of, search_metrics
 from fesloop.experiment.recording.reading import Recording
-from fesloop.hand.movements import MovementName, movement_of
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES, MovementName, movement_of
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, RateClock
 from fesloop.loop.signals import Sample, Value

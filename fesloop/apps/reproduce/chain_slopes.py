@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fesloop.apps.reproduce.open_chain import OpenChain
 from fesloop.errors import InputError
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.signals import Sample

@@ -28,7 +28,7 @@ from fesloop.errors import InputError, RunError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load
 from fesloop.forms.schema import plain
-from fesloop.forms.toml_text import toml_value
+from fesloop.forms.toml import toml_value
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.record import Recorder

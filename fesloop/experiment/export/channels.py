@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from fesloop.experiment.recording.signal_table import TableSignal
 from fesloop.hand.anthropometry import HandSize
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.hand.segments import Segment, SegmentTree
 from fesloop.hand.skeleton import hand_tree
 

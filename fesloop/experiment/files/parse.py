@@ -26,8 +26,7 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.wanted import Record, Score
 from fesloop.forms.faults import faults_of, wire_place
-from fesloop.forms.keys import keys_at
-from fesloop.forms.schema import Kinds, make
+from fesloop.forms.schema import Kinds, keys_at, make
 from fesloop.forms.toml import TomlError, plain_tables
 from fesloop.loop.clock import Clock
 from fesloop.loop.duration import Duration

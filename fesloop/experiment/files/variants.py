@@ -47,8 +47,7 @@ from fesloop.experiment.files.patches import (
 )
 from fesloop.experiment.files.settings import key_parts, key_text, text_value
 from fesloop.forms.faults import faults_of
-from fesloop.forms.keys import keys_at
-from fesloop.forms.schema import closed
+from fesloop.forms.schema import closed, keys_at
 
 Tables = dict[str, Any]
 

@@ -11,7 +11,7 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording, Signal
 from fesloop.experiment.recording.recorded import reached_ns
-from fesloop.hand.muscles import MUSCLES, muscle
+from fesloop.hand.movements import MUSCLES, muscle
 from fesloop.loop.clock import NS_PER_S, duration_ns
 
 
@@ -22,7 +22,7 @@ class CycleScore:
     Attributes
     ----------
     signal: forces or activations; of several values their sum counts, or `muscle` alone.
-    muscle: of a signal that has one value a muscle (`fesloop.hand.muscles`); empty: all.
+    muscle: of a signal that has one value a muscle (`fesloop.hand.movements`); empty: all.
     cycle_s: length of a cycle; the first begins with the trial.
     count: cycles that are compared, the last of them with the first; later ones are not looked at.
     """

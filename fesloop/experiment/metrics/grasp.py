@@ -30,7 +30,7 @@ from fesloop.experiment.recording.recorded import reached_ns
 from fesloop.experiment.withheld import given_signal
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import FINGERS
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.loop.clock import NS_PER_S
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from fesloop.errors import InputError, did_you_mean
 from fesloop.hand.anthropometry import FINGERS, HandSize
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import NS_PER_S, duration_ns
 

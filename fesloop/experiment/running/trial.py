@@ -23,8 +23,7 @@ from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.running.rehearsal import Rehearsals
 from fesloop.experiment.running.timing import TimedBlock, timed
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
-from fesloop.loop.in_step import InStep, in_step_with_wall
-from fesloop.loop.machine import threads_now
+from fesloop.loop.machine import InStep, in_step_with_wall, threads_now
 from fesloop.loop.realtime import Pacing, is_live
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop

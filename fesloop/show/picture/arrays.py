@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.hand.muscles import EXTRINSIC, MUSCLES, muscle
+from fesloop.hand.movements import EXTRINSIC, MUSCLES, muscle
 from fesloop.show.picture.palette import BLUE, FAINT, INK, SKY, channel_colour, tidy
 
 if TYPE_CHECKING:

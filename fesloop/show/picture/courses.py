@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fesloop.experiment.recording.reading import Recording
 from fesloop.hand.anthropometry import FINGERS
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import NS_PER_S
 from fesloop.show.picture.cast import Cast

@@ -201,8 +201,7 @@ def read_layout(path: Path) -> Layout:
     Raises InputError, InputErrors: every fault of the file, one line each, with file and key.
     """
     from fesloop.forms.faults import faults_of
-    from fesloop.forms.keys import keys_at
-    from fesloop.forms.schema import make, table
+    from fesloop.forms.schema import keys_at, make, table
 
     name = str(path)
     try:

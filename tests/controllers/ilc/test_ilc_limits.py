@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from controllers.ilc.limits import Limits, pulses_of
 from controllers.limits.allocation import Allocation
-from fesloop.models.recruitment import Recruitment
+from fesloop.models.linear_model import Recruitment
 
 ALLOCATION = Allocation(recruitment=Recruitment(threshold_ma=(12.0, 9.0), spread=(0.35, 0.5)),
                         current_ma=(40.0, 30.0))

@@ -6,7 +6,7 @@ from scipy.special import ndtri
 
 from controllers.limits.allocation import Allocation, allocate, normal_quantile, planned_charge, risen
 from fesloop.errors import InputError
-from fesloop.models.recruitment import Recruitment
+from fesloop.models.linear_model import Recruitment
 
 CURVES = Recruitment(threshold_ma=(12.0, 8.0), spread=(0.35, 0.2))
 

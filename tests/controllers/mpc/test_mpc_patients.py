@@ -19,8 +19,7 @@ from fesloop.loop.run import Loop
 from fesloop.loop.signals import NEVER, Sample
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
-from fesloop.models.linear_model import LinearModel
-from fesloop.models.recruitment import Recruitment
+from fesloop.models.linear_model import LinearModel, Recruitment
 from plants.finger import Finger
 from plants.muscles.fitness import Fatigue
 

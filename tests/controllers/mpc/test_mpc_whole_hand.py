@@ -12,9 +12,8 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import NEVER, Sample
-from fesloop.models.linear_model import LinearModel
+from fesloop.models.linear_model import LinearModel, Recruitment
 from fesloop.models.patient_model import PatientModel, load_patient_model
-from fesloop.models.recruitment import Recruitment
 
 MS, PERIOD_S, HORIZON, CHANNELS = 1_000_000, 0.025, 20, 8
 OUTPUTS = ("wrist_extension", "finger_flexion", "thumb_flexion")

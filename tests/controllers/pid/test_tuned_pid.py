@@ -14,8 +14,7 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import NEVER, Sample
-from fesloop.models.linear_model import LinearModel
-from fesloop.models.recruitment import Recruitment
+from fesloop.models.linear_model import LinearModel, Recruitment
 
 CONTEXT = Context("pid", clock=RateClock.from_rate("40"))
 PERIOD_NS, MS = 25_000_000, 1_000_000

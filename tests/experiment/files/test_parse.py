@@ -13,8 +13,7 @@ from fesloop import Duration, Experiment, InputError, Node, Score, Wire
 from fesloop.experiment.files.parse import from_document, read, shipped
 from fesloop.forms.faults import wire_place
 from fesloop.forms.schema import make
-from fesloop.models.linear_model import LinearModel
-from fesloop.models.recruitment import Recruitment
+from fesloop.models.linear_model import LinearModel, Recruitment
 from plants.finger import Finger
 
 SMALL = Path(__file__).parents[1] / "small.toml"

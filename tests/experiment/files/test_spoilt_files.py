@@ -22,7 +22,7 @@ from fesloop.analysis.study.engine.bases import meanwhile
 from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import from_document, read
-from fesloop.forms.toml_text import toml_text
+from fesloop.forms.toml import toml_text
 
 ROOT = Path(__file__).resolve().parents[3]
 SLOW = {"finger_fmu", "finger_pid_latency", "linear_loop"}

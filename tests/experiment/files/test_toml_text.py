@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fesloop.forms.toml_text import toml_text
+from fesloop.forms.toml import toml_text
 
 TEXT = st.text(st.characters(exclude_categories=["Cs"]))
 SCALARS = TEXT | st.booleans() | st.integers(-2**63, 2**63 - 1) | st.floats(allow_nan=False)

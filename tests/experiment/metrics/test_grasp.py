@@ -11,7 +11,7 @@ from fesloop.experiment.metrics.cycles import CycleScore, cycle_metrics, cycle_p
 from fesloop.experiment.metrics.grasp import grasp_metrics
 from fesloop.experiment.metrics.grasp_score import GraspScore
 from fesloop.experiment.metrics.joints import range_deg
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.loop.clock import RateClock
 
 TIMES_NS = np.arange(0, 1000) * 10_000_000

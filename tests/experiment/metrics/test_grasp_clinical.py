@@ -19,7 +19,7 @@ from fesloop.experiment.metrics.grasp import (
 )
 from fesloop.experiment.metrics.grasp_outcome import contact_s, grip_force, needed_grip_n
 from fesloop.experiment.metrics.grasp_score import FREEDOMS, GraspScore
-from fesloop.hand.muscles import muscle
+from fesloop.hand.movements import muscle
 
 TIMES_NS = np.arange(0, 1000) * 10_000_000
 TIMES_S = TIMES_NS / 1e9

@@ -5,7 +5,7 @@ import pytest
 
 from fesloop import Recording, load
 from fesloop.hand.anthropometry import HandSize
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import hand_tree
 
 FREEDOMS = hand_tree(HandSize()).freedoms

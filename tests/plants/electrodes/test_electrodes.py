@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError
-from fesloop.hand.muscles import EXTRINSIC, MUSCLES
+from fesloop.hand.movements import EXTRINSIC, MUSCLES
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, RateClock
 from fesloop.loop.signals import NEVER, Sample

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from fesloop.errors import InputError
 from fesloop.loop.block import Context
-from fesloop.models.recruitment import Recruitment
+from fesloop.models.linear_model import Recruitment
 from plants.finger import Finger
 from plants.finger.dynamics import chain_mass_matrix
 from plants.muscles.fitness import Fatigue

@@ -12,7 +12,7 @@ from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import Poses, segment_poses
 from fesloop.hand.motion import root_motion, sensed, sensor_points
-from fesloop.hand.muscles import MUSCLES, muscle
+from fesloop.hand.movements import MUSCLES, muscle
 from fesloop.hand.segments import Segment, SegmentTree
 from fesloop.hand.skeleton import dorsal_points, hand_tree
 from fesloop.loop.block import Context

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fesloop.errors import InputError
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
 from plants.hand import Hand

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.loop.block import Context
 from plants.hand import Hand
 from plants.hand.objects import GraspObject, Table

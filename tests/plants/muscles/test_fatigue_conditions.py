@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.loop.block import Context
 from plants.muscles import Muscles
 from plants.muscles.fitness import CONDITIONS

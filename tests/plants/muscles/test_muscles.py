@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from muscle_parts import CONTEXT, COUNT, MODELS, MS, given, patient, simulate, tiring
 
 from fesloop.errors import InputError
-from fesloop.hand.muscles import MUSCLES, muscle
+from fesloop.hand.movements import MUSCLES, muscle
 from fesloop.loop.block import Context
 from plants.muscles import Muscles
 from plants.muscles.fitness import MuscleFatigue

@@ -14,7 +14,7 @@ from fesloop.errors import InputError, RunError
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import joint_angles, placed, relative_of_segments
-from fesloop.hand.muscles import MUSCLES, muscle
+from fesloop.hand.movements import MUSCLES, muscle
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS

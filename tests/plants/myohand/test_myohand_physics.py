@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from fesloop.hand.anthropometry import HandSize
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError, InputErrors
-from fesloop.forms.toml_text import toml_text
-from fesloop.hand.muscles import INTRINSIC, MUSCLES, muscle
+from fesloop.forms.toml import toml_text
+from fesloop.hand.movements import INTRINSIC, MUSCLES, muscle
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
 from plants.electrodes import Electrodes

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fesloop.experiment.recording.reading import Recording
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.show.report.parts import Drawing, Strips
 from fesloop.show.report.run import stimulation
 from fesloop.show.report.run.fatigue import fatigue_section

@@ -9,7 +9,7 @@ from typing import Literal
 
 from fesloop.errors import InputError
 from fesloop.experiment.files.settings import key_parts
-from fesloop.forms.toml_text import toml_value
+from fesloop.forms.toml import toml_value
 
 LevelValue = float | int | str | bool
 _DIGITS = 12

@@ -16,8 +16,7 @@ from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment.files.patches import merged
 from fesloop.experiment.files.source import Shelf, read_tables
 from fesloop.forms.faults import faults_of
-from fesloop.forms.keys import keys_at
-from fesloop.forms.schema import closed, make, table
+from fesloop.forms.schema import closed, keys_at, make, table
 from fesloop.forms.toml import TomlError, plain_tables
 
 _SPAN = {"start": "from", "stop": "to"}

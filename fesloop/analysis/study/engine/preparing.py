@@ -23,7 +23,7 @@ from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.identifying import identifier
 from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.running.trial import run
-from fesloop.forms.toml_text import toml_value
+from fesloop.forms.toml import toml_value
 
 Needed = dict[str, tuple[str, bytes]]
 """Key and deflated document of what is to be prepared, by id."""

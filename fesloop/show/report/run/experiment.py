@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from fesloop.forms.toml_text import toml_text
+from fesloop.forms.toml import toml_text
 from fesloop.show.report.parts import Code, Drawing, Fold, Notice, Paragraph, Part, Section, Table
 from fesloop.show.report.run.known import Known
 from fesloop.show.report.run.wiring import is_plant, wiring_svg

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fesloop.hand.muscles import MUSCLES
+from fesloop.hand.movements import MUSCLES
 from fesloop.loop.clock import FOREVER
 from fesloop.show.report.parts import Chart, Line, Notice, Paragraph, Part, Section
 from fesloop.show.report.run.known import Known

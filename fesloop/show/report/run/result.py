@@ -12,7 +12,7 @@ from fesloop.analysis.study.results.quantities import with_unit
 from fesloop.experiment.metrics.joints import columns, held
 from fesloop.experiment.metrics.not_known import NOT_KNOWN, reasons_of
 from fesloop.experiment.metrics.scoring import alignments
-from fesloop.hand.muscles import muscle
+from fesloop.hand.movements import muscle
 from fesloop.loop.clock import NS_PER_S
 from fesloop.show.report.parts import Bars, Chart, Fold, Line, Mark, Paragraph, Part, Section, Table
 from fesloop.show.report.run.axes import from_zero

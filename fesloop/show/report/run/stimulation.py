@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.experiment.withheld import given_signal
-from fesloop.hand.muscles import muscle
+from fesloop.hand.movements import muscle
 from fesloop.show.picture.arrays import CUT_DEG, motor_points, placed_labels, unrolled
 from fesloop.show.report.parts import Drawing, Notice, Paragraph, Part, Section, Strips
 from fesloop.show.report.run import words as svg

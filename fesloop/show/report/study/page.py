@@ -10,7 +10,7 @@ from fesloop.analysis.study.results.study_results import StudyResults, load, res
 from fesloop.analysis.study.store.reading import store_path
 from fesloop.analysis.study.store.salvage import Salvage, salvaged
 from fesloop.errors import FesloopError, InputError
-from fesloop.forms.toml_text import toml_text
+from fesloop.forms.toml import toml_text
 from fesloop.show.report.parts import Code, Fold, Notice, Page, Section
 from fesloop.show.report.run.experiment import without_none
 from fesloop.show.report.study.answer import answer

@@ -11,7 +11,7 @@ from fesloop.analysis.study.results.run_columns import DONE, FAILED
 from fesloop.analysis.study.results.study_results import StudyResults
 from fesloop.analysis.study.store.versions import Provenance, provenance_of
 from fesloop.errors import FesloopError
-from fesloop.forms.toml_text import toml_text
+from fesloop.forms.toml import toml_text
 from fesloop.show.report.parts import Code, Fold, Notice, Paragraph, Part, Section, Table
 from fesloop.show.report.run.experiment import without_none
 from fesloop.show.report.study.shown import Shown
