@@ -10,7 +10,7 @@ import pytest
 from fesloop.analysis.study.design.study_file import read_study
 from fesloop.apps.cli import main
 from fesloop.apps.cli.parser import make_parser
-from fesloop.experiment.files.guide import guide_of
+from fesloop.experiment.files.layout import guide_of
 from fesloop.experiment.files.parse import load, read
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from fesloop.apps.cli import main
 from fesloop.apps.cli.parser import make_parser
-from fesloop.experiment.files.guide import guide_of
+from fesloop.experiment.files.layout import guide_of
 from fesloop.experiment.files.parse import read, shipped
 
 GUIDES = {name: guide_of(read(name)[1]) for name in shipped()}

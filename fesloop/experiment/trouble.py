@@ -10,8 +10,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from fesloop.experiment.metrics.grasp_outcome import OUTCOMES
-from fesloop.experiment.recording.recorded import Event
-from fesloop.experiment.withheld import Rows, Stimulated, commanded_signal, stimulated
+from fesloop.experiment.metrics.not_known import Rows, Stimulated, commanded_signal, stimulated
+from fesloop.experiment.recording.reading import Event
 
 _STATUSES = {"running": "the run is not over, or was killed", "damaged": "the file of the run is damaged",
              "failed": "the run failed", "interrupted": "the run was interrupted"}

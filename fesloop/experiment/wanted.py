@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from fesloop.errors import InputError
 from fesloop.experiment.metrics.cycles import CycleScore
-from fesloop.experiment.metrics.grasp_score import GraspScore
+from fesloop.experiment.metrics.grasp_outcome import GraspScore
 from fesloop.experiment.metrics.search import SearchScore
 from fesloop.loop.clock import NS_PER_S, duration_ns, parse_rate
 from fesloop.loop.nodes import Node

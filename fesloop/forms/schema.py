@@ -131,7 +131,7 @@ def _is_file_backed(annotation: Any) -> bool:
 
 def _file_backed(cls: type[FileBacked], kinds: Kinds) -> Any:
     """A part's own ({kind = "finger", ...}), the parameters themselves, or a file's ({file = "..."}), which
-    stands for its parameters before any object is made (`fesloop.experiment.files.patient_models`)."""
+    stands for its parameters before any object is made (`fesloop.experiment.files.patients`)."""
     parts = {kind: part for kind, part in kinds.items() if cls.OFFERED_BY and hasattr(part, cls.OFFERED_BY)}
     members = [Annotated[table(part, {}, {"kind": Required[Literal[kind]]}), Tag(kind)]
                for kind, part in parts.items()]

@@ -4,7 +4,7 @@ import pytest
 
 from fesloop.apps.bench import shipped
 from fesloop.errors import RunError
-from fesloop.experiment.files.guide import Guide, guide_of
+from fesloop.experiment.files.layout import Guide, guide_of
 from fesloop.experiment.files.parse import read
 
 

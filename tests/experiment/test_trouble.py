@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from fesloop.apps.cli import main
 from fesloop.apps.cli.run_command import _events as events_in_summary
 from fesloop.experiment.metrics.grasp_outcome import OUTCOMES
-from fesloop.experiment.recording.recorded import Event
+from fesloop.experiment.recording.reading import Event
 from fesloop.experiment.trouble import KINDS, troubles
 from fesloop.show.report.comparison.scored import sentence_of as sentence_of_several
 from fesloop.show.report.run.events import events_section

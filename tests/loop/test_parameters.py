@@ -13,7 +13,7 @@ from loop_parts import Memory, Pass, Source
 from numba import njit
 
 from fesloop.errors import SnapshotError
-from fesloop.experiment.running.timing import timed
+from fesloop.experiment.recording.writing import timed
 from fesloop.loop.nodes import Node
 from fesloop.loop.parameters import changed, parameter_digests
 from fesloop.loop.run import Loop

@@ -17,7 +17,7 @@ from collections.abc import Callable
 from typing import Any
 
 from fesloop.errors import RunError
-from fesloop.experiment.files.guide import Guide, guide_of
+from fesloop.experiment.files.layout import Guide, guide_of
 from fesloop.experiment.files.parse import read, shipped
 
 _SHORT_S = 10.0

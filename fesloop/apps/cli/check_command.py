@@ -16,7 +16,7 @@ from fesloop.experiment.cautions import experiment_cautions
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load_picked
 from fesloop.experiment.files.patients import describe
-from fesloop.experiment.running.rehearsal import without_stand_in
+from fesloop.experiment.running.trial import without_stand_in
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.input_ages import too_old

@@ -13,10 +13,10 @@ from fesloop.analysis.study.results.quantities import duration_text
 from fesloop.apps.cli.output import print_json, print_table
 from fesloop.errors import InputError
 from fesloop.experiment import registry
-from fesloop.experiment.files.guide import Guide, guide_of
+from fesloop.experiment.files.layout import Guide, guide_of
+from fesloop.experiment.files.overlay import listed
 from fesloop.experiment.files.parse import read, shipped
 from fesloop.experiment.files.patients import presets
-from fesloop.experiment.files.variants import listed
 
 _JOBS = {"closed_loop": "A closed loop around a virtual patient",
          "array_search": "Electrodes searched for on arrays",

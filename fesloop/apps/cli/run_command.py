@@ -14,12 +14,11 @@ from fesloop.apps.cli.output import print_json, print_table, progress_bar, tell_
 from fesloop.errors import FesloopError, InputError
 from fesloop.experiment.cautions import experiment_cautions
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.files.guide import guide_of
+from fesloop.experiment.files.layout import guide_of
 from fesloop.experiment.files.parse import load_picked
 from fesloop.experiment.metrics.lateness import class_names
 from fesloop.experiment.metrics.not_known import NOT_KNOWN, reasons_of
-from fesloop.experiment.recording.reading import Recording
-from fesloop.experiment.recording.recorded import Event
+from fesloop.experiment.recording.reading import Event, Recording
 from fesloop.experiment.running.trial import Result, run
 from fesloop.experiment.trouble import graveness, troubles
 from fesloop.loop.block import Context

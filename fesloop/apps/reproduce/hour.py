@@ -15,7 +15,7 @@ from fesloop.apps.reproduce.cohort import Job, Progress, run_jobs
 from fesloop.apps.reproduce.comparison import Row
 from fesloop.apps.reproduce.hand_recording import HAND, seen, spans
 from fesloop.apps.reproduce.result import Reproduction, Sweep
-from fesloop.experiment.metrics.fingertips import TWO_SIDED_95
+from fesloop.experiment.metrics.joints import TWO_SIDED_95
 from fesloop.experiment.recording.reading import Recording
 
 Array = NDArray[np.float64]

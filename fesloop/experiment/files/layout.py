@@ -2,17 +2,100 @@
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal, NotRequired, Required, Union
 
 from pydantic import Discriminator, TypeAdapter
 
+from fesloop.errors import InputError
 from fesloop.experiment import registry
-from fesloop.experiment.files.guide import Guide
 from fesloop.experiment.files.patients import CHOICE
 from fesloop.experiment.wanted import Record, Score
-from fesloop.forms.schema import Kinds, checked, closed, table
+from fesloop.forms.schema import Kinds, checked, closed, make, table
 from fesloop.loop.duration import Duration
 from fesloop.loop.wire import Wire
+
+Job = Literal["closed_loop", "array_search", "hardware", "trackers"]
+Need = Literal["extra lsl", "extra myohand", "extra search", "extra stimulator", "a recording", "a run",
+               "an error process", "a live stream", "real time", "a C compiler"]
+RUN = "RUN.h5"
+"""Stands for the recording of the run in commands to try next."""
+PLAYED = "RECORDING"
+"""Stands for the recording that the run played."""
+_OF_PLAYED = ("layout", "sensor_set", "pairs", "twin", "trial", "command", "posture", "signal")
+"""Settings, short or the end of a key, without which that recording may not be read, or not fit."""
+_FITS_ERROR = "fesloop fit-error "
+_PATIENT = ("patient", "plant")
+"""Settings that say whose model is identified."""
+_TAKES_MODEL = "--set model="
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Guide:
+    """The table [guide] of an experiment file.
+
+    Attributes
+    ----------
+    job: what it is for.
+    takes_s: about how long `fesloop run` takes as the file stands, s of wall time of one free core, code
+        compiled; `fesloop bench shipped` measures it.
+    needs: what must be there: extras of fesloop, input, a way to run.
+    needs_with: what a setting needs beyond, such as {"plant=myohand" = "extra myohand"}.
+    try_next: commands that go on from its run, whose recording `RUN.h5` stands for, and `RECORDING` for the
+        one that it played.
+    """
+
+    job: Job
+    takes_s: float
+    needs: tuple[Need, ...] = ()
+    needs_with: dict[str, Need] = field(default_factory=dict)
+    try_next: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.takes_s > 0.0:
+            raise InputError("takes_s", f"{self.takes_s:g}", "seconds above 0")
+
+    def next_commands(self, recording: str, settings: Sequence[str] = (), scored: bool = True) -> list[str]:
+        """Commands to try next, each as it can be typed, with the recording of the run in them.
+
+        One that takes a model of the run's patient goes on with that patient: with those of the run's
+        `settings`, "KEY=VALUE" each, that choose it. One that plays the run's own source goes on with that
+        file, its layout and its pairs; it is left out where no setting names the file, and, if it fits an
+        error, where the run did not score its tracker.
+        """
+        same = "".join(f" --set {shlex.quote(setting)}" for setting in settings
+                       if _parts(setting)[0] in _PATIENT)
+        played = next((value.strip().strip("'\"") for key, _, value in map(_parts, settings)
+                       if key.split(".")[-1] == "recording"), "")
+        commands = []
+        for command in self.try_next:
+            if PLAYED in command:
+                if not played or (command.startswith(_FITS_ERROR) and not scored):
+                    continue
+                command = command.replace(f"recording={PLAYED}", shlex.quote(f"recording={played}"))
+                command = command.replace(PLAYED, shlex.quote(played)) + "".join(
+                    f" --set {shlex.quote(setting)}" for setting in settings
+                    if _parts(setting)[0].split(".")[-1] in _OF_PLAYED)
+            commands.append(command.replace(RUN, shlex.quote(recording))
+                            + (same if _TAKES_MODEL in command else ""))
+        return commands
+
+
+def _parts(setting: str) -> tuple[str, str, str]:
+    """Key, "=" and value of a setting."""
+    key, equals, value = setting.partition("=")
+    return key.strip(), equals, value
+
+
+def guide_of(document: Mapping[str, Any]) -> Guide | None:
+    """What a sound document says to people; None if it says nothing."""
+    if "guide" not in document:
+        return None
+    guide: Guide = make(Guide, document["guide"], {}, "guide")
+    return guide
+
 
 Rate = str | int | float
 Aliases = dict[str, str | list[str]]
@@ -40,7 +123,7 @@ def experiment_table(kinds: Kinds) -> Any:
 
 
 def option_table() -> Any:
-    """Typed dict of an option of a variant: a patch over the file (`fesloop.experiment.files.patches`)."""
+    """Typed dict of an option of a variant: a patch over the file (`fesloop.experiment.files.overlay`)."""
     tables = dict.fromkeys(("experiment", "patient", "score"), NotRequired[dict[str, Any]])
     return closed("Option", {
         "description": NotRequired[str],
@@ -85,5 +168,3 @@ def json_schema() -> dict[str, Any]:
         "extends": text, "remove": {"type": "array", "items": text}}}
     return {"title": whole["title"], "type": "object", "$defs": definitions,
             "if": {"required": ["extends"]}, "then": extending, "else": whole}
-
-

@@ -15,13 +15,9 @@ from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment import registry
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.layout import experiment_table
-from fesloop.experiment.files.patches import extended, of_its_own
-from fesloop.experiment.files.patient_models import with_models
-from fesloop.experiment.files.patients import patient_of, with_patient
-from fesloop.experiment.files.places import placed
-from fesloop.experiment.files.settings import apply_settings
-from fesloop.experiment.files.source import Shelf, read_tables
-from fesloop.experiment.files.variants import Picked, pick
+from fesloop.experiment.files.overlay import Picked, apply_settings, extended, of_its_own, pick
+from fesloop.experiment.files.patients import patient_of, with_models, with_patient
+from fesloop.experiment.files.source import Shelf, placed, read_tables
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.wanted import Record, Score

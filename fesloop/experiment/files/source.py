@@ -8,7 +8,7 @@ says is laid over what it extends; that may extend another.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 from fesloop.errors import InputError, did_you_mean
 from fesloop.forms.toml import TomlError, tables_of
 from fesloop.given_files import read_whole
+from fesloop.models.patient_model import shipped_models
 
 Tables = dict[str, Any]
 Overlay = Callable[[Tables, Mapping[str, Any]], Tables]
@@ -108,3 +109,36 @@ def _tables(name: str, content: bytes) -> Tables:
         raise InputError(name, f"is not UTF-8 text (byte {fault.start})", "a TOML file") from None
     except TomlError as fault:
         raise InputError(name, f"is not TOML: {fault}", remedy="mend the line") from None
+
+
+_KEYS = ("file", "path", "recording", "layout")
+"""Parameters of blocks, and of tables in them, whose text is a path."""
+_SHIPPED = "shipped:"
+
+
+def placed(document: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The tables of an experiment file in a folder, the paths in them as seen from the current folder."""
+    return {key: _placed((key,), value, folder) for key, value in document.items()}
+
+
+def placed_value(path: Sequence[str], value: Any, folder: Path | None) -> Any:
+    """What a file in a folder puts at a path of an experiment; None: a file that is shipped."""
+    return value if folder is None else _placed(tuple(path), value, folder)
+
+
+def _placed(path: tuple[str, ...], value: Any, folder: Path) -> Any:
+    if path[0] == "variants" and len(path) > 3:
+        path = path[3:]
+    if isinstance(value, dict):
+        return {key: _placed((*path, key), each, folder) for key, each in value.items()}
+    if isinstance(value, list):
+        return [_placed(path, each, folder) for each in value]
+    return str(folder / value) if isinstance(value, str) and _is_path(path, value) else value
+
+
+def _is_path(path: tuple[str, ...], text: str) -> bool:
+    if path == ("patient", "file"):
+        return text.endswith(".toml") or "/" in text
+    if path[0] != "blocks" or len(path) < 3 or path[-1] not in _KEYS:
+        return False
+    return bool(text) and not text.startswith(_SHIPPED) and text not in shipped_models()

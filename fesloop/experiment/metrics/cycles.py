@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from fesloop.errors import InputError
-from fesloop.experiment.recording.reading import Recording, Signal
-from fesloop.experiment.recording.recorded import reached_ns
+from fesloop.experiment.recording.reading import Recording, Signal, reached_ns
 from fesloop.hand.movements import MUSCLES, muscle
 from fesloop.loop.clock import NS_PER_S, duration_ns
 

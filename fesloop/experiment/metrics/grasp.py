@@ -11,23 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.experiment.metrics.grasp_outcome import (
+    FREEDOMS,
     LASTING_S,
     OBJECT_KEYS,
     OUTCOMES,
     TABLE_KEYS,
     Found,
+    GraspScore,
     ObjectCourse,
     contact_s,
     find_outcome,
     grip_force,
     needed_grip_n,
 )
-from fesloop.experiment.metrics.grasp_score import FREEDOMS, GraspScore
 from fesloop.experiment.metrics.joints import held
-from fesloop.experiment.metrics.not_known import note, put
-from fesloop.experiment.recording.reading import Recording, Signal
-from fesloop.experiment.recording.recorded import reached_ns
-from fesloop.experiment.withheld import given_signal
+from fesloop.experiment.metrics.not_known import given_signal, note, put
+from fesloop.experiment.recording.reading import Recording, Signal, reached_ns
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import FINGERS
 from fesloop.hand.movements import MUSCLES

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
 
 NOT_KNOWN = "not_known"
 """Name under which metrics keep their reasons: path of a metric, dots between its parts, to its reason, or
@@ -84,3 +87,77 @@ def numbers(metrics: dict[str, Any], path: tuple[str, ...] = ()) -> Iterator[tup
 
 def _none(value: Any) -> bool:
     return value is None or (isinstance(value, float) and not math.isfinite(value))
+
+
+_PORT = "stimulation"
+
+
+class Rows(Protocol):
+    """What is read of a recording."""
+
+    @property
+    def signals(self) -> Sequence[str]:
+        """Names of what is recorded."""
+
+    @property
+    def experiment(self) -> Mapping[str, Any]:
+        """The document of the experiment."""
+
+    def tables(self, names: Sequence[str], trial: int = 0) -> Sequence[Any]:
+        """Signals of a trial, read in pieces."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stimulated:
+    """Of one trial: charge per phase, the mean of all channels and rows, C.
+
+    Attributes
+    ----------
+    asked: into the safety block; 0 where that is not recorded.
+    passed: out of it.
+    given: by the device, where it says so; else as `passed`.
+    """
+
+    asked: float
+    passed: float
+    given: float
+
+
+def commanded_signal(recording: Rows, safety: str) -> str:
+    """What is wired into a safety block as stimulation; "" where nothing is."""
+    return next((str(wire["from"]) for wire in recording.experiment.get("wires", ())
+                 if wire["to"] == f"{safety}.{_PORT}"), "")
+
+
+def given_signal(recording: Rows, commanded: str) -> str | None:
+    """The recorded `charge` of the device that a signal of pulses commands; None where there is none."""
+    for wire in recording.experiment.get("wires", ()):
+        charge = f"{wire['to'].partition('.')[0]}.charge"
+        if wire["from"] == commanded and wire["to"].endswith(f".{_PORT}") and charge in recording.signals:
+            return charge
+    return None
+
+
+def stimulated(recording: Rows, safety: str, trial: int, from_ns: int = 0) -> Stimulated | None:
+    """What went through a safety block in a trial from an instant on; None where no row is."""
+    passed = f"{safety}.{_PORT}"
+    if passed not in recording.signals:
+        return None
+    source = commanded_signal(recording, safety)
+    asked = _mean(recording, source, trial, from_ns) if source in recording.signals else 0.0
+    let_through = _mean(recording, passed, trial, from_ns)
+    given = _mean(recording, given_signal(recording, passed) or passed, trial, from_ns)
+    if asked is None or let_through is None or given is None:
+        return None
+    return Stimulated(asked, let_through, given)
+
+
+def _mean(recording: Rows, name: str, trial: int, from_ns: int) -> float | None:
+    """Charge per phase, C: the mean of the rows from an instant on; None where there are none."""
+    total, count = 0.0, 0
+    for piece in recording.tables([name], trial)[0].pieces():
+        rows = piece.values[0][piece.times_ns >= from_ns]
+        charges = rows[..., 0] * rows[..., 1] if rows.ndim == 3 else rows
+        total += float(np.nansum(charges))
+        count += charges.size
+    return total / count if count else None

@@ -11,11 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.experiment.metrics.cycles import cycle_metrics
-from fesloop.experiment.metrics.fingertips import by_tip, coverage, fingertip_error, fingertip_rmse_mm
 from fesloop.experiment.metrics.grasp import grasp_metrics
 from fesloop.experiment.metrics.joints import (
     Trace,
+    by_tip,
     columns,
+    coverage,
+    fingertip_error,
+    fingertip_rmse_mm,
     held,
     joint_rmse_deg,
     range_deg,

@@ -14,8 +14,8 @@ import h5py
 import numpy as np
 
 from fesloop.errors import InputError
-from fesloop.experiment.recording.file import lengthen
 from fesloop.experiment.recording.form import ALLOWED, undamaged
+from fesloop.experiment.recording.writing import lengthen
 
 _FLAGS, _CHECKSUM, _LENGTH = 11, 44, 48
 """Where in it the consistency flags stand, and the checksum of all that is before it; its length, bytes."""

@@ -3,7 +3,7 @@
 import pytest
 
 from fesloop.errors import InputError
-from fesloop.experiment.files.guide import Guide, guide_of
+from fesloop.experiment.files.layout import Guide, guide_of
 from fesloop.experiment.files.parse import from_document, read
 
 SOUND = {"job": "closed_loop", "takes_s": 3}

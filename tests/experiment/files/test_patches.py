@@ -5,8 +5,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError
-from fesloop.experiment.files.patches import combined, cut_off, keyed, patched, plain_lists
-from fesloop.experiment.files.settings import key_parts, key_text
+from fesloop.experiment.files.overlay import (
+    combined,
+    cut_off,
+    key_parts,
+    key_text,
+    keyed,
+    patched,
+    plain_lists,
+)
 
 NAMES = ["pid", "hand", "imus", "tracker", "finger"]
 values = st.one_of(st.integers(0, 2), st.booleans(), st.sampled_from([0.0, 1.0, "x"]),

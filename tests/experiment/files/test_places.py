@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from fesloop import InputError, load
 from fesloop.analysis.study.design.plan import plan
 from fesloop.analysis.study.design.study_file import read_study
-from fesloop.experiment.files.places import placed, placed_value
+from fesloop.experiment.files.source import placed, placed_value
 from fesloop.models.patient_model import shipped_models
 
 HERE, BESIDE, SAID = 201.0, 171.0, 151.0

@@ -15,8 +15,8 @@ from fesloop import Recording
 from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.files.layout import json_schema
+from fesloop.experiment.files.overlay import pick
 from fesloop.experiment.files.parse import from_document
-from fesloop.experiment.files.variants import pick
 
 SMALL = (Path(__file__).parents[1] / "small.toml").read_text().partition("[aliases]")[0]
 TABLES = ["experiment", "patient", "record", "blocks", "wires", "score", "aliases"]

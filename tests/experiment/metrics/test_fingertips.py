@@ -6,7 +6,7 @@ import pytest
 from fesloop.errors import InputErrors, RunError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import from_document
-from fesloop.experiment.metrics.fingertips import coverage, fingertip_error, fingertip_rmse_mm
+from fesloop.experiment.metrics.joints import coverage, fingertip_error, fingertip_rmse_mm
 from fesloop.experiment.running.trial import run
 from fesloop.experiment.wanted import Score
 from fesloop.loop.nodes import Node

@@ -9,7 +9,7 @@ from fesloop.errors import InputError, InputErrors
 from fesloop.experiment.files.parse import from_document
 from fesloop.experiment.metrics.cycles import CycleScore, cycle_metrics, cycle_peaks
 from fesloop.experiment.metrics.grasp import grasp_metrics
-from fesloop.experiment.metrics.grasp_score import GraspScore
+from fesloop.experiment.metrics.grasp_outcome import GraspScore
 from fesloop.experiment.metrics.joints import range_deg
 from fesloop.hand.movements import MUSCLES
 from fesloop.loop.clock import RateClock

@@ -17,8 +17,13 @@ from fesloop.experiment.metrics.grasp import (
     grasps_until_fatigue,
     unwanted_motion_deg,
 )
-from fesloop.experiment.metrics.grasp_outcome import contact_s, grip_force, needed_grip_n
-from fesloop.experiment.metrics.grasp_score import FREEDOMS, GraspScore
+from fesloop.experiment.metrics.grasp_outcome import (
+    FREEDOMS,
+    GraspScore,
+    contact_s,
+    grip_force,
+    needed_grip_n,
+)
 from fesloop.hand.movements import muscle
 
 TIMES_NS = np.arange(0, 1000) * 10_000_000

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 import fesloop
 from fesloop.experiment.metrics.grasp import grasp_metrics
-from fesloop.experiment.metrics.grasp_outcome import OUTCOMES
-from fesloop.experiment.metrics.grasp_score import GraspScore
+from fesloop.experiment.metrics.grasp_outcome import OUTCOMES, GraspScore
 from fesloop.experiment.metrics.not_known import NOT_KNOWN, give_reasons, numbers, reasons_of
 from fesloop.loop.block import Context
 from plants.hand.contract import FLOOR_M, go_on

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from fesloop.errors import InputError
-from fesloop.experiment.metrics.grasp_score import GraspScore
+from fesloop.experiment.metrics.grasp_outcome import GraspScore
 from fesloop.experiment.metrics.search import SearchScore
 from fesloop.experiment.wanted import Score
 from fesloop.loop.nodes import Node

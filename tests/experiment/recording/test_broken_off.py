@@ -148,7 +148,7 @@ def test_a_write_that_is_refused_is_told_in_one_line_and_what_was_written_can_be
 
 
 def test_a_full_disk_is_found_before_the_run(tmp_path, monkeypatch):
-    monkeypatch.setattr("fesloop.experiment.recording.file.free_bytes", lambda path: 10**6)
+    monkeypatch.setattr("fesloop.experiment.recording.writing.free_bytes", lambda path: 10**6)
     with pytest.raises(InputError, match=r"--out .*the disk is full, 1 MB"):
         fesloop.load(SMALL).run(tmp_path / "runs")
     assert list(tmp_path.iterdir()) == []

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fesloop.experiment.recording.rows import EVENT, event_rows
+from fesloop.experiment.recording.form import EVENT, event_rows
 
 SIZES = {field: EVENT[field].itemsize for field in ("where", "status", "detail")}
 

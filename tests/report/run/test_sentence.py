@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fesloop.experiment.recording.recorded import Event
+from fesloop.experiment.recording.reading import Event
 from fesloop.show.report.run.known import Known
 from fesloop.show.report.run.sentence import sentence_of
 

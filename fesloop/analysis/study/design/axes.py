@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from fesloop.errors import InputError
-from fesloop.experiment.files.settings import key_parts
+from fesloop.experiment.files.overlay import key_parts
 from fesloop.forms.toml import toml_value
 
 LevelValue = float | int | str | bool

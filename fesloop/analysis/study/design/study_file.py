@@ -13,7 +13,7 @@ from fesloop.analysis.study.design.axes import Axis
 from fesloop.analysis.study.design.figure_specs import Figure
 from fesloop.analysis.study.design.study import About, Preparation, Study, is_name
 from fesloop.errors import InputError, InputErrors, did_you_mean
-from fesloop.experiment.files.patches import merged
+from fesloop.experiment.files.overlay import merged
 from fesloop.experiment.files.source import Shelf, read_tables
 from fesloop.forms.faults import faults_of
 from fesloop.forms.schema import closed, keys_at, make, table

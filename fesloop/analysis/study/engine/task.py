@@ -26,8 +26,7 @@ from fesloop.errors import FesloopError, where_it_broke
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import from_document
 from fesloop.experiment.running.blas import one_blas_thread
-from fesloop.experiment.running.rehearsal import Rehearsals
-from fesloop.experiment.running.trial import run
+from fesloop.experiment.running.trial import Rehearsals, run
 
 NO_ROOM = "no room"
 """Status of a run that could not be recorded: the worker's disk is full. It is not a result."""

@@ -30,7 +30,7 @@ from fesloop.analysis.study.design.study import Study
 from fesloop.analysis.study.store.claim import claim, is_empty
 from fesloop.analysis.study.store.file import FILE, locked, named, opened, require_room, transaction
 from fesloop.errors import InputError, RunError
-from fesloop.experiment.files.settings import key_text
+from fesloop.experiment.files.overlay import key_text
 
 _PUT = """
 INSERT INTO results VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT(id) DO UPDATE SET status = excluded.status,
