@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from controllers.ilc.laws import Learning
-from controllers.ilc.limits import Limits
+from controllers.ilc.laws import Learning, Limits
 from fesloop.models.linear_model import SampledModel
 
 MODEL = SampledModel(

@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 
 from controllers.ilc.checks import cautions_in_place, check, faults
 from controllers.ilc.convergence import Condition, condition_of
-from controllers.ilc.laws import AllocatedCurves, LawName, Learning
-from controllers.ilc.limits import Limits, pulses_of
+from controllers.ilc.laws import AllocatedCurves, LawName, Learning, Limits, SolverName, pulses_of
 from controllers.ilc.points import Point, heeded
-from controllers.ilc.programme import SolverName
 from controllers.ilc.trajectories import BankRule, explained
 from controllers.ilc.trial import SeenTrial
 from controllers.limits.allocation import Allocation, allocation_of

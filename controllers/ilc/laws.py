@@ -22,23 +22,241 @@ Heinzinger et al. 1992 (doi 10.1109/9.109645) for forgetting.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal, Protocol
+import math
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import block_diag
 from scipy.signal import butter, sosfiltfilt
 
-from controllers.ilc.limits import Limits, pulses_of
-from controllers.ilc.programme import SolverName, limited_change
 from controllers.ilc.trajectories import adjoint, optimal_change, response, strongest
-from controllers.limits.allocation import Allocation
+from controllers.limits.allocation import Allocation, allocate
+from controllers.qp.dense import Qp, QpResult, solve_sparse
 from fesloop.errors import InputError
 from fesloop.models.linear_model import SampledModel
 
 Array = NDArray[np.float64]
+_CHARGE_HALVINGS = 40
 _LEAST_DRIVE = 0.01
-"""Drive at which a resting muscle is linearised (chosen): the curve is flat at rest, nothing would start."""
+"""Sum of a channel's drives over a trial below which it counts as resting (chosen: 1 % of a muscle, once)."""
+
+
+def pulses_of(allocation: Allocation, drives: Array) -> Array:
+    """Pulses (samples, muscles, 2) in A and s for drives (samples, muscles)."""
+    pulses, table = np.empty((*drives.shape, 2)), allocation.table()
+    for k, drive in enumerate(np.ascontiguousarray(drives)):
+        allocate(table, drive, pulses[k])
+    return pulses
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Limits:
+    """0 <= v <= reach, |v_k - v_{k-1}| <= slew from rest, and a charge that each channel may give in a trial.
+
+    Attributes
+    ----------
+    reach: (muscles,), greatest drive.
+    slew: greatest change of a drive a tick.
+    allocation: how drives become pulses, where charge counts; else None.
+    charge_c: charge of each channel over a trial, one pulse a tick, C; infinite for no limit.
+    """
+
+    reach: Array
+    slew: float
+    allocation: Allocation | None = None
+    charge_c: float = np.inf
+
+    @property
+    def counts_charge(self) -> bool:
+        """Whether charge is limited."""
+        return self.allocation is not None and bool(np.isfinite(self.charge_c))
+
+    def within(self, drives: Array) -> Array:
+        """Drives clipped into their box, then tick by tick into the slew limit, then scaled to the charge."""
+        limited = np.clip(drives, 0.0, self.reach)
+        before = np.zeros(drives.shape[1])
+        for k in range(drives.shape[0]):
+            before = limited[k] = np.clip(limited[k], before - self.slew, before + self.slew)
+        if not self.counts_charge:
+            return limited
+        low, high = np.zeros(drives.shape[1]), np.ones(drives.shape[1])
+        if (self.charges(limited) <= self.charge_c).all():
+            return limited
+        for _ in range(_CHARGE_HALVINGS):
+            middle = 0.5 * (low + high)
+            fits = self.charges(middle * limited) <= self.charge_c
+            low, high = np.where(fits, middle, low), np.where(fits, high, middle)
+        return np.where(self.charges(limited) <= self.charge_c, 1.0, low) * limited
+
+    def charges(self, drives: Array) -> Array:
+        """Charge of each channel over the trial, (muscles,) C; zero where it is not counted."""
+        if self.allocation is None:
+            return np.zeros(drives.shape[1])
+        pulses = pulses_of(self.allocation, drives)
+        total: Array = np.abs(pulses[:, :, 0] * pulses[:, :, 1]).sum(axis=0)
+        return total
+
+    def charge_slopes(self, drives: Array) -> Array:
+        """Charge per unit of drive over a trial, (muscles,) C, by which the programme counts charge.
+
+        One a channel, so that it does not matter when in the trial the drives act; exact at `drives`, and
+        for a channel that these leave at rest that of half its reach.
+        """
+        if self.allocation is None:
+            return np.zeros(drives.shape[1])
+        total = drives.sum(axis=0)
+        resting = total < _LEAST_DRIVE
+        half = np.tile(0.5 * np.minimum(self.reach, 1.0), (1, 1))
+        slopes: Array = np.where(resting, self.charges(half) / half[0],
+                                 self.charges(drives) / np.maximum(total, _LEAST_DRIVE))
+        return slopes
+
+
+Mask = NDArray[np.bool_]
+SolverName = Literal["daqp", "osqp"]
+_CHARGE_PASSES = 2
+"""Programmes solved one after the other where charge is limited, the second about the first's answer
+(chosen: the first, about no drive, leaves much of the budget)."""
+_ITERATIONS = 4000
+"""(chosen: some seconds; programmes without charge take some tens.)"""
+_TOLERANCE = 1e-4
+"""On drives of 0 to 1 (chosen: 1 us of pulse width is worth some 1e-2 where a curve is steep)."""
+
+
+def limited_change(
+    model: SampledModel, errors: Array, weights: Array, change_weight: float, drives: Array, limits: Limits,
+    solver: SolverName, kept: Mask | None = None,
+) -> tuple[Array, str]:
+    """(d, status): the change (samples, muscles), and "" or why the solver gave none.
+
+    Charge is no linear function of drive: it is taken by the slopes at the trial's drives, then by those at
+    the answer.
+
+    Parameters
+    ----------
+    errors, weights: e and the diagonal of W, (samples, outputs).
+    drives: v (samples, muscles), inside the limits.
+    kept: (samples, muscles), drives that stay as they are; None for none.
+    """
+    solve = _structured if solver == "osqp" else _condensed
+    change, result = np.zeros_like(drives), None
+    for _ in range(_CHARGE_PASSES if limits.counts_charge else 1):
+        programme = _Programme(model, errors, weights, change_weight, drives, limits, change, kept)
+        result = solve(programme, result)
+        if not result.solved:
+            return np.zeros_like(drives), result.status
+        change = result.x[:drives.size].reshape(drives.shape)
+    return change, ""
+
+
+class _Programme(NamedTuple):
+    """What is to be solved; `change` is where the slopes of charge are taken."""
+
+    model: SampledModel
+    errors: Array
+    weights: Array
+    change_weight: float
+    drives: Array
+    limits: Limits
+    change: Array
+    kept: Mask | None = None
+
+    @property
+    def box(self) -> tuple[Array, Array]:
+        """Bounds of d, flat."""
+        free = np.ones_like(self.drives) if self.kept is None else np.where(self.kept, 0.0, 1.0)
+        return (-free * self.drives).ravel(), (free * (self.limits.reach - self.drives)).ravel()
+
+    def slew_rows(self) -> tuple[sparse.csc_matrix, Array, Array]:
+        """(rows on d, their lower and upper bounds)."""
+        size, slew = self.drives.size, self.limits.slew
+        rise = np.diff(self.drives, axis=0, prepend=0.0).ravel()
+        rows = sparse.csc_matrix(sparse.eye(size) - sparse.eye(size, k=-self.drives.shape[1]))
+        return rows, -slew - rise, slew - rise
+
+    def room(self) -> Array:
+        """(muscles,), what the sum of d over the trial may be for the charge."""
+        slopes = self.limits.charge_slopes(np.clip(self.drives + self.change, 0.0, self.limits.reach))
+        room: Array = self.limits.charge_c / slopes - self.drives.sum(axis=0)
+        return room
+
+
+def _structured(programme: _Programme, before: QpResult | None) -> QpResult:
+    """Unknowns d and x_1 ... x_{samples-1}, states from rest.
+
+    Where charge is limited, the sums of the drives are states too: as rows over a whole trial they would
+    cost OSQP ten times the iterations.
+    """
+    model, limits, size = programme.model, programme.limits, programme.drives.size
+    samples, muscles = programme.drives.shape
+    if limits.counts_charge:
+        model = _with_sums(model, 1.0 / math.sqrt(samples))
+    states = model.a.shape[0]
+    later = (samples - 1) * states
+    stages = [(model.c.T * weights) @ model.c for weights in programme.weights[1:]]
+    hessian = sparse.block_diag([programme.change_weight * sparse.eye(size), *stages], format="csc")
+    pull = -((programme.weights * programme.errors)[1:] @ model.c).ravel()
+    scale = size / (programme.change_weight * size + _curvature(model, programme.weights))
+    slew, slew_lower, slew_upper = programme.slew_rows()
+    rows = [sparse.hstack([sparse.kron(sparse.eye(samples - 1, samples), model.b),
+                           sparse.kron(sparse.eye(samples - 1, k=-1), model.a) - sparse.eye(later)]),
+            sparse.hstack([slew, sparse.csc_matrix((size, later))])]
+    free = np.full(later, np.inf)
+    lower = [programme.box[0], -free, np.zeros(later), slew_lower]
+    upper = [programme.box[1], free, np.zeros(later), slew_upper]
+    if limits.counts_charge:
+        share = 1.0 / math.sqrt(samples)
+        last = sparse.eye(muscles, size, k=size - muscles)
+        rows.append(sparse.hstack([share * last, sparse.eye(muscles, later, k=later - muscles)]))
+        lower.append(np.full(muscles, -np.inf))
+        upper.append(share * programme.room())
+    return solve_sparse(sparse.csc_matrix(scale * hessian), sparse.vstack(rows, format="csc"),
+                        scale * np.concatenate([np.zeros(size), pull]), np.concatenate(lower),
+                        np.concatenate(upper), tolerance=_TOLERANCE, max_iterations=_ITERATIONS, start=before)
+
+
+def _with_sums(model: SampledModel, share: float) -> SampledModel:
+    """The model with the sums of its drives so far, times `share`, as last states that do not show."""
+    muscles = model.b.shape[1]
+    return replace(model, a=block_diag(model.a, np.eye(muscles)),
+                   b=np.vstack([model.b, share * np.eye(muscles)]),
+                   c=np.hstack([model.c, np.zeros((model.c.shape[0], muscles))]))
+
+
+def _curvature(model: SampledModel, weights: Array) -> float:
+    """Trace of G'WG: sum over outputs of their weight times the squared response to all drives before."""
+    total, power, strength = 0.0, model.b, np.zeros(model.c.shape[0])
+    for k in range(1, weights.shape[0]):
+        strength += np.sum((model.c @ power) ** 2, axis=1)
+        power = model.a @ power
+        total += float(weights[k] @ strength)
+    return total
+
+
+def _condensed(programme: _Programme, before: QpResult | None) -> QpResult:
+    """Unknowns d alone."""
+    size, muscles = programme.drives.size, programme.drives.shape[1]
+    lifted = programme.model.lifted(programme.drives.shape[0])
+    weighted = lifted.T * programme.weights.ravel()
+    hessian = weighted @ lifted + programme.change_weight * np.eye(size)
+    scale = 1.0 / np.mean(np.diag(hessian))
+    slew, slew_lower, slew_upper = programme.slew_rows()
+    rows, lower, upper = [slew.toarray()], [programme.box[0], slew_lower], [programme.box[1], slew_upper]
+    if programme.limits.counts_charge:
+        rows.append(np.tile(np.eye(muscles), (1, programme.drives.shape[0])))
+        lower.append(np.full(muscles, -np.inf))
+        upper.append(programme.room())
+    solver = Qp(scale * 0.5 * (hessian + hessian.T), np.vstack(rows), solver="daqp", tolerance=_TOLERANCE,
+                max_iterations=_ITERATIONS)
+    if before is not None:
+        solver.start_from(before.x, before.multipliers)
+    return solver.solve(-scale * weighted @ programme.errors.ravel(), np.concatenate(lower),
+                        np.concatenate(upper))
+
+
 _HALVINGS = 7
 _NUDGE = 1e-3
 """Half the step of the central difference, of the longest pulse."""
@@ -102,7 +320,6 @@ def newton_drives(
     return candidates[int(np.argmin(costs))]
 
 
-Mask = NDArray[np.bool_]
 LawName = Literal["phase_lead", "gradient", "noilc", "noilc_constrained", "point_to_point", "newton"]
 PADDING = 15
 """Samples by which Q extends a trial at either end (chosen: a third of the longest period at 3 Hz, 40 ms)."""

@@ -19,7 +19,7 @@ from controllers.mpc.kernel import Loop, give_out, posed, solve_in_contact
 from controllers.mpc.state import MpcState
 from controllers.mpc.strength_adaptation import StrengthAdaptation
 from controllers.period import period_ns
-from controllers.qp.solvers import NOT_FINITE
+from controllers.qp.dense import NOT_FINITE
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS

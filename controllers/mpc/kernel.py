@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from controllers.limits.allocation import allocate, risen
 from controllers.mpc.observer import ObserverState, ahead, correct, record
 from controllers.mpc.plan import charge_room, free_optimum, limits
-from controllers.qp.dense import QpResult
-from controllers.qp.solvers import NOT_FINITE, check_vectors
+from controllers.qp.dense import NOT_FINITE, QpResult, check_vectors
 from fesloop.compiled import compiled
 from fesloop.loop.signals import Sample
 

@@ -11,13 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.reference.course import (
+    USUAL_ROWS,
     WayPoints,
+    checked_ranges,
     instants_ahead,
     reference_ports,
     reference_values,
+    require_in_range,
     require_preview,
 )
-from controllers.reference.ranges import USUAL_ROWS, checked_ranges, require_in_range
 from fesloop.errors import InputError, did_you_mean
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns

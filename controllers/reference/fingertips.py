@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 from controllers.reference.course import (
     Samples,
     WayPoints,
+    checked_ranges,
     instants_ahead,
     reference_ports,
     reference_values,
+    require_in_range,
     require_preview,
 )
-from controllers.reference.ranges import checked_ranges, require_in_range
 from fesloop.errors import InputError, did_you_mean
 from fesloop.hand.anthropometry import FINGERS, HandSize, Three
 from fesloop.hand.inverse_kinematics import InverseKinematics, of_hand

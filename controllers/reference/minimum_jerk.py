@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from controllers.reference.course import (
     WayPoints,
+    checked_ranges,
     instants_ahead,
     reference_ports,
     reference_values,
+    require_in_range,
     require_preview,
 )
-from controllers.reference.ranges import checked_ranges, require_in_range
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.signals import Port, Sample, Value

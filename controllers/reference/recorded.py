@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from controllers.reference.course import (
     Samples,
+    checked_ranges,
     instants_ahead,
     reference_ports,
     reference_values,
+    require_in_range,
     require_preview,
 )
 from controllers.reference.file import NamedCourses, read_courses
-from controllers.reference.ranges import checked_ranges, require_in_range
 from fesloop.errors import InputError, did_you_mean
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from controllers.period import period_ns
 from controllers.safety import kernel
-from controllers.safety.kernel import Dose
-from controllers.safety.watchdog import SOUND, Watchdog, WatchState
+from controllers.safety.kernel import SOUND, Dose, Watchdog, WatchState
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns

@@ -36,9 +36,9 @@ SECTIONS = {
     "fesloop/loop/": "Loop and wires",
 }
 """Heading of the page under which the statuses of a file stand."""
-_QP = ("controllers/qp/solvers.py:_DAQP", "controllers/qp/solvers.py:_OSQP",
-       "controllers/qp/solvers.py:solve", "controllers/qp/dense.py:_solve",
-       "controllers/qp/sparse.py:solve_sparse")
+_QP = ("controllers/qp/dense.py:_DAQP", "controllers/qp/dense.py:_OSQP",
+       "controllers/qp/dense.py:solve", "controllers/qp/dense.py:_solve",
+       "controllers/qp/dense.py:solve_sparse")
 _DEVICE_LIMITS = ("plants/stimulator/generations.py:LIMITED",)
 _STOPPED = ("plants/devices/driver.py:FAULTS", "plants/devices/kept_device.py:_read")
 INDIRECT = {
@@ -52,8 +52,8 @@ INDIRECT = {
     ("controllers/point_search/block.py", "status"): (
         "controllers/point_search/block.py:_hear", "controllers/point_search/block.py:_ask"),
     ("controllers/safety/block.py", "trouble[0]"): (
-        "controllers/safety/block.py:_trouble", "controllers/safety/watchdog.py:_present",
-        "controllers/safety/watchdog.py:_plausible"),
+        "controllers/safety/block.py:_trouble", "controllers/safety/kernel.py:_present",
+        "controllers/safety/kernel.py:_plausible"),
     ("controllers/safety/block.py", "status"): ("controllers/safety/kernel.py:LIMITED",),
     ("estimators/constrained/block.py", "status"): ("estimators/constrained/block.py:report",),
     ("estimators/kortier/tick.py", "status"): ("estimators/kortier/tick.py:report_unseen",),

@@ -7,7 +7,7 @@ import pytest
 from ilc_parts import learning
 
 from controllers.ilc.convergence import condition
-from controllers.ilc.limits import Limits
+from controllers.ilc.laws import Limits
 from fesloop.models.linear_model import SampledModel
 
 PERIOD_NS = 40_000_000

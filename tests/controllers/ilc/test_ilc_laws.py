@@ -7,10 +7,9 @@ from hypothesis import strategies as st
 from ilc_parts import MODEL, everywhere, free, learning, scalar
 from scipy.optimize import LinearConstraint, lsq_linear, minimize
 
-from controllers.ilc import programme as ilc_programme
+from controllers.ilc import laws as ilc_programme
 from controllers.ilc.convergence import condition
-from controllers.ilc.laws import LawName, led
-from controllers.ilc.limits import Limits
+from controllers.ilc.laws import LawName, Limits, led
 from controllers.ilc.trajectories import response, strongest
 from fesloop.errors import InputError
 from fesloop.models.linear_model import SampledModel

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from controllers.ilc.limits import Limits, pulses_of
+from controllers.ilc.laws import Limits, pulses_of
 from controllers.limits.allocation import Allocation
 from fesloop.models.linear_model import Recruitment
 

@@ -4,8 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
 
-from controllers.qp.dense import Qp
-from controllers.qp.sparse import solve_sparse
+from controllers.qp.dense import Qp, solve_sparse
 from fesloop.errors import InputError
 
 
