@@ -1,7 +1,7 @@
 """What is gathered while a wearer holds the flat hand and then flexes, and whether it may be believed.
 
 Sums are enough for both poses, so that they can be gathered sample by sample while a loop runs. A sample
-that is not finite, or an acceleration of exactly zero, is none (`estimators.samples.faults`).
+that is not finite, or an acceleration of exactly zero, is none (`estimators.samples.arrivals`).
 """
 
 from __future__ import annotations

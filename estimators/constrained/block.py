@@ -10,17 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.body.body import Body, body_of, posture_ports
-from estimators.body.implausible import of_tree, of_unknown_joints
-from estimators.body.joint_angles import ALIGNED_PORT, aligned_value
+from estimators.body.body import Body, body_of, posture_ports, stated_by, worn_as_stated
+from estimators.body.joint_angles import ALIGNED_PORT, aligned_value, of_tree, of_unknown_joints
 from estimators.body.joint_constraints import CHAIN5, Joint, JointTable, body_table, joint_table
-from estimators.body.worn_sensors import stated_by, worn_as_stated
 from estimators.calibration.initial_pose import known_angles
 from estimators.constrained.beginning import Hypotheses, Unknown
 from estimators.constrained.fingertips import fingertip_posture, moving_joints
 from estimators.constrained.posture import posture
 from estimators.constrained.state import ConstrainedState, take
-from estimators.fusion.vqf_bank import VqfBank
+from estimators.fusion.front_end import VqfBank
 from estimators.samples.arrivals import Arrivals
 from fesloop.compiled import compiled
 from fesloop.errors import InputError

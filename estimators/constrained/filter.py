@@ -43,7 +43,7 @@ from estimators.constrained.measurements import (
 )
 from estimators.constrained.posture import joint_angles
 from estimators.constrained.vectors import components, dot, rotated, store, turn_by
-from estimators.samples.faults import LOST as MISSING
+from estimators.samples.arrivals import LOST as MISSING
 from fesloop.compiled import compiled
 from fesloop.hand.quaternion_kernels import conjugate, multiply
 
@@ -178,7 +178,7 @@ def advance(
 def admit(new_gyr: Any, new_acc: Any, codes: Any, gyr: Any, acc: Any, seen: Any) -> None:
     """Move the newest sample to before and the new one, (n, 3) each, in; a lost one is kept as zero.
 
-    `codes` (3, n) are those of `estimators.samples.faults`; `gyr`, `acc`, `seen` as of `advance`.
+    `codes` (3, n) are those of `estimators.samples.arrivals`; `gyr`, `acc`, `seen` as of `advance`.
     """
     for i in range(codes.shape[1]):
         lost = (codes[0, i] | codes[1, i]) & MISSING != 0

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.body.implausible import ImplausibleAngles
+from estimators.body.joint_angles import ImplausibleAngles
 from estimators.body.joint_constraints import JointTable
 from estimators.constrained.beginning import Hypotheses, Unknown, begin_missing, weigh
 from estimators.constrained.filter import SOUND, admit, advance
-from estimators.fusion.vqf_bank import VqfBank
+from estimators.fusion.front_end import VqfBank
 from estimators.samples.arrivals import Arrivals
 from fesloop.loop.signals import Sample
 

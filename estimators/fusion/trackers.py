@@ -10,20 +10,21 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.body.implausible import ImplausibleAngles, of_unknown_joints
+from estimators.body.body import stated_by, stated_pairs
 from estimators.body.joint_angles import (
     ALIGNED_PORT,
+    ImplausibleAngles,
     Pairs,
     aligned_value,
     flexion_angles,
     heading_offsets,
     initial_flexion,
     no_offsets,
+    of_unknown_joints,
     resolve_pairs,
     turned_angle,
 )
-from estimators.body.worn_sensors import stated_by, stated_pairs
-from estimators.fusion.vqf_bank import VqfBank
+from estimators.fusion.front_end import VqfBank
 from estimators.samples.arrivals import Arrivals
 from fesloop.errors import InputError
 from fesloop.hand.motion import STANDARD_GRAVITY

@@ -8,10 +8,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from estimators.body.body import Body, body_of, posture_ports
-from estimators.body.implausible import ImplausibleAngles, of_tree
-from estimators.body.joint_angles import ALIGNED_PORT, aligned_value
-from estimators.body.worn_sensors import stated_by, worn_as_stated
+from estimators.body.body import Body, body_of, posture_ports, stated_by, worn_as_stated
+from estimators.body.joint_angles import ALIGNED_PORT, ImplausibleAngles, aligned_value, of_tree
 from estimators.kortier.chain import Filters, Gates, new_filters
 from estimators.kortier.navigation import HandFilter, HandGates, new_hands
 from estimators.kortier.samples import Moment, Trust, no_moment

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from estimators.samples.faults import CLIPPED, LOST
+from estimators.samples.arrivals import CLIPPED, LOST
 from fesloop.compiled import compiled
 
 Array = NDArray[np.float64]

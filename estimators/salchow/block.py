@@ -30,14 +30,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from estimators.body.body import Body, posture_ports
+from estimators.body.body import Body, posture_ports, stated_by, worn_as_stated
 from estimators.body.joint_angles import ALIGNED_PORT
-from estimators.body.worn_sensors import stated_by, worn_as_stated
 from estimators.calibration.initial_pose import InitialPoseLimits
 from estimators.fusion.front_end import FrontEndName
 from estimators.salchow.fusion import track
-from estimators.salchow.method import method_of, require_parameters, sample_ports, wired, worn_by
-from estimators.salchow.state import SalchowState, start
+from estimators.salchow.state import (
+    SalchowState,
+    method_of,
+    require_parameters,
+    sample_ports,
+    start,
+    wired,
+    worn_by,
+)
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.segments import Segment
 from fesloop.loop.block import Context, Tick

@@ -14,17 +14,17 @@ from estimators.body.joint_angles import aligned_value
 from estimators.calibration.initial_pose import (
     KEEP_STILL,
     NO_SAMPLE,
+    add_samples,
     faults,
     headings,
     known_angles,
     moved,
+    rest_of,
     sensor_name,
     ties_of,
 )
-from estimators.calibration.still_record import add_samples, rest_of
-from estimators.salchow.method import InitialPose, Method
-from estimators.salchow.state import SalchowState
-from estimators.samples.faults import LOST
+from estimators.salchow.state import InitialPose, Method, SalchowState
+from estimators.samples.arrivals import LOST
 from fesloop.compiled import compiled
 from fesloop.hand.kinematics_kernels import about, turned
 from fesloop.hand.quaternion_kernels import (

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from estimators.fusion.vqf_bank import VqfBank
+from estimators.fusion.front_end import VqfBank
 from fesloop.apps.cli.fit_error_command import delay_text
 
 RATES_HZ = (25.0, 50.0, 100.0)

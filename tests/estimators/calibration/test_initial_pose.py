@@ -9,14 +9,15 @@ from hypothesis import strategies as st
 from estimators.body.body import body_of
 from estimators.calibration.initial_pose import (
     InitialPoseLimits,
+    add_samples,
     headings,
     known_angles,
+    new_record,
     still_readings,
     ties_of,
     turn_headings,
 )
-from estimators.calibration.still_record import add_samples, new_record
-from estimators.samples.faults import LOST
+from estimators.samples.arrivals import LOST
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize

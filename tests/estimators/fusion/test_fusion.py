@@ -11,7 +11,7 @@ from vqf import VQF
 
 from estimators.body.joint_angles import flexion_angles, turned_angle
 from estimators.fusion import Vqf9Tracker, VqfTracker
-from estimators.samples.faults import CLIPPED, LOST, inspect
+from estimators.samples.arrivals import CLIPPED, LOST, inspect
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
 from fesloop.loop.block import Context, Tick
