@@ -147,9 +147,7 @@ def any_pose():
 
 def every_imu_error():
     """Parameters of `imus` with every source of error but loss, whose NaN equals nothing."""
-    from plants.imus.magnetic_field import Dipole, MagneticField
-    from plants.imus.soft_tissue import SoftTissue
-    from plants.imus.stimulation_artefacts import PulseArtefacts, Tremor
+    from plants.imus.disturbances import Dipole, MagneticField, PulseArtefacts, SoftTissue, Tremor
 
     field = MagneticField(dipoles=(Dipole(position=(1.0, 0.0, 0.0), moment=(0.5, 0.0, 0.0)),
                                    Dipole(position=(0.0, 0.05, 0.0), moment=(0.0, 0.1, 0.0), carrier="hand")))

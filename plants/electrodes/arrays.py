@@ -6,12 +6,16 @@ it means the same on both arms, and a distance along it from the elbow.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.hand.movements import EXTRINSIC, muscle
+from fesloop.loop.noise import NoiseStream, stream_key
 from plants.checks import MOST_ELEMENTS, require_not_negative, require_positive, require_shape
 
 Array = NDArray[np.float64]
@@ -75,3 +79,95 @@ class ElectrodeArray:
 # is chosen, the latter such that the overlap of neighbouring muscles is that of the literature.
 DORSAL = ElectrodeArray(rows=5, columns=7)
 VOLAR = ElectrodeArray(rows=4, columns=6, centre_deg=175.0)
+
+
+MOST_AXONS = 50_000
+"""Of a muscle (chosen: the field of 59 elements at those of all muscles then takes .6 GB)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotorPoint:
+    """Where the nerve enters a muscle.
+
+    Attributes
+    ----------
+    muscle: one of the forearm's (`fesloop.hand.movements.EXTRINSIC`).
+    around_deg: from the dorsal mid-line towards the radial side, in neutral forearm rotation.
+    along_mm: from the elbow.
+    depth_mm: under the skin.
+    """
+
+    muscle: str
+    around_deg: float
+    along_mm: float
+    depth_mm: float
+
+    def __post_init__(self) -> None:
+        where = f"motor_point {self.muscle}"
+        if muscle(self.muscle) >= len(EXTRINSIC):
+            raise InputError(where, "a muscle inside the hand, out of reach of arrays on the forearm",
+                             ", ".join(EXTRINSIC))
+        require_shape(where, self, (), "a number", "around_deg")
+        require_positive(where, self, "along_mm", "depth_mm")
+
+
+_PLACES = {
+    "ECRL": (55.0, 55.0, 9.0), "ECRB": (38.0, 80.0, 10.0), "EDC2": (14.0, 105.0, 9.0),
+    "EDC3": (8.0, 90.0, 9.0), "EDC4": (-2.0, 85.0, 9.0), "EDC5": (-12.0, 95.0, 9.0),
+    "EDM": (-24.0, 95.0, 9.0), "ECU": (-45.0, 85.0, 9.0), "EIP": (-8.0, 160.0, 14.0),
+    "EPL": (6.0, 150.0, 13.0), "APL": (30.0, 150.0, 12.0),
+    # (chosen: EPB arises distal to APL, along its ulnar border)
+    "EPB": (24.0, 165.0, 12.0),
+    "FCR": (150.0, 75.0, 9.0), "PL": (175.0, 80.0, 8.0), "FCU": (-130.0, 80.0, 9.0),
+    "FDS2": (168.0, 145.0, 13.0), "FDS3": (165.0, 95.0, 12.0), "FDS4": (-172.0, 95.0, 12.0),
+    "FDS5": (-160.0, 145.0, 13.0), "FDP2": (-176.0, 115.0, 18.0), "FDP3": (-168.0, 110.0, 18.0),
+    "FDP4": (-152.0, 105.0, 16.0), "FDP5": (-142.0, 105.0, 15.0), "FPL": (152.0, 145.0, 17.0)}
+MOTOR_POINTS = tuple(MotorPoint(muscle=name, around_deg=around, along_mm=along, depth_mm=depth)
+                     for name, (around, along, depth) in _PLACES.items())
+"""Of every muscle of the forearm (chosen)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AxonScatter:
+    """How a muscle's axons lie around its motor point, and what it takes to excite them.
+
+    Attributes
+    ----------
+    count: axons of a muscle, each of which stands for an equal share of its force.
+    around_mm, along_mm, depth_mm: standard deviations from the motor point (depth chosen here; none comes
+        nearer to the skin than `least_depth_mm`).
+    threshold_ma: median of the effective currents that excite an axon where the field is 1, mA.
+    spread: standard deviation of their logarithm.
+    """
+
+    count: int = 64
+    around_mm: float = 6.0
+    along_mm: float = 12.0
+    depth_mm: float = 2.0
+    least_depth_mm: float = 3.0
+    threshold_ma: float = 4.0
+    spread: float = 0.25
+
+    def __post_init__(self) -> None:
+        require_positive("axons", self, "count", "threshold_ma", "least_depth_mm")
+        if self.count > MOST_AXONS:
+            raise InputError("axons.count", f"{self.count}", f"at most {MOST_AXONS}")
+        require_not_negative("axons", self, "around_mm", "along_mm", "depth_mm", "spread")
+
+    def draw(self, points: Sequence[MotorPoint], radius_mm: float, seed: int, name: str) -> Array:
+        """Axons of each point's muscle, (points, count, 4): around the forearm, along it, depth, threshold.
+
+        In mm and mA. They belong to the person: a function of the run's seed, the block's name and the
+        muscle alone, the same in every trial and whatever other muscles there are.
+        More axons leave the first ones as they are.
+        """
+        spread = np.array([self.around_mm, self.along_mm, self.depth_mm, self.spread])
+        axons = np.empty((len(points), self.count, 4))
+        for point, rows in zip(points, axons, strict=True):
+            stream = NoiseStream(stream_key(seed, f"{name}/axons/{point.muscle}", 0), 4)
+            drawn = spread * np.stack([stream.row(axon) for axon in range(self.count)])
+            rows[:, 0] = math.radians(point.around_deg) * radius_mm + drawn[:, 0]
+            rows[:, 1] = point.along_mm + drawn[:, 1]
+            rows[:, 2] = np.maximum(point.depth_mm + drawn[:, 2], self.least_depth_mm)
+            rows[:, 3] = self.threshold_ma * np.exp(drawn[:, 3])
+        return axons

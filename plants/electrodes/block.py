@@ -17,8 +17,7 @@ from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.guard import is_finite
 from fesloop.loop.signals import Port, Sample, Value
 from plants.checks import require_not_negative, require_positive, require_shape
-from plants.electrodes.arrays import DORSAL, VOLAR, ElectrodeArray
-from plants.electrodes.axons import MOTOR_POINTS, AxonScatter, MotorPoint
+from plants.electrodes.arrays import DORSAL, MOTOR_POINTS, VOLAR, AxonScatter, ElectrodeArray, MotorPoint
 from plants.electrodes.state import ElectrodesState, Forearm, find_active
 
 Array = NDArray[np.float64]

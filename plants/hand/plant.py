@@ -22,13 +22,21 @@ from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative
 from plants.hand.contract import (
     PALM_DOWN,
+    GraspObject,
+    HandState,
+    Table,
     add_forearm_drive,
+    add_object,
+    add_table,
+    evaluate,
     go_on,
     hand_inputs,
     hand_outputs,
     object_pose,
+    require_apart,
     require_hand,
     sensed,
+    stable_bounds,
     turn_forearm,
 )
 from plants.hand.model import (
@@ -45,8 +53,6 @@ from plants.hand.model import (
     set_passive_joints,
 )
 from plants.hand.muscles import ADULT_MM, Muscle, moment_arms, muscles
-from plants.hand.objects import GraspObject, Table, add_object, add_table, require_apart
-from plants.hand.state import HandState, evaluate, stable_bounds
 
 Array = NDArray[np.float64]
 _KEPT = 32

@@ -15,12 +15,9 @@ from fesloop.loop.block import Context, Tick
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.loop.signals import Sensors as StatedSensors
 from plants.checks import require_not_negative, require_shape
-from plants.imus.device import KINDS, Device, TriadErrors
-from plants.imus.magnetic_field import MagneticField
-from plants.imus.presets import PRESETS, PresetName
-from plants.imus.soft_tissue import SoftTissue
+from plants.imus.device import KINDS, PRESETS, Device, PresetName, TriadErrors
+from plants.imus.disturbances import MagneticField, PulseArtefacts, Pulses, SoftTissue, Tremor, axes
 from plants.imus.state import ImusState, Sensors, Surroundings, new_state, noise_columns
-from plants.imus.stimulation_artefacts import PulseArtefacts, Pulses, Tremor, axes
 
 Kind = Literal["gyr", "acc", "mag"]
 UNITS = {"gyr": "rad/s", "acc": "m/s^2", "mag": "T"}
@@ -55,7 +52,7 @@ class Imus:
     Attributes
     ----------
     measures: kinds that this block puts out.
-    preset: hardware that stands for all that is not given: of S19, K14 (`plants.imus.presets`) or "ideal".
+    preset: hardware that stands for all that is not given: of S19, K14 (`plants.imus.device`) or "ideal".
     site_names: of the s sites that are wired in.
     sites: names or numbers of those with a sensor, in the order of the samples; leave out the strips that
         are not worn. Empty: as the preset says (all but the forearm).

@@ -18,9 +18,16 @@ from fesloop.loop.noise import NoiseStream
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Sample, Value
 from plants.imus.device import KINDS
-from plants.imus.magnetic_field import add_sources, place_carried
-from plants.imus.soft_tissue import own_rate, turn_back, wobble
-from plants.imus.stimulation_artefacts import Pulses, PulseWatch, vibration
+from plants.imus.disturbances import (
+    Pulses,
+    PulseWatch,
+    add_sources,
+    own_rate,
+    place_carried,
+    turn_back,
+    vibration,
+    wobble,
+)
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import dorsal_points
-from plants.hand.bodies import (
+from plants.hand.model import (
     FINGER,
     FINGER_BASE,
+    NEARLY_NONE,
     PALM,
     SKIN_SOLIMP,
     SKIN_SOLREF,
@@ -20,8 +21,8 @@ from plants.hand.bodies import (
     TIPS,
     TOUCHES,
     sense_sites,
+    set_solver,
 )
-from plants.hand.model import NEARLY_NONE, set_solver
 from plants.hand.muscles import FIBRES_MM
 from plants.myohand.anatomy import (
     BONES,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.hand.movements import MUSCLES
-from plants.hand.bodies import DENSITY, END_SOLIMP
+from plants.hand.model import DENSITY, END_SOLIMP
 from plants.hand.muscles import EXTENSOR_SHARE, FLEXOR_SHARE, MOBL_ARMS_N
 from plants.myohand.anatomy import BONES, PALM_BODIES, STANDS_FOR
 

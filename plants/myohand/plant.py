@@ -18,22 +18,27 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative
-from plants.hand.bodies import TIPS
 from plants.hand.contract import (
     PALM_DOWN,
+    GraspObject,
+    HandState,
+    Table,
     add_forearm_drive,
+    add_object,
+    add_table,
+    evaluate,
     go_on,
     hand_inputs,
     hand_outputs,
     object_pose,
+    require_apart,
     require_hand,
     sensed,
+    stable_bounds,
     turn_forearm,
 )
-from plants.hand.model import add_splint, add_springs, compiled
-from plants.hand.objects import GraspObject, Table, add_object, add_table, require_apart
+from plants.hand.model import TIPS, add_splint, add_springs, compiled
 from plants.hand.plant import settled
-from plants.hand.state import HandState, evaluate, stable_bounds
 from plants.myohand.anatomy import JOINTS, activated_by
 from plants.myohand.joints import NO_JOINT, Joints, rest_angles
 from plants.myohand.model import (

@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
+
 from fesloop.errors import InputError, InputErrors
 from fesloop.forms.schema import plain
 from fesloop.hand.anthropometry import HandSize
-from plants.patients import blocks as patient_blocks
+from fesloop.hand.movements import MUSCLES
+from fesloop.loop.noise import NoiseStream, stream_key
+from plants.checks import MOST_ELEMENTS
+from plants.electrodes.arrays import DORSAL, MOTOR_POINTS, AxonScatter
+from plants.muscles.ding import Ding2003, Ding2003Fatigue
+from plants.muscles.lags import Hammerstein
 from plants.patients.sections import (
+    LIMITS,
     Anthropometry,
+    CohortSpread,
+    DaySpread,
     Fatigue,
+    Limits,
     MuscleDynamics,
     Passive,
     Placement,
@@ -23,8 +37,306 @@ from plants.patients.sections import (
     Tremor,
     Voluntary,
 )
-from plants.patients.spreads import CohortSpread, DaySpread
-from plants.patients.variation import member_of, on_day_of
+
+ADULT_FOREARM_MM = 260.0
+"""Elbow to wrist of the forearm that motor points and arrays are of (chosen, as by `electrodes`)."""
+HEALTHY_MCP, JOINT_SHARE = 0.04, 0.03
+"""Stiffness of a finger's MCP joint, N m/rad, and what of it is the joint's own: the rest are its tendons
+(`plants.hand.model`)."""
+LEAST_STRENGTH = 1e-4
+"""Of a muscle without nerve (chosen: no force to speak of; MuJoCo divides by it)."""
+
+
+def hand(patient: Patient) -> dict[str, Any]:
+    """Parameters of `hand`, and but for the hand's own measures of `myohand`."""
+    strength, passive = patient.strength, patient.passive
+    factors = tuple(
+        max(strength.overall * strength.muscles.get(name, 1.0) * (1.0 - strength.denervated.get(name, 0.0)),
+            LEAST_STRENGTH) for name in MUSCLES)
+    tendons = HEALTHY_MCP - JOINT_SHARE
+    return {"hand": patient.anthropometry.size, "strength": factors, "stiffness": passive.stiffness,
+            "damping": passive.damping, "passive_tension": passive.tension,
+            "contracture": (passive.mcp_n_m_per_rad - tendons) / JOINT_SHARE,
+            "rest_deg": dict(passive.rest_deg)}
+
+
+def muscles(patient: Patient, model: str = "") -> dict[str, Any]:
+    """Parameters of `muscles`; `model` in place of the patient's.
+
+    `ding2003` has a fatigue of its own: a patient who tires gets it with its own numbers, uncalibrated.
+    """
+    dynamics, voluntary = patient.muscle, patient.voluntary
+    model = model or dynamics.model
+    parameters: dict[str, Any] = {
+        "model": model, "delay_ms": dynamics.delay_ms, "fusion_hz": dynamics.fusion_hz,
+        "natural_rad_s": dynamics.natural_rad_s, "voluntary_limit": voluntary.limit,
+        "voluntary_limits": dict(voluntary.muscles),
+        "hammerstein": Hammerstein(activation_rad_s=dynamics.natural_rad_s)}
+    if patient.fatigue is not None:
+        if model == "ding2003":
+            parameters["ding2003"] = Ding2003(fatigue=Ding2003Fatigue())
+        else:
+            parameters["fatigue"] = patient.fatigue.of_muscles
+    if patient.spasticity is not None:
+        parameters["reflex"] = patient.spasticity.reflex
+    if patient.tremor is not None:
+        parameters["tremor"] = patient.tremor.of_muscles
+    return parameters
+
+
+def electrodes(patient: Patient, elements: int) -> dict[str, Any]:
+    """Parameters of `electrodes` with that many elements.
+
+    Motor points and arrays lie along the forearm in proportion to its length.
+    """
+    person, recruitment, place = patient.anthropometry, patient.recruitment, patient.placement
+    length_mm = 1e3 * person.size.forearm
+    scale = length_mm / ADULT_FOREARM_MM
+    points = tuple(replace(point, along_mm=scale * point.along_mm) for point in MOTOR_POINTS)
+    return {
+        "radius_mm": person.forearm_radius_mm, "length_mm": length_mm, "motor_points": points,
+        "axons": replace(AxonScatter(), spread=recruitment.spread),
+        "axon_seed": recruitment.axon_seed, "chronaxie_us": recruitment.chronaxie_us,
+        "threshold": tuple(recruitment.threshold * recruitment.thresholds.get(name, 1.0) for name in MUSCLES),
+        "shift_mm": place.along_mm + (scale - 1.0) * DORSAL.centre_mm, "shift_deg": place.around_deg,
+        "skin_gain": skin_gains(patient, elements)}
+
+
+def skin_gains(patient: Patient, elements: int) -> tuple[float, ...]:
+    """Share of each element's current that passes on this day."""
+    place = patient.placement
+    stream = NoiseStream(stream_key(place.skin_seed, "skin", 0), 1)
+    drawn = np.array([stream.row(element)[0] for element in range(elements)])
+    return tuple(float(gain) for gain in place.skin * np.exp(place.element_sd * drawn))
+
+
+def table_of(patient: Patient, kind: str, own: Mapping[str, Any]) -> dict[str, Any]:
+    """What stands in an experiment file for the patient under a block of that kind; empty for other kinds.
+
+    `own` is what the file says of the block itself, unchecked: it decides on the muscles' model and on the
+    number of elements.
+    """
+    if kind in ("hand", "myohand"):
+        parameters = hand(patient)
+        if kind == "myohand":
+            del parameters["hand"]  # it has a size of its own
+        return _plain(parameters)
+    if kind == "muscles":
+        model = own.get("model")
+        return _plain(muscles(patient, model if isinstance(model, str) else ""))
+    if kind == "electrodes":
+        elements = _elements(own.get("arrays"))
+        parameters = electrodes(patient, elements)
+        if not elements:
+            del parameters["skin_gain"]
+        return _plain(parameters)
+    if kind == "safety":
+        return safety(patient, own)
+    return {}
+
+
+def safety(patient: Patient, own: Mapping[str, Any]) -> dict[str, Any]:
+    """Limits of the `safety` block.
+
+    Raises InputError where the experiment itself says more than the patient may be given.
+    """
+    limits = cast("dict[str, float]", plain(patient.tolerance))
+    for key, limit in limits.items():
+        said = own.get(key)  # one value for all channels, or one for each
+        most = max((value for value in (said if isinstance(said, (list, tuple)) else (said,))
+                    if isinstance(value, (int, float))), default=limit)
+        if most > limit:
+            raise InputError(f"safety.{key}", f"{most:g}", f"at most {limit:g} for {patient.name}",
+                             "leave it out, or lower it")
+    return dict(limits)
+
+
+def _plain(parameters: dict[str, Any]) -> dict[str, Any]:
+    return {key: plain(value) for key, value in parameters.items()}
+
+
+def _elements(arrays: Any) -> int:
+    """Elements of unchecked arrays; 0 where they are not what arrays are, which the check will say."""
+    if arrays is None:
+        from plants.electrodes.block import Electrodes
+
+        return Electrodes().elements
+    try:
+        count = sum(len(array.get("positions", ())) or array.get("rows", 0) * array.get("columns", 0)
+                    for array in arrays)
+        return count if 0 < count <= len(arrays) * MOST_ELEMENTS else 0
+    except (TypeError, AttributeError):
+        return 0
+
+
+MOST_SD = 2.5
+"""No draw is further from the middle (chosen: the most unusual of a hundred)."""
+_NEW_SEEDS = 2**53
+
+
+@dataclass(frozen=True, slots=True)
+class Draws:
+    """Numbers drawn for one member or one day, each from a stream of its own name.
+
+    So members, days and quantities do not depend on each other, nor on how many there are.
+    """
+
+    seed: int
+    name: str
+    number: int
+
+    def uniform(self, quantity: str, width: int = 1) -> NDArray[np.float64]:
+        """(width,), in [0, 1)."""
+        return NoiseStream(stream_key(self.seed, f"{self.name}/{quantity}", self.number), width,
+                           "uniform").row(0)
+
+    def near(self, quantity: str, middle: float, sd: float, limits: Limits) -> float:
+        """A normal number around `middle`, within `MOST_SD` and the limits."""
+        return _truncated(float(self.uniform(quantity)[0]), middle, sd, limits)
+
+    def scaled(self, quantity: str, middle: float, sd: float, limits: Limits) -> float:
+        """A lognormal number of median `middle`, `sd` of its logarithm, within `MOST_SD` and the limits."""
+        return _scaled(float(self.uniform(quantity)[0]), middle, sd, limits)
+
+    def of_muscles(self, quantity: str, middles: dict[str, float], sd: float, limits: Limits,
+                   ) -> dict[str, float]:
+        """Lognormal factors of all muscles, of medians `middles` (where not named, 1)."""
+        if sd == 0.0:
+            return middles
+        shares = self.uniform(quantity, len(MUSCLES))
+        return {name: _scaled(float(share), middles.get(name, 1.0), sd, limits)
+                for name, share in zip(MUSCLES, shares, strict=True)}
+
+    def new_seed(self, quantity: str) -> int:
+        """A seed that nobody else has."""
+        return stream_key(self.seed, f"{self.name}/{quantity}", self.number) % _NEW_SEEDS
+
+
+def _truncated(share: float, middle: float, sd: float, limits: Limits) -> float:
+    """Quantile `share` of the normal distribution around `middle`, cut off."""
+    if sd == 0.0:
+        return middle
+    low, high = (min(max((limit - middle) / sd, -MOST_SD), MOST_SD) for limit in limits)
+    below, above = float(ndtr(low)), float(ndtr(high))
+    drawn = middle + sd * float(ndtri(below + share * (above - below)))
+    return min(max(drawn, limits[0]), limits[1])
+
+
+def _scaled(share: float, middle: float, sd: float, limits: Limits) -> float:
+    if sd == 0.0 or middle == 0.0:
+        return middle
+    low, high = (math.log(max(limit, 1e-300) / middle) for limit in limits)
+    return min(max(middle * math.exp(_truncated(share, 0.0, sd, (low, high))), limits[0]), limits[1])
+
+
+FARTHEST = 0.1
+"""Share of the forearm's length by which drawn arrays are off at most (chosen: they stay on the forearm)."""
+
+
+def member_of(patient: Patient, spread: CohortSpread, cohort: int, number: int) -> Patient:
+    """Another patient of the same kind."""
+    draws = Draws(cohort, f"patient/{patient.name}", number)
+    muscle, passive, limits = patient.muscle, patient.passive, LIMITS["muscle"]
+    muscle = replace(
+        muscle, delay_ms=draws.near("delay", muscle.delay_ms, spread.delay_ms, limits["delay_ms"]),
+        natural_rad_s=draws.scaled("natural", muscle.natural_rad_s, spread.natural, limits["natural_rad_s"]))
+    passive = replace(passive, mcp_n_m_per_rad=draws.scaled(
+        "mcp", passive.mcp_n_m_per_rad, spread.mcp, LIMITS["passive"]["mcp_n_m_per_rad"]))
+    return replace(
+        patient, anthropometry=_measures(patient.anthropometry, spread, draws),
+        strength=_strength(patient.strength, spread, draws),
+        recruitment=_recruitment(patient.recruitment, spread, draws), muscle=muscle, passive=passive,
+        fatigue=_fatigue(patient.fatigue, spread.endurance, draws),
+        voluntary=_voluntary(patient.voluntary, spread, draws),
+        spasticity=_spasticity(patient.spasticity, spread.spasticity, draws),
+        tremor=_tremor(patient.tremor, spread, draws))
+
+
+def _measures(person: Anthropometry, spread: CohortSpread, draws: Draws) -> Anthropometry:
+    limits = LIMITS["anthropometry"]
+    return replace(
+        person, hand_mm=draws.near("hand", person.hand_mm, spread.hand_mm, limits["hand_mm"]),
+        forearm_radius_mm=draws.near("forearm radius", person.forearm_radius_mm, spread.forearm_radius_mm,
+                                     limits["forearm_radius_mm"]))
+
+
+def _strength(strength: Strength, spread: CohortSpread, draws: Draws) -> Strength:
+    limits = LIMITS["strength"]
+    denervated = {name: draws.near(f"denervated {name}", share, spread.denervated, limits["denervated"])
+                  if 0.0 < share < 1.0 else share for name, share in strength.denervated.items()}
+    return Strength(
+        overall=draws.scaled("strength", strength.overall, spread.strength, limits["overall"]),
+        muscles=draws.of_muscles("muscle strength", strength.muscles, spread.muscle_strength,
+                                 limits["muscles"]),
+        denervated=denervated)
+
+
+def _recruitment(recruitment: Recruitment, spread: CohortSpread, draws: Draws) -> Recruitment:
+    limits = LIMITS["recruitment"]
+    return replace(
+        recruitment, axon_seed=draws.new_seed("axons"),
+        threshold=draws.scaled("threshold", recruitment.threshold, spread.threshold, limits["threshold"]),
+        thresholds=draws.of_muscles("muscle threshold", recruitment.thresholds, spread.muscle_threshold,
+                                    limits["thresholds"]))
+
+
+def _voluntary(voluntary: Voluntary, spread: CohortSpread, draws: Draws) -> Voluntary:
+    """Efforts of another patient; what cannot be moved at will stays so."""
+    def drawn(name: str, effort: float) -> float:
+        return draws.near(name, effort, spread.voluntary, LIMITS["voluntary"]["limit"]) if effort else 0.0
+
+    return Voluntary(limit=drawn("voluntary", voluntary.limit), muscles={
+        name: drawn(f"voluntary {name}", effort) for name, effort in voluntary.muscles.items()})
+
+
+def _spasticity(spasticity: Spasticity | None, sd: float, draws: Draws) -> Spasticity | None:
+    if spasticity is None:
+        return None
+    return replace(spasticity, gain_s=draws.scaled(
+        "spasticity", spasticity.gain_s, sd, LIMITS["spasticity"]["gain_s"]))
+
+
+def _tremor(tremor: Tremor | None, spread: CohortSpread, draws: Draws) -> Tremor | None:
+    if tremor is None:
+        return None
+    return replace(tremor, frequency_hz=draws.near(
+        "tremor", tremor.frequency_hz, spread.tremor_hz, LIMITS["tremor"]["frequency_hz"]))
+
+
+def _fatigue(fatigue: Fatigue | None, sd: float, draws: Draws) -> Fatigue | None:
+    if fatigue is None:
+        return None
+    return replace(fatigue, endurance=draws.scaled(
+        "endurance", fatigue.endurance, sd, LIMITS["fatigue"]["endurance"]))
+
+
+def on_day_of(patient: Patient, spread: DaySpread, number: int) -> Patient:
+    """The patient on a day of that number."""
+    draws = Draws(0, f"patient/{patient.name}/day", number)
+    strength, recruitment, muscle = patient.strength, patient.recruitment, patient.muscle
+    return replace(
+        patient, placement=_placement(patient, spread, draws),
+        strength=replace(strength, overall=draws.scaled(
+            "strength", strength.overall, spread.strength, LIMITS["strength"]["overall"])),
+        recruitment=replace(recruitment, threshold=draws.scaled(
+            "threshold", recruitment.threshold, spread.threshold, LIMITS["recruitment"]["threshold"])),
+        muscle=replace(muscle, delay_ms=draws.near(
+            "delay", muscle.delay_ms, spread.delay_ms, LIMITS["muscle"]["delay_ms"])),
+        fatigue=_fatigue(patient.fatigue, spread.endurance, draws),
+        spasticity=_spasticity(patient.spasticity, spread.spasticity, draws))
+
+
+def _placement(patient: Patient, spread: DaySpread, draws: Draws) -> Placement:
+    """Where the arrays lie on that day, and the skin under them."""
+    place, limits = patient.placement, LIMITS["placement"]
+    farthest = max(FARTHEST * 1e3 * patient.anthropometry.size.forearm, abs(place.along_mm))
+    return Placement(
+        along_mm=draws.near("along", place.along_mm, spread.along_mm,
+                            (max(-farthest, limits["along_mm"][0]), min(farthest, limits["along_mm"][1]))),
+        around_deg=draws.near("around", place.around_deg, spread.around_deg, limits["around_deg"]),
+        skin=draws.scaled("skin", place.skin, spread.skin, limits["skin"]),
+        element_sd=max(place.element_sd, spread.element), skin_seed=draws.new_seed("skin"))
+
 
 GREATEST_NUMBER = 2**31 - 1
 """Of cohorts, members and days (chosen)."""
@@ -76,19 +388,19 @@ class Patient:
 
     def hand(self) -> dict[str, Any]:
         """Parameters of the `hand` and the `myohand` plant."""
-        return patient_blocks.hand(self)
+        return hand(self)
 
     def muscles(self, model: str = "") -> dict[str, Any]:
         """Parameters of the `muscles` plant, its model in place of the patient's where it is named."""
-        return patient_blocks.muscles(self, model)
+        return muscles(self, model)
 
     def electrodes(self, elements: int = 59) -> dict[str, Any]:
         """Parameters of the `electrodes` block with that many elements."""
-        return patient_blocks.electrodes(self, elements)
+        return electrodes(self, elements)
 
     def parameters(self, kind: str, own: Mapping[str, Any]) -> dict[str, Any]:
         """Plain parameters of a block of that kind, of which an experiment file itself says `own`."""
-        return patient_blocks.table_of(self, kind, own)
+        return table_of(self, kind, own)
 
     def table(self) -> dict[str, Any]:
         """Plain tables of the patient's file."""

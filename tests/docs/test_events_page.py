@@ -61,7 +61,7 @@ INDIRECT = {
     ("estimators/samples/arrivals.py", "status"): ("estimators/samples/arrivals.py:_report",),
     ("plants/devices/keeper.py", "fault.status"): _STOPPED,
     ("plants/devices/stimulator_device.py", "status"): _DEVICE_LIMITS,
-    ("plants/stimulator/state.py", "status"): _DEVICE_LIMITS,
+    ("plants/stimulator/block.py", "status"): _DEVICE_LIMITS,
     ("fesloop/loop/assembly.py", "status"): (),  # what blocks have reported
     ("fesloop/loop/record.py", "status"): (),  # what is put
     ("fesloop/streams/blocks/replay.py", "self._told()"): (

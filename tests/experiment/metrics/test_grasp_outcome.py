@@ -13,8 +13,7 @@ from fesloop.experiment.metrics.grasp import grasp_metrics
 from fesloop.experiment.metrics.grasp_outcome import OUTCOMES, GraspScore
 from fesloop.experiment.metrics.not_known import NOT_KNOWN, give_reasons, numbers, reasons_of
 from fesloop.loop.block import Context
-from plants.hand.contract import FLOOR_M, go_on
-from plants.hand.objects import GraspObject
+from plants.hand.contract import FLOOR_M, GraspObject, go_on
 from plants.hand.plant import Hand
 
 G = 9.81

@@ -12,8 +12,7 @@ from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, RateClock
 from fesloop.loop.signals import NEVER, Sample
 from plants.electrodes import Electrodes
-from plants.electrodes.arrays import DORSAL, VOLAR, ElectrodeArray
-from plants.electrodes.axons import MOTOR_POINTS, AxonScatter, MotorPoint
+from plants.electrodes.arrays import DORSAL, MOTOR_POINTS, VOLAR, AxonScatter, ElectrodeArray, MotorPoint
 
 SLOTS = RateClock.from_rate("320")
 NONE = Sample(0.0, NEVER, NEVER, NEVER)

@@ -6,8 +6,8 @@ import pytest
 
 from fesloop.loop.block import Context
 from plants.hand import Hand
+from plants.hand.contract import HandState, evaluate, step
 from plants.hand.plant import settled
-from plants.hand.state import HandState, evaluate, step
 
 STEPS = 200
 

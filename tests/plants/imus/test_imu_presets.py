@@ -11,9 +11,8 @@ from pydantic import TypeAdapter
 from fesloop.errors import InputError
 from fesloop.forms import schema
 from plants.imus.block import HAND_SITES, Imus
-from plants.imus.device import NUMBERS, TriadErrors
-from plants.imus.magnetic_field import Dipole, MagneticField
-from plants.imus.presets import PRESETS
+from plants.imus.device import NUMBERS, PRESETS, TriadErrors
+from plants.imus.disturbances import Dipole, MagneticField
 
 TABLE = {
     "measures": ["acc", "mag"], "preset": "kortier2014", "sites": ["hand", 3, "F2d"], "loss": 0.01,

@@ -16,9 +16,7 @@ from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import NEVER, Sample
 from plants.imus.block import HAND_SITES, Imus
 from plants.imus.device import TriadErrors
-from plants.imus.magnetic_field import Dipole, MagneticField
-from plants.imus.soft_tissue import SoftTissue
-from plants.imus.stimulation_artefacts import PulseArtefacts, Tremor
+from plants.imus.disturbances import Dipole, MagneticField, PulseArtefacts, SoftTissue, Tremor
 
 MANY = 300
 TRIADS = {"gyr": "gyroscope", "acc": "accelerometer", "mag": "magnetometer"}

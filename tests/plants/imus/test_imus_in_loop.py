@@ -21,7 +21,7 @@ from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
 from fesloop.streams.blocks.join import Join
 from plants.imus import Imus
-from plants.imus.magnetic_field import MagneticField
+from plants.imus.disturbances import MagneticField
 
 
 @dataclass(frozen=True)

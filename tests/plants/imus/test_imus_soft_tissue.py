@@ -9,7 +9,7 @@ from scipy.signal import lsim
 from scipy.spatial.transform import Rotation
 
 from fesloop.errors import InputError
-from plants.imus.soft_tissue import SoftTissue, own_rate, turn_back, wobble
+from plants.imus.disturbances import SoftTissue, own_rate, turn_back, wobble
 
 W, Z = 2.0 * math.pi * 6.0, 0.25
 

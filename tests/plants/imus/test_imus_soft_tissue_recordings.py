@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from fesloop.streams.files import open_recording
-from plants.imus.soft_tissue import SoftTissue, own_rate, turn_back, wobble
+from plants.imus.disturbances import SoftTissue, own_rate, turn_back, wobble
 
 
 @numba.njit

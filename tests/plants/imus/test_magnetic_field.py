@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from fesloop.errors import InputError
 from fesloop.hand import quaternion
-from plants.imus.magnetic_field import Dipole, MagneticField, place_carried
+from plants.imus.disturbances import Dipole, MagneticField, place_carried
 
 NOWHERE = {"strength_ut": 0.0}
 

@@ -10,7 +10,7 @@ from scipy.signal import periodogram
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.signals import NEVER, Sample
-from plants.imus.stimulation_artefacts import PulseArtefacts, Pulses, PulseWatch, Tremor
+from plants.imus.disturbances import PulseArtefacts, Pulses, PulseWatch, Tremor
 
 FULL = np.array([[0.01, 1e-4], [0.025, 4e-4]])
 """The second channel's 10 uC are full charge."""

@@ -19,11 +19,9 @@ from plants.hand import Hand
 from plants.hand.muscles import moment_arms
 from plants.hand.muscles import muscles as hand_muscles
 from plants.muscles import Muscles
-from plants.patients.blocks import ADULT_FOREARM_MM
 from plants.patients.files import from_table, load, names
-from plants.patients.limits import LIMITS
-from plants.patients.patient import Patient
-from plants.patients.sections import Anthropometry, Fatigue, Placement, Recruitment, Strength
+from plants.patients.patient import ADULT_FOREARM_MM, Patient
+from plants.patients.sections import LIMITS, Anthropometry, Fatigue, Placement, Recruitment, Strength
 
 PRESETS = names()
 FINGER_MOVERS = [name for name in MUSCLES if name[:3] in ("EDC", "FDS", "FDP", "EIP", "EDM", "INT")]

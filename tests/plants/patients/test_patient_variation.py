@@ -13,19 +13,20 @@ from fesloop.errors import InputError
 from plants.electrodes import Electrodes
 from plants.muscles import Muscles
 from plants.patients.files import from_table, load, names
-from plants.patients.limits import LIMITS, spread_limits
-from plants.patients.patient import GREATEST_NUMBER, Patient
+from plants.patients.patient import GREATEST_NUMBER, MOST_SD, Draws, Patient
 from plants.patients.sections import (
+    LIMITS,
     Anthropometry,
+    CohortSpread,
+    DaySpread,
     Fatigue,
     Recruitment,
     Spasticity,
     Strength,
     Tremor,
     Voluntary,
+    spread_limits,
 )
-from plants.patients.spreads import CohortSpread, DaySpread
-from plants.patients.variation import MOST_SD, Draws
 
 NUMBERS = st.integers(0, GREATEST_NUMBER)
 PRESETS = st.sampled_from([load(name) for name in names()])
