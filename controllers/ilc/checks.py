@@ -4,25 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from controllers.ilc.convergence import SLACK, growth_under
+from controllers.ilc.parameters import IlcParameters
 from controllers.limits.actuation import STATUS, in_words, missed_ns
 from controllers.limits.allocation import LEAST_REACH, check_reach, require_kept
 from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.surroundings import Surroundings
 
-if TYPE_CHECKING:
-    from controllers.ilc.block import Ilc
-
 _POSITIVE = ("duration_s", "change_weight", "gain", "gradient_step", "slew", "drive_max", "sd_max_deg",
              "strength_margin", "contact_n")
 
 
-def check(ilc: Ilc) -> None:
+def check(ilc: IlcParameters) -> None:
     """Raise InputError for the first parameter that cannot be."""
     _check_sizes(ilc)
     for key in _POSITIVE:
@@ -46,7 +43,7 @@ def check(ilc: Ilc) -> None:
     _check_limits(ilc)
 
 
-def _check_limits(ilc: Ilc) -> None:
+def _check_limits(ilc: IlcParameters) -> None:
     """Limits that leave nothing to learn with."""
     allocation = ilc.allocation()
     check_reach(ilc.drive_max, allocation)
@@ -68,7 +65,7 @@ def _check_limits(ilc: Ilc) -> None:
                          f"muscle {muscle}", "raise it to what a trial takes")
 
 
-def faults(ilc: Ilc, surroundings: Surroundings) -> Iterator[InputError]:
+def faults(ilc: IlcParameters, surroundings: Surroundings) -> Iterator[InputError]:
     """What does not fit the delay of model and loop: a trial that ends before it, points within it."""
     own_ns = ilc.model.delay_ns + duration_ns(ilc.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
     delay_ns = max(own_ns, ilc.model.delay_ns + surroundings.loop_ns)
@@ -82,7 +79,9 @@ def faults(ilc: Ilc, surroundings: Surroundings) -> Iterator[InputError]:
                              f"above {own_ns / NS_PER_S:g} s", "set the point later")
 
 
-def cautions_in_place(ilc: Ilc, period_ns: int, surroundings: Surroundings) -> tuple[tuple[str, str], ...]:
+def cautions_in_place(
+    ilc: IlcParameters, period_ns: int, surroundings: Surroundings
+) -> tuple[tuple[str, str], ...]:
     """Delays that the law does not reckon with, and whether it converges under them.
 
     The delay to the plant, and the age of samples where captures are not aligned, as a drive shows that much
@@ -106,7 +105,7 @@ def cautions_in_place(ilc: Ilc, period_ns: int, surroundings: Surroundings) -> t
     return ((STATUS, "; ".join(told)),)
 
 
-def _check_sizes(ilc: Ilc) -> None:
+def _check_sizes(ilc: IlcParameters) -> None:
     """As many currents, weights and models' ports as the model has."""
     muscles, outputs = ilc.model.inputs, ilc.model.outputs
     for key, size in (("grasping_outputs", outputs), ("grasping_channels", muscles)):

@@ -19,19 +19,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import sosfreqz
 
 from controllers.ilc.laws import Learning, low_pass, static_gain
+from controllers.ilc.parameters import IlcParameters
 from controllers.ilc.trajectories import response, strongest
 from fesloop.loop.clock import NS_PER_S
 from fesloop.models.linear_model import SampledModel
-
-if TYPE_CHECKING:
-    from controllers.ilc.block import Ilc
 
 Array = NDArray[np.float64]
 SEEN = 0.01
@@ -79,7 +77,7 @@ class Condition(NamedTuple):
 
 
 @lru_cache(maxsize=_KEPT)
-def condition_of(ilc: Ilc, period_ns: int) -> Condition:
+def condition_of(ilc: IlcParameters, period_ns: int) -> Condition:
     """The condition of a controller at a period; kept, for every run of it begins with that."""
     return condition(ilc.learning(period_ns), period_ns)
 
@@ -137,7 +135,7 @@ def _greatest_strength(growth: Callable[[float], float]) -> float:
     return low
 
 
-def growth_under(ilc: Ilc, period_ns: int, actuation_ns: int) -> float | None:
+def growth_under(ilc: IlcParameters, period_ns: int, actuation_ns: int) -> float | None:
     """As `growth_on`, where the model is right but for the delay of actuation.
 
     Of the first part of a trial: all of it grows no less. None where that part is too short for the delay.

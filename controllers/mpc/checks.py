@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.limits.actuation import STATUS, in_words, missed_ns
 from controllers.limits.allocation import LEAST_REACH, check_reach, posture_within, require_kept
+from controllers.mpc.parameters import MpcParameters
 from controllers.period import period_ns
 from fesloop.errors import InputError
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.surroundings import Surroundings
-
-if TYPE_CHECKING:
-    from controllers.mpc.block import Mpc
 
 Array = NDArray[np.float64]
 _POSITIVE = ("move_weight", "slew", "drive_max", "drive_noise", "disturbance_deg", "measurement_deg",
@@ -35,7 +32,7 @@ _LONGEST_S = 60
 """Of what is kept of former samples and drives, and of what follows on their loss (chosen)."""
 
 
-def check(mpc: Mpc) -> None:
+def check(mpc: MpcParameters) -> None:
     """Raise InputError for the first parameter that cannot be."""
     sizes = f"the model has {mpc.model.inputs} muscles and {mpc.model.outputs} outputs"
     if len(mpc.current_ma) != mpc.model.inputs:
@@ -72,7 +69,7 @@ def check(mpc: Mpc) -> None:
     _check_limits(mpc)
 
 
-def _check_limits(mpc: Mpc) -> None:
+def _check_limits(mpc: MpcParameters) -> None:
     """Limits that leave nothing to control with."""
     least, greatest = mpc.boxes()
     for output in range(mpc.model.outputs):
@@ -105,7 +102,7 @@ def _check_limits(mpc: Mpc) -> None:
             "raise it, or shorten the horizon")
 
 
-def faults(mpc: Mpc, context: Context, surroundings: Surroundings) -> Iterator[InputError]:
+def faults(mpc: MpcParameters, context: Context, surroundings: Surroundings) -> Iterator[InputError]:
     """What does not fit the loop around: its delay, its reference."""
     period = period_ns(context)
     own_ns = duration_ns(mpc.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
@@ -143,7 +140,7 @@ def _outside(reference: Array, least: Array, greatest: Array) -> Iterator[InputE
 
 
 def cautions_in_place(
-    mpc: Mpc, context: Context, surroundings: Surroundings
+    mpc: MpcParameters, context: Context, surroundings: Surroundings
 ) -> tuple[tuple[str, str], ...]:
     """A delay to the plant that is not the one that the controller predicts by."""
     own_ns = duration_ns(mpc.actuation_delay_ms, NS_PER_MS, "actuation_delay_ms")
@@ -154,7 +151,7 @@ def cautions_in_place(
     return ((STATUS, in_words(mpc.actuation_delay_ms, surroundings)),)
 
 
-def cautions(mpc: Mpc) -> tuple[tuple[str, str], ...]:
+def cautions(mpc: MpcParameters) -> tuple[tuple[str, str], ...]:
     """What is to be feared: a posture at rest outside the boxes."""
     least, greatest = mpc.boxes()
     outside = np.flatnonzero((mpc.model.offset < least) | (mpc.model.offset > greatest))

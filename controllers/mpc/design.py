@@ -6,20 +6,17 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.mpc.observer import Observer, ObserverState
+from controllers.mpc.parameters import MpcParameters
 from controllers.mpc.plan import Limits, Plan, Weights, make_plan
 from controllers.mpc.strength_adaptation import StrengthAdaptation, StrengthState
 from controllers.qp.dense import Qp
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.models.linear_model import LinearModel
-
-if TYPE_CHECKING:
-    from controllers.mpc.block import Mpc
 
 Array = NDArray[np.float64]
 LEAD = 0.3
@@ -102,7 +99,7 @@ _KEPT = 32
 """Candidates whose coefficients are kept, the last used: those of a few controllers."""
 
 
-def candidates_of(mpc: Mpc, period_ns: int) -> tuple[Candidate, ...]:
+def candidates_of(mpc: MpcParameters, period_ns: int) -> tuple[Candidate, ...]:
     """The plant at every speed and delay that it may have, under drives recorded once."""
     speeds = mpc.adaptation.speeds if mpc.adaptation else (1.0,)
     delays = mpc.adaptation.delays_ns() if mpc.adaptation else (0,)
@@ -114,7 +111,7 @@ def candidates_of(mpc: Mpc, period_ns: int) -> tuple[Candidate, ...]:
     return made
 
 
-def _candidate(mpc: Mpc, period_ns: int, speed: float, later_ns: int, latest_ns: int) -> Candidate:
+def _candidate(mpc: MpcParameters, period_ns: int, speed: float, later_ns: int, latest_ns: int) -> Candidate:
     """One of them; all keep drives for as long as the one with the longest delay does."""
     plan, observer = _coefficients(mpc, period_ns, speed, later_ns, latest_ns)
     return Candidate(speed, later_ns, plan, observer, observer.init(),
@@ -124,7 +121,7 @@ def _candidate(mpc: Mpc, period_ns: int, speed: float, later_ns: int, latest_ns:
 
 @lru_cache(maxsize=_KEPT)
 def _coefficients(
-    mpc: Mpc, period_ns: int, speed: float, later_ns: int, latest_ns: int
+    mpc: MpcParameters, period_ns: int, speed: float, later_ns: int, latest_ns: int
 ) -> tuple[Plan, Observer]:
     """What of a candidate nothing changes; kept, for every trial of every run begins with the same."""
     model = altered(mpc.model, speed, later_ns)
@@ -138,7 +135,7 @@ def _coefficients(
     return _plan(mpc, model, period_ns, delay_ns - model.delay_ns), observer
 
 
-def _plan(mpc: Mpc, model: LinearModel, period_ns: int, actuation_ns: int) -> Plan:
+def _plan(mpc: MpcParameters, model: LinearModel, period_ns: int, actuation_ns: int) -> Plan:
     weights = Weights(np.array(mpc.output_weight or (1.0,) * model.outputs), mpc.move_weight,
                       mpc.effort_weight, mpc.cocontraction_weight)
     slopes = np.empty(0)

@@ -8,17 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.limits.allocation import risen
-from fesloop.loop.block import Tick
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.signals import NEVER
 
 if TYPE_CHECKING:
-    from controllers.mpc.block import Mpc
-    from controllers.mpc.state import MpcState
+    pass
 
 Array = NDArray[np.float64]
-_BAD_INPUT = ("no_input", "stale_input", "non_finite")
 
 
 @dataclass(slots=True, eq=False)
@@ -59,21 +55,3 @@ class Fallback:
         return self.held * (1.0 if ramping_ms <= 0.0 else max(0.0, 1.0 - ramping_ms / max(ramp_ms, 1e-9)))
 
 
-def fall_back(mpc: Mpc, state: MpcState, tick: Tick, trouble: str, detail: str) -> None:
-    """Set the drive to the safe one, and tell of the trouble when it begins.
-
-    The last plan goes on where only the programme failed, within the limits of a tick; else the drive is held
-    and ramped.
-    """
-    fallback, muscles = state.fallback, state.drive.size
-    if trouble != fallback.trouble:
-        tick.report(trouble, detail)
-    fallback.trouble = trouble
-    planned = None if trouble in _BAD_INPUT else fallback.next_planned(muscles, mpc.horizon)
-    if planned is None:
-        state.drive = fallback.ramped(state.drive, tick.time_ns, mpc.hold_ms, mpc.ramp_ms)
-        return
-    rise = np.empty(muscles)
-    risen(state.table, state.pulses, 1e-6 * mpc.charge_rise_uc, rise)
-    wanted = np.minimum(planned / state.estimate.strength, state.drive + mpc.slew)
-    state.drive = np.minimum(wanted, np.minimum(state.reach, np.maximum(rise, state.drive)))

@@ -6,22 +6,19 @@ an array as to fill one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.limits.allocation import allocate, risen
-from controllers.mpc.observer import ObserverState, ahead, correct, record
+from controllers.mpc.observer import ahead, correct, record
+from controllers.mpc.parameters import MpcParameters
 from controllers.mpc.plan import charge_room, free_optimum, limits
+from controllers.mpc.state import Loop, MpcState
 from controllers.qp.dense import NOT_FINITE, QpResult, check_vectors
 from fesloop.compiled import compiled
 from fesloop.loop.signals import Sample
-
-if TYPE_CHECKING:
-    from controllers.mpc.block import Mpc
-    from controllers.mpc.state import MpcState
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
@@ -122,29 +119,9 @@ class Posed(NamedTuple):
     fault: int
 
 
-@dataclass(slots=True, eq=False)
-class Loop:
-    """What a programme starts from: of the plant, or of the model alone.
-
-    Attributes
-    ----------
-    estimate: of the state.
-    drive, pulses: in force, (muscles,) and (muscles, 2).
-    """
-
-    estimate: ObserverState
-    drive: Array
-    pulses: Array
-
-    def copied(self) -> Loop:
-        """As it is now, from here on by itself."""
-        now = self.estimate
-        return Loop(ObserverState(now.at_ns, now.x.copy(), now.disturbance.copy(), now.strength.copy(),
-                                  now.stamps.copy(), now.inputs.copy()), self.drive, self.pulses.copy())
-
-
 def posed(
-    mpc: Mpc, state: MpcState, loop: Loop, gain: Array, reference: Array, sample: Sample, captured_ns: int,
+    mpc: MpcParameters,
+    state: MpcState, loop: Loop, gain: Array, reference: Array, sample: Sample, captured_ns: int,
     now_ns: int,
 ) -> Posed:
     """The programme of a loop, whose estimate takes in the sample, captured at `captured_ns`, with a gain."""
@@ -170,7 +147,8 @@ _SLACK = 1e-4
 
 
 def solve_in_contact(
-    mpc: Mpc, state: MpcState, now: Loop, problem: Posed, reference: Array, sample: Sample, captured_ns: int,
+    mpc: MpcParameters,
+    state: MpcState, now: Loop, problem: Posed, reference: Array, sample: Sample, captured_ns: int,
     now_ns: int,
 ) -> QpResult:
     """The optimum of `problem`, with the drives of `grasping_channels` from the model's own loop.
@@ -190,7 +168,7 @@ def solve_in_contact(
     return candidate.qp.solve_around(*problem)
 
 
-def _give(mpc: Mpc, problem: Posed, led: Array, muscles: int) -> None:
+def _give(mpc: MpcParameters, problem: Posed, led: Array, muscles: int) -> None:
     """Have the problem give `grasping_channels` what they have in `led` (unknowns,), within its bounds."""
     steps = np.arange(mpc.horizon)[:, np.newaxis] * muscles
     given = (steps + np.array(mpc.grasping_channels)).ravel()
