@@ -39,7 +39,6 @@ import h5py
 import numpy as np
 
 from fesloop.errors import InputError, RunError
-from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.recording.form import (
     BLOCK_STAMPS,
     EVENT,
@@ -55,6 +54,7 @@ from fesloop.experiment.recording.form import (
     instant_rows,
     plant_rows,
 )
+from fesloop.experiment.specification import ExperimentSpecification
 from fesloop.loop.block import Block, Tick
 from fesloop.loop.nodes import Node
 from fesloop.loop.realtime import Pacer
@@ -184,7 +184,7 @@ STATUS_TYPE = np.dtype("S16")
 _PACKAGES = ("fesloop", "numpy", "scipy", "numba", "h5py", "vqf", "osqp", "daqp", "fmpy")
 
 
-def describe(file: h5py.File, experiment: Experiment) -> None:
+def describe(file: h5py.File, experiment: ExperimentSpecification) -> None:
     """Write everything that is known before the first tick."""
     file.attrs["format"] = FORMAT
     file.attrs["name"] = experiment.name
@@ -234,7 +234,7 @@ class RecordingWriter:
     Raises InputError if no file can be made there.
     """
 
-    def __init__(self, folder: Path, experiment: Experiment,
+    def __init__(self, folder: Path, experiment: ExperimentSpecification,
                  realtime: Mapping[str, str | float] | None = None) -> None:
         draft, self._file = draft_file(folder, experiment.name)
         try:
@@ -246,7 +246,9 @@ class RecordingWriter:
             draft.unlink()
             raise
 
-    def _make_datasets(self, experiment: Experiment, realtime: Mapping[str, str | float] | None) -> None:
+    def _make_datasets(
+        self, experiment: ExperimentSpecification, realtime: Mapping[str, str | float] | None
+    ) -> None:
         """Everything that the file will hold, empty."""
         describe(self._file, experiment)
         describe_wall(self._file, realtime)

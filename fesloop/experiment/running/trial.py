@@ -14,12 +14,12 @@ from types import FrameType
 from typing import Any
 
 from fesloop.errors import FesloopError, InputError, RunError
-from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.metrics.lateness import realtime_summary
 from fesloop.experiment.metrics.scoring import metrics_of
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.writing import RecordingWriter, TimedBlock, timed
 from fesloop.experiment.running.blas import one_blas_thread
+from fesloop.experiment.specification import ExperimentSpecification
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, waits_for_arrivals
 from fesloop.loop.machine import InStep, in_step_with_wall, threads_now
 from fesloop.loop.nodes import Node
@@ -44,7 +44,7 @@ class Rehearsals:
     def __init__(self) -> None:
         self._rehearsed: set[frozenset[type[Any]]] = set()
 
-    def rehearse(self, experiment: Experiment, realtime: bool) -> None:
+    def rehearse(self, experiment: ExperimentSpecification, realtime: bool) -> None:
         """Load the kernels of a run, where that has yet to be done.
 
         A loop of the same kinds of parts needs it once in a process. Where the wall clock decides what comes
@@ -152,8 +152,9 @@ class UnderWay:
     worst_write_ns: the longest that the loop stood still for a write, at the end of trials apart.
     """
 
-    def __init__(self, experiment: Experiment, loop: Loop, timed_blocks: Mapping[str, TimedBlock],
-                 writer: RecordingWriter, in_step: InStep | None, progress: Progress | None) -> None:
+    def __init__(self, experiment: ExperimentSpecification, loop: Loop,
+                 timed_blocks: Mapping[str, TimedBlock], writer: RecordingWriter, in_step: InStep | None,
+                 progress: Progress | None) -> None:
         self.experiment, self.loop, self.writer = experiment, loop, writer
         self.timed = timed_blocks
         self.in_step, self.progress = in_step, progress
@@ -290,7 +291,7 @@ class Result:
 
 
 @one_blas_thread()
-def run(experiment: Experiment, out: Path, *, realtime: bool | Pacing = False,
+def run(experiment: ExperimentSpecification, out: Path, *, realtime: bool | Pacing = False,
         progress: Progress | None = None, rehearsals: Rehearsals | None = None) -> Result:
     """Run every trial, record into a new file in the folder `out`, and score the file.
 
@@ -330,7 +331,7 @@ def run(experiment: Experiment, out: Path, *, realtime: bool | Pacing = False,
                   missed_deadlines=kept_time.get("missed", 0), realtime=kept_time)
 
 
-def _refuse_live(experiment: Experiment) -> None:
+def _refuse_live(experiment: ExperimentSpecification) -> None:
     """A live stream cannot be heard faster or slower than it comes. Raises InputError naming the first."""
     for node in experiment.wiring.nodes:
         if is_live(node):
@@ -338,7 +339,7 @@ def _refuse_live(experiment: Experiment) -> None:
                              "fesloop run --realtime")
 
 
-def _seek(experiment: Experiment) -> None:
+def _seek(experiment: ExperimentSpecification) -> None:
     """Let parts look for what they are to hear, so that a user who mistyped a name need not wait to know."""
     for node in experiment.wiring.nodes:
         seek = getattr(node.part, "seek", None)
