@@ -28,7 +28,8 @@ def test_an_arrow_to_a_storey_above_is_found():
 
 
 def test_imports_for_types_alone_and_within_functions_count(tmp_path):
-    (tmp_path / "a.py").write_text("from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from p.b import B\n")
+    typed = "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from p.b import B\n"
+    (tmp_path / "a.py").write_text(typed)
     (tmp_path / "b.py").write_text("class B:\n    def f(self):\n        from p import a\n        return a\n")
     known = {"p.a": tmp_path / "a.py", "p.b": tmp_path / "b.py"}
     assert house.imports(known) == {"p.a": {"p.b"}, "p.b": {"p.a"}}
