@@ -46,7 +46,7 @@ INDIRECT = {
     ("controllers/ilc/block.py", "*report"): (
         "controllers/ilc/convergence.py:cautions", "controllers/ilc/block.py:next_trial",
         "controllers/ilc/trajectories.py:explained", "controllers/ilc/laws.py:_learnt", *_QP),
-    ("controllers/mpc/fallback.py", "trouble"): (
+    ("controllers/mpc/state.py", "trouble"): (
         "controllers/mpc/block.py:step", "controllers/mpc/block.py:_control", *_QP),
     ("controllers/pid/tuned.py", "trouble"): ("controllers/pid/tuned.py:step", *_QP),
     ("controllers/point_search/block.py", "status"): (

@@ -32,7 +32,7 @@ EXPERIMENTS = sorted(path for path in (ROOT / "fesloop" / "experiment" / "shippe
 EXPERIMENTS += [ROOT / "tests" / "experiment" / name for name in ("small.toml", "whole_hand.toml")]
 PATIENTS = sorted((ROOT / "plants" / "patients").glob("*.toml"))
 MODELS = sorted((ROOT / "fesloop" / "models" / "shipped").glob("*.toml"))
-STUDIES = sorted((ROOT / "fesloop" / "study" / "shipped").glob("*.toml"))
+STUDIES = sorted((ROOT / "fesloop" / "analysis" / "study" / "shipped").glob("*.toml"))
 
 
 def checked(capsys, *arguments):

@@ -176,9 +176,9 @@ def screen(text, columns):
 
 ON_A_TERMINAL = """
 import time
-from fesloop.apps.cli import study_progress
-study_progress._RENEW_S = 0.0
-watch = study_progress.StudyProgress("tiny")
+from fesloop.apps.cli import study_command
+study_command._RENEW_S = 0.0
+watch = study_command.StudyProgress("tiny")
 watch.stage("check", 0.5)
 for done in range(5):
     watch.runs(done, {"a cause that takes more room than a terminal of forty columns has": 1}, 10)

@@ -8,6 +8,9 @@ from typing import Literal
 
 from fesloop.errors import InputError, did_you_mean
 
+OWN_COLUMNS = ("cell", "replicate", "seed", "id", "status", "cause", "wall_s", "recording")
+"""Columns that every table of results has: names that neither an axis nor a metric may have."""
+
 Kind = Literal["heat_map", "curves"]
 Statistic = Literal["mean", "median", "share"]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from fesloop.analysis.study.design.axes import Axis, seed_fault, sets_seed
-from fesloop.analysis.study.design.figure_specs import Figure
+from fesloop.analysis.study.design.figure_specs import OWN_COLUMNS, Figure
 from fesloop.errors import InputError, InputErrors, did_you_mean
 
 _REDUCTIONS: dict[str, Callable[[Sequence[float]], float]] = {
@@ -78,10 +78,6 @@ class KeptMetric:
                              "a number, or a list of numbers, one a trial",
                              "go on to one below it" if isinstance(value, Mapping) else "")
         return float(value) if math.isfinite(value) else None
-
-
-OWN_COLUMNS = ("cell", "replicate", "seed", "id", "status", "cause", "wall_s", "recording")
-"""Names that neither an axis nor a metric may have."""
 
 
 Design = Literal["grid", "random", "sobol"]

@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.analysis.study.design.figure_specs import Statistic
-from fesloop.analysis.study.design.study import OWN_COLUMNS
+from fesloop.analysis.study.design.figure_specs import OWN_COLUMNS, Statistic
 from fesloop.analysis.study.results.axis_levels import Axes, AxisLevel, is_numeric
 from fesloop.analysis.study.results.comparison import Comparison, compare
 from fesloop.analysis.study.results.estimates import Estimate, estimates
