@@ -25,6 +25,7 @@ from fesloop.loop.block import Context
 from fesloop.loop.input_ages import too_old
 from fesloop.loop.realtime import Pacing
 from fesloop.loop.surroundings import cautions_in_place
+from fesloop.models.linear_form import LinearPlant
 
 _SHOWN = 10
 _CLOSE = 1e-5
@@ -73,7 +74,9 @@ def execute(args: Namespace) -> int:
 
 
 def _unstable(experiment: Experiment) -> str:
-    """That theory says that the loop is unstable; empty where it does not, or takes long."""
+    """A sentence that says that the loop is unstable by theory; empty where theory does not say so."""
+    if not any(isinstance(node.part, LinearPlant) for node in experiment.wiring.nodes if node.is_plant):
+        return ""
     from fesloop.analysis.theory.critical_latency import growth
     from fesloop.analysis.theory.linear_loop import linear_loop
 
