@@ -63,7 +63,7 @@ def test_without_json_the_folder_alone_is_printed(made_up, capsys, tmp_path):
     assert main(["reproduce", "kortier2014", "--subjects", "1", "--out", str(tmp_path)]) == 0
     out, err = capsys.readouterr()
     assert out.strip() == str(tmp_path / "kortier2014")
-    assert "theirs beside ours" in err
+    assert "published and reproduced" in err
 
 
 @pytest.mark.slow

@@ -18,7 +18,7 @@ _COLUMNS = ("us_median", "us_p99", "us_worst", "reference_us_median", "ratio")
 
 
 def names() -> list[str]:
-    """Every bench: the public modules of fesloop.apps.bench, each with `run(progress=...)`."""
+    """Names of benches: public modules of fesloop.apps.bench, each with a function `run(progress=...)`."""
     return sorted(module.name for module in pkgutil.iter_modules(fesloop.apps.bench.__path__)
                   if not module.name.startswith("_"))
 
@@ -28,7 +28,7 @@ def execute(args: Namespace) -> int:
     if args.name is not None and args.name not in names():
         raise InputError(f"bench {args.name}", "there is no such bench", ", ".join(names()),
                          did_you_mean(args.name, names()))
-    Pacing(priority=args.priority)  # refuses one that is none, before a process of a bench meets it
+    Pacing(priority=args.priority)  # refuses a bad priority before a bench starts a process
     if args.name is not None:
         results = [_one(args.name, args)]
     else:
@@ -39,7 +39,7 @@ def execute(args: Namespace) -> int:
 
 
 def _one_of_all(name: str, args: Namespace) -> dict[str, Any]:
-    """A bench, or why it cannot be run here: the others can."""
+    """Run a bench; where it cannot run here, print why, so that the others do."""
     try:
         return _one(name, args)
     except InputError as fault:
@@ -48,7 +48,7 @@ def _one_of_all(name: str, args: Namespace) -> dict[str, Any]:
 
 
 def _one(name: str, args: Namespace) -> dict[str, Any]:
-    """Run a bench, with the options that it knows of, and print its rows."""
+    """Run a bench with the options that it has, and print its rows."""
     with progress_bar(f"bench {name}") as bar:
         bench = import_module(f"fesloop.apps.bench.{name}").run
         known = signature(bench).parameters

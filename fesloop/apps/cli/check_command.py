@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def execute(args: Namespace) -> int:
-    """Validate and print the wiring, the latency budget and what the file's aliases change."""
+    """Validate an experiment; print its wiring, cautions, latency budget, theory, variants and aliases."""
     from fesloop.analysis.theory.first_answer import first_answer
 
     with progress_bar(f"check {args.experiment}"):
@@ -51,7 +51,7 @@ def execute(args: Namespace) -> int:
     budgets = _budgets(report)
     print()
     if not budgets:
-        print("No latency budget: no way leads from a plant's output through blocks to a plant's input.")
+        print("No latency budget: no path leads from a plant's output through blocks to a plant's input.")
     else:
         print(fill(f"{MEANING} {report.coverage(experiment.trials)}", 120))
     for title, stages in budgets:
@@ -60,17 +60,17 @@ def execute(args: Namespace) -> int:
     _print_theory(theory)
     for variant, table in picked.variants.items():
         print()
-        print_table(f"What --set {variant}=... picks", ("option", "what it is"),
+        print_table(f"Options of --set {variant}=...", ("option", "description"),
                     _option_rows(table, picked.options[variant]), sys.stdout)
     if aliases:
         print()
         rows = [(name, key if isinstance(key, str) else ", ".join(key)) for name, key in aliases.items()]
-        print_table("What --set changes by a short name", ("name", "key"), rows, sys.stdout)
+        print_table("Aliases for --set", ("name", "key"), rows, sys.stdout)
     return 0
 
 
 def _print_theory(theory: FirstAnswer) -> None:
-    """What is known without a run, to the nanosecond, and why the rest is not."""
+    """Print exact results of the linear theory, and the reason for each that is missing."""
     cost = theory.cost
     stable = cost is not None and cost.stable
     rows = [(f"critical latency of {wire}", critical_text(critical, now, stable), f"{_exact_ms(now)} now")
@@ -94,43 +94,43 @@ def _print_theory(theory: FirstAnswer) -> None:
 
 
 def critical_text(latency_ms: float | None, now_ms: float, stable: bool) -> str:
-    """The least latency at which the loop does not come to rest; whether it does at the present one."""
+    """Describe the least latency at which the loop is unstable, and whether the present one is stable."""
     if latency_ms is None:
         return "none up to 500 ms"
-    told = _exact_ms(latency_ms)
+    critical = _exact_ms(latency_ms)
     if stable and latency_ms <= now_ms:
-        return f"{told}, but stable now"
-    return told if latency_ms else f"{told}: unstable at 0, too"
+        return f"{critical}, but stable now"
+    return critical if latency_ms else f"{critical}: unstable at 0, too"
 
 
 def _exact_ms(latency_ms: float) -> str:
-    """To the nanosecond, as wires take it: 110.000001 ms is no 110 ms, where a tick is missed."""
+    """Format to the nanosecond: 110.000001 ms may miss a tick that 110 ms reaches."""
     return f"{latency_ms:.6f}".rstrip("0").rstrip(".") + " ms"
 
 
 def _option_rows(table: dict[str, Any], picked: str) -> list[tuple[str, str]]:
-    """Options of a variant, the one that stands in what was printed marked."""
+    """Options of a variant with their descriptions; the picked one is marked."""
     return [(f"{option} (picked)" if option == picked else option, about)
             for option, about in table["options"].items()]
 
 
 def _cautions(experiment: Experiment) -> list[tuple[str, str, str]]:
-    """(node, status, detail): what is to be feared of parameters, of latencies, and of each other live."""
-    told = experiment_cautions(experiment) + too_old(experiment.wiring, experiment.duration_ns)
-    told += cautions_in_place(experiment.wiring, experiment.duration_ns)
+    """Cautions as (node, status, detail): of parameters, latencies, neighbours and live nodes."""
+    found = experiment_cautions(experiment) + too_old(experiment.wiring, experiment.duration_ns)
+    found += cautions_in_place(experiment.wiring, experiment.duration_ns)
     for node in experiment.wiring.nodes:
         if hasattr(node.part, "cautions"):
             context = Context(node.name, experiment.seed, clock=node.clock)
-            told += [(node.name, status, detail) for status, detail in node.part.cautions(context)]
+            found += [(node.name, status, detail) for status, detail in node.part.cautions(context)]
     if any(is_live(node) for node in experiment.wiring.nodes):
-        told += [(name, "not_rehearsed", "it is let go at the end and has no stand-in: the run begins "
-                  "without a rehearsal, and code is compiled while devices and streams wait")
-                 for name in without_stand_in(experiment.wiring)]
-    return told
+        found += [(name, "not_rehearsed", "it has to be closed at the end and has no stand-in: the run "
+                   "starts without a rehearsal, and code is compiled while devices and streams wait")
+                  for name in without_stand_in(experiment.wiring)]
+    return found
 
 
 def _budgets(report: LatencyReport) -> list[tuple[str, list[tuple[str, ...]]]]:
-    """Title and rows a way through the loop; ways of several signals that take the same time are one."""
+    """Title and rows of each path through the loop; paths that take the same time are merged."""
     onward: dict[tuple[Any, ...], list[str]] = {}
     for path in report.paths:
         source, *through, target = path.name.split(" -> ")
@@ -194,7 +194,7 @@ def _wire_row(wire: Wire) -> tuple[str, str, str, str]:
 
 
 def _stage_rows(path: PathLatency) -> list[tuple[str, ...]]:
-    """The stages that take any time, the total, and that of each lane where there are several."""
+    """Rows of the stages that take time, of the total, and of each lane's total where there are several."""
     stages = [stage for stage in path.summary() if stage.most_ns or stage.name == "total"]
     stages += [replace(lane, name=f"total, {lane.name}") for lane in path.by_lane()]
     return [(stage.name, *(f"{ns / NS_PER_MS:.3f}" for ns in (stage.least_ns, stage.mean_ns, stage.most_ns)))

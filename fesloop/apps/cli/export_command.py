@@ -10,7 +10,7 @@ from fesloop.experiment.export import export
 
 
 def execute(args: Namespace) -> int:
-    """Write a recording in another format, and print what was written."""
+    """Write a recording in another format; print the path."""
     signals = None
     if args.signals is not None:
         signals = [name.strip() for name in args.signals.split(",") if name.strip()]

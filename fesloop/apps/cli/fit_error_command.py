@@ -9,11 +9,11 @@ from typing import Any
 from fesloop.apps.cli.output import free_target, print_made, print_table, progress_bar
 
 _AHEAD_MS = 1.0
-"""Worth telling (chosen)."""
+"""Least shift that is reported (chosen)."""
 
 
 def execute(args: Namespace) -> int:
-    """Fit a tracker's error process to the first half of a recording; show how it stands up to the second."""
+    """Fit a tracker's error process to the first half of a recording; print how it predicts the second."""
     from fesloop.analysis.tracker_error.fitting import fit_error
 
     path = free_target(args.target, args.target)
@@ -33,39 +33,39 @@ def _print(report: dict[str, Any]) -> None:
              f"{100.0 * angle['lags_in_band_share']:.0f}"] for angle in report["angles"]]
     print_table(
         f"{report['source']}: RMS error, deg; fitted to {report['fitted_s']:.3g} s "
-        f"from {report['from_s']:.3g} s on, held against the "
+        f"from {report['from_s']:.3g} s on, compared with the "
         f"{report['judged_s']:.3g} s after", [
             "angle", "moved", "first half", "second half", "process there", "within 15 %",
             "autocorrelation in band", "lags %"], rows, sys.stderr)
     print(f"age {report['age_ms']:g} ms at least, {100.0 * report['loss']:.3g} % lost", file=sys.stderr)
-    if told := delay_text(report["ahead_ms"], report["half_sample_ms"], report["recorded_reference"]):
-        print(told, file=sys.stderr)
-    for key, text in (("too_slow_to_tell", "slower than half a recording of this length can tell"),
-                      ("left_out", "too little known to fit")):
+    if shift := delay_text(report["ahead_ms"], report["half_sample_ms"], report["recorded_reference"]):
+        print(shift, file=sys.stderr)
+    for key, text in (("too_slow_to_tell", "correlated for longer than half of this recording can show"),
+                      ("left_out", "too few samples to fit")):
         if report[key]:
             print(f"{text}: {', '.join(report[key])}", file=sys.stderr)
 
 
 def delay_text(ahead_ms: float, half_sample_ms: float, recorded: bool) -> str:
-    """By how much estimates are shifted, and what that can come from; empty for hardly at all.
+    """Describe by how much estimates are shifted in time, and possible causes; empty for a small shift.
 
-    `recorded`: whether against a recorded reference, whose stamps may be off, and not a plant's truth.
+    `recorded`: whether the reference is a recorded one, whose stamps may be late, and not a plant's truth.
     """
     if abs(ahead_ms) <= _AHEAD_MS:
         return ""
     which = f"{abs(ahead_ms):.3g} ms {'ahead of' if ahead_ms > 0.0 else 'behind'}"
     if not recorded:
         return f"the estimates are {which} the truth"
-    told = f"the estimates are {which} the reference"
+    shift = f"the estimates are {which} the reference"
     late_ms = ahead_ms - half_sample_ms
-    own = (f"half a sample ahead, {half_sample_ms:.3g} ms, are those of a tracker that takes each rate for "
-           "the whole period before it, such as vqf")
-    takes = f"--reference-late {late_ms:.3g} takes that off (of such a tracker; {ahead_ms:.3g} of another)"
+    own = (f"a tracker that takes each rate for the whole period before it, such as vqf, is half a sample "
+           f"ahead, {half_sample_ms:.3g} ms")
+    takes = f"--reference-late {late_ms:.3g} corrects that (for such a tracker; {ahead_ms:.3g} for another)"
     if ahead_ms < 0.0:
-        return f"{told}: the tracker lags, or the reference's stamps are early, where {takes}; {own}"
+        return f"{shift}: the tracker lags, or the reference's stamps are early, where {takes}; {own}"
     if late_ms <= _AHEAD_MS:
-        return f"{told}: {own}; of any other tracker the reference's stamps are late by that"
-    return f"{told}: {own}; the rest is no tracker's, the reference's stamps are late; {takes}"
+        return f"{shift}: {own}; with any other tracker the reference's stamps are late by that"
+    return f"{shift}: {own}; the rest means that the reference's stamps are late; {takes}"
 
 
 def _yes(holds: bool) -> str:

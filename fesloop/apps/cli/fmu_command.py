@@ -11,7 +11,7 @@ from fesloop.apps.cli.output import print_json, progress_bar
 from fesloop.errors import InputError, did_you_mean
 
 GROUP = "fesloop.exporters"
-"""Entry points of plants that can be written as FMUs: a function of the file to write."""
+"""Group of entry points: functions that write a plant as the FMU of a given path."""
 
 
 def execute(args: Namespace) -> int:

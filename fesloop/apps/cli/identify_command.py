@@ -13,9 +13,9 @@ from fesloop.models.patient_model import require_usable
 
 
 def execute(args: Namespace) -> int:
-    """Make the model file of a recording's patient; show how well it predicts what it was not fitted to.
+    """Write the model file of a recording's patient; print its fit to data that was held out.
 
-    A model that explains too little is written, for a look at it, and refused by controllers: exit code 1.
+    A model that explains too little is written for inspection and refused by controllers: exit code 1.
     """
     path = free_target(args.out, f"--out {args.out}")
     with progress_bar(f"identify {args.recording}"):
@@ -29,7 +29,7 @@ def execute(args: Namespace) -> int:
         print(f"fesloop: {fault}", file=sys.stderr)
     else:
         for weakness in found.model.weaknesses():
-            print(f"fesloop: {path}: {weakness}: expect little of it there", file=sys.stderr)
+            print(f"fesloop: {path}: {weakness}: the model is weak there", file=sys.stderr)
     print_made("model", path, found.report(), _print, as_json=args.json)
     return 0 if usable else 1
 
@@ -47,5 +47,5 @@ def _print(report: dict[str, Any]) -> None:
     print_table("recruitment: threshold at 5 %, half at an effective current", [
         "channel", "electrode", "mA", "threshold us", "half mA", "spread", "fit %"], rows, sys.stderr)
     if any(row["at_bound"] for row in report["channels"]):
-        print("'or more', 'or less': the fit is at the end of what is tried (half: the strongest pulse), the "
-              "patient's value may lie beyond", file=sys.stderr)
+        print("'or more', 'or less': the fit is at the end of the range tried (half: the strongest pulse); "
+              "the patient's value may lie beyond", file=sys.stderr)

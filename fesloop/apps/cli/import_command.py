@@ -19,7 +19,7 @@ def execute(args: Namespace) -> int:
         recording = import_recording(args.source, args.target, args.layout, args.sensor_set, args.resample)
     doubts, lacking = dict(all_doubts(recording)), lacking_in(recording)
     print_doubts(args.source, doubts.items())
-    told: dict[str, Any] = {
+    summary: dict[str, Any] = {
         "motion": args.target, "source": recording.source, "source_format": recording.source_format,
         "sensors": list(recording.sensors), "samples": recording.samples,
         "rate": None if recording.rate is None else str(recording.rate),
@@ -35,7 +35,7 @@ def execute(args: Namespace) -> int:
         "lost_samples": dict(zip(recording.sensors, lost_samples(recording).sum(axis=0).tolist(),
                                  strict=True))}
     if args.json:
-        print_json(told)
+        print_json(summary)
     else:
         rate = f"{float(recording.rate):.9g} Hz" if recording.rate is not None else (
             f"about {lacking.rate_hz:.6g} Hz " + ("with gaps" if lacking.gaps else "at uneven instants"))

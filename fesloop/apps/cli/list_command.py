@@ -24,8 +24,8 @@ _JOBS = {"closed_loop": "A closed loop around a virtual patient",
          "trackers": "Hand trackers by themselves"}
 
 
-_COMPILING = ("takes: once its code is compiled, on the machine on which it was measured. The first run of "
-              "a kind also compiles,\nonce on every machine: half a minute more, or longer.")
+_COMPILING = ("takes: run time once code is compiled, measured on one machine. The first run of a kind on a "
+              "machine\nalso compiles: half a minute more, or longer.")
 """Measured: 25 s of processor for `finger_mpc` with an empty cache, 2 s with a full one."""
 
 
@@ -55,13 +55,13 @@ def execute(args: Namespace) -> int:
 
 
 def _experiment(document: Mapping[str, Any]) -> dict[str, Any]:
-    """What is told of a shipped experiment."""
+    """Description and guide of a shipped experiment."""
     guide = guide_of(document)
     return {"description": _description(document), **(asdict(guide) if guide else {})}
 
 
 def _print_experiments(documents: Mapping[str, Mapping[str, Any]]) -> None:
-    """A table for each job."""
+    """Print a table of experiments for each job."""
     guides = {name: guide for name, each in documents.items() if (guide := guide_of(each)) is not None}
     for job, title in _JOBS.items():
         rows = [(name, duration_text(guide.takes_s), ", ".join(guide.needs), _description(documents[name]))
@@ -79,7 +79,7 @@ def _description(document: Mapping[str, Any]) -> str:
 
 
 def _needs_of_settings(guides: Mapping[str, Guide]) -> list[tuple[str, str, str]]:
-    """A setting, what it needs, and the experiments that have it."""
+    """Settings that need something, what they need, and the experiments that have them."""
     found: dict[tuple[str, str], list[str]] = {}
     for name, guide in guides.items():
         for pair in guide.needs_with.items():
@@ -88,12 +88,12 @@ def _needs_of_settings(guides: Mapping[str, Guide]) -> list[tuple[str, str, str]
 
 
 def _options(table: dict[str, Any]) -> str:
-    """Options of a variant in a line."""
+    """Options of a variant, the default first."""
     return ", ".join(dict.fromkeys([table["default"], *table["options"]]))
 
 
 def _summary(kind: str) -> str:
-    """A line on a kind, also where its package does not import."""
+    """Summary line of a kind; the reason if its package cannot be imported."""
     try:
         return registry.summary(kind)
     except InputError as fault:

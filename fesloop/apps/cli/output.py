@@ -1,4 +1,4 @@
-"""What commands print: one JSON object on standard output; tables and progress on standard error."""
+"""Output of commands: one JSON object or path on standard output; tables and progress on standard error."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _REFRESH_HZ = 2.0
 
 
 def print_json(table: Any) -> None:
-    """One JSON object; numbers that JSON cannot say are null."""
+    """Print one JSON object; numbers that are not finite become null."""
     print(as_json(table))
 
 
 def print_made(kind: str, path: Path, report: dict[str, Any], show: Callable[[dict[str, Any]], None], *,
                as_json: bool) -> None:
-    """The file of some kind that a command made, and its report: as one object, or as `show` has it."""
+    """Print the file that a command wrote and its report, as one JSON object or by `show`."""
     if as_json:
         print_json({kind: str(path), **report})
     else:
@@ -38,27 +38,27 @@ def print_made(kind: str, path: Path, report: dict[str, Any], show: Callable[[di
 
 
 def print_doubts(recording: str, doubts: Iterable[tuple[str, str]]) -> None:
-    """What is wrong with a recording (`fesloop.streams.doubts`), a line each, on standard error."""
+    """Print doubtful properties of a recording (`fesloop.streams.doubts`) to standard error, a line each."""
     for status, text in doubts:
         what = "channels left out, " if status == "channels_left_out" else ""
         print(f"fesloop: {recording}: {what}{text}", file=sys.stderr)
 
 
 def as_json(table: Any) -> str:
-    """The text of one JSON object; numbers that JSON cannot say are null."""
-    return json.dumps(_sayable(table), indent=2, allow_nan=False)
+    """Return the text of one JSON object; numbers that are not finite become null."""
+    return json.dumps(_json_value(table), indent=2, allow_nan=False)
 
 
-def _sayable(value: Any) -> Any:
+def _json_value(value: Any) -> Any:
     if isinstance(value, dict):
-        return {str(key): _sayable(item) for key, item in value.items()}
+        return {str(key): _json_value(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_sayable(item) for item in value]
+        return [_json_value(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], file: TextIO) -> None:
-    """A table under its title, which may be wider; columns of numbers are aligned to the right."""
+    """Print a table under its title; columns of numbers are aligned to the right."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
@@ -83,10 +83,10 @@ def _is_number(text: str) -> bool:
 
 
 class _Bar:
-    """A progress bar on a terminal that shows itself once the work has taken two seconds.
+    """A progress bar on a terminal that appears after two seconds of work.
 
-    A timer shows it, so that it comes up as well while nothing tells of progress: while code is compiled
-    or a file is read.
+    A timer shows it, so that it also appears while no progress is reported, as when code is compiled or a
+    file is read.
     """
 
     def __init__(self, title: str) -> None:
@@ -101,7 +101,7 @@ class _Bar:
             self._timer.start()
 
     def __call__(self, fraction: float) -> None:
-        """The work is done to this fraction."""
+        """Show that this fraction of the work is done."""
         with self._lock:
             self._fraction = fraction
             if self._bar is not None:
@@ -123,7 +123,7 @@ class _Bar:
             bar.start()
 
     def finish(self) -> None:
-        """Take the bar away."""
+        """Remove the bar."""
         self._timer.cancel()
         with self._lock:
             self._over = True
@@ -133,7 +133,7 @@ class _Bar:
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[_Bar]:
-    """A function to tell the fraction done; quiet for work of less than two seconds, and off a terminal."""
+    """Context with a function that takes the fraction done; prints to a terminal only, after two seconds."""
     bar = _Bar(title)
     try:
         yield bar
@@ -141,21 +141,21 @@ def progress_bar(title: str) -> Iterator[_Bar]:
         bar.finish()
 
 
-def tell_what_next(results: Path, commands: Iterable[str]) -> None:
-    """On standard error: the command that makes the report of these results, and those to try next."""
+def print_next_commands(results: Path, commands: Iterable[str]) -> None:
+    """Print the command that makes a report of these results, and those to try next, to standard error."""
     print(f"report: fesloop report {shlex.quote(str(results))}", file=sys.stderr)
     for command in commands:
         print(f"next:   {command}", file=sys.stderr)
 
 
 def free_target(given: str, where: str) -> Path:
-    """The path of a file that is to be made, looked at before the work and not after it; folders are made.
+    """Return the path of a file to be written, checked before the work starts; makes its folders.
 
     Parameters
     ----------
-    given: the path. where: what it was given as, for messages.
+    given: the path. where: name of the argument, for messages.
 
-    Raises InputError where something of this name is there, or nothing can be made.
+    Raises InputError if the file exists or cannot be made.
     """
     path = Path(given)
     try:
@@ -164,8 +164,8 @@ def free_target(given: str, where: str) -> Path:
         with TemporaryFile(dir=path.parent):
             pass
     except OSError as fault:
-        raise InputError(where, f"nothing can be made there: {fault.strerror or fault}",
-                         "in a folder that can be written to") from None
+        raise InputError(where, f"cannot be written: {fault.strerror or fault}",
+                         "a path in a writable folder") from None
     if there:
-        raise InputError(where, "is there already", "a name that is free", "give another, or remove it")
+        raise InputError(where, "exists already", "a new name", "give another name, or remove the file")
     return path

@@ -1,4 +1,4 @@
-"""The commands and their options."""
+"""Commands and their options."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from fesloop.errors import in_one_line
 EPILOG = """exit codes: 0 done, 1 the run failed, 2 bad input, 130 interrupted
 
 EXPERIMENT is the name of a shipped experiment (fesloop list), the path of a .toml file, or that of a
-recording, which is then repeated."""
+recording, which is then run again."""
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line, as all of fesloop's."""
+    """A parser that prints an error in one line."""
 
     def error(self, message: str) -> NoReturn:
-        """End with exit code 2."""
-        self.exit(2, f"fesloop: {in_one_line(message)}; {self.prog} --help shows what there is\n")
+        """Print the error and exit with code 2."""
+        self.exit(2, f"fesloop: {in_one_line(message)}; see {self.prog} --help\n")
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """The parser of `fesloop`."""
+    """Make the parser of `fesloop`."""
     parser: argparse.ArgumentParser = _Parser(
         prog="fesloop", epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter,
         description="Closed-loop co-simulation of functional electrical stimulation of the hand.")
@@ -50,7 +50,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 class _Version(argparse.Action):
-    """Look the version up only when asked for."""
+    """Prints the version, which is looked up only then."""
 
     def __init__(self, option_strings: list[str], dest: str) -> None:
         super().__init__(option_strings, dest, nargs=0, help="print the version")
@@ -66,16 +66,16 @@ _Commands = argparse._SubParsersAction  # the type has no public name
 
 
 def _add_list(commands: _Commands[argparse.ArgumentParser]) -> None:
-    command = commands.add_parser("list", help="shipped experiments and block kinds, a line each")
+    command = commands.add_parser("list", help="shipped experiments, studies, block kinds and patients")
     command.add_argument("--json", action="store_true", help="print one JSON object")
 
 
 def _add_experiment(command: argparse.ArgumentParser) -> None:
     command.add_argument("experiment", metavar="EXPERIMENT", help="name or path")
     command.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], dest="settings",
-                         help="change a key of the file, such as blocks.pid.kp=0.5, or what it has a "
-                         "short name for: an alias, or an option of a variant (fesloop check shows them)")
-    command.add_argument("--seed", type=int, metavar="N", help="take the place of the file's seed")
+                         help="change a key of the file, such as blocks.pid.kp=0.5, an alias, or the "
+                         "option of a variant (fesloop check shows them)")
+    command.add_argument("--seed", type=int, metavar="N", help="seed (default: that of the file)")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 
@@ -90,9 +90,9 @@ def _add_run(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--out", metavar="DIR", default="runs",
                          help="folder of the recording (default: runs)")
     command.add_argument("--realtime", action="store_true", help="keep in step with the wall clock")
-    command.add_argument("--late", choices=("catch-up", "skip", "stop"), help="in real time, what becomes of "
-                         "ticks that are late (default: catch-up)")
-    command.add_argument("--priority", type=int, metavar="N", help="in real time, ask for the scheduling "
+    command.add_argument("--late", choices=("catch-up", "skip", "stop"), help="in real time, how late "
+                         "ticks are treated (default: catch-up)")
+    command.add_argument("--priority", type=int, metavar="N", help="in real time, run in the scheduling "
                          "class SCHED_FIFO with this priority, 1 to 98 (default: none)")
 
 
@@ -105,18 +105,18 @@ def _add_study(commands: _Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--out", metavar="DIR", default="studies",
                          help="folder of results, in a folder of the study's name (default: studies)")
     command.add_argument("--dry-run", action="store_true",
-                         help="say how many runs, how long, how much disk, and run none but a few to know")
+                         help="print the number of runs, time and disk space; run only a few to measure them")
     command.add_argument("--retry-failed", action="store_true", help="run failed ones again")
     command.add_argument("--mix-versions", action="store_true",
-                         help="go on with results of other code or libraries")
+                         help="continue results of other versions of code or libraries")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 
 def _add_report(commands: _Commands[argparse.ArgumentParser]) -> None:
-    command = commands.add_parser("report", help="a run, several side by side, or a study as one HTML file")
+    command = commands.add_parser("report", help="write a run, several runs, or a study as one HTML file")
     command.add_argument("sources", metavar="RUN-OR-STUDY", nargs="+",
-                         help="files that fesloop run wrote; or a study: its folder or study.sqlite")
-    command.add_argument("--out", metavar="FILE", help="the page (default: beside what it is of, such as "
+                         help="recordings of runs; or a study: its folder or study.sqlite")
+    command.add_argument("--out", metavar="FILE", help="the page (default: beside its source, such as "
                          "runs/grasp_ilc-1.html)")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
@@ -125,7 +125,7 @@ def _add_picture(commands: _Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("picture", help="draw the hand, the arrays and time courses of a recording")
     command.add_argument("recording", metavar="RUN.h5", help="a file that fesloop run wrote")
     command.add_argument("--at", metavar="SECONDS", type=float, nargs="+", default=[],
-                         help="instants to draw (default: up to four whose postures differ most)")
+                         help="times to draw (default: up to four whose postures differ most)")
     command.add_argument("--trial", type=int, metavar="N", help="counted from 0 (default: the last)")
     command.add_argument("--out", metavar="DIR", default="pictures",
                          help="folder of the pictures (default: pictures)")
@@ -133,16 +133,16 @@ def _add_picture(commands: _Commands[argparse.ArgumentParser]) -> None:
 
 
 def _add_view(commands: _Commands[argparse.ArgumentParser]) -> None:
-    command = commands.add_parser("view", help="watch the hand of a recording, a running loop or a stream")
+    command = commands.add_parser("view", help="watch the hand of a recording, a loop or a live stream")
     command.add_argument("source", metavar="RUN.h5", nargs="?",
-                         help="a file that fesloop run wrote, or is writing")
-    command.add_argument("--stream", metavar="NAME", help="in its place a live stream (Lab Streaming Layer) "
-                         "of joint angles or of segments' orientations")
+                         help="recording of a run, which may be under way")
+    command.add_argument("--stream", metavar="NAME", help="instead of a recording, a live stream (Lab "
+                         "Streaming Layer) of joint angles or of segments' orientations")
     command.add_argument("--side", choices=("left", "right"),
-                         help="of the hand that a stream is of (default: right)")
+                         help="side of the hand of a stream (default: right)")
     command.add_argument("--network", choices=("loopback", "lab"),
-                         help="where the stream comes from: this machine (default), or other computers too")
-    command.add_argument("--port", type=int, metavar="N", default=0, help="of the page (default: a free one)")
+                         help="source of the stream: this machine (default), or other computers too")
+    command.add_argument("--port", type=int, metavar="N", default=0, help="port (default: a free one)")
     command.add_argument("--open", action="store_true", help="open a browser")
 
 
@@ -152,34 +152,34 @@ def _add_import(commands: _Commands[argparse.ArgumentParser]) -> None:
                          help="XDF, Motion-BIDS (folder or *_motion.tsv), MATLAB 5 or 7.3, .npz, a table")
     command.add_argument("target", metavar="TARGET", help="the file to write, such as motion.h5")
     command.add_argument("--layout", metavar="FILE",
-                         help="what stands where in SOURCE, for files that do not say it themselves")
+                         help="layout of SOURCE, for files that do not describe themselves")
     command.add_argument("--sensor-set", metavar="NAME",
-                         help="which sensors, where SOURCE holds several sets: streams of XDF, or tracking "
-                         "systems of Motion-BIDS, with commas between")
+                         help="sensors to read, where SOURCE holds several sets: streams of XDF or tracking "
+                         "systems of Motion-BIDS, separated by commas")
     command.add_argument("--resample", metavar="HZ",
                          help="bring streams of sensors on different clocks to common instants at this rate")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 
 def _add_export(commands: _Commands[argparse.ArgumentParser]) -> None:
-    command = commands.add_parser("export", help="write a recording as files of other tools")
+    command = commands.add_parser("export", help="write a recording in the format of another tool")
     command.add_argument("recording", metavar="RUN.h5", help="a file that fesloop run wrote")
     command.add_argument("--format", required=True, metavar="FORMAT",
                          help="motion-bids, xdf, mat, mot, sto or csv")
     command.add_argument("--trial", type=int, metavar="N", help="counted from 0 (default: all)")
     command.add_argument("--signals", metavar="A.B,C.D",
-                         help="names (default: all that the format is for)")
+                         help="signals (default: all that the format can hold)")
     command.add_argument("--out", metavar="PATH",
-                         help="folder to be made, or, for one file, its name (default: exports/RUN-FORMAT)")
+                         help="new folder or, for one file, its name (default: exports/RUN-FORMAT)")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 
 def _add_reproduce(commands: _Commands[argparse.ArgumentParser]) -> None:
-    command = commands.add_parser("reproduce", help="a paper's experiments on virtual subjects")
+    command = commands.add_parser("reproduce", help="repeat a paper's experiments on virtual subjects")
     command.add_argument("paper", metavar="PAPER",
-                         help="kortier2014, salchow2019; our own claims: hour, array_search, grasp_ilc, "
-                         "grasp_trackers, grasp_mpc, linear_theory, error_replay")
-    command.add_argument("--subjects", type=int, metavar="N", help="how many (default: the full cohort)")
+                         help="kortier2014, salchow2019; claims of our own: hour, array_search, "
+                         "grasp_ilc, grasp_trackers, grasp_mpc, linear_theory, error_replay")
+    command.add_argument("--subjects", type=int, metavar="N", help="subjects (default: the full cohort)")
     command.add_argument("--workers", type=int, metavar="N", help="processes (default: one a core)")
     command.add_argument("--out", metavar="DIR", default="reproduced",
                          help="folder of tables and figures (default: reproduced)")
@@ -187,16 +187,16 @@ def _add_reproduce(commands: _Commands[argparse.ArgumentParser]) -> None:
 
 
 def _add_bench(commands: _Commands[argparse.ArgumentParser]) -> None:
-    command = commands.add_parser("bench", help="measure every speed claim, here and now")
+    command = commands.add_parser("bench", help="measure every speed claim on this machine")
     command.add_argument("name", metavar="NAME", nargs="?", help="one bench (default: all)")
     command.add_argument("--short", action="store_true", help="the short form of benches that have one")
-    command.add_argument("--priority", type=int, metavar="N", default=0, help="of benches in real time: "
-                         "as of fesloop run (default: none)")
+    command.add_argument("--priority", type=int, metavar="N", default=0, help="for benches in real time, "
+                         "as in fesloop run (default: none)")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 
 def _add_fmu(commands: _Commands[argparse.ArgumentParser]) -> None:
-    command = commands.add_parser("fmu", help="plants as FMUs")
+    command = commands.add_parser("fmu", help="write plants as FMUs")
     verbs = command.add_subparsers(dest="verb", metavar="VERB", required=True)
     build = verbs.add_parser("build", help="write a plant as an FMU (source, and binary with a compiler)")
     build.add_argument("plant", metavar="PLANT", nargs="?", default="finger", help="default: finger")
@@ -205,57 +205,57 @@ def _add_fmu(commands: _Commands[argparse.ArgumentParser]) -> None:
 
 
 def _add_patient(commands: _Commands[argparse.ArgumentParser]) -> None:
-    command = commands.add_parser("patient", help="print a patient, drawn from a preset, as a file")
+    command = commands.add_parser("patient", help="print a patient, sampled from a preset, as a file")
     command.add_argument("file", metavar="PATIENT", help="a preset (fesloop list), or a .toml file")
-    command.add_argument("--cohort", type=int, metavar="SEED", help="which cohort (default: 0)")
-    command.add_argument("--member", type=int, metavar="N", help="which member of it (default: the preset)")
-    command.add_argument("--day", type=int, metavar="N", help="which day (default: none in particular)")
+    command.add_argument("--cohort", type=int, metavar="SEED", help="seed of the cohort (default: 0)")
+    command.add_argument("--member", type=int, metavar="N", help="its member (default: the preset itself)")
+    command.add_argument("--day", type=int, metavar="N", help="day (default: none in particular)")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 
 def _add_identify(commands: _Commands[argparse.ArgumentParser]) -> None:
-    command = commands.add_parser("identify", help="a patient's model for controllers, from a recording")
-    command.add_argument("recording", metavar="RUN.h5", help="of an identification experiment, such as "
+    command = commands.add_parser("identify", help="fit a patient's model for controllers to a recording")
+    command.add_argument("recording", metavar="RUN.h5", help="recording of an experiment such as "
                          "identify_patient")
     command.add_argument("--out", metavar="FILE", default="model.toml",
                          help="the model file (default: model.toml)")
     command.add_argument("--measured", metavar="SIGNAL", default="",
-                         help="what is to be predicted (default: that of the block of kind synergies)")
+                         help="signal to be predicted (default: that of the block of kind synergies)")
     command.add_argument("--method", choices=("subspace", "fir"), default="subspace",
-                         help="of the linear dynamics (default: subspace)")
+                         help="identification of the linear dynamics (default: subspace)")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 
 def _add_stream(commands: _Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("stream", help="play a recording as a live stream (Lab Streaming Layer)")
     command.add_argument("recording", metavar="RECORDING",
-                         help="a file of a known format, or hand: sensors of a hand that moves, computed")
-    command.add_argument("--name", default="imus", help="of the stream (default: imus)")
-    command.add_argument("--sensor-set", metavar="SET", help="which, where the file holds several")
+                         help="a file of a known format, or hand: simulated sensors of a moving hand")
+    command.add_argument("--name", default="imus", help="name of the stream (default: imus)")
+    command.add_argument("--sensor-set", metavar="SET", help="set to play, where the file holds several")
     command.add_argument("--rate", metavar="HZ", help="play at another rate (default: as recorded)")
-    command.add_argument("--loop", action="store_true", help="begin anew after the end")
-    command.add_argument("--duration", metavar="SECONDS", type=float, help="end after so long")
+    command.add_argument("--loop", action="store_true", help="start again after the end")
+    command.add_argument("--duration", metavar="SECONDS", type=float, help="end after this time")
     command.add_argument("--fault", metavar="KIND@START[+LENGTH][xVALUE]", action="append", default=[],
-                         help="go wrong for a while, such as freeze@5+0.5; kinds: stop, vanish, freeze, "
-                         "repeat, jump, clock, reorder, nan, rate")
+                         help="simulate a fault for a while, such as freeze@5+0.5; kinds: stop, vanish, "
+                         "freeze, repeat, jump, clock, reorder, nan, rate")
     command.add_argument("--network", choices=("loopback", "lab"), default="loopback",
-                         help="who may hear it: this machine (default), or other computers too")
+                         help="who may receive it: this machine (default), or other computers too")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 
 def _add_fit_error(commands: _Commands[argparse.ArgumentParser]) -> None:
-    command = commands.add_parser("fit-error", help="a tracker's error as a process, from a recording with a "
+    command = commands.add_parser("fit-error", help="fit a tracker's error process to a recording with a "
                                   "reference")
     command.add_argument("recording", metavar="RUN-OR-RECORDING", help="a run (.h5) whose tracker is scored "
                          "against a reference or the truth, or a recording with a reference, to be played "
                          "through hil_replay")
     command.add_argument("target", metavar="TARGET.toml", help="the file of the process")
     command.add_argument("--tracker", metavar="KIND", default="",
-                         help="of a recording: what tracks it (default: that of hil_replay; constrained for "
+                         help="for a recording: its tracker (default: that of hil_replay; constrained for "
                          "the sensors of chain5)")
     command.add_argument("--set", metavar="KEY=VALUE", action="append", default=[], dest="settings",
-                         help="of a recording: change a key of hil_replay")
+                         help="for a recording: change a key of hil_replay")
     command.add_argument("--reference-late", type=float, metavar="MS", default=0.0,
-                         help="by how much the stamps of the recording's reference are late")
-    command.add_argument("--seed", type=int, metavar="N", help="of the runs by which it is judged")
+                         help="delay of the stamps of the recording's reference (default: 0)")
+    command.add_argument("--seed", type=int, metavar="N", help="seed of the runs that validate it")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")

@@ -10,7 +10,7 @@ from fesloop.forms.toml import toml_text
 
 
 def execute(args: Namespace) -> int:
-    """Print a patient as a file, from which the same patient is read."""
+    """Print a patient as the text of a file that defines the same patient."""
     choice = {key: getattr(args, key) for key in ("file", "cohort", "member", "day")}
     tables = drawn_patient({key: value for key, value in choice.items() if value is not None}).table()
     if args.json:

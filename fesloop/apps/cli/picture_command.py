@@ -11,7 +11,7 @@ from fesloop.experiment.recording.reading import Recording
 
 
 def execute(args: Namespace) -> int:
-    """Draw a recording, say what could not be drawn, and print the files."""
+    """Draw a recording; print what could not be drawn, and the files."""
     from fesloop.show.picture.draw import draw
 
     with progress_bar(f"picture {args.recording}") as bar, Recording(args.recording) as recording:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def execute(args: Namespace) -> int:
-    """Make the report of a run, of several, or of a study; print the file's path."""
+    """Write the report of a run, of several, or of a study; print its path."""
     from fesloop.show.report.page import write_page
 
     sources = [Path(each) for each in args.sources]
@@ -41,10 +41,10 @@ def execute(args: Namespace) -> int:
 
 
 def _page(sources: Sequence[Path], progress: Callable[[float], None]) -> tuple[str, Page]:
-    """What kind of report it is, and the page."""
+    """Kind of the report (run, comparison or study), and its page."""
     if any(_is_study(source) for source in sources):
         if len(sources) > 1:
-            raise InputError(str(sources[1]), "stands beside another source",
+            raise InputError(str(sources[1]), "is given together with a study",
                              "one study, or one or more runs")
         _require_no_runs(sources[0])
         from fesloop.show.report.study.page import study_page
@@ -56,7 +56,7 @@ def _page(sources: Sequence[Path], progress: Callable[[float], None]) -> tuple[s
 
 
 def _require_no_runs(folder: Path) -> None:
-    """A folder of recordings is no study, and which of them stand side by side is for their reader to say."""
+    """Raise InputError for a folder of recordings: the user has to choose which of them to compare."""
     if is_folder(folder) and any(folder.glob("*.h5")) and not any(folder.glob("*.sqlite")):
         raise InputError(str(folder), "is a folder of recordings", "recordings by name, or a study's folder",
                          f"fesloop report {folder}/NAME.h5")
@@ -67,7 +67,7 @@ def _is_study(source: Path) -> bool:
 
 
 def _run(source: Path, progress: Callable[[float], None]) -> Page:
-    """A run's page; of another HDF5 file what is in it."""
+    """Page of a run; of another HDF5 file the list of its contents."""
     from fesloop.show.report.run.contents import contents_page
     from fesloop.show.report.run.opening import readable
     from fesloop.show.report.run.page import run_page
@@ -83,7 +83,7 @@ def _run(source: Path, progress: Callable[[float], None]) -> Page:
 
 
 def _comparison(sources: Sequence[Path]) -> Page:
-    """The page of several runs; what is missing of a damaged file stands at its head."""
+    """Page that compares several runs; begins with what damaged files lack."""
     from fesloop.show.report.comparison.page import comparison_page
     from fesloop.show.report.parts import Notice, Section
     from fesloop.show.report.run.opening import readable
@@ -98,11 +98,11 @@ def _comparison(sources: Sequence[Path]) -> Page:
 
 
 def _out(sources: Sequence[Path], given: str | None) -> Path:
-    """Where the report goes: beside what it is of, unless told otherwise. Never over a recording."""
+    """Path of the report: beside its source, unless --out is given."""
     if given is not None:
         out = Path(given)
         if out.suffix.lower() not in (".html", ".htm"):
-            raise InputError(f"--out {given}", "is no name of a page", "a name that ends in .html")
+            raise InputError(f"--out {given}", "is not the name of an HTML file", "a name that ends in .html")
         return out
     first = sources[0]
     if _is_study(first):
@@ -114,7 +114,7 @@ def _out(sources: Sequence[Path], given: str | None) -> Path:
 
 
 def _notes(sections: Sequence[Section]) -> Iterator[str]:
-    """What the page says it lacks."""
+    """Texts of all notices on the page."""
     from fesloop.show.report.parts import Fold, Notice
 
     def within(parts: Sequence[Any]) -> Iterator[str]:

@@ -19,7 +19,7 @@ PAPERS = ("kortier2014", "salchow2019", "hour", "array_search", "grasp_ilc", "gr
 
 
 def execute(args: Namespace) -> int:
-    """Run a paper's experiments, print theirs beside ours, and leave tables and figures in a folder."""
+    """Run a paper's experiments; print them beside the published figures; write tables and figures."""
     if args.paper not in PAPERS:
         raise InputError(f"reproduce {args.paper}", "there is no such paper", ", ".join(PAPERS),
                          did_you_mean(args.paper, PAPERS))
@@ -44,7 +44,7 @@ def execute(args: Namespace) -> int:
 
 
 def _make(folder: Path) -> None:
-    """Make the folder before the work of an hour, not after it."""
+    """Make the folder before the work, and check that it can be written."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with TemporaryFile(dir=folder):
@@ -54,7 +54,7 @@ def _make(folder: Path) -> None:
 
 
 def _write(found: Reproduction, folder: Path) -> None:
-    """The tables as JSON, and the figures."""
+    """Write the tables as JSON, and the figures."""
     from fesloop.apps.reproduce.figures import draw
 
     try:
@@ -70,11 +70,11 @@ def _unwritable(folder: Path, fault: OSError) -> InputError:
 
 
 def _show(found: Reproduction) -> None:
-    """The rows, then what is swept."""
+    """Print the rows of the comparison, then the sweeps."""
     cells = [[row.table, row.row, _theirs(row), _ours(row), row.unit, "yes" if row.holds else "NO"]
              for row in found.rows]
-    print_table(f"{found.paper}: theirs beside ours, {found.cohort}, median (5-95 %)",
-                ("table", "row", "theirs", "ours", "unit", "holds"), cells, sys.stderr)
+    print_table(f"{found.paper}: published and reproduced, {found.cohort}, median (5-95 %)",
+                ("table", "row", "published", "reproduced", "unit", "holds"), cells, sys.stderr)
     print(f"{100.0 * share_that_holds(found.rows):.0f} % of {len(found.rows)} rows hold", file=sys.stderr)
     for sweep in found.sweeps.values():
         print(file=sys.stderr)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from fesloop.apps.cli.output import print_json, print_table, progress_bar, tell_what_next
+from fesloop.apps.cli.output import print_json, print_next_commands, print_table, progress_bar
 from fesloop.errors import FesloopError, InputError
 from fesloop.experiment.cautions import experiment_cautions
 from fesloop.experiment.experiment import Experiment
@@ -29,29 +29,29 @@ from fesloop.models.linear_form import LinearPlant
 
 _SHOWN = 10
 _CLOSE = 1e-5
-"""Nearer to 1 than this a spectral radius makes no difference in a run (chosen)."""
+"""Excess over 1 of a spectral radius that makes no difference in a run (chosen)."""
 _EXIT_CODES = {"done": 0, "failed": 1, "interrupted": 130}
 
 _RELATIVE = "relative_angle_rmse_deg"
-"""The score of a tracker from which `fesloop fit-error` can take an error."""
+"""Metric of a tracker that shows that `fesloop fit-error` can fit its error."""
 
 
 def execute(args: Namespace) -> int:
-    """Run, print the summary, and give the exit code that the run's status stands for."""
+    """Run an experiment, print its summary, and return the exit code of its status."""
     pacing = _pacing(args)
     with progress_bar(args.experiment) as bar:
         experiment, picked = load_picked(args.experiment, args.settings, args.seed)
         cautions = experiment_cautions(experiment) + too_old(experiment.wiring, experiment.duration_ns)
         cautions += cautions_in_place(experiment.wiring, experiment.duration_ns)
-        cautions += [(node.name, *told) for node in experiment.wiring.nodes
+        cautions += [(node.name, *caution) for node in experiment.wiring.nodes
                      if hasattr(node.part, "advance") and hasattr(node.part, "cautions")
-                     for told in node.part.cautions(Context(node.name, experiment.seed, clock=node.clock))]
+                     for caution in node.part.cautions(Context(node.name, experiment.seed, clock=node.clock))]
     for node, status, detail in cautions:
         print(f"fesloop: caution: {node}: {status}: {detail}", file=sys.stderr)
     with progress_bar(args.experiment) as bar:
         if not pacing:
             result = run(experiment, Path(args.out), progress=bar)
-    if pacing:  # nothing is drawn beside it, which takes tens of ms
+    if pacing:  # without a progress bar, which takes tens of ms to draw
         result = run(experiment, Path(args.out), realtime=pacing)
     with Recording(result.recording) as recording:
         wrong, events = troubles(recording, result.metrics, result.cause), recording.events
@@ -64,7 +64,7 @@ def execute(args: Namespace) -> int:
             print(f"fesloop: {trouble.text}", file=sys.stderr)
     _summarise(result, events)
     guide = guide_of(picked.document) if result.status == "done" else None
-    tell_what_next(result.recording, guide.next_commands(
+    print_next_commands(result.recording, guide.next_commands(
         str(result.recording), args.settings, _RELATIVE in result.metrics) if guide else ())
     if args.json:
         print_json({**result.as_table(), **({"troubles": [each.text for each in wrong]} if wrong else {})})
@@ -91,16 +91,16 @@ def _unstable(experiment: Experiment) -> str:
 
 
 def _pacing(args: Namespace) -> Pacing | bool:
-    """How to keep in step with the wall clock, if at all."""
+    """Pacing of the run by the wall clock; False without --realtime."""
     given = {"late": args.late, "priority": args.priority}
-    asked = {name: value for name, value in given.items() if value is not None}
-    if asked and not args.realtime:
-        raise InputError(f"--{next(iter(asked))}", "is of runs in real time", "beside --realtime")
-    return args.realtime and Pacing(**asked)
+    options = {name: value for name, value in given.items() if value is not None}
+    if options and not args.realtime:
+        raise InputError(f"--{next(iter(options))}", "applies to runs in real time only", "with --realtime")
+    return args.realtime and Pacing(**options)
 
 
 def _summarise(result: Result, recorded: Sequence[Event]) -> None:
-    """The summary: what happened and every plain metric, then a table for each metric that is one."""
+    """Print status, events and scalar metrics in one table, then a table for each metric by joint."""
     rows = [["status", result.status], ["seed", str(result.seed)]]
     tables = {}
     for name, value in result.metrics.items():
@@ -113,7 +113,7 @@ def _summarise(result: Result, recorded: Sequence[Event]) -> None:
         else:
             rows.append([name, _text(value)])
     rows += [["wall time", f"{result.wall_s:.2f} s"], ["real-time factor", f"{result.realtime_factor:.1f}"]]
-    rows += _kept_time(result.realtime)
+    rows += _pacing_rows(result.realtime)
     events = _events(recorded)
     rows += [["events", f"{count} x {status} ({where})"] for (where, status), count in events[:_SHOWN]]
     if len(events) > _SHOWN:
@@ -127,11 +127,11 @@ def _summarise(result: Result, recorded: Sequence[Event]) -> None:
         columns = list(dict.fromkeys(key for item in value.values() for key in item))
         cells = [[key, *(_text(_last(row.get(column))) for column in columns)] for key, row in value.items()]
         print(file=sys.stderr)
-        print_table(f"{name}{_which(value)}", ("", *columns), cells, sys.stderr)
+        print_table(f"{name}{_of_which_trial(value)}", ("", *columns), cells, sys.stderr)
 
 
-def _kept_time(realtime: dict[str, Any]) -> list[list[str]]:
-    """How a run kept in step with the wall clock; no rows of one that need not."""
+def _pacing_rows(realtime: dict[str, Any]) -> list[list[str]]:
+    """Rows on how a run kept in step with the wall clock; none for a run that did not have to."""
     if not realtime:
         return []
     rows = [["missed deadlines", f"{realtime['missed']} of {realtime['deadlines']}, "
@@ -152,14 +152,14 @@ def _last(value: Any) -> Any:
     return value[-1] if isinstance(value, list) and value else value
 
 
-def _which(table: dict[str, Any]) -> str:
-    """What the cells of a table are of, where that must be said."""
+def _of_which_trial(table: dict[str, Any]) -> str:
+    """Note that a table shows the last trial, where there are several."""
     lists = [item for row in table.values() for item in row.values() if isinstance(item, list)]
     return f", last trial ({len(lists[0]) - 1}, counted from 0)" if lists and len(lists[0]) > 1 else ""
 
 
 def _text(value: Any) -> str:
-    """A value in a cell; a list, one value a trial, side by side."""
+    """Format a value for a cell; a list (one value a trial) side by side."""
     if isinstance(value, list):
         return "  ".join(_text(item) for item in value)
     if value is None:
@@ -170,6 +170,6 @@ def _text(value: Any) -> str:
 
 
 def _events(events: Sequence[Event]) -> list[tuple[tuple[str, str], int]]:
-    """Kinds of events, the gravest first, then the most frequent."""
+    """Count events by node and status, the gravest first, then the most frequent."""
     counted = Counter((event.where, event.status) for event in events).most_common()
     return sorted(counted, key=lambda entry: graveness(entry[0][1]))

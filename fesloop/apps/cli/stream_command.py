@@ -21,7 +21,7 @@ HAND = "hand"
 
 
 def execute(args: Namespace) -> int:
-    """Play until the recording ends, the time is over, or somebody stops it."""
+    """Play a recording until it ends, the time is over, or a signal stops it."""
     if args.duration is not None and not args.duration > 0.0:
         raise InputError("--duration", f"{args.duration:g}", "seconds above 0")
     if args.recording == HAND and args.sensor_set is not None:
@@ -51,15 +51,15 @@ def execute(args: Namespace) -> int:
 
 @contextmanager
 def _stoppable() -> Iterator[list[int]]:
-    """Signals that asked to stop, heard between two samples."""
-    heard: list[int] = []
+    """Context in which SIGINT and SIGTERM are collected in a list, to be checked between two samples."""
+    received: list[int] = []
 
-    def hear(number: int, frame: FrameType | None) -> None:
-        heard.append(number)
+    def receive(number: int, frame: FrameType | None) -> None:
+        received.append(number)
 
-    before = {number: signal.signal(number, hear) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, receive) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield heard
+        yield received
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

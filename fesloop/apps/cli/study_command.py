@@ -20,37 +20,38 @@ from fesloop.analysis.study.engine.cost import Cost, cost
 from fesloop.analysis.study.results.estimates import Estimate
 from fesloop.analysis.study.results.quantities import duration_text
 from fesloop.analysis.study.results.study_results import StudyResults, load
-from fesloop.apps.cli.output import print_json, print_table, tell_what_next
+from fesloop.apps.cli.output import print_json, print_next_commands, print_table
 from fesloop.errors import FesloopError, InputError
 
-_EVERY_S = 15.0
-"""Between lines where there is no terminal."""
-_RENEW_S = 0.5
+_LINE_INTERVAL_S = 15.0
+"""Interval between lines where there is no terminal."""
+_REFRESH_S = 0.5
+"""Interval between refreshes of the line on a terminal."""
 _LOOK_BACK_S = 60.0
 _SHOWN_RUNS = 60
 
 
 class StudyProgress:
-    """A `fesloop.analysis.study.engine.pump.Watch` that tells on standard error."""
+    """Progress of a study on standard error (a `fesloop.analysis.study.engine.pump.Watch`)."""
 
     def __init__(self, name: str) -> None:
         self._name = name
         self._terminal = sys.stderr.isatty()
-        self._told_at = -_EVERY_S
+        self._printed_at = -_LINE_INTERVAL_S
         self._stage = ""
         self._past: deque[tuple[float, int]] = deque()
 
     def stage(self, text: str, fraction: float | None = None) -> None:
-        """What is being done before the runs."""
+        """Show a stage before the runs, and the fraction done."""
         line = f"{self._name}: {text}"
         if self._terminal and fraction is not None:
             line += f" {100.0 * fraction:.0f} %"
         if self._terminal or text != self._stage:
-            self._tell(line, at_once=text != self._stage)
+            self._print(line, at_once=text != self._stage)
         self._stage = text
 
     def runs(self, done: int, failed: Mapping[str, int], total: int) -> None:
-        """Runs that are done, that failed by cause, and all."""
+        """Show how many runs are done, how many failed by cause, and how many there are."""
         over = done + sum(failed.values())
         self._past.append((time.monotonic(), over))
         while self._past[-1][0] - self._past[0][0] > _LOOK_BACK_S:
@@ -62,25 +63,25 @@ class StudyProgress:
         if failed:
             worst = max(failed, key=failed.__getitem__)
             line += f", {sum(failed.values())} failed, most: {worst[:_SHOWN_RUNS]}"
-        self._tell(line, at_once=over == total)
+        self._print(line, at_once=over == total)
 
     def finish(self) -> None:
-        """Take the line away."""
+        """Remove the line."""
         if self._terminal:
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
     def _rate(self) -> float:
-        """Runs a second, of the last minute."""
+        """Mean rate over the last minute, runs a second."""
         (first_s, first), (last_s, last) = self._past[0], self._past[-1]
         return (last - first) / (last_s - first_s) if last_s > first_s else 0.0
 
-    def _tell(self, line: str, *, at_once: bool) -> None:
+    def _print(self, line: str, *, at_once: bool) -> None:
         now = time.monotonic()
-        if not at_once and now - self._told_at < (_RENEW_S if self._terminal else _EVERY_S):
+        if not at_once and now - self._printed_at < (_REFRESH_S if self._terminal else _LINE_INTERVAL_S):
             return
-        self._told_at = now
+        self._printed_at = now
         if self._terminal:
-            # A line that wraps could not be taken away again.
+            # A line that wraps could not be erased.
             line = line[:shutil.get_terminal_size().columns - 1]
             print(f"\r\x1b[K{line}", end="", file=sys.stderr, flush=True)
         else:
@@ -93,13 +94,13 @@ def _rate_text(rate: float) -> str:
 
 _SHOWN = 10
 _WITH_INTERVALS = 3
-"""Metrics that a line of the table has room for with their intervals."""
+"""Most metrics that a row has room for with their intervals."""
 
 
 def execute(args: Namespace) -> int:
-    """Run a study, or what is left of it; print its table; leave figures beside its results."""
+    """Run a study, or its remaining runs; print its table; write figures beside its results."""
     if args.workers is not None and args.scheduler is not None:
-        raise InputError("--workers", "stands beside --scheduler, whose cluster has workers of its own",
+        raise InputError("--workers", "is given together with --scheduler, whose cluster has its own workers",
                          "one of the two", "remove one")
     study = read_study(args.study, args.form)
     with _terminated_as_interrupted():
@@ -108,7 +109,7 @@ def execute(args: Namespace) -> int:
 
 @contextmanager
 def _terminated_as_interrupted() -> Iterator[None]:
-    """SIGTERM, by which schedulers of clusters end a job, is Ctrl-C: workers and scratch files go."""
+    """Context in which SIGTERM, sent by cluster schedulers, acts as Ctrl-C, which ends the workers."""
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
@@ -128,7 +129,7 @@ def _run(study: Study, args: Namespace) -> int:
     figures = _draw(results, study, summary.store.parent)
     for path in figures:
         print(path, file=sys.stderr)
-    tell_what_next(summary.store, study.try_next)
+    print_next_commands(summary.store, study.try_next)
     if args.json:
         print_json({**summary.as_table(), "figures": [str(path) for path in figures]})
     else:
@@ -137,7 +138,7 @@ def _run(study: Study, args: Namespace) -> int:
 
 
 def _dry_run(study: Study, args: Namespace) -> int:
-    """Say what the study would take."""
+    """Print how long the study would take, and how much disk."""
     watch = StudyProgress(study.name)
     try:
         found = cost(study, args.out, workers=args.workers, scheduler=args.scheduler, watch=watch)
@@ -153,19 +154,19 @@ def _show_cost(study: Study, found: Cost) -> None:
     rows = [["cells", f"{found.cells:,}"], ["replicates", f"{study.about.replicates}"],
             ["runs", f"{found.runs:,}"], ["of these done already", f"{found.done:,}"],
             ["simulated", duration_text(found.simulated_s)],
-            ["one run", f"{found.run_s:.2f} s (median of {found.tried} that were tried, "
+            ["one run", f"{found.run_s:.2f} s (median of {found.tried} trial runs, "
                         f"{found.least_s:.2f} to {found.most_s:.2f})"],
             ["workers", f"{found.workers}"], ["time left", duration_text(found.left_s)],
             ["disk", f"{found.disk_bytes / 1e6:.1f} MB of {found.free_bytes / 1e6:,.0f} MB that are free"]]
     if study.prepare:
-        rows.append(["beside it", f"{', '.join(study.prepare)}, prepared for each patient, not counted"])
+        rows.append(["not counted", f"{', '.join(study.prepare)}, prepared for each patient"])
     if study.cost:
-        rows.append(["cost, as the file says", study.cost])
-    print_table(f"{study.name}: what it takes; nothing is kept of what was tried", ("", ""), rows, sys.stderr)
+        rows.append(["cost stated in the file", study.cost])
+    print_table(f"{study.name}: cost; results of the trial runs are not kept", ("", ""), rows, sys.stderr)
 
 
 def _draw(results: StudyResults, study: Study, folder: Path) -> list[Path]:
-    """The study's figures, and beside them theory's lines, for reports."""
+    """Draw the study's figures; keep their theoretical curves for reports."""
     if not study.figures:
         return []
     from fesloop.show.figures.drawing import draw
@@ -177,30 +178,30 @@ def _draw(results: StudyResults, study: Study, folder: Path) -> list[Path]:
             theory[figure.name] = theory_overlays(study, figure)
             drawn.append(draw(results, figure, folder, theory[figure.name]))
         except FesloopError as fault:
-            print(f"fesloop: figure {figure.name} is not drawn: {fault}", file=sys.stderr)
+            print(f"fesloop: figure {figure.name} cannot be drawn: {fault}", file=sys.stderr)
     if any(theory.values()):
         keep_overlays(folder, results.about.get("created", ""), theory)
     return drawn
 
 
 def _show(summary: Summary, results: StudyResults) -> None:
-    """A row a cell, as far as a screen goes, and failures by cause."""
+    """Print a row for each cell, and failures by cause."""
     rows = results.summary()
     axes = list(dict.fromkeys(axis for row in rows for axis in row.levels))
     intervals = len(results.metrics) <= _WITH_INTERVALS and any(
         each.has_interval for row in rows for each in row.metrics.values())
     cells = [[*(str(row.levels.get(axis, "all")) for axis in axes), f"{row.planned - row.waiting}",
-              f"{row.failed}", *(_told(estimate, intervals) for estimate in row.metrics.values())]
+              f"{row.failed}", *(_format_estimate(estimate, intervals) for estimate in row.metrics.values())]
              for row in rows]
-    told = " or ".join(dict.fromkeys(each.statistic for row in rows for each in row.metrics.values()))
-    told += " and 95 % interval of what is repeated" if intervals else ""
-    print_table(f"{summary.study}: {summary.done} of {summary.runs} runs done; {told}",
+    statistics = " or ".join(dict.fromkeys(each.statistic for row in rows for each in row.metrics.values()))
+    statistics += " and 95 % interval over replicates" if intervals else ""
+    print_table(f"{summary.study}: {summary.done} of {summary.runs} runs done; {statistics}",
                 (*axes, "runs", "failed", *results.metrics), cells, sys.stderr)
     for cause, count in list(summary.failed.items())[:_SHOWN]:
         print(f"failed: {count} x {cause}", file=sys.stderr)
 
 
-def _told(estimate: Estimate, interval: bool) -> str:
+def _format_estimate(estimate: Estimate, interval: bool) -> str:
     if math.isnan(estimate.value):
         return "-"
     known = interval and estimate.has_interval

@@ -20,15 +20,15 @@ if TYPE_CHECKING:
     from fesloop.show.view.shown import Source
 
 _NICE = 19
-"""The lowest priority: whatever else runs here, a loop above all, comes first."""
+"""The lowest priority: a loop that runs on this machine comes first."""
 
 
 def execute(args: Namespace) -> int:
-    """Serve until somebody ends it."""
+    """Serve the page until a signal ends it."""
     from fesloop.show.view.server import ViewServer
 
     if (args.source is None) == (args.stream is None):
-        raise InputError("view", "both a recording and a stream" if args.source else "nothing to show",
+        raise InputError("view", "both a recording and a stream" if args.source else "no source",
                          "a recording, or --stream NAME")
     _require_fitting(args)
     os.nice(_NICE)
@@ -48,10 +48,10 @@ def execute(args: Namespace) -> int:
 
 
 def _require_fitting(args: Namespace) -> None:
-    """A recording knows whose hand it is of, and comes from no network."""
+    """Raise InputError for options of streams with a recording, which knows its side and needs no network."""
     for option, value in (("--side", args.side), ("--network", args.network)):
         if args.source is not None and value is not None:
-            raise InputError(option, f"{value}, of a recording", "with --stream alone", "leave it out")
+            raise InputError(option, f"{value}, with a recording", "with --stream only", "leave it out")
 
 
 def _source(args: Namespace) -> Source:
@@ -66,7 +66,7 @@ def _source(args: Namespace) -> Source:
 
 @contextmanager
 def _ending(server: ViewServer) -> Iterator[None]:
-    """Ctrl-C, and what kills politely, end the server, and with it the command."""
+    """Context in which SIGINT and SIGTERM end the server."""
     def end(*_: object) -> None:
         server.ending = True
         threading.Thread(target=server.shutdown, daemon=True).start()

@@ -40,7 +40,7 @@ def refused(capsys, *arguments):
 @pytest.mark.parametrize(("arguments", "fault"), [
     (["--workers", "0"], "--workers: 0; allowed: 1 to 1024"),
     (["--workers", "-3", "--dry-run"], "--workers: -3; allowed: 1 to 1024"),
-    (["--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "--workers: stands beside --scheduler"),
+    (["--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "--workers: is given together with --scheduler"),
     (["--form", "full"], "--form full: there is no form of this name")])
 def test_what_cannot_be_asked_for_is_refused_and_leaves_nothing(capsys, study, tmp_path, arguments, fault):
     (found,) = refused(capsys, study, *arguments, "--out", tmp_path / "out")
@@ -177,7 +177,7 @@ def screen(text, columns):
 ON_A_TERMINAL = """
 import time
 from fesloop.apps.cli import study_command
-study_command._RENEW_S = 0.0
+study_command._REFRESH_S = 0.0
 watch = study_command.StudyProgress("tiny")
 watch.stage("check", 0.5)
 for done in range(5):
