@@ -19,8 +19,9 @@ PERIOD_S = 0.02
 HOLD_MS = 300.0
 """Longer than usual: a machine that runs tests keeps a loop waiting now and then."""
 BUSY_MS = 100.0
-"""What such a machine may add to a stated time; `fesloop bench hil_faults` holds the time itself."""
+"""Time that such a machine may add to a stated time; `tests/hil_faults.py` checks the time itself."""
 PATIENCE_S = 20.0
+PEER = str(Path(__file__).with_name("science_mode_peer.py"))
 DRIVERS = {"dry": "plants.devices.dry:Dry", "science_mode": "plants.devices.science_mode:ScienceMode"}
 
 
@@ -88,7 +89,7 @@ class Device:
     def __init__(self, folder):
         self.port, self.log = folder / "tty", Log(folder / "device.log")
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "plants.devices.science_mode_peer", str(self.port), str(self.log.path)],
+            [sys.executable, PEER, str(self.port), str(self.log.path)],
             stdin=subprocess.PIPE)
         self.log.wait_for("open")
 

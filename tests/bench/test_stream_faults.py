@@ -8,8 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fesloop.apps.bench._device_log import Given
-from fesloop.apps.bench.stream_faults import FAULTS, _planned, _posture, run, zero_within_ms
+from fesloop.apps.bench.stream_faults import FAULTS, Given, _planned, _posture, run, zero_within_ms
 from fesloop.streams.live.sender import FAULTS as KINDS
 
 pytestmark = pytest.mark.realtime

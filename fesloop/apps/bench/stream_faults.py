@@ -23,7 +23,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fesloop.apps.bench._device_log import Given, given
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import from_document, load
@@ -33,6 +32,21 @@ from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.streams.live.library import open_library
 from fesloop.streams.live.played import Played, posture
 from fesloop.streams.live.sender import SenderFault
+
+
+class Given(NamedTuple):
+    """A line of a device's log: its instant (monotonic clock) and whether there is current from then on."""
+
+    stamp_ns: int
+    on: bool
+
+
+def given(log: Path) -> list[Given]:
+    """Every whole line of a log that `dry` or a simulated device writes."""
+    lines = log.read_text().split("\n")[:-1] if log.exists() else []
+    return [Given(int(stamp), any(float(pulse.partition("/")[0]) > 0.0 for pulse in pulses.split()))
+            for stamp, _, pulses in (line.split("\t") for line in lines)]
+
 
 FAULTS = {"stop": (380.0, "stream_silent"), "vanish": (380.0, "stream_lost"),
           "freeze": (430.0, "stream_frozen"), "repeat": (380.0, "stamp_repeated"),

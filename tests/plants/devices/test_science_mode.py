@@ -6,6 +6,7 @@ import time
 
 import device_parts as parts
 import pytest
+from science_mode_peer import checksum, framed, split
 
 pytest.importorskip("pysciencemode")
 pytest.importorskip("serial")
@@ -17,7 +18,6 @@ from plants.devices import science_mode_line
 from plants.devices.driver import DeviceFault, stated_ms
 from plants.devices.science_mode import ScienceMode
 from plants.devices.science_mode_line import FrameReader
-from plants.devices.science_mode_peer import checksum, framed, split
 
 # Frames that another open driver lists (github.com/oscarys/pyRehaStim, docs/ComandosRehaMove.txt).
 LISTED = {

@@ -1,16 +1,16 @@
-"""A ScienceMode 2 device behind a pseudo-terminal, as its protocol describes it: for tests and rehearsals.
+"""Simulated ScienceMode 2 stimulator behind a pseudo-terminal, for tests and rehearsals.
 
-    python -m plants.devices.science_mode_peer LINK LOG
+    python tests/science_mode_peer.py LINK LOG
 
-LINK becomes a symbolic link to the terminal that a driver opens; LOG gets a line for each change of the
-current that the device would give, as `dry` writes them (monotonic clock, ns; `open`, `give`, `stop`; mA/us).
-It shares nothing with the driver: neither code nor library. Like the device it says Init every 500 ms until
-it is answered, carries out a command some milliseconds after it came, repeats pulses by itself, and
-disconnects with zero current when it has heard nothing for 1.2 s.
+LINK becomes a symbolic link to the terminal that a driver opens. LOG gets one line for each change of
+current, in the format of the `dry` driver (monotonic clock, ns; `open`, `give`, `stop`; mA/us). The simulator
+shares neither code nor library with the driver. Like the device it sends Init every 500 ms until that is
+answered, carries out a command some milliseconds after it arrives, repeats pulses by itself, and disconnects
+with zero current after 1.2 s without a message.
 
-Lines on standard input are faults on demand: `silent` (answers nothing any more), `wrong_checksum` (spoils
-what it sends), `electrode_error`, `emergency_stop`, `slow MS` (answers so much later), `refuse` (answers
-"parameter error"), `restart` (begins anew), `unplug` (the line is cut; the device lives on), and `heal` ends
+Lines on standard input cause faults: `silent` (no more answers), `wrong_checksum` (all frames damaged),
+`electrode_error`, `emergency_stop`, `slow MS` (answers delayed), `refuse` (answers "parameter error"),
+`restart` (disconnects and starts again), `unplug` (the line is cut; the device keeps running). `heal` ends
 all but the last two.
 """
 
@@ -75,13 +75,13 @@ _CHANNELS, _CURRENT_MAX, _WIDTH_MIN, _WIDTH_MAX = 8, 126, 20, 500
 _SILENCE_S, _INIT_EVERY_S, _LATENCY_S = 1.2, 0.5, 0.01
 _READY, _INITIALISED, _RUNNING = 0, 1, 2
 _PRIORITY = 85
-"""Of SCHED_FIFO, where it is granted (chosen: above the keeper's): a device waits for nobody's processor."""
+"""Priority in SCHED_FIFO, where granted (chosen: above the keeper's): a device has its own processor."""
 Pulses = tuple[tuple[int, int], ...]
 
 
 @dataclass(slots=True)
 class Faults:
-    """What is wrong with the device at present."""
+    """Faults of the device at present."""
 
     silent: bool = False
     spoilt: bool = False
@@ -97,7 +97,7 @@ class Peer:
     ----------
     line: its end of the terminal, -1 when it is unplugged.
     far_end: the driver's end, held open so that the terminal stays while no driver has it.
-    log: file of what it would give.
+    log: file that changes of current are written to.
     """
 
     line: int
@@ -115,7 +115,7 @@ class Peer:
     due: list[tuple[float, bytes, Pulses | None]] = field(default_factory=list)
 
     def live(self) -> None:
-        """Until standard input ends."""
+        """Serve until standard input ends."""
         os.set_blocking(0, False)
         asked = b""
         while True:
@@ -140,7 +140,7 @@ class Peer:
 
     def _pass_time(self, now: float) -> None:
         if self.connected and now - self.heard_s > _SILENCE_S:
-            self._begin_anew()
+            self._restart()
         if not self.connected and self.line >= 0 and now - self.init_s > _INIT_EVERY_S:
             self.init_s = now
             _forget_settings(self.far_end)
@@ -197,11 +197,11 @@ class Peer:
     def _answer(
         self, number: int, command: int, content: Sequence[int], pulses: Pulses | None = None
     ) -> None:
-        """Answers have the number after their command's; pulses come into force when it is given."""
+        """Queue an answer, numbered one above its command; its pulses start when it is sent."""
         at = time.monotonic() + _LATENCY_S + self.faults.slow_s
         self.due.append((at, framed(number, command + 1, content), pulses))
 
-    def _begin_anew(self) -> None:
+    def _restart(self) -> None:
         self.connected, self.mode, self.init_s = False, _READY, 0.0
         self.due.clear()
         self._current((), "stop")
@@ -217,14 +217,14 @@ class Peer:
             return
 
     def _current(self, pulses: Pulses, event: str) -> None:
-        """What is given from now on; told where it changes."""
+        """Set the pulses given from now on, and log a change."""
         if pulses != self.given:
             self.given = pulses
             text = " ".join(f"{current}/{width}" for current, width in pulses)
             os.write(self.log, f"{time.monotonic_ns()}\t{event}\t{text}\n".encode())
 
     def _go_wrong(self, words: list[str]) -> None:
-        """A fault on demand."""
+        """Cause a fault."""
         match words:
             case ["silent"]:
                 self.faults.silent = True
@@ -242,7 +242,7 @@ class Peer:
                 self._current((), "stop")
                 self._say(framed(0, _ERROR, (-2 if word == "electrode_error" else -1,)))
             case ["restart"]:
-                self._begin_anew()
+                self._restart()
             case ["unplug"]:
                 os.close(self.line)
                 os.close(self.far_end)
@@ -250,14 +250,14 @@ class Peer:
 
 
 def _forget_settings(terminal: int) -> None:
-    """A terminal of the kernel's has no parity to set; asked for nothing else, it calls that an error."""
+    """Change the terminal's settings: a driver that sets only the parity, which it lacks, gets an error."""
     settings = termios.tcgetattr(terminal)
     settings[4] = settings[5] = termios.B9600
     termios.tcsetattr(terminal, termios.TCSANOW, settings)
 
 
 def main(link: Path, log: Path) -> None:
-    """Be the device until standard input ends."""
+    """Simulate the device until standard input ends."""
     line, far_end = os.openpty()
     tty.setraw(far_end)
     link.unlink(missing_ok=True)

@@ -1,11 +1,12 @@
-"""Every fault of a session once, in whole runs, and the arithmetic of the times. About 35 s."""
+"""Each fault of a session once, in whole runs, and the arithmetic of the times. About 35 s."""
 
 import json
 
+import hil_faults
 import pytest
+from hil_faults import zero_after_ms
 
-from fesloop.apps.bench import hil_faults
-from fesloop.apps.bench._device_log import Given, given, zero_after_ms
+from fesloop.apps.bench.stream_faults import Given, given
 from fesloop.errors import RunError
 
 pytestmark = pytest.mark.realtime

@@ -1,18 +1,21 @@
-"""`fesloop bench hil_faults`: what becomes of current and recording when a session breaks.
+"""Time to zero current, and state of the recording, after faults of a session with a stimulator.
 
-A row a fault, tried at random moments of `hil_dry_stimulator`, each time in fresh processes. The times are
-those from the fault to zero current, measured at the device's end of the line; `reference` is the time that
-`fesloop check` states, so that `ratio`, of the worst, must be below 1. `recording_readable`, `cause_named`:
-of how many; `lost_s`: the most that a recording misses before its fault; `stated_held`: of how many tries
-current was zero in time; `without_current`: tries that do not count, for the safety block, or a machine too
-busy for real time, had ended stimulation before. A fault that cannot be tried here is told as `not_tried`.
-What befalls a live stream is `stream_faults`.
+    python tests/hil_faults.py [--short]
 
-Each is tried fifty times, which takes some 25 minutes; in the short form three times.
+prints JSON with one row per fault, tried at random moments of `hil_dry_stimulator`, each time in new
+processes. Times run from the fault to zero current, measured at the device's end of the line. `reference` is
+the time that `fesloop check` states; `ratio`, worst time over stated time, must be below 1.
+`recording_readable`, `cause_named` and `stated_held` count tries; `lost_s` is the greatest part of a
+recording missing before its fault. `without_current` counts discarded tries, in which the safety block, or a
+machine too busy for real time, had already ended stimulation. `not_tried` lists faults that this machine
+cannot cause. Faults of a live stream: `stream_faults`.
+
+Each fault is tried fifty times, which takes some 25 minutes; three times with --short.
 """
 
 from __future__ import annotations
 
+import json
 import os
 import random
 import signal
@@ -28,29 +31,43 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fesloop.apps.bench._device_log import given, zero_after_ms
+from fesloop.apps.bench.stream_faults import Given, given
 from fesloop.errors import FesloopError, RunError
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.reading import Recording
-from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 
 EXPERIMENT = "hil_dry_stimulator"
-_DEVICE = "plants.devices.science_mode_peer"
+_DEVICE = str(Path(__file__).with_name("science_mode_peer.py"))
 _STARTS_S = 60.0
 _ENDS_S = 30.0
 _LOOK_S = 0.005
 
 
+def zero_after_ms(rows: list[Given], since_ns: int) -> float | None:
+    """Time from an instant to zero current that lasts, ms; None while there is current.
+
+    Raises RunError where there is no current at that instant: such a try shows nothing.
+    """
+    before = [row for row in rows if row.stamp_ns <= since_ns]
+    if not before or not before[-1].on:
+        raise RunError("the patient was not stimulated when the fault began")
+    if rows[-1].on:
+        return None
+    last_on = max(number for number, row in enumerate(rows) if row.on)
+    return max(0.0, (rows[last_on + 1].stamp_ns - since_ns) / NS_PER_MS)
+
+
 @dataclass(slots=True)
 class Session:
-    """What a fault can be done to, and where to look what came of it.
+    """Processes and files of a running session.
 
     Attributes
     ----------
-    loop: the run's process.
-    device: the simulated device's, which takes faults on its standard input; None with `dry`.
-    log: of the device.
-    recordings: folder, as it is seen from here.
+    loop: process of the run.
+    device: process of the simulated device, which takes faults on its standard input; None with `dry`.
+    log: log of the device.
+    recordings: folder of recordings, as seen from this process.
     """
 
     loop: subprocess.Popen[str]
@@ -59,14 +76,14 @@ class Session:
     recordings: Path
 
     def tell_device(self, fault: str) -> None:
-        """A fault on demand."""
+        """Cause a fault of the simulated device."""
         assert self.device is not None
         assert self.device.stdin is not None
         self.device.stdin.write(f"{fault}\n")
         self.device.stdin.flush()
 
     def ended(self) -> str:
-        """What it said on standard error, once it has ended."""
+        """Wait for the loop's end; its standard error."""
         try:
             return self.loop.communicate(timeout=_ENDS_S)[1]
         except subprocess.TimeoutExpired:
@@ -82,14 +99,14 @@ class Session:
 
 @contextmanager
 def session(folder: Path, driver: str, settings: Sequence[str], *, own_disk: bool) -> Iterator[Session]:
-    """A run that stimulates; all its processes have ended when it is left.
+    """A run that stimulates; all its processes end with the context.
 
     Parameters
     ----------
-    folder: scratch.
+    folder: temporary folder.
     driver: `dry`, or `science_mode` with a simulated device.
-    settings: more of `--set`.
-    own_disk: whether it records onto a small disk of its own; RunError where this machine allows none.
+    settings: further `--set` settings.
+    own_disk: whether to record onto a small disk of its own; RunError where this machine allows none.
     """
     log, runs = folder / "device.log", folder / "runs"
     runs.mkdir(parents=True)
@@ -97,7 +114,7 @@ def session(folder: Path, driver: str, settings: Sequence[str], *, own_disk: boo
         port, device = log, None
         if driver != "dry":
             port = folder / "tty"
-            device = stack.enter_context(_started([sys.executable, "-m", _DEVICE, str(port), str(log)], True))
+            device = stack.enter_context(_started([sys.executable, _DEVICE, str(port), str(log)], True))
             _wait(lambda: port.is_symlink() and log.exists(), device)
         inside, seen = stack.enter_context(_small_disk(runs)) if own_disk else ((), runs)
         loop = stack.enter_context(_started(
@@ -110,7 +127,7 @@ def session(folder: Path, driver: str, settings: Sequence[str], *, own_disk: boo
 
 @contextmanager
 def _started(command: list[str], takes_input: bool) -> Iterator[subprocess.Popen[str]]:
-    """A process that has ended when the context is left, whatever became of it."""
+    """A process that is killed when the context ends."""
     process = subprocess.Popen(command, stdin=subprocess.PIPE if takes_input else subprocess.DEVNULL,
                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     try:
@@ -122,23 +139,22 @@ def _started(command: list[str], takes_input: bool) -> Iterator[subprocess.Popen
 
 @contextmanager
 def _small_disk(folder: Path, megabytes: int = 40) -> Iterator[tuple[tuple[str, ...], Path]]:
-    """A disk in memory over `folder`, for processes started with the words that are given first.
+    """A disk in memory over `folder`: the command prefix that enters it, and its path from outside.
 
-    It exists in a namespace of its own, so that nobody needs to be allowed to mount for all; the path given
-    second leads there from outside.
+    The disk exists in a mount namespace of its own, so no privilege is needed.
     """
     mount = f"mount -t tmpfs -o size={megabytes}m none {folder} && echo mounted && exec cat"
     with subprocess.Popen(["unshare", "-rm", "sh", "-c", mount], stdin=subprocess.PIPE,
                           stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as holder:
         assert holder.stdout is not None
         if holder.stdout.readline() != "mounted\n":
-            raise RunError("this machine lets nobody mount a disk of their own")
+            raise RunError("this machine does not allow a mount namespace")
         into = ("nsenter", "-t", str(holder.pid), "-U", "-m", "--preserve-credentials")
         yield into, Path(f"/proc/{holder.pid}/root{folder}")
 
 
 def _wait(holds: Callable[[], bool], process: subprocess.Popen[str]) -> None:
-    """Until something is so; RunError where the process ends before."""
+    """Wait until a condition is true; RunError where the process ends before."""
     until = time.monotonic() + _STARTS_S
     while not holds():
         if process.poll() is not None or time.monotonic() > until:
@@ -151,24 +167,24 @@ _PATIENCE_S = 5.0
 _SESSION_LOOK_S = 0.01
 _BLOCK_BYTES = 2**18
 _FULL_MS = 1000.0
-"""The stated time until a full disk is found out: a run writes every 0.4 s."""
+"""Stated time until a full disk is noticed: a run writes every 0.4 s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fault:
-    """A fault.
+    """A fault of a session.
 
     Attributes
     ----------
-    name: of it.
-    strike: does it to a session.
-    cause: words that must be told afterwards, on standard error or in the recording.
-    driver: of the device. A simulated science-mode device is beyond the line, as a real one is.
-    alone: whether the device is left to itself.
-    added_ms: to the stated time, until the loop can know.
-    mend: what is done when current is zero, so that the session ends.
-    settings: of the run.
-    own_disk: whether it needs a small disk.
+    name: name of the fault.
+    strike: causes the fault.
+    cause: text that must afterwards appear on standard error or in the recording.
+    driver: driver of the device. A simulated science-mode device is beyond the line, like a real one.
+    alone: whether only the device itself can end current.
+    added_ms: time added to the stated one, until the loop can notice the fault.
+    mend: called when current is zero, so that the session ends.
+    settings: settings of the run.
+    own_disk: whether the fault needs a small disk.
     """
 
     name: str
@@ -206,14 +222,14 @@ def _unplug(session: Session) -> None:
 
 
 def _fill_disk(session: Session) -> None:
-    """To the last byte, as another program would."""
+    """Fill the disk to the last byte, as another program might."""
     with suppress(OSError), (session.recordings / "ballast").open("wb", buffering=0) as ballast:
         while ballast.write(bytes(_BLOCK_BYTES)):
             pass
 
 
 def zero_or_late(session: Session) -> None:
-    """Wait until there is no current, but not for ever."""
+    """Wait until there is no current, 5 s at most."""
     until = time.monotonic_ns() + round(_PATIENCE_S * NS_PER_S)
     while time.monotonic_ns() < until and given(session.log)[-1].on:
         time.sleep(_SESSION_LOOK_S)
@@ -226,22 +242,19 @@ FAULTS = (
     Fault(name="device unplugged", strike=_unplug, alone=True, cause="unplugged"),
     Fault(name="disk full", strike=_fill_disk, own_disk=True, added_ms=_FULL_MS, cause="the disk is full"),
 )
-"""Every fault that is tried."""
-
-
 _FEW, _MANY = 3, 50
 _EARLIEST_S, _LATEST_S = 0.2, 4.5
-"""After the first current; the session's movement lies within."""
+"""Range of a fault's instant after the first current; the session's movement lies within."""
 
 
 class Outcome(NamedTuple):
-    """What came of one fault.
+    """Outcome of one try.
 
     Attributes
     ----------
-    zero_ms: to zero current; infinite where it never was.
-    lost_s: of the recording before the fault; infinite where it cannot be read.
-    named: whether the cause was told.
+    zero_ms: time to zero current; infinite if it stays.
+    lost_s: missing part of the recording before the fault; infinite if the recording is unreadable.
+    named: whether the cause is named.
     """
 
     zero_ms: float
@@ -251,7 +264,10 @@ class Outcome(NamedTuple):
 
 def run(short: bool = False, seed: int | None = None, progress: Callable[[float], None] | None = None,
         faults: Sequence[Fault] = FAULTS, moments: int | None = None) -> dict[str, Any]:
-    """One row a fault; `seed` of the moments, None for new ones each time; `moments` of another count."""
+    """Try each fault at random moments (`seed` None: new ones each time); a row per fault.
+
+    `moments` overrides the number of tries per fault.
+    """
     moments = (_FEW if short else _MANY) if moments is None else moments
     chance = random.Random(seed)
     rows, not_tried = [], []
@@ -275,7 +291,7 @@ def run(short: bool = False, seed: int | None = None, progress: Callable[[float]
 
 
 def _tried(fault: Fault, after_s: float) -> Outcome | None:
-    """A session, the fault, and what is left; None where there was no current when it was to begin."""
+    """Run a session with one fault; None where there is no current just before it."""
     with tempfile.TemporaryDirectory(prefix="fesloop-bench-") as folder, \
             session(Path(folder), fault.driver, fault.settings, own_disk=fault.own_disk) as this:
         time.sleep(after_s)
@@ -288,21 +304,21 @@ def _tried(fault: Fault, after_s: float) -> Outcome | None:
             fault.mend(this)
         said = this.ended()
         zero_ms = zero_after_ms(given(this.log), struck_ns)
-        lost_s, told = _read(this.recording(), struck_ns)
-    return Outcome(float("inf") if zero_ms is None else zero_ms, lost_s, fault.cause in said + told)
+        lost_s, events = _read(this.recording(), struck_ns)
+    return Outcome(float("inf") if zero_ms is None else zero_ms, lost_s, fault.cause in said + events)
 
 
 def _read(path: Path, struck_ns: int) -> tuple[float, str]:
-    """How much of the recording is missing before the fault, s, and what it tells from then on."""
+    """Missing part of the recording before the fault, s, and the text of its events from then on."""
     try:
         with Recording(path) as recording:
             until_ns = struck_ns - int(recording.origins["monotonic_ns"][0])
             last_ns = int(recording.signal("safety.stimulation").times_ns.max(initial=0))
-            told = " ".join(f"{event.status}: {event.detail}" for event in recording.events
-                            if event.time_ns >= until_ns)
+            events = " ".join(f"{event.status}: {event.detail}" for event in recording.events
+                              if event.time_ns >= until_ns)
     except (FesloopError, IndexError):
         return float("inf"), ""
-    return max(0, until_ns - last_ns) / NS_PER_S, told
+    return max(0, until_ns - last_ns) / NS_PER_S, events
 
 
 def _row(fault: Fault, outcomes: Sequence[Outcome]) -> dict[str, Any]:
@@ -321,8 +337,12 @@ def _row(fault: Fault, outcomes: Sequence[Outcome]) -> dict[str, Any]:
 
 
 def _stated_ms(fault: Fault) -> tuple[float, float]:
-    """What the device states: zero current by the keeper, and by the device alone."""
+    """Stated times to zero current: by the keeper, and by the device alone."""
     experiment = load(EXPERIMENT, [f"driver={fault.driver}", "port=/dev/null", *fault.settings])
     device: Any = experiment.wiring.node("device").part
     kept_ms, alone_ms = device.stated_ms
     return kept_ms, alone_ms
+
+
+if __name__ == "__main__":
+    print(json.dumps(run(short="--short" in sys.argv), indent=1))
