@@ -1,9 +1,9 @@
-"""`fesloop reproduce array_search`: our own claim, elements for a movement found in a fifth of the queries.
+"""`fesloop reproduce array_search`: elements for a movement are found with a fifth of the queries.
 
-Members of a cohort of `sci_c6`, none of whom the search was tuned on, are searched for finger opening in the
-whole loop: through the tracker, while they tire, rests counted. What was recommended is scored on the rested
-hand without noise, against the best of an exhaustive search there. The published times are those of the
-semi-automatic and the automatic search over 59 elements (doi 10.1186/s12984-018-0460-1).
+Searches for finger opening run in the whole loop, with tracker, fatigue and rests, on members of a cohort of
+`sci_c6` on whom the search was not tuned. A recommendation is scored on the rested hand without noise,
+relative to the best of an exhaustive search there. Published times are those of the semi-automatic and the
+automatic search over 59 elements (doi 10.1186/s12984-018-0460-1).
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ from fesloop.loop.signals import Sample, Value
 
 Array = NDArray[np.float64]
 Key = tuple[tuple[int, ...], float]
-"""Elements, and the current through them, mA."""
+"""Elements, and their current, mA."""
 SETTLE_S = 6.0
-"""After which the hand lies still under gravity (chosen: several of the wrist's time constants)."""
+"""Time after which the hand rests under gravity (chosen: several time constants of the wrist)."""
 _TICK_RATE = 40
 _STEP_NS = 1_000_000
 
@@ -61,11 +61,11 @@ class RestedHand:
         self.rest: Array = self._hand.glance(self._body)[0]
 
     def responses(self, queries: Iterable[Key]) -> dict[Key, Array]:
-        """Movement from rest, (23,), rad, of each query."""
+        """Movement from rest, (23,), rad, for each query."""
         return {query: self.response(*query) for query in queries}
 
     def response(self, elements: tuple[int, ...], current_ma: float) -> Array:
-        """Movement from rest, (23,), rad, while a query is looked at; zeros where it excites no axon."""
+        """Movement from rest, (23,), rad, during the measurement of a query; zeros if it excites no axon."""
         times = self.timetable
         ticks = [round(seconds * _TICK_RATE) for seconds in (times.ramp_s, times.settle_s, times.measure_s)]
         shares = [*(0.5 + 0.5 * k / ticks[0] for k in range(ticks[0])), *(1.0,) * sum(ticks[1:])]
@@ -108,13 +108,13 @@ MOVEMENT: MovementName = "finger_opening"
 SEARCHES = {"gp": "array_search_gp", "magnets": "array_search_magnets", "two_phase": "array_search_two_phase"}
 REACHED = 0.9
 LEAST_PCT = 20.0
-"""Of an exhaustive search, at which Bayesian optimisation in neurostimulation converges, as published."""
+"""Published share of an exhaustive search at which Bayesian optimisation in neurostimulation converges."""
 SEMI_AUTOMATIC_MIN, AUTOMATIC_MIN = 7.3, 10.5
 _SCORE = SearchScore(search="search", truth="hand.angles", movement=MOVEMENT)
 
 
 def searched(recording: Recording) -> dict[str, Any]:
-    """What a search recommended after each query, what that is worth, and when, min.
+    """Return what a search recommended after each query, with its quality and time.
 
     Under `worth` the quality of each recommendation on the rested hand, (n,); `told_min` (n,); `found`, the
     last recommendation; `minutes` until it had ended; `selectivity` of what was found; `asked`, elements of
@@ -134,7 +134,7 @@ def searched(recording: Recording) -> dict[str, Any]:
 
 
 def searched_beside_everything(recording: Recording) -> dict[str, Any]:
-    """The same, and under `everything` the quality of every candidate on the rested hand."""
+    """As `searched`, with the quality of every candidate on the rested hand under `everything`."""
     hand, judge = RestedHand(load(recording.path)), movement_of(MOVEMENT).judge
     every = hand.responses((electrode, current) for electrode in hand.space.electrodes
                            for current in hand.space.currents_ma)
@@ -144,7 +144,7 @@ def searched_beside_everything(recording: Recording) -> dict[str, Any]:
 
 
 def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
-    """Every search on every patient."""
+    """Run every search on every patient."""
     members = range(FIRST_MEMBER, FIRST_MEMBER + subjects)
     jobs = [Job((name, member), experiment, (f"member={member}",), 1,
                 searched_beside_everything if name == "gp" else searched)
@@ -154,7 +154,7 @@ def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = 
 
 
 def compare(patients: list[dict[str, Any]]) -> Reproduction:
-    """Rows and tables of what each search found on each patient."""
+    """Make rows and tables of the results of each search on each patient."""
     table = [_of_patient(patient) for patient in patients]
     columns = {name: np.array([row[name] for row in table]) for name in table[0]}
     rows = [*_of_gaussian_process(columns), *_of_others(columns)]
@@ -165,7 +165,7 @@ def compare(patients: list[dict[str, Any]]) -> Reproduction:
 
 
 def _of_patient(patient: dict[str, Any]) -> dict[str, float]:
-    """Figures of a patient; what was never reached is nan."""
+    """Figures of a patient; NaN for what was never reached."""
     everything = patient["gp"]["everything"]
     optimum = max(everything.values())
     row = {"optimum": optimum, "candidates": float(len(everything))}
@@ -180,14 +180,14 @@ def _of_patient(patient: dict[str, Any]) -> dict[str, float]:
 
 
 def reached(shares: Array, told_min: Array) -> tuple[float, float]:
-    """Queries and minutes from which on a search recommends 90 % of the optimum to its end; nan: never."""
+    """Queries and minutes after which all recommendations reach 90 % of the optimum; NaN if never."""
     below = np.flatnonzero(~(shares >= REACHED))
     first = int(below[-1]) + 1 if below.size else 0
     return (math.nan, math.nan) if first >= len(shares) else (float(first + 1), float(told_min[first]))
 
 
 def _of_gaussian_process(columns: dict[str, Array]) -> list[Row]:
-    """How few queries it needs, and how little time; who never gets there counts as searched exhaustively."""
+    """Rows of queries and time; a patient in whom 90 % is never reached counts as searched exhaustively."""
     queries, total = columns["gp: queries to 90 %"], columns["candidates"]
     share = band(100.0 * np.where(np.isnan(queries), total, queries) / total)
     minutes = band(columns["gp: min"])
@@ -205,7 +205,7 @@ def _of_gaussian_process(columns: dict[str, Array]) -> list[Row]:
 
 
 def _of_others(columns: dict[str, Array]) -> list[Row]:
-    """The published search in two phases beside it, and what a tracker near magnets costs."""
+    """Rows of the published two-phase search, and of the search with a tracker near magnets."""
     ours, theirs = columns["gp: min"], columns["two_phase: min"]
     plain, magnets = columns["gp: queries to 90 %"], columns["magnets: queries to 90 %"]
     both = ~np.isnan(plain) & ~np.isnan(magnets)

@@ -1,8 +1,8 @@
-"""How the course of a chain changes with its pulse widths, to first order along one course.
+"""Linearisation of a patient's chain from pulse widths to posture along a trajectory.
 
-Widths to recruitment by secants, muscles by their response to a step, the hand by MuJoCo's linearisation of
-its steps. Good enough to say where to go; how far that was right the chain itself says. A stretch reflex is
-left out.
+Recruitment is linearised by secants, muscles by their step response, the hand by MuJoCo's linearisation of
+its steps; the stretch reflex is left out. The slopes serve as search directions; the chain itself evaluates
+the steps.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from fesloop.loop.signals import Sample
 
 Array = NDArray[np.float64]
 SECANT_S = 20e-6
-"""Half the width over which slopes are taken: axons fire one by one (chosen: some of each muscle's 64)."""
+"""Half the interval of secants (chosen: contains some of a muscle's 64 axons)."""
 _FIRST_STEP_S = 5e-6
-"""Of the search for thresholds (chosen: no muscle gains two axons within it)."""
+"""First step of the search for thresholds (chosen: no muscle gains two axons within it)."""
 
 
 class RecruitedFront:
-    """Stimulator's electrodes, arrays and axons as a static map, channels one after the other in their slots.
+    """Static map from pulse widths to recruitment: electrodes, arrays and axons, one channel per slot.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class RecruitedFront:
         return recruitment
 
     def _message(self, channel: int, width: float, now_ns: int) -> Sample:
-        """A channel's pulse in its slot."""
+        """Message with the pulse of one channel in its slot."""
         pulses, row = np.zeros((self._electrodes.elements, 3)), self._shares[channel]
         on = row > 0.0
         pulses[on, 0] = self._currents[channel] * row[on]
@@ -101,10 +101,10 @@ class RecruitedFront:
 
 
 PARTS = 2
-"""Pieces of a tick within which the hand counts as linear (chosen: 12.5 ms at 40 Hz)."""
+"""Pieces of a tick in which the hand is treated as linear (chosen: 12.5 ms at 40 Hz)."""
 _PERTURBED = 1e-6
 _RESPONSE_S = 0.8
-"""After which a muscle has answered (chosen: ten time constants of the slowest model)."""
+"""Length of a muscle's step response (chosen: ten time constants of the slowest model)."""
 
 
 class ChainSlopes:
@@ -135,7 +135,7 @@ class ChainSlopes:
         self._response = self._step_response()
 
     def _channel_delays(self, stimulator: Any) -> Array:
-        """(channels,), ns, from a tick to the slot in which its pulse is given."""
+        """Delay of each channel's slot after the tick, (channels,), ns."""
         slot, period = stimulator.clock.period_s * NS_PER_S, NS_PER_S / float(stimulator.frequency_hz)
         latency = stimulator.latency_ms * NS_PER_MS + self._chain.wire_latency_ns
         slots = slot * np.arange(len(self._chain.currents))
@@ -160,7 +160,7 @@ class ChainSlopes:
         return self._response[index]
 
     def jacobian(self, widths: Array, first: int, shapes: Array) -> tuple[Array, Array]:
-        """(course, slopes) from tick `first` on.
+        """Return (course, slopes) from tick `first` on.
 
         Parameters
         ----------
@@ -181,8 +181,9 @@ class ChainSlopes:
         return course, slopes.reshape(size)
 
     def settled(self, widths: Array, ticks: int) -> tuple[Array, Array]:
-        """(sums, slopes): where `widths` (channels,), s, held for `ticks`, leave the hand, (m,), rad, and how
-        that changes with them, (m, channels), rad/s, once all has come to rest."""
+        """Return the steady state (sums, slopes) under constant `widths` (channels,), s, after `ticks`.
+
+        sums: (m,), rad. slopes: (m, channels), rad/s, of the sums at rest."""
         chain, model = self._chain, self._model
         loop = chain.begin(np.tile(widths, (chain.ticks, 1)), 0)
         loop.run_until(chain.time_ns(ticks))
@@ -216,7 +217,7 @@ class ChainSlopes:
         return states, np.array(fitness), np.array(course)
 
     def _linear_step(self, qpos: Array, qvel: Array, ctrl: Array) -> tuple[Array, Array]:
-        """A (2 v, 2 v) and B (2 v, controls) of one step from there."""
+        """Matrices A (2 v, 2 v) and B (2 v, controls) of one step, linearised at this state."""
         size = 2 * self._model.nv
         a, b = np.zeros((size, size)), np.zeros((size, self._model.nu))
         self._scratch.qpos[:], self._scratch.qvel[:], self._scratch.ctrl[:] = qpos, qvel, ctrl

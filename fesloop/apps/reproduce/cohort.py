@@ -1,6 +1,6 @@
-"""Many runs of shipped experiments, a virtual subject a seed, on as many processes as asked for.
+"""Runs of shipped experiments on several processes, one virtual subject for each seed.
 
-A run is a function of experiment, settings and seed alone, so results do not depend on the number of
+A run is a function of experiment, settings and seed alone, so results depend neither on the number of
 processes nor on their order.
 """
 
@@ -25,18 +25,18 @@ Key = tuple[str | int, ...]
 Kept = dict[str, Any]
 Progress = Callable[[float], None]
 Scoring = Callable[[Recording], Kept]
-"""What is kept of a recording; a function of a module, so that other processes find it."""
+"""Function of a recording that returns what is kept; defined in a module, so that other processes find it."""
 
 
 class Task(Protocol):
-    """What is done by itself, in this process or another."""
+    """Independent work, for this process or another."""
 
     @property
     def key(self) -> Key:
-        """By which its result is found: condition, movement, subject, ..."""
+        """Key of the result: condition, movement, subject, ..."""
 
     def kept(self) -> Kept:
-        """Do it; what is kept of it."""
+        """Do the work and return what is kept of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,11 +45,11 @@ class Job:
 
     Attributes
     ----------
-    key: by which its result is found: condition, movement, subject, ...
+    key: of the result: condition, movement, subject, ...
     experiment: name of a shipped experiment.
-    settings: as of `fesloop run --set`.
+    settings: as in `fesloop run --set`.
     seed: of the subject.
-    score: what is kept of the recording.
+    score: returns what is kept of the recording.
     """
 
     key: Key
@@ -60,11 +60,11 @@ class Job:
 
     @property
     def name(self) -> str:
-        """By which a user is told of it."""
+        """Name in messages."""
         return f"{self.experiment}, {' '.join(map(str, self.key))} (seed {self.seed})"
 
     def kept(self) -> Kept:
-        """Run, score, and let the recording go."""
+        """Run, score, and delete the recording."""
         experiment = load(self.experiment, self.settings, self.seed)
         with TemporaryDirectory(prefix="fesloop-") as folder:
             try:
@@ -80,7 +80,7 @@ class Job:
 
 
 def run_jobs(jobs: Sequence[Task], workers: int, progress: Progress | None = None) -> dict[Key, Kept]:
-    """What each job's scoring kept, by key; recordings are not.
+    """Run all jobs and return what each kept, by key; recordings are deleted.
 
     Raises RunError, naming the job, for the first run that fails, and KeyboardInterrupt where one is
     interrupted; no process outlives either.
@@ -100,7 +100,7 @@ def _one_by_one(jobs: Sequence[Task]) -> Generator[tuple[Key, Kept]]:
 
 
 def _shared(jobs: Sequence[Task], workers: int) -> Generator[tuple[Key, Kept]]:
-    """As they are done; a thread for each process hands it one job after the other."""
+    """Yield results as jobs end; a thread for each process gives it one job after the other."""
     waiting: SimpleQueue[Task] = SimpleQueue()
     results: SimpleQueue[tuple[Key, Kept | Exception]] = SimpleQueue()
     for job in jobs:
@@ -125,7 +125,7 @@ def _shared(jobs: Sequence[Task], workers: int) -> Generator[tuple[Key, Kept]]:
 def _employ(
     worker: Worker, waiting: SimpleQueue[Task], results: SimpleQueue[tuple[Key, Kept | Exception]]
 ) -> None:
-    """Until no job is waiting, or one fails."""
+    """Give jobs to a process until none is left, or one fails."""
     while True:
         try:
             job = waiting.get_nowait()

@@ -1,4 +1,4 @@
-"""Theirs beside ours: rows of a table, the band of our virtual subjects, and whether theirs lies in it."""
+"""Comparison of published figures with virtual subjects: rows of a table, and whether they agree."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Band:
     high: float
 
     def __str__(self) -> str:
-        """Median and band; "-" where there is nothing to tell of."""
+        """Median and band as text; "-" where there is no value."""
         if not math.isfinite(self.median):
             return "-"
         known = math.isfinite(self.high - self.low)
@@ -41,10 +41,10 @@ class Row:
 
     Attributes
     ----------
-    table, row: which of the paper's.
-    theirs: the paper's figure, or what it states in words.
-    ours: our band, or what ours says in words.
-    holds: whether theirs lies in our band, or ours bears out the statement.
+    table, row: of the paper.
+    theirs: the published figure, or statement.
+    ours: the band of virtual subjects, or the corresponding statement.
+    holds: whether the published figure lies in the band, or the statement is confirmed.
     unit: of both.
     """
 
@@ -56,7 +56,7 @@ class Row:
     unit: str = ""
 
     def as_table(self) -> dict[str, object]:
-        """As `fesloop reproduce --json` prints it."""
+        """Table for `fesloop reproduce --json`."""
         ours = self.ours if isinstance(self.ours, str) else {
             "median": self.ours.median, "low": self.ours.low, "high": self.ours.high}
         return {"table": self.table, "row": self.row, "theirs": self.theirs, "ours": ours,
@@ -64,16 +64,16 @@ class Row:
 
 
 def band(values: ArrayLike) -> Band:
-    """Band of a figure, one value a subject; of those who failed it may be infinite."""
+    """Band of a figure, (subjects,); values of subjects who failed may be infinite."""
     array = np.asarray(values, dtype=np.float64)
-    # Between a number and infinity there is nothing to interpolate.
+    # No interpolation between a number and infinity.
     method: Literal["linear", "higher"] = "linear" if np.isfinite(array).all() else "higher"
     low, median, high = np.percentile(array, [LOW, 50.0, HIGH], method=method)
     return Band(float(median), float(low), float(high))
 
 
 def band_of_means(values: ArrayLike, size: int, seed: int = 0) -> Band:
-    """Band of the mean over `size` subjects: that of groups drawn from our subjects, each at most once."""
+    """Band of the mean over `size` subjects, by sampling groups without replacement."""
     array = np.asarray(values, dtype=np.float64)
     rng = np.random.default_rng(seed)
     size = min(size, array.size)
@@ -81,7 +81,7 @@ def band_of_means(values: ArrayLike, size: int, seed: int = 0) -> Band:
 
 
 def compared(table: str, row: str, theirs: float, ours: Band, unit: str) -> Row:
-    """A row that holds where theirs lies in our band."""
+    """Make a row that holds if the published figure lies in the band."""
     return Row(table, row, theirs, ours, ours.holds(theirs), unit)
 
 

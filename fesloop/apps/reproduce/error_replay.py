@@ -1,12 +1,12 @@
-"""`fesloop reproduce error_replay`: error processes of recorded trackers, and the closed loops that see them.
+"""`fesloop reproduce error_replay`: error processes of recorded trackers, and closed loops with these errors.
 
 Every recording of the folders `wrist` and `chain5` under FESLOOP_RECORDINGS plays through a tracker
-(`hil_replay`); the error of each angle is fitted as a process on the first half and held against the second
-(`fesloop.analysis.tracker_error.judging` says how). For relative orientations as a whole, the mean squares of
-the three parts are added up. Beside each process stands what was measured in both halves: no process that
-stays what it is can tell how an error changes that did not.
+(`hil_replay`); the error of each angle is fitted as a process to the first half and compared with the second
+(`fesloop.analysis.tracker_error.judging`). For relative orientations, the mean squares of the three
+components are added. The table also shows what was measured in both halves, since a stationary process cannot
+predict a change.
 
-Each process is then laid onto the simulated finger of `hil_error_replay`, beside an ideal tracker.
+Each process is then used on the simulated finger of `hil_error_replay`, and compared with an ideal tracker.
 
 Takes some minutes, shared by the workers.
 """
@@ -35,17 +35,17 @@ LOOP = "hil_error_replay"
 SUBJECTS = 10
 CONTROLS = ("mpc", "pid")
 _LEAST_MS = 1.0
-"""Of an offset of the reference's clock that is worth a fit of its own (chosen)."""
+"""Least offset of the reference's clock that is fitted separately (chosen)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """A recording and what tracks it.
+    """A recording and its tracker.
 
     Attributes
     ----------
-    path: of the recording. folder: of its set. tracker, sensor_set: as of `hil_replay`.
-    put_right: whether the reference's stamps are first put right by what the fit finds them late.
+    path: of the recording. folder: of its set. tracker, sensor_set: as in `hil_replay`.
+    put_right: whether the reference's stamps are first corrected by the delay that the fit finds.
     seeds: of the closed loops.
     """
 
@@ -58,17 +58,17 @@ class Source:
 
     @property
     def name(self) -> str:
-        """In words."""
+        """Name in messages."""
         words = [f"{self.folder}/{Path(self.path).stem}", self.sensor_set, self.tracker]
         return " ".join(filter(None, words)) + (", reference put right" if self.put_right else "")
 
     @property
     def key(self) -> Key:
-        """By which the result is found."""
+        """Key of the result."""
         return ("source", self.name)
 
     def kept(self) -> Kept:
-        """Fit, judge, and close the loops."""
+        """Fit and judge the process, and run the closed loops."""
         sensor_set = (f"sensor_set={self.sensor_set}",) if self.sensor_set else ()
         settings = (f"tracker={self.tracker}", *sensor_set)
         found, late_ms = fit_error(self.path, settings=settings), 0.0
@@ -91,7 +91,7 @@ def closed_loop(control: str, seed: int, folder: Path, file: Path | None) -> tup
 
 
 def sources(seeds: tuple[int, ...]) -> list[Source]:
-    """What there is to fit. Raises InputError where the recordings are not there."""
+    """Recordings to fit. Raises InputError if there are none."""
     root = Path(os.environ.get(VARIABLE, ""))
     wrists, chains = (sorted((root / folder).glob("*.npz")) for folder in ("wrist", "chain5"))
     if not os.environ.get(VARIABLE) or not (wrists or chains):
@@ -102,13 +102,13 @@ def sources(seeds: tuple[int, ...]) -> list[Source]:
         for sensor_set in ("rigid", "nonrigid"):
             found += [Source(str(path), "chain5", "constrained", sensor_set, put_right, seeds)
                       for put_right in (False, True)]
-        # Its headings wander without bound: what a process that stays what it is cannot foretell.
+        # Its headings drift without bound, which a stationary process cannot predict.
         found.append(Source(str(path), "chain5", "vqf", "rigid", seeds=seeds))
     return found
 
 
 def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
-    """Every recording; `subjects` closed loops with each process."""
+    """Fit every recording, and run `subjects` closed loops with each process."""
     seeds = tuple(range(1, subjects + 1))
     asked = sources(seeds)
     kept = run_jobs(asked, workers, progress)
@@ -131,7 +131,7 @@ def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = 
 
 
 def rows_of(name: str, angles: list[dict[str, Any]]) -> list[Row]:
-    """Of each angle RMSE and autocorrelation; of each pair of segments the error as a whole."""
+    """Rows of RMSE and autocorrelation of each angle, and of the total error of each pair of segments."""
     rows = []
     for angle in angles:
         label = angle["angle"] + ("" if angle["moved"] else " (not moved)")
@@ -147,7 +147,7 @@ def rows_of(name: str, angles: list[dict[str, Any]]) -> list[Row]:
 
 
 def _rmse_row(name: str, label: str, parts: list[dict[str, Any]]) -> Row:
-    """Measured in both halves beside the process along the second."""
+    """Row of the RMSE measured in both halves and that of the process over the second."""
     first, second, process = (math.sqrt(sum(part[f"rmse_{which}_deg"] ** 2 for part in parts))
                               for which in ("fitted", "measured", "process"))
     return Row(f"{name}: RMSE", label, f"{second:.2f} (first half {first:.2f})",
@@ -156,7 +156,7 @@ def _rmse_row(name: str, label: str, parts: list[dict[str, Any]]) -> Row:
 
 
 def shares(rows: list[Row]) -> Sweep:
-    """How many rows of each table hold, of all, and of those that a joint moves about."""
+    """Count the rows of each table that hold, of all and of the axes about which a joint moves."""
     tables = dict.fromkeys(row.table for row in rows)
     found = []
     for table in tables:

@@ -1,4 +1,4 @@
-"""Figures of a reproduction, drawn like the papers' own, and theirs beside our bands in one picture."""
+"""Figures of a reproduction: those of the papers, and published values with the bands of virtual subjects."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _BLUE, _GREY = "#0072b2", "0.75"
 
 
 def latency(found: Reproduction) -> Figure:
-    """Errors before contact and patients who hold, over latency: each patient grey, the median blue."""
+    """Draw errors before contact and patients who hold over latency: each patient grey, the median blue."""
     from matplotlib.figure import Figure
 
     at, errors = found.curves["latencies_ms"], found.curves["errors"]
@@ -51,7 +51,7 @@ _WORDS = {"gp": "Gaussian process", "magnets": "the same, salchow_b near magnets
 
 
 def progress(found: Reproduction) -> Figure:
-    """What is recommended, as a share of the optimum, over minutes of each patient's time."""
+    """Draw quality of the recommendation, as a share of the optimum, over minutes of each patient's time."""
     figure = _search_figure(9.0, 4.0)
     axes = figure.subplots()
     for number, patient in enumerate(found.curves["patients"]):
@@ -70,7 +70,7 @@ def progress(found: Reproduction) -> Figure:
 
 
 def maps(found: Reproduction) -> Figure:
-    """The first patient's arrays: what each element is good for at best, and how often it was asked."""
+    """Draw the first patient's arrays: best quality of each element, and how often it was queried."""
     patient = found.curves["patients"][0]
     layouts = patient["gp"]["layouts"]
     best = _best_of_elements(patient["gp"]["everything"], sum(rows * columns for rows, columns in layouts))
@@ -92,7 +92,7 @@ def maps(found: Reproduction) -> Figure:
 
 
 def _best_of_elements(everything: dict[Any, float], count: int) -> Array:
-    """Of each element the best quality of all queries that it has part in, (count,)."""
+    """Best quality of all queries that contain an element, (count,)."""
     best = np.full(count, np.nan)
     for (elements, _), quality in everything.items():
         for element in elements:
@@ -103,7 +103,7 @@ def _best_of_elements(everything: dict[Any, float], count: int) -> Array:
 def _mark(
     axes: Axes, asked: list[tuple[tuple[int, ...], float]], first: int, rows: int, columns: int
 ) -> None:
-    """A dot a query, in the middle of its elements, larger where more were."""
+    """Draw a dot for each query at the centre of its elements, larger for more queries."""
     places: dict[tuple[float, float], int] = {}
     for elements, _ in asked:
         inside = [element - first for element in elements if 0 <= element - first < rows * columns]
@@ -125,7 +125,7 @@ _THEORY_BLUE, _ORANGE = "#0072b2", "#d55e00"
 
 
 def beside_theory(found: Reproduction) -> Figure:
-    """Mean squares over exact ones with their intervals, and crossings less critical latencies."""
+    """Draw mean squares relative to exact ones with intervals, and crossings minus critical latencies."""
     from matplotlib.figure import Figure
 
     cost, crossing = found.curves["cost"], found.curves["crossing"]
@@ -154,12 +154,12 @@ def beside_theory(found: Reproduction) -> Figure:
 
 
 BLUE, ORANGE, GREY, GREEN = "#0072b2", "#d55e00", "#666666", "#009e73"
-"""Told apart by the colour-blind (Okabe and Ito)."""
+"""Colours that the colour-blind can distinguish (Okabe and Ito)."""
 COLOURS = {"B": ORANGE, "M1": BLUE, "M2": GREEN}
 
 
 def draw(found: Reproduction, folder: Path) -> list[Path]:
-    """Write every figure as PNG; the files. Raises InputError where matplotlib is not installed."""
+    """Write every figure as PNG and return the paths. Raises InputError if matplotlib is not installed."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: F401
     except ImportError:
@@ -190,7 +190,7 @@ def _tidy(axes: Axes, x: str = "", y: str = "", title: str = "") -> None:
 
 
 def bands(found: Reproduction) -> Figure:
-    """Theirs as points beside our bands, a line a row."""
+    """Draw published values as points and the bands of virtual subjects, a line for each row."""
     rows = [row for row in found.rows if isinstance(row.ours, Band)]
     figure = _figure(9.0, 1.2 + 0.24 * len(rows))
     axes = figure.subplots()
@@ -214,7 +214,7 @@ def bands(found: Reproduction) -> Figure:
 
 
 def kortier_5(found: Reproduction) -> Figure:
-    """Index tip in the hand's frame in flexion and circles, and its error."""
+    """Draw figure 5 of K14: index tip in the hand's frame in flexion and circles, and its error."""
     figure = _figure(10.0, 7.0)
     grid = figure.subplots(4, 2, sharex="col")
     for column, motion in zip(grid.T, ("flexion", "circles"), strict=True):
@@ -232,7 +232,7 @@ def kortier_5(found: Reproduction) -> Figure:
 
 
 def kortier_6(found: Reproduction) -> Figure:
-    """PIP angle and its rate in 30 rapid movements."""
+    """Draw figure 6 of K14: PIP angle and its rate in 30 rapid movements."""
     traces = found.curves["traces"]["rapid"]
     figure = _figure(10.0, 5.0)
     angle, rate = figure.subplots(2, sharex=True)
@@ -247,7 +247,7 @@ def kortier_6(found: Reproduction) -> Figure:
 
 
 def salchow_12(found: Reproduction) -> Figure:
-    """Error of the fingertip, median subject: quartiles and worst over time, B beside M1 or M2."""
+    """Draw figure 12 of S19: quartiles and maximum over time of the median subject's fingertip error."""
     motions = [name for name in found.curves["main"] if "-" in name]
     figure = _figure(10.0, 4.0)
     axes = figure.subplots()
@@ -270,7 +270,7 @@ def salchow_12(found: Reproduction) -> Figure:
 
 
 def salchow_13(found: Reproduction) -> Figure:
-    """Index tip by M1 in AF-F2, and its error in three movements."""
+    """Draw figure 13 of S19: index tip by M1 in AF-F2, and its error in three movements."""
     traces = found.curves["traces"]
     figure = _figure(10.0, 6.0)
     place, error = figure.subplots(2, sharex=True)
@@ -293,7 +293,7 @@ def salchow_13(found: Reproduction) -> Figure:
 
 
 def salchow_14(found: Reproduction) -> Figure:
-    """RMSE of the distances, mean and standard deviation over subjects."""
+    """Draw figure 14 of S19: RMSE of the distances, mean and standard deviation over subjects."""
     main = found.curves["main"]
     keys = [(motion, pair) for motion in main if "-" not in motion for pair in main[motion][0]["B"]]
     figure = _figure(10.0, 4.0)
@@ -310,7 +310,7 @@ def salchow_14(found: Reproduction) -> Figure:
 
 
 def salchow_15(found: Reproduction) -> Figure:
-    """Distance of the pinching tips by M2; grey where they are released."""
+    """Draw figure 15 of S19: distance of the pinching tips by M2; grey where they are released."""
     traces = found.curves["traces"]["P3"]
     figure = _figure(10.0, 3.2)
     axes = figure.subplots()
@@ -326,7 +326,7 @@ def salchow_15(found: Reproduction) -> Figure:
 
 
 def sweep(name: str) -> Callable[[Reproduction], Figure]:
-    """A sweep as grouped bars."""
+    """Draw a sweep as grouped bars."""
     def make(found: Reproduction) -> Figure:
         table: Sweep = found.sweeps[name]
         figure = _figure(10.0, 1.5 + 0.45 * len(table.rows))
@@ -351,7 +351,7 @@ _OF_HOUR = (("salchow_m2", ORANGE, "M2"), ("m2_calibrated", GREEN, "M2, calibrat
 
 
 def hour(found: Reproduction) -> Figure:
-    """RMSE of the fingertips minute by minute, with the sd that the tracker itself gives."""
+    """Draw the RMSE of the fingertips minute by minute, with the standard deviation stated by the tracker."""
     figure = _figure(10.0, 4.5)
     axes = figure.subplots()
     for number, kept in enumerate(found.curves["minutes"]):

@@ -1,11 +1,11 @@
-"""`fesloop reproduce grasp_ilc`: a cohort learns to grasp, each patient with a model of their own.
+"""`fesloop reproduce grasp_ilc`: a cohort learns to grasp, each patient with an identified model.
 
-Ten members of a cohort of `sci_c6`, none of whom anything was tuned on, have one session each: they are
-identified through the tracker, then learn, eight trials each time, (1) in free motion to follow a reference
-that a held-back stimulation made on the unlearned hand, so that it is within reach; (2) to grasp a cylinder
-by a reference as a therapist sets it; (3) the same, while all muscles lose 1.5 % of their force from trial to
-trial. Every run has the patient's own fatigue, inertial sensors, tracker, safety and stimulator. A patient
-who fails on the way counts as one who did not learn and did not hold.
+Ten members of a cohort of `sci_c6`, on whom nothing was tuned, have one session each: identification through
+the tracker, then learning over eight trials (1) in free motion, of a reference that a separate stimulation
+produced on the same hand, so that it is reachable; (2) of a cylinder grasp by a therapist's reference; (3) of
+the same while all muscles lose 1.5 % of their force from trial to trial. Every run has the patient's own
+fatigue, inertial sensors, tracker, safety and stimulator. A patient who fails counts as one who did not learn
+and did not hold the cylinder.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ from fesloop.models.patient_model import PatientModel, load_patient_model
 Array = NDArray[np.float64]
 SUBJECTS = 10
 WEAR = 0.015
-"""Share of force that is lost from trial to trial in (3)."""
+"""Share of force lost from trial to trial in (3)."""
 FREE_S = (2.0, 5.5)
-"""Of a trial, in which references within reach move."""
+"""Length of a trial with a reachable reference."""
 _TURNS_S = (2.0, 2.7, 3.4, 4.1, 4.8, 5.5)
 _LEVELS = ((0.05, 0.3, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0), (0.3, 0.05, 0.05, 0.25, 0.25, 0.25, 0.25, 0.25))
-"""Greatest recruited fractions that a held-back stimulation draws, by channel, while the hand opens (the
-first two turns) and while it closes (chosen: what moves these hands by some tens of degrees)."""
+"""Largest recruitment sampled for the separate stimulation, by channel, while the hand opens (the first two
+phases) and closes (chosen to move these hands by some tens of degrees)."""
 _OPENING = 2
 _FIGURES = ("wrist_extension", "finger_flexion", "aperture", "therapist's reference", "floor", "excess",
             "held", "held, worn", "object moved", "opening", "wrist in the hold", "grip margin",
@@ -48,7 +48,7 @@ ANGLE_BAR_DEG, APERTURE_BAR_MM, EXCESS_BAR_DEG, HELD_SHARE, WORN_SHARE = 5.0, 10
 
 
 def held_back(model: PatientModel, seed: int) -> tuple[str, ...]:
-    """Settings of a programme of pulse widths drawn from the seed, by the patient's recruitment."""
+    """Settings of a random programme of pulse widths, scaled by the patient's recruitment."""
     draws = NoiseStream(stream_key(seed, "held back", 0), len(model.current_ma), "uniform")
     currents = np.array(model.current_ma)
     curves = model.model.recruitment
@@ -64,7 +64,7 @@ def held_back(model: PatientModel, seed: int) -> tuple[str, ...]:
 
 
 def learn(session: Session, folder: Path) -> Kept:
-    """One patient's session."""
+    """Run one patient's session."""
     file = session.identified("identify_grasp", folder)
     model = load_patient_model(file)
     given = f"model={file}"
@@ -82,7 +82,7 @@ def learn(session: Session, folder: Path) -> Kept:
 
 
 def _floor(experiment: Experiment, recording: Recording) -> dict[str, Any]:
-    """The least error before contact that any stimulation leaves, deg, and how far two searches end apart."""
+    """Least error before contact under any stimulation, deg, and the difference between two searches."""
     score = experiment.score
     window_s = score.after_s, score.until_s or experiment.duration_ns / NS_PER_S
     learnt = {"learnt": learnt_widths(recording, recording.trials - 1)}
@@ -91,7 +91,7 @@ def _floor(experiment: Experiment, recording: Recording) -> dict[str, Any]:
 
 
 def _followed(reference: Path, followed: Path) -> dict[str, Any]:
-    """RMSE of a reference within reach by trial: of each row, deg, and of the aperture, mm."""
+    """RMSE of a reachable reference by trial: of each row, deg, and of the aperture, mm."""
     with Recording(reference) as wanted, Recording(followed) as recording:
         goal_s, goal = _apertures(wanted, 0)
         rows = metrics_of(recording)["joints"]
@@ -106,22 +106,22 @@ def _followed(reference: Path, followed: Path) -> dict[str, Any]:
 
 
 def _apertures(recording: Recording, trial: int) -> tuple[Array, Array]:
-    """Instants, s, and aperture, mm, of the hand itself."""
+    """Times, s, and true aperture of the hand, mm."""
     signal = recording.signal("hand.fingertips", trial)
     return signal.times_ns / NS_PER_S, 1e3 * aperture(np.asarray(signal.values), ("F2", "F3"))
 
 
 def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
-    """Every patient's session."""
+    """Run every patient's session."""
     patients = sessions(subjects, learn)
     kept = run_jobs(patients, workers, progress)
     return compare([kept[session.key] for session in patients])
 
 
 def compare(patients: list[Kept]) -> Reproduction:
-    """Rows and tables of what each patient learnt; one who failed has infinite errors and holds nothing.
+    """Make rows and tables of what each patient learnt; one who failed has infinite errors and holds nothing.
 
-    What is not known of a patient is nan in the table, and in the rows counts as of one who failed.
+    An unknown value is NaN in the table, and counts in the rows as that of a patient who failed.
     """
     table = [_of_patient(patient) for patient in patients]
     columns = {name: np.array([row[name] for row in table]) for name in table[0]}
@@ -141,7 +141,7 @@ def compare(patients: list[Kept]) -> Reproduction:
 
 
 def _of_patient(kept: Kept) -> dict[str, float]:
-    """Figures of the last trial."""
+    """Figures of a patient's last trial."""
     if kept["failed"]:
         none = {"held": 0.0, "held, worn": 0.0}
         return {**dict.fromkeys(_FIGURES, math.inf), **none}
@@ -156,7 +156,7 @@ def _of_patient(kept: Kept) -> dict[str, float]:
 
 
 def _at_most(table: str, row: str, values: Array, bar: float, unit: str) -> Row:
-    """The median over patients, failures as infinite, against a bar."""
+    """Compare the median over patients, with failures as infinite, with a limit."""
     values = np.where(np.isnan(values), math.inf, values)
     return Row(table, f"{row}, at most", bar, band(values), bool(np.median(values) <= bar), unit)
 

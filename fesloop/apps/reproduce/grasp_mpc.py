@@ -1,10 +1,10 @@
-"""`fesloop reproduce grasp_mpc`: what a tracker's latency does to a grasp by predictive control.
+"""`fesloop reproduce grasp_mpc`: effect of a tracker's latency on a grasp under predictive control.
 
-Members of a cohort of `sci_c6`, none of whom anything was tuned on, are each identified through the tracker,
-and then grasp a cylinder once at every latency, in the whole loop: inertial sensors, tracker, safety,
-stimulator. Told are the errors of wrist and fingers before contact, whether the cylinder was held, and the
-latency at which a patient no longer holds it or an error has doubled. Whoever fails on the way counts as one
-who did not hold, with an error beyond every other.
+Members of a cohort of `sci_c6`, on whom nothing was tuned, are identified through the tracker and then grasp
+a cylinder once at every latency, in the whole loop: inertial sensors, tracker, safety, stimulator. The tables
+show the errors of wrist and fingers before contact, whether the cylinder was held, and the latency at which a
+patient no longer holds it or an error has doubled. A patient who fails counts as one who did not hold, with
+infinite error.
 """
 
 from __future__ import annotations
@@ -33,19 +33,19 @@ SEED = 1
 LATENCIES_MS = (0.0, 20.0, 40.0, 60.0, 80.0, 100.0, 125.0, 150.0)
 HELD_AT_MS, HELD_SHARE = 40.0, 0.8
 LATE_MS, DEARER = 100.0, 1.3
-"""At this latency errors are to be at most so many times those without any."""
+"""Latency of the claim, ms, and the largest ratio of errors there to those at zero latency."""
 DOUBLED = 2.0
 ROWS = {"wrist": "wrist_extension", "fingers": "finger_flexion"}
 
 
 def grasp(session: Session, folder: Path, latencies_ms: tuple[float, ...] = LATENCIES_MS) -> Kept:
-    """One patient's session: identified, then a grasp at every latency; what failed is told, and goes on."""
+    """Run one patient's session: identification, then a grasp at every latency; failures are reported."""
     model = session.identified("identify_grasp", folder)
     return {"runs": [grasped(session, model, latency, folder) for latency in latencies_ms]}
 
 
 def grasped(session: Session, model: Path, latency_ms: float, folder: Path) -> dict[str, Any]:
-    """One grasp: `wrist` and `fingers`, deg RMSE before contact; `held`; `margin`; `failed`: why none."""
+    """Run one grasp: RMSE before contact of `wrist` and `fingers`, deg; `held`; `margin`; `failed`."""
     try:
         experiment = session.load("grasp_mpc", (f"model={model}", f"tracker_latency_ms={latency_ms:g}"))
         with Recording(session.ran(experiment, folder)) as recording:
@@ -58,7 +58,7 @@ def grasped(session: Session, model: Path, latency_ms: float, folder: Path) -> d
 
 def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None,
         latencies_ms: tuple[float, ...] = LATENCIES_MS) -> Reproduction:
-    """Every patient at every latency."""
+    """Run every patient at every latency."""
     steps = partial(grasp, latencies_ms=latencies_ms)
     sessions = [Session((member,), ("patient=sci_c6", f"cohort={COHORT}", f"member={member}"), SEED, steps)
                 for member in range(subjects)]
@@ -67,7 +67,7 @@ def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = 
 
 
 def compare(patients: list[Kept], latencies_ms: tuple[float, ...] = LATENCIES_MS) -> Reproduction:
-    """Rows and curves of what every patient's session kept."""
+    """Make rows and curves from the patients' sessions."""
     lost = {"held": False, "margin": 0.0, **dict.fromkeys(ROWS, math.inf)}
     runs = [patient.get("runs") or [lost] * len(latencies_ms) for patient in patients]
     held = np.array([[run["held"] for run in each] for each in runs])
@@ -84,14 +84,14 @@ def compare(patients: list[Kept], latencies_ms: tuple[float, ...] = LATENCIES_MS
 
 
 def point_of_failure(held: NDArray[np.bool_], latencies_ms: tuple[float, ...]) -> float:
-    """Least latency from which on nothing is held (latencies,), ms; nan where the last still is."""
+    """Least latency from which on the object is not held, ms; NaN if it is held at the last."""
     kept = np.flatnonzero(held)
     first = int(kept[-1]) + 1 if kept.size else 0
     return latencies_ms[first] if first < len(latencies_ms) else math.nan
 
 
 def point_of_doubling(errors: Array, latencies_ms: tuple[float, ...]) -> float:
-    """Least latency at which an error (latencies,) is twice that of the first, ms; nan where none is."""
+    """Least latency at which an error (latencies,) is twice the first, ms; NaN if there is none."""
     far = np.flatnonzero(~(errors < DOUBLED * errors[0]))
     return latencies_ms[int(far[0])] if far.size else math.nan
 
@@ -105,7 +105,7 @@ def _row_held(held: NDArray[np.bool_], latencies_ms: tuple[float, ...]) -> Row:
 
 
 def _rows_dearer(errors: dict[str, Array], latencies_ms: tuple[float, ...]) -> list[Row]:
-    """What latency costs where its age is known: median over all patients, who failed counted as infinite."""
+    """Rows of the errors at a known latency: median over all patients, with failures as infinite."""
     if LATE_MS not in latencies_ms:
         return []
     rows, late = [], latencies_ms.index(LATE_MS)
@@ -120,7 +120,7 @@ def _rows_dearer(errors: dict[str, Array], latencies_ms: tuple[float, ...]) -> l
 
 
 def _rows_failed(patients: list[Kept], latencies_ms: tuple[float, ...]) -> list[Row]:
-    """Who could not be identified, and which runs came to no end, with their reasons."""
+    """Rows of patients who could not be identified and of runs that failed, with reasons."""
     rows = [Row(f"member {number}", "identified", "yes", patient["failed"], False)
             for number, patient in enumerate(patients) if patient["failed"]]
     return rows + [Row(f"member {number}", f"run to its end at {latency:g} ms", "yes", run["failed"], False)
@@ -131,14 +131,14 @@ def _rows_failed(patients: list[Kept], latencies_ms: tuple[float, ...]) -> list[
 
 def _curve(latencies_ms: tuple[float, ...], title: str, unit: str, values: Array, last: str,
            summary: Array) -> Sweep:
-    """A row a patient, then one of all."""
+    """Make a row for each patient, and one for all."""
     rows = [(f"member {number}", row) for number, row in enumerate(values)]
     return Sweep(title=title, unit=unit, columns=tuple(f"{latency:g} ms" for latency in latencies_ms),
                  rows=tuple((name, tuple(map(float, row))) for name, row in [*rows, (last, summary)]))
 
 
 def _points(held: NDArray[np.bool_], errors: dict[str, Array], latencies_ms: tuple[float, ...]) -> Sweep:
-    """Where each patient fails."""
+    """Make a table of the latencies at which each patient fails."""
     rows = [(f"member {number}", (point_of_failure(row, latencies_ms), *(
         point_of_doubling(values[number], latencies_ms) for values in errors.values())))
         for number, row in enumerate(held)]

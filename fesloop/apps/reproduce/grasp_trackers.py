@@ -1,9 +1,9 @@
-"""`fesloop reproduce grasp_trackers`: how much of a learnt grasp's error is the tracker's.
+"""`fesloop reproduce grasp_trackers`: share of the tracker in the error of a learnt grasp.
 
-Members of a cohort of `sci_c6` learn `grasp_ilc` with one tracker after the other, each with the model that
-was identified through the experiment's own tracker. The error that the patient sees (total) is split into
-what the controller could not see (tracker) and what it saw and did not put right (controller), at trial 8,
-before contact.
+Members of a cohort of `sci_c6` learn `grasp_ilc` with one tracker after the other, each with the model
+identified through the experiment's own tracker. The true error (total) in trial 8 before contact is split
+into the tracker's error, which the controller could not see, and the error that it saw and did not correct
+(controller).
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from fesloop.experiment.recording.reading import Recording
 SUBJECTS = 5
 TRACKERS = ("ideal", "salchow_m2", "constrained", "kortier")
 NEAR_DEG = 1.0
-"""By how much more a tracker may cost than an ideal one, deg (chosen: what a goniometer does not tell)."""
+"""Largest excess over the error with an ideal tracker, deg (chosen: error of a goniometer)."""
 _PARTS = ("total", "tracker", "controller")
 
 
 def learn(session: Session, folder: Path) -> Kept:
-    """One patient with every tracker: the last trial's errors by part, deg, and whether they hold."""
+    """Run one patient with every tracker: errors of the last trial by part, deg, and whether it is held."""
     file = session.identified("identify_grasp", folder)
     kept: Kept = {}
     for tracker in TRACKERS:
@@ -41,14 +41,14 @@ def learn(session: Session, folder: Path) -> Kept:
 
 
 def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
-    """Every patient with every tracker."""
+    """Run every patient with every tracker."""
     patients = sessions(subjects, learn)
     kept = run_jobs(patients, workers, progress)
     return compare([kept[session.key] for session in patients])
 
 
 def compare(patients: list[Kept]) -> Reproduction:
-    """Medians over patients; of one who failed errors are infinite."""
+    """Make rows of medians over patients; errors of one who failed are infinite."""
     lost = {**dict.fromkeys(_PARTS, math.inf), "held": 0.0}
     every = {tracker: [lost if kept["failed"] else kept[tracker] for kept in patients]
              for tracker in TRACKERS}

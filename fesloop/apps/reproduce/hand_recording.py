@@ -1,4 +1,4 @@
-"""What reproductions read from the recording of a moving hand: when phases last, truth and estimate."""
+"""Reading of a moving hand's recording: times of phases, true and estimated poses."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ HAND = "hand"
 
 
 class Seen(NamedTuple):
-    """A tracker's output (n, ...) at the captures behind it, s, beside the truth (n, ...) of then."""
+    """Output of a tracker (n, ...) at its capture times, s, and the truth (n, ...) at the same times."""
 
     times_s: Array
     estimate: Array
@@ -34,7 +34,7 @@ class Seen(NamedTuple):
 
 
 def plant_of(recording: Recording) -> Any:
-    """The hand that moved."""
+    """Plant of the hand that moved."""
     return _plant(json.dumps(recording.experiment["blocks"][HAND], sort_keys=True))
 
 
@@ -51,13 +51,13 @@ def _spans(plant: Any, seed: int, trial: int) -> tuple[tuple[str, float, float],
 
 
 def size_of(recording: Recording) -> HandSize:
-    """The hand as trackers are told it."""
+    """Size of the hand as given to trackers."""
     size: HandSize = plant_of(recording).hand
     return size
 
 
 def palm_error(recording: Recording) -> Array:
-    """What the palm is longer than trackers are told, from wrist to the hand's frame: (3,), m."""
+    """Difference of the true palm from that given to trackers, from wrist to the hand's frame, (3,), m."""
     plant = plant_of(recording)
     own = plant.wearer(recording.seed, HAND).tree
     told = hand_tree(plant.hand)
@@ -67,13 +67,13 @@ def palm_error(recording: Recording) -> Array:
 
 
 def spans(recording: Recording, name: str, trial: int = 0) -> list[tuple[float, float]]:
-    """When the phases of a name last, s."""
+    """Beginnings and ends of the phases with a name, s."""
     every = _spans(plant_of(recording), recording.seed, trial)
     return [(start, stop) for each, start, stop in every if each == name]
 
 
 def seen(recording: Recording, signal: str, truth: str, trial: int = 0) -> Seen:
-    """A tracker's signal beside the plant's."""
+    """Read a tracker's signal and the plant's at the same times."""
     told = recording.signal(signal, trial)
     known = told.newest_ns >= 0
     captured = told.newest_ns[known]
@@ -82,13 +82,13 @@ def seen(recording: Recording, signal: str, truth: str, trial: int = 0) -> Seen:
 
 
 def within(rows: Seen, span: tuple[float, float]) -> Seen:
-    """The part of it that lies in a span of time."""
+    """Select the part within a span of time."""
     inside = (rows.times_s >= span[0]) & (rows.times_s <= span[1])
     return Seen(*(column[inside] for column in rows))
 
 
 def contact_points_of(size: HandSize, poses: Poses, contacts: tuple[str, ...]) -> Array:
-    """Places (n, contacts, 3), m, of points such as "F1 bottom" on a hand in poses (n, 17)."""
+    """Positions (n, contacts, 3), m, of points such as "F1 bottom" on a hand in poses (n, 17)."""
     tree = hand_tree(size)
     places = []
     for text in contacts:
@@ -105,11 +105,11 @@ def poses_by_angles(size: HandSize, angles: Array) -> Poses:
 
 
 def poses_by_orientations(size: HandSize, orientation: Array) -> Poses:
-    """Poses (n, 17) of a hand by its segments' orientations to earth (n, 17, 4), seen from the forearm."""
+    """Poses (n, 17) of a hand by its segments' orientations to earth (n, 17, 4), relative to the forearm."""
     forearm = orientation[:, :1]
     return placed(hand_tree(size), quaternion.relative(forearm, orientation))
 
 
 def each_trial(recording: Recording) -> Iterator[int]:
-    """Numbers of the trials."""
+    """Indices of the trials."""
     return iter(range(recording.trials))

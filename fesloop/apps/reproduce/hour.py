@@ -1,4 +1,4 @@
-"""`fesloop reproduce hour`: our own claim, an hour without magnetometer and without drift, beside M2.
+"""`fesloop reproduce hour`: an hour of tracking without magnetometer and without drift, compared with M2.
 
 Each seed of the shipped experiment `tracker_hour` is a subject. No paper has such an hour; doi
 10.3390/s19010208, section 5, expects M2 to "deteriorate with time" and asks for it.
@@ -30,10 +30,10 @@ _COVERAGE = (0.90, 0.99)
 
 
 def minutes(recording: Recording) -> dict[str, Any]:
-    """RMSE of each fingertip in each minute after the pose, cm, (minutes, 5), by tracker; and what ours says.
+    """RMSE of each fingertip in each minute after the pose, cm, (minutes, 5), by tracker.
 
-    Coverage of its 95 % intervals and mean sd, cm, have the same shape; `unsure` are the instants, s, at
-    which it reported a joint.
+    For the constrained tracker also the coverage of its 95 % intervals and its mean standard deviation, cm,
+    in the same shape; `unsure` are the times, s, at which it reported a joint.
     """
     kept: dict[str, Any] = {}
     for tracker in (OURS, THEIRS, CALIBRATED):
@@ -54,12 +54,12 @@ def minutes(recording: Recording) -> dict[str, Any]:
 
 
 def _each(minute: NDArray[np.int64], values: Array) -> Array:
-    """Means of the rows of each minute, (minutes, tips)."""
+    """Mean over each minute, (minutes, tips)."""
     return np.array([values[minute == k].mean(axis=0) for k in range(minute.max() + 1)])
 
 
 def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
-    """The hour of every subject."""
+    """Run the hour of every subject."""
     jobs = [Job((seed,), EXPERIMENT, (), seed, minutes) for seed in range(1, subjects + 1)]
     kept = list(run_jobs(jobs, workers, progress).values())
     rows = [row for number, each in enumerate(kept, 1) for row in _rows(f"subject {number}", each)]
@@ -71,7 +71,7 @@ def _rms(values: Array) -> float:
 
 
 def _rows(subject: str, kept: dict[str, Any]) -> list[Row]:
-    """What is claimed of a subject's hour; the thumb, of which nothing is, stands in the sweep."""
+    """Rows of the claims on a subject's hour; the thumb, without a claim, is in the sweep."""
     last = _rms(kept[OURS][-_LAST_MINUTES:, _FINGERS])
     bar = max(_BAR_RATIO * _rms(kept[THEIRS][:1, _FINGERS]), _BAR_CM)
     drifted, other = (_rms(kept[tracker][-_LAST_MINUTES:, _FINGERS]) for tracker in (THEIRS, CALIBRATED))
@@ -91,7 +91,7 @@ def _rows(subject: str, kept: dict[str, Any]) -> list[Row]:
 
 
 def _by_ten_minutes(kept: list[dict[str, Any]]) -> Sweep:
-    """RMSE of the fingertips over the hour, of all subjects together."""
+    """Sweep of the RMSE of the fingertips over the hour, over all subjects."""
     columns = (*(f"{tips}, {tracker}" for tips in ("F2-F5", "thumb")
                  for tracker in ("constrained", "M2", "M2 calibrated")), "inside, %")
     table = []

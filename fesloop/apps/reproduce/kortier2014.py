@@ -1,8 +1,8 @@
 """`fesloop reproduce kortier2014`: its experiments on virtual subjects (doi 10.1186/1743-0003-11-70).
 
-Published are ten trials of one subject for each movement, and five subjects for repeatability. Ours is a
-cohort, each seed of the shipped experiment `kortier2014` a subject, whose error sources stand there. That
-the tracker keeps its own noise in place of the paper's was decided after a pilot run (`CONSTRAINTS`).
+The paper has ten trials of one subject for each movement, and five subjects for repeatability. Here each seed
+of the shipped experiment `kortier2014`, which defines the error sources, is a virtual subject. The tracker
+keeps its own noise parameters instead of the paper's, as decided after a pilot run (`CONSTRAINTS`).
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ from fesloop.loop.clock import NS_PER_S
 Array = NDArray[np.float64]
 _INDEX = 1
 _SETTLING_S = 1.0
-"""Of each hold is left out, so that what is compared stands still."""
+"""Time left out at the start of each hold, until the hand is at rest."""
 
 
 def index_tip(recording: Recording) -> dict[str, Any]:
-    """RMS error of the index finger's tip in the hand's frame, mm: x, y, z and distance, by trial, (4,).
+    """RMS error of the index finger's tip in the hand's frame, mm: x, y, z and distance, (4,), by trial.
 
-    The wrist rests in these experiments, so that the hand's frame is the wrist's, a palm further.
+    The wrist rests in these experiments: the hand's frame is the wrist's, shifted by the palm.
     """
     trials, palm = [], palm_error(recording)
     for trial in each_trial(recording):
@@ -53,7 +53,7 @@ def index_tip(recording: Recording) -> dict[str, Any]:
 
 
 def pinch(recording: Recording) -> dict[str, Any]:
-    """Distance between touching tips as estimated: RMS of each contact, mm, and over the widest opening."""
+    """Estimated distance between touching tips: RMS of each contact, mm and share of the widest opening."""
     size = size_of(recording)
     contacts, widest = [], []
     for trial in each_trial(recording):
@@ -90,7 +90,7 @@ def repeatability(recording: Recording, which: int) -> dict[str, Any]:
     for trial in each_trial(recording):
         rows = seen(recording, "tracker.angles", f"{HAND}.angles", trial)
         (start, stop), = spans(recording, "task", trial)
-        # A cycle: a move, a hold there, a move back, a hold here.
+        # A cycle: a move there, a hold, a move back, a hold.
         cycle = (stop - start) / 10
         means = []
         for k in range(10):
@@ -103,17 +103,17 @@ def repeatability(recording: Recording, which: int) -> dict[str, Any]:
 
 
 def flat_phase(recording: Recording) -> dict[str, Any]:
-    """Repeatability of the flat hand."""
+    """Repeatability in the flat phases."""
     return repeatability(recording, 0)
 
 
 def clenched_phase(recording: Recording) -> dict[str, Any]:
-    """Repeatability of the hand around the mould."""
+    """Repeatability in the phases around the mould."""
     return repeatability(recording, 1)
 
 
 def traces(recording: Recording) -> dict[str, Any]:
-    """Index tip, mm, and PIP angle, deg, as estimated and in truth, for figures; with rates, deg/s."""
+    """Estimated and true index tip, mm, PIP angle, deg, and its rate, deg/s, for figures."""
     pip = hand_tree(size_of(recording)).freedom("F2_pip_flexion")
     tips, angles = _task(recording, "fingertips", 0), _task(recording, "angles", 0)
     rates = recording.signal(f"{HAND}.rates")
@@ -136,7 +136,7 @@ SUBJECTS = 10
 TABLE_2 = {"flexion": (2.2, 2.0, 3.3, 5.0), "circles": (5.7, 4.9, 9.7, 12.4)}
 """RMS difference of the index finger's tip in x, y, z and distance, mm, mean over ten trials."""
 PINCH_MM, PINCH_SHARE = 6.5, 3.7
-"""RMS distance of touching tips, mm, and in per cent of the widest opening."""
+"""RMS distance of touching tips, mm, and the same in per cent of the widest opening."""
 RAPID_DEG = 80.0
 """Range of the PIP joint at 116 beats a minute."""
 TABLE_3 = {"flat": (1.1, 0.4), "mould": (1.8, 0.6)}
@@ -146,8 +146,11 @@ _MOTIONS: dict[str, tuple[Scoring, int]] = {
     "flexion": (index_tip, 10), "circles": (index_tip, 10),
     "pinch": (pinch, 10), "rapid": (rapid, 1),
     "flat": (flat_phase, 3), "mould": (clenched_phase, 3)}
-"""Scoring and trials of each movement. Of the ten trials of flat hand and mould, of two and a half minutes
-each, there are three: what is compared is a mean over trials."""
+"""Scoring and number of trials of each movement.
+
+Three instead of the paper's ten trials of flat hand and mould, of 150 s each, since the mean over trials is
+compared.
+"""
 
 
 CONSTRAINTS = {
@@ -157,13 +160,13 @@ CONSTRAINTS = {
     "table 1: 1e-5 deg, all noise white": (
         "blocks.tracker.constraint_sd_deg=1e-5", "blocks.tracker.error_time_s=0.0",
         "blocks.tracker.lever_m=0.0", "blocks.tracker.mag_sd_ut=0.1")}
-"""How firmly joints are held, as settings; the paper's 1e-3 mG of magnetometer noise are read as 1e-3 G."""
+"""Settings of the joint constraints' noise; the paper's 1e-3 mG of magnetometer noise is read as 1e-3 G."""
 _SUBJECTS_OF_SWEEP = 6
 _HELD = ("flexion", "circles")
 
 
 def jobs(subjects: int) -> list[Job]:
-    """Every movement of every subject, the sweep of constraints, and one subject's traces."""
+    """Jobs of every movement of every subject, the sweep of constraints, and one subject's traces."""
     every = [Job((motion, seed), EXPERIMENT, settings(motion, trials), seed, scoring)
              for motion, (scoring, trials) in _MOTIONS.items() for seed in range(1, subjects + 1)]
     shown = [Job(("traces", motion), EXPERIMENT, settings(motion, 1), 1, traces)
@@ -175,7 +178,7 @@ def jobs(subjects: int) -> list[Job]:
 
 
 def settings(motion: str, trials: int) -> tuple[str, ...]:
-    """Of the shipped experiment, for a movement."""
+    """Settings of the shipped experiment for a movement."""
     script = f"kortier_{motion}"
     length = registry.find("moving_hand")(script=script).length_s
     unread = [f"hand.site_{name}" for name in ("orientation", "position", "rate", "force")]
@@ -186,7 +189,7 @@ def settings(motion: str, trials: int) -> tuple[str, ...]:
 
 
 def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
-    """The whole paper."""
+    """Reproduce the whole paper."""
     kept = run_jobs(jobs(subjects), workers, progress)
     by_motion = {motion: [kept[motion, seed] for seed in range(1, subjects + 1)] for motion in _MOTIONS}
     traces = {motion: kept["traces", motion] for motion in ("flexion", "circles", "rapid")}
@@ -195,7 +198,7 @@ def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = 
 
 
 def _constraints(kept: dict[Any, dict[str, Any]], subjects: int) -> Sweep:
-    """RMS error of the index tip, median over subjects, by how firmly joints are held."""
+    """Sweep of the constraints' noise: RMS error of the index tip, median over subjects."""
     table = [(name, tuple(float(np.median([kept[name, motion, seed]["rms_mm"][:, 3].mean()
                                            for seed in range(1, subjects + 1)])) for motion in _HELD))
              for name in CONSTRAINTS]
@@ -204,7 +207,7 @@ def _constraints(kept: dict[Any, dict[str, Any]], subjects: int) -> Sweep:
 
 
 def rows(kept: dict[str, list[dict[str, Any]]]) -> list[Row]:
-    """The paper's figures beside ours; `kept` has each subject's scores by movement."""
+    """Rows of published and reproduced figures; `kept` has each subject's scores by movement."""
     found = []
     for motion, theirs in TABLE_2.items():
         means = np.array([each["rms_mm"].mean(axis=0) for each in kept[motion]])

@@ -1,12 +1,13 @@
-"""`fesloop reproduce linear_theory`: the simulated loop beside the exact theory of linear loops.
+"""`fesloop reproduce linear_theory`: the simulated loop compared with the exact theory of linear loops.
 
-Cost: the shipped experiment `linear_loop` at 20 points of latency, jitter and loss, many independent runs of
-each, against `fesloop.analysis.theory.stationary_cost`. The mean square of the joint angles about rest, mean
-of the joints, is averaged over each run; runs being independent, the interval of their mean needs no model of
-what is correlated within a run. It is of 99 % for all points together (Bonferroni).
+Cost: many independent runs of the shipped experiment `linear_loop` at each of 20 points of latency, jitter
+and loss are compared with `fesloop.analysis.theory.stationary_cost`. The mean square of the joint angles
+about rest is averaged over joints and over each run; since runs are independent, the confidence interval of
+the mean needs no model of the correlation within a run. Its level is 99 % for all points together
+(Bonferroni).
 
-Critical latency: at 20 gains, the latency at which the running loop, without noise, turns from decay to
-growth, by bisection, against `fesloop.analysis.theory.critical_latency_ms`. All of it takes 9 minutes of
+Critical latency: at each of 20 gains, the latency at which the noiseless loop changes from decay to growth,
+found by bisection, is compared with `fesloop.analysis.theory.critical_latency_ms`. Takes 9 minutes of
 processor time, shared by the workers.
 """
 
@@ -38,7 +39,7 @@ Array = NDArray[np.float64]
 EXPERIMENT = "linear_loop"
 SUBJECTS = 40
 CONFIDENCE, WIDEST = 0.99, 0.02
-"""Of all intervals of the cost together; half an interval over the exact value, at most."""
+"""Confidence of all intervals of the cost together; largest half interval relative to the exact value."""
 NEAR_MS = 0.1
 SENSED, STIMULATED = "tracker.angles->controller.measured", "controller.stimulation->finger.stimulation"
 _WAYS = {SENSED: "to the controller", STIMULATED: "to the finger"}
@@ -46,7 +47,7 @@ _SETTLED_S, _STRETCH_S = 5, 50
 _RUNS_AT_ONCE = 4
 _BRACKET_MS, _RESOLUTION_MS = 8.0, 0.02
 _GROWTH_S = (40, 80, 120)
-"""Growth is told between the second and the third of these spans: by then faster motions have died away."""
+"""Spans of time; growth is measured between the second and the third, when faster modes have decayed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +56,7 @@ class Point:
 
     Attributes
     ----------
-    seconds: of each of `SUBJECTS` runs, for an interval as narrow as is asked (measured, with a margin).
+    seconds: length of each of `SUBJECTS` runs, for an interval below `WIDEST` (measured, with a margin).
     latency_ms, jitter, loss, burst_messages: of the wire from tracker to controller.
     actuation_ms, actuation_loss: of the wire from controller to finger.
     """
@@ -70,7 +71,7 @@ class Point:
 
     @property
     def settings(self) -> tuple[str, ...]:
-        """As of `fesloop run --set`."""
+        """Settings as in `fesloop run --set`."""
         sensed = f'wires."{SENSED}"'
         jitter = ", ".join(f"{key} = {toml_value(value)}" for key, value in plain(self.jitter).items()
                            if value is not None)
@@ -80,7 +81,7 @@ class Point:
 
     @property
     def name(self) -> str:
-        """In words."""
+        """Name in messages."""
         parts = [f"{self.latency_ms:g} ms"]
         if self.jitter.random:
             parts.append(f"{self.jitter.kind} jitter to {self.jitter.high_ms:g} ms")
@@ -112,18 +113,18 @@ GAINS = tuple(round(0.6 * 1.06**k, 3) for k in range(20))
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """Some runs of a point: mean squares about rest, rad^2, (runs,)."""
+    """Some runs at a point: mean squares about rest, rad^2, (runs,)."""
 
     point: int
     seeds: tuple[int, ...]
 
     @property
     def key(self) -> Key:
-        """By which the result is found."""
+        """Key of the result."""
         return ("cost", self.point, *self.seeds)
 
     def kept(self) -> Kept:
-        """Run them."""
+        """Run the experiments of the point."""
         point = POINTS[self.point]
         return {"squares": np.array([
             mean_square(load(EXPERIMENT, point.settings, seed), point.seconds) for seed in self.seeds])}
@@ -131,18 +132,18 @@ class Cost:
 
 @dataclass(frozen=True, slots=True)
 class Crossing:
-    """The latency at which the running loop ceases to come to rest, for one gain on one wire."""
+    """The latency at which the simulated loop becomes unstable, for one gain and one wire."""
 
     gain: float
     wire: str
 
     @property
     def key(self) -> Key:
-        """By which the result is found."""
+        """Key of the result."""
         return ("crossing", self.wire, str(self.gain))
 
     def at(self, latency_ms: float) -> Experiment:
-        """Without noise, a step off rest, all gains scaled."""
+        """Settings for a run without noise from a step off rest, with all gains scaled."""
         scaled = tuple(f"blocks.controller.{name}={[self.gain * value] * 3}"
                        for name, value in (("kp", 1.0), ("ki", 8.0), ("kd", 0.02)))
         return load(EXPERIMENT, (*scaled, "noise_deg=0", "latency_ms=0", "actuation_ms=0",
@@ -150,7 +151,7 @@ class Crossing:
                                  "blocks.reference.angles_deg=[[22, 26, 16]]"))
 
     def kept(self) -> Kept:
-        """Theory, and the crossing by bisection, ms; NaN where the bracket holds none."""
+        """Critical latency by theory and by bisection, ms; NaN where the bracket contains none."""
         theory = critical_latency_ms(self.at(1.0), self.wire)
         if theory is None:
             return {"theory": math.nan, "simulated": math.nan}
@@ -164,7 +165,7 @@ class Crossing:
 
 
 def mean_square(experiment: Experiment, seconds: float) -> float:
-    """Of the finger's angles about its rest, over time and joints, rad^2, in one run."""
+    """Mean square of the finger's angles about rest, over time and joints of one run, rad^2."""
     recorder = Recorder(experiment.record.plant_rate)
     loop = Loop(experiment.wiring, recorder=recorder)
     rest = np.array(experiment.wiring.node("finger").part.outputs[0].initial)
@@ -181,7 +182,7 @@ def mean_square(experiment: Experiment, seconds: float) -> float:
 
 
 def growth(experiment: Experiment) -> float:
-    """Logarithm of how much the rates of the joints grow from one span to the next."""
+    """Logarithm of the growth of the joints' rates from one span to the next."""
     recorder = Recorder(experiment.record.plant_rate)
     loop = Loop(experiment.wiring, recorder=recorder)
     sizes = []
@@ -193,10 +194,10 @@ def growth(experiment: Experiment) -> float:
 
 
 def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None) -> Reproduction:
-    """Every point, `subjects` runs of each, and every gain; InputError for one run, which has no interval."""
+    """Run every point `subjects` times, and every gain. Raises InputError for a single subject."""
     if subjects < 2:
         raise InputError("--subjects", f"{subjects}", "2 or more: one run has no interval")
-    # Seeds of its own for each point, so that chance does not favour all of them alike.
+    # Each point has its own seeds, so that their errors are independent.
     costs = [Cost(point, tuple(range(first, first + subjects))[start:start + _RUNS_AT_ONCE])
              for start in range(0, subjects, _RUNS_AT_ONCE)
              for point, first in enumerate(range(1, 1 + subjects * len(POINTS), subjects))]
@@ -210,7 +211,7 @@ def run(subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = 
 def compare(
     subjects: int, squares: Sequence[Array], crossings: Sequence[tuple[Crossing, Kept]]
 ) -> Reproduction:
-    """Rows and curves of what was found at each of the points, and at each gain."""
+    """Make rows and curves of the results at each point and each gain."""
     intervals = np.array([interval(each, len(POINTS)) for each in squares])
     exact = np.radians([stationary_cost(load(EXPERIMENT, point.settings)).joint_rms_deg
                         for point in POINTS]) ** 2
@@ -226,7 +227,7 @@ def compare(
 
 
 def interval(squares: Array, comparisons: int) -> tuple[float, float]:
-    """Mean of independent runs, and half its interval at `CONFIDENCE` for so many comparisons together."""
+    """Mean of independent runs, and half its confidence interval (Bonferroni over `points`)."""
     runs = squares.size
     if runs < 2:
         raise RunError("one run has no interval: more subjects")

@@ -1,7 +1,7 @@
-"""The chain of a patient without its loop: pulse widths in, posture out, without noise and without an object.
+"""A patient's chain in open loop: from pulse widths to posture, without noise and without an object.
 
-The experiment's own blocks, wires and instants (safety, stimulator, electrodes, muscles, hand), played to by
-a table of pulses in the controller's place: what it shows is what the loop's plant would do, to the last bit.
+It has the experiment's own blocks, wires and tick times (safety, stimulator, electrodes, muscles, hand), with
+a table of pulses in place of the controller, so that it gives exactly what the plant in the loop would do.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _PLAYER = "played_widths"
 
 
 class PulseTable:
-    """A block that puts out what stands in its table (ticks, channels, 2), A and s; changed between runs."""
+    """A block that puts out its table of pulses (ticks, channels, 2), A and s, which changes between runs."""
 
     __slots__ = ("table",)
 
@@ -39,7 +39,7 @@ class PulseTable:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """None: a source."""
+        """No inputs."""
         return ()
 
     @property
@@ -48,33 +48,33 @@ class PulseTable:
         return (Port("stimulation", (self.table.shape[1], 2), "A,s"),)
 
     def init(self, context: Context) -> None:
-        """Nothing to remember."""
+        """No state."""
 
     def step(self, state: Any, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The row of this tick; the last one after the end."""
+        """Put out the row of this tick; after the end the last one."""
         return (self.table[min(tick.index, len(self.table) - 1)].copy(),)
 
 
 class OpenChain:
-    """The chain of an experiment, to be played to again and again.
+    """The chain of an experiment, which can be simulated repeatedly.
 
     Parameters
     ----------
     experiment: with nodes `safety`, `stimulator`, `electrodes`, `muscles`, `hand`; its score's truth is a
         node of kind `synergies`.
     current_ma: (channels,), of the pulses.
-    ticks: how many are played.
-    rested: whether muscles do not tire, as where a posture is held until it is still.
+    ticks: number of simulated ticks.
+    rested: whether muscles do not tire.
 
     Attributes
     ----------
-    parts: blocks of the chain by name, tremor and object taken out.
+    parts: blocks of the chain by name, without tremor and object.
     rows, offset, freedoms: C (m, f) and c (m,), rad, of the scored sums of angles, and the angles' names.
     clock: of the ticks.
-    width_most: (channels,), s, the widest pulses that safety and device admit.
-    seed: of the experiment. ticks: how many are played.
+    width_most: (channels,), s, the widest pulses that safety and device allow.
+    seed: of the experiment. ticks: number of simulated ticks.
     wire_latency_ns: from `safety` to the stimulator.
-    rollouts: how often the chain was played so far.
+    rollouts: number of simulations so far.
     """
 
     __slots__ = ("_begun", "_loop", "_nodes", "_player", "_prefix", "_snapshot", "_wires", "clock",
@@ -114,7 +114,7 @@ class OpenChain:
 
     @staticmethod
     def _quiet(node: Node, rested: bool) -> Node:
-        """The node without what is drawn anew every day, and with nothing in the hand."""
+        """The node without day-to-day variation and without an object."""
         part: Any = node.part
         if node.name == "hand":
             return replace(node, part=replace(part, object=None, table=None))
@@ -131,7 +131,7 @@ class OpenChain:
         return widest
 
     def time_ns(self, tick: int) -> int:
-        """Instant of a tick."""
+        """Time of a tick."""
         return self.clock.tick(tick)
 
     def tick_at(self, time_s: float) -> int:
@@ -139,13 +139,13 @@ class OpenChain:
         return int(np.ceil(time_s * NS_PER_S / self.clock.period_num * self.clock.period_den - 1e-6))
 
     def given(self, widths: Array) -> Array:
-        """Widths (ticks, channels), s, as the device would give them but for the limits of rise."""
+        """Widths (ticks, channels), s, as the device would give them, apart from limits of rise."""
         device = self.parts["stimulator"].limits
         steps = np.floor(np.clip(widths, 0.0, self.width_most) / device.width_step + 0.5) * device.width_step
         return np.where(steps < device.width_min - 1e-12, 0.0, steps)
 
     def begin(self, widths: Array, first: int) -> Loop:
-        """The loop just before tick `first`, about to play `widths` (ticks, channels), s."""
+        """Make the loop, with `widths` (ticks, channels), s, and run it to just before tick `first`."""
         self._player.table[:, :, 1] = self.given(widths)
         self.rollouts += 1
         prefix = np.int64(first).tobytes() + self._player.table[:first].tobytes()
@@ -158,7 +158,7 @@ class OpenChain:
         return self._loop
 
     def course(self, widths: Array, first: int) -> Array:
-        """The scored sums, (ticks - first, m), rad, at ticks `first`, `first` + 1, ... under `widths`."""
+        """Simulate `widths` and return the scored sums from tick `first` on, (ticks - first, m), rad."""
         loop, hand, rows = self.begin(widths, first), self.parts["hand"], []
         for tick in range(first, self.ticks):
             loop.run_until(self.time_ns(tick))
@@ -166,7 +166,7 @@ class OpenChain:
         return np.array(rows)
 
     def admitted(self, widths: Array) -> Array:
-        """Widths (ticks, channels), s, that leave `safety` where `widths` come in."""
+        """Widths (ticks, channels), s, that `safety` puts out for `widths`."""
         self._player.table[:, :, 1] = self.given(widths)
         seen, played = Recorder(None), (_PLAYER, "safety")
         loop = Loop(Wiring([node for node in self._nodes if node.name in played], self._wires[:1], self.seed),

@@ -1,7 +1,7 @@
-"""What is done with one patient in one session: identified, then run after run with the model of that.
+"""One patient's session: identification, then runs with the identified model.
 
-Recordings live in a temporary folder; only what is scored is kept. Whatever fails ends the session of its
-patient, and is told in the result: a patient who cannot be identified counts, as one who failed.
+Recordings are in a temporary folder; only scores are kept. A failure ends the patient's session and is part
+of the result: a patient who cannot be identified counts as one who failed.
 """
 
 from __future__ import annotations
@@ -21,20 +21,19 @@ from fesloop.experiment.running.trial import run
 Kept = dict[str, Any]
 Key = tuple[str | int, ...]
 COHORT, FIRST_SEED = 2, 100
-"""Pilots were members of cohort 1 and the presets."""
+"""Cohort and first seed of the subjects; pilots were members of cohort 1 and the presets."""
 
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """One patient, and what is done with them; a job for `fesloop.apps.reproduce.cohort.run_jobs`.
+    """One patient and the steps of the session; a job for `fesloop.apps.reproduce.cohort.run_jobs`.
 
     Attributes
     ----------
-    key: by which its result is found.
-    patient: settings that say who it is, as of `fesloop run --set`.
+    key: of the result.
+    patient: settings that define the patient, as in `fesloop run --set`.
     seed: of every run.
-    steps: what is done, a function of a module, of the session and a folder for its files; what it gives
-        is kept.
+    steps: function of the session and of a folder for its files, defined in a module; its result is kept.
     """
 
     key: Key
@@ -44,11 +43,11 @@ class Session:
 
     @property
     def name(self) -> str:
-        """By which a user is told of it."""
+        """Name in messages."""
         return " ".join(self.patient)
 
     def kept(self) -> Kept:
-        """Do it; under `failed`, why it ended early, or ""."""
+        """Run the steps; the result has under `failed` why they ended early, or ""."""
         with TemporaryDirectory(prefix="fesloop-") as folder:
             try:
                 return {"failed": "", **self.steps(self, Path(folder))}
@@ -56,11 +55,11 @@ class Session:
                 return {"failed": str(fault)}
 
     def load(self, experiment: str, settings: Sequence[str] = ()) -> Experiment:
-        """A shipped experiment with this patient."""
+        """Load a shipped experiment with this patient."""
         return load(experiment, (*self.patient, *settings), self.seed)
 
     def ran(self, experiment: Experiment, folder: Path) -> Path:
-        """The recording of a run; raises RunError where it did not get to its end."""
+        """Run and return the recording. Raises RunError if the run did not end."""
         result = run(experiment, folder)
         if result.status == "interrupted":
             raise KeyboardInterrupt
@@ -69,7 +68,7 @@ class Session:
         return Path(result.recording)
 
     def identified(self, experiment: str, folder: Path, settings: Sequence[str] = ()) -> Path:
-        """The model file of this patient, identified in a shipped experiment through its tracker."""
+        """Identify this patient in a shipped experiment through its tracker; return the model file."""
         recording = self.ran(self.load(experiment, settings), folder)
         model = folder / "model.toml"
         identifier()(str(recording)).model.save(model)
@@ -77,6 +76,6 @@ class Session:
 
 
 def sessions(subjects: int, steps: Callable[[Session, Path], Kept]) -> list[Session]:
-    """One session for each member of the cohort of `sci_c6` that nothing was tuned on."""
+    """Make a session for each member of the cohort of `sci_c6` on which nothing was tuned."""
     return [Session((member,), ("patient=sci_c6", f"cohort={COHORT}", f"member={member}"),
                     FIRST_SEED + member, steps) for member in range(subjects)]

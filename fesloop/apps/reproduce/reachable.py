@@ -1,11 +1,11 @@
-"""What a patient's stimulation can reach: the floor under every error of following a reference.
+"""Lower bound of a patient's tracking error under any stimulation: the reachable floor.
 
-Surface stimulation cannot set every joint. For a reference the best admissible pulse widths are sought with
-perfect knowledge, offline, on the simulated plant itself, without noise and without an object; what error is
-left, no controller of these channels and currents need be blamed for. What is found is an upper bound of the
-true floor: the search is local, knots are `SPACING_S` apart, stimulation changes from `LEAD_S` before the
-window on, and axons fire one by one, which leaves some tenths of a degree. How far searches from several
-starts end apart (`Floor.spread_deg`) tells how tight it is.
+Surface stimulation cannot control every joint. For a given reference, the best admissible pulse widths are
+computed offline on the simulated plant itself, without noise and without an object; the remaining error is
+not due to a controller of these channels and currents. The result is an upper bound of the true floor: the
+search is local, knots are `SPACING_S` apart, stimulation changes from `LEAD_S` before the window on, and
+axons fire one by one, which leaves some tenths of a degree. The difference between searches from several
+starts (`Floor.spread_deg`) tells how tight it is.
 """
 
 from __future__ import annotations
@@ -29,25 +29,25 @@ from fesloop.loop.wiring import Wiring
 
 Array = NDArray[np.float64]
 UNIT_S = 100e-6
-"""Of the changes sought (chosen: all of them then are about 1)."""
+"""Unit of the changes of pulse width (chosen to make them about 1)."""
 _DAMPING, _LESS, _MORE, _MOST = 1e-2, 0.3, 5.0, 1e3
-"""Damping at first, of the mean curvature; how it changes after a step that helped and one that did not;
-where it is given up (chosen)."""
+"""Initial damping relative to the mean curvature; its factors after a successful and a failed step; its limit
+(chosen)."""
 _TOLERANCE = 0.01
-"""Share by which the error must fall in `_PATIENCE` steps to go on (chosen)."""
+"""Share by which the error must fall in `_PATIENCE` steps to continue (chosen)."""
 _PATIENCE = 3
 _NEWTON_STEPS, _STATIONARY = 60, 1e-6
-"""Of one bounded least squares (chosen: it ends after some ten)."""
+"""Largest number of steps, and tolerance, of one bounded least squares (chosen: it ends after some ten)."""
 
 
 class Descent(NamedTuple):
-    """Where a descent ended.
+    """Result of a descent.
 
     Attributes
     ----------
     widths: (ticks, channels), s. course: (ticks - first, m), rad.
     rmse_rad: over the window, at the start and after each step that helped.
-    settled: whether it ended because it no longer fell.
+    settled: whether it ended because the error no longer fell.
     """
 
     widths: Array
@@ -57,7 +57,7 @@ class Descent(NamedTuple):
 
 
 class Aim(NamedTuple):
-    """What is to be followed.
+    """The reference to be followed.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Aim(NamedTuple):
     begin: int
 
     def errors(self, course: Array) -> Array:
-        """(ticks - begin, m) of a course from tick `first` on."""
+        """Errors (ticks - begin, m) of a course from tick `first` on."""
         return self.reference[self.begin:] - course[self.begin - self.first:]
 
 
@@ -82,10 +82,10 @@ def hats(ticks: int, first: int, spacing: int) -> Array:
 
 
 def bounded_step(slopes: Array, errors: Array, damping: float, lower: Array, upper: Array) -> Array:
-    """The d within bounds that makes |slopes d - errors|^2 + damping |d|^2 least.
+    """Minimise |slopes d - errors|^2 + damping |d|^2 over d within bounds.
 
-    Projected Newton (Bertsekas 1982, doi 10.1137/0320018): what sits on a bound and is pushed against it
-    stays there, the others go the way of their own curvature, as far as makes things better.
+    Projected Newton (Bertsekas 1982, doi 10.1137/0320018): components on a bound whose gradient points
+    outwards stay there, the others take a Newton step with line search.
     """
     gram = slopes.T @ slopes + damping * np.eye(slopes.shape[1])
     pull = slopes.T @ errors
@@ -113,10 +113,10 @@ def bounded_step(slopes: Array, errors: Array, damping: float, lower: Array, upp
 def descend(
     chain: OpenChain, slopes: ChainSlopes, aim: Aim, start: Array, spacing: int, steps: int
 ) -> Descent:
-    """From widths `start` (ticks, channels), s, at most `steps` linearisations on.
+    """Descend from widths `start` (ticks, channels), s, by at most `steps` linearisations.
 
-    What widths do before tick `aim.first` stays. Widths that recruit nothing are lifted to where they begin
-    to, which changes no course: from there it can be seen which way to go.
+    Widths before tick `aim.first` stay. Widths below threshold are raised to the threshold, which changes no
+    course and makes their slopes visible.
     """
     shapes = hats(chain.ticks, aim.first, spacing)
     peaks, later = np.argmax(shapes, axis=0), (np.arange(chain.ticks) >= aim.first)[:, np.newaxis]
@@ -151,18 +151,18 @@ def _rmse(errors: Array) -> float:
 
 
 _HELD_S = 1.5
-"""After which the hand lies still (chosen: it moves by less than .1 deg in the next second)."""
+"""Time after which the hand is at rest (chosen: it moves by less than .1 deg in the next second)."""
 _POSTURE_STEPS, _DAMPINGS = 6, (1e-3, 1e-1, 10.0)
-"""Linearisations at most, and how cautious each step may become, of the mean curvature (chosen)."""
+"""Largest number of linearisations, and dampings tried, relative to the mean curvature (chosen)."""
 _NEAR_RAD = 1e-3
 
 
 class HeldPosture(NamedTuple):
-    """The best that standing still reaches.
+    """Best reachable static posture.
 
     Attributes
     ----------
-    widths: (channels,), s. sums: (m,), rad, where they leave the hand.
+    widths: (channels,), s. sums: (m,), rad, of the posture.
     """
 
     widths: Array
@@ -170,9 +170,9 @@ class HeldPosture(NamedTuple):
 
 
 def held_postures(experiment: Experiment, current_ma: Array, targets: Array) -> tuple[list[HeldPosture], int]:
-    """(the best for each of `targets` (k, m), rad, how often the plant was played).
+    """Best static posture for each of `targets` (k, m), rad, and the number of simulations.
 
-    Muscles do not tire here. Each begins where the one before it ended.
+    Muscles do not tire here. Each search starts from the result of the one before.
     """
     chain = OpenChain(experiment, current_ma, round(_HELD_S / chain_period_s(experiment)) + 1, rested=True)
     slopes, found = ChainSlopes(chain), []
@@ -184,14 +184,14 @@ def held_postures(experiment: Experiment, current_ma: Array, targets: Array) -> 
 
 
 def chain_period_s(experiment: Experiment) -> float:
-    """Of the ticks of `safety`, s."""
+    """Period of the block `safety`, s."""
     clock = next(node for node in experiment.nodes if node.name == "safety").clock
     assert clock is not None
     return (clock.tick(1000) - clock.tick(0)) / 1000 / NS_PER_S
 
 
 def _hold(chain: OpenChain, slopes: ChainSlopes, target: Array, start: Array) -> HeldPosture:
-    """By damped least squares from `start`, widths (channels,), s."""
+    """Search from `start`, widths (channels,), s, by damped least squares."""
     least, last = slopes.front.threshold, chain.ticks - 1
     widths, (sums, matrix) = start, slopes.settled(start, last)
     for _ in range(_POSTURE_STEPS):
@@ -213,26 +213,26 @@ def _hold(chain: OpenChain, slopes: ChainSlopes, target: Array, start: Array) ->
 
 
 SPACING_S = 0.1
-"""Between knots of the pulse widths (chosen: knots twice as close gain nothing)."""
+"""Spacing of knots of the pulse widths (chosen: half the spacing gains nothing)."""
 LEAD_S = 0.7
-"""Before the window, from when on widths are sought (chosen: by then what was before is forgotten)."""
+"""Time before the window from which widths are optimised (chosen: earlier widths have no effect)."""
 _STEPS = 16
 _POSTURES_S = 0.4
-"""Between the postures of the quasi-static start (chosen)."""
+"""Spacing of the postures of the quasi-static start (chosen)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Floor:
-    """The least error that was found, over the window.
+    """Least error found over the window.
 
     Attributes
     ----------
     rmse_deg, rows_deg: of all sums, and (m,) of each.
-    widths_s: (n, channels), as `safety` admits them, the last held after the window.
-    course: (n, m), rad, what they make of the patient; NaN before the search begins and after the window.
-    ends_deg: by start, where the search from it ended; settled: by start, whether it had stopped falling.
-    static_deg: (m,), error of the best postures that standing still reaches, fresh, along the reference.
-    rollouts: how often the plant was played.
+    widths_s: (n, channels), as limited by `safety`; constant after the window.
+    course: (n, m), rad, resulting sums; NaN before the search's first tick and after the window.
+    ends_deg: by start, error at the end of its search; settled: by start, whether the error no longer fell.
+    static_deg: (m,), error of the best static postures along the reference, without fatigue.
+    rollouts: number of simulations.
     """
 
     rmse_deg: float
@@ -246,13 +246,13 @@ class Floor:
 
     @property
     def spread_deg(self) -> float:
-        """How far the second best search ended above the best."""
+        """Error of the second best search minus that of the best, deg."""
         best = sorted(self.ends_deg.values())
         return best[1] - best[0] if len(best) > 1 else float("inf")
 
 
 def reference_course(experiment: Experiment) -> Array:
-    """(n, m), rad, what the experiment's scored reference asks at its ticks, over a trial."""
+    """Scored reference of the experiment at its ticks over a trial, (n, m), rad."""
     name, _, port = str(experiment.score.reference).partition(".")
     nodes = [node for node in experiment.nodes if node.name == name]
     if not nodes or nodes[0].part.inputs:
@@ -264,7 +264,7 @@ def reference_course(experiment: Experiment) -> Array:
 
 
 def learnt_widths(recording: Recording, trial: int) -> Array:
-    """(n, channels), s, what left the block `safety` in a trial: a start for `reachable_floor`."""
+    """Widths that the block `safety` put out in a trial, (n, channels), s: a start for `reachable_floor`."""
     widths: Array = np.asarray(recording.signal("safety.stimulation", trial).values)[:, :, 1]
     return widths
 
@@ -273,21 +273,21 @@ def reachable_floor(
     experiment: Experiment, reference: Array, window_s: tuple[float, float],
     starts: Mapping[str, Array] | None = None, current_ma: Array | None = None,
 ) -> Floor:
-    """The least error over [from, until) that widths found from several starts leave.
+    """Search for the least error over [from, until) from several starts.
 
-    The search begins at no stimulation (`rest`), at the best postures along the reference (`postures`), and
-    at `starts`, where it never ends above what they reach themselves.
+    The starts are no stimulation (`rest`), the best static postures along the reference (`postures`), and
+    `starts`, whose own error is never exceeded.
 
     Parameters
     ----------
     experiment: with nodes `safety`, `stimulator`, `electrodes`, `muscles`, `hand`; its score's truth is a
         node of kind `synergies`.
     reference: (n, m), rad, at the ticks of `safety`, for the sums of the score's truth.
-    window_s: where errors count, s.
-    starts: by name, widths (n, channels), s, such as those that a controller has learnt.
+    window_s: in which errors count, s.
+    starts: by name, widths (n, channels), s, such as those of a learning controller.
     current_ma: (channels,); None: those of the node `controller`.
 
-    Raises InputError for what does not fit together.
+    Raises InputError for parameters that do not fit together.
     """
     currents = _currents(experiment) if current_ma is None else np.asarray(current_ma, dtype=np.float64)
     probe = OpenChain(experiment, currents, 1)
@@ -334,7 +334,7 @@ def _currents(experiment: Experiment) -> Array:
 
 
 def _checked(starts: Mapping[str, Array], ticks: int, channels: int) -> dict[str, Array]:
-    """The starts up to the window's end."""
+    """Starts up to the window's end."""
     for name, widths in starts.items():
         if widths.ndim != 2 or len(widths) < ticks or widths.shape[1] != channels:
             raise InputError(f"starts.{name}", f"shape {widths.shape}", f"({ticks} or more, {channels})")
@@ -342,7 +342,7 @@ def _checked(starts: Mapping[str, Array], ticks: int, channels: int) -> dict[str
 
 
 def _lowered(chain: OpenChain, slopes: ChainSlopes, aim: Aim, best: Descent) -> tuple[Array, Array]:
-    """Admitted widths and their course, pulses that recruit nothing left out if that costs nothing."""
+    """Admitted widths and their course, without pulses below threshold unless that increases the error."""
     lowered = chain.admitted(np.where(best.widths <= slopes.front.threshold, 0.0, best.widths))
     course = chain.course(lowered, aim.first)
     if np.mean(aim.errors(course) ** 2) <= np.mean(aim.errors(best.course) ** 2) * (1.0 + 1e-9):

@@ -1,4 +1,4 @@
-"""What a reproduction ends in: rows, sweeps beside them, and what figures are drawn from."""
+"""Result of a reproduction: rows of the comparison, sweeps, and curves for figures."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fesloop.apps.reproduce.comparison import Row, share_that_holds
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sweep:
-    """A table of ours alone: what no source states is swept, and error sources are taken one by one.
+    """A table without published counterpart, such as a sweep of an unpublished parameter or of error sources.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class Sweep:
     rows: tuple[tuple[str, tuple[float, ...]], ...]
 
     def as_table(self) -> dict[str, Any]:
-        """As `fesloop reproduce --json` prints it."""
+        """Table for `fesloop reproduce --json`."""
         return {"title": self.title, "unit": self.unit,
                 "rows": [{"row": name, **dict(zip(self.columns, values, strict=True))}
                          for name, values in self.rows]}
@@ -37,9 +37,9 @@ class Reproduction:
 
     Attributes
     ----------
-    paper: its name here. subjects: how many.
-    rows: theirs beside ours.
-    sweeps: of ours alone, by name.
+    paper: name. subjects: number of virtual subjects.
+    rows: of the comparison.
+    sweeps: by name.
     curves: arrays for figures.
     """
 
@@ -51,11 +51,11 @@ class Reproduction:
 
     @property
     def cohort(self) -> str:
-        """How many subjects, in words."""
+        """Number of subjects as text."""
         return f"{self.subjects} virtual subject" + "s" * (self.subjects != 1)
 
     def as_table(self) -> dict[str, Any]:
-        """As `fesloop reproduce --json` prints it."""
+        """Table for `fesloop reproduce --json`."""
         return {"paper": self.paper, "subjects": self.subjects, "rows": [row.as_table() for row in self.rows],
                 "holding": share_that_holds(self.rows),
                 "sweeps": {name: sweep.as_table() for name, sweep in self.sweeps.items()}}

@@ -1,10 +1,10 @@
 """`fesloop reproduce salchow2019`: its experiments on virtual subjects (doi 10.3390/s19010208).
 
-Published are one subject without (table 6) and four with magnetic disturbance (table 7). Ours is a cohort,
-each seed of the shipped experiment `salchow2019` a subject, whose error sources stand there. The furniture
-around setting 2 is declared here (`furniture`), and how much it matters is swept: no source states a field.
-Its distances, the lift off the table, the fusion (the paper's) and soft tissue were set after a pilot run
-of four subjects; nothing was after the full one.
+The paper has one subject without (table 6) and four with magnetic disturbance (table 7). Here each seed of
+the shipped experiment `salchow2019`, which defines the error sources, is a virtual subject. The furniture
+around setting 2 is defined here (`furniture`), and its strength is swept, since no source states a field. Its
+distances, the lift off the table, the fusion (that of the paper) and soft tissue were set after a pilot run
+of four subjects; nothing was changed after the full one.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def _distance_errors(
 
 
 def _poses(recording: Recording, method: str, trial: int) -> tuple[Array, Poses]:
-    """Poses by joint angles, or where no joint constrains them by the segments' orientations."""
+    """Poses by joint angles, or by the segments' orientations where joints do not constrain them."""
     node, size = node_of(method), size_of(recording)
     if method == "B":
         signal = recording.signal(f"{node}.orientation", trial)
@@ -105,7 +105,7 @@ def _summary(error: Array) -> dict[str, float]:
 
 
 def scoring_of(motion: str) -> Scoring:
-    """The scoring of one of the paper's movements."""
+    """Scoring function of one of the paper's movements."""
     if motion in PAIRS:
         return partial(distances, pairs=PAIRS[motion])
     return partial(tip, finger=motion[-2:])
@@ -116,11 +116,11 @@ PAIRS: dict[str, tuple[Pair, ...]] = {
     "P3": (("F1 distal", "F2 distal", 0.0),),
     "P4": (("F1 bottom", "F2 bottom", 5.3), ("F1 bottom", "F3 bottom", 4.6),
            ("F2 bottom", "F3 bottom", 2.5))}
-"""Table 5; the sides by which a left hand's F2 and F3 face each other."""
+"""Pairs of points of table 5, with the facing sides of a left hand's F2 and F3."""
 
 
 def tip_traces(recording: Recording) -> dict[str, Any]:
-    """Index tip, cm, as M1 has it and in truth, and its error, for figure 13."""
+    """Index tip by M1 and in truth, and its error, cm, for figure 13."""
     (task,) = spans(recording, "task")
     rows = within(seen(recording, "salchow_m1.fingertips", f"{HAND}.fingertips"), task)
     return {"times_s": rows.times_s, "estimate_cm": 100.0 * rows.estimate[:, 1],
@@ -128,7 +128,7 @@ def tip_traces(recording: Recording) -> dict[str, Any]:
 
 
 def distance_traces(recording: Recording) -> dict[str, Any]:
-    """Distance of the pinching tips, cm, as M2 has it, and when they touch, for figure 15."""
+    """Distance of the pinching tips by M2, cm, and the times of touch, for figure 15."""
     times, poses = _poses(recording, "M2", 0)
     ends = contact_points_of(size_of(recording), poses, ("F1 distal", "F2 distal"))
     return {"times_s": times, "distance_cm": 100.0 * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1),
@@ -148,12 +148,14 @@ TABLE_7 = {
 """RMSE of the distance by method, cm; mean over four subjects."""
 _SUBJECTS_OF_TABLE_7 = 4
 _ABOUT = 1.25
-"""M1 and M2 are "very similar" (section 4.1) up to this ratio (chosen: wider than theirs, 1.11)."""
+"""Ratio up to which M1 and M2 count as "very similar" (section 4.1; chosen: above the paper's, 1.11)."""
 MOMENTS = (0.0, 0.3, 1.0, 3.0, 10.0)
-"""Of each piece of furniture, A m^2, in the sweep of setting 2."""
+"""Moments of each piece of furniture in the sweep of setting 2, A m^2."""
 _WEAKEST, _STRONGEST = 0.3, 10.0
-"""No source states a field, so each virtual subject has one of its own, drawn between these, uniformly in
-the logarithm (chosen): 2 to 64 uT at 0.25 m across the moment, where the Earth's is 50."""
+"""Range of the furniture's moment, A m^2, log-uniform over virtual subjects (chosen; none is published).
+
+The field is 2 to 64 uT at 0.25 m across the moment; the Earth's is 50 uT.
+"""
 _PIECES, _NEAREST_M, _FARTHEST_M = 3, 0.15, 0.5
 _NO_TISSUE = tuple(f"blocks.{node}.soft_tissue={{share=0.0, sag_deg=0.0}}"
                    for node in ("imus", "forearm_imu"))
@@ -176,8 +178,7 @@ SOURCES: dict[str, tuple[str, ...]] = {
     "soft tissue": (*_BARE, *(f"blocks.{node}.soft_tissue={{outwards=[1.0, 0.0, 0.0]}}"
                               for node in ("imus", "forearm_imu"))),
     "initial pose missed by 3 deg": (*_BARE, "blocks.hand.rest_sd_deg=3.0")}
-"""Each error source alone, as settings. A missed pose is in no row of the tables: no source gives its
-size."""
+"""Settings of each error source alone; an error of the initial pose is left out, as none is published."""
 _WITH_FURNITURE = ("all", "furniture")
 _UNREAD = ["hand.site_orientation", "hand.site_position", "hand.site_rate", "hand.site_force", "hand.rates",
            "hand.accelerations", *(f"{node}.{kind}" for node in ("imus", "forearm_imu")
@@ -192,10 +193,11 @@ def moment_of(seed: int) -> float:
 
 
 def furniture(seed: int, moment: float) -> tuple[str, ...]:
-    """Settings that put three magnetised pieces around the place of a subject's initial pose.
+    """Settings that put three magnetised pieces of furniture around a subject's initial pose.
 
-    Each is a dipole of any direction, 0.15 to 0.5 m from the wrist, beside or below it (chosen: frame and
-    legs of a table, a computer).
+    Each is a dipole of random direction, 0.15 to 0.5 m from the wrist, beside or below it (chosen: frame and
+        legs of a
+    table, a computer).
     """
     rng = np.random.default_rng([seed, 2019])
     dipoles = []
@@ -210,7 +212,7 @@ def furniture(seed: int, moment: float) -> tuple[str, ...]:
 
 
 def settings(motion: str, seed: int, moment: float, source: str = "all") -> tuple[str, ...]:
-    """Of the shipped experiment, for a movement of a subject."""
+    """Settings of the shipped experiment for a movement of a subject."""
     length = registry.find("moving_hand")(script=motion).length_s
     trials = 2 if motion in ("P1", "P2", "P3") and source == "all" else 1
     around = furniture(seed, moment) if moment else ()
@@ -219,7 +221,7 @@ def settings(motion: str, seed: int, moment: float, source: str = "all") -> tupl
 
 
 def jobs(subjects: int, of_sweeps: int) -> list[Job]:
-    """Every movement of every subject, the sweeps, and what figures show of one subject."""
+    """Jobs of every movement of every subject, of the sweeps, and of the figures."""
     def job(key: str, motion: str, seed: int, moment: float, source: str = "all") -> Job:
         return Job((key, motion, seed), EXPERIMENT, settings(motion, seed, moment, source), seed,
                    scoring_of(motion))
@@ -242,7 +244,7 @@ def jobs(subjects: int, of_sweeps: int) -> list[Job]:
 def run(
     subjects: int = SUBJECTS, workers: int = 1, progress: Progress | None = None
 ) -> Reproduction:
-    """The whole paper."""
+    """Reproduce the whole paper."""
     of_sweeps = min(subjects, SUBJECTS_OF_SWEEPS)
     kept = run_jobs(jobs(subjects, of_sweeps), workers, progress)
     main = {motion: [kept["main", motion, seed] for seed in range(1, subjects + 1)]
@@ -253,7 +255,7 @@ def run(
 
 
 def rows(main: dict[str, list[dict[str, Any]]]) -> list[Row]:
-    """The paper's tables beside ours, and their orderings; `main` has each subject's scores by movement."""
+    """Rows of published and reproduced figures; `main` has each subject's scores by movement."""
     six, seven = _by_method_6(main), _by_method_7(main)
     found = [compared("Table 6", f"{motion}, {method}", theirs, band(six[motion][method]), "cm")
              for motion, row in TABLE_6.items() for method, theirs in zip(METHODS, row, strict=True)]
@@ -277,7 +279,7 @@ def _by_method_7(
 
 
 def _orderings(six: dict[str, Any], seven: dict[tuple[str, str], Any]) -> list[Row]:
-    """What the paper says of its methods, borne out or not by our medians."""
+    """Rows of the paper's statements on its methods, compared with our medians."""
     def medians(table: dict[Any, Any]) -> list[dict[str, float]]:
         return [{method: float(np.median(row[method])) for method in METHODS} for row in table.values()]
 
@@ -297,13 +299,13 @@ def _orderings(six: dict[str, Any], seven: dict[tuple[str, str], Any]) -> list[R
 
 
 def _sources(kept: dict[Any, dict[str, Any]], subjects: int) -> Sweep:
-    """RMSE with each error source alone: medians over subjects, means over movements."""
+    """Sweep of error sources: RMSE with each alone, median over subjects, mean over movements."""
     return _swept(kept, subjects, "What each error source contributes alone",
                   {source: f"source {source}" for source in SOURCES})
 
 
 def _field(kept: dict[Any, dict[str, Any]], subjects: int) -> Sweep:
-    """RMSE against the strength of the furniture, in setting 1 as well, which is said to have none."""
+    """Sweep of the furniture's strength: RMSE in setting 2, and in setting 1, which has none by the paper."""
     return _swept(kept, subjects, "In fields of other strength",
                   {f"{moment:g} A m2": f"moment {moment:g}" for moment in MOMENTS})
 

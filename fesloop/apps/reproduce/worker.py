@@ -1,7 +1,7 @@
-"""A process that calls functions for this one.
+"""A worker process that calls functions.
 
-Not multiprocessing: its processes run the user's script a second time, which breaks every script without
-`if __name__ == "__main__"`, hear Ctrl-C themselves, and outlive a parent that was killed.
+multiprocessing is not used: its processes run the user's script again, which breaks scripts without
+`if __name__ == "__main__"`, receive Ctrl-C themselves, and outlive a parent that was killed.
 """
 
 from __future__ import annotations
@@ -29,30 +29,30 @@ from fesloop.apps.reproduce.worker import serve
 serve()
 """
 _PATIENCE_S = 5.0
-"""For a process that is to end to take its temporary files away (chosen)."""
+"""Time for a process to remove its temporary files before it is killed (chosen)."""
 
 
 class Worker:
-    """A process of its own. It ends with `end`, or by itself after what it does when this one is no more.
+    """A worker process, which ends with `end`, or after its current call if the parent has ended.
 
-    What it prints goes to standard error. Calls and results travel pickled through its standard streams.
+    Its output goes to standard error. Calls and results are pickled through its standard streams.
     """
 
     __slots__ = ("_asked", "_process")
 
     def __init__(self) -> None:
         self._asked = False
-        # In a session of its own a terminal's Ctrl-C is not heard twice.
-        # As many workers as cores are at work: threads of their own would only be in each other's way.
+        # In a session of its own it does not receive a terminal's Ctrl-C.
+        # There are as many workers as cores: threads within them would only compete.
         self._process = subprocess.Popen([sys.executable, "-c", _BEGIN], stdin=subprocess.PIPE,
                                          stdout=subprocess.PIPE, start_new_session=True,
                                          env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
         self._send(sys.path)
 
     def call(self, function: Callable[[Any], Any], argument: Any) -> Any:
-        """What function(argument) gives there; what it raises is raised here.
+        """Return function(argument), computed in the process; raises its exception here.
 
-        Raises InputError for what other processes cannot import, RunError where the process has ended.
+        Raises InputError for a function that the process cannot import, RunError if the process has ended.
         """
         try:
             self._send((function, argument))
@@ -67,13 +67,13 @@ class Worker:
         return result
 
     def ask_to_end(self) -> None:
-        """Have it break off what it does; once, for it must not break off taking its files away."""
+        """Interrupt the current call; once only, so as not to interrupt the removal of its files."""
         if not self._asked:
             self._asked = True
             self._process.terminate()
 
     def end(self) -> None:
-        """Have it break off what it does, and wait until it has."""
+        """Interrupt the current call, and wait until the process has ended."""
         self.ask_to_end()
         try:
             self._process.wait(_PATIENCE_S)
@@ -92,7 +92,7 @@ class Worker:
 
 
 def serve() -> None:
-    """Call what arrives on standard input until there is no more: the other end of `Worker`."""
+    """Serve calls from standard input until it is closed: the child's side of `Worker`."""
     replies = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     with contextlib.suppress(EOFError, BrokenPipeError, KeyboardInterrupt):
@@ -103,7 +103,7 @@ def serve() -> None:
 
 
 def _reply() -> bytes:
-    """One call, and its (result, fault), pickled."""
+    """Call a pickled function, and return (result, fault) pickled."""
     try:
         function, argument = pickle.load(sys.stdin.buffer)
     except AttributeError as fault:
@@ -120,5 +120,5 @@ def _reply() -> bytes:
 
 
 def _leave(number: int, frame: FrameType | None) -> None:
-    """On SIGTERM: as on Ctrl-C, so that temporary files go."""
+    """Handle SIGTERM as Ctrl-C, so that temporary files are removed."""
     raise KeyboardInterrupt
