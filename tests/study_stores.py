@@ -5,6 +5,8 @@ import sqlite3
 from contextlib import closing
 from itertools import product
 
+from fesloop.analysis.study.store.file import FORMAT, checked_rows, checksum
+
 TABLES = """
 CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT);
 CREATE TABLE cells (cell INTEGER PRIMARY KEY, levels TEXT, experiment TEXT, settings TEXT);
@@ -13,7 +15,21 @@ CREATE TABLE results (id TEXT PRIMARY KEY, status TEXT, cause TEXT, metrics TEXT
                       finished TEXT, version INTEGER, recording TEXT);
 CREATE TABLE versions (version INTEGER PRIMARY KEY, text TEXT);
 CREATE TABLE prepared (id TEXT PRIMARY KEY, key TEXT, status TEXT, cause TEXT, content TEXT);
+CREATE TABLE checksum (value TEXT);
 """
+
+
+def change(path, statement, *values):
+    """Change a store as its writer would: its checksum is that of its rows. The number of changed rows."""
+    with closing(sqlite3.connect(path)) as store, store:
+        count = store.execute(statement, values).rowcount
+        seal(store)
+    return count
+
+
+def seal(store):
+    store.execute("DELETE FROM checksum")
+    store.execute("INSERT INTO checksum VALUES (?)", (checksum(checked_rows(store)),))
 
 
 def write_store(path, axes, replicates, outcome, metrics=("error_deg",), study=None, design="grid",
@@ -34,7 +50,7 @@ def write_store(path, axes, replicates, outcome, metrics=("error_deg",), study=N
 
 def write_cells(path, document, cells, replicates, outcome, order=None):
     """A store of these cells (levels by axis)."""
-    about = {"format": "fesloop study 1", "name": path.stem, "form": "", "study": json.dumps(document),
+    about = {"format": FORMAT, "name": path.stem, "form": "", "study": json.dumps(document),
              "created": "2026-01-01T00:00:00+00:00"}
     runs, results = [], []
     for cell, levels in enumerate(cells):
@@ -54,4 +70,5 @@ def write_cells(path, document, cells, replicates, outcome, order=None):
         store.executemany("INSERT INTO runs VALUES (?, ?, ?, ?)", runs)
         store.executemany("INSERT INTO results VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
                           sorted(results, key=order) if order else results)
+        seal(store)
     return path

@@ -1,11 +1,9 @@
 import math
-import sqlite3
-from contextlib import closing
 
 import numpy as np
 import pytest
 import scipy.stats as st
-from study_stores import write_cells, write_store
+from study_stores import change, write_cells, write_store
 
 from fesloop.analysis.study import load
 from fesloop.errors import InputError
@@ -130,8 +128,7 @@ def test_pairs_are_of_everything_else(tmp_path):
 def test_runs_of_other_seeds_are_no_pair(tmp_path):
     path = write_store(tmp_path / "a.sqlite", {"controller": CONTROLLERS}, 4,
                        lambda levels, replicate: {"error_deg": 1.0})
-    with closing(sqlite3.connect(path)) as file, file:
-        file.execute("UPDATE runs SET seed = 99 WHERE cell = 0 AND replicate = 3")
+    change(path, "UPDATE runs SET seed = 99 WHERE cell = 0 AND replicate = 3")
     found = load(path).compare("error_deg", PID, MPC)
     assert (found.pairs, found.unpaired) == (3, 2)
 

@@ -1,11 +1,9 @@
 import csv
 import math
-import sqlite3
-from contextlib import closing
 
 import numpy as np
 import pytest
-from study_stores import write_store
+from study_stores import change, write_store
 
 from fesloop.analysis.study import load
 from fesloop.errors import InputError
@@ -71,8 +69,7 @@ def test_a_metric_that_a_run_does_not_have_is_not_a_number(store):
 
 
 def test_cells_may_share_a_run(store):
-    with closing(sqlite3.connect(store)) as file, file:
-        file.execute("UPDATE runs SET id = 'run 0 0' WHERE cell = 2 AND replicate = 0")
+    change(store, "UPDATE runs SET id = 'run 0 0' WHERE cell = 2 AND replicate = 0")
     table = load(store).table()
     assert table["error_deg"][(table["latency_ms"] == 0.0) & (table["controller"] == "pid")].tolist() == [
         4.0, 1.0 / 3.0]
@@ -133,19 +130,17 @@ def test_an_axis_may_not_have_the_name_of_a_metric(tmp_path):
 def test_the_digest_knows_no_order_and_no_wall_clock(store, tmp_path):
     other = write_store(tmp_path / "other.sqlite", AXES, 2, outcome, ("error_deg", "held"),
                         order=lambda row: row[0][::-1])
-    with closing(sqlite3.connect(other)) as file, file:
-        file.execute("UPDATE results SET wall_s = 9.0, worker = 'w7', finished = 'later', recording = 'a.h5'")
-        file.execute("UPDATE about SET value = 'later' WHERE key = 'created'")
+    change(other, "UPDATE results SET wall_s = 9.0, worker = 'w7', finished = 'later', recording = 'a.h5'")
+    change(other, "UPDATE about SET value = 'later' WHERE key = 'created'")
     assert load(other).digest() == load(store).digest()
 
 
-@pytest.mark.parametrize("change", [
+@pytest.mark.parametrize("statement", [
     "UPDATE results SET metrics = '{\"error_deg\": 4.000000000000001, \"held\": true}' WHERE id = 'run 0 0'",
     "UPDATE results SET cause = 'else' WHERE status = 'failed'",
     "DELETE FROM results WHERE id = 'run 3 0'",
     "UPDATE runs SET id = 'run 0 0' WHERE cell = 1 AND replicate = 0"])
-def test_the_digest_knows_everything_else(store, change):
+def test_the_digest_knows_everything_else(store, statement):
     before = load(store).digest()
-    with closing(sqlite3.connect(store)) as file, file:
-        assert file.execute(change).rowcount == 1
+    assert change(store, statement) == 1
     assert load(store).digest() != before

@@ -5,20 +5,19 @@ import sqlite3
 from contextlib import closing
 
 import pytest
-from study_stores import write_store
+from study_stores import change, write_store
 
-from fesloop.analysis.study.store.versions import provenance_of
+from fesloop.analysis.study.store.reading import provenance_of
 from fesloop.errors import InputError
 
 
 def write(path):
     path = write_store(path, {"law": ["pid", "mpc"]}, 3, lambda levels, replicate:
                        {"error_deg": 1.0} if replicate < 2 else None)
-    with closing(sqlite3.connect(path)) as store, store:
-        store.executemany("INSERT INTO versions VALUES (?, ?)", [
-            (0, json.dumps({"fesloop": "0.1"})), (1, json.dumps({"fesloop": "0.2", "numpy": "2.4"}))])
-        store.execute("UPDATE results SET worker = 'w1', finished = '2026-01-02', version = 0 "
-                      "WHERE id = 'run 1 1'")
+    change(path, "INSERT INTO versions VALUES (0, ?), (1, ?)", json.dumps({"fesloop": "0.1"}),
+           json.dumps({"fesloop": "0.2", "numpy": "2.4"}))
+    change(path, "UPDATE results SET worker = 'w1', finished = '2026-01-02', version = 0 "
+                 "WHERE id = 'run 1 1'")
     return path
 
 

@@ -16,7 +16,7 @@ from fesloop.analysis.study import load
 from fesloop.analysis.study.design.cells import Cell
 from fesloop.analysis.study.design.plan import PlannedCell, PlannedRun
 from fesloop.analysis.study.design.study_file import study_of
-from fesloop.analysis.study.store import claim as store_claim
+from fesloop.analysis.study.store import writing as store_writing
 from fesloop.analysis.study.store.writing import Store, StoredResult
 from fesloop.errors import InputError, InputErrors, RunError
 
@@ -89,7 +89,7 @@ def test_a_transaction_is_whole_or_not_at_all(folder):
     before = rows(folder)
     with Store(folder, a_study()) as kept:
         broken = StoredResult(id="b1", status="done", cause="", metrics={}, wall_s=object(), worker="")
-        with pytest.raises(RunError, match="what stood in it before is kept"):
+        with pytest.raises(RunError, match="earlier results are kept"):
             kept.put([result("b0"), broken])
         assert rows(folder) == before
         kept.put([result("b0")])
@@ -165,7 +165,7 @@ def test_a_study_with_other_figures_goes_on_and_is_reported_with_them(folder, mo
     figure = {"name": "error", "kind": "curves", "metric": "error_deg", "x": "latency_ms"}
     drawn = study_of(a_study().document | {"figures": [figure]})
     (folder / "theory.json").write_text("lines over other figures")
-    monkeypatch.setattr(store_claim, "version_text", lambda: "{}")
+    monkeypatch.setattr(store_writing, "version_text", lambda: "{}")
     with pytest.raises(InputError, match="another version"):
         Store(folder, drawn)
     assert "figures" not in load(folder).study
@@ -190,10 +190,10 @@ def test_a_study_that_is_described_in_other_words_goes_on(folder):
 
 
 def test_a_store_of_another_version_is_refused_until_it_is_asked_for(folder, monkeypatch):
-    here = store_claim.version_text()
+    here = store_writing.version_text()
     other = here.replace('"numpy": "', '"numpy": "9')
     assert other != here
-    monkeypatch.setattr(store_claim, "version_text", lambda: other)
+    monkeypatch.setattr(store_writing, "version_text", lambda: other)
     with pytest.raises(InputError, match=r"another version: numpy \S+ there, 9\S+ here;.*--mix-versions"):
         Store(folder, a_study())
     with Store(folder, a_study(), mix_versions=True) as kept:
@@ -290,7 +290,7 @@ def test_a_store_that_is_damaged_under_way_is_named_as_such(folder):
             kept.path.write_bytes(os.urandom(kept.path.stat().st_size))
             list(kept.pending())
 
-    with pytest.raises(RunError, match=r"study\.sqlite: cannot be read on: .*(malformed|not a database)"):
+    with pytest.raises(RunError, match=r"study\.sqlite: cannot be read any more: .*(malformed|not a data)"):
         read_on()
 
 
@@ -307,7 +307,7 @@ def test_a_store_without_room_keeps_what_it_has_and_goes_on_when_there_is_some(f
     with Store(folder, a_study()) as kept:
         pages = kept._file.execute("PRAGMA page_count").fetchone()[0]
         kept._file.execute(f"PRAGMA max_page_count = {pages}")
-        with pytest.raises(RunError, match="the disk is full; what stood in it before is kept"):
+        with pytest.raises(RunError, match="the disk is full; earlier results are kept"):
             kept.put([result(f"more {i}") for i in range(2000)])
         assert rows(folder) == before
         kept._file.execute(f"PRAGMA max_page_count = {10 * pages}")
@@ -360,7 +360,7 @@ def test_on_a_full_disk_and_a_read_only_one_the_fault_is_named_and_nothing_is_lo
         ["unshare", "-rm", "sh", "-c", there, sys.executable, ON_A_SMALL_DISK],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)}, capture_output=True, text=True, check=False)
     full, counts, start, after, read_only, new = done.stdout.splitlines()
-    assert "study.sqlite: the disk is full; what stood in it before is kept; make room" in full
+    assert "study.sqlite: the disk is full; earlier results are kept; make room" in full
     assert counts == "(1, {})"
     assert "the disk is full, 0 MB are left; allowed: a folder that can be written to" in start
     assert after == "(2, {})"

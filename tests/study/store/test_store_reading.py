@@ -68,10 +68,10 @@ def test_a_file_of_something_else_is_refused(tmp_path, write, fault):
         load(tmp_path / "a.sqlite")
 
 
-@pytest.mark.parametrize(("change", "fault"), [
-    ("UPDATE about SET value = 'fesloop study 2' WHERE key = 'format'",
-     "is of the format 'fesloop study 2'; allowed: 'fesloop study 1'; read it with the version"),
-    ("DELETE FROM about", "is of the format None"), ("DROP TABLE results", "there is no table results"),
+@pytest.mark.parametrize(("statement", "fault"), [
+    ("UPDATE about SET value = 'fesloop study 9' WHERE key = 'format'",
+     "is of the format 'fesloop study 9'; allowed: 'fesloop study 2'; read it with the version"),
+    ("DELETE FROM about", "is of the format None"),
     ("UPDATE about SET value = '[1' WHERE key = 'study'", "does not say which study"),
     ("UPDATE about SET value = '[1]' WHERE key = 'study'", "does not say which study"),
     ("DELETE FROM about WHERE key = 'study'", "does not say which study"),
@@ -82,12 +82,39 @@ def test_a_file_of_something_else_is_refused(tmp_path, write, fault):
     ("UPDATE results SET metrics = '[1, 2]'", "do not hang together"),
     ("UPDATE results SET metrics = '{\"error_deg\": \"big\"}'", "do not hang together"),
     ("UPDATE runs SET seed = 'x' WHERE cell = 1", "do not hang together")])
-def test_a_store_that_is_damaged_or_of_another_version_is_refused_in_one_line(store, change, fault):
-    with closing(sqlite3.connect(store)) as file, file:
-        file.execute(change)
+def test_a_store_whose_rows_make_no_study_or_one_of_another_version_is_refused_in_one_line(
+        store, statement, fault):
+    study_stores.change(store, statement)
     with pytest.raises(InputError, match=fault) as raised:
         load(store)
     assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("statement", [
+    "DELETE FROM results WHERE id = 'run 0 1'", "DELETE FROM runs WHERE cell = 1", "DELETE FROM results",
+    "UPDATE cells SET levels = '{\"latency_ms\": 30}' WHERE cell = 1", "DELETE FROM checksum",
+    "UPDATE results SET metrics = '{\"error_deg\": 1.0000000000000002}' WHERE id = 'run 0 0'",
+    "UPDATE results SET metrics = (SELECT metrics FROM results WHERE id = 'run 1 0') WHERE id = 'run 0 0'",
+    "UPDATE runs SET id = 'run 0 0' WHERE cell = 1", "UPDATE runs SET seed = 7 WHERE cell = 1",
+    "INSERT INTO results VALUES ('run 2 0', 'done', '', '{}', 0.1, 'w', '', 0, '')",
+    "UPDATE results SET wall_s = 0.3 WHERE id = 'run 0 0'", "UPDATE checksum SET value = '00'"])
+def test_a_row_that_was_changed_lost_or_added_is_one_line(store, statement):
+    """Reading it all the same takes a word; what is then read is what stands there."""
+    study_stores.change(store, "UPDATE results SET metrics = '{\"error_deg\": 2.0}' WHERE id = 'run 1 0'")
+    load(store)
+    with closing(sqlite3.connect(store)) as file, file:
+        assert file.execute(statement).rowcount
+    with pytest.raises(InputError, match="is damaged: its rows are not those that fesloop wrote") as raised:
+        load(store)
+    assert "\n" not in str(raised.value)
+    assert load(store, check=False).axes.keys() == AXES.keys()
+
+
+def test_a_store_without_one_of_its_tables_is_refused(store):
+    with closing(sqlite3.connect(store)) as file, file:
+        file.execute("DROP TABLE results")
+    with pytest.raises(InputError, match="there is no table results"):
+        load(store)
 
 
 def test_a_schema_with_a_byte_that_is_no_text_is_refused_or_read(store):
@@ -112,6 +139,7 @@ def add_cell(file, number):
     file.execute("INSERT INTO runs VALUES (?, 0, 1, ?)", (number, f"id {number}"))
     file.execute("INSERT INTO results VALUES (?, 'done', NULL, ?, 0, '', '', 1, NULL)",
                  (f"id {number}", json.dumps({"error_deg": number})))
+    study_stores.seal(file)
     file.execute("COMMIT")
 
 
@@ -122,9 +150,9 @@ def test_what_is_written_between_two_tables_is_not_read(store, monkeypatch):
                 yield item
                 file = sqlite3.connect(store, timeout=0.0, isolation_level=None)
                 with closing(file), contextlib.suppress(sqlite3.OperationalError):
-                    add_cell(file, 10 + number)
+                    file.execute(f"INSERT INTO versions VALUES ({number}, 'a{number}')")
 
-    monkeypatch.setattr(store_reading, "TABLES", Disturbed(store_reading.TABLES))
+    monkeypatch.setattr(store_file, "CHECKED", Disturbed(store_file.CHECKED))
     results = load(store)
     assert (results.planned, results.finished, results.axes) == (4, 4, {"latency_ms": (0, 20)})
 
@@ -189,8 +217,9 @@ def test_what_a_killed_writer_had_not_committed_is_rolled_back(killed):
 
 def test_where_nothing_may_be_written_it_cannot_be_rolled_back_and_says_so(killed, monkeypatch):
     """As SQLite has it where it may not write: whoever reads the store opens it read-only, every time."""
-    read = store_reading._read
-    monkeypatch.setattr(store_reading, "_read", lambda path, mode: read(path, "ro"))
+    connect = sqlite3.connect
+    monkeypatch.setattr(store_reading.sqlite3, "connect", lambda address, **given: connect(
+        address.replace("mode=rw", "mode=ro"), **given))
     with pytest.raises(InputError, match=r"killed within a commit.*together with study\.sqlite-journal"):
         load(killed)
 

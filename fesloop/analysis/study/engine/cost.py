@@ -27,8 +27,8 @@ from fesloop.analysis.study.engine.pump import Task, Watch, pumped
 from fesloop.analysis.study.engine.running import DIED
 from fesloop.analysis.study.engine.task import Outcome, Wanted, run_one
 from fesloop.analysis.study.results.study_results import load
-from fesloop.analysis.study.store.claim import decisive
 from fesloop.analysis.study.store.file import FILE
+from fesloop.analysis.study.store.writing import decisive
 from fesloop.errors import RunError
 from fesloop.given_files import exists, is_file
 

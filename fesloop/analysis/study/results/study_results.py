@@ -21,7 +21,7 @@ from fesloop.analysis.study.results.comparison import Comparison, compare
 from fesloop.analysis.study.results.estimates import Estimate, estimates
 from fesloop.analysis.study.results.repeats import drawn_axes, groups_of
 from fesloop.analysis.study.results.run_columns import FAILED, WAITING, RunColumns, run_columns
-from fesloop.analysis.study.store.reading import StoreRows, read_store, store_path
+from fesloop.analysis.study.store.reading import read_store, store_path
 from fesloop.errors import InputError
 
 Table = Mapping[str, NDArray[Any]]
@@ -120,17 +120,18 @@ def summary_rows(
     return rows
 
 
-def load(path: str | Path) -> StudyResults:
-    """Results of a study, finished, half done or under way; `path` is its store, or the folder of that.
+def load(path: str | Path, *, check: bool = True) -> StudyResults:
+    """Load the results of a study, finished or under way.
 
-    Raises InputError for what is no study's store, is damaged, or of another version.
+    Parameters
+    ----------
+    path: the store, or its folder.
+    check: refuse a store whose rows are not those that fesloop wrote; False reads them as they are.
+
+    Raises InputError for a file that is no store, is damaged, or of another version.
     """
     store = store_path(path)
-    return results_of(store, read_store(store))
-
-
-def results_of(store: Path, rows: StoreRows) -> StudyResults:
-    """Results of the rows of a store. Raises InputError where these do not hang together."""
+    rows = read_store(store, check=check)
     try:
         study = json.loads(rows.about["study"])
         declared = list(study.get("study", {}).get("metrics", {}))

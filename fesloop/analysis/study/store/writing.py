@@ -1,15 +1,16 @@
-"""Results on disk: one SQLite file, written by the coordinator alone.
+"""Writes a study's store, one SQLite file; only the coordinator of the study does.
 
-It keeps a rollback journal, not a write-ahead log: the file is whole by itself, others may read it while
-it is written, and a coordinator that is killed in the middle of a transaction leaves it as it was before that
-one. A result is there once or not at all: its row's key is the run's id.
+The file keeps SQLite's rollback journal, not its write-ahead log: it is one file, other processes may read it
+while it is written, and a coordinator that is killed within a transaction leaves it as it was before. Each
+result is stored once or not at all: its row's key is the run's id.
 
     about(key, value)                               format, name, form, study (JSON), created
     cells(cell, levels, experiment, settings, document)     levels and settings JSON; document JSON, deflated
-    runs(cell, replicate, seed, id)                 what is planned; several cells may share a run
+    runs(cell, replicate, seed, id)                 the plan; several cells may share a run
     results(id, status, cause, metrics, wall_s, worker, finished, version, recording)
     versions(version, text)                         `fesloop.analysis.study.store.versions`
     prepared(id, key, status, cause, content)       models of patients
+    checksum(value)                                 of all rows, so that a changed one shows itself
 """
 
 from __future__ import annotations
@@ -23,14 +24,130 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 from fesloop.analysis.study.design.plan import PlannedCell
 from fesloop.analysis.study.design.study import Study
-from fesloop.analysis.study.store.claim import claim, is_empty
-from fesloop.analysis.study.store.file import FILE, locked, named, opened, require_room, transaction
+from fesloop.analysis.study.store.file import (
+    FILE,
+    FORMAT,
+    TABLE_NAMES,
+    TABLES,
+    THEORY,
+    checked_rows,
+    keep_checksum,
+    locked,
+    named,
+    opened,
+    require_room,
+    require_unchanged,
+    transaction,
+)
+from fesloop.analysis.study.store.versions import differences, version_text
 from fesloop.errors import InputError, RunError
 from fesloop.experiment.files.overlay import key_text
+
+_REMEDY = "give another --out, or move the file away"
+
+
+def decisive(document: Mapping[str, Any]) -> dict[str, Any]:
+    """The part of a study's document that decides its runs: all but figures, labels and descriptions."""
+    def without(table: Mapping[str, Any], *keys: str) -> dict[str, Any]:
+        return {key: value for key, value in table.items() if key not in keys}
+
+    return without(document, "study", "axes", "figures") | {
+        "study": without(document.get("study", {}), "description"),
+        "axes": {name: without(axis, "label", "unit") for name, axis in document.get("axes", {}).items()}}
+
+
+def _claimed(file: sqlite3.Connection, path: Path, study: Study, mix_versions: bool) -> int:
+    """Create the tables of a new file, or compare an old one with the study; number of this version in it.
+
+    Raises InputError for a file that is no store, is damaged, of another study, or, unless versions may be
+    mixed, started with other code or libraries.
+    """
+    tables = {name for (name,) in file.execute("SELECT name FROM sqlite_master")}
+    if not tables or (tables >= TABLE_NAMES and _is_empty(file)):
+        _create(file, path, study, tables)
+    else:
+        _require_same_study(file, path, study, tables)
+        keep_checksum(file)
+    version = _known_version(file, path, mix_versions)
+    _update_document(file, path, study)
+    return version
+
+
+def _is_empty(file: sqlite3.Connection) -> bool:
+    """Whether a store has neither results nor prepared models, so that any study may take it over."""
+    return not any(file.execute(f"SELECT 1 FROM {name} LIMIT 1").fetchone()
+                   for name in ("results", "prepared"))
+
+
+def _create(file: sqlite3.Connection, path: Path, study: Study, old: set[str]) -> None:
+    about = {"format": FORMAT, "name": study.name, "form": study.form, "study": json.dumps(study.document),
+             "created": datetime.now(UTC).isoformat(timespec="seconds")}
+    with transaction(file, path):
+        for name in sorted(old & TABLE_NAMES):
+            file.execute(f"DROP TABLE {name}")
+        for statement in TABLES.split(";")[:-1]:
+            file.execute(statement)
+        file.execute("INSERT INTO checksum VALUES('0')")
+        keep_checksum(file)
+        file.executemany("INSERT INTO about VALUES(?, ?)", about.items())
+
+
+def _require_same_study(file: sqlite3.Connection, path: Path, study: Study, tables: set[str]) -> None:
+    about = dict(file.execute("SELECT key, value FROM about")) if "about" in tables else {}
+    if about.get("format") != FORMAT:
+        raise InputError(str(path), f"is {about.get('format', 'no study of fesloop')!r}", FORMAT, _REMEDY)
+    require_unchanged(file, path, checked_rows(file))
+    there, here = (decisive(document) for document in (json.loads(about["study"]), _plain(study)))
+    if there != here:
+        raise InputError(str(path), f"was made by another study: {_first_difference(there, here)}",
+                         "the study that made it", _REMEDY)
+
+
+def _plain(study: Study) -> dict[str, Any]:
+    """The study's document with lists in place of tuples, as a store has it."""
+    return dict(json.loads(json.dumps(study.document)))
+
+
+def _update_document(file: sqlite3.Connection, path: Path, study: Study) -> None:
+    """Store figures, labels and descriptions as they are now; theory computed for others is deleted."""
+    (there,) = file.execute("SELECT value FROM about WHERE key = 'study'").fetchone()
+    if json.loads(there) != _plain(study):
+        (path.parent / THEORY).unlink(missing_ok=True)
+        with transaction(file, path):
+            file.execute("UPDATE about SET value = ? WHERE key = 'study'", (json.dumps(study.document),))
+
+
+def _known_version(file: sqlite3.Connection, path: Path, mix_versions: bool) -> int:
+    here = version_text()
+    there = [text for (text,) in file.execute("SELECT text FROM versions ORDER BY version")]
+    if there and here not in there and not mix_versions:
+        raise InputError(str(path), f"was made by another version: {differences(there[-1], here)}",
+                         "the version that made it",
+                         "give another --out, or --mix-versions to continue regardless")
+    if here not in there:
+        with transaction(file, path):
+            file.execute("INSERT INTO versions VALUES(?, ?)", (len(there), here))
+        return len(there)
+    return there.index(here)
+
+
+def _first_difference(there: Any, here: Any, path: str = "") -> str:
+    """The first key in which two study documents differ, and both values."""
+    if isinstance(there, dict) and isinstance(here, dict):
+        for key in {**there, **here}:
+            if there.get(key) != here.get(key):
+                return _first_difference(there.get(key), here.get(key), f"{path}.{key}" if path else str(key))
+
+    def shown(value: Any) -> str:
+        text = json.dumps(value)
+        return text if len(text) <= 60 else text[:57] + "..."
+
+    return f"{path} is {shown(there)} there, {shown(here)} here"
+
 
 _PUT = """
 INSERT INTO results VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT(id) DO UPDATE SET status = excluded.status,
@@ -50,14 +167,14 @@ SELECT cell, replicate, seed, id FROM runs AS this WHERE (cell, replicate) > (?,
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredResult:
-    """What is kept of a run.
+    """The stored outcome of a run.
 
     Attributes
     ----------
     id: of the run.
-    status: done or failed; cause: why it failed, in one line.
+    status: done or failed. cause: of the failure, one line.
     metrics: numbers, None where the run has none.
-    wall_s: how long it took. worker: where. recording: path of it, "" where it was not kept.
+    wall_s: duration. worker: host and process. recording: path, "" where it was not kept.
     """
 
     id: str
@@ -69,17 +186,25 @@ class StoredResult:
     recording: str = ""
 
 
+class PendingRun(NamedTuple):
+    """A planned run that has no result yet."""
+
+    cell: int
+    seed: int
+    id: str
+
+
 class Store:
-    """The file of one study, open for its coordinator.
+    """The store of one study, open for its coordinator.
 
     Parameters
     ----------
-    folder: made if it is not there.
-    study: whose results the file holds, or will hold.
-    mix_versions: take a file on that was begun with other code or libraries.
+    folder: created where it does not exist.
+    study: the study whose results are stored.
+    mix_versions: accept a file that was started with other code or libraries.
 
-    Raises InputError for a folder that cannot be written to, a file that is no study's, of another study or
-    version, and one that another coordinator is at.
+    Raises InputError for a folder that cannot be written to, a file that is no store, is damaged, of another
+    study or version, or in use by another coordinator.
     """
 
     def __init__(self, folder: Path, study: Study, *, mix_versions: bool = False) -> None:
@@ -89,7 +214,7 @@ class Store:
             self._lock = taken.enter_context(closing(locked(folder)))
             with named(self.path):
                 self._file = taken.enter_context(closing(opened(self.path)))
-                self._version = claim(self._file, self.path, study, mix_versions)
+                self._version = _claimed(self._file, self.path, study, mix_versions)
             taken.pop_all()
 
     def __enter__(self) -> Self:
@@ -98,25 +223,25 @@ class Store:
     def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None,
                  trace: TracebackType | None) -> None:
         self.close()
-        if isinstance(fault, sqlite3.Error):  # of a plain read: what is written names itself
-            raise RunError(f"{self.path}: cannot be read on: {fault}; mend the disk, or move the file away"
-                           ) from None
+        if isinstance(fault, sqlite3.Error):  # of a plain read; transactions raise RunError
+            raise RunError(f"{self.path}: cannot be read any more: {fault}; repair the disk, or move the "
+                           "file away") from None
 
     def close(self) -> None:
-        """Let the file go, for another coordinator to take."""
+        """Close the file and release its lock."""
         self._file.close()
         self._lock.close()
 
     def put_plan(self, cells: Iterable[PlannedCell]) -> float:
-        """Note every cell and run, or hold them against those that are there; the simulated seconds of all.
+        """Store every cell and run, or compare them with the stored plan; the simulated seconds of all runs.
 
-        Raises InputError where a file's plan is another one, as when its base experiment has changed.
+        Raises InputError where the stored plan differs, as when the base experiment has changed.
         """
         planned = self._file.execute("SELECT count(*) FROM cells").fetchone()[0]
         simulated_s = 0.0
         with named(self.path), self._transaction():
             for each in cells:
-                self._hold_against(each) if planned else self._add(each)
+                self._compare(each) if planned else self._add(each)
                 simulated_s += each.simulated_s * len(each.runs)
         return simulated_s
 
@@ -131,7 +256,7 @@ class Store:
             self._put([StoredResult(id=run.id, status="failed", cause=each.cause, metrics={}, wall_s=0.0,
                                     worker="") for run in each.runs])
 
-    def _hold_against(self, each: PlannedCell) -> None:
+    def _compare(self, each: PlannedCell) -> None:
         found = self._file.execute("SELECT id FROM runs WHERE cell = ? ORDER BY replicate",
                                    (each.cell.number,)).fetchall()
         if [id for (id,) in found] == [run.id for run in each.runs]:
@@ -141,39 +266,40 @@ class Store:
             raise InputError(str(self.path), f"was made when {each.cell.experiment} was another experiment "
                              f"(seen at {each.cell.place}{what})", "the same experiments as then",
                              "give another --out, or move the file away")
-        # What it needs could not be prepared then, and has been now.
+        # Its preparation failed then and has succeeded now.
         self._file.executemany("DELETE FROM results WHERE id = ?", found)
         for table in ("cells", "runs"):
             self._file.execute(f"DELETE FROM {table} WHERE cell = ?", (each.cell.number,))
         self._add(each)
 
-    def pending(self, *, retry_failed: bool = False) -> Iterator[tuple[int, int, str]]:
-        """(cell, seed, id) of every run without a result, cell by cell; of failed ones too if asked for.
+    def pending(self, *, retry_failed: bool = False) -> Iterator[PendingRun]:
+        """Every run without a result, cell by cell; failed ones too with `retry_failed`.
 
-        Not of those for which something could not be prepared. A run that several cells share comes once,
-        with the first of them. They are read some at a time, so that results may be put meanwhile.
+        Runs whose preparation failed are left out. A run that several cells share comes once, with the first
+        of them. Runs are read in pages, so that results may be stored meanwhile.
         """
-        place = -1, -1
-        while page := self._file.execute(_PENDING, (*place, retry_failed)).fetchall():
-            yield from ((cell, seed, id) for cell, _, seed, id in page)
-            place = page[-1][:2]
+        last = -1, -1
+        while page := self._file.execute(_PENDING, (*last, retry_failed)).fetchall():
+            yield from (PendingRun(cell, seed, id) for cell, _, seed, id in page)
+            cell, replicate, *_ = page[-1]
+            last = cell, replicate
 
-    def first_runs(self) -> dict[str, tuple[int, int, str]]:
-        """(cell, seed, id) of the first planned run of each experiment, by its name or path."""
+    def first_runs(self) -> dict[str, PendingRun]:
+        """The first planned run of each experiment, by its name or path."""
         rows = self._file.execute(
             "SELECT experiment, min(cell), seed, id FROM cells JOIN runs USING (cell) WHERE replicate = 0 "
             "GROUP BY experiment")
-        return {experiment: (cell, seed, id) for experiment, cell, seed, id in rows}
+        return {experiment: PendingRun(cell, seed, id) for experiment, cell, seed, id in rows}
 
     def document(self, cell: int) -> bytes:
-        """JSON of a cell's experiment, deflated; empty where what it needs could not be prepared."""
+        """JSON of a cell's experiment, deflated; empty where its preparation failed."""
         row = self._file.execute("SELECT document FROM cells WHERE cell = ?", (cell,)).fetchone()
         return bytes(row[0])
 
     def put(self, results: Sequence[StoredResult]) -> None:
-        """Note results, all or none; those that are there already stay, but for failed ones.
+        """Store results, all or none; only failed results are replaced.
 
-        Raises RunError where the disk has no room or cannot be written to; what was noted before is kept.
+        Raises RunError where the disk is full or cannot be written to; earlier results are kept.
         """
         with self._transaction():
             self._put(results)
@@ -185,34 +311,34 @@ class Store:
              self._version, each.recording) for each in results])
 
     def prepared(self) -> dict[str, tuple[str, str, str]]:
-        """(status, cause, content) of what was prepared, by id."""
+        """Status, cause and content of each preparation, by id."""
         return {id: (status, cause, content) for id, status, cause, content in self._file.execute(
             "SELECT id, status, cause, content FROM prepared")}
 
     def put_prepared(self, id: str, key: str, status: str, cause: str, content: str) -> None:
-        """Note what was prepared, or why it could not be."""
+        """Store a prepared model, or the cause of its failure."""
         with self._transaction():
             self._file.execute("INSERT OR REPLACE INTO prepared VALUES(?, ?, ?, ?, ?)",
                                (id, key, status, cause, content))
 
     @property
     def started(self) -> bool:
-        """Whether anything has come of the study before."""
-        return not is_empty(self._file)
+        """Whether the store has results or prepared models."""
+        return not _is_empty(self._file)
 
     def distinct_runs(self) -> int:
-        """How many runs are planned, those that several cells share counted once."""
+        """Number of planned runs, those that several cells share counted once."""
         return int(self._file.execute("SELECT count(DISTINCT id) FROM runs").fetchone()[0])
 
     def counts(self) -> tuple[int, dict[str, int]]:
-        """How many distinct runs are done, and how many failed for each cause."""
+        """Number of distinct runs that are done, and of failed ones by cause."""
         done = self._file.execute("SELECT count(*) FROM results WHERE status = 'done'").fetchone()[0]
         causes = self._file.execute("SELECT cause, count(*) FROM results WHERE status = 'failed' "
                                     "GROUP BY cause ORDER BY count(*) DESC").fetchall()
         return done, dict(causes)
 
     def not_prepared(self) -> dict[str, int]:
-        """How many runs cannot be for what could not be prepared, by cause."""
+        """Number of runs whose preparation failed, by cause."""
         return dict(self._file.execute(
             "SELECT cause, count(*) FROM results WHERE id IN (SELECT id FROM runs JOIN cells USING (cell) "
             "WHERE length(document) = 0) GROUP BY cause"))
@@ -222,9 +348,9 @@ class Store:
 
 
 def _difference(then: Mapping[str, Any], now: Mapping[str, Any]) -> str:
-    """What differs between an experiment's tables, for a message: the patient's file, or the first key.
+    """The difference between two experiments' tables, for a message: the patient's file, or the first key.
 
-    `drawn` of a patient is what was read from the file; its other keys choose file and member.
+    A patient's key `drawn` has the parameters read from the file; its other keys choose file and member.
     """
     paths = list(_differing(then, now, ()))
     of_patient = [path for path in paths if path[0] == "patient"]

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from fesloop.analysis.study.results.study_results import StudyResults, load, results_of
+from fesloop.analysis.study.results.study_results import StudyResults, load
 from fesloop.analysis.study.store.reading import store_path
-from fesloop.analysis.study.store.salvage import Salvage, salvaged
 from fesloop.errors import FesloopError, InputError
-from fesloop.forms.toml import toml_text
-from fesloop.show.report.parts import Code, Fold, Notice, Page, Section
-from fesloop.show.report.run.experiment import without_none
+from fesloop.show.report.parts import Notice, Page, Section
 from fesloop.show.report.study.answer import answer
 from fesloop.show.report.study.cells import cells_section, failures_section
 from fesloop.show.report.study.figures import figure_sections
@@ -33,31 +29,27 @@ _SECTIONS: tuple[tuple[str, str, Build], ...] = (
 def study_page(path: str | Path) -> Page:
     """The report of a study, finished or not; `path` is its store or the folder of that.
 
-    Of a store that is damaged what can be read is shown, and what not is said; of one that another version
-    wrote, what it says about itself. Raises InputError for what is no study's store.
+    Where rows of a store are not those that fesloop wrote, the page shows them and says so. Raises InputError
+    for a file that is no study's store, or that SQLite cannot read.
     """
     store = store_path(path)
     try:
-        return _page(load(store), [])
+        return _page(load(store), "")
     except InputError as fault:
-        found = salvaged(store)
-        if not found.lost and "damaged" not in fault.found:
-            raise  # as when it stays locked: nothing of it is lost
-        lost = found.lost or [str(fault)]
-    try:
-        return _page(results_of(store, found.rows), lost)
-    except InputError:
-        return _unreadable(store, found)
+        try:
+            results = load(store, check=False)
+        except InputError:
+            raise fault from None
+        return _page(results, str(fault))
 
 
-def _page(results: StudyResults, lost: list[str]) -> Page:
+def _page(results: StudyResults, damage: str) -> Page:
     shown = Shown(results)
     sections = [section for key, title, build in _SECTIONS for section in _built(shown, key, title, build)]
-    if lost:
-        notes = [Notice(text=each) for each in lost]
-        sections.insert(0, Section(key="lost", title="What could not be read", parts=notes))
-    damaged = "Its store is damaged; this is of what can be read. " if lost else ""
-    return Page(title=f"{results.name}: a study", sentence=f"{damaged}{_sentence(shown)}",
+    if damage:
+        sections.insert(0, Section(key="damage", title="Damage", parts=[Notice(text=damage)]))
+    warning = "Its store is damaged: the results are not reliable. " if damage else ""
+    return Page(title=f"{results.name}: a study", sentence=f"{warning}{_sentence(shown)}",
                 facts=list(_facts(results)), sections=sections)
 
 
@@ -87,23 +79,6 @@ def _facts(results: StudyResults) -> Iterator[tuple[str, str]]:
         yield "design", str(about["design"])
     yield "seeds", f"from {about.get('seed', 1)} on"
     yield "begun", str(results.about.get("created", "?")).replace("T", " ").replace("+00:00", " UTC")
-
-
-def _unreadable(path: Path, found: Salvage) -> Page:
-    """Of a store whose results cannot be read: what it says about itself."""
-    about = found.rows.about
-    sections = [Section(key="lost", title="What could not be read",
-                        parts=[Notice(text=each) for each in found.lost])]
-    try:
-        text = toml_text(without_none(dict(json.loads(about["study"]))))
-        sections.append(Section(key="ran", title="What was run", parts=[
-            Fold(title="The study's file", parts=[Code(text=text)])]))
-    except (KeyError, TypeError, ValueError):
-        sections[0] = Section(key="lost", title="What could not be read", parts=[
-            *sections[0].parts, Notice(text="Nor does it say which study it is of.")])
-    return Page(title=f"{about.get('name') or path.parent.name}: a study", sections=sections,
-                sentence="Results of this study cannot be read.",
-                facts=[(key, about[key]) for key in ("name", "format", "created") if key in about])
 
 
 def _line(fault: Exception) -> str:

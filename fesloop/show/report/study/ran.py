@@ -9,7 +9,7 @@ import numpy as np
 from fesloop.analysis.study.results.quantities import duration_text
 from fesloop.analysis.study.results.run_columns import DONE, FAILED
 from fesloop.analysis.study.results.study_results import StudyResults
-from fesloop.analysis.study.store.versions import Provenance, provenance_of
+from fesloop.analysis.study.store.reading import Provenance, provenance_of
 from fesloop.errors import FesloopError
 from fesloop.forms.toml import toml_text
 from fesloop.show.report.parts import Code, Fold, Notice, Paragraph, Part, Section, Table
