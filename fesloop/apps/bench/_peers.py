@@ -1,4 +1,4 @@
-"""The peers' scripts, measured beside this project in the same run: found by path, never copied."""
+"""Scripts of peers, found by path, which are measured in the same run."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def folder(name: str) -> Path:
 
 
 def module(script: Path) -> ModuleType:
-    """A script as a module under its own name, which the others of its folder import it by."""
+    """Load a script as a module under its own name, by which the others of its folder import it."""
     known = sys.modules.get(script.stem)
     if known is not None and known.__file__ == str(script):
         return known

@@ -1,15 +1,14 @@
-"""`fesloop bench closed_loop`: how much faster than real time the whole hand's closed loop runs, all of it.
+"""`fesloop bench closed_loop`: real-time factor of the whole hand's closed loop.
 
 Predictive control at 40 Hz, safety, stimulator, electrodes, 29 muscles, the hand, 17 inertial sensors and a
-tracker at 100 Hz, a recording on disk (`closed_loop.toml`): in `free` motion, and in a `grasp` of a cylinder
-on a table. A row gives microseconds per simulated millisecond, and `realtime_factor`. Beside it bare
-`mj_step` of the same model under the same activations; both take turns, in several fresh processes, and
-`ratio` is the median of such pairs. Times are CPU time of the thread, which is all that runs: what else the
-machine does counts less so.
+tracker at 100 Hz, and a recording on disk (`closed_loop.toml`): in `free` motion, and in a `grasp` of a
+cylinder on a table. A row gives microseconds per simulated millisecond, and `realtime_factor`. The reference
+is bare `mj_step` of the same model under the same activations; both alternate, in several fresh processes,
+and `ratio` is the median of the pairs. Times are CPU times of the thread.
 
-A row's `parts` say where the time goes, us per simulated ms: a part for each node, `loop` for what lies
-between them, `recording` for the file. Nodes are timed call by call, in runs of their own. `max_abs_error`
-is how far loop and bare MuJoCo end apart in any coordinate.
+A row's `parts` show where the time goes, us per simulated ms: one part for each node, `loop` for the rest of
+the loop, `recording` for the file. Nodes are timed call by call, in separate runs. `max_abs_error` is the
+largest difference of a coordinate between loop and bare MuJoCo at the end.
 """
 
 from __future__ import annotations
@@ -39,11 +38,11 @@ from fesloop.loop.wiring import Wiring
 
 Array = NDArray[np.float64]
 _TIMED = ("step", "advance", "advance_through", "read", "glance", "observe")
-"""Members of blocks and plants that the loop calls as it runs."""
+"""Members of blocks and plants that the loop calls during a run."""
 
 
 def recorded_loop(experiment: Experiment, wiring: Wiring | None = None) -> tuple[Loop, Recorder, float]:
-    """A loop gone through the experiment's time, what was recorded of it, and how long it took, s."""
+    """Run an experiment's loop; returns the loop, its records, and the time it took, s."""
     recorder = Recorder(experiment.record.plant_rate)
     loop = Loop(wiring or experiment.wiring, recorder=recorder)
     gc.disable()  # an experiment collects so rarely that it costs nothing
@@ -55,7 +54,7 @@ def recorded_loop(experiment: Experiment, wiring: Wiring | None = None) -> tuple
 
 
 def file_s(experiment: Experiment, seen: Recorder, folder: Path) -> float:
-    """Time to write what was recorded into a file, s."""
+    """Time to write the records into a file, s."""
     writer = RecordingWriter(folder, experiment)
     started = thread_time()
     writer.write(seen, 0)
@@ -65,11 +64,11 @@ def file_s(experiment: Experiment, seen: Recorder, folder: Path) -> float:
 
 
 class BareHand:
-    """MuJoCo alone, taking the steps that the plant `hand` of a loop took.
+    """MuJoCo alone, with the steps that the plant `hand` of a loop took.
 
     Parameters
     ----------
-    loop: gone through its time. seen: what was recorded of it.
+    loop: after its run. seen: its records.
     """
 
     def __init__(self, loop: Loop, seen: Recorder) -> None:
@@ -101,12 +100,12 @@ class BareHand:
         return thread_time() - started
 
     def distance(self, loop: Loop) -> float:
-        """How far the newest run ended from the loop's hand in any coordinate."""
+        """Largest difference of a coordinate between the last run and the loop's hand."""
         return float(np.abs(self._data.qpos - loop.states()["hand"].data.qpos).max())
 
 
 class _TimedPart:
-    """A block or plant that is another one in everything, and adds up how long its calls take."""
+    """A proxy of a block or plant that adds up the time of its calls."""
 
     def __init__(self, part: Any) -> None:
         self._part = part
@@ -130,7 +129,7 @@ class _TimedPart:
 
 
 def parts_s(experiment: Experiment) -> dict[str, float]:
-    """Time of each node's own calls over the experiment's time, s, by its name."""
+    """Time of each node's own calls over the experiment, s, by name."""
     wiring = experiment.wiring
     timed = {node.name: _TimedPart(node.part) for node in wiring.nodes}
     nodes = [replace(node, part=timed[node.name]) for node in wiring.nodes]
@@ -146,7 +145,7 @@ _FOLDER = Path(__file__).parent
 
 
 def experiment(case: str, duration_s: float) -> Experiment:
-    """The closed loop of a case."""
+    """Closed loop of a case."""
     name, document = read(_FOLDER / "closed_loop.toml")
     tracker, grasping = CASES[case]
     blocks = document["blocks"]
@@ -163,7 +162,7 @@ def run(
     repeats: int = 1, processes: int = 3, duration_s: float = 10.0,
     progress: Callable[[float], None] | None = None,
 ) -> dict[str, Any]:
-    """One row a case, from some fresh processes; `realtime_factor` is the median of each case."""
+    """Make a row for each case from several fresh processes; `realtime_factor` is the median of each case."""
     turns = [(case, i) for i in range(processes) for case in CASES]
     measured: dict[str, list[dict[str, Any]]] = {case: [] for case in CASES}
     with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
@@ -178,7 +177,7 @@ def run(
 
 
 def measure(case: str, repeats: int, duration_s: float) -> dict[str, Any]:
-    """Times (repeats, 2), s, of the loop with its recording and of bare MuJoCo; of each part; the `error`."""
+    """Times of the loop with its recording and of bare MuJoCo, (repeats, 2), s; of each part; the error."""
     this = experiment(case, duration_s)
     loop, seen, _ = recorded_loop(this)  # compiles what is not yet compiled
     bare = BareHand(loop, seen)
@@ -193,7 +192,7 @@ def measure(case: str, repeats: int, duration_s: float) -> dict[str, Any]:
 
 
 def _row(case: str, several: list[dict[str, Any]], duration_s: float) -> dict[str, Any]:
-    """A row of the table from what each process measured."""
+    """Row of the table from the measurements of all processes."""
     times = np.concatenate([each["times"] for each in several]) * (1e3 / duration_s)
     ours, bare = times.T
     parts = {name: float(np.median([each["parts"][name] for each in several])) * (1e3 / duration_s)

@@ -1,4 +1,4 @@
-"""`fesloop bench finger`: how much faster than real time the closed finger loop runs, all of it.
+"""`fesloop bench finger`: real-time factor of the whole closed finger loop.
 
 Reference, controller, safety, muscles and joints, inertial sensors at 100 Hz, VQF tracker, and a recording
 on disk with the plant at 1 kHz. A row gives microseconds of wall time per simulated millisecond.
@@ -21,7 +21,7 @@ from fesloop.experiment.files.parse import load
 
 
 def experiments() -> dict[str, Experiment]:
-    """The cases: `pid` is a loop of its own, `mpc` the shipped experiment finger_mpc."""
+    """Experiments of the cases: `pid`, defined here, and `mpc`, the shipped experiment finger_mpc."""
     return {"pid": load(str(files("fesloop.apps.bench") / "finger_pid.toml")), "mpc": load("finger_mpc")}
 
 
@@ -42,7 +42,7 @@ def run(
 
 
 def measure(repeats: int) -> dict[str, list[float]]:
-    """Real-time factors of each case, the cases taking turns in this process."""
+    """Real-time factors of the cases, run in turn in this process."""
     cases = experiments()
     factors: dict[str, list[float]] = {name: [] for name in cases}
     with tempfile.TemporaryDirectory(prefix="fesloop-bench-") as folder:

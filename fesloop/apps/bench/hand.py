@@ -1,12 +1,12 @@
-"""`fesloop bench hand`: the hand plant beside bare `mj_step` of the same model, and the electrodes before it.
+"""`fesloop bench hand`: the hand plant compared with bare `mj_step` of the same model; and the electrodes.
 
-`free` and `grasp` give microseconds per simulated millisecond. Plant and MuJoCo go through the same motion,
-taking turns every 10 ms, so that what else the machine does touches both; at the end of these 10 ms the plant
-is read, as sensors at 100 Hz make it. `max_abs_error` is how far the two end apart in any coordinate.
+`free` and `grasp` give microseconds per simulated millisecond. Plant and MuJoCo simulate the same motion,
+alternating every 10 ms, so that other load affects both; after each 10 ms the plant is read, as by sensors at
+100 Hz. `max_abs_error` is the largest difference of a coordinate at the end.
 
-`electrodes` gives microseconds for one pulse of all elements at once, from their currents to recruitment and
-frequency of every muscle; `electrodes, field made anew` the same after the forearm has turned, so that the
-field of every element at every axon is computed again. There is nothing bare to set beside them.
+`electrodes` gives microseconds for one pulse of all elements at once, from currents to recruitment and
+frequency of every muscle; `electrodes, field made anew` the same after a rotation of the forearm, when the
+field of every element at every axon is computed again. They have no bare counterpart.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from fesloop.loop.signals import Sample
 
 Array = NDArray[np.float64]
 TURNS, TURN_MS, WARM_UP = 600, 10, 150
-"""Turns of 10 ms in each case, and those at the start that are not counted: until then the hand closes."""
+"""Turns of 10 ms in each case, and those at the start that are not counted, while the hand closes."""
 _OPEN = {**{f"F{i}_{joint}_flexion": angle for i in range(2, 6)
             for joint, angle in (("mcp", 0.0), ("pip", 10.0), ("dip", 5.0))},
          "F1_cmc_flexion": 58.0, "F1_cmc_abduction": -15.0, "F1_cmc_pronation": 80.0, "F1_mcp_flexion": 0.0,
@@ -45,11 +45,11 @@ CASES: dict[str, dict[str, Any]] = {
 PULSES, PULSES_WARM_UP, SLOT_RATE = 400, 20, 320
 """Pulses in each case of the electrodes, those at the start that are not counted, and slots a second."""
 PULSE = (20e-3, 300e-6, 40.0)
-"""A, s, Hz, of every element."""
+"""Pulse of every element: A, s, Hz."""
 
 
 def run(turns: int = TURNS, progress: Callable[[float], None] | None = None) -> dict[str, Any]:
-    """One row a case."""
+    """Make a row for each case."""
     rows, error = [], 0.0
     for number, (case, parameters) in enumerate(CASES.items()):
         if progress:
@@ -66,7 +66,7 @@ def run(turns: int = TURNS, progress: Callable[[float], None] | None = None) -> 
 
 
 def _row(case: str, times: Array, reference: str | None = None, bare: float | None = None) -> dict[str, Any]:
-    """A row of the table from times, us, and the median of what stands beside them, if anything does."""
+    """Row of the table from times, us, and the median of the reference, if there is one."""
     return {"case": case, "us_median": float(np.median(times)), "us_p99": float(np.percentile(times, 99)),
             "us_worst": float(times.max()), "reference": reference, "reference_us_median": bare,
             "ratio": float(np.median(times)) / bare if bare is not None else None}
@@ -91,7 +91,7 @@ def _pulse_times(turning: bool) -> Array:
 
 
 def _measured(plant: Any, turns: int) -> tuple[Array, float]:
-    """Times (turns, 2) of plant and bare MuJoCo, us a simulated ms; how far they end apart."""
+    """Times of plant and bare MuJoCo, (turns, 2), us per simulated ms; their difference at the end."""
     state = plant.init(Context("hand"))
     model, data = plant.model, copy.deepcopy(state.data)
     closing = np.array([0.05 * name.startswith(("FDP", "FDS")) + 0.1 * name.startswith(("FPL", "THENAR"))

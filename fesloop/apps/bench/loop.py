@@ -1,8 +1,8 @@
-"""`fesloop bench loop`: what the loop costs per block call, beside a bare heap loop of the same work.
+"""`fesloop bench loop`: cost of a block call in the loop, compared with a bare heap loop of the same work.
 
-Both run the same small closed loop (see `_yardstick_loop`) with the same plant arithmetic, one numpy step of
-1 ms, turn by turn in one process. The case `exact` is fesloop's default for a linear plant instead: exact
-at every instant, and the recorder's 1 kHz evaluated in stacks.
+Both simulate the same small closed loop (`_yardstick_loop`) with the same plant arithmetic, one numpy step of
+1 ms, alternating in one process. The case `exact` uses fesloop's default for a linear plant: exact at every
+time, with the recorder's 1 kHz evaluated in stacks.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ _NATURAL, _DAMPING = 2 * np.pi * 2.5, 0.9
 
 
 def continuous() -> tuple[tuple[tuple[float, ...], ...], tuple[tuple[float, ...], ...]]:
-    """(2, 2) and (2, 1): the plant's continuous A and B."""
+    """Continuous A (2, 2) and B (2, 1) of the plant."""
     return (((0.0, 1.0), (-_NATURAL**2, -2 * _DAMPING * _NATURAL)), ((0.0,), (_NATURAL**2,)))
 
 
 def matrices() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(2, 2) and (2,): the plant's exact step of 1 ms."""
+    """Exact step of the plant over 1 ms, (2, 2) and (2,)."""
     stacked = np.zeros((3, 3))
     stacked[:2, :2], stacked[:2, 2:] = continuous()
     step = expm(stacked * 1e-3)
@@ -49,7 +49,7 @@ def matrices() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def exact_trajectory() -> NDArray[np.float64]:
-    """y at the 10,001 ticks, in plain floats."""
+    """Output y at the 10,001 ticks, in plain floats."""
     a, b = matrices()
     a00, a01, a10, a11 = (float(value) for value in a.ravel())
     b0, b1 = (float(value) for value in b)
@@ -66,7 +66,7 @@ def exact_trajectory() -> NDArray[np.float64]:
 
 
 class _Plant:
-    """x' = A x + b u by one numpy step a call."""
+    """The plant x' = A x + b u, one numpy step a call."""
 
     def __init__(self) -> None:
         self.a, self.b = matrices()
@@ -81,7 +81,7 @@ class _Plant:
 
 
 class _Delay:
-    """A queue of values under way."""
+    """A delay line."""
 
     def __init__(self) -> None:
         self.queue: deque[tuple[int, float]] = deque()
@@ -95,7 +95,7 @@ class _Delay:
 
 
 class _Controller:
-    """PI."""
+    """A PI controller."""
 
     def __init__(self) -> None:
         self.integral = self.u = 0.0
@@ -220,10 +220,10 @@ def _exact_plant() -> Plant:
 def run(
     repeats: int = 5, processes: int = 9, progress: Callable[[float], None] | None = None
 ) -> dict[str, Any]:
-    """Time the cases in turn, in several fresh processes; microseconds per block call of the 30,500.
+    """Time the cases in turn, in several fresh processes; returns microseconds per block call (of 30,500).
 
-    Where a process happens to lay its arrays in memory changes the speed of the same arithmetic by up to
-    2x, so one process alone says little about the ratio.
+    The place of arrays in memory changes the speed of the same arithmetic by up to 2x between processes, so
+    the ratio of one process says little.
     """
     walls: dict[str, list[float]] = {}
     worst_error = 0.0
@@ -242,7 +242,7 @@ def run(
 
 
 def measure(repeats: int) -> tuple[dict[str, list[float]], float]:
-    """(seconds of each case, largest error of any), the cases taking turns in this process."""
+    """Time the cases in turn in this process; returns the seconds of each and the largest error."""
     a, b = matrices()
     stepped = _SteppedPlant(a=a, b=b, grid=RateClock.from_rate("1000"))
     exact = _exact_plant()
@@ -261,7 +261,7 @@ def measure(repeats: int) -> tuple[dict[str, list[float]], float]:
 
 
 def _row(case: str, walls: list[float], bare: list[float], reference: float) -> dict[str, Any]:
-    """One case against the bare loop; the ratio is the median of the ratios of neighbouring runs."""
+    """Row of one case; its ratio to the bare loop is the median over neighbouring runs."""
     us = np.array(walls) * 1e6 / CALLS
     return {"case": case, "us_median": float(np.median(us)), "us_p99": float(np.percentile(us, 99)),
             "us_worst": float(us.max()), "reference": "bare block objects on a heap of integer ns",

@@ -1,13 +1,13 @@
-"""`fesloop bench mpc`: a whole step of the predictive controller, beside a bare daqp solve of its programme.
+"""`fesloop bench mpc`: a whole step of the predictive controller, compared with a bare daqp solve of its QP.
 
-The problems are those of the peers' scripts, consecutive ones of a receding loop, in three sizes. The
-controller does all its work (observer, prediction, programme, checks, recruitment inverted); the bare
-solver is handed the programme's vectors, made beforehand. Both take turns at each problem. Where do-mpc
-is installed, the peers' script of it solves the first problems of the same sequences.
+The problems are those of the peers' scripts, consecutive ones of a receding horizon, in three sizes. The
+controller does all its work (observer, prediction, QP, checks, inverse recruitment); the bare solver gets the
+vectors of the QP, computed beforehand. Both alternate at each problem. Where do-mpc is installed, the peers'
+script for it solves the first problems of the same sequences.
 
-Times are CPU time of the thread, of each problem the least over the passes of a process; median, 99th
-percentile and worst are over the problems, and of these the medians over the processes. Where a process
-happens to lay its arrays changes the speed of the same solve by up to 2x, so one process says little.
+Times are CPU times of the thread: for each problem the least over the passes of a process, over problems the
+median, 99th percentile and maximum, and of these the medians over processes. The place of arrays in memory
+changes the speed of the same solve by up to 2x between processes, so one process says little.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ from fesloop.models.linear_model import LinearModel, Recruitment
 Array = NDArray[np.float64]
 SIZES = ("S", "M", "L")
 MISMATCH, SEED = 0.15, 7
-"""Of the sequences, as the peers' own."""
+"""Mismatch of the plant, and seed, of the sequences, as in the peers' scripts."""
 CURRENT_MA, THRESHOLD_MA, SPREAD = 100.0, 5.0, 0.1
-"""Recruitment that reaches 1 within rounding, so that the limits are the peers' (chosen)."""
+"""Recruitment that reaches 1 within rounding, so that the limits equal those of the peers (chosen)."""
 
 
 @dataclass(slots=True, eq=False)
@@ -53,10 +53,10 @@ class Problems:
 
     Attributes
     ----------
-    mpc: the peers' object: matrices, and `cond_vec`, the vectors of a problem.
-    sequence: (state now, drive in force, reference over the horizon, flat) of each.
+    mpc: object of the peers: matrices, and `cond_vec`, the vectors of a problem.
+    sequence: (state, previous drive, reference over the horizon, flat) of each.
     optima: (problems, N muscles), by the bare solver.
-    solvers: the peers' module of them.
+    solvers: module of the peers.
     """
 
     mpc: Any
@@ -65,20 +65,20 @@ class Problems:
     solvers: ModuleType
 
     def bare(self) -> Any:
-        """The peers' daqp, set up: `step(vectors)` gives the first drive."""
+        """Set up the peers' daqp; its `step(vectors)` returns the first drive."""
         solver = self.solvers.Daqp(self.mpc, 0.0)
         solver.setup(self.mpc.cond_vec(*self.sequence[0]))
         return solver
 
     def vectors(self) -> list[Any]:
-        """What the bare solver is handed for each problem."""
+        """Vectors of each problem for the bare solver."""
         return [self.mpc.cond_vec(*problem) for problem in self.sequence]
 
 
 def problems(size: str, count: int) -> Problems:
-    """`count` problems of a loop that the bare solver closes around a plant that is not the model.
+    """Make `count` problems of a loop of the bare solver and a plant that differs from the model.
 
-    The draws are those of the peers' `make_sequence`, which closes the loop with another solver.
+    Random numbers are those of the peers' `make_sequence`, which closes the loop with another solver.
     """
     scripts = _peers.folder("mpc")
     told, solvers = _peers.module(scripts / "mpc_problem.py"), _peers.module(scripts / "qp_bench.py")
@@ -104,7 +104,7 @@ def problems(size: str, count: int) -> Problems:
 
 
 def controller(mpc: Any, slew: float, period_s: float) -> Block:
-    """Our controller with the peers' model, cost and limits."""
+    """Make the controller with the peers' model, cost and limits."""
     states, muscles = mpc.nx, mpc.nu
     stacked = np.block([[mpc.A, mpc.B], [np.zeros((muscles, states)), np.eye(muscles)]])
     continuous = np.real(logm(stacked)) / period_s
@@ -118,11 +118,11 @@ def controller(mpc: Any, slew: float, period_s: float) -> Block:
 
 
 class Stepper:
-    """Steps our controller through the problems.
+    """Steps the controller through the problems.
 
-    Its state is set as it stands one period before each: the estimate that leads to the problem's state
-    under the drive in force, nothing unexplained. What is measured then confirms the estimate, so the
-    programme is the peers' to rounding, and nothing of a step is left out.
+    Its state is set to that of one period before each problem: the estimate that leads to the problem's state
+    under the previous drive, without disturbance. The measurement then confirms the estimate, so the QP
+    equals that of the peers to rounding, and no part of a step is left out.
     """
 
     def __init__(self, made: Problems, slew: float, period_s: float) -> None:
@@ -138,7 +138,7 @@ class Stepper:
         self.unwired = Sample(np.zeros(mpc.ny), NEVER, NEVER, NEVER)
 
     def place(self, k: int) -> list[Sample]:
-        """Set the state as it is before problem k; the inputs of its tick."""
+        """Set the state before problem k, and return the inputs of its tick."""
         before, now = self.clock.tick(k), self.clock.tick(k + 1)
         estimate = self.state.estimate
         estimate.at_ns, estimate.x[:], estimate.disturbance[:] = before, self.earlier[k], 0.0
@@ -149,19 +149,19 @@ class Stepper:
                 Sample(self.measured[k], now, now, now), self.unwired]
 
     def step(self, inputs: list[Sample]) -> None:
-        """One tick of the controller."""
+        """Run one tick of the controller."""
         self.block.step(self.state, inputs, self.tick)
 
     @property
     def drive(self) -> Array:
-        """What the controller decided, (muscles,)."""
+        """Drive computed by the controller, (muscles,)."""
         drive: Array = self.state.drive
         return drive
 
 
 PROBLEMS, PASSES, PROCESSES = 1000, 3, 5
 WARM_UP = 1
-"""Problems at the start that are not counted: the first one is solved cold."""
+"""Problems at the start that are not counted: the first is solved without a warm start."""
 PEER_PROBLEMS = {"S": 100, "M": 60, "L": 20}
 """Problems that do-mpc solves of each size; it takes up to 0.3 s for one."""
 BARE, PEER = "bare daqp", "do-mpc"
@@ -171,10 +171,10 @@ def run(
     count: int = PROBLEMS, passes: int = PASSES, processes: int = PROCESSES,
     progress: Callable[[float], None] | None = None,
 ) -> dict[str, Any]:
-    """One row a size against bare daqp, and one a size against do-mpc where it is installed.
+    """Make a row for each size relative to bare daqp, and one relative to do-mpc where it is installed.
 
-    `max_abs_error` is the greatest difference of a first drive from the bare solver's, full scale 1.
-    No rows, with the reason on standard error, where the peers' scripts are absent.
+    `max_abs_error` is the largest difference of a first drive from the bare solver's, of full scale 1.
+    Without the peers' scripts there are no rows, and the reason is on standard error.
     """
     try:
         _peers.folder("mpc")
@@ -201,7 +201,7 @@ def run(
 
 
 def measure(size: str, count: int, passes: int) -> tuple[Array, float]:
-    """(us of our step and of the bare solve, (problems, 2); greatest difference of a first drive)."""
+    """Times of step and bare solve, (problems, 2), us; largest difference of a first drive."""
     made = problems(size, count)
     told = sys.modules["mpc_problem"]
     vectors, best, error = made.vectors(), np.full((count, 2), np.inf), 0.0
@@ -215,7 +215,7 @@ def measure(size: str, count: int, passes: int) -> tuple[Array, float]:
 
 
 def _turn(stepper: Stepper, bare: Any, vectors: list[Any], k: int) -> tuple[int, int]:
-    """ns of our step and of the bare solve of problem k; who goes first changes from problem to problem."""
+    """Times of the controller's step and of the bare solve of problem k, ns, in alternating order."""
     inputs, problem = stepper.place(k), vectors[k]
     if k % 2:
         bare_ns = _time(bare.step, problem)
@@ -230,7 +230,7 @@ def _time(work: Callable[[Any], Any], given: Any) -> int:
 
 
 def peer_median_ms(size: str, count: int) -> float:
-    """Median time of a do-mpc step over the first problems of a sequence, by the peers' own script, ms."""
+    """Median time of a do-mpc step over the first problems of a sequence, by the peers' script, ms."""
     made: Problems = problems(size, count)
     script = _peers.folder("mpc") / "user_level.py"
     with tempfile.TemporaryDirectory(prefix="fesloop-bench-") as folder:
@@ -241,7 +241,7 @@ def peer_median_ms(size: str, count: int) -> float:
 
 
 def _row(size: str, times: list[Array], reference: str, reference_us: float) -> dict[str, Any]:
-    """One size against a reference; against the bare solver, ratios are of the same process."""
+    """Row of one size relative to a reference; ratios to the bare solver are taken within a process."""
     ours = [measured[:, 0] for measured in times]
     median = float(np.median([np.median(us) for us in ours]))
     ratio = median / reference_us

@@ -1,25 +1,29 @@
-"""`fesloop bench realtime`: sixteen streams at 100 Hz in step with the wall clock, on a machine that is busy.
+"""`fesloop bench realtime`: sixteen streams at 100 Hz in step with the wall clock, on a busy machine.
 
-The recording `body16` (in the folder FESLOOP_RECORDINGS) plays through a tracker and a controller as the
-experiment `replay` has them, ten minutes in trials of its length, recorded as every run is. A process keeps
-the last core busy; the loop stays on the first. Beside it, on each core, another process only sleeps, the way
-the loop does, until the same deadlines and nine between each two: what it misses nobody could keep who sleeps
-on that core of this system. (A loop that the system may move cannot be judged so: its timer is that of the
-core where it fell asleep, and it can wake on the other.)
+The recording `body16` (in the folder FESLOOP_RECORDINGS) plays through a tracker and a controller as in the
+experiment `replay`, for ten minutes in trials of its length, recorded as in every run. A process keeps the
+last core busy; the loop is pinned to the first. On each core another process, the sleeper, does nothing but
+sleep in the same way until the same deadlines and nine between each two: a deadline that it misses could not
+be kept by any
+    process
+that sleeps on that core. (The loop has to be pinned for this comparison: otherwise its timer is that of the
+    core
+where it fell asleep, while it may wake on the other.)
 
-`us_*` of the first row are by how much the work of an instant began late, beside the sleepers' lateness
-(`reference_us_*`); of the second how long that work took. `missed` counts deadlines: the loop's, where the
-work of an instant ended more than a period of 10 ms after it; the sleepers', where one woke later than that
-from one of 100 a second; and `alone`, those of the loop that the sleeper on its core would have kept with the
-loop's work to do: it woke less than a period minus the work's median late, at all its deadlines from a period
-before the instant to the end of the loop's work. (That is why it has one every ms: a stall of 15 ms that
-begins as the loop works is 15 ms to the loop, and 5 to a sleeper whose next deadline is 10 ms away.)
-`alone_ms` lists the worst of these, with the instant and that sleeper's worst lateness about then.
+`us_*` of the first row is the delay of the start of each tick's work, with the sleepers' delay in
+`reference_us_*`; of the second row the duration of the work. `missed` counts deadlines: of the loop, where
+work ended more than a period of 10 ms late; of the sleepers, where one woke later than that, at 100 deadlines
+a second; and `alone`, those missed by the loop that the sleeper on its core would have kept with the loop's
+work to do: it woke less than a period minus the median work late, at all its deadlines from a period before
+the tick to the end of the loop's work. (For this it has a deadline every ms: a stall of 15 ms that begins
+during the loop's work lasts 15 ms for the loop, but 5 ms for a sleeper whose next deadline is 10 ms away.)
+`alone_ms` lists the worst of these, with their times and the sleeper's worst delay around them.
 
-`stood_still_ms`: how long the loop did so at most, for Python's collector and for writing the recording.
+`stood_still_ms` is the longest pause of the loop for Python's garbage collector and for writing the
+recording.
 
-`memory_mb` is the resident memory of the loop's process from a tenth of the run on: at the start, in the
-end, and the slope of the line through all samples in between, one a second.
+`memory_mb` is the resident memory of the loop's process from a tenth of the run on: at the start, at the end,
+and the slope of a line through all samples, one a second.
 """
 
 from __future__ import annotations
@@ -56,37 +60,37 @@ _MOST_TICKS = 2**20
 
 
 class Origin:
-    """An instant of `time.monotonic_ns()`, in a small file that processes share; 0 until it is told."""
+    """A time of `time.monotonic_ns()` in a small file shared by processes; 0 until it is set."""
 
     def __init__(self, path: Path) -> None:
         self._told = np.memmap(path, np.int64, "r+" if path.exists() else "w+", shape=(2,))
 
     def tell(self, origin_ns: int) -> None:
-        """Tell the instant."""
+        """Set the time."""
         self._told[0] = origin_ns
 
     def end(self) -> None:
-        """Tell that there is nothing more to do."""
+        """Signal the end."""
         self._told[1] = 1
 
     @property
     def ns(self) -> int:
-        """The instant."""
+        """Return the time, ns."""
         return int(self._told[0])
 
     @property
     def over(self) -> bool:
-        """Whether there is nothing more to do."""
+        """Whether the end is signalled."""
         return bool(self._told[1])
 
 
 @contextmanager
 def beside(folder: Path, period_ns: int, priority: int = 0) -> Iterator[Origin]:
-    """One core kept busy, and on each a bare sleeper, until the context is left.
+    """Context in which one core is kept busy, and a sleeper runs on each core.
 
-    Sleepers wake at the deadlines origin + k x period. What is yielded tells them the origin, again for each
-    trial. They ask for the priority, as a run does. All processes end with this one, however that ends. What
-    sleepers did is then in the folder: see `slept`.
+    Sleepers wake at the deadlines origin + k x period. The context's value sets the origin, for each trial.
+    They take the same priority as the run. All processes end with this one. The sleepers' records are then in
+    the folder: see `slept`.
     """
     context = get_context("spawn")
     origin = Origin(folder / "origin")
@@ -109,23 +113,20 @@ def beside(folder: Path, period_ns: int, priority: int = 0) -> Iterator[Origin]:
 
 
 def slept(folder: Path) -> Wakings:
-    """Each sleeper's core, its deadlines (`time.monotonic_ns()`) and by how much it woke late, ns: (n, 3).
-
-    In the order of deadlines.
-    """
+    """Core, deadline (`time.monotonic_ns()`) and delay of the sleepers' wakings, ns, (n, 3), by deadline."""
     rows = np.concatenate([np.load(each) for each in sorted(folder.glob("slept-*.npy"))])
     return rows[np.argsort(rows[:, 1], kind="stable")]
 
 
 def _burn(core: int, parent: int) -> None:
-    """Keep a core busy as long as the parent lives."""
+    """Keep a core busy while the parent lives."""
     os.sched_setaffinity(0, {core})
     while os.getppid() == parent:
         sum(range(100_000))
 
 
 def _sleep_and_wake(folder: Path, core: int, period_ns: int, priority: int, parent: int) -> None:
-    """Sleep until each deadline and note how late that was, as the loop sleeps, with nothing else to do."""
+    """Sleep until each deadline in the same way as the loop, and record the delay."""
     rows = np.full((_MOST_TICKS, 3), core, np.int64)
     gc.disable()
     os.sched_setaffinity(0, {core})
@@ -135,7 +136,7 @@ def _sleep_and_wake(folder: Path, core: int, period_ns: int, priority: int, pare
 
 
 def _note_wakings(rows: Wakings, told: Origin, period_ns: int, parent: int) -> int:
-    """Fill rows until it is told that all is over; how many were."""
+    """Fill rows until the end is signalled, and return their number."""
     origin_ns = tick = count = 0
     while not told.over and os.getppid() == parent and count < _MOST_TICKS:
         if told.ns != origin_ns:
@@ -161,7 +162,7 @@ _SHOWN = 10
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Teller:
-    """Tells the processes beside the loop when t = 0 is, and ends a run whose bench is gone."""
+    """Signals t = 0 to the other processes, and ends a run whose bench has ended."""
 
     path: str
     bench: int
@@ -169,14 +170,14 @@ class _Teller:
     outputs: tuple[Port, ...] = ()
 
     def init(self, context: Context) -> None:
-        """It remembers nothing."""
+        """No state."""
 
     def attach(self, state: Any, present: Present) -> None:
-        """Tell."""
+        """Signal t = 0."""
         Origin(Path(self.path)).tell(present.origin_ns)
 
     def step(self, state: Any, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """Look whether the bench is there."""
+        """End the run if the bench has ended."""
         if os.getppid() != self.bench:
             raise RunError("the bench that this run is of has ended")
         return ()
@@ -184,9 +185,9 @@ class _Teller:
 
 def run(seconds: float = _FULL_S, short: bool = False, priority: int = 0,
         progress: Callable[[float], None] | None = None) -> dict[str, Any]:
-    """The bench of so many seconds, or its short form; loop and sleeper ask for the priority (0: for none).
+    """Run the bench for some seconds, or its short form, with a scheduling priority (0: none).
 
-    Raises InputError where there is no recording `body16`, and RunError if the run fails.
+    Raises InputError without the recording `body16`, and RunError if the run fails.
     """
     Pacing(priority=priority)  # refuses one that is none
     source, seconds, core = _recording(), _SHORT_S if short else seconds, min(os.sched_getaffinity(0))
@@ -224,7 +225,7 @@ def _recording() -> Path:
 
 def _watched(process: SpawnProcess, seconds: float, origin: Origin,
              progress: Callable[[float], None] | None) -> list[tuple[float, float]]:
-    """Run the loop in its process; the resident memory of that as (s of the run, MB), one a second."""
+    """Run the loop in its process; returns its resident memory as (time, s; MB), one row a second."""
     process.start()
     began, samples = 0.0, []
     try:
@@ -245,7 +246,7 @@ def _watched(process: SpawnProcess, seconds: float, origin: Origin,
 
 
 def _paced(source: str, folder: str, seconds: float, priority: int, core: int) -> None:
-    """The run on its core: of trials as long as the recording, or one that is as long as asked for."""
+    """Run the loop on its core, in trials as long as the recording, or in one shorter trial."""
     os.sched_setaffinity(0, {core})
     trials = math.ceil(seconds / _TRIAL_S)
     experiment = load("replay", [f"recording={source}", f"experiment.trials={trials}",
@@ -260,13 +261,13 @@ def _resident_mb(process: int) -> float:
 
 
 def _instants(recording: Recording) -> tuple[Stamps, Stamps, Stamps]:
-    """Of each instant: how late it began, how long it took, and when it was (monotonic clock), ns."""
+    """Delay, duration and time (monotonic clock) of each tick's work, ns."""
     rows, origins = recording.instants, recording.origins
     return rows["late_ns"], rows["took_ns"], origins["monotonic_ns"][rows["trial"]] + rows["time_ns"]
 
 
 def _missed_by_core(sleepers: Stamps) -> dict[str, int]:
-    """How many of its deadlines, one a period, the sleeper of each core missed."""
+    """Number of deadlines, one a period, missed by the sleeper of each core."""
     missed = {}
     for core in np.unique(sleepers[:, 0]):
         late = sleepers[sleepers[:, 0] == core, 2][::_WAKINGS_A_PERIOD]
@@ -275,7 +276,7 @@ def _missed_by_core(sleepers: Stamps) -> dict[str, int]:
 
 
 def _slept_through(instants: Stamps, ends: Stamps, sleeper: Stamps, slept_ns: int) -> NDArray[np.bool_]:
-    """Whether a sleeper woke so late from a deadline between a period before each instant and its end."""
+    """Whether a sleeper woke that late between a period before each tick and the end of its work."""
     late = sleeper[sleeper[:, 2] > slept_ns, 1]
     first = np.searchsorted(late, instants - _PERIOD_NS)
     last = np.searchsorted(late, instants + ends, side="right")
@@ -285,7 +286,7 @@ def _slept_through(instants: Stamps, ends: Stamps, sleeper: Stamps, slept_ns: in
 
 def _worst(instants: Stamps, ends: Stamps, alone: NDArray[np.bool_],
            sleeper: Stamps) -> list[dict[str, float]]:
-    """The worst of the deadlines that the loop missed alone."""
+    """Worst deadlines missed by the loop alone."""
     found = np.flatnonzero(alone)
     found = found[np.argsort(-ends[found])][:_SHOWN]
     told = []
@@ -298,7 +299,7 @@ def _worst(instants: Stamps, ends: Stamps, alone: NDArray[np.bool_],
 
 
 def _memory(samples: Sequence[tuple[float, float]]) -> dict[str, float]:
-    """At the start, in the end, and the slope, MB a minute, without the first tenth."""
+    """Memory at the start and end, MB, and its slope, MB a minute, without the first tenth."""
     times, sizes = np.array(samples[len(samples) // 10:]).T
     slope = float(np.polyfit(times, sizes, 1)[0]) * 60.0 if len(times) > 1 else 0.0
     return {"start": float(sizes[0]), "end": float(sizes[-1]), "slope_per_minute": slope}

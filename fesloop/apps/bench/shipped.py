@@ -1,9 +1,9 @@
-"""`fesloop bench shipped`: how long every shipped experiment takes, beside what its file says (`takes_s`).
+"""`fesloop bench shipped`: run time of every shipped experiment, compared with that in its file (`takes_s`).
 
-A row an experiment: `fesloop run NAME` in a fresh process, once, in microseconds; `ratio` is to what the file
-says. Told is CPU time, which is wall time where a core is free, for a run is one thread; in real time, wall
-time. Code that has never run here is compiled first, which counts. Experiments whose input or extra is not
-here are left out; `short` leaves out those that take more than 10 s.
+A row for each experiment: `fesloop run NAME` once in a fresh process, in microseconds; `ratio` is relative to
+the file's time. It is CPU time, which equals wall time on a free core, since a run has one thread; in real
+time it is wall time. Compilation counts. Experiments whose input or extra is missing are left out; `short`
+leaves out those that take more than 10 s.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _DONE, _BAD_INPUT = 0, 2
 
 
 def run(short: bool = False, progress: Callable[[float], None] | None = None) -> dict[str, Any]:
-    """One row an experiment."""
+    """Make a row for each experiment."""
     told = ((name, guide_of(read(name)[1])) for name in shipped())
     guides = {name: guide for name, guide in told if guide is not None
               and not _INPUTS.intersection(guide.needs) and (not short or guide.takes_s <= _SHORT_S)}
@@ -41,7 +41,7 @@ def run(short: bool = False, progress: Callable[[float], None] | None = None) ->
 
 
 def seconds_of(name: str, guide: Guide) -> float | None:
-    """How long `fesloop run NAME` takes, s; None where what it needs is not here. RunError if it fails."""
+    """Time of `fesloop run NAME`, s; None if something it needs is missing. Raises RunError if it fails."""
     paced = "real time" in guide.needs
     with tempfile.TemporaryDirectory(prefix="fesloop-bench-") as folder:
         command = [sys.executable, "-m", "fesloop", "run", name, "--out", folder]

@@ -1,7 +1,7 @@
-"""`fesloop bench tracker`: a tick of a tracker, beside the bare `vqf` updates that it cannot do without.
+"""`fesloop bench tracker`: a tick of a tracker, compared with the bare `vqf` updates that it needs.
 
-Sixteen sensors (a hand tracker's number) worn by someone who moves, 100 Hz; trackers and yardstick take
-turns within each tick, so that what else the machine does touches both.
+Sixteen sensors at 100 Hz, as many as on a hand, in lively motion; trackers and reference alternate within
+each tick, so that other load affects both.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ STILL, WARM_UP = 320, 400
 CASES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("vqf", {}), ("vqf9", {}), ("salchow_m2", {}), ("salchow_m2", {"front_end": "seel_ruppin"}),
     ("salchow_m1", {}), ("salchow_b", {}), ("constrained", {}), ("kortier", {}))
-"""Tracker kinds and the parameters that each is given beside the number of sensors."""
+"""Tracker kinds and their parameters apart from the number of sensors."""
 
 
 def moving_samples(ticks: int, sensors: int, still: int = 0) -> dict[str, Array]:
-    """gyr (rad/s), acc (m/s^2) and mag (T), (ticks, sensors, 3), of a lively movement; the same each time.
+    """Samples gyr (rad/s), acc (m/s^2) and mag (T), (ticks, sensors, 3), of a fixed lively movement.
 
-    For the first `still` ticks nothing moves.
+    The sensors are at rest for the first `still` ticks.
     """
     rng = np.random.default_rng(0)
     motion = rng.normal(size=(3, ticks, sensors, 3))
@@ -42,7 +42,7 @@ def moving_samples(ticks: int, sensors: int, still: int = 0) -> dict[str, Array]
 
 
 def tick_times_us(tracker: Block, samples: Sequence[Array], rate: int | float | str) -> Array:
-    """Wall time of each tick of a tracker stepped over samples, (ticks,), us; the loop is not in it.
+    """Wall time of each tick of a tracker without the loop, (ticks,), us.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def tick_times_us(tracker: Block, samples: Sequence[Array], rate: int | float | 
 
 
 class _Stepper:
-    """Steps a tracker and gives the ns that each step took."""
+    """Steps a tracker and returns the time of each step, ns."""
 
     def __init__(self, tracker: Block, samples: Sequence[Array], clock: RateClock) -> None:
         self.tracker, self.samples, self.clock, self.tick = tracker, samples, clock, Tick()
@@ -71,7 +71,7 @@ class _Stepper:
 
 
 def _bare(samples: Sequence[Array]) -> list[Any]:
-    """For each sensor a vqf filter's update and its rows of samples, already apart."""
+    """For each sensor, the update of a vqf filter and its rows of samples."""
     from vqf import VQF
 
     sensors = range(samples[0].shape[1])
@@ -79,7 +79,7 @@ def _bare(samples: Sequence[Array]) -> list[Any]:
 
 
 def _bare_ns(filters: list[Any], k: int) -> int:
-    """Time of one update of every filter; picking the samples is not counted."""
+    """Time of one update of every filter, without the selection of samples."""
     calls = [(update, *(kind[k] for kind in kinds)) for update, kinds in filters]
     started = perf_counter_ns()
     for update, *sample in calls:
@@ -88,7 +88,7 @@ def _bare_ns(filters: list[Any], k: int) -> int:
 
 
 def run(progress: Callable[[float], None] | None = None) -> dict[str, Any]:
-    """One row a tracker, sixteen sensors each."""
+    """Make a row for each tracker, with sixteen sensors."""
     samples = moving_samples(TICKS, SENSORS, STILL)
     rows = []
     for number, (kind, parameters) in enumerate(CASES):

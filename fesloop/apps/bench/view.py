@@ -1,16 +1,16 @@
-"""`fesloop bench view`: whether somebody who watches slows a loop at 100 Hz in step with the wall clock.
+"""`fesloop bench view`: effect of a viewer on a loop at 100 Hz in step with the wall clock.
 
-A whole hand moves, sixteen inertial sensors sit on it, and a tracker follows at 100 Hz (the experiment
-`tracker_hour`), recorded as every run is. In turns within this one run nobody watches, or `fesloop view`
-follows the recording and somebody takes every frame, for as long; a turn with it also holds its start and its
-end. The loop stays on the first core; the viewer runs wherever the system puts it.
+A whole hand with sixteen inertial sensors moves, and a tracker follows at 100 Hz (the experiment
+`tracker_hour`), recorded as in every run. Turns with and without a viewer alternate within this run: `fesloop
+view` follows the recording, and a client takes every frame; a turn with it includes its start and end. The
+loop is pinned to the first core; the viewer runs on any.
 
-`us_*` are by how much the work of an instant began late: the first row's of the turns in which somebody
-watches, beside (`reference_us_*`) those of the others, which are the second row. `p99_ratio` is that of the
-two 99th percentiles, `low` and `high` its 95 % interval over turns (bootstrap). A stall of the whole machine
-in one turn of thirty, with a viewer or without, is enough to decide that one; `turn_p99_ratio` is that of the
-medians of what each turn's 99th percentile was, which `us_p99_of_turns` lists. `frames_per_s` is how many
-came in the turns with a viewer, from the first on.
+`us_*` is the delay of the start of each tick's work: in the first row with a viewer, with the turns without
+(`reference_us_*`), which are the second row. `p99_ratio` is the ratio of the 99th percentiles, `low` and
+`high` its 95 % bootstrap interval over turns. Since one stall of the machine in thirty turns can decide it,
+`turn_p99_ratio` is the ratio of the medians over turns of each turn's 99th percentile, which
+`us_p99_of_turns` lists. `frames_per_s` is the rate of frames in the turns with a viewer, from the first frame
+on.
 """
 
 from __future__ import annotations
@@ -41,11 +41,11 @@ from fesloop.show.view.followed import GrowingRecording
 
 Stamps = NDArray[np.int64]
 _FULL, _SHORT = (30, 20.0), (4, 8.0)
-"""How many turns, and how long one is, s."""
+"""Number of turns, and length of one, s."""
 _WARM_UP_NS = 2 * NS_PER_S
-"""Of the run, before the first turn."""
+"""Time of the run before the first turn."""
 _STARTING_S, _TIMES = 120.0, 5.0
-"""The run could go on for so long, and so many times the turns; it ends with the last of them."""
+"""Longest time for the start, s, and longest run as a multiple of the turns; it ends with the last turn."""
 _EXPERIMENT = "tracker_hour"
 _STARTS_S, _LOOK_S = 120.0, 0.05
 _DRAWS = 1000
@@ -54,7 +54,7 @@ _SEED = 1
 
 @dataclass(slots=True)
 class _Turn:
-    """A stretch of the run, by the monotonic clock; of a watched one how many frames came in what time."""
+    """A part of the run, by the monotonic clock; with a viewer, the number of frames and their time."""
 
     watched: bool
     began_ns: int
@@ -65,7 +65,7 @@ class _Turn:
 
 def run(count: int | None = None, turn_s: float | None = None, short: bool = False, priority: int = 0,
         progress: Callable[[float], None] | None = None, experiment: str = _EXPERIMENT) -> dict[str, Any]:
-    """The bench of so many turns of so many seconds, or its short form; the loop asks for the priority.
+    """Run the bench for some turns of some seconds, or its short form, with a scheduling priority.
 
     Raises RunError if the run or a viewer fails.
     """
@@ -90,7 +90,7 @@ def run(count: int | None = None, turn_s: float | None = None, short: bool = Fal
 
 
 def _paced(experiment: str, folder: str, seconds: float, priority: int, core: int) -> None:
-    """The run, on its core."""
+    """Run the loop on its core."""
     os.sched_setaffinity(0, {core})
     loaded = load(experiment, [f"experiment.duration_s={seconds}"])
     run_experiment(loaded, Path(folder), realtime=Pacing(priority=priority))
@@ -101,7 +101,7 @@ def _recording(folder: Path) -> Path:
 
 
 def _begun(loop: Any, folder: Path) -> None:
-    """Wait until the run is under way."""
+    """Wait until the run has started."""
     until = time.monotonic() + _STARTS_S
     rows: GrowingRecording | None = None
     origin_ns: int | None = None
@@ -118,7 +118,7 @@ def _begun(loop: Any, folder: Path) -> None:
 
 def _take_turns(loop: Any, recording: Path, count: int, turn_s: float,
                 progress: Callable[[float], None]) -> list[_Turn]:
-    """Watch every other while."""
+    """Watch in every other turn."""
     turns: list[_Turn] = []
     while len(turns) < count:
         turn = _Turn(bool(len(turns) % 2), time.monotonic_ns())
@@ -135,7 +135,7 @@ def _take_turns(loop: Any, recording: Path, count: int, turn_s: float,
 
 
 def _watch(turn: _Turn, recording: Path, turn_s: float) -> None:
-    """A viewer, and somebody who takes its frames for a while."""
+    """Run a viewer and a client that takes its frames for one turn."""
     with subprocess.Popen([sys.executable, "-m", "fesloop", "view", str(recording)],
                           stderr=subprocess.PIPE, text=True) as viewer:
         assert viewer.stderr is not None
@@ -166,7 +166,7 @@ def _take_frames(turn: _Turn, host: str, port: int, turn_s: float) -> None:
 
 
 def _late(late_ns: Stamps, instants_ns: Stamps, turn: _Turn) -> Stamps:
-    """By how much the instants of a turn began late, ns."""
+    """Delays of the work of a turn's ticks, ns."""
     return late_ns[(instants_ns >= turn.began_ns) & (instants_ns < turn.ended_ns)]
 
 
@@ -190,7 +190,7 @@ def _result(turns: Sequence[_Turn], late: Sequence[Stamps]) -> dict[str, Any]:
 
 
 def _ratio(watched: Sequence[Any], alone: Sequence[Any], of: Callable[[list[Any]], Any]) -> dict[str, float]:
-    """A figure of some turns over that of the others, and its 95 % interval by drawing turns anew."""
+    """Ratio of a statistic with and without a viewer, and its 95 % bootstrap interval over turns."""
     chances = np.random.default_rng(_SEED)
     ratios = [of(_drawn(watched, chances)) / of(_drawn(alone, chances)) for _ in range(_DRAWS)]
     low, high = np.percentile(ratios, [2.5, 97.5])
@@ -198,7 +198,7 @@ def _ratio(watched: Sequence[Any], alone: Sequence[Any], of: Callable[[list[Any]
 
 
 def _drawn(turns: Sequence[Any], chances: np.random.Generator) -> list[Any]:
-    """As many turns, drawn with replacement."""
+    """Sample as many turns with replacement."""
     return [turns[i] for i in chances.integers(0, len(turns), len(turns))]
 
 
