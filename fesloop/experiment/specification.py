@@ -20,7 +20,7 @@ from fesloop.forms.schema import plain
 from fesloop.loop.clock import FOREVER, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.nodes import Node
 from fesloop.loop.surroundings import faults_in_place
-from fesloop.loop.wire import Wire
+from fesloop.loop.wire import TRANSPORT, Wire
 from fesloop.loop.wiring import Wiring
 
 _REFERENCES = ("reference", "reference_preview")
@@ -76,6 +76,25 @@ def _rows(node: Node) -> tuple[str, ...]:
 
 
 _WIRE_NAMES = {"source": "from", "target": "to"}
+
+
+def _wire_table(wire: Wire) -> dict[str, Any]:
+    """The table of a wire in a file; the transport of a wire on a link is in the table of the link."""
+    return {_WIRE_NAMES.get(key, key): value for key, value in plain(wire).items()
+            if wire.link is None or key not in TRANSPORT}
+
+
+def _link_tables(wires: Iterable[Wire]) -> dict[str, dict[str, Any]]:
+    """The tables of the links in a file, by name."""
+    return {wire.link: {key: value for key, value in plain(wire).items() if key in TRANSPORT}
+            for wire in wires if wire.link is not None}
+
+
+def with_transport(wire: Mapping[str, Any], document: Mapping[str, Any]) -> dict[str, Any]:
+    """The table of a wire in a document, together with the transport of its link if it is on one."""
+    return {**document.get("links", {}).get(wire.get("link"), {}), **wire}
+
+
 _LONGEST_NAME = 100
 _MOST_TRIALS, _GREATEST_SEED = 2**31 - 1, 2**63 - 1
 """What a recording has room for."""
@@ -217,8 +236,8 @@ class ExperimentSpecification:
             **({"patient": plain(self.patient)} if self.patient is not None else {}),
             "record": plain(self.record),
             "blocks": {node.name: self._block_table(node) for node in self.nodes},
-            "wires": [{_WIRE_NAMES.get(key, key): value for key, value in plain(wire).items()}
-                      for wire in self.wires],
+            **({"links": links} if (links := _link_tables(self.wires)) else {}),
+            "wires": [_wire_table(wire) for wire in self.wires],
             "score": plain(self.score),
         }
 

@@ -13,6 +13,7 @@ from fesloop.loop.clock import FOREVER, NS_PER_MS
 Kind = Literal["zero", "fixed", "uniform", "normal", "exponential", "measured", "recorded"]
 _GREATEST_SCALE = 1e6
 """Of a measured time: with it a step of an hour is still shorter than stamps reach, 2^62 ns."""
+_DISTRIBUTIONS = ("uniform", "normal", "exponential")
 _STANDARD_NORMAL = NormalDist()
 _NEEDS: dict[str, tuple[str, ...]] = {
     "zero": (),
@@ -71,8 +72,8 @@ class Duration:
 
     @property
     def random(self) -> bool:
-        """Whether each tick draws a number."""
-        return self.kind in ("uniform", "normal", "exponential")
+        """Whether durations differ from tick to tick by a distribution."""
+        return self.kind in _DISTRIBUTIONS and self.least_ns != self.most_ns
 
     @property
     def least_ns(self) -> int:
@@ -97,7 +98,7 @@ class Duration:
 
         Raises InputError where nothing is drawn.
         """
-        if not self.random:
+        if self.kind not in _DISTRIBUTIONS:
             raise InputError("kind", f"{self.kind!r}", "uniform, normal, exponential")
         low, high = self.least_ns, _ns(self.high_ms)
         if limit_ns < low:

@@ -150,8 +150,8 @@ class Transit:
         if left is None:
             return None
         wire = self._wire
-        if wire.loss == 0.0 and wire.jitter.kind == "zero":
-            return left + self._latency_ns
+        if not wire.random:
+            return left + self._least_ns
         if index not in self._jitter_ns:
             chance, shape = self._noise.row(index)
             lost = self._losses.lost(index, float(chance))

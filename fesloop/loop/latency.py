@@ -492,8 +492,7 @@ def _paths(connections: Sequence[Connection]) -> Iterator[tuple[Connection, ...]
 
 def _timing(wire: Wire) -> Wire:
     """What of a wire decides when its messages arrive: its name too, where chance has a part in it."""
-    plain = wire.jitter.kind == "zero" and not wire.loss
-    return replace(wire, source="a.wire", target="a.wire") if plain else wire
+    return wire if wire.random else replace(wire, source="a.wire", target="a.wire", link=None)
 
 
 def _period_s(clock: Clock) -> float:

@@ -74,6 +74,10 @@ Message = tuple[Value, int, int, int]
 """(value, oldest capture, newest capture, arrival), as in Sample."""
 
 
+TRANSPORT = ("latency_ms", "jitter", "loss", "burst_messages", "late")
+"""Fields of a wire that are equal on all wires of a link."""
+
+
 @dataclass(frozen=True, slots=True)
 class Wire:
     """From an output port to an input port.
@@ -90,8 +94,11 @@ class Wire:
     rate, offset_ms: when a plant's output is sampled into the wire, Hz and ms; by default at the reader's
         ticks. A wire from plant to plant must give its communication rate. A block's output is sent when
         the block steps, so there is no rate to give.
-    burst_messages: mean number of messages lost in a row (`losses.Losses`); 0: every message is lost or not
-        by itself.
+    burst_messages: mean number of messages lost in a row (`Losses`); 0: every message is lost or not by
+        itself.
+    link: name of the transport that several wires share, such as a radio; None for a wire of its own. What
+        the sources of these wires send at one tick is one packet: it is lost or arrives as a whole, with
+        one jitter. Wires of one link have equal transport, and sources on one clock (see `link_faults`).
     """
 
     source: str
@@ -103,6 +110,7 @@ class Wire:
     rate: str | int | float | None = None
     offset_ms: float = 0.0
     burst_messages: float = 0.0
+    link: str | None = None
 
     def __post_init__(self) -> None:
         for end in (self.source, self.target):
@@ -126,6 +134,8 @@ class Wire:
         duration_ns(self.offset_ms, NS_PER_MS, f"{where}: offset_ms")
         if self.rate is None and self.offset_ms:
             raise InputError(f"{where}: offset_ms", "given without a rate", "a rate beside it")
+        if self.link == "":
+            raise InputError(f"{where}: link", "is empty", "the name of a link", "leave it out")
 
     def _require_burst(self, where: str) -> None:
         burst, least = self.burst_messages, least_burst(self.loss)
@@ -158,7 +168,13 @@ class Wire:
 
     def noise(self, seed: int, trial: int) -> NoiseStream:
         """Row k: the uniform numbers that decide loss and jitter of the source's tick k."""
-        return NoiseStream(stream_key(seed, f"wire/{self.name}", trial), 2, "uniform")
+        sender = f"wire/{self.name}" if self.link is None else f"link/{self.link}"
+        return NoiseStream(stream_key(seed, sender, trial), 2, "uniform")
+
+    @property
+    def random(self) -> bool:
+        """Whether messages can be lost or differ in their transport time."""
+        return bool(self.loss) or self.jitter.random
 
     def losses(self, noise: NoiseStream) -> Losses:
         """Which messages are lost, by the numbers of `noise`."""
@@ -186,14 +202,14 @@ class Link:
         self.queue: deque[Message] = deque()
         self.sent = self.lost = self.late = 0
         self._wire = wire
-        self.latency_ns = wire.latency_ns
+        self.latency_ns = wire.latency_ns if wire.random else wire.least_ns
         self._in_order = wire.late == "in-order"
         self._last_arrival = 0
         self._order: deque[int] = deque()
         self._held = -1
         self._noise = wire.noise(seed, trial)
         self._losses = wire.losses(self._noise)
-        self.plain = wire.loss == 0.0 and wire.jitter.kind == "zero"
+        self.plain = not wire.random
 
     def send(self, index: int, value: Value, oldest: int, newest: int, left: int) -> None:
         """A message on its way, with jitter and loss by the numbers of the source's tick `index`."""

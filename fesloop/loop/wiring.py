@@ -17,6 +17,7 @@ from fesloop.loop.wiring_checks import (
     fit_faults,
     guard_faults,
     interlock_faults,
+    link_faults,
     open_inputs,
     resolved,
 )
@@ -57,6 +58,7 @@ class Wiring:
             faults += fit_faults(
                 end.wire, end.source.part.outputs[end.source_port], end.target.part.inputs[end.target_port],
                 end.source.clock or end.clock, end.target.clock)
+        faults += link_faults(self.connections)
         _raise(faults + guard_faults(self.connections) + interlock_faults(self.nodes, self.connections))
         self.order = firing_order(self.nodes, self.connections)
 

@@ -9,9 +9,10 @@ from typing import Any, cast
 
 from fesloop.errors import InputError
 from fesloop.loop.clock import Clock
+from fesloop.loop.duration import Duration
 from fesloop.loop.nodes import Connection, Node
 from fesloop.loop.signals import Port, Sensors
-from fesloop.loop.wire import Wire
+from fesloop.loop.wire import TRANSPORT, Wire
 
 
 def end_faults(wire: Wire, nodes: Mapping[str, Node]) -> list[InputError]:
@@ -57,6 +58,33 @@ def open_inputs(nodes: Sequence[Node], wires: Sequence[Wire]) -> list[InputError
                        + (f" {other}" if (other := getattr(node.part, "for_open_inputs", "")) else ""))
             for node in nodes for port in node.part.inputs
             if not port.optional and f"{node.name}.{port.name}" not in wired]
+
+
+def link_faults(connections: Sequence[Connection]) -> list[InputError]:
+    """Wires that differ from the first wire of their link in transport or in the clock of their source."""
+    faults = []
+    first: dict[str, Connection] = {}
+    for each in connections:
+        if each.wire.link is None:
+            continue
+        other = first.setdefault(each.wire.link, each)
+        where, link = f"wire {each.wire.name}", f"link {each.wire.link!r}"
+        faults += [InputError(f"{where}: {key}", f"{_brief(found)}, and {_brief(expected)} on wire "
+                              f"{other.wire.name} of the same {link}", f"equal {key} on all wires of a link",
+                              f"set links.{each.wire.link}.{key}, which all of them follow")
+                   for key in TRANSPORT
+                   if (found := getattr(each.wire, key)) != (expected := getattr(other.wire, key))]
+        clock, reference = each.clock or each.source.clock, other.clock or other.source.clock
+        if clock != reference:
+            faults.append(InputError(
+                f"{where}: link", f"{each.wire.source} is sent at {clock}, {other.wire.source} on the same "
+                f"{link} at {reference}", "one clock for all that a packet carries",
+                f"give {each.source.name} and {other.source.name} one rate, or the wires different links"))
+    return faults
+
+
+def _brief(value: object) -> str:
+    return f"{value.kind} jitter" if isinstance(value, Duration) else f"{value}"
 
 
 _ONE_OF_A_VECTOR = ("take the number out of the vector in a block of your own, "

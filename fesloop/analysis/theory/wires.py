@@ -23,6 +23,14 @@ def require_theory(connections: Sequence[Connection]) -> None:
                 raise uncovered(f"{where}: late", "in-order under jitter", "keep-newest")
             if bursts(connection):
                 raise uncovered(f"{where}: burst_messages", "bursts of losses under jitter", "one of the two")
+    packets: dict[str, Connection] = {}
+    for connection in connections:
+        if connection.wire.link is not None and connection.wire.random:
+            other = packets.setdefault(connection.wire.link, connection)
+            if other is not connection:
+                raise uncovered(f"wire {connection.wire.name}",
+                                f"shares losses or jitter with {other.wire.name} (link "
+                                f"{connection.wire.link!r})", "one random wire of a link in the loop")
     chained = [c for c in connections if varies(c) or bursts(c)]
     if len(chained) > 1:
         raise uncovered(f"wire {chained[1].wire.name}", f"jitter or bursts, as on {chained[0].wire.name}",
@@ -44,8 +52,7 @@ def clock_of(connection: Connection) -> RateClock:
 
 def varies(connection: Connection) -> bool:
     """Whether the transport differs from message to message."""
-    jitter = connection.wire.jitter
-    return jitter.random and jitter.most_ns != jitter.least_ns
+    return connection.wire.jitter.random
 
 
 def latency_ns(connection: Connection) -> int:

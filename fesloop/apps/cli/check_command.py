@@ -185,11 +185,13 @@ def _node_row(node: Node) -> tuple[str, str, str, str]:
 
 def _wire_row(wire: Wire) -> tuple[str, str, str, str]:
     parts = [_exact_ms(wire.latency_ns / NS_PER_MS)]
-    if wire.jitter.kind != "zero":
+    if wire.jitter.random or wire.jitter.least_ns:
         parts.append(f"{wire.jitter.kind} jitter")
     if wire.loss:
         in_bursts = f" in bursts of {wire.burst_messages:g}" if wire.burst_messages else ""
         parts.append(f"{100 * wire.loss:g} % lost{in_bursts}")
+    if wire.link is not None:
+        parts.append(f"link {wire.link}")
     return wire.source, wire.target, " + ".join(parts), wire.late
 
 

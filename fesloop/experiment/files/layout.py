@@ -108,12 +108,14 @@ def experiment_table(kinds: Kinds) -> Any:
                              "seed": NotRequired[int], "notes": NotRequired[list[str]]})
     block: Any = _block(kinds)
     wire: Any = _wire(kinds)
+    link: Any = _link(kinds)
     option: Any = option_table()
     return closed("Experiment", {
         "experiment": Required[about],
         "patient": NotRequired[CHOICE],
         "record": NotRequired[table(Record, kinds)],
         "blocks": Required[dict[str, block]],
+        "links": NotRequired[dict[str, link]],
         "wires": NotRequired[list[wire]],
         "score": NotRequired[table(Score, kinds)],
         "aliases": NotRequired[Aliases],
@@ -132,6 +134,7 @@ def option_table() -> Any:
         **tables,
         "record": NotRequired[table(Record, {})],
         "blocks": NotRequired[dict[str, dict[str, Any]]],
+        "links": NotRequired[dict[str, _link({})]],  # type: ignore[misc]
         "wires": NotRequired[list[_wire({})]],  # type: ignore[misc]
         "aliases": NotRequired[Aliases],
     })
@@ -139,6 +142,13 @@ def option_table() -> Any:
 
 def _wire(kinds: Kinds) -> Any:
     return table(Wire, kinds, {"optional": NotRequired[bool]}, {"source": "from", "target": "to"})
+
+
+def _link(kinds: Kinds) -> Any:
+    """Typed dict of a link: what all wires that name it have in common."""
+    return closed("Link", {"latency_ms": NotRequired[float], "jitter": NotRequired[checked(Duration, kinds)],
+                           "loss": NotRequired[float], "burst_messages": NotRequired[float],
+                           "late": NotRequired[Literal["keep-newest", "in-order"]]})
 
 
 def _block(kinds: Kinds) -> Any:

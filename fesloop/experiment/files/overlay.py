@@ -36,7 +36,7 @@ from fesloop.forms.faults import faults_of
 from fesloop.forms.schema import closed, hints_of, keys_at
 from fesloop.forms.toml import DEEPEST, TomlError, TooLargeError, tables_of
 
-_TOP = ("experiment", "patient", "record", "blocks", "wires", "score")
+_TOP = ("experiment", "patient", "record", "blocks", "links", "wires", "score")
 _PART = re.compile(r'"([^"]*)"|([^.\[\]"]+)|\[(\d+)\]')
 
 
@@ -168,7 +168,7 @@ BESIDE = ("guide", "variants")
 """Tables of a file that no variant changes, and a file that extends another may."""
 EXTENDING = "said by files that extend others"
 """Key under which a document has what each file said that it is made of, but the first."""
-PATCHED = ("experiment", "patient", "record", "blocks", "wires", "score", "aliases")
+PATCHED = ("experiment", "patient", "record", "blocks", "links", "wires", "score", "aliases")
 """Tables of a file that a patch may change."""
 _SIGNALS = ("timed", "leave_out")
 """Lists of [record] that name blocks and signals."""
@@ -233,7 +233,7 @@ def patched(document: Mapping[str, Any], patch: Mapping[str, Any], where: str) -
             for path in _remove(made, key_parts(key), f"{place}[{number}]")]
     for key in PATCHED:
         if key in patch and key != "wires":
-            made[key] = merged(made.get(key, {}), patch[key], 0 if key == "blocks" else 1)
+            made[key] = merged(made.get(key, {}), patch[key], 0 if key in ("blocks", "links") else 1)
     for wire in patch.get("wires", ()):
         made["wires"][_ends(wire)] = merged(made["wires"].get(_ends(wire), {}), wire, 1)
     _drop_aliases(made, [path for path in gone if not _stands(made, path)])

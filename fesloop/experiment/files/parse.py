@@ -27,7 +27,7 @@ from fesloop.forms.toml import TomlError, plain_tables
 from fesloop.loop.clock import Clock
 from fesloop.loop.duration import Duration
 from fesloop.loop.nodes import Node
-from fesloop.loop.wire import Wire
+from fesloop.loop.wire import TRANSPORT, Wire
 
 _FORMS = 32
 """Forms kept, the last used: 1.2 MB each, and cells of a study rarely differ in more sets of kinds."""
@@ -262,7 +262,8 @@ def _experiment(document: dict[str, Any], kinds: Kinds) -> Experiment:
         if not owner_refused:
             nodes[name] = made(_node, name, blocks[name], kinds, nodes)
     listed = document.get("wires", [])
-    wires = [made(_wire, wire_place(i, listed), table, kinds) for i, table in enumerate(listed)
+    links = document.get("links", {})
+    wires = [made(_wire, wire_place(i, listed), table, kinds, links) for i, table in enumerate(listed)
              if not table.get("optional") or _can_be_wired(table, nodes)]
     record = made(make, Record, document.get("record", {}), kinds, "record")
     score = made(make, Score, document.get("score", {}), kinds, "score")
@@ -335,8 +336,20 @@ def _can_be_wired(table: dict[str, Any], nodes: Mapping[str, Node | None]) -> bo
     return bool(targets) and (bool(sources) or not targets[0].optional)
 
 
-def _wire(where: str, table: dict[str, Any], kinds: Kinds) -> Wire:
-    """A wire; `where` it is leads every fault."""
+def _wire(where: str, table: dict[str, Any], kinds: Kinds, links: Mapping[str, Any]) -> Wire:
+    """A wire, with the transport of its link if it names one; `where` leads every fault."""
+    link = table.get("link")
+    if link is not None:
+        if link not in links:
+            raise InputError(f"{where}.link", f"there is no link {link!r}",
+                             ", ".join(links) or f"a table [links.{link}]",
+                             did_you_mean(link, list(links)))
+        own = [key for key in TRANSPORT if key in table]
+        if own:
+            raise InputError(f"{where}.{own[0]}", f"is given beside link = {link!r}",
+                             "transport of a wire on a link in the table of the link",
+                             f"set links.{link}.{own[0]}, or remove link")
     names = {"from": "source", "to": "target"}
-    values = {names.get(key, key): value for key, value in table.items() if key != "optional"}
+    values = {names.get(key, key): value for key, value in {**links.get(link, {}), **table}.items()
+              if key != "optional"}
     return make(Wire, values, kinds, where)  # type: ignore[no-any-return]

@@ -30,6 +30,7 @@ from fesloop.experiment.metrics.joints import (
 from fesloop.experiment.metrics.not_known import NOT_KNOWN, give_reasons, note
 from fesloop.experiment.metrics.search import search_metrics
 from fesloop.experiment.recording.reading import Recording, Signal
+from fesloop.experiment.specification import with_transport
 from fesloop.experiment.wanted import Score
 from fesloop.forms.schema import make
 from fesloop.hand import quaternion
@@ -240,6 +241,7 @@ def _arrived(recording: Recording, signal: Signal, trial: int) -> Trace:
     if table is None:
         return signal.left_ns, signal.values
     ends = {"from": "source", "to": "target"}
+    table = with_transport(table, recording.experiment)
     wire: Wire = make(Wire, {ends.get(key, key): value for key, value in table.items()}, {}, signal.name)
     return _through(wire, signal, recording.seed, trial)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from fesloop.experiment.specification import with_transport
 from fesloop.forms.toml import toml_text
 from fesloop.show.report.parts import Code, Drawing, Fold, Notice, Paragraph, Part, Section, Table
 from fesloop.show.report.run.known import Known
@@ -24,7 +25,8 @@ def experiment_section(known: Known) -> Section:
 
 
 def _parts(known: Known, tables: Mapping[str, Any]) -> Iterator[Part]:
-    blocks, wires = tables.get("blocks", {}), tables.get("wires", [])
+    blocks = tables.get("blocks", {})
+    wires = [with_transport(wire, tables) for wire in tables.get("wires", [])]
     rates = {name: _rate(known, name, table) for name, table in blocks.items()}
     if blocks:
         yield Drawing(key="wiring", title="Blocks with their rates, wires with their latencies",
