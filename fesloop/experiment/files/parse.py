@@ -350,6 +350,6 @@ def _wire(where: str, table: dict[str, Any], kinds: Kinds, links: Mapping[str, A
                              "transport of a wire on a link in the table of the link",
                              f"set links.{link}.{own[0]}, or remove link")
     names = {"from": "source", "to": "target"}
-    values = {names.get(key, key): value for key, value in {**links.get(link, {}), **table}.items()
+    values = {names.get(key, key): value for key, value in {**links.get(link or "", {}), **table}.items()
               if key != "optional"}
     return make(Wire, values, kinds, where)  # type: ignore[no-any-return]
