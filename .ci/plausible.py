@@ -160,7 +160,7 @@ def flat(metrics: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, list
     """Metrics by dotted path, a value a trial."""
     for name, value in metrics.items():
         at = f"{path}.{name}" if path else name
-        if name == "not_known":
+        if name == "missing":
             continue
         if isinstance(value, Mapping):
             yield from flat(value, at)
@@ -170,7 +170,7 @@ def flat(metrics: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, list
 
 def metrics_doubted(metrics: Mapping[str, Any]) -> Iterator[str]:
     """Metrics that are none without a reason, or beyond what is possible."""
-    reasons = metrics.get("not_known", {})
+    reasons = metrics.get("missing", {})
     for name, values in flat(metrics):
         limits = next(((low, high) for pattern, low, high in BOUNDS if re.fullmatch(pattern, name)), None)
         for trial, value in enumerate(values):

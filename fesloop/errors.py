@@ -10,10 +10,25 @@ from pathlib import Path
 _LONGEST, _LONGEST_LINE, _END = 400, 3000, 100
 """Characters of a place or a value in a message, of a message, and of the end that a cut one keeps."""
 
+RENAMED = {
+    "about_z_share": "flexion_axis_share",
+    "asked": "intended",
+    "not_known": "missing",
+    "of_optimum": "optimum_share",
+    "unseen_deg_s": "untracked_deg_s",
+    "unsure_deg": "uncertain_deg",
+    "wanted": "target",
+    "wanted_n": "target_n",
+}
+"""Former names that users' files may hold (keys, ports, metrics), each with its present name."""
+
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """The remedy for a name that does not exist: the known one that is most like it; empty if none is."""
-    close = get_close_matches(name, list(known), 1)
+    """Remedy for an unknown name: its present name, or the known name most like it; empty if none is."""
+    known = list(known)
+    if RENAMED.get(name) in known:
+        return f"{name!r} is now called {RENAMED[name]!r}"
+    close = get_close_matches(name, known, 1)
     return f"did you mean {close[0]!r}?" if close else ""
 
 

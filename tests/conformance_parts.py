@@ -70,7 +70,7 @@ def specimens():
         "mpc": {"model": model, "grasping_outputs": (1, 2), "grasping_channels": (0, 2), **current,
                 **tiring_muscles()},
         "tuned_pid": {"model": model, "rule": "amigo", **current},
-        "grip_force": {"wanted_n": 3.0, "closing": (0, 2)},
+        "grip_force": {"target_n": 3.0, "closing": (0, 2)},
     }
     registered = {entry.name for entry in entry_points(group="fesloop.blocks")}
     made = {}

@@ -237,7 +237,7 @@ def zero_or_late(session: Session) -> None:
 
 FAULTS = (
     Fault(name="loop process killed", strike=_kill, cause="loop_ended"),
-    Fault(name="loop process stopped (SIGSTOP)", strike=_stop, mend=_continue, cause="silence"),
+    Fault(name="loop process stopped (SIGSTOP)", strike=_stop, mend=_continue, cause="command_timeout"),
     Fault(name="keeper of the device killed", strike=_kill_keeper, alone=True, cause="keeper of the device"),
     Fault(name="device unplugged", strike=_unplug, alone=True, cause="unplugged"),
     Fault(name="disk full", strike=_fill_disk, own_disk=True, added_ms=_FULL_MS, cause="the disk is full"),

@@ -288,7 +288,7 @@ def test_check_says_why_there_is_no_theory_where_a_loop_is_not_linear(capsys):
     _, out, _ = run(capsys, "check", "finger_mpc", "--json")
     theory = json.loads(out)["theory"]
     why = "controller: Mpc is not linear; allowed: linear blocks, for the theory of a linear loop"
-    assert theory == {"critical_latency_ms": {}, "not_known": {"rms at rest": why, "critical latencies": why}}
+    assert theory == {"critical_latency_ms": {}, "missing": {"rms at rest": why, "critical latencies": why}}
     _, out, _ = run(capsys, "check", "finger_mpc")
     assert f"Theory gives no rms at rest and critical latencies: {why}" in out.splitlines()
 
@@ -305,7 +305,7 @@ def test_check_says_which_part_of_the_theory_is_missing_and_why(capsys, settings
     assert line in out.splitlines()
     _, out, _ = run(capsys, "check", "linear_loop", "--json", *given)
     theory = json.loads(out)["theory"]
-    assert {"rms" if "rms" in theory else "", *theory["not_known"]} == {"rms", "critical latencies"}
+    assert {"rms" if "rms" in theory else "", *theory["missing"]} == {"rms", "critical latencies"}
 
 
 def test_check_prints_latencies_as_they_are_compared_to_the_nanosecond(capsys):

@@ -1,6 +1,8 @@
 import pickle
 
-from fesloop.errors import InputError, InputErrors, RunError
+import pytest
+
+from fesloop.errors import RENAMED, InputError, InputErrors, RunError, did_you_mean
 
 
 def test_errors_reach_another_process_whole():
@@ -11,3 +13,9 @@ def test_errors_reach_another_process_whole():
     assert [fault.where for fault in several.faults] == ["blocks.pid.kp", "wires"]
     assert str(several).count("\n") == 1
     assert str(pickle.loads(pickle.dumps(RunError("lost")))) == "lost"
+
+
+@pytest.mark.parametrize(("old", "new"), RENAMED.items())
+def test_a_former_name_is_refused_with_the_present_one(old, new):
+    assert did_you_mean(old, ["other", new]) == f"{old!r} is now called {new!r}"
+    assert "now called" not in did_you_mean(old, ["other"])

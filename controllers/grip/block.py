@@ -97,7 +97,7 @@ def useful_scale(widths_s: Array, longest: Array) -> float:
 
 
 _CONTACT, _SLIP, _LOOP = Contact(), Slip(), ForceLoop()
-_POSITIVE = ("wanted_n", "mass_kg", "friction", "margin", "force_max_n", "rise_n_per_s", "width_max_us",
+_POSITIVE = ("target_n", "mass_kg", "friction", "margin", "force_max_n", "rise_n_per_s", "width_max_us",
              "charge_max_uc", "ramp_ms")
 _TROUBLES = ("no_force", "stale_force", "non_finite_force", "implausible_force", "no_reference")
 _IMPLAUSIBLE_N = 1000.0
@@ -117,9 +117,9 @@ class GripForceState:
     touch: what the forces say.
     widths_s: (channels,), pulse widths at the hand-over; None while nothing is held.
     log_scale, integral: of the closing channels' pulse widths.
-    wanted_n: what the force should be now; 0 while nothing is held.
+    target_n: what the force should be now; 0 while nothing is held.
     handed_ns: when the force was taken over.
-    rising: whether `wanted_n` is still on its way.
+    rising: whether `target_n` is still on its way.
     """
 
     gains: Gains
@@ -128,7 +128,7 @@ class GripForceState:
     widths_s: Array | None = None
     log_scale: float = 0.0
     integral: float = 0.0
-    wanted_n: float = 0.0
+    target_n: float = 0.0
     handed_ns: int = NEVER
     rising: bool = False
     latch: StatusLatch = field(default_factory=StatusLatch)
@@ -141,21 +141,21 @@ class GripForce:
     It stands between control of posture and `safety`. What comes in goes out, until the grip force
     (`controllers.grip.contact.grip_of`) says that something is held. From then on the closing channels get
     their pulse widths of that instant, or what comes in where that is less, times a scale s, by which `loop`
-    brings the force where it is wanted. Nothing jumps: `wanted` starts from the force at the hand-over. While
+    brings the force where it is wanted. Nothing jumps: `target` starts from the force at the hand-over. While
     posture control lets go, s does not rise. Where forces tremble as of an object that slips while nothing
-    else changes them, `wanted` is raised. When contact is lost, s goes back to 1 within `ramp_ms`.
+    else changes them, `target` is raised. When contact is lost, s goes back to 1 within `ramp_ms`.
 
     Attributes
     ----------
     channels, fingertips: how many; 0 takes them from what is wired in.
     closing: numbers of the channels that close the hand; empty: all.
     thumb: number of its fingertip.
-    wanted_n: grip force, N. mass_kg: or of what is held: `margin` mass_kg 9.80665 / (2 `friction`).
+    target_n: grip force, N. mass_kg: or of what is held: `margin` mass_kg 9.80665 / (2 `friction`).
         Neither: it must be wired in.
     friction: between skin and object (chosen: the low end of .5 to 1 for skin on plastics). margin: over
         what is needed (chosen).
     force_max_n: greatest that is ever wanted, slips included (chosen: within the range of sensors, 25 N).
-    rise_n_per_s: how fast `wanted` moves (chosen).
+    rise_n_per_s: how fast `target` moves (chosen).
     contact, slip: when something is held, and when it slips.
     loop: from force to s.
     set_within_s: the force is controlled for so long, and s then stays as it is, as on a stimulator that is
@@ -164,7 +164,7 @@ class GripForce:
     max_age_ms: of `force`. ramp_ms: see above.
 
     Inputs: `stimulation` (channels, 2), A and s; `force` (fingertips,), N; optional `reference`, N. Outputs:
-    `stimulation` (channels, 2); `grip`, N, as measured; `wanted`, N; `scale`. With forces that are missing,
+    `stimulation` (channels, 2); `grip`, N, as measured; `target`, N; `scale`. With forces that are missing,
     too old, not finite or above 1000 N nothing is held: what comes in goes out, with a status. Stimulation
     that is missing or not finite: none goes out, with a status.
     """
@@ -173,7 +173,7 @@ class GripForce:
     fingertips: int = 0
     closing: tuple[int, ...] = ()
     thumb: int = 0
-    wanted_n: float | None = None
+    target_n: float | None = None
     mass_kg: float | None = None
     friction: float = 0.5
     margin: float = 1.5
@@ -202,8 +202,8 @@ class GripForce:
                 raise InputError(key, f"{value}", "a finite number above 0")
         duration_ns(self.max_age_ms, NS_PER_MS, "max_age_ms")
         duration_ns(self.set_within_s, NS_PER_S, "set_within_s")
-        if self.wanted_n is not None and self.mass_kg is not None:
-            raise InputError("wanted_n", "stands beside mass_kg", "one of the two", "remove one")
+        if self.target_n is not None and self.mass_kg is not None:
+            raise InputError("target_n", "stands beside mass_kg", "one of the two", "remove one")
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -213,9 +213,9 @@ class GripForce:
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """`stimulation`, `grip`, `wanted`, `scale`."""
+        """`stimulation`, `grip`, `target`, `scale`."""
         return (Port("stimulation", (self.channels or None, 2), "A,s"), Port("grip", (), "N"),
-                Port("wanted", (), "N"), Port("scale", (), "1", 1.0))
+                Port("target", (), "N"), Port("scale", (), "1", 1.0))
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> GripForce:
         """For the channels and fingertips that are wired in; raises InputError for numbers beyond them."""
@@ -238,8 +238,8 @@ class GripForce:
         usable = base.present and is_finite(base.value)
         state.latch.put(tick, "no_stimulation", not usable, "nothing finite comes in: no stimulation")
         pulses = np.maximum(cast(Array, base.value), 0.0) if usable else np.zeros((self.channels, 2))
-        wanted_n = self._wanted_n(reference)
-        trouble = self._trouble(force, wanted_n, tick.time_ns)
+        target_n = self._target_n(reference)
+        trouble = self._trouble(force, target_n, tick.time_ns)
         for status in _TROUBLES:
             state.latch.put(tick, status, status == trouble, "nothing is held: what comes in goes out")
         grip_n = 0.0 if trouble else grip_of(cast(Array, force.value), self.thumb)
@@ -248,29 +248,29 @@ class GripForce:
         else:
             self._look(state, force, grip_n, pulses, tick)
         if state.touch.holding:
-            self._regulate(state, grip_n, wanted_n, pulses, tick.time_ns)
+            self._regulate(state, grip_n, target_n, pulses, tick.time_ns)
         else:
-            state.widths_s, state.wanted_n = None, 0.0
+            state.widths_s, state.target_n = None, 0.0
             back = self.loop.span * 1e3 * state.period_s / self.ramp_ms
             state.log_scale = math.copysign(max(abs(state.log_scale) - back, 0.0), state.log_scale)
         self._scale(state, pulses)
-        return pulses, grip_n, state.wanted_n, math.exp(state.log_scale)
+        return pulses, grip_n, state.target_n, math.exp(state.log_scale)
 
-    def _wanted_n(self, reference: Sample) -> float:
+    def _target_n(self, reference: Sample) -> float:
         """Grip force wanted before slips; NaN where nobody says."""
         if reference.present:
             return float(cast(float, reference.value))
         if self.mass_kg is not None:
             return self.margin * self.mass_kg * STANDARD_GRAVITY / (2.0 * self.friction)
-        return self.wanted_n if self.wanted_n is not None else math.nan
+        return self.target_n if self.target_n is not None else math.nan
 
-    def _trouble(self, force: Sample, wanted_n: float, now_ns: int) -> str:
+    def _trouble(self, force: Sample, target_n: float, now_ns: int) -> str:
         """Status of what forbids control, "" if nothing does."""
         sound = {"no_force": force.present,
                  "stale_force": now_ns - force.newest_ns <= self.max_age_ms * NS_PER_MS,
                  "non_finite_force": is_finite(force.value),
                  "implausible_force": not np.abs(force.value).max() > _IMPLAUSIBLE_N,
-                 "no_reference": math.isfinite(wanted_n) and wanted_n > 0.0}
+                 "no_reference": math.isfinite(target_n) and target_n > 0.0}
         return next((status for status, fine in sound.items() if not fine), "")
 
     def _columns(self) -> list[int]:
@@ -282,7 +282,7 @@ class GripForce:
         self.contact.look(touch, grip_n, tick.time_ns)
         restless_n = self.slip.feel(touch, cast(Array, force.value), force.newest_ns)
         if touch.holding and not held:
-            state.widths_s, state.wanted_n = pulses[:, 1].copy(), min(grip_n, self.force_max_n)
+            state.widths_s, state.target_n = pulses[:, 1].copy(), min(grip_n, self.force_max_n)
             state.integral, state.handed_ns, state.rising = state.log_scale, tick.time_ns, True
             tick.report("contact", f"{grip_n:.2f} N: the force is controlled from now on")
         elif held and not touch.holding:
@@ -292,19 +292,19 @@ class GripForce:
                 touch, restless_n, tick.time_ns):
             tick.report("slip", f"a force changes by {restless_n:.2f} N from sample to sample")
 
-    def _regulate(self, state: GripForceState, grip_n: float, wanted_n: float, pulses: Array,
+    def _regulate(self, state: GripForceState, grip_n: float, target_n: float, pulses: Array,
                   now_ns: int) -> None:
-        """Bring `wanted_n` and the scale on by a tick."""
+        """Bring `target_n` and the scale on by a tick."""
         assert state.widths_s is not None
         columns = self._columns()
-        target = min(wanted_n * state.touch.raised, self.force_max_n)
+        target = min(target_n * state.touch.raised, self.force_max_n)
         reach = self.rise_n_per_s * state.period_s
-        state.rising = abs(target - state.wanted_n) > reach
-        state.wanted_n += min(max(target - state.wanted_n, -reach), reach)
+        state.rising = abs(target - state.target_n) > reach
+        state.target_n += min(max(target - state.target_n, -reach), reach)
         if 0.0 < self.set_within_s * NS_PER_S <= now_ns - state.handed_ns:
             return
         least = self.contact.force_n
-        error = math.log(max(state.wanted_n, least) / max(grip_n, least))
+        error = math.log(max(state.target_n, least) / max(grip_n, least))
         longest = longest_s(pulses[columns, 0], self.width_max_us, self.charge_max_uc)
         highest = state.log_scale if self._lets_go(state, pulses) else useful_scale(
             state.widths_s[columns], longest)

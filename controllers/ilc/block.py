@@ -43,7 +43,7 @@ def note(seen: SeenTrial, latch: StatusLatch, k: int, inputs: Sequence[Sample], 
     latch.put(tick, "uncertain", bool(vague.any()),
               f"a measurement's sd is above {sd_max_deg:g} deg: left out of learning")
     distrusted = not cast(float, trusted.value) >= 0.5
-    latch.put(tick, "not_trusted", distrusted, "said not to be trusted: left out of learning")
+    latch.put(tick, "untrusted", distrusted, "said not to be trusted: left out of learning")
     seen.note(k, sample.newest_ns, measured, broken | vague | distrusted)
 
 
@@ -175,6 +175,6 @@ class Ilc(IlcParameters):
             note(state.seen, state.latch, k, inputs[1:4], self.sd_max_deg, tick)
         if state.seen.free and (cast(Array, inputs[4].value) > self.contact_n).any():
             state.seen.touch(k)
-            tick.report("touched", f"a fingertip presses by more than {self.contact_n:g} N: from here on "
+            tick.report("contact", f"a fingertip presses by more than {self.contact_n:g} N: from here on "
                         "what grasps is not learnt")
         return (state.pulses[k].copy(),)

@@ -71,7 +71,7 @@ class Condition(NamedTuple):
         if self.holds and self.strength_margin >= strength_margin:
             return ()
         grows = "" if self.holds else f"the error may grow {self.growth:.3g} times a trial {self.where}; "
-        return (("slim_margin" if self.holds else "may_diverge",
+        return (("low_margin" if self.holds else "may_diverge",
                  f"law {law}: {grows}convergence is certain only for a plant up to "
                  f"{self.strength_margin:.2f} times as strong as the model"),)
 

@@ -380,7 +380,7 @@ class Learning:
     def _learnt(self, drives: Array, errors: Array, covered: Mask, kept: Mask | None) -> tuple[Array, str]:
         heeded = covered & self.points if self.law == "point_to_point" else covered
         if not heeded.any():
-            return drives, "unobserved"
+            return drives, "no_valid_samples"
         errors = np.where(heeded, errors, 0.0)
         start = self.limits.within(self.first + (1.0 - self.forgetting) * (drives - self.first))
         if self.law in ("noilc_constrained", "point_to_point"):

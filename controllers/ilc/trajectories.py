@@ -146,7 +146,7 @@ def explained(models: Sequence[SampledModel], drives: Array, posture: Array, cov
     shares, miss = shares_of(models, drives, posture, covered, rule)
     told = (f"model {i}: share {share:.2f}, misses {math.degrees(each):.2f} deg"
             for i, (share, each) in enumerate(zip(shares, miss, strict=True)))
-    return mixed(models, shares), ("bank", "; ".join(told))
+    return mixed(models, shares), ("model_selected", "; ".join(told))
 
 
 def mixed(models: Sequence[SampledModel], shares: Array) -> SampledModel:

@@ -145,7 +145,7 @@ class Mpc(MpcParameters):
         state.latch.put(tick, "no_force", not sound, "forces not finite or too old: contact as before")
         if sound:
             self.contact.look(state.touch, float(cast(Array, force.value).max()), tick.time_ns)
-        state.latch.put(tick, "touching", state.touch.holding, "what grasps is led by the model alone")
+        state.latch.put(tick, "contact", state.touch.holding, "what grasps is led by the model alone")
 
     def _control(self, state: MpcState, reference: Array, sample: Sample, now_ns: int) -> tuple[str, str]:
         """Set the drive to the first of the optimal ones; what went wrong, ("", "") if nothing."""

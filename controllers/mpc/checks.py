@@ -158,4 +158,4 @@ def cautions(mpc: MpcParameters) -> tuple[tuple[str, str], ...]:
     if outside.size == 0:
         return ()
     where = ", ".join(f"output {i} at {math.degrees(mpc.model.offset[i]):.3g} deg" for i in outside)
-    return (("rest_outside_box", f"without stimulation the model lies outside its box: {where}"),)
+    return (("rest_outside_limits", f"without stimulation the model lies outside its box: {where}"),)

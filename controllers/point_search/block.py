@@ -36,7 +36,7 @@ class PointSearch:
     After a rest a query is given to the stimulator through channel 0, and the movement from the posture of
     that rest, each the mean of what the tracker told while the hand was looked at, is judged
     (`fesloop.hand.movements`). A strategy (`controllers.point_search.contract`) chooses the queries. When it
-    has no more of them the search has ended: status `found` with what it recommends, no pulse any more.
+    has no more of them the search has ended: status `search_ended` with what it recommends; no more pulses.
 
     Inputs: `angles` (23,), rad, from a tracker; optional `angle_sd` (23,), rad: freedoms of which nothing is
     known, pi, at rest or afterwards, count as not moved. Outputs: `stimulation` (1, 2), A and s;
@@ -45,9 +45,9 @@ class PointSearch:
     the last response; `best_quality`, `best_stimulation` (2,), `best_multiplexing` (elements,): what the
     strategy recommends, 0 before it recommends anything.
 
-    Statuses: `found`; `unseen`, with the freedoms; `bad_input` for angles that are not finite, which are
+    Statuses: `search_ended`; `untracked`, with the freedoms; `bad_input` for angles not finite, which are
     left out; `no_response` where no posture was told in time: the query is asked anew, and when that has
-    been in vain twice the search ends as `lost`.
+    been in vain twice the search ends as `search_failed`.
 
     Attributes
     ----------
@@ -117,7 +117,7 @@ class PointSearch:
         state.latch.put(tick, "bad_input", arrived_ns >= 0 and not sound, "angles are not finite: left out")
         unseen = sd >= math.pi
         names = ", ".join(name for name, hidden in zip(FREEDOMS, unseen, strict=True) if hidden)
-        state.latch.put(tick, "unseen", bool(names), f"{names}: count as not moved")
+        state.latch.put(tick, "untracked", bool(names), f"{names}: count as not moved")
         if arrived_ns >= 0 and sound:
             state.look.take(angles, unseen, arrived_ns)
 
@@ -141,7 +141,7 @@ class PointSearch:
             tick.report("no_response", f"query {state.number}: no posture was told in time")
             state.repeats += 1
             if state.repeats > REPEATS:
-                self._end(state, tick, "lost", f"query {state.number} was asked {state.repeats} times")
+                self._end(state, tick, "search_failed", f"query {state.number} was put {state.repeats} times")
             else:
                 self._enter(state, self.timetable.first(state.query), tick)
             return
@@ -155,7 +155,7 @@ class PointSearch:
         """The next query, or the end."""
         query = self.chosen.ask(state.strategy)
         if query is None:
-            self._end(state, tick, "found", _in_words(state))
+            self._end(state, tick, "search_ended", _in_words(state))
             return
         state.query, state.repeats = query, 0
         state.number += 1

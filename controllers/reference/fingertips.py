@@ -218,7 +218,7 @@ class FingertipPath:
 
     def cautions(self, context: Context) -> tuple[tuple[str, str], ...]:
         """Fingertips that stay off their paths: (status, detail) each."""
-        return tuple(("off_path", f"{finger} stays up to {most:.2f} mm off its path, which leaves its reach")
+        return tuple(("path_unreachable", f"{finger} is up to {most:.2f} mm off its path, out of its reach")
                      for finger, most in self.off_path_mm.items() if most > _OFF_PATH_MM)
 
     def init(self, context: Context) -> Array:

@@ -196,7 +196,7 @@ class Safety:
         """Pulses within the limits."""
         stimulation, posture, sd, stop, aligned = inputs
         state.stopped = state.stopped or not cast(float, stop.value) <= 0.5
-        state.latch.put(tick, "stopped", state.stopped, "emergency stop: no stimulation in this run any more")
+        state.latch.put(tick, "emergency_stop", state.stopped, "no more stimulation in this run")
         if state.stopped:
             return (np.zeros((self.channels, 2)),)
         state.dose.book_repeated(state.charges, tick.time_ns)

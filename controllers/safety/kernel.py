@@ -29,7 +29,7 @@ LIMITED = ((SIGN, "negative", "a negative current or width: no pulse"),
            (ENERGY, "energy_limited", "energy per pulse above its limit"),
            (SLEW, "slew_limited", "charge rises faster than its limit"),
            (RATE, "charge_rate_limited", "the charge of one second is used up"),
-           (TOTAL, "budget_spent", "the charge of the whole run is used up"))
+           (TOTAL, "charge_exhausted", "the charge of the whole run is used up"))
 """Status and detail of each."""
 ROUND_OFF = 1e-3
 """Of a period: ticks lie on whole ns."""
@@ -247,7 +247,7 @@ class Watchdog:
         if now_ns - posture.oldest_ns > max_age_ms * NS_PER_MS:
             return "posture_stale", f"posture older than {max_age_ms:g} ms: ramp to zero"
         if sd.present and not np.all((sd.value >= 0.0) & (sd.value <= math.radians(self.sd_max_deg))):
-            return "posture_unsure", f"sd of posture is not from 0 to {self.sd_max_deg:g} deg: ramp to zero"
+            return "posture_uncertain", f"sd of posture is not in 0 to {self.sd_max_deg:g} deg: ramp to zero"
         return SOUND
 
     def _plausible(self, state: WatchState, posture: Sample) -> tuple[str, str]:

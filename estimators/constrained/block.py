@@ -65,10 +65,10 @@ def report(
                    dtype=np.int64)
     changed = now != standing
     for status, chosen, more in (
-            ("unseen", changed & (now == UNSEEN), table.unsensed if first else ()),
-            ("seen", changed & (standing == UNSEEN), ()),
-            ("unsure", changed & (now == UNSURE), ()),
-            ("sure", changed & (standing == UNSURE) & (now == SURE), ())):
+            ("untracked", changed & (now == UNSEEN), table.unsensed if first else ()),
+            ("tracked", changed & (standing == UNSEEN), ()),
+            ("uncertain", changed & (now == UNSURE), ()),
+            ("certain", changed & (standing == UNSURE) & (now == SURE), ())):
         names = (*more, *(table.names[j] for j in np.flatnonzero(chosen)))
         if names:
             tick.report(status, "joint " + ", ".join(names))
@@ -82,8 +82,8 @@ _SPACING = 0.25
 """How much of `force_time_s` lies between two measurements of a joint (chosen: well below 1)."""
 _POSITIVE = ("mounting_sd_deg", "axis_sd_deg", "tissue_sd_deg", "tissue_time_s", "turn_sd_deg",
              "bias_sd_deg_s", "bias_walk_deg_s", "force_sd", "spin_sd_m", "force_time_s", "lever_sd_m",
-             "range_sd_deg", "unseen_deg_s", "unsure_deg", "pose_sd_deg", "tau_acc_s", "gyr_range_deg_s",
-             "acc_range_g")
+             "range_sd_deg", "untracked_deg_s", "uncertain_deg", "pose_sd_deg", "tau_acc_s",
+             "gyr_range_deg_s", "acc_range_g")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -109,11 +109,11 @@ class ConstrainedTracker:
     `fesloop.streams.formats.chain5`), no lengths are known: there are no outputs `fingertips` and
     `fingertip_sd`, and `angles` are those of each joint in turn (see Joint).
 
-    A joint is reported as "unsure" when the sd of one of its angles rises above `unsure_deg`, and as
-    "sure" when all are well below again. Through a lost sample (or frozen, or held for too long:
+    A joint is reported as "uncertain" when the sd of one of its angles rises above `uncertain_deg`, and as
+    "certain" when all are well below again. Through a lost sample (or frozen, or held for too long:
     `estimators.samples.arrivals`) the joints of that sensor stand still, a clipped one still moves them;
     their sd grows until nothing is known. A joint without sensors or of
-    which nothing is known is reported as "unseen", until "seen": its angles are zero, their sd is pi.
+    which nothing is known is reported as "untracked", until "tracked": its angles are zero, their sd is pi.
 
     Attributes
     ----------
@@ -145,9 +145,9 @@ class ConstrainedTracker:
     force_time_s: its correlation time, s (chosen: that of tissue at 10 rad/s).
     lever_sd_m: of the distance from a joint's centre to its sensors at the start, m, each axis.
     range_sd_deg: tolerance of a joint's range, beside what mounting hides (S19 clips hard; 3 is chosen).
-    unseen_deg_s: rms rate of a joint while a sample is missing (chosen: a finger in motion). A joint is
+    untracked_deg_s: rms rate of a joint while a sample is missing (chosen: a finger in motion). A joint is
         unseen once that has made pi.
-    unsure_deg: from which sd on a joint's angle is reported.
+    uncertain_deg: from which sd on a joint's angle is reported.
     tau_acc_s: time constant of the root's inclination, s (VQF's own default).
     gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, as of VqfTracker.
     """
@@ -172,8 +172,8 @@ class ConstrainedTracker:
     force_time_s: float = 0.1
     lever_sd_m: float = 0.1
     range_sd_deg: float = 3.0
-    unseen_deg_s: float = 120.0
-    unsure_deg: float = 15.0
+    untracked_deg_s: float = 120.0
+    uncertain_deg: float = 15.0
     tau_acc_s: float = 3.0
     gyr_range_deg_s: float = 2000.0
     acc_range_g: float = 16.0
@@ -267,8 +267,8 @@ class ConstrainedTracker:
         orientation, angles, sd, relative, worst = posture(
             state.roots.orientation(), q, covariance, found.doubt, table.roots, table.ends, table.kinds,
             table.axes, table.zero, table.first_angle, table.angles, pair_sd, axis_sd)
-        if first or stand(worst, math.radians(self.unsure_deg), state.standing):
-            report(worst, math.radians(self.unsure_deg), state.standing, table, first, tick)
+        if first or stand(worst, math.radians(self.uncertain_deg), state.standing):
+            report(worst, math.radians(self.uncertain_deg), state.standing, table, first, tick)
         aligned = aligned_value(state.taken > state.pose_samples or not state.pose_samples)
         if self.body is None:
             return orientation, angles, sd, aligned
@@ -303,4 +303,4 @@ class ConstrainedTracker:
         return np.array([period, math.radians(self.turn_sd_deg), math.radians(self.bias_walk_deg_s),
                          self.force_sd, self.spin_sd_m, self.force_time_s, math.radians(self.tissue_sd_deg),
                          self.tissue_time_s, math.hypot(math.radians(self.range_sd_deg), pair_sd),
-                         math.radians(self.unseen_deg_s), math.radians(self.bias_sd_deg_s), spacing])
+                         math.radians(self.untracked_deg_s), math.radians(self.bias_sd_deg_s), spacing])

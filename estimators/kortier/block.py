@@ -79,9 +79,9 @@ class KortierTracker:
     chain5 (`fesloop.streams.formats.chain5`), whose lengths are not known: there are no fingertips then.
 
     A lost rate (or frozen, or held for too long: `estimators.samples.arrivals`) is taken as the last one, a
-    clipped one as read, with an uncertainty that says so. A joint is reported as "unseen", until "seen", when
-    one of its segments has no sensor, or one whose gyroscope has given nothing for `gap_ms` (so is a strip
-    that was left off). Its angles are 0, their sd is pi.
+    clipped one as read, with an uncertainty that says so. A joint is reported "untracked", until "tracked",
+    when one of its segments has no sensor, or one whose gyroscope has given nothing for `gap_ms` (such
+    as a strip that was left off). Its angles are 0, their sd is pi.
 
     Attributes
     ----------

@@ -270,7 +270,7 @@ def report_unseen(
     joint_of, freedoms = chains.joint_of, body.tree.layout[:, 1]
     unseen = tuple(body.joints[k] for k in np.flatnonzero(freedoms)
                    if joint_of[k] < 0 or not seen[joint_of[k]])
-    for status, now, other in (("unseen", unseen, before), ("seen", before, unseen)):
+    for status, now, other in (("untracked", unseen, before), ("tracked", before, unseen)):
         changed = [joint for joint in now if joint not in other]
         if changed:
             tick.report(status, "joint " + ", ".join(changed))

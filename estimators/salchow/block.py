@@ -10,8 +10,8 @@ begins at zero); `angles` and `angle_sd` (d,), rad, all freedoms of the tree in 
 `fingertip_sd` (t, 3), m, in the frame of the tree's root (of the hand: WCS); `aligned` (1,), of M1 and M2 0
 until the initial pose has been taken, else 1.
 
-A joint is seen when both its segments have a sensor with sound samples; the others are reported as "unseen",
-are at angle 0 with sd pi, and "seen" when they come back. Joints between the root and the first sensor (of
+A joint is seen when both its segments have a sensor with valid samples; others are reported as "untracked",
+are at angle 0 with sd pi, and "tracked" when they come back. Joints between the root and the first sensor (of
 16 sensors the wrist) count as neutral: the fingertips' sd leaves them out.
 
 The paper has no measure of quality; the sds here are a model. Each joint's rotation is taken to be wrong by
@@ -20,7 +20,7 @@ the sd of an angle is follows from both, and that of a fingertip from the joints
 What a joint forbids is taken as exactly zero, and a clipped angle keeps its sd. Wrong lengths, soft tissue in
 motion and a disturbed magnetic field are not in it.
 
-A lost rate leaves its sensor where it is, which adds `unseen_deg_s` times the gap to its sd; inclination
+A lost rate leaves its sensor where it is, which adds `untracked_deg_s` times the gap to its sd; inclination
 comes back, and the heading where there is a magnetometer. A lost acceleration or field corrects nothing.
 Clipped samples are used, with the same doubt of a rate. All of these are reported.
 """
@@ -71,7 +71,7 @@ class SalchowB:
     acc_every, mag_every: ticks from one sample of accelerometers, magnetometers, to the next.
     mounting_sd_deg: of the sensors on their segments, deg (5 to 10: S19, section 5).
     heading_sd_deg: of a magnetometer's heading against the neighbour's, deg (chosen; no sensor can tell).
-    unseen_deg_s: rms rate of a segment whose samples are missing, or beyond what clipped ones say (chosen:
+    untracked_deg_s: rms rate of a segment whose samples are missing, or beyond what clipped ones say (chosen:
         a finger in motion).
     gap_ms: how long a gyroscope may be silent before its joints are unseen (chosen: ten samples of 100 Hz).
     gyr_range_deg_s, acc_range_g: from which magnitude on samples count as clipped, as of VqfTracker.
@@ -88,7 +88,7 @@ class SalchowB:
     mag_every: int = 1
     mounting_sd_deg: float = 5.0
     heading_sd_deg: float = 10.0
-    unseen_deg_s: float = 120.0
+    untracked_deg_s: float = 120.0
     gap_ms: float = 100.0
     gyr_range_deg_s: float = 2000.0
     acc_range_g: float = 16.0
@@ -138,7 +138,7 @@ class SalchowM1:
     Attributes
     ----------
     sensors, hand, sensed, segments, front_end, tau_acc_s, tau_mag_s, acc_every, mag_every, mounting_sd_deg,
-    heading_sd_deg, unseen_deg_s, gap_ms, gyr_range_deg_s, acc_range_g: as of SalchowB.
+    heading_sd_deg, untracked_deg_s, gap_ms, gyr_range_deg_s, acc_range_g: as of SalchowB.
     initial_pose_s: how long the pose is kept, s (3 or more: doi 10.3390/s19010208, section 2.4.2).
     initial_angles_deg: the pose by names of freedoms, such as `F1_cmc_abduction`; others are 0: straight.
     pose_limits: what sensors may read in it.
@@ -158,7 +158,7 @@ class SalchowM1:
     pose_limits: InitialPoseLimits = _USUAL_LIMITS
     mounting_sd_deg: float = 5.0
     heading_sd_deg: float = 10.0
-    unseen_deg_s: float = 120.0
+    untracked_deg_s: float = 120.0
     gap_ms: float = 100.0
     gyr_range_deg_s: float = 2000.0
     acc_range_g: float = 16.0
@@ -210,8 +210,8 @@ class SalchowM2:
 
     Attributes
     ----------
-    sensors, hand, sensed, segments, front_end, tau_acc_s, acc_every, mounting_sd_deg, unseen_deg_s, gap_ms,
-    gyr_range_deg_s, acc_range_g: as of SalchowB.
+    sensors, hand, sensed, segments, front_end, tau_acc_s, acc_every, mounting_sd_deg, untracked_deg_s,
+    gap_ms, gyr_range_deg_s, acc_range_g: as of SalchowB.
     initial_pose_s, initial_angles_deg, pose_limits: as of SalchowM1.
     drift_deg_s: sd of the rate at which neighbours' headings part, deg/s (chosen: two biases known to within
         an instability of 10 deg/h, usual of MEMS).
@@ -229,7 +229,7 @@ class SalchowM2:
     pose_limits: InitialPoseLimits = _USUAL_LIMITS
     mounting_sd_deg: float = 5.0
     drift_deg_s: float = 0.004
-    unseen_deg_s: float = 120.0
+    untracked_deg_s: float = 120.0
     gap_ms: float = 100.0
     gyr_range_deg_s: float = 2000.0
     acc_range_g: float = 16.0

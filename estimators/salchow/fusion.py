@@ -375,7 +375,7 @@ def _report_unseen(state: SalchowState, body: Body, tick: Tick) -> None:
     before = state.unseen or ()
     now = tuple(joint for joint, seen in zip(body.joints, state.seen, strict=True) if joint and not seen)
     state.unseen = now
-    for status, these, others in (("unseen", now, before), ("seen", before, now)):
+    for status, these, others in (("untracked", now, before), ("tracked", before, now)):
         changed = [joint for joint in these if joint not in others]
         if changed:
             tick.report(status, "joint " + ", ".join(changed))

@@ -29,7 +29,7 @@ from fesloop.loop.block import Context
 from fesloop.loop.clock import RateClock, StampClock
 from fesloop.loop.signals import Port
 
-_POSITIVE = ("tau_acc_s", "tau_mag_s", "mounting_sd_deg", "heading_sd_deg", "drift_deg_s", "unseen_deg_s",
+_POSITIVE = ("tau_acc_s", "tau_mag_s", "mounting_sd_deg", "heading_sd_deg", "drift_deg_s", "untracked_deg_s",
              "gap_ms", "gyr_range_deg_s", "acc_range_g", "initial_pose_s")
 
 
@@ -122,7 +122,7 @@ def method_of(tracker: Any, *, magnetometer: bool) -> Method:
         pose=pose, constrained=pose is not None, mounting_sd=radians(tracker.mounting_sd_deg),
         heading_sd=radians(tracker.heading_sd_deg) if magnetometer else 0.0,
         drift=0.0 if magnetometer else radians(tracker.drift_deg_s),
-        unseen_rate=radians(tracker.unseen_deg_s), gap_s=1e-3 * tracker.gap_ms,
+        unseen_rate=radians(tracker.untracked_deg_s), gap_s=1e-3 * tracker.gap_ms,
         limits=(radians(tracker.gyr_range_deg_s), STANDARD_GRAVITY * tracker.acc_range_g, math.inf))
 
 

@@ -225,4 +225,4 @@ class Arrivals:
         if repeated:
             tick.report("repeated_sample", "no newer sample of the gyroscopes: the last one is held")
         if not self._troubled:
-            tick.report("samples_sound", "every sensor gives sound samples again")
+            tick.report("samples_valid", "every sensor gives sound samples again")

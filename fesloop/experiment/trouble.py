@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from fesloop.experiment.metrics.grasp_outcome import OUTCOMES
-from fesloop.experiment.metrics.not_known import Rows, Stimulated, commanded_signal, stimulated
+from fesloop.experiment.metrics.missing import Rows, Stimulated, commanded_signal, stimulated
 from fesloop.experiment.recording.reading import Event
 
 _STATUSES = {"running": "the run is not over, or was killed", "damaged": "the file of the run is damaged",
@@ -27,7 +27,7 @@ _LEARNERS = ("ilc",)
 """Kinds of blocks that command nothing in the first trial, as they have learnt nothing yet."""
 _MOST_LOST = 0.5
 """Chosen: a trial in which safety lets through less than this of the charge is another than was commanded."""
-_STOPPED = ("stopped", "budget_spent")
+_STOPPED = ("emergency_stop", "charge_exhausted")
 """Its statuses after which there is no stimulation for the rest of the run."""
 _FAILED = ("_failed", "non_finite")
 """How statuses end after which a run's figures are not what they seem."""
@@ -286,7 +286,7 @@ def _notes(recording: Recorded) -> Iterator[str]:
 
 def _other_axis(metrics: Mapping[str, Any]) -> Iterator[str]:
     """Joints of a replay whose angle is about an axis that they hardly turn about."""
-    shares = metrics.get("about_z_share")
+    shares = metrics.get("flexion_axis_share")
     few = [f"{pair} ({100.0 * share:.2g} %)" for pair, share in shares.items()
            if _finite(share) and share < _LEAST_ABOUT] if isinstance(shares, dict) else []
     if few:

@@ -4,12 +4,12 @@ It trusts nobody. Every command is checked again: its form, its checksum, its nu
 against the device's range and the user's limit of charge. The device is stopped, and stays so for the rest of
 this process's life ("latched"), when
 
-    silence       no fresh command has come for `hold_ms`: none at all (the loop hangs or is stopped), or one
-                  of an instant that long ago (the loop is too slow, and acts on what was)
-    loop_ended    the line is at its end, or the loop's process is
-    malformed     a message is none, is out of order, or asks for what the device must not give
-    terminated    the keeper itself is told to end (SIGTERM)
-    ...           the device reports a fault, or the line to it does (`driver.FAULTS`)
+    command_timeout  no fresh command has come for `hold_ms`: none at all (the loop hangs or is stopped), or
+                     one of an instant that long ago (the loop is too slow, and acts on what was)
+    loop_ended       the line is at its end, or the loop's process is
+    malformed        a message is none, is out of order, or asks for what the device must not give
+    terminated       the keeper itself is told to end (SIGTERM)
+    ...              the device reports a fault, or the line to it does (`driver.FAULTS`)
 
 The cause goes to the loop, and as a line to standard error for whoever killed the loop. A loop that comes
 back finds the device latched. A hung keeper sends nothing, and the device's own watchdog ends stimulation:
@@ -132,7 +132,7 @@ class Keeper:
 
     def _require_fresh(self, why: str = "") -> None:
         if not self._latched and 0 <= self._fresh_ns < time.monotonic_ns() - self._hold_ns:
-            self._latch("silence", f"no fresh command for {self._terms.hold_ms:g} ms{why}")
+            self._latch("command_timeout", f"no fresh command for {self._terms.hold_ms:g} ms{why}")
 
     def _hear(self) -> None:
         """Take what is on the line; of several commands the device gets the newest."""

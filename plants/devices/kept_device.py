@@ -205,7 +205,7 @@ class KeptDevice:
         if not told.get("stopped"):
             raise RunError(f"{self.name}: the device has not confirmed zero current; it stops by itself when "
                            "it hears nothing more")
-        if told.get("status", "silence") != "silence":
+        if told.get("status", "command_timeout") != "command_timeout":
             raise RunError(f"{self.name}: the device failed at the end: {_cause(told)}")
 
     def _last_words(self) -> dict[str, Any]:

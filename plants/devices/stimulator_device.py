@@ -89,7 +89,7 @@ class StimulatorDevice:
     when the loop's process ends, and when device or line fail; the run then fails at its next tick, with the
     cause. A command belongs to the instant of its tick: that of a loop which lags so far behind the wall
     clock is not fresh any more, and where a loop begins so nothing is given until it has caught up (status
-    `behind`). What the loop's process or the keeper suffer, current at the device is zero within the time
+    `loop_late`). What the loop's process or the keeper suffer, current at the device is zero within the time
     that `fesloop check` states. It runs in real time only (`fesloop run --realtime`), and `stimulation` must
     come straight from a `safety` block whose `frequency_hz` is the same, for it counts the pulses given.
     Status `keeper_ready` says what the operating system grants the keeper.
@@ -227,7 +227,7 @@ class StimulatorDevice:
         state.device.hear()
         of_ns = state.device.origin_ns + tick.time_ns
         behind = state.device.number < 0 and time.monotonic_ns() - of_ns > self.hold_ms * NS_PER_MS
-        state.latch.put(tick, "behind", behind, "the loop begins late: nothing is given until it keeps up")
+        state.latch.put(tick, "loop_late", behind, "the loop begins late: nothing is given until it keeps up")
         if behind:
             return np.zeros((self.channels, 2)), 0.0
         state.latch.put(tick, "keeper_ready", True, state.device.granted)

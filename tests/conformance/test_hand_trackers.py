@@ -125,14 +125,14 @@ def test_sound_samples_are_not_flagged(kind):
     assert {name: rows.shape[1:] for name, rows in done.outputs.items()}.items() >= {
         "orientation": (17, 4), "angles": (23,), "angle_sd": (23,), "fingertips": (5, 3),
         "fingertip_sd": (5, 3)}.items()
-    assert {status for _, status, _ in done.reports} <= {"aligning", "aligned", "unsure", "sure"}
+    assert {status for _, status, _ in done.reports} <= {"aligning", "aligned", "uncertain", "certain"}
     assert (done.sd[-1] < 0.5 * math.pi).all()
     assert (done.sd > 0.0).all()
 
 
 def test_without_the_forearm_the_wrist_is_unseen(kind):
     done = run(made(kind, sensors=16), motion(TREE.names[1:]))
-    assert "wrist" in done.told("unseen", 0)
+    assert "wrist" in done.told("untracked", 0)
     wrist = freedoms_of("wrist")
     assert (done.sd[:, wrist] == math.pi).all()
     assert not done.outputs["angles"][:, wrist].any()
@@ -143,7 +143,7 @@ def test_a_strip_left_off_is_unseen(kind):
     names = tuple(name for name in TREE.names if not name.startswith("F3"))
     done = run(made(kind, sensors=14, sensed=names), motion(names))
     off = freedoms_of("F3")
-    assert all(joint in done.told("unseen", 0) for joint in ("F3_mcp", "F3_pip", "F3_dip"))
+    assert all(joint in done.told("untracked", 0) for joint in ("F3_mcp", "F3_pip", "F3_dip"))
     assert (done.sd[:, off] == math.pi).all()
     assert not done.outputs["angles"][:, off].any()
     assert (np.delete(done.sd[-1], off) < 0.5 * math.pi).all()
@@ -160,7 +160,7 @@ def test_another_tree(kind):
                motion(("upper", "lower", "palm"), SegmentTree(arm)))
     assert done.outputs["angles"].shape == (COUNT, 3)
     assert done.outputs["fingertips"].shape == (COUNT, 1, 3)
-    assert {status for _, status, _ in done.reports} <= {"aligning", "aligned", "unsure", "sure"}
+    assert {status for _, status, _ in done.reports} <= {"aligning", "aligned", "uncertain", "certain"}
 
 
 @pytest.mark.parametrize("kinds", [(0,), (0, 1, 2)])
@@ -168,29 +168,29 @@ def test_samples_lost_for_a_second(kind, kinds):
     until = FAULT + RATE
     done, sound = run(made(kind, sensors=17), spoilt(lost, kinds, until=until)), sound_run(kind)
     assert f"sensor {SENSOR}" in done.told("lost_sample")
-    assert "F2_pip" in done.told("unseen") or (done.sd[until - 1, TOUCHED] > 1.0).all()
+    assert "F2_pip" in done.told("untracked") or (done.sd[until - 1, TOUCHED] > 1.0).all()
     assert (done.sd[until - 1, TOUCHED] > 2.0 * sound.sd[until - 1, TOUCHED]).all()
     assert (done.sd[until - 1, SPARED] < 1.3 * sound.sd[until - 1, SPARED]).all()
-    assert done.told("samples_sound", until)
+    assert done.told("samples_valid", until)
     assert (done.sd[-1, TOUCHED] >= sound.sd[-1, TOUCHED]).all()
 
 
 def test_samples_lost_for_ever(kind):
     done = run(made(kind, sensors=17), spoilt(lost))
-    assert all(joint in done.told("unseen") for joint in ("F2_pip", "F2_dip"))
+    assert all(joint in done.told("untracked") for joint in ("F2_pip", "F2_dip"))
     assert (done.sd[-1, TOUCHED] == math.pi).all()
     assert not done.outputs["angles"][-1, TOUCHED].any()
     assert (done.outputs["fingertip_sd"][-1, 1] > 3.0 * sound_run(kind).outputs["fingertip_sd"][-1, 1]).any()
     straight = segment_poses(TREE, done.outputs["angles"][-1]).position[TREE.names.index("F2d")]
     np.testing.assert_allclose(done.outputs["fingertips"][-1, 1], straight, atol=0.015)
-    assert not done.told("samples_sound")
+    assert not done.told("samples_valid")
     assert (done.sd[-1, SPARED] < 0.5 * math.pi).all()
 
 
 def test_a_sensor_that_never_gives_a_sample(kind):
     done = run(made(kind, sensors=17), spoilt(lost, since=0))
     assert f"sensor {SENSOR}" in done.told("lost_sample", 0)
-    assert all(joint in done.told("unseen", 0) for joint in ("F2_pip", "F2_dip"))
+    assert all(joint in done.told("untracked", 0) for joint in ("F2_pip", "F2_dip"))
     assert (done.sd[200:, TOUCHED] == math.pi).all()
     assert not done.outputs["angles"][200:, TOUCHED].any()
 
@@ -222,7 +222,7 @@ def test_all_samples_lost_for_half_a_second(kind, how):
         done = run(block, [part[at] for part in motion()], np.tile(at, (3, 1)))
         assert done.told("repeated_sample")
     assert (done.sd[until - 1] > 1.25 * sound.sd[until - 1]).all()
-    assert done.told("samples_sound", until)
+    assert done.told("samples_valid", until)
 
 
 def test_clipped_gyroscopes(kind):
@@ -231,7 +231,7 @@ def test_clipped_gyroscopes(kind):
                spoilt(lambda rows, kind: np.radians([0.0, 0.0, 2000.0]), (0,), until=until))
     assert f"sensor {SENSOR}" in done.told("clipped_sample")
     assert (done.sd[until - 1, TOUCHED] > 1.2 * sound.sd[until - 1, TOUCHED]).all()
-    assert done.told("samples_sound", until)
+    assert done.told("samples_valid", until)
 
 
 def test_accelerometers_at_the_end_of_their_range(kind):
@@ -250,7 +250,7 @@ def test_accelerometers_and_magnetometers_at_half_the_rate(kind, stamped):
     gyr, acc, mag = motion()
     stamps = np.array([at, slow, slow]) if stamped == "when taken" else None
     done, sound = run(made(kind, sensors=17, **every), (gyr, acc[slow], mag[slow]), stamps), sound_run(kind)
-    assert {status for _, status, _ in done.reports} <= {"aligning", "aligned", "unsure", "sure"}
+    assert {status for _, status, _ in done.reports} <= {"aligning", "aligned", "uncertain", "certain"}
     off = done.outputs["angles"][-1] - sound.outputs["angles"][-1]
     assert np.sqrt(np.mean(off ** 2)) < math.radians(3.0)
 
@@ -268,7 +268,7 @@ def test_a_sensor_that_freezes_at_rest_is_told_of(kind):
     done = run(made(kind, sensors=17), spoilt(lambda rows, kind: first[kind], since=150, until=200))
     assert f"sensor {SENSOR}" in done.told("frozen_sample", 150)
     assert not done.told("lost_sample", 150)
-    assert done.told("samples_sound", 200)
+    assert done.told("samples_valid", 200)
 
 
 def test_a_snapshot_in_mid_fault_continues_to_the_last_bit(kind):

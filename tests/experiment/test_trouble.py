@@ -30,7 +30,7 @@ def event(second, where, status, trial=0):
 def runs(draw):
     """A run with some kinds of trouble, and what is no trouble mixed in."""
     kinds = draw(st.sets(st.sampled_from(KINDS)))
-    outcome = draw(st.sampled_from([word for word in OUTCOMES if word not in ("held", "not_known")]))
+    outcome = draw(st.sampled_from([word for word in OUTCOMES if word not in ("held", "incomplete")]))
     trials = draw(st.integers(2, 4)) if "rose" in kinds else draw(st.integers(1, 4))
     last = trials - 1
     events = [event(0.0, "tracker", "aligning"), event(0.0, "controller", "no_input"),
@@ -40,8 +40,8 @@ def runs(draw):
         events.append(event(*draw(st.sampled_from([(0.0, "recording", "rates_disagree"),
                                                    (5.0, "tracker", "implausible_angle")]))))
     if "safety" in kinds:
-        status = draw(st.sampled_from(["posture_silent", "posture_jumped", "posture_frozen", "stopped",
-                                       "budget_spent"]))
+        status = draw(st.sampled_from(["posture_silent", "posture_jumped", "posture_frozen", "emergency_stop",
+                                       "charge_exhausted"]))
         events.append(event(draw(st.floats(1.1, 9.0)), "safety", status))
     if "failed" in kinds:
         status = draw(st.sampled_from(["initial_pose_failed", "device_failed", "non_finite"]))
@@ -169,7 +169,8 @@ def test_the_summary_says_first_that_no_pulse_was_given_and_why(tmp_path, capsys
     assert "(controller: no_input" in said[0]
 
 
-@given(st.integers(0, 30), st.sampled_from(["stale_input", "posture_silent", "no_posture", "budget_spent"]))
+@given(st.integers(0, 30), st.sampled_from(["stale_input", "posture_silent", "no_posture",
+                                                 "charge_exhausted"]))
 def test_no_list_of_events_cuts_off_what_is_grave(others, status):
     events = [event(0.1 * i, "other", f"saturated_{i}") for i in range(others) for _ in range(2)]
     events += [event(9.0, "safety", status), event(9.5, "tracker", "initial_pose_failed")]
@@ -194,7 +195,7 @@ def test_a_silent_controller_is_named_where_safety_only_said_how_a_trial_begins(
 
 def test_an_angle_about_an_axis_that_its_joint_hardly_turns_about_is_named():
     shares = {"a-b": 0.03, "b-c": 0.97}
-    texts = [each.text for each in troubles(Told([(3.0, 2.0, 2.0)], []), {"about_z_share": shares})]
+    texts = [each.text for each in troubles(Told([(3.0, 2.0, 2.0)], []), {"flexion_axis_share": shares})]
     (told,) = [text for text in texts if "are about z" in text]
     assert "a-b (3 %)" in told
     assert "b-c" not in told

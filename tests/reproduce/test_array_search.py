@@ -33,7 +33,7 @@ def test_metrics_tell_what_was_asked_and_found(listed):
     with Recording(result.recording) as recording:
         asked = asked_of(recording, SCORE)
         metrics = search_metrics(recording, SCORE)
-        (found,) = [event for event in recording.events if event.status == "found"]
+        (found,) = [event for event in recording.events if event.status == "search_ended"]
     assert [(one.elements, pytest.approx(one.current_ma)) for one in asked] == list(QUERIES)
     # The search sees the hand's own angles here, so what it thinks is what is true.
     for one in asked:
@@ -44,7 +44,7 @@ def test_metrics_tell_what_was_asked_and_found(listed):
     assert metrics["minutes"][0] * 60.0 == pytest.approx(found.time_ns * 1e-9)
     assert metrics["found_elements"] == [list(best.elements)]
     assert metrics["found_quality"] == [pytest.approx(best.verdict.quality)]
-    assert metrics["of_optimum"] == [pytest.approx(best.verdict.quality / 0.5)]
+    assert metrics["optimum_share"] == [pytest.approx(best.verdict.quality / 0.5)]
     (elements,) = metrics["element_quality"]
     assert {k for k, quality in enumerate(elements) if quality is not None} == {6, 17, 18, 40, 46}
     assert elements[17] == max(asked[0].verdict.quality, asked[3].verdict.quality)

@@ -15,7 +15,7 @@ def kept():
     sd[still] += 0.1 * np.arange(9)[:, np.newaxis]
     return {"constrained": np.full((minutes, 5), 1.4), "salchow_m2": np.linspace(1.0, 3.0, minutes)[:, None]
             * np.ones(5), "m2_calibrated": np.full((minutes, 5), 0.9),
-            "inside": np.full((minutes, 5), 0.95), "sd": sd, "unsure": np.array([]),
+            "inside": np.full((minutes, 5), 0.95), "sd": sd, "uncertain": np.array([]),
             "still": np.array([2100.0, 2700.0])}
 
 
@@ -59,7 +59,7 @@ def test_the_bar_is_m2s_first_minute_where_that_is_worse(monkeypatch):
 def test_a_flag_tells_of_still_minutes_too(monkeypatch):
     def change(hours):
         hours["sd"].fill(1.0)
-        hours["unsure"] = np.array([2400.0])
+        hours["uncertain"] = np.array([2400.0])
 
     assert found(monkeypatch, change)[NAMES[2]]
 

@@ -139,7 +139,7 @@ def test_angles_after_a_gap_are_those_of_their_instants(tmp_path, capsys, form, 
     assert np.sqrt(np.mean(np.square(error))) < 1.0
     assert np.abs(error).max() < 3.0
     assert int(seen.newest_ns[-1]) == pytest.approx(times[-1] * 1e9, abs=1e6)
-    assert {"gap", "recording_incomplete", "lost_sample", "samples_sound"} <= set(told)
+    assert {"gap", "recording_incomplete", "lost_sample", "samples_valid"} <= set(told)
     assert "1 gap" in told["recording_incomplete"]
 
 

@@ -126,7 +126,7 @@ def test_of_a_replay_no_tracking_error_is_claimed(recordings, tmp_path):
     for name in ("replay", "hil_replay"):
         result = fesloop.load(name, [f"recording={path}", "blocks.recording.duration_s=8"]).run(tmp_path)
         assert set(result.metrics) == {"orientation_rmse_deg", "relative_angle_rmse_deg",
-                                       "joint_angle_rmse_deg", "about_z_share", "step_us"}
+                                       "joint_angle_rmse_deg", "flexion_axis_share", "step_us"}
 
 
 def test_hil_replay_takes_one_joint_of_a_whole_body_and_records_its_commands(recordings, tmp_path):
@@ -136,7 +136,7 @@ def test_hil_replay_takes_one_joint_of_a_whole_body_and_records_its_commands(rec
     with Recording(result.recording) as run:
         assert run.signal("tracker.angles").values.shape == (601, 1)
         assert run.signal("safety.stimulation").values.max() > 0.0
-    assert set(result.metrics) == {"about_z_share", "step_us"}
+    assert set(result.metrics) == {"flexion_axis_share", "step_us"}
 
 
 def test_an_imported_recording_is_played_like_its_source(recordings, tmp_path):

@@ -47,7 +47,7 @@ class FirstAnswer:
         cost = self.cost
         told: dict[str, Any] = {
             "critical_latency_ms": {wire: critical for wire, (_, critical) in self.critical_ms.items()},
-            "not_known": self.not_known}
+            "missing": self.not_known}
         if cost is None:
             return told
         values = [float(value) if cost.stable else None for value in cost.rms]

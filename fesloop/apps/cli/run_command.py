@@ -17,7 +17,7 @@ from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.layout import guide_of
 from fesloop.experiment.files.parse import load_picked
 from fesloop.experiment.metrics.lateness import class_names
-from fesloop.experiment.metrics.not_known import NOT_KNOWN, reasons_of
+from fesloop.experiment.metrics.missing import MISSING, reasons_of
 from fesloop.experiment.recording.reading import Event, Recording
 from fesloop.experiment.running.trial import Result, run
 from fesloop.experiment.trouble import graveness, troubles
@@ -104,7 +104,7 @@ def _summarise(result: Result, recorded: Sequence[Event]) -> None:
     rows = [["status", result.status], ["seed", str(result.seed)]]
     tables = {}
     for name, value in result.metrics.items():
-        if name == NOT_KNOWN:
+        if name == MISSING:
             continue
         if isinstance(value, dict) and all(isinstance(item, dict) for item in value.values()):
             tables[name] = value

@@ -33,7 +33,7 @@ def minutes(recording: Recording) -> dict[str, Any]:
     """RMSE of each fingertip in each minute after the pose, cm, (minutes, 5), by tracker.
 
     For the constrained tracker also the coverage of its 95 % intervals and its mean standard deviation, cm,
-    in the same shape; `unsure` are the times, s, at which it reported a joint.
+    in the same shape; `uncertain` are the times, s, at which it reported a joint.
     """
     kept: dict[str, Any] = {}
     for tracker in (OURS, THEIRS, CALIBRATED):
@@ -46,8 +46,8 @@ def minutes(recording: Recording) -> dict[str, Any]:
             sd = signal.values[signal.newest_ns >= 0]
             kept["inside"] = _each(minute, (np.abs(error) <= TWO_SIDED_95 * sd).mean(axis=2))
             kept["sd"] = _each(minute, 1e4 * np.square(sd).sum(axis=2)) ** 0.5
-    kept["unsure"] = np.array([event.time_ns * 1e-9 for event in recording.events
-                               if event.where == OURS and event.status == "unsure"])
+    kept["uncertain"] = np.array([event.time_ns * 1e-9 for event in recording.events
+                               if event.where == OURS and event.status == "uncertain"])
     (still,) = spans(recording, "still")
     kept["still"] = np.array(still)
     return kept
@@ -79,7 +79,7 @@ def _rows(subject: str, kept: dict[str, Any]) -> list[Row]:
     start, stop = kept["still"]
     first, end = int((start - _POSE_S) // _MINUTE_S) + 1, int((stop - _POSE_S) // _MINUTE_S) - 1
     growth = kept["sd"][end] / kept["sd"][first]
-    told = int(((kept["unsure"] > start) & (kept["unsure"] < stop)).sum())
+    told = int(((kept["uncertain"] > start) & (kept["uncertain"] < stop)).sum())
     return [
         Row(subject, "F2-F5, last ten minutes; at most 1.2 times M2's first minute, or 1.5 cm", f"{bar:.2f}",
             f"{last:.2f} (M2: {drifted:.2f}, calibrated {other:.2f})", last <= bar, "cm"),

@@ -25,7 +25,7 @@ from fesloop.experiment.metrics.grasp_outcome import (
     needed_grip_n,
 )
 from fesloop.experiment.metrics.joints import held
-from fesloop.experiment.metrics.not_known import given_signal, note, put
+from fesloop.experiment.metrics.missing import given_signal, note, put
 from fesloop.experiment.recording.reading import Recording, Signal, reached_ns
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import FINGERS
@@ -104,12 +104,12 @@ def wrist_extension_deg(angles: Array) -> float:
     return float(-np.degrees(angles[:, _WRIST].mean()))
 
 
-def unwanted_motion_deg(angles: Array, asked: Sequence[str]) -> float:
-    """RMS over time and freedoms, deg, of how far those that are not `asked` for are from the first row.
+def unwanted_motion_deg(angles: Array, intended: Sequence[str]) -> float:
+    """RMS over time and freedoms, deg, of how far those that are not `intended` are from the first row.
 
-    `angles` (n, 23), rad. NaN where every freedom is asked for.
+    `angles` (n, 23), rad. NaN where every freedom is intended.
     """
-    others = [column for column, name in enumerate(FREEDOMS) if not name.startswith(tuple(asked))]
+    others = [column for column, name in enumerate(FREEDOMS) if not name.startswith(tuple(intended))]
     return float(np.degrees(np.sqrt(np.mean((angles[:, others] - angles[0, others]) ** 2)))) if others \
         else float("nan")
 
@@ -124,7 +124,7 @@ class _Trial(NamedTuple):
     recording: Recording
     score: GraspScore
     number: int
-    found: Found = Found("not_known", math.nan, math.nan)
+    found: Found = Found("incomplete", math.nan, math.nan)
 
     def whole(self, name: str) -> tuple[Array, Array]:
         """Instants (n,), s, and values of a signal."""
@@ -155,11 +155,11 @@ def grasp_metrics(recording: Recording, score: GraspScore) -> dict[str, Any]:
     grips (0 where it did before): until thumb and fingers touch, or where they never do and the object is
     held, until one side does, as the other is then met by a part of the hand that has no sensor;
     grip_margin, mean grip force of the hold (`grip_force`) over what is needed (`needed_grip_n`), where that
-    is known; grip_force_rmse_n against `wanted_n`.
+    is known; grip_force_rmse_n against `target_n`.
     With fingertips: aperture_mm at `starts_s` (opening), when the hand grips (contact), as the mean of the
     hold (hold), and with `aperture` its RMSE from `starts_s` until the hand grips, or until the hold ends
     where it does not (rmse).
-    With angles: wrist_extension_deg, mean of the hold; with `asked`, unwanted_motion_deg, RMS from
+    With angles: wrist_extension_deg, mean of the hold; with `intended`, unwanted_motion_deg, RMS from
     `starts_s` to the end of the hold.
     charge_uc: one phase of all pulses of all channels in the trial: of those that the stimulator gave, where
     the recording has the `charge` of the one that `pulses` command; else of those commanded.
@@ -167,7 +167,7 @@ def grasp_metrics(recording: Recording, score: GraspScore) -> dict[str, Any]:
     force falls as the fitness of the muscles that close the hand falls from the first to the last instant of
     this trial; 0 where this one does not hold, infinite where fitness does not fall.
 
-    A number that is not known is NaN (`held`: None), and `not_known` has the reason in words under its name,
+    A number that is not known is NaN (`held`: None), and `missing` has the reason in words under its name,
     None for the trials in which it is known.
     """
     metrics: dict[str, Any] = {}
@@ -194,18 +194,18 @@ def _why(trial: _Trial, path: tuple[str, ...]) -> str:
     touch = (f"thumb and fingers never pressed together by more than {score.contact_n:g} N for "
              f"{LASTING_S:g} s" if score.forces else "contact forces are not scored")
     ended = f"the trial ended before {score.until_s:g} s, when the hold is over"
-    if score.forces and trial.found.word == "not_known":
+    if score.forces and trial.found.word == "incomplete":
         touch = f"{ended}: until then {touch}"
     whenever = {
         "time_to_grasp_s": touch, "aperture_mm.contact": touch,
         "aperture_mm.opening": f"no fingertips are recorded at {score.starts_s:g} s",
-        "aperture_mm.rmse": ended if trial.found.word == "not_known" else
+        "aperture_mm.rmse": ended if trial.found.word == "incomplete" else
         f"no aperture was given as a reference from {score.starts_s:g} s on",
         "charge_uc": "fewer than two samples of the pulses are recorded",
     }
     if name in whenever:
         return whenever[name]
-    if trial.found.word == "not_known":
+    if trial.found.word == "incomplete":
         return ended
     if name == "grasps_until_fatigue":
         return _why_no_count(trial)
@@ -243,7 +243,7 @@ def _between(signal: Signal, from_s: float, until_s: float) -> Array:
 def _object(trial: _Trial) -> dict[str, Any]:
     """What became of the object."""
     found = trial.found
-    if found.word == "not_known":
+    if found.word == "incomplete":
         return {"object_outcome": found.word, "held": None, "object_moved_mm": math.nan, "held_s": math.nan}
     return {"object_outcome": found.word, "held": found.word == "held",
             "object_moved_mm": 1e3 * found.moved_m, "held_s": found.held_s}
@@ -253,7 +253,7 @@ def _found(trial: _Trial) -> Found:
     """What became of the object: a trial that ended before the hold was over does not say."""
     score = trial.score
     if np.isnan(trial.hold(score.object)).any():
-        return Found("not_known", math.nan, math.nan)
+        return Found("incomplete", math.nan, math.nan)
     return find_outcome(_course(trial), score.from_s, score.until_s, 1e-3 * score.within_mm)
 
 
@@ -325,8 +325,8 @@ def _forces(trial: _Trial) -> dict[str, Any]:
         "time_to_grasp_s": _contact_s(trial) - score.starts_s}
     if not math.isnan(_needed_n(trial)):
         told["grip_margin"] = _margin(trial)
-    if score.wanted_n is not None:
-        signal = trial.recording.signal(score.wanted_n, trial.number)
+    if score.target_n is not None:
+        signal = trial.recording.signal(score.target_n, trial.number)
         times_s, every = trial.whole(score.forces)
         inside = (times_s >= score.from_s) & (times_s <= score.until_s)
         wanted = held((signal.times_ns, np.asarray(signal.values)), _ns(times_s[inside]))
@@ -343,8 +343,8 @@ def _posture(trial: _Trial) -> dict[str, Any]:
         told["aperture_mm"] = _apertures_mm(trial, score.fingertips)
     if score.angles is not None:
         told["wrist_extension_deg"] = wrist_extension_deg(trial.hold(score.angles))
-        if score.asked:
-            told["unwanted_motion_deg"] = unwanted_motion_deg(trial.closing(score.angles), score.asked)
+        if score.intended:
+            told["unwanted_motion_deg"] = unwanted_motion_deg(trial.closing(score.angles), score.intended)
     return told
 
 
@@ -385,7 +385,7 @@ def _effort(trial: _Trial) -> dict[str, Any]:
         _, fitness = trial.whole(score.fitness)
         active = trial.hold(score.activation).mean(axis=0)
         ratio = fitness_ratio(active, fitness[0], fitness[-1]) if len(fitness) else math.nan
-        failed = trial.found.word not in ("held", "not_known")
+        failed = trial.found.word not in ("held", "incomplete")
         told["grasps_until_fatigue"] = 0.0 if failed else grasps_until_fatigue(_known_margin(trial), ratio)
     return told
 
@@ -397,7 +397,7 @@ def _known_margin(trial: _Trial) -> float:
     palm and the other phalanges carry is not measured.
     """
     margin = _margin(trial)
-    return math.nan if trial.found.word == "not_known" or margin < 1.0 else margin
+    return math.nan if trial.found.word == "incomplete" or margin < 1.0 else margin
 
 
 def _ns(seconds: Array) -> NDArray[np.int64]:

@@ -79,13 +79,13 @@ OUTCOMES = {
     "not_touched": "the hand never touched it",
     "given_late": "it was given after the hold had begun",
     "not_given": "it was never given: the hand left no room for it",
-    "not_known": "the trial ended before the hold was over",
+    "incomplete": "the trial ended before the hold was over",
 }
 """What an object's outcome says, as half a sentence.
 
 Judged on the rows from when the object is given to the end of the hold, in this order:
 
-not_known: the trial ended before.
+incomplete: the trial ended before.
 not_given: an object that is to be given was never nearer to its place in the hand than to where it waits.
 held, slipped: at the end it is neither on the table nor gone. Held if it never was farther than `within_mm`
     from its place at the start of the hold, slipped if it was; given_late if it was given during the hold.
@@ -273,9 +273,9 @@ class GraspScore:
         noise on a fingertip, sd 0.05 N).
     needed_n: least grip force that holds the object; None: from its mass and friction, where the node
         that moves it tells them.
-    wanted_n: grip force that is wanted, (), N.
+    target_n: grip force that is wanted, (), N.
     angles: of the hand, (23,), rad.
-    asked: freedoms that the movement asks for, by name or by what their names begin with ("F2").
+    intended: freedoms that the movement is meant to move, by name or by what their names begin with ("F2").
     fingertips: (5, 3), m.
     opposed: fingers whose tips' distances from the thumb's tip are averaged as the aperture.
     aperture: wanted, (), m, or fingertips (5, 3) that have it.
@@ -293,9 +293,9 @@ class GraspScore:
     starts_s: float = 0.0
     contact_n: float = 0.5
     needed_n: float | None = None
-    wanted_n: str | None = None
+    target_n: str | None = None
     angles: str | None = None
-    asked: tuple[str, ...] = ()
+    intended: tuple[str, ...] = ()
     fingertips: str | None = None
     opposed: tuple[str, ...] = ("F2", "F3")
     aperture: str | None = None
@@ -313,16 +313,17 @@ class GraspScore:
             value = getattr(self, key)
             if value is not None and not (math.isfinite(value) and value > 0.0):
                 raise InputError(key, f"{value:g}", "a finite number above 0")
-        for key, others in (("wanted_n", ("forces",)), ("asked", ("angles",)), ("aperture", ("fingertips",)),
+        for key, others in (("target_n", ("forces",)), ("intended", ("angles",)),
+                            ("aperture", ("fingertips",)),
                             ("activation", ("forces", "fitness")),
                             ("hand_position", ("hand_orientation",)),
                             ("hand_orientation", ("hand_position",)), ("fitness", ("activation",))):
             missing = [other for other in others if getattr(self, key) and getattr(self, other) is None]
             if missing:
                 raise InputError(key, f"stands without {' and '.join(missing)}", "both", "add the other")
-        for name in self.asked:
+        for name in self.intended:
             if not any(freedom.startswith(name) for freedom in FREEDOMS) or not name:
-                raise InputError("asked", f"{name!r}", ", ".join(FREEDOMS), did_you_mean(name, FREEDOMS))
+                raise InputError("intended", f"{name!r}", ", ".join(FREEDOMS), did_you_mean(name, FREEDOMS))
         if not self.opposed or not set(self.opposed) <= set(FINGERS[1:]):
             raise InputError("opposed", f"{self.opposed}", "one or more of " + ", ".join(FINGERS[1:]))
 
@@ -331,7 +332,7 @@ class GraspScore:
         muscles, tips = (len(MUSCLES),), (len(FINGERS), 3)
         shapes: dict[str, tuple[Shape, ...]] = {
             "object": ((3,),), "hand_position": ((17, 3),), "hand_orientation": ((17, 4),),
-            "forces": ((len(FINGERS),),), "wanted_n": ((),),
+            "forces": ((len(FINGERS),),), "target_n": ((),),
             "angles": ((len(FREEDOMS),),), "fingertips": (tips,), "aperture": ((), tips), "pulses": (),
             "activation": (muscles,), "fitness": (muscles,)}
         for key, allowed in shapes.items():
@@ -341,7 +342,7 @@ class GraspScore:
 
     def units(self) -> Iterator[tuple[str, str, str]]:
         """Key, name and unit of every signal that is read; of pulses there are two ways."""
-        units = {"object": "m", "hand_position": "m", "hand_orientation": "1", "forces": "N", "wanted_n": "N",
+        units = {"object": "m", "hand_position": "m", "hand_orientation": "1", "forces": "N", "target_n": "N",
                  "angles": "rad", "fingertips": "m", "aperture": "m", "activation": "1", "fitness": "1"}
         return ((key, name, units[key]) for key, name, _ in self.signals() if key in units)
 

@@ -85,7 +85,7 @@ def flexion_rmse_deg(times_ns: NDArray[np.int64], angle: Array, reference: Refer
     return _rms_deg(error[np.isfinite(error)])
 
 
-def about_z_share(times_ns: NDArray[np.int64], relative: Array) -> float | None:
+def flexion_axis_share(times_ns: NDArray[np.int64], relative: Array) -> float | None:
     """Share of a joint's turning that is about its parent's z, of orientations (n, 4) child to parent.
 
     Squares of what it turns in steps of a tenth of a second are summed. None where it hardly turns.

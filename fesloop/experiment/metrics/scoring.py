@@ -27,7 +27,7 @@ from fesloop.experiment.metrics.joints import (
     tracker_rmse_deg,
     unmoved_rmse_deg,
 )
-from fesloop.experiment.metrics.not_known import NOT_KNOWN, give_reasons, note
+from fesloop.experiment.metrics.missing import MISSING, give_reasons, note
 from fesloop.experiment.metrics.search import search_metrics
 from fesloop.experiment.recording.reading import Recording, Signal
 from fesloop.experiment.specification import with_transport
@@ -63,11 +63,11 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
     `search_metrics` say theirs.
     orientation_rmse_deg and relative_angle_rmse_deg: against the reference of the recording that was
     played. joint_angle_rmse_deg: by pair, of the angle that the tracker gives to a controller, against that
-    of the reference by the same convention; about_z_share: share of a pair's turning about the axis of that
-    angle, where it turns. fingertip_rmse_mm: by
+    of the reference by the same convention; flexion_axis_share: share of a pair's turning about the axis of
+    that angle, where it turns. fingertip_rmse_mm: by
     tracker and fingertip, one a trial; fingertip_coverage likewise, where the tracker gives its sd. step_us:
-    median and 99th percentile of the timed blocks' steps. not_known: of every number that is NaN or None the
-    reason in words (`fesloop.experiment.metrics.not_known`).
+    median and 99th percentile of the timed blocks' steps. missing: of every number that is NaN or None the
+    reason in words (`fesloop.experiment.metrics.missing`).
     """
     score = make(Score, recording.experiment["score"], {}, "score")
     metrics = _joint_metrics(recording, score)
@@ -76,10 +76,10 @@ def metrics_of(recording: Recording) -> dict[str, Any]:
     if score.fingertips is not None:
         metrics |= _fingertip_metrics(recording, score, score.fingertips)
     if score.grasp is not None:
-        reasons = metrics.pop(NOT_KNOWN, {})
+        reasons = metrics.pop(MISSING, {})
         metrics |= grasp_metrics(recording, score.grasp)
         if reasons:
-            metrics[NOT_KNOWN] = reasons | metrics.get(NOT_KNOWN, {})
+            metrics[MISSING] = reasons | metrics.get(MISSING, {})
     if score.cycles is not None:
         metrics |= cycle_metrics(recording, score.cycles)
     if score.search is not None:
@@ -315,7 +315,7 @@ def _orientation_metrics(recording: Recording, score: Score) -> dict[str, Any]:
 def _angle_metrics(recording: Recording, score: Score, source: MotionRecording, tracker: str,
                    start_ns: int) -> dict[str, Any]:
     """Angles that a tracker of pairs gives to a controller: their error, and whether their joints turn so."""
-    from fesloop.experiment.metrics.orientation import about_z_share, flexion_rmse_deg
+    from fesloop.experiment.metrics.orientation import flexion_axis_share, flexion_rmse_deg
 
     table = recording.experiment["blocks"][tracker]
     pairs = [(int(p), int(c)) for p, c in table.get("pairs") or source.pairs]
@@ -326,7 +326,7 @@ def _angle_metrics(recording: Recording, score: Score, source: MotionRecording, 
     captured, first = np.unique(signal.newest_ns[told] + start_ns, return_index=True)
     if captured.size < 2:
         return {}
-    found: dict[str, dict[str, float]] = {"joint_angle_rmse_deg": {}, "about_z_share": {}}
+    found: dict[str, dict[str, float]] = {"joint_angle_rmse_deg": {}, "flexion_axis_share": {}}
     for number, pair in enumerate(pairs):
         name = source.pair_name(pair)
         if source.reference is not None and source.reference.sensor_frames:
@@ -336,7 +336,7 @@ def _angle_metrics(recording: Recording, score: Score, source: MotionRecording, 
         oriented = recording.signal(str(score.orientation))
         known = oriented.newest_ns >= 0
         ends = (oriented.values[known][:, end] for end in pair)
-        share = about_z_share(oriented.newest_ns[known], quaternion.relative(*ends))
+        share = flexion_axis_share(oriented.newest_ns[known], quaternion.relative(*ends))
         if share is not None:
-            found["about_z_share"][name] = share
+            found["flexion_axis_share"][name] = share
     return {name: values for name, values in found.items() if values}

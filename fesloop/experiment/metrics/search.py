@@ -124,7 +124,7 @@ def search_metrics(recording: Recording, score: SearchScore) -> dict[str, Any]:
 
     `queries`; `minutes` until the search had ended, nan where it had not; of what it recommends
     `found_elements`, `found_ma`, `found_quality` and `found_selectivity`, by what the hand truly did when it
-    was asked, no elements and nan where no query was answered; with an optimum, `of_optimum`, the share of
+    was asked, no elements and nan where no query was answered; with an optimum, `optimum_share`, the share of
     it; and `element_quality`, for each element the best true quality of all queries that it had part in,
     None where it had none: a map over the arrays.
     """
@@ -149,7 +149,7 @@ def _of_trial(recording: Recording, score: SearchScore, trial: int) -> dict[str,
              "found_ma": current_ma, "found_quality": quality,
              "found_selectivity": verdict.selectivity if verdict else math.nan}
     if score.optimum is not None:
-        found["of_optimum"] = quality / score.optimum
+        found["optimum_share"] = quality / score.optimum
     return found | {"element_quality": element_quality(asked, count)}
 
 

@@ -150,7 +150,7 @@ class LslInlet:
     last sample, which grows older. So it is with samples that are nothing but NaN, with those of inertial
     sensors that are the same to the last bit six times on end, and while samples come at a wrong rate.
 
-    Statuses: `stream_silent`, `stream_back`; `stream_lost` (its sender is gone), `stream_found`,
+    Statuses: `stream_silent`, `stream_resumed`; `stream_lost` (its sender is gone), `stream_found`,
     `stream_differs`; `stamp_behind`, `stamp_repeated`, `stamp_ahead`, `clock_reset`, `samples_missing`,
     `rate_changed`, `rate_restored`, `overrun`, each with the time at which it arose; `infinite`,
     `empty_sample`, `stream_frozen`.
@@ -313,7 +313,7 @@ class LslInlet:
             return state.outputs(np.full(state.channels.size, np.nan))
         if state.silent_since_ns >= 0:
             away_ms = (sample.arrived_ns - state.origin_ns - state.silent_since_ns) / NS_PER_MS
-            tick.report("stream_back", f"after {away_ms:.0f} ms")
+            tick.report("stream_resumed", f"after {away_ms:.0f} ms")
             state.silent_since_ns = NEVER
         numbers, nothing = self._believed(state, sample.values[state.channels] * state.factors, tick)
         if not nothing:

@@ -29,7 +29,7 @@ def sample(value, time_ns):
 
 
 def block(**changes):
-    return GripForce(**{"channels": 3, "fingertips": 5, "closing": (0, 1), "wanted_n": 4.0} | changes)
+    return GripForce(**{"channels": 3, "fingertips": 5, "closing": (0, 1), "target_n": 4.0} | changes)
 
 
 def fingertips(grip_n):
@@ -136,7 +136,7 @@ def test_hand_over_is_without_a_jump_and_others_are_left_alone():
 def test_wanted_force_is_that_of_the_weight_or_of_a_wire():
     assert grip_of(fingertips(2.0), 0) == 2.0
     assert grip_of(np.array([0.5, 1.0, 1.0, 0.5, 0.0]), 0) == 2.5
-    feed = Feed(block(wanted_n=None, mass_kg=0.3, friction=0.6, margin=1.4))
+    feed = Feed(block(target_n=None, mass_kg=0.3, friction=0.6, margin=1.4))
     for _ in range(200):
         wanted = feed.step(fingertips(3.0))[2]
     assert wanted == pytest.approx(1.4 * 0.3 * 9.80665 / 1.2)
@@ -193,7 +193,7 @@ def test_forces_that_fail_end_in_what_comes_in(how, status):
 
 
 def test_without_forces_reference_or_stimulation_a_status_says_so():
-    grip, tick = block(wanted_n=None), Tick()
+    grip, tick = block(target_n=None), Tick()
     state = grip.init(CONTEXT)
     never = Sample(np.zeros(5), NEVER, NEVER, NEVER)
     np.testing.assert_array_equal(grip.step(state, (sample(BASE, 0), never, NOTHING), tick)[0], BASE)
@@ -241,8 +241,8 @@ def test_saved_and_restored_it_goes_on_bit_for_bit():
 
 @pytest.mark.parametrize(("make", "where"), [
     (lambda: block(closing=(0, 0)), "closing"), (lambda: block(closing=(3,)), "closing"),
-    (lambda: block(thumb=5), "thumb"), (lambda: block(mass_kg=0.2), "wanted_n"),
-    (lambda: block(margin=0.0), "margin"), (lambda: block(wanted_n=math.inf), "wanted_n"),
+    (lambda: block(thumb=5), "thumb"), (lambda: block(mass_kg=0.2), "target_n"),
+    (lambda: block(margin=0.0), "margin"), (lambda: block(target_n=math.inf), "target_n"),
     (lambda: ForceLoop(scale_min=1.2), "loop.scale_max"), (lambda: ForceLoop(exponent=0.0), "loop.exponent"),
     (lambda: Contact(force_n=0.0), "contact.force_n"), (lambda: Slip(raise_by=0.9), "slip.raise_by"),
     (lambda: Slip(change_n=math.nan), "slip.change_n")])

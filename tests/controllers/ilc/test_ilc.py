@@ -137,7 +137,7 @@ def test_a_trial_without_measurements_is_told_and_changes_nothing():
     after = ilc.next_trial(state, CONTEXT)
     np.testing.assert_array_equal(after.drives, state.drives)
     _, reports = steps(ilc, after, (0, 2))
-    assert [status for status, _ in reports] == ["unobserved"]
+    assert [status for status, _ in reports] == ["no_valid_samples"]
 
 
 def test_non_finite_measurements_are_told_and_left_out():
@@ -195,7 +195,7 @@ def test_a_point_after_the_trial_is_named():
 BROKEN = {
     "non_finite": {"measured": lambda k: np.full(3, np.nan) if k % 3 == 0 else at_rest(k)},
     "uncertain": {"sd": lambda k: np.full(3, np.pi if k % 3 == 0 else 0.01)},
-    "not_trusted": {"trusted": lambda k: float(k % 3 > 0)},
+    "untrusted": {"trusted": lambda k: float(k % 3 > 0)},
 }
 
 
@@ -220,7 +220,7 @@ def test_nothing_is_learnt_from_the_first_touch_on():
         ilc = learner(law="noilc")
         state = ilc.init(CONTEXT)
         _, reports = steps(ilc, state, (0, 161), **pressing)
-        assert [status for status, _ in reports] == ["touched"] * len(pressing)
+        assert [status for status, _ in reports] == ["contact"] * len(pressing)
         learnt.append(ilc.next_trial(state, CONTEXT).drives)
     assert np.abs(learnt[0][80:]).max() > 0.01
     np.testing.assert_allclose(learnt[1][80:], 0.0, atol=1e-9)
@@ -271,7 +271,7 @@ def test_a_law_that_may_diverge_says_so_at_the_first_tick_and_only_then():
     assert steps(ilc, ilc.next_trial(state, CONTEXT), (0, 161))[1] == []
     assert learner().cautions(CONTEXT) == ()
     ((status, detail),) = learner(law="gradient", gradient_step=1.8).cautions(CONTEXT)
-    assert status == "slim_margin"
+    assert status == "low_margin"
     assert "up to 1.11 times" in detail
 
 
@@ -299,7 +299,7 @@ def test_the_bank_finds_the_patient_and_learns_faster_by_it():
         loop = loop_of(learner(bank=models, first_drive=(0.1,) * 4), patient, tracker="ideal",
                        recorder=recorder)
         rmse[name] = run_trials(loop, recorder, 3)
-        told += [event for event in recorder.events if "bank" in event]
+        told += [event for event in recorder.events if "model_selected" in event]
         loop.close()
     assert rmse["bank"][1] < 0.7 * rmse["alone"][1]
     assert all(any("model 3: share 1.00" in str(part) for part in event) for event in told)

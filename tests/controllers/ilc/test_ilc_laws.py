@@ -141,7 +141,7 @@ def test_with_any_lengths_the_covered_error_shrinks_in_every_trial(law, lengths,
 def test_nothing_seen_nothing_learnt():
     drives, errors = trial()
     learnt, status = learning("noilc").learn(drives, errors, ~EVERYWHERE)
-    assert status == "unobserved"
+    assert status == "no_valid_samples"
     np.testing.assert_array_equal(learnt, drives)
 
 

@@ -285,7 +285,7 @@ def test_a_box_without_a_posture_that_can_be_kept_is_refused():
 
 def test_a_posture_at_rest_outside_its_box_is_a_caution():
     ((status, detail),) = controller(angle_min_deg=(25.0, 0.0, 0.0)).cautions(CONTEXT)
-    assert (status, "output 0 at 20 deg" in detail) == ("rest_outside_box", True)
+    assert (status, "output 0 at 20 deg" in detail) == ("rest_outside_limits", True)
     assert controller(angle_min_deg=(5.0, 0.0, 0.0)).cautions(CONTEXT) == ()
     assert controller().faults(CONTEXT, Surroundings()) == ()
 

@@ -149,7 +149,7 @@ def test_what_an_object_blocks_winds_nothing_up(told):
     assert np.abs(grasping[-1] - free[-1]).max() < 0.15
     assert unfelt[-1].max() > 0.9 > 1.5 * grasping[-1].max()
     assert held[-1, 1] == pytest.approx(WALL["wall_deg"])
-    assert statuses == {"touching"}
+    assert statuses == {"contact"}
 
 
 def test_a_wrist_stays_controlled_while_fingers_are_blocked(told):
@@ -183,7 +183,7 @@ def test_channels_that_grasp_do_not_lift_a_wrist(told):
     np.testing.assert_allclose(drives[-1, 2:], drives[-40, 2:], atol=0.01)
     assert np.abs(drives[-1, :2] - of_model[-1, :2]).max() > 0.1
     assert np.abs(outputs[-40:, 0] - GOAL_DEG[0]).max() < 0.5
-    assert statuses == {"touching"}
+    assert statuses == {"contact"}
 
 
 @pytest.mark.parametrize(("where", "value"), [

@@ -65,7 +65,7 @@ def test_queries_take_the_time_that_is_stated_and_the_search_ends():
     out, reports = run(listed(4, 17, 30), 15.0, extends(17, 30.0))
     # 2 s, then three times 1.5 + .3 + .8 + .2 s.
     ((when, status, detail),) = reports
-    assert (when, status) == (pytest.approx(2.0 + 3 * 2.8, abs=2.0 / RATE), "found")
+    assert (when, status) == (pytest.approx(2.0 + 3 * 2.8, abs=2.0 / RATE), "search_ended")
     assert "element 17 at 10 mA" in detail
     over = out["phase"] == ENDED
     assert not out["stimulation"][over].any()
@@ -113,7 +113,7 @@ def test_stairs_follow_each_other_without_rest():
     search = PointSearch(strategy="two_phase", strategies=strategies, space=SearchSpace(elements=(3, 4)))
     out, reports = run(search, 12.0, extends(3, 5.0))
     # Two elements, nine stairs of .12 s, which are 5 ticks: the halves are rounded up to 3 each.
-    assert reports[-1][1] == "found"
+    assert reports[-1][1] == "search_ended"
     assert reports[-1][0] == pytest.approx(2.0 + 2 * (1.5 + 9 * 6 / RATE), abs=0.1)
     for query in range(9):
         given = out["stimulation"][:, 0, 0][(out["query"] == query) & (out["stimulation"][:, 0, 1] > 0.0)]
@@ -122,7 +122,7 @@ def test_stairs_follow_each_other_without_rest():
 
 def test_a_hand_that_nobody_sees_is_asked_again_and_then_given_up():
     out, reports = run(listed(4), 20.0, lambda now, outputs: None)
-    assert [status for _, status, _ in reports] == ["no_response"] * 3 + ["lost"]
+    assert [status for _, status, _ in reports] == ["no_response"] * 3 + ["search_failed"]
     assert out["phase"][-1] == ENDED
     assert not out["stimulation"][-1].any()
 
@@ -130,14 +130,14 @@ def test_a_hand_that_nobody_sees_is_asked_again_and_then_given_up():
 def test_a_short_silence_costs_one_query_and_no_more():
     hand = extends(4, 20.0)
     out, reports = run(listed(4), 12.0, lambda now, outputs: hand(now, outputs) if now > 5.0 else None)
-    assert [status for _, status, _ in reports] == ["no_response", "found"]
+    assert [status for _, status, _ in reports] == ["no_response", "search_ended"]
     assert out["best_quality"][-1] == pytest.approx(0.5)
 
 
 def test_unseen_freedoms_count_as_not_moved_and_bad_angles_are_left_out():
     out, reports = run(listed(4), 6.0, extends(4, 20.0), sd=math.pi)
     assert out["best_quality"][-1] == 0.0
-    assert "unseen" in {status for _, status, _ in reports}
+    assert "untracked" in {status for _, status, _ in reports}
     hand = extends(4, 20.0)
 
     def sometimes(now, outputs):
@@ -164,7 +164,7 @@ def test_a_freedom_that_is_seen_now_and_then_moves_as_it_does_when_seen():
     out, reports = run(listed(4), 6.0, hand, lambda now, outputs: np.full(
         len(FREEDOMS), math.pi if int(now * RATE) % 2 else 0.0))
     assert out["best_quality"][-1] == pytest.approx(0.5)
-    assert [status for _, status, _ in reports].count("unseen") > 1
+    assert [status for _, status, _ in reports].count("untracked") > 1
 
 
 def test_what_cannot_be_is_refused_by_name():

@@ -106,7 +106,7 @@ def test_what_stays_off_its_path_within_the_tolerance_is_told():
     off = 1e3 * np.linalg.norm(tips_of(angles, ("F2",)) - wanted, axis=-1)[0, 0]
     assert block.off_path_mm == {"F2": pytest.approx(off, abs=1e-6)}
     ((status, detail),) = block.cautions(Context("reference"))
-    assert status == "off_path"
+    assert status == "path_unreachable"
     assert f"F2 stays up to {off:.2f} mm" in detail
 
 

@@ -119,7 +119,7 @@ def test_the_budget_of_a_run_is_spent_once_over_all_trials():
         state = safety.next_trial(state, CONTEXT)
     assert sum(given) == pytest.approx(15e-6)
     assert sum(given[16:]) == 0.0
-    assert "budget_spent" in [status for status, _ in tick.reports]
+    assert "charge_exhausted" in [status for status, _ in tick.reports]
 
 
 def test_nothing_passes_before_every_tracker_is_aligned_and_a_lost_one_ramps_to_zero():
@@ -149,7 +149,7 @@ def test_the_emergency_stop_cuts_at_once_and_for_good(value):
         if k == 2:
             state = safety.next_trial(state, CONTEXT)
     assert seen == [True, False, False, False]
-    assert {status for status, _ in tick.reports} == {"stopped"}
+    assert {status for status, _ in tick.reports} == {"emergency_stop"}
 
 
 def test_takes_sizes_from_the_wires():

@@ -129,7 +129,7 @@ def test_an_sd_that_is_none_or_too_great_says_that_posture_is_not_known(sd):
     dog, posture = Watchdog(sd_max_deg=30.0), Sample(np.zeros(len(sd)), 0, 0, 0)
     found = dog.look(WatchState(), posture, Sample(np.array(sd), 0, 0, 0), 0, 500.0, True)
     known = all(0.0 <= each <= math.radians(30.0) for each in sd)
-    assert found[0] == ("" if known else "posture_unsure")
+    assert found[0] == ("" if known else "posture_uncertain")
 
 
 @pytest.mark.parametrize(("late_ns", "silent", "stale"), [

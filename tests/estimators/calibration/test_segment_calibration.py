@@ -90,7 +90,7 @@ def test_a_tracker_behind_it_waits_and_then_reads_the_fingers():
         angles.append(tracker.step(state, samples, tick)[1])
         statuses += [(k, status) for status, _ in tick.reports]
         tick.reports.clear()
-    assert statuses == [(0, "lost_sample"), (0, "aligning"), (end, "samples_sound")]
+    assert statuses == [(0, "lost_sample"), (0, "aligning"), (end, "samples_valid")]
     np.testing.assert_allclose(angles[end], BENT, atol=1e-3)
     np.testing.assert_allclose(angles[-1], 0.0, atol=np.radians(2.0))
 

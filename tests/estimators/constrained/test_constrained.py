@@ -86,8 +86,8 @@ def test_an_hour_leaves_it_as_it_was():
 def test_a_heading_that_nothing_shows_stays_unsure_while_all_is_still():
     for seed in range(3):
         _, _, sd, _, reports = tracked(EACH, Jointed(EACH, seed, SENSORS, lively=0.0), 600, rate=20)
-        assert reports[0] == ("unsure", "joint 0-1, 1-2, 0-3")
-        assert not any(status == "sure" and "0-3" in detail for status, detail in reports)
+        assert reports[0] == ("uncertain", "joint 0-1, 1-2, 0-3")
+        assert not any(status == "certain" and "0-3" in detail for status, detail in reports)
         assert np.degrees(sd[-1, 3:].max()) > 15.0
 
 
@@ -131,7 +131,7 @@ def test_a_hinge_that_begins_upright_is_unsure_until_its_axis_leans():
     assert np.degrees(sd[:200].min()) > 90.0
     assert np.degrees(np.abs(away(angles[320:, 0], 2.0))).max() < 5.0
     assert np.degrees(sd[-1, 0]) < 10.0
-    assert [status for status, _ in reports] == ["unsure", "sure"]
+    assert [status for status, _ in reports] == ["uncertain", "certain"]
 
 
 def test_ranges_hold_a_joint_that_nothing_else_does():
@@ -149,7 +149,7 @@ def test_ranges_hold_a_joint_that_nothing_else_does():
     tolerance = math.hypot(tracker.range_sd_deg, math.sqrt(2.0) * tracker.mounting_sd_deg)
     assert np.degrees(np.abs(held[-500:]).max()) < 30.0 + 2.0 * tolerance
     assert np.degrees(sd[-1].max()) > 15.0
-    assert [status for status, _ in reports] == ["unsure", "frozen_sample"]  # sensors without noise
+    assert [status for status, _ in reports] == ["uncertain", "frozen_sample"]  # sensors without noise
 
 
 @given(st.floats(-3.0, 3.0), st.floats(0.05, 2.0), st.floats(-1.5, 0.5), st.floats(0.1, 2.0))
@@ -212,7 +212,7 @@ def test_lost_and_clipped_samples_stop_their_joints_and_cost_certainty():
     assert (np.diff(sd[399:410, 2]) > 0).all()
     assert sd[409, 2] > 2 * clean[2][409, 2]
     told = [(status, detail) for status, detail in reports if "sensor" in detail]
-    assert [each for each in told if each[0] != "samples_sound"] == [
+    assert [each for each in told if each[0] != "samples_valid"] == [
         ("lost_sample", "gyr of sensor 2"), ("lost_sample", "acc of sensor 3"),
         ("clipped_sample", "gyr of sensor 2")]
 
@@ -238,7 +238,7 @@ def test_a_sensor_that_never_speaks_leaves_its_joint_unknown():
     assert np.isfinite(orientation).all()
     assert (angles[:, 2] == 0.0).all()
     assert (sd[:, 2] == math.pi).all()
-    assert not any(status == "sure" and "1-2" in detail for status, detail in reports)
+    assert not any(status == "certain" and "1-2" in detail for status, detail in reports)
 
 
 @given(at=st.integers(0, 119))
@@ -311,7 +311,7 @@ def test_a_strip_left_off_is_unseen_and_the_other_fingers_are_as_before():
     gyr, acc, _ = hand_samples(strip, 300)
     (orientation, angles, sd, tips, tip_sd, _), reports, _ = run_tracker(
         ConstrainedTracker(sensors=14, sensed=strip), gyr, acc)
-    assert reports[0] == ("unseen", "joint F3_mcp, F3_pip, F3_dip")
+    assert reports[0] == ("untracked", "joint F3_mcp, F3_pip, F3_dip")
     of_strip = np.array([name.startswith("F3") for name in TREE.freedoms])
     assert (angles[:, of_strip] == 0.0).all()
     assert (sd[:, of_strip] == math.pi).all()
@@ -325,7 +325,7 @@ def test_a_strip_left_off_is_unseen_and_the_other_fingers_are_as_before():
 def test_without_a_forearm_the_wrist_is_unseen_and_neutral():
     gyr, acc, _ = hand_samples(NAMES[1:], 200)
     (_, angles, sd, tips, _, _), reports, _ = run_tracker(ConstrainedTracker(sensors=16), gyr, acc)
-    assert reports[0] == ("unseen", "joint wrist")
+    assert reports[0] == ("untracked", "joint wrist")
     assert (angles[:, :2] == 0.0).all()
     assert (sd[:, :2] == math.pi).all()
     np.testing.assert_allclose(tips[-1], segment_poses(TREE, angles[-1]).position[
@@ -339,13 +339,13 @@ def test_a_sensor_that_is_silent_for_long_is_unseen_and_begins_anew():
     tracker = ConstrainedTracker(sensors=4, sensed=sensed)
     (_, angles, sd, _, _, _), reports, _ = run_tracker(tracker, gyr, acc)
     pip = TREE.freedom("F2_pip_flexion")
-    # At `unseen_deg_s` it takes 1.5 s until nothing is known.
+    # At `untracked_deg_s` it takes 1.5 s until nothing is known.
     assert (np.diff(sd[300:440, pip]) > 0.0).all()
     assert (angles[460:600, pip] == 0.0).all()
     assert (sd[460:600, pip] == math.pi).all()
     assert np.abs(angles[1100:, pip] - true[1100:, pip]).max() < math.radians(3.0)
-    told = [each for each in reports if each[0] in ("unseen", "seen") and "F2_pip" in each[1]]
-    assert told == [("unseen", "joint F2_pip, F2_dip"), ("seen", "joint F2_pip, F2_dip")]
+    told = [each for each in reports if each[0] in ("untracked", "tracked") and "F2_pip" in each[1]]
+    assert told == [("untracked", "joint F2_pip, F2_dip"), ("tracked", "joint F2_pip, F2_dip")]
 
 
 def test_another_tree_and_a_left_hand_are_followed_as_well():

@@ -52,7 +52,7 @@ def test_stillness_leaves_both_headings_open_and_motion_finds_the_true_one():
         assert (sd[far].max(axis=1) > math.radians(15)).all()
         assert not far[-250:].any()
         assert not state.found.open
-        assert {status for status, _ in reports} <= {"unsure", "sure"}
+        assert {status for status, _ in reports} <= {"uncertain", "certain"}
     assert wrong_first >= 8
 
 

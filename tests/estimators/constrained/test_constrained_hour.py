@@ -67,5 +67,5 @@ def test_it_stays_where_it_was_and_says_what_it_cannot_see_at_rest():
     thumb = slice(2, 5)
     assert rows[2]["sd"][thumb].max() > 1.2 * rows[1]["sd"][thumb].max()
     told = [status for at, status, detail in reports if at < 180.0 and "F1_cmc" in detail]
-    assert told[-1] == "unsure"
+    assert told[-1] == "uncertain"
     assert rows[2]["sd"][thumb].max() > math.radians(15)

@@ -121,7 +121,7 @@ def test_lost_samples_leave_only_their_sensor_behind_and_are_reported_once():
     np.testing.assert_array_equal(orientation[20:25, 1], np.tile(orientation[19, 1], (5, 1)))
     assert np.isfinite(angles).all()
     told = [each for each in reports if each[0] != "no_initial_pose"]
-    assert [status for status, _ in told] == ["lost_sample", "samples_sound"] * 2
+    assert [status for status, _ in told] == ["lost_sample", "samples_valid"] * 2
     assert told[0] == ("lost_sample", "acc of sensor 1")
 
 
@@ -130,7 +130,7 @@ def test_clipped_and_repeated_samples_are_used_and_reported():
     gyr[10, 0, 1] = np.radians(2000.0)
     (orientation, *_), reports, state = run_tracker(VqfTracker(sensors=2), gyr, acc)
     assert reports[1:] == [("clipped_sample", "gyr of sensor 0"),
-                           ("samples_sound", "every sensor gives sound samples again")]
+                           ("samples_valid", "every sensor gives sound samples again")]
     batch = VQF(1 / RATE).updateBatch(np.ascontiguousarray(gyr[:, 0]), np.ascontiguousarray(acc[:, 0]))
     np.testing.assert_array_equal(orientation[:, 0], batch["quat6D"])
     tick = Tick()

@@ -159,7 +159,7 @@ def test_short_losses_and_clipping_are_flagged_and_widen_the_uncertainty():
     for wrong, status in ((spoilt, "lost_sample"), (full, "clipped_sample")):
         (_, angles, sd, *_), reports, _ = run_tracker(tracker(), wrong, acc, mag)
         assert reports == [(status, "gyr of sensor 2"),
-                           ("samples_sound", "every sensor gives sound samples again")]
+                           ("samples_valid", "every sensor gives sound samples again")]
         assert (sd[303, 2:] > 1.2 * clean[2][303, 2:]).all()
         assert np.isfinite(angles).all()
     (_, angles, *_), _, _ = run_tracker(tracker(), spoilt, acc, mag)
@@ -203,8 +203,8 @@ def test_a_strip_left_off_is_unseen_and_comes_back():
     for kind in (gyr, acc, mag):
         kind[:300, 2:] = 0.0
     (_, angles, sd, *_), reports, _ = run_tracker(tracker(), gyr, acc, mag)
-    assert ("unseen", "joint pip, dip") in reports
-    assert reports[-1] == ("seen", "joint pip, dip")
+    assert ("untracked", "joint pip, dip") in reports
+    assert reports[-1] == ("tracked", "joint pip, dip")
     assert (sd[:300, 2:] == np.pi).all()
     assert (angles[:300, 2:] == 0.0).all()
     assert np.degrees(np.abs(angles[250, 0] - true[250, 0])) < 1.5
@@ -229,7 +229,7 @@ def test_a_lost_joint_keeps_its_last_angle():
     gyr, acc, mag, _, _ = finger()
     gyr[300:400, 3] = np.nan
     (_, angles, sd, _, tip_sd, *_), reports, _ = run_tracker(tracker(), gyr, acc, mag)
-    assert ("unseen", "joint dip") in reports
+    assert ("untracked", "joint dip") in reports
     lost = slice(311, 400)
     assert (sd[lost, 3] == np.pi).all()
     np.testing.assert_allclose(angles[lost, 3], angles[310, 3], atol=1e-12)

@@ -43,7 +43,7 @@ def test_the_posture_of_a_still_hand(count):
     block = KortierTracker(sensors=count, initial_angles_deg=start)
     outputs, reports, _ = run_tracker(block, *still_hand(true, WORN[count]))
     _, angles, sd, tips, tip_sd, *_ = (port[-1] for port in outputs)
-    assert reports == ([] if count == 17 else [("unseen", "joint wrist")])
+    assert reports == ([] if count == 17 else [("untracked", "joint wrist")])
     seen = slice(0 if count == 17 else 2, None)
     assert np.degrees(np.abs(angles - true)[seen]).max() < 4.0
     assert ((np.abs(angles - true) < 3.0 * sd)[seen]).all()
@@ -60,7 +60,7 @@ def test_a_finger_left_out_and_sensors_in_another_order():
     block = KortierTracker(sensors=7, sensed=order, initial_angles_deg={"F2_pip_flexion": 30.0})
     outputs, reports, _ = run_tracker(block, *still_hand(true, order))
     (status, detail), = reports
-    assert (status, detail.split(", ")[-4:]) == ("unseen", ["F4_mcp", "F4_pip", "F4_dip", "F5_dip"])
+    assert (status, detail.split(", ")[-4:]) == ("untracked", ["F4_mcp", "F4_pip", "F4_dip", "F5_dip"])
     sd = outputs[2][-1]
     unseen = [name for name, each in zip(HAND.freedoms, sd, strict=True) if each == np.pi]
     assert not any(name.startswith(("wrist", "F2", "F5_mcp", "F5_pip")) for name in unseen)

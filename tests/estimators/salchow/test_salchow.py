@@ -197,7 +197,7 @@ def test_a_silent_sensor_is_left_out_of_the_pose_for_good():
     gyr[:400, 16], acc[:400, 16] = np.nan, np.nan
     outputs, reports, _ = run(with_pose(SalchowM2, sensors=17), motion, gyr=gyr, acc=acc)
     assert ("aligned", "without sensor 16 (F5d): no sample") in reports
-    assert ("unseen", "joint F5_dip") in reports
+    assert ("untracked", "joint F5_dip") in reports
     assert (outputs["angle_sd"][:, -1] == UNSEEN_SD).all()
     assert np.abs(outputs["angles"] - motion.angles)[MOVING:, :-1].max() < 1e-3
     assert (outputs["angles"][:, -1] == 0.0).all()
@@ -209,7 +209,7 @@ def test_sixteen_sensors_do_not_see_the_wrist_and_a_strip_left_off_its_finger(ki
     names = tuple(n for n in tree.names if n != "forearm" and not n.startswith("F3"))
     goal = moving_hand(tree, RATE, 6.0, 13, start=start_of(tree), names=names, inertia=False)
     outputs, reports, _ = run(with_pose(kind, sensors=13, sensed=names), goal)
-    assert ("unseen", "joint wrist, F3_mcp, F3_pip, F3_dip") in reports
+    assert ("untracked", "joint wrist, F3_mcp, F3_pip, F3_dip") in reports
     unseen = np.array([name.startswith(("wrist", "F3")) for name in tree.freedoms])
     assert (outputs["angles"][:, unseen] == 0.0).all()
     assert (outputs["angle_sd"][:, unseen] == UNSEEN_SD).all()
@@ -231,10 +231,12 @@ def test_a_long_gap_makes_joints_unseen_and_leaves_its_doubt():
     motion = moving_hand(tree, RATE, 10.0, 14, start=start_of(tree), inertia=False)
     spoilt = lost_for(motion, 6, 500, 550)
     outputs, reports, _ = run(with_pose(SalchowM2, sensors=17), motion, **spoilt)
-    told = [report for report in reports if report[0] in ("unseen", "seen", "lost_sample", "samples_sound")]
-    assert told == [("lost_sample", "gyr of sensor 6; acc of sensor 6"), ("unseen", "joint F2_pip, F2_dip"),
-                    ("samples_sound", "every sensor gives sound samples again"),
-                    ("seen", "joint F2_pip, F2_dip")]
+    told = [report for report in reports
+            if report[0] in ("untracked", "tracked", "lost_sample", "samples_valid")]
+    assert told == [("lost_sample", "gyr of sensor 6; acc of sensor 6"),
+                    ("untracked", "joint F2_pip, F2_dip"),
+                    ("samples_valid", "every sensor gives sound samples again"),
+                    ("tracked", "joint F2_pip, F2_dip")]
     number = tree.freedom("F2_pip_flexion")
     sd = outputs["angle_sd"][:, number]
     assert (sd[512:550] == UNSEEN_SD).all()
@@ -254,7 +256,7 @@ def test_short_gaps_clipped_and_lost_accelerations_are_told_and_stood():
     gyr[400, 3, 0] = np.radians(2500.0)
     acc[430:433, 4], mag[440, 5], gyr[450:453, 7] = np.nan, 0.0, np.inf
     outputs, reports, _ = run(with_pose(SalchowM1, sensors=17), motion, gyr=gyr, acc=acc, mag=mag)
-    told = [report for report in reports[2:] if report[0] != "samples_sound"]
+    told = [report for report in reports[2:] if report[0] != "samples_valid"]
     assert told == [("clipped_sample", "gyr of sensor 3"), ("lost_sample", "acc of sensor 4"),
                     ("lost_sample", "mag of sensor 5"), ("lost_sample", "gyr of sensor 7")]
     assert all(np.isfinite(rows).all() for rows in outputs.values())

@@ -37,7 +37,7 @@ def test_kinds_are_new_by_their_own_stamps_and_only_a_held_rate_is_a_repetition(
     new, reports = noted(arrivals, last, (10 * ms, 10 * ms, 0), 15 * ms)
     assert not any(new)
     assert [status for status, _ in reports] == ["repeated_sample"]
-    assert noted(arrivals, noisy(3), (20 * ms, 10 * ms, 20 * ms))[1][0][0] == "samples_sound"
+    assert noted(arrivals, noisy(3), (20 * ms, 10 * ms, 20 * ms))[1][0][0] == "samples_valid"
 
 
 def test_held_samples_behind_the_stamps_of_faster_gyroscopes_are_taken_once():
@@ -106,7 +106,7 @@ def test_a_sensor_that_repeats_itself_is_frozen(rate, status, lost):
         assert bool(arrivals.codes[:, 1].any()) == (lost and 30 <= k < 50)
         assert not arrivals.codes[:, [0, 2]].any()
     expected = [(30, status, "sensor 1: the same numbers over and over"),
-                (50, "samples_sound", "every sensor gives sound samples again")]
+                (50, "samples_valid", "every sensor gives sound samples again")]
     assert told == (expected if status else [])
 
 

@@ -82,7 +82,7 @@ def test_a_tracker_that_never_aligned_has_no_error_and_a_reason(tmp_path):
                 if name != "joint_rmse_deg"}
     for name, (value,) in numbers.items():
         assert value is None or math.isnan(value)
-        assert metrics["not_known"][name] == [
+        assert metrics["missing"][name] == [
             "tracker never took its initial pose: what it put out is the pose that it was given"]
     assert math.isfinite(metrics["joint_rmse_deg"][0])
 
@@ -90,5 +90,5 @@ def test_a_tracker_that_never_aligned_has_no_error_and_a_reason(tmp_path):
 def test_an_exact_tracker_beside_one_that_aligns_is_scored_throughout(tmp_path):
     """The estimate's own tracker counts, not another one that the loop leads to."""
     done = fesloop.load("finger_control", ["experiment.duration_s=1", "score.after_s=0"]).run(tmp_path)
-    assert "not_known" not in done.metrics
+    assert "missing" not in done.metrics
     assert math.isfinite(done.metrics["tracker_rmse_deg"][0])

@@ -76,8 +76,8 @@ def test_margin_is_grip_over_what_friction_needs():
 
 def test_force_is_held_against_what_is_wanted():
     forces, wanted = pressing(0.0, 0.0, 3.0), np.where(TIMES_S < 6.0, 4.0, 2.0)
-    metrics = grasp_metrics(recording(hand__forces=forces, r__wanted=wanted),
-                            score(forces="hand.forces", wanted_n="r.wanted"))
+    metrics = grasp_metrics(recording(hand__forces=forces, r__target=wanted),
+                            score(forces="hand.forces", target_n="r.target"))
     assert metrics["grip_force_rmse_n"] == pytest.approx([1.0])
 
 
@@ -114,7 +114,7 @@ def test_wrist_extension_and_unwanted_motion():
     angles[:, FREEDOMS.index("wrist_flexion")] = -math.radians(20.0)
     angles[:, FREEDOMS.index("F2_pip_flexion")] = TIMES_S
     angles[TIMES_S > 1.0, FREEDOMS.index("F5_mcp_flexion")] = math.radians(12.0)
-    metrics = grasp_metrics(recording(hand__angles=angles), score(angles="hand.angles", asked=(
+    metrics = grasp_metrics(recording(hand__angles=angles), score(angles="hand.angles", intended=(
         "F2", "F3", "F4", "wrist_flexion")))
     assert metrics["wrist_extension_deg"] == pytest.approx([20.0])
     others = sum(not name.startswith(("F2", "F3", "F4", "wrist_flexion")) for name in FREEDOMS)
@@ -221,10 +221,10 @@ def test_a_grasp_that_failed_counts_none_and_one_that_fingertips_do_not_explain_
 def test_trials_that_broke_off_are_told_as_such():
     short = {"hand__object": np.zeros((600, 3)), "hand__forces": pressing(2.0, 2.0)[:600],
              "hand__angles": np.zeros((600, 23)), "hand__tips": np.ones((600, 5, 3)),
-             "r__wanted": np.ones(600)}
+             "r__target": np.ones(600)}
     metrics = grasp_metrics(recording({"hand": CYLINDER}, trials=2, **short), score(
-        forces="hand.forces", angles="hand.angles", asked=("F2",), fingertips="hand.tips",
-        wanted_n="r.wanted"))
+        forces="hand.forces", angles="hand.angles", intended=("F2",), fingertips="hand.tips",
+        target_n="r.target"))
     assert metrics["held"] == [None, None]
     for name in ("grip_margin", "wrist_extension_deg", "unwanted_motion_deg", "grip_force_rmse_n", "held_s"):
         assert np.isnan(metrics[name]).tolist() == [True, True]
@@ -238,9 +238,9 @@ def test_of_a_trial_that_ended_before_the_hold_nothing_is_claimed_that_it_could_
     tips[:, 0] = 0.0
     metrics = grasp_metrics(
         recording(hand__object=np.zeros((rows, 3)), hand__forces=pressing(2.0, 20.0)[:rows], hand__tips=tips,
-                  r__wanted=np.full(rows, 0.05)),
-        score(forces="hand.forces", fingertips="hand.tips", aperture="r.wanted"))
-    why = {name: reasons[0] for name, reasons in metrics.get("not_known", {}).items()}
+                  r__target=np.full(rows, 0.05)),
+        score(forces="hand.forces", fingertips="hand.tips", aperture="r.target"))
+    why = {name: reasons[0] for name, reasons in metrics.get("missing", {}).items()}
     over, begun = rows >= 800, rows > 100
     assert np.isfinite(metrics["aperture_mm"]["opening"][0]) == begun
     assert ("aperture_mm.opening" in why) == (not begun)
@@ -250,9 +250,9 @@ def test_of_a_trial_that_ended_before_the_hold_nothing_is_claimed_that_it_could_
 
 
 @pytest.mark.parametrize(("keys", "where"), [
-    ({"starts_s": 5.0}, "starts_s"), ({"asked": ("F2",)}, "asked"), ({"needed_n": 0.0}, "needed_n"),
-    ({"asked": ("F7",), "angles": "a"}, "asked"), ({"opposed": ("F1",)}, "opposed"),
-    ({"contact_n": math.nan}, "contact_n"), ({"wanted_n": "w"}, "wanted_n"), ({"aperture": "w"}, "aperture"),
+    ({"starts_s": 5.0}, "starts_s"), ({"intended": ("F2",)}, "intended"), ({"needed_n": 0.0}, "needed_n"),
+    ({"intended": ("F7",), "angles": "a"}, "intended"), ({"opposed": ("F1",)}, "opposed"),
+    ({"contact_n": math.nan}, "contact_n"), ({"target_n": "w"}, "target_n"), ({"aperture": "w"}, "aperture"),
     ({"fitness": "f"}, "fitness"), ({"fitness": "f", "activation": "a"}, "activation")])
 def test_scores_that_cannot_be_are_named(keys, where):
     with pytest.raises(InputError) as fault:

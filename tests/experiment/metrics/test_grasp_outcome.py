@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import fesloop
 from fesloop.experiment.metrics.grasp import grasp_metrics
 from fesloop.experiment.metrics.grasp_outcome import OUTCOMES, GraspScore
-from fesloop.experiment.metrics.not_known import NOT_KNOWN, give_reasons, numbers, reasons_of
+from fesloop.experiment.metrics.missing import MISSING, give_reasons, numbers, reasons_of
 from fesloop.loop.block import Context
 from plants.hand.contract import FLOOR_M, GraspObject, go_on
 from plants.hand.plant import Hand
@@ -108,7 +108,7 @@ def test_every_number_is_possible_or_missing_with_a_reason(scene, pressing):
         assert (moved <= 20.0) == (scene[0] == "held")
     assert math.isnan(moved) or moved < 150.0
     for path, values in numbers(metrics):
-        reasons = metrics.get(NOT_KNOWN, {}).get(".".join(path), [None])
+        reasons = metrics.get(MISSING, {}).get(".".join(path), [None])
         known = values[0] is not None and math.isfinite(values[0])
         assert (reasons[0] is None) == known
         assert known or len(reasons[0]) > 10
@@ -135,7 +135,7 @@ def test_no_number_is_missing_without_a_word(value):
     metrics = {"held": value}
     give_reasons(metrics)
     for path, values in numbers(metrics):
-        reasons = metrics.get(NOT_KNOWN, {}).get(".".join(path), [None] * len(values))
+        reasons = metrics.get(MISSING, {}).get(".".join(path), [None] * len(values))
         for item, reason in zip(values, reasons, strict=True):
             assert (reason is None) == (item is not None and math.isfinite(item))
     assert all(reason for _, reason in reasons_of(metrics))
@@ -160,7 +160,7 @@ HAND = Hand(object=GraspObject(position_m=(0.0, 0.4, 0.0)))
 def test_a_hand_that_stays_closed_is_given_nothing(tmp_path):
     metrics = fesloop.load("grasp_ilc", ["trials=1"]).run(tmp_path).metrics
     assert metrics["object_outcome"] == ["not_given"]
-    assert OUTCOMES["not_given"] in metrics[NOT_KNOWN]["object_moved_mm"][0]
+    assert OUTCOMES["not_given"] in metrics[MISSING]["object_moved_mm"][0]
 
 
 @pytest.mark.slow
@@ -170,4 +170,4 @@ def test_a_held_object_has_a_time_to_grasp(tmp_path):
     assert 0.0 < metrics["time_to_grasp_s"][0] < 2.0
     assert metrics["aperture_mm"]["hold"][0] < metrics["aperture_mm"]["contact"][0] \
         < metrics["aperture_mm"]["opening"][0]
-    assert NOT_KNOWN not in metrics
+    assert MISSING not in metrics

@@ -113,5 +113,5 @@ def test_a_flexion_is_scored_as_it_is_put_out_and_a_turn_about_another_axis_show
     flexion = quaternion.euler_zxy(relative)[:, 0]
     found = metrics.flexion_rmse_deg(times, flexion + off, reference, (0, 1))
     assert found == pytest.approx(np.degrees(abs(off)), abs=1e-6)
-    assert metrics.about_z_share(times, relative) == pytest.approx(float(axis == 2), abs=1e-6)
-    assert metrics.about_z_share(times, np.repeat(relative[:1], times.size, axis=0)) is None
+    assert metrics.flexion_axis_share(times, relative) == pytest.approx(float(axis == 2), abs=1e-6)
+    assert metrics.flexion_axis_share(times, np.repeat(relative[:1], times.size, axis=0)) is None

@@ -16,7 +16,7 @@ def test_squares_beyond_floats_are_the_reason_and_nothing_is_warned_of(tmp_path)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         metrics = load("linear_loop", UNSTABLE).run(out=tmp_path).metrics
-    reasons = {why for each in metrics["not_known"].values()
+    reasons = {why for each in metrics["missing"].values()
                for why in ([each] if isinstance(each, str) else each)}
     assert reasons == {"its squares are beyond floating point: the loop is unstable"}
 

@@ -13,7 +13,7 @@ from fesloop import Experiment, InputError, Node, Recording, Wire
 from fesloop.experiment.metrics import joints as metrics
 from fesloop.experiment.metrics.grasp_outcome import GraspScore
 from fesloop.experiment.metrics.joints import held
-from fesloop.experiment.metrics.not_known import give_reasons, reasons_of
+from fesloop.experiment.metrics.missing import give_reasons, reasons_of
 from fesloop.experiment.metrics.scoring import _arrived, _seen, _trace, metrics_of
 from fesloop.experiment.recording import reading
 from fesloop.experiment.wanted import Score

@@ -49,6 +49,6 @@ def test_what_is_found_stands_at_the_trial_in_which_it_was_found():
     assert metrics["found_elements"] == [[], [17]]
     assert np.isnan(metrics["found_ma"][0])
     assert metrics["found_ma"][1] == pytest.approx(10.0)
-    for name in ("found_quality", "found_selectivity", "of_optimum"):
+    for name in ("found_quality", "found_selectivity", "optimum_share"):
         assert np.isnan(metrics[name][0])
         assert len(metrics[name]) == 2

@@ -18,8 +18,8 @@ def test_a_hand_grasps_at_once_and_late_samples_cost_little(latency_ms, tmp_path
     assert metrics["wrist_extension_deg"][0] == pytest.approx(25.0, abs=6.0)
     with Recording(result.recording) as recording:
         told = {event.status for event in recording.events if event.where == "controller"}
-    assert "touching" in told
-    assert told <= {"no_input", "saturated", "touching"}
+    assert "contact" in told
+    assert told <= {"no_input", "saturated", "contact"}
 
 
 @pytest.mark.slow

@@ -76,7 +76,7 @@ def test_a_stopped_loop_leaves_no_current_and_comes_back_to_be_told(session, mom
         loop.send_signal(signal.SIGCONT)
         _, said = loop.communicate(timeout=10)
     assert loop.returncode == 1
-    assert "device: the device is stopped: silence: no fresh command for 300 ms" in said
+    assert "device: the device is stopped: command_timeout: no fresh command for 300 ms" in said
     assert log.rows()[-1][1] == "stop"
 
 
@@ -173,7 +173,7 @@ def test_a_loop_that_falls_silent_finds_the_device_latched(tmp_path):
         kept.send(parts.PULSES)
         assert 60.0 <= zero_ms(log, last) < stated_ms(Dry, 60.0)[0] + BUSY_MS
         kept.send(parts.PULSES)
-        with pytest.raises(RunError, match=r"silence: no fresh command for 60 ms \(at 0\.\d+ s\)"):
+        with pytest.raises(RunError, match=r"command_timeout: no fresh command for 60 ms \(at 0\.\d+ s\)"):
             parts.command(kept, 0.2)
     assert [event for _, event, _ in log.rows()].count("stop") == 1
     assert log.rows()[-1][1] == "stop"
@@ -187,7 +187,7 @@ def test_a_loop_that_falls_silent_and_is_killed_then_has_both_told(tmp_path):
         log.wait_for("stop")
         loop.kill()
         _, said = loop.communicate(timeout=10)
-    assert [line.split(": ")[2] for line in said.splitlines()] == ["silence", "loop_ended"]
+    assert [line.split(": ")[2] for line in said.splitlines()] == ["command_timeout", "loop_ended"]
 
 
 def test_the_keeper_ends_with_its_loop_though_another_process_holds_the_line(tmp_path):
@@ -277,7 +277,7 @@ def test_a_malformed_message_stops_the_device(bare_keeper, what):
     assert [event for _, event, _ in log.rows()] == ["open", "give", "stop"]
 
 
-@pytest.mark.parametrize(("second", "status"), [(0, b"malformed"), (1, b"silence")])
+@pytest.mark.parametrize(("second", "status"), [(0, b"malformed"), (1, b"command_timeout")])
 def test_a_repeated_or_belated_command_stops_the_device(bare_keeper, second, status):
     _, line, log = bare_keeper
     line.send(sound(0))

@@ -152,7 +152,7 @@ def test_the_cause_comes_with_its_instant(tmp_path):
     device.attach(state, Present(time.monotonic_ns(), threading.Event()))
     state.device.send([(0.02, 3e-4)])
     time.sleep(0.15)
-    with pytest.raises(RunError, match=r"silence: no fresh command for 60 ms \(at 0\.0[67]\d s\)"):
+    with pytest.raises(RunError, match=r"command_timeout: no fresh command for 60 ms \(at 0\.0[67]\d s\)"):
         state.device.hear()
     device.close(state)
     device.close(state)
@@ -259,7 +259,7 @@ def test_commands_of_a_loop_that_lags_behind_the_wall_clock_are_not_given(tmp_pa
     log = parts.Log(tmp_path / "dry.log")
     with closing(loop_of(StimulatorDevice(port=str(log.path)), *parts.PULSES)) as loop:
         paced(loop, 3)
-        with pytest.raises(RunError, match="the device is stopped: silence: no fresh command for 100 ms"):
+        with pytest.raises(RunError, match="device is stopped: command_timeout: no fresh command for 100 ms"):
             lagging(loop, range(3, 60))
     assert log.rows()[-1][1] == "stop"
     assert [event for _, event, _ in log.rows()].count("give") < 20
@@ -275,7 +275,7 @@ def test_a_loop_that_begins_late_gives_nothing_until_it_has_caught_up(tmp_path):
     sent = np.array([row[-1][0] for row in recorder.blocks["device"]])
     assert not sent[:15].any()
     assert sent[-1].all()
-    assert ("device", "behind") in {event[1:3] for event in recorder.events}
+    assert ("device", "loop_late") in {event[1:3] for event in recorder.events}
     assert {event for _, event, _ in log.rows()} == {"open", "give", "stop"}
 
 

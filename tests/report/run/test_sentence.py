@@ -36,7 +36,7 @@ def test_how_the_error_went(errors, words):
     assert sentence_of(run_of({"joint_rmse_deg": errors}, trials=len(errors))) == words
 
 
-@pytest.mark.parametrize("status", ["posture_jumped", "stopped"])
+@pytest.mark.parametrize("status", ["posture_jumped", "emergency_stop"])
 @pytest.mark.parametrize("errors", [[9.0, 3.0, 2.0], [2.0, 3.0, 9.0], [2.0, math.nan, 9.0]])
 def test_no_change_over_trials_is_claimed_where_stimulation_was_withheld_in_one(status, errors):
     known = run_of({"joint_rmse_deg": errors}, trials=3, blocks={"safety": {"kind": "safety"}})

@@ -62,7 +62,7 @@ def worn(rows=30, trials=1):
 
 @pytest.mark.slow
 def test_the_validator_passes_a_run_of_several_trials(tmp_path):
-    events = [(0, 12, b"imus", b"lost", b"sensor\t1\nof 2"), (1, 3 * 10**9, b"a tracker", b"unseen", b"")]
+    events = [(0, 12, b"imus", b"lost", b"sensor\t1\nof 2"), (1, 3 * 10**9, b"a tracker", b"untracked", b"")]
     nodes = worn(trials=2)
     nodes.append(Node("late", BLOCK, {"angles": ("rad", (2,))}).add([], {}).add(times(3), {"angles": 1.0}))
     run = write_run(tmp_path / "run.h5", nodes, events, name="made up: grüße")

@@ -72,7 +72,7 @@ def test_a_tracker_whose_sensors_stop_stimulates_no_longer_than_stated(sender, t
         silent = [event.time_ns for event in run.events if event.status == "stream_silent"]
         stimulation = run.signal("safety.stimulation")
         times, charges = stimulation.times_ns, np.prod(np.asarray(stimulation.values), axis=2).sum(axis=1)
-        back = [event.time_ns for event in run.events if event.status == "stream_back"]
+        back = [event.time_ns for event in run.events if event.status == "stream_resumed"]
     gaps = [(begin, min([instant for instant in back if instant > begin], default=int(times[-1])))
             for begin in silent]
     long = [gap for gap in gaps if gap[1] - gap[0] > NS_PER_S]

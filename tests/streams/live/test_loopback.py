@@ -108,7 +108,7 @@ def test_a_stream_that_vanishes_is_found_again(name, tmp_path):
         values = np.asarray(heard.signal("sensors.gyr").values)
     assert result.status == "done"
     order = [status for status in told if status.startswith("stream")]
-    assert set(order) == {"stream_lost", "stream_silent", "stream_found", "stream_back"}
+    assert set(order) == {"stream_lost", "stream_silent", "stream_found", "stream_resumed"}
     assert order.index("stream_found") > order.index("stream_lost")
     assert np.isnan(values).all(axis=(1, 2)).sum() > 10
     assert np.isfinite(values[-50:]).mean() > 0.5  # a busy machine may have been silent again
@@ -231,14 +231,14 @@ def test_statuses_and_marks_leave_as_markers(name):
     inlet.open_stream(timeout=5.0)
     origin = time.monotonic_ns()
     block.attach(state, present(origin))
-    block.heed(state, [(5_000_000, "safety", "stopped", "emergency stop"),
+    block.heed(state, [(5_000_000, "safety", "emergency_stop", "for good"),
                        (6_000_000, "mpc", "saturated", "")])
     for k, phase in enumerate((1.0, 1.0, 2.0), start=7):
         block.step(state, (Sample(phase, k, k, k),), tick_at(k * 1_000_000))
     received = [inlet.pull_sample(timeout=5.0) for _ in range(3)]
     assert inlet.pull_sample(timeout=0.2) == (None, None)
     block.close(state)
-    assert [text for (text,), _ in received] == ["safety stopped: emergency stop", "phase 1", "phase 2"]
+    assert [text for (text,), _ in received] == ["safety emergency_stop: for good", "phase 1", "phase 2"]
     stamps = np.array([stamp for _, stamp in received]) * NS_PER_S
     np.testing.assert_allclose(stamps - origin, [5e6, 7e6, 9e6], atol=200_000)
 

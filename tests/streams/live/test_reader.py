@@ -118,7 +118,7 @@ def test_a_silent_stream_ticks_on_nothing_that_grows_old():
     reader.hear(np.ones(6), now.now_ns, now.now_ns)
     tick = tick_at(block.waiting(state), 4)
     assert np.isfinite(block.step(state, (), tick)).all()
-    assert ("stream_back", "after 60 ms") in tick.reports
+    assert ("stream_resumed", "after 60 ms") in tick.reports
 
 
 def test_a_sample_of_nothing_is_no_capture():

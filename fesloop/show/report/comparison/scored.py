@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fesloop.analysis.study.results.quantities import called, with_unit
-from fesloop.experiment.metrics.not_known import NOT_KNOWN
+from fesloop.experiment.metrics.missing import MISSING
 from fesloop.experiment.trouble import KINDS, troubles
 from fesloop.show.report.comparison.compared import Compared, finite
 from fesloop.show.report.parts import Bars, Chart, Fold, Line, Notice, Paragraph, Part, Section, Table
@@ -43,7 +43,7 @@ def metrics_section(runs: Sequence[Compared]) -> Section:
 def _flat(metrics: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
     """Metrics by their paths, of lists the last: one a trial."""
     for name, value in metrics.items():
-        if name == NOT_KNOWN:
+        if name == MISSING:
             continue
         place = f"{path} {name}".strip()
         if isinstance(value, Mapping):

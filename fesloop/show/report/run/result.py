@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fesloop.analysis.study.results.quantities import with_unit
 from fesloop.experiment.metrics.joints import columns, held
-from fesloop.experiment.metrics.not_known import NOT_KNOWN, reasons_of
+from fesloop.experiment.metrics.missing import MISSING, reasons_of
 from fesloop.experiment.metrics.scoring import alignments
 from fesloop.hand.movements import muscle
 from fesloop.loop.clock import NS_PER_S
@@ -71,7 +71,7 @@ def _curves(known: Known) -> Iterator[Part]:
 
 def _tables(known: Known) -> Iterator[Part]:
     """Metrics that have a value a trial, side by side."""
-    columns = {label: values for name, metric in known.metrics.items() if name not in ("joints", NOT_KNOWN)
+    columns = {label: values for name, metric in known.metrics.items() if name not in ("joints", MISSING)
                for label, values in _by_trial(name, metric, known.begun)}
     if not columns:
         return

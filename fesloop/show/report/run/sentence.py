@@ -160,7 +160,7 @@ def _search(metrics: Mapping[str, Any]) -> Iterator[str]:
     text = f"the search asked {queries[0]} times {over}"
     found = metrics.get("found_elements")
     if found and found[0]:
-        share = metrics.get("of_optimum", [math.nan])[0]
+        share = metrics.get("optimum_share", [math.nan])[0]
         of_best = f", {100.0 * share:.0f} % of the best that there is" if math.isfinite(share) else ""
         elements = f"element{'s' if len(found[0]) != 1 else ''} {listed(list(map(str, found[0])))}"
         text += (f", and recommends {elements} at {told(metrics['found_ma'][0])} mA "

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.metrics.not_known import given_signal
+from fesloop.experiment.metrics.missing import given_signal
 from fesloop.hand.movements import muscle
 from fesloop.show.picture.arrays import CUT_DEG, motor_points, placed_labels, unrolled
 from fesloop.show.report.parts import Drawing, Notice, Paragraph, Part, Section, Strips

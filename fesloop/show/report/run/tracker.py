@@ -154,7 +154,7 @@ def _orientations(known: Known) -> Iterator[Part]:
     for name, title in (("orientation_rmse_deg", "Error of orientations, RMS, deg"),
                         ("relative_angle_rmse_deg", "Error of the whole turn between two, RMS, deg"),
                         ("joint_angle_rmse_deg", "Error of joint angles as they are put out, RMS, deg"),
-                        ("about_z_share", "Share of the turning that is about the axis of the angle")):
+                        ("flexion_axis_share", "Share of the turning that is about the axis of the angle")):
         errors = known.metrics.get(name)
         if not isinstance(errors, dict) or not errors:
             continue

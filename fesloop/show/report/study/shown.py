@@ -19,7 +19,7 @@ from fesloop.show.report.run.words import listed
 
 Better = Literal["low", "high"]
 _HIGH = frozenset({"held", "held_s", "grip_margin", "grasps_until_fatigue", "found_quality",
-                   "found_selectivity", "of_optimum", "fingertip_coverage"})
+                   "found_selectivity", "optimum_share", "fingertip_coverage"})
 """Metrics of runs (`fesloop.experiment.metrics`) of which more is better."""
 _LOW = ("rmse", "rmse_deg", "rmse_mm", "rmse_n", "error_deg", "minutes", "queries", "charge_uc",
         "object_moved_mm", "unwanted_motion_deg", "decline_pct", "time_to_grasp_s")

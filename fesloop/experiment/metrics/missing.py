@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-NOT_KNOWN = "not_known"
+MISSING = "missing"
 """Name under which metrics keep their reasons: path of a metric, dots between its parts, to its reason, or
 to a list of them, one a trial, None where it is known."""
 _OVERFLOW = "its squares are beyond floating point: the loop is unstable"
@@ -19,7 +19,7 @@ _REASONS = (
      "as far as it is recorded"),
     ("minutes", "the search had not ended"),
     ("found", "the search had found nothing by the end"),
-    ("of_optimum", "the search had found nothing by the end"),
+    ("optimum_share", "the search had found nothing by the end"),
     ("decline_pct", "the trial ended before the last cycle, or the first cycle has no peak"),
     ("orientation", "the tracker gave no orientation while the reference had one"),
     ("relative_angle", "the tracker gave no orientation while the reference had one"),
@@ -36,12 +36,12 @@ def put(metrics: dict[str, Any], path: Sequence[str], value: Any) -> None:
 def note(metrics: dict[str, Any], path: Sequence[str], trial: int, trials: int, why: str | None) -> None:
     """Keep why the metric at a path is not known in a trial; nothing where it is."""
     if why is not None:
-        metrics.setdefault(NOT_KNOWN, {}).setdefault(".".join(path), [None] * trials)[trial] = why
+        metrics.setdefault(MISSING, {}).setdefault(".".join(path), [None] * trials)[trial] = why
 
 
 def give_reasons(metrics: dict[str, Any]) -> None:
     """Add a reason for every number that is none and has none yet."""
-    noted: dict[str, Any] = metrics.get(NOT_KNOWN, {})
+    noted: dict[str, Any] = metrics.get(MISSING, {})
     for path, value in list(numbers(metrics)):
         missing = [_none(item) for item in value] if isinstance(value, list) else [_none(value)]
         name = ".".join(path)
@@ -54,12 +54,12 @@ def give_reasons(metrics: dict[str, Any]) -> None:
             why = reasons[0] or why
             noted[name] = reasons if isinstance(value, list) else why
     if noted:
-        metrics[NOT_KNOWN] = noted
+        metrics[MISSING] = noted
 
 
 def reasons_of(metrics: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Each reason once, with the metric and the trials that it is about: ("held, trials 0 and 2", "...")."""
-    for name, reasons in metrics.get(NOT_KNOWN, {}).items():
+    for name, reasons in metrics.get(MISSING, {}).items():
         if isinstance(reasons, str):
             yield name, reasons
             continue
@@ -78,7 +78,7 @@ def numbers(metrics: dict[str, Any], path: tuple[str, ...] = ()) -> Iterator[tup
     """Paths and values of all metrics that are a number, or a list of one a trial."""
     for name, value in metrics.items():
         if isinstance(value, dict):
-            if name != NOT_KNOWN:
+            if name != MISSING:
                 yield from numbers(value, (*path, str(name)))
         elif not isinstance(value, str) and not (
                 isinstance(value, list) and any(isinstance(item, (list, dict, str)) for item in value)):
