@@ -33,6 +33,7 @@ from fesloop.hand.kinematics_kernels import turned
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns
 from fesloop.loop.signals import NEVER, Port, Sample, Sensors, Value
+from fesloop.models.calibration import NO_CALIBRATION, Calibration
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -97,7 +98,9 @@ class SegmentCalibration:
     verticals: where up is in each segment's frame in the flat pose; empty: dorsal for all.
     axes: about which each segment turns first in the flexion; empty: +z, flexion, for all.
     limits: beyond which a pose is refused.
-    sensed: what messages call the sensors; empty: their numbers.
+    sensed: names of the sensors; empty: those of the wired recording, or numbers.
+    calibration: rotations by sensor name from `fesloop calibrate`, as { file = "calibration.toml" }, in place
+        of `rotations`.
     """
 
     sensors: int = 0
@@ -111,6 +114,7 @@ class SegmentCalibration:
     axes: tuple[Vector, ...] = ()
     limits: PoseLimits = USUAL_LIMITS
     sensed: tuple[str, ...] = ()
+    calibration: Calibration = NO_CALIBRATION
     _sensors: Sensors | None = field(init=False, repr=False, compare=False, default=None)
 
     def __post_init__(self) -> None:
@@ -119,6 +123,8 @@ class SegmentCalibration:
         if self.method not in METHODS:
             raise InputError("method", f"{self.method!r}", ", ".join(METHODS),
                              did_you_mean(self.method, METHODS))
+        if self.calibration.sensors and self.rotations:
+            raise InputError("rotations", "is given together with calibration", "one of the two")
         dorsal(self.side)
         ends = [end for name in ("flat_s", "flexion_s") for end in self._window_ns(name)]
         if self.method == "poses" and ends[2] < ends[1]:
@@ -151,7 +157,18 @@ class SegmentCalibration:
         """The same, which hands on whose samples they are."""
         told = replace(self)
         object.__setattr__(told, "_sensors", next(iter(sources.values())))
+        told._stated_rotations()
         return told
+
+    def _stated_rotations(self) -> tuple[Quaternion, ...]:
+        """Rotations as stated, or by name from the calibration. Raises InputError for unknown sensors."""
+        if not self.calibration.sensors:
+            return self.rotations
+        names = self.sensed or (() if self._sensors is None else self._sensors.names)
+        if not names:
+            raise InputError("calibration", "names sensors, and the wired ones have no names",
+                             "names in `sensed`", f"sensed = [...], of {self.sensors} names")
+        return self.calibration.rotations(names)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> SegmentCalibration:
         """The same for the number of sensors wired to it."""
@@ -161,7 +178,7 @@ class SegmentCalibration:
         """The stated rotations, final where they are assumed."""
         settled = self.method == "assumed"
         return SegmentCalibrationState(
-            rotations=assumed_mounting(self.rotations, self.sensors),
+            rotations=assumed_mounting(self._stated_rotations(), self.sensors),
             passing=np.full(self.sensors, settled), flat=FlatPose.of(self.sensors),
             flexion=Flexion.of(self.sensors), newest_ns=[NEVER, NEVER], settled=settled)
 
@@ -203,7 +220,7 @@ class SegmentCalibration:
     def _settle(self, state: SegmentCalibrationState, tick: Tick) -> None:
         """Find the rotations, and report what they are worth."""
         verticals, axes = self._known_directions()
-        stated = state.rotations if self.rotations else None
+        stated = state.rotations if self.rotations or self.calibration.sensors else None
         faults = flat_faults(state.flat, self.limits, stated, verticals)
         if self.method == "flat":
             rotations, told = mounting_from_flat(state.flat, verticals, state.rotations), ""

@@ -131,7 +131,7 @@ def _best_axes(rates: Array, forces: Array, fit: HingeFit) -> HingeAxes:
     rival = min((other for axes, other in minima if _apart(axes, best)), default=math.inf)
     # A cost of nearly nothing, as of ideal sensors, is nothing to measure a rival by.
     ratio = rival / cost if cost > 1e-9 * rival else math.inf
-    across = _across(rates, best)
+    across = rates_across(rates, best)
     gyr_rms = float(np.sqrt(np.mean((across[:, 0] - across[:, 1]) ** 2)))
     sign = 1.0 if best[0, np.argmax(np.abs(best[0]))] > 0.0 else -1.0
     return HingeAxes(sign * best, _sd_deg(best, rates, forces, fit), gyr_rms, ratio)
@@ -143,14 +143,14 @@ def _apart(axes: Array, others: Array) -> bool:
     return bool(max(cosines.min(), (-cosines).min()) < _SAME)
 
 
-def _across(rates: Array, axes: Array) -> Array:
+def rates_across(rates: Array, axes: Array) -> Array:
     """Size of the rates (m, 2, 3) across the axes (2, 3), (m, 2)."""
     return np.asarray(np.linalg.norm(np.cross(rates, axes), axis=2))
 
 
 def hinge_residuals(axes: Array, rates: Array, forces: Array, fit: HingeFit) -> Array:
     """Of rates, then of accelerations, over their sd, (2 m,)."""
-    across, along = _across(rates, axes), np.sum(forces * axes, axis=2)
+    across, along = rates_across(rates, axes), np.sum(forces * axes, axis=2)
     return np.concatenate([(across[:, 0] - across[:, 1]) / fit.gyr_sd,
                            (along[:, 0] - along[:, 1]) / fit.acc_sd])
 

@@ -1,6 +1,7 @@
-"""What makes a patient's model of a recording, found through entry points of the group "fesloop.identifiers".
+"""Functions that make models and calibrations of recordings, found through entry points.
 
-The entry is a function of a recording's path; what it gives has a `model` that can be saved.
+An entry of the group "fesloop.identifiers" takes a recording's path and returns an object whose `model` can
+be saved. One of "fesloop.calibrators" does the same with a `calibration`.
 """
 
 from __future__ import annotations
@@ -11,14 +12,21 @@ from typing import Any
 
 from fesloop.errors import InputError
 
-GROUP = "fesloop.identifiers"
-
 
 def identifier() -> Callable[..., Any]:
-    """The first entry of the group, by name. Raises InputError if there is none."""
-    entry = next(iter(sorted(entry_points(group=GROUP), key=lambda each: each.name)), None)
+    """The function that identifies a patient's model. Raises InputError if none is installed."""
+    return _first("fesloop.identifiers", "identify", "no installed package identifies models")
+
+
+def calibrator() -> Callable[..., Any]:
+    """The function that calibrates a recording. Raises InputError if none is installed."""
+    return _first("fesloop.calibrators", "calibrate", "no installed package calibrates recordings")
+
+
+def _first(group: str, command: str, found: str) -> Callable[..., Any]:
+    """The first entry of a group, by name."""
+    entry = next(iter(sorted(entry_points(group=group), key=lambda each: each.name)), None)
     if entry is None:
-        raise InputError("identify", "no installed package identifies models",
-                         remedy=f"install one with an entry point in {GROUP!r}")
-    found: Callable[..., Any] = entry.load()
-    return found
+        raise InputError(command, found, remedy=f"install one with an entry point in {group!r}")
+    function: Callable[..., Any] = entry.load()
+    return function

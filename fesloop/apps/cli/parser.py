@@ -44,6 +44,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_fmu(commands)
     _add_patient(commands)
     _add_identify(commands)
+    _add_calibrate(commands)
     _add_fit_error(commands)
     _add_stream(commands)
     return parser
@@ -223,6 +224,40 @@ def _add_identify(commands: _Commands[argparse.ArgumentParser]) -> None:
                          help="signal to be predicted (default: that of the block of kind synergies)")
     command.add_argument("--method", choices=("subspace", "fir"), default="subspace",
                          help="identification of the linear dynamics (default: subspace)")
+    command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+
+
+def _add_calibrate(commands: _Commands[argparse.ArgumentParser]) -> None:
+    command = commands.add_parser("calibrate", help="joint axes, sensor orientations, clock offsets and "
+                                  "frames from a recording")
+    command.add_argument("recording", metavar="RECORDING", help="inertial sensors, in any format that "
+                         "fesloop import reads")
+    command.add_argument("--layout", metavar="FILE", help="layout of a table (as of fesloop import)")
+    command.add_argument("--sensor-set", metavar="NAME", help="set of sensors (as of fesloop import)")
+    command.add_argument("--joint", metavar="PARENT-CHILD", action="append", default=[], dest="joints",
+                         help="a hinge between two sensors (default: every pair of the recording)")
+    command.add_argument("--low-pass", metavar="HZ", type=float, default=0.0,
+                         help="filter samples first, for sensors on soft tissue (default: no)")
+    command.add_argument("--flat", metavar=("BEGIN", "END"), type=float, nargs=2,
+                         help="seconds in which the hand rests flat, back upwards; gives sensors' rotations")
+    command.add_argument("--side", choices=("left", "right"), default="right", help="hand (default: right)")
+    command.add_argument("--markers", metavar="FILE", default="",
+                         help="table of marker positions: time_s, and NAME_x, NAME_y, NAME_z in m")
+    command.add_argument("--marker", metavar="NAME", default="",
+                         help="marker whose arcs show the centre of rotation")
+    command.add_argument("--arcs", metavar=("BEGIN", "END"), type=float, nargs=2,
+                         help="seconds of these arcs on the markers' clock (default: the whole file)")
+    command.add_argument("--sensor", metavar="NAME", default="",
+                         help="sensor that moves with the marker; gives the clocks' offset (default: the "
+                         "sensor of the marker's name)")
+    command.add_argument("--rotation", metavar=("W", "X", "Y", "Z"), type=float, nargs=4,
+                         help="rotation from the markers' frame to a frame with its origin in the centre")
+    command.add_argument("--fixture", metavar="FILE", default="", help="table of the positions of resting "
+                         "markers in the target frame; takes the place of --rotation")
+    command.add_argument("--markers-out", metavar="FILE", default="",
+                         help="write the markers in the target frame, on the sensors' clock")
+    command.add_argument("--out", metavar="FILE", default="calibration.toml",
+                         help="calibration file (default: calibration.toml)")
     command.add_argument("--json", action="store_true", help="print one JSON object on standard output")
 
 

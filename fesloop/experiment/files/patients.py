@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -18,6 +18,7 @@ from typing import Any, NotRequired, Protocol, Required, TypeGuard, cast, get_ar
 from fesloop.errors import InputError, InputErrors
 from fesloop.forms.schema import Kinds, closed, hints_of, plain
 from fesloop.hand.anthropometry import HandSize
+from fesloop.models.calibration import Calibration, calibration_table
 from fesloop.models.error_process import ErrorProcess, error_process_table
 from fesloop.models.linear_model import LinearModel
 from fesloop.models.patient_model import (
@@ -29,6 +30,9 @@ from fesloop.models.patient_model import (
 )
 
 GROUP = "fesloop.patients"
+_TABLES: dict[Any, Callable[[Path], dict[str, Any]]] = {
+    ErrorProcess: error_process_table, Calibration: calibration_table}
+"""Readers of the files of parameters that need no check against the patient."""
 CHOICE = closed("PatientChoice", {
     "file": Required[str], "cohort": NotRequired[int], "member": NotRequired[int], "day": NotRequired[int],
     "drawn": NotRequired[dict[str, Any]]})
@@ -243,20 +247,15 @@ def _with_model(where: str, table: Mapping[str, Any], document: dict[str, Any], 
         value = table.get(key)
         if hint is LinearModel and _is_file(value):
             made[key] = _model(f"{where}.{key}", value, made, document, notes, patient_known)
-        elif hint is ErrorProcess and _is_file(value):
-            made[key] = _process(f"{where}.{key}", value["file"])
+        elif hint in _TABLES and _is_file(value):
+            try:
+                made[key] = _TABLES[hint](Path(value["file"]))
+            except InputError as fault:
+                raise fault.within(f"{where}.{key}") from None
         elif LinearModel in get_args(hint) and isinstance(value, list):
             made[key] = [_model(f"{where}.{key}[{i}]", item, made, document, notes, patient_known)
                          if _is_file(item) else item for i, item in enumerate(value)]
     return made
-
-
-def _process(where: str, file: str) -> dict[str, Any]:
-    """The plain table of a file's error process."""
-    try:
-        return error_process_table(Path(file))
-    except InputError as fault:
-        raise fault.within(where) from None
 
 
 def _is_file(value: Any) -> TypeGuard[dict[str, Any]]:
