@@ -1,9 +1,18 @@
-"""Fixtures for what lies outside the project: real recordings and the peers' scripts."""
+"""Fixtures for real recordings and the peers' scripts, and how all tests run beside each other."""
 
+import gc
 import os
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+# Tests run side by side, one a core, and threads of BLAS would only wait for each other. NumPy reads this
+# when it is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Neither of these limits is a claim about the library, and a busy machine exceeds both.
+settings.register_profile("fesloop", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("fesloop")
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -33,3 +42,21 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if "chromium" in item.fixturenames:
             item.add_marker(pytest.mark.browser)
+
+
+def pytest_collection_finish():
+    """Spare the collector all that importing has left."""
+    collect_and_freeze()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(item, nextitem):
+    """Spare the collector what a module leaves: passes over a whole session cost more than most tests."""
+    if nextitem is not None and nextitem.path != item.path:
+        collect_and_freeze()
+
+
+def collect_and_freeze():
+    """Collect what nothing refers to, and leave all else out of later collections."""
+    gc.collect()
+    gc.freeze()

@@ -296,8 +296,9 @@ def test_check_says_why_there_is_no_theory_where_a_loop_is_not_linear(capsys):
 @pytest.mark.parametrize(("settings", "line"), [
     (["jitter_ms=3"], "Theory gives no critical latencies: under jitter or loss they take long: "
      "fesloop.analysis.theory.critical_latency_ms gives them"),
-    (["loss=0.1", "latency_ms=300"], "Theory gives no critical latencies: under jitter or loss they take "
-     "long: fesloop.analysis.theory.critical_latency_ms gives them")])
+    pytest.param(["loss=0.1", "latency_ms=300"], "Theory gives no critical latencies: under jitter or loss "
+                 "they take long: fesloop.analysis.theory.critical_latency_ms gives them",
+                 marks=pytest.mark.slow)])
 def test_check_says_which_part_of_the_theory_is_missing_and_why(capsys, settings, line):
     """Under jitter or loss, and where the loop is unstable besides, a part used to go without a word."""
     given = [part for setting in settings for part in ("--set", setting)]

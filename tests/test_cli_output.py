@@ -21,7 +21,7 @@ def standing_for_stderr(stream, monkeypatch):
 
 
 def wait_for(text, terminal):
-    end = time.monotonic() + 20.0
+    end = time.monotonic() + 120.0
     while text not in terminal.getvalue():
         assert time.monotonic() < end, f"{text!r} was never shown in {terminal.getvalue()!r}"
         time.sleep(0.01)

@@ -19,6 +19,7 @@ def scripts(peers, monkeypatch):
         sys.modules.pop(name, None)
 
 
+@pytest.mark.slow
 def test_one_row_a_size_in_the_shape_of_every_bench(scripts, monkeypatch, capsys):
     monkeypatch.setattr(mpc, "find_spec", lambda name: None)
     shares = []

@@ -58,7 +58,10 @@ def test_processes_beside_start_and_end_with_it(tmp_path):
         others = active_children()
         cores = sorted(os.sched_getaffinity(0))
         assert len(others) == 1 + len(cores)
-        time.sleep(0.5)
+        until = time.monotonic() + 120.0
+        while any(len(os.sched_getaffinity(other.pid)) > 1 for other in others):  # they are still importing
+            assert time.monotonic() < until
+            time.sleep(0.01)
         told = time.monotonic_ns()
         origin.tell(told)
         time.sleep(2.0)

@@ -18,7 +18,7 @@ def cautions(experiment: Experiment):
     return cautions_in_place(experiment.wiring, experiment.duration_ns)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=8)
 @given(control=st.sampled_from(["mpc", "ilc"]), told_ms=st.integers(0, 120), latency_ms=st.integers(0, 120))
 def test_a_delay_that_is_not_the_wires_is_named_with_what_to_set(control, told_ms, latency_ms):
     experiment = load("finger_control", [f"control={control}", f"{ACTUATION}={latency_ms}",

@@ -17,8 +17,8 @@ from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
 from fesloop.streams.blocks.replay import Replay
 
-BROAD = ["02_undisturbed_slow_rotation_B", "21_undisturbed_fast_combined", "24_disturbed_tapping_A",
-         "30_disturbed_stationary_magnet_C"]
+BROAD = ["02_undisturbed_slow_rotation_B", *(pytest.param(name, marks=pytest.mark.slow) for name in (
+    "21_undisturbed_fast_combined", "24_disturbed_tapping_A", "30_disturbed_stationary_magnet_C"))]
 BOTH = [(VqfTracker(), "relative", "quat6D"), (Vqf9Tracker(), "absolute", "quat9D")]
 
 
@@ -63,14 +63,16 @@ def test_wrist_angle(recordings):
 
 # Hinges, published with the recording: 6-axis 13.2 rigid and 13.4 foam, 9-axis 18.9 and 24.2 deg.
 @pytest.mark.parametrize(("tracker", "sensor_set", "published"), [
-    (VqfTracker(), "rigid", 13.2), (VqfTracker(), "nonrigid", 13.4),
-    (Vqf9Tracker(), "rigid", 18.9), (Vqf9Tracker(), "nonrigid", 24.2)])
+    (VqfTracker(), "rigid", 13.2), *(pytest.param(*row, marks=pytest.mark.slow) for row in (
+        (VqfTracker(), "nonrigid", 13.4), (Vqf9Tracker(), "rigid", 18.9),
+        (Vqf9Tracker(), "nonrigid", 24.2)))])
 def test_hinges_of_the_chain(recordings, tracker, sensor_set, published):
     score = scores(recordings / "chain5" / "trial1.npz", tracker, "relative", sensor_set)
     hinges = [score["orientation_rmse_deg"][f"seg{i}-seg{i + 1}"]["total"] for i in (2, 3, 4)]
     assert np.mean(hinges) == pytest.approx(published, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sensor_set", "published"), [("rigid", 18.1), ("nonrigid", 10.5)])
 def test_saddles_of_the_chain(recordings, sensor_set, published):
     score = scores(recordings / "chain5" / "trial1.npz", VqfTracker(), "relative", sensor_set)
@@ -88,6 +90,7 @@ def mean_of_hinges(score):
     return np.mean([score["orientation_rmse_deg"][f"seg{i}-seg{i + 1}"]["total"] for i in (2, 3, 4)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sensor_set", "published"), [("rigid", 18.9), ("nonrigid", 24.2)])
 def test_salchow_b_is_the_9_axis_baseline(recordings, sensor_set, published):
     score = scores(recordings / "chain5" / "trial1.npz", SalchowB(**WORN), "relative", sensor_set)
@@ -95,8 +98,9 @@ def test_salchow_b_is_the_9_axis_baseline(recordings, sensor_set, published):
 
 
 # The published batch method, which needs no initial pose: 5.30 rigid and 8.22 foam.
-@pytest.mark.parametrize("front_end", ["vqf", "seel_ruppin"])
-@pytest.mark.parametrize(("sensor_set", "published"), [("rigid", 5.30), ("nonrigid", 8.22)])
+@pytest.mark.parametrize("front_end", ["vqf", pytest.param("seel_ruppin", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("sensor_set", "published"), [
+    ("rigid", 5.30), pytest.param("nonrigid", 8.22, marks=pytest.mark.slow)])
 def test_salchow_m2_with_a_known_pose_holds_the_hinges_for_a_minute(
     recordings, sensor_set, published, front_end
 ):
@@ -112,6 +116,7 @@ def test_salchow_m2_with_a_known_pose_holds_the_hinges_for_a_minute(
     assert mean_of_hinges(score_recording(recording, times, orientation, "relative")) < published
 
 
+@pytest.mark.realtime
 def test_sixteen_streams_keep_up_with_100_hz(recordings):
     replay = Replay(recording=str(recordings / "body16" / "qmt_full_body_example_data.mat"), duration_s=30.0)
     source = replay.source

@@ -73,7 +73,7 @@ def test_angles_are_those_of_the_pairs_that_a_layout_states(tmp_path, tree, expe
 
 
 @given(tree=trees(least=3), chosen=st.data(), kind=st.sampled_from(["vqf", "vqf9"]))
-@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=4, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_pairs_of_a_tracker_are_of_those_that_a_layout_states_or_are_refused(tmp_path, tree, chosen, kind):
     pairs, sensors = tree
     given_ = written(tmp_path, bends(sensors), pairs)
@@ -116,7 +116,7 @@ def nearest(name, names):
 
 @given(names=st.lists(st.sampled_from(HAND), min_size=2, max_size=6, unique=True),
        kind=st.sampled_from(["vqf", "constrained", "salchow_m2", "kortier"]))
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_sensors_named_after_segments_hang_as_the_hand_does_in_every_tracker(tmp_path, names, kind):
     given_ = written(tmp_path, bends(len(names)), [], names)
     extra = ["blocks.tracker.magnetometers=false"] if kind == "kortier" else []

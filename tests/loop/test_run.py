@@ -51,12 +51,12 @@ def test_equals_the_peers_reference(peers, grid):
 @pytest.mark.parametrize("record_rate", [None, "7", "285.714", "1000"])
 def test_an_observer_changes_no_bit(grid, record_rate):
     bare, watched = Recorder(None), Recorder(record_rate)
-    Loop(peers_wiring(grid), recorder=bare).run_until(2 * NS_PER_S)
+    Loop(peers_wiring(grid), recorder=bare).run_until(NS_PER_S // 2)
     nodes = [Node("plant", SecondOrder(grid=grid)), Node("pi", PeersPi(), rate="50"),
              Node("watch", Sink(), rate="30")]
     wires = [Wire("plant.y", "pi.y", latency_ms=30, rate="1000"), Wire("pi.u", "plant.u"),
              Wire("pi.u", "watch.u")]
-    Loop(Wiring(nodes, wires), recorder=watched).run_until(2 * NS_PER_S)
+    Loop(Wiring(nodes, wires), recorder=watched).run_until(NS_PER_S // 2)
     assert bare.blocks["pi"] == watched.blocks["pi"]
 
 

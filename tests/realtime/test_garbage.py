@@ -24,6 +24,14 @@ def cycle():
     return weakref.ref(Node())
 
 
+@pytest.fixture(autouse=True)
+def nothing_frozen():
+    """What the tests' own set-up has frozen is released for the time of a test."""
+    gc.unfreeze()
+    yield
+    gc.freeze()
+
+
 @pytest.fixture
 def at_once(monkeypatch):
     """It is always time to collect."""

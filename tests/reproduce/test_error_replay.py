@@ -43,6 +43,7 @@ def test_without_recordings_it_says_what_is_missing(monkeypatch, tmp_path):
         error_replay.run(1)
 
 
+@pytest.mark.slow
 def test_the_wrist_from_recording_to_closed_loop(recordings, monkeypatch):
     path = str(recordings / "wrist" / "circle-250.npz")
     monkeypatch.setattr(error_replay, "sources", lambda seeds: [Source(path, "wrist", "vqf", seeds=seeds)])

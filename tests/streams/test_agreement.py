@@ -16,7 +16,7 @@ from fesloop.streams.files import open_recording
 
 G = 9.80665
 SEEDS = st.integers(0, 10_000)
-QUICK = settings(max_examples=4, deadline=None)
+QUICK = settings(max_examples=2, deadline=None)
 RECORDINGS = Path(os.environ.get("FESLOOP_RECORDINGS", ""))
 PUBLISHED = [("body16/qmt_full_body_example_data.mat", None), ("chain5/trial1.npz", "rigid"),
              ("chain5/trial1.npz", "nonrigid"), ("wrist/circle-250.npz", None),
@@ -33,7 +33,7 @@ def several(seeds, **about):
 
 @given(seed=SEEDS, rate=st.sampled_from([20.0, 60.0, 120.0]), turning=st.sampled_from([0.0, 0.1, 1.0, 6.0]),
        shaking=st.sampled_from([0.0, 1.0, 3.0, 5.0]))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 def test_right_rates_are_never_doubted(seed, rate, turning, shaking):
     times, gyr, acc = several([seed, seed + 1], rate=rate, turning=turning, shaking=shaking, seconds=30.0)
     found = agreements(times, gyr, acc)
@@ -43,7 +43,7 @@ def test_right_rates_are_never_doubted(seed, rate, turning, shaking):
 
 
 @given(seed=SEEDS, number=st.integers(1, 47))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=2, deadline=None)
 def test_every_order_and_sign_of_axes_is_found(seed, number):
     times, gyr, acc = several([seed], seconds=60.0)
     (found,) = agreements(times, gyr @ AXES[number], acc)
@@ -66,7 +66,7 @@ def test_a_wrong_scale_is_found_with_its_factor(seed, factor):
        shaking=st.floats(0.0, 3.0), noise=st.floats(0.0, 0.5))
 @example(seed=3, factor=2.0, shaking=2.0, noise=0.0)
 @example(seed=4, factor=2.0, shaking=2.0, noise=0.0)
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=4, deadline=None)
 def test_wrong_rates_never_agree_however_rough_the_motion(seed, factor, shaking, noise):
     times, gyr, acc = several([seed], shaking=shaking, seconds=30.0)
     acc += noise * np.random.default_rng(seed).standard_normal(acc.shape)
@@ -185,7 +185,8 @@ FAULTS = {
 }
 
 
-@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("fault", ["axes", *(
+    pytest.param(fault, marks=pytest.mark.slow) for fault in FAULTS if fault != "axes")])
 def test_import_check_and_run_name_the_sensor_and_the_key(tmp_path, capsys, fault):
     about, names, mends = FAULTS[fault]
     _, gyr, acc = several([3, 4])

@@ -131,7 +131,7 @@ def test_of_a_damaged_recording_what_is_left_is_served_and_what_is_not_is_said(p
     with events(int(re.search(r"127\.0\.0\.1:(\d+)/", said[-1])[1])) as frames:
         assert len(next(frames)["hands"]["truth"]) == 17
     process.send_signal(signal.SIGTERM)
-    rest = process.communicate(timeout=30.0)[1]
+    rest = process.communicate(timeout=120.0)[1]
     assert process.returncode == 0
     assert "Traceback" not in rest
 
@@ -148,7 +148,7 @@ def test_it_serves_at_the_lowest_priority_until_it_is_ended(path, number):
         assert len(next(frames)["hands"]["truth"]) == 17
         process.send_signal(number)
         began = time.monotonic()
-        rest = process.communicate(timeout=30.0)[1]
+        rest = process.communicate(timeout=120.0)[1]
     assert process.returncode == 0
-    assert time.monotonic() - began < 20.0
+    assert time.monotonic() - began < 100.0
     assert "Traceback" not in rest

@@ -10,6 +10,7 @@ from controllers.ilc.convergence import condition
 from controllers.ilc.laws import Limits
 from fesloop.models.linear_model import SampledModel
 
+pytestmark = pytest.mark.slow
 PERIOD_NS = 40_000_000
 SUBJECTS, FEW = 20, 6
 """Subjects of the comparison, and how many of them do where a test asks of each of them."""

@@ -61,7 +61,8 @@ def test_the_same_minimum_as_the_authors_program(seed):
     assert off_deg(hinge_axes(gyr, acc, HingeFit(robust=False)).axes, theirs).max() < 0.01
 
 
-@pytest.mark.parametrize(("sensors", "axis"), [((1, 2), 0), ((2, 3), 1), ((3, 4), 2)])
+@pytest.mark.parametrize(("sensors", "axis"), [
+    ((1, 2), 0), *(pytest.param(*row, marks=pytest.mark.slow) for row in (((2, 3), 1), ((3, 4), 2)))])
 def test_the_recorded_chain(recordings, sensors, axis):
     # Olsson et al. 2020 report about 2 deg. The foam set moves on its segments, faster than these do:
     # low-passed at 3 Hz (chosen), it must be found about as well as a sensor is mounted, 5-10 deg.

@@ -67,6 +67,7 @@ def test_a_known_error_comes_out_at_its_times(recordings):
     assert len(row["times_s"]) == len(row["median_deg"]) == len(row["worst_deg"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sensor_set", ["rigid", "nonrigid"])
 def test_hinges_of_the_chain_are_found_within_seconds(recordings, sensor_set):
     path = str(recordings / "chain5" / "trial1.npz")

@@ -48,7 +48,7 @@ def wait_for_rows(folder, until):
     return None
 
 
-@pytest.mark.slow
+@pytest.mark.realtime
 @pytest.mark.parametrize("number", range(KILLS))
 def test_a_killed_run_opens_and_misses_a_second_at_most(tmp_path, number):
     """At a moment while it starts or runs, or, each second time, of its running alone."""
@@ -77,7 +77,7 @@ def test_a_killed_run_opens_and_misses_a_second_at_most(tmp_path, number):
 def test_a_running_recording_can_be_read(tmp_path):
     process = start(tmp_path)
     try:
-        first = wait_for_rows(tmp_path, time.monotonic() + 30)
+        first = wait_for_rows(tmp_path, time.monotonic() + 120)
         time.sleep(1.0)
         assert simulated_s(next(iter(tmp_path.glob("small-*.h5")))) > first[1]
     finally:
@@ -88,9 +88,9 @@ def test_a_running_recording_can_be_read(tmp_path):
 @pytest.mark.slow
 def test_ctrl_c_keeps_a_readable_recording(tmp_path):
     process = start(tmp_path)
-    assert wait_for_rows(tmp_path, time.monotonic() + 30) is not None
+    assert wait_for_rows(tmp_path, time.monotonic() + 120) is not None
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=10)
+    out, err = process.communicate(timeout=120)
     assert process.returncode == 130
     assert "Traceback" not in err
     assert json.loads(out)["status"] == "interrupted"

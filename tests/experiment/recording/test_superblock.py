@@ -12,7 +12,7 @@ from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.rescue import checksum, mark_closed
 from fesloop.experiment.running.trial import run
 
-_AT_ONCE_S = 30.0
+_AT_ONCE_S = 120.0
 READ = """
 import sys
 from pathlib import Path

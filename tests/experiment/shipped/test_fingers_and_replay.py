@@ -57,8 +57,9 @@ def test_finger_fmu_moves_as_the_finger_does(tmp_path):
                                    atol=1e-9)
 
 
-@pytest.mark.parametrize("name", ["02_undisturbed_slow_rotation_B", "21_undisturbed_fast_combined",
-                                  "24_disturbed_tapping_A", "30_disturbed_stationary_magnet_C"])
+@pytest.mark.parametrize("name", [
+    "02_undisturbed_slow_rotation_B", *(pytest.param(name, marks=pytest.mark.slow) for name in (
+        "21_undisturbed_fast_combined", "24_disturbed_tapping_A", "30_disturbed_stationary_magnet_C"))])
 def test_replay_of_broad_is_as_good_as_bare_vqf(recordings, tmp_path, name):
     path = recordings / "broad" / f"{name}.mat"
     result = fesloop.load("replay", [f"recording={path}"]).run(tmp_path)

@@ -87,7 +87,7 @@ stimulator.end_stimulation()
 stimulator.disconnect()
 """
     with parts.device(tmp_path) as device:
-        subprocess.run([sys.executable, "-c", script, str(device.port)], check=True, timeout=20,
+        subprocess.run([sys.executable, "-c", script, str(device.port)], check=True, timeout=120,
                        stdout=subprocess.DEVNULL)
         assert [row[1:] for row in device.log.rows()][:3] == [
             ("open", ""), ("give", "30/250"), ("give", "0/250")]

@@ -98,7 +98,7 @@ instants = st.lists(st.integers(1, 199 * MS), max_size=8)
 @pytest.mark.slow
 @pytest.mark.parametrize("fatigue", [None, Fatigue(fatigue_s=1.0)])
 @given(cuts=instants)
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_splitting_an_advance_changes_nothing(fatigue: Fatigue | None, cuts: list[int]) -> None:
     finger = Finger(fatigue=fatigue)
     whole = simulate(finger, PULSES, [200 * MS])[-1]
@@ -110,7 +110,7 @@ def test_splitting_an_advance_changes_nothing(fatigue: Fatigue | None, cuts: lis
 
 @pytest.mark.parametrize("fatigue", [None, Fatigue(fatigue_s=1.0)])
 @given(start=st.integers(1, 90 * MS), later=st.lists(st.integers(0, 120 * MS), min_size=1, max_size=12))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_observing_equals_advancing_a_copy_and_touches_nothing(
     fatigue: Fatigue | None, start: int, later: list[int]
 ) -> None:
@@ -130,7 +130,7 @@ def test_observing_equals_advancing_a_copy_and_touches_nothing(
 
 
 @given(stop=st.integers(1, 120 * MS))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_a_pickled_state_goes_on_with_the_same_bits(stop: int) -> None:
     finger = Finger(fatigue=Fatigue())
     state = finger.init(CONTEXT)

@@ -41,11 +41,11 @@ def test_a_heap_without_end_is_refused_at_once_though_hdf5_hangs_on_it(tmp_path)
     with pytest.raises(subprocess.TimeoutExpired):
         subprocess.run([sys.executable, "-c", f"import h5py; dict(h5py.File({str(path)!r}).attrs)"],
                        timeout=3.0, check=False)
-    began = time.perf_counter()
+    began = time.process_time()
     for read in (open_recording, Recording, read_container):
         with pytest.raises(InputError, match="heap of texts at byte"):
             read(path)
-    assert time.perf_counter() - began < 1.0
+    assert time.process_time() - began < 1.0
 
 
 def test_sound_heaps_pass_and_text_that_looks_like_one_does_no_harm(tmp_path):

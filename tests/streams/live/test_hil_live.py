@@ -35,7 +35,7 @@ def sender():
     yield start
     for process in started:
         process.terminate()
-        process.wait(timeout=10.0)
+        process.wait(timeout=120.0)
 
 
 def live(name, tmp_path, seconds):
