@@ -1,11 +1,10 @@
-"""Commands that keep in step with the wall clock, tried once more where they fail."""
+"""Repeats commands that keep in step with the wall clock once where they fail."""
 
 
 def patient(commands: str) -> str:
-    """Lines of shell in which what runs in real time gets a second try.
+    """Lines of shell, each that runs in real time followed by a second try.
 
-    A machine that does other things as well may stall for longer than a stimulator's keeper waits, which then
-    ends the run, rightly.
+    A busy machine may stall for longer than the keeper of a stimulator waits, which then ends the run.
     """
     return "\n".join(f"{line} || {line.split(' & ')[-1]}" if _in_real_time(line) else line
                      for line in commands.split("\n"))

@@ -1,4 +1,4 @@
-"""Print commands of the README: `readme.py test`, the one that tests; `readme.py commands`, the others."""
+"""Prints the commands of the README: `readme.py test` the one that tests, `readme.py commands` the others."""
 
 import re
 import sys

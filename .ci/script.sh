@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds the scripts of reports' pages anew, from the sources and the pinned packages, and compares them with
-# those that are committed. Run it in the project's folder.
+# Builds the scripts of reports' pages from their sources and the pinned packages, and compares them with the
+# committed ones. Run it in the project's folder.
 set -euo pipefail
 assets=fesloop/show/report/assets
 if ! command -v npm >/dev/null; then

@@ -15,6 +15,9 @@ settings.register_profile("fesloop", deadline=None, suppress_health_check=[Healt
 settings.load_profile("fesloop")
 
 ROOT = Path(__file__).resolve().parent.parent
+STREAMS_LIVE = ("tests/streams/live", "tests/bench/test_lsl", "tests/bench/test_stream_faults",
+                "tests/view/test_posture_stream")
+"""Tests that send and receive over Lab Streaming Layer, which every process of a network hears."""
 
 
 def outside(variable, default):
@@ -38,10 +41,12 @@ def peers():
 
 
 def pytest_collection_modifyitems(items):
-    """Tests that need a browser say so by what they use."""
+    """Mark tests that use a browser, and group those whose streams would find each other by name."""
     for item in items:
         if "chromium" in item.fixturenames:
             item.add_marker(pytest.mark.browser)
+        if item.path.relative_to(ROOT).as_posix().startswith(STREAMS_LIVE):
+            item.add_marker(pytest.mark.xdist_group("live streams"))
 
 
 def pytest_collection_finish():

@@ -25,6 +25,7 @@ def chain(recordings):
     return fit_error(str(recordings / "chain5" / "trial1.npz"))
 
 
+@pytest.mark.slow
 def test_hinges_of_the_chain_err_as_the_process_says(chain):
     """RMSE within 15 %, also where the halves themselves differ by more; lags in the band."""
     judged = {each.name: each for each in chain.judgements}
@@ -38,12 +39,14 @@ def test_hinges_of_the_chain_err_as_the_process_says(chain):
     assert np.mean([each.share for each in chain.judgements]) > 0.85
 
 
+@pytest.mark.slow
 def test_its_reference_is_found_late(chain):
     """Estimates 15 ms ahead at every moved joint: half a frame of the cameras, and no tracker's doing."""
     assert 10.0 < chain.ahead_ms < 20.0
     assert all(series.lead_s > 0.005 for series in chain.process.series if series.name in HINGES)
 
 
+@pytest.mark.slow
 def test_what_the_reference_is_late_by_is_taken_off(recordings, tmp_path):
     """Of an error that leads, `lead * rate`, as much less as is taken off the reference's stamps."""
     path = recordings / "chain5" / "trial1.npz"
@@ -139,6 +142,7 @@ def test_hil_replay_takes_one_joint_of_a_whole_body_and_records_its_commands(rec
     assert set(result.metrics) == {"flexion_axis_share", "step_us"}
 
 
+@pytest.mark.slow
 def test_an_imported_recording_is_played_like_its_source(recordings, tmp_path):
     target = tmp_path / "motion.h5"
     assert main(["import", str(recordings / "wrist" / "circle-250.npz"), str(target)]) == 0
