@@ -17,7 +17,7 @@ from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.noise import NoiseStream
 from fesloop.loop.passages import Passage
 from fesloop.loop.signals import Port, Sample, Value
-from fesloop.models.linear_form import SampledForm, memoryless, uncovered
+from fesloop.models.linear_form import BlockToControl, SampledForm, memoryless, uncovered
 
 Array = NDArray[np.float64]
 PerJoint = float | tuple[float, ...]
@@ -46,7 +46,7 @@ class IdealState:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class IdealTracker:
+class IdealTracker(BlockToControl):
     """True joint angles with a declared error: bias, drift, random walk, white noise, delay, quantisation.
 
     Input and output `angles` (joints,), rad. At tick time t the output is

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +18,11 @@ from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Value
-from fesloop.models.linear_form import SampledForm
+from fesloop.models.linear_form import BlockToControl, SampledForm
 from fesloop.models.linear_model import Recruitment
+
+if TYPE_CHECKING:
+    import control
 
 Array = NDArray[np.float64]
 INTEGRAL, DERIVATIVE, PREVIOUS = 0, 1, 2
@@ -86,6 +89,26 @@ def can_follow(weights: Array, channels: Array, drive: Array, growth: float) -> 
     return back >= deeper
 
 
+def _pid_gains(where: str, controller: control.TransferFunction) -> tuple[float, float, float, float]:
+    """kp, ki, kd and the filter time of kp + ki/s + kd s/(Tf s + 1), s.
+
+    Raises InputError for another transfer function.
+    """
+    if not hasattr(controller, "num") or controller.ninputs != 1 or controller.noutputs != 1 or controller.dt:
+        raise InputError(where, f"a {type(controller).__name__}", "a continuous-time SISO transfer function",
+                         "convert it with control.tf")
+    above, below = (np.trim_zeros(np.asarray(part[0][0], dtype=np.float64), "f")
+                    for part in (controller.num, controller.den))
+    if below[-1] != 0.0:  # no integral: the same times s/s
+        above, below = np.append(above, 0.0), np.append(below, 0.0)
+    if above.size > 3 or below.size not in (2, 3) or below[-2] == 0.0:
+        raise InputError(where, f"({above.tolist()}) / ({below.tolist()})", "kp + ki/s + kd s/(Tf s + 1)")
+    second, first, ki = np.pad(above, (3 - above.size, 0)) / below[-2]
+    filter_s = float(below[0] / below[1]) if below.size == 3 else 0.0
+    kp = first - ki * filter_s
+    return float(kp), float(ki), float(second - kp * filter_s), filter_s
+
+
 Matrix = tuple[tuple[float, ...], ...]
 
 
@@ -112,7 +135,7 @@ class PidState:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pid:
+class Pid(BlockToControl):
     """A PID controller a joint, their commands mixed onto muscles.
 
     With period h, error e = reference - measured and measurement y, joint by joint,
@@ -178,6 +201,20 @@ class Pid:
             raise InputError("recruitment", "no nominal curves", "thresholds and spreads",
                              'or take recruitment_curve = "linear"')
         self.allocation()
+
+    @classmethod
+    def from_control(cls, controllers: Sequence[control.TransferFunction], **parameters: Any) -> Self:
+        """The PID with the gains of continuous-time transfer functions, one a joint.
+
+        Each is kp + ki/s + kd s/(Tf s + 1), all with the same Tf; `parameters` are the other attributes.
+        Raises InputError for another transfer function.
+        """
+        rows = [_pid_gains(f"controllers[{joint}]", each) for joint, each in enumerate(controllers)]
+        filters = {round(1e3 * filter_s, 9) for *_, kd, filter_s in rows if kd != 0.0} or {0.0}
+        if len(filters) > 1:
+            raise InputError("controllers", f"filter times of {sorted(filters)} ms", "one for all joints")
+        kp, ki, kd = (tuple(row[k] for row in rows) for k in range(3))
+        return cls(kp=kp, ki=ki, kd=kd, derivative_filter_ms=filters.pop(), **parameters)
 
     @property
     def joints(self) -> int:

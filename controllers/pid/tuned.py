@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +16,15 @@ from controllers.pid.tuning import RuleName, Tuning, static_gain, tuned
 from controllers.qp.dense import Qp
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
-from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
+from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.guard import is_finite
 from fesloop.loop.input_ages import AgeLimit
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.models.linear_model import LinearModel
+
+if TYPE_CHECKING:
+    import control
 
 Array = NDArray[np.float64]
 _EFFORT = 1e-6
@@ -32,6 +35,13 @@ _FARTHEST = 10.0
 within numbers that the programme can tell apart)."""
 _FILTERED = 0.1
 """Time constant of the derivative's filter over the derivative time (customary: an eighth to a twentieth)."""
+
+
+def mixing_hessian(gain: Array) -> Array:
+    """Matrix of the cost |gain v - u|^2 + effort |v|^2 in the drives v; `gain` is (outputs, muscles)."""
+    hessian = gain.T @ gain
+    hessian += _EFFORT * np.linalg.norm(gain, 2)**2 * np.eye(gain.shape[1])
+    return np.asarray(hessian)
 
 
 @dataclass(slots=True, eq=False)
@@ -170,6 +180,39 @@ class TunedPid:
                          filter_s / (filter_s + period_s), kp * derivative_s / (filter_s + period_s)))
         return np.array(rows)
 
+    def to_control(self, rate: str | int | float) -> control.StateSpace:
+        """The law without limits at a rate in hertz, as a discrete-time `control.StateSpace`.
+
+        From [reference; measured], less the model's offset, to drives; the preview is taken to be the
+        reference. Limits act wherever a drive would be negative: two antagonists never follow this law both.
+        """
+        import control
+
+        clock = RateClock.from_rate(rate)
+        state = self.init(Context(type(self).__name__, clock=clock))
+        kp, integral, pull, pole, filtered = (np.diag(column) for column in state.gains.T)
+        outputs, past = self.model.outputs, len(state.asked)
+        drives = np.linalg.solve(mixing_hessian(state.gain), state.gain.T)
+        # Columns: integral, derivative, previous, expected, asked from the newest on | reference, measured.
+        columns = {name: np.eye(outputs, (6 + past) * outputs, k * outputs) for k, name in enumerate(
+            ("integral", "derivative", "previous", "expected", *range(past), "reference", "measured"))}
+        reference, measured = columns["reference"], columns["measured"]
+        asked, expected = [reference, *(columns[k] for k in range(past - 1))], reference
+        if self.feedforward:
+            due = np.stack([asked[late][output] for output, late in enumerate(state.late)])
+            slow = state.slow[:, np.newaxis]
+            expected = slow * columns["expected"] + (1.0 - slow) * due
+        derivative = pole @ columns["derivative"] - filtered @ (measured - columns["previous"])
+        asked_for = kp @ (expected - measured) + columns["integral"] + derivative
+        asked_for = asked_for + (reference if self.feedforward else 0.0)
+        grown = (columns["integral"] + integral @ (expected - measured)
+                 + pull @ (state.gain @ drives - np.eye(outputs)) @ asked_for)
+        rows = np.vstack([grown, derivative, measured, expected, *asked])
+        states = (4 + past) * outputs
+        output = drives @ asked_for
+        return control.ss(rows[:, :states], rows[:, states:], output[:, :states], output[:, states:],
+                          clock.period_s)
+
     def age_limits(self) -> tuple[AgeLimit, ...]:
         """Of `measured`."""
         return (AgeLimit(port="measured", limit_ms=self.max_age_ms, since="newest", then="no stimulation"),)
@@ -177,8 +220,6 @@ class TunedPid:
     def init(self, context: Context) -> TunedPidState:
         """At rest, coefficients for the context's clock."""
         gain, allocation, nothing = static_gain(self.model), self.allocation(), np.zeros(self.model.outputs)
-        hessian = gain.T @ gain
-        hessian += _EFFORT * np.linalg.norm(gain, 2)**2 * np.eye(self.model.inputs)
         period_s = period_ns(context) / NS_PER_S
         lags = [lag for _, lag in self.tuning(period_s)]
         late = np.array([round(lag.delay_s / period_s) for lag in lags])
@@ -188,7 +229,7 @@ class TunedPid:
                              "what is asked must be known a delay and a lag before")
         return TunedPidState(
             self.gains(period_s), gain, np.minimum(allocation.reach(), 1.0), allocation.table(),
-            Qp(hessian, np.empty((0, self.model.inputs))), late,
+            Qp(mixing_hessian(gain), np.empty((0, self.model.inputs))), late,
             np.exp([-period_s / lag.lag_s for lag in lags]), ahead - 1, integral=nothing, derivative=nothing,
             previous=nothing, pulses=np.zeros((self.model.inputs, 2)),
             asked=np.zeros((int(late.max()) + 1, nothing.size)), expected=nothing)

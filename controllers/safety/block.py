@@ -20,7 +20,7 @@ from fesloop.loop.guard import is_finite
 from fesloop.loop.input_ages import AgeLimit
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import NEVER, Port, Sample, Value
-from fesloop.models.linear_form import SampledForm, memoryless
+from fesloop.models.linear_form import BlockToControl, SampledForm, memoryless
 
 Array = NDArray[np.float64]
 PerChannel = float | tuple[float, ...]
@@ -58,7 +58,7 @@ class SafetyState:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Safety:
+class Safety(BlockToControl):
     """Limits what reaches the stimulator, whatever comes in.
 
     What can never leave it. Let i and w be current and pulse width of a channel in an output, q = i w, and n

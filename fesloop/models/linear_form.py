@@ -9,15 +9,19 @@ into pulses and a plant's own turn them back, else the pulse width in s.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
 from fesloop.loop.block import Context
+from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import Port
 from fesloop.models.linear_model import LinearModel, Recruitment
+
+if TYPE_CHECKING:
+    import control
 
 Array = NDArray[np.float64]
 
@@ -51,6 +55,12 @@ class SampledForm:
     least: Array | None = None
     greatest: Array | None = None
 
+    def to_control(self, period_s: float) -> control.StateSpace:
+        """Deviations from rest without noise, as a discrete-time `control.StateSpace`."""
+        import control
+
+        return control.ss(self.a, self.b, self.c, self.d, period_s)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ContinuousForm:
@@ -74,6 +84,12 @@ class ContinuousForm:
     curves: Recruitment | None = None
     offset: Array | None = None
 
+    def to_control(self, rate: str | int | float | None = None, pade_order: int = 0) -> control.StateSpace:
+        """Deviations from rest as a `control.StateSpace`; parameters as of `LinearModel.to_control`."""
+        model = LinearModel(a=self.a, b=self.b, c=self.c, offset=np.zeros(len(self.c)),
+                            delay_ns=self.delay_ns)
+        return model.to_control(rate, pade_order)
+
     @classmethod
     def of(cls, model: LinearModel, input: str, output: str, per_unit: float = 1.0) -> ContinuousForm:
         """The form of a model whose drive is `per_unit` times what the input carries."""
@@ -95,6 +111,36 @@ class LinearPlant(Protocol):
 
     def linear_form(self, output: Any) -> ContinuousForm:
         """With one of its outputs; raises InputError, named by a parameter, for what is not linear."""
+
+
+class BlockToControl:
+    """Adds `to_control` to a sampled block with a linear form."""
+
+    __slots__ = ()
+
+    def to_control(self: LinearBlock, rate: str | int | float) -> control.StateSpace:
+        """The block at a rate in hertz, around rest and within its limits, as a `control.StateSpace`.
+
+        Its inputs are those of `linear_form(...).inputs`, one after the other. A block that makes pulses is
+        described from its inputs to drives (with linear recruitment: to pulse widths, s).
+        """
+        clock = RateClock.from_rate(rate)
+        return self.linear_form(Context(type(self).__name__, clock=clock)).to_control(clock.period_s)
+
+
+class PlantToControl:
+    """Adds `to_control` to a plant with a linear form."""
+
+    __slots__ = ()
+
+    def to_control(self: LinearPlant, output: Any, rate: str | int | float | None = None,
+                   pade_order: int = 0) -> control.StateSpace:
+        """The plant around rest, to one of its outputs, as a `control.StateSpace`.
+
+        A plant that takes pulses is described from drives (with linear recruitment: from pulse widths, s).
+        `rate` and `pade_order` are as of `LinearModel.to_control`.
+        """
+        return self.linear_form(output).to_control(rate, pade_order)
 
 
 def memoryless(inputs: tuple[str, ...], output: str, gain: Array, noise: Array | None = None,

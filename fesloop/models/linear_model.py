@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,10 @@ from scipy.special import ndtri
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
 from fesloop.forms.matrices import matrix
+from fesloop.loop.clock import NS_PER_S, RateClock
+
+if TYPE_CHECKING:
+    import control
 
 Array = NDArray[np.float64]
 
@@ -95,7 +99,6 @@ class Recruitment:
         return np.where(wanted, width, 0.0)
 
 
-NS_PER_S = 1_000_000_000
 Matrix = NDArray[np.float64]
 
 _MOST_STORED = 2000
@@ -180,6 +183,44 @@ class LinearModel:
         """Number of outputs."""
         return int(self.c.shape[0])
 
+    def to_control(self, rate: str | int | float | None = None, pade_order: int = 0) -> control.StateSpace:
+        """The dynamics as a `control.StateSpace`, from recruited fractions to outputs less their offset.
+
+        Parameters
+        ----------
+        rate: in hertz, for an exact discrete-time system with the delay as states; None: continuous time.
+        pade_order: order of the Pade approximation of the delay in continuous time.
+
+        Raises InputError for a delay in continuous time without an order: it has no exact form there.
+        """
+        import control
+
+        feedthrough = np.zeros((self.outputs, self.inputs))
+        if rate is not None:
+            clock = RateClock.from_rate(rate)
+            sampled = self.sampled(round(clock.period_s * NS_PER_S))
+            return control.ss(sampled.a, sampled.b, sampled.c, feedthrough, clock.period_s)
+        system = control.ss(self.a, self.b, self.c, feedthrough)
+        if self.delay_ns == 0:
+            return system
+        if pade_order < 1:
+            raise InputError("delay_ns", f"{self.delay_ns} ns have no form in continuous time", "no delay",
+                             "give rate for an exact discrete-time system, or pade_order")
+        delay = control.ss(control.tf(*control.pade(self.delay_ns / NS_PER_S, pade_order)))
+        return system * control.append(*[delay] * self.inputs)
+
+    @classmethod
+    def from_control(cls, system: control.StateSpace, **parameters: Any) -> Self:
+        """The model with the dynamics of a continuous-time `control.StateSpace` without feedthrough.
+
+        `parameters` are the other attributes; `offset` is zero unless it is given. Raises InputError for
+        another system.
+        """
+        a, b, c, d = continuous_matrices("system", system)
+        if d.any():
+            raise InputError("system", "has a direct feedthrough", "D = 0")
+        return cls(a=a, b=b, c=c, **{"offset": np.zeros(len(c)), **parameters})
+
     def sampled(self, period_ns: int, extra_delay_ns: int = 0) -> SampledModel:
         """Exact zero-order-hold model at a period, with any (fractional) input delay.
 
@@ -223,6 +264,18 @@ class LinearModel:
             a[past(lag), past(lag - 1)] = np.eye(inputs)
         c = np.hstack([self.c, np.zeros((self.outputs, stored * inputs))])
         return SampledModel(a, b, c, self.offset, whole)
+
+
+def continuous_matrices(where: str, system: Any) -> tuple[Matrix, Matrix, Matrix, Matrix]:
+    """A, B, C and D of a continuous-time `control.StateSpace`. Raises InputError for any other system."""
+    if not all(hasattr(system, key) for key in "ABCD"):
+        raise InputError(where, f"a {type(system).__name__}", "a control.StateSpace",
+                         "convert it with control.ss")
+    if system.dt:
+        raise InputError(where, f"a discrete-time system, dt = {system.dt}", "continuous time (dt = 0)",
+                         "convert it, or give the continuous system")
+    a, b, c, d = (np.asarray(getattr(system, key), dtype=np.float64) for key in "ABCD")
+    return a, b, c, d
 
 
 def zero_order_hold(a: Matrix, b: Matrix, duration_s: float) -> tuple[Matrix, Matrix]:

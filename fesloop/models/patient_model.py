@@ -14,7 +14,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, NotRequired, Required
+from typing import TYPE_CHECKING, Annotated, Any, NotRequired, Required
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,9 @@ from fesloop.forms.schema import closed, keys_at, plain
 from fesloop.forms.toml import TomlError, tables_of, toml_text
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.models.linear_model import LinearModel, Recruitment
+
+if TYPE_CHECKING:
+    import control
 
 Array = NDArray[np.float64]
 FORMAT = "fesloop patient model 1"
@@ -95,6 +98,10 @@ class PatientModel:
             raise InputError("current_ma", f"{channels} channels", f"{model.inputs}, as the model has")
         if len(self.outputs) != model.outputs:
             raise InputError("outputs", f"{len(self.outputs)} names", f"{model.outputs}, as the model has")
+
+    def to_control(self, rate: str | None = None, pade_order: int = 0) -> control.StateSpace:
+        """The identified dynamics, from recruited fractions; see `LinearModel.to_control`."""
+        return self.model.to_control(rate, pade_order)
 
     def weaknesses(self) -> list[str]:
         """What the model explains less than half the variance of, half a sentence each: recruitment curves,

@@ -14,7 +14,7 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context
 from fesloop.loop.clock import FOREVER, NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Value
-from fesloop.models.linear_form import ContinuousForm, uncovered
+from fesloop.models.linear_form import ContinuousForm, PlantToControl, uncovered
 from fesloop.models.linear_model import LinearModel, Recruitment
 from plants.checks import require_positive, require_shape
 from plants.finger.dynamics import (
@@ -74,7 +74,7 @@ FITNESS_STEP_NS = 20 * NS_PER_MS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Finger:
+class Finger(PlantToControl):
     """Index finger: stimulation, recruitment, delay, activation, tendon force, joint motion.
 
         v = recruitment(stimulation)                          fraction of each muscle, 0 to 1

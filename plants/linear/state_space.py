@@ -15,8 +15,8 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import Port, Value
-from fesloop.models.linear_form import ContinuousForm, uncovered
-from fesloop.models.linear_model import LinearModel, Recruitment
+from fesloop.models.linear_form import ContinuousForm, PlantToControl, uncovered
+from fesloop.models.linear_model import LinearModel, Recruitment, continuous_matrices
 from plants.checks import require_positive, require_shape
 from plants.linear.system import HeldLinearSystem, step_held
 
@@ -110,7 +110,7 @@ class StateSpaceState:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StateSpace:
+class StateSpace(PlantToControl):
     """x' = a x + b f(u), y = c x + d f(u) + output_offset; with `recruitment` a Hammerstein system.
 
     Exact at any instant while u is held, or, with `grid_rate`, a plant of fixed steps that latches u at
@@ -181,13 +181,8 @@ class StateSpace:
 
         Raises InputError for a discrete-time system and for anything without A, B, C, D.
         """
-        if not all(hasattr(system, key) for key in "ABCD"):
-            raise InputError("state_space", f"a {type(system).__name__}", "a control.StateSpace",
-                             "convert it with control.ss")
-        if system.dt:
-            raise InputError("state_space", f"a discrete-time system, dt = {system.dt}",
-                             "continuous time (dt = 0)", "convert it, or give the continuous system")
-        return cls(a=_rows(system.A), b=_rows(system.B), c=_rows(system.C), d=_rows(system.D), **parameters)
+        a, b, c, d = (_rows(each) for each in continuous_matrices("state_space", system))
+        return cls(a=a, b=b, c=c, d=d, **parameters)
 
     @property
     def inputs(self) -> tuple[Port, ...]:

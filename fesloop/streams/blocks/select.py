@@ -10,11 +10,11 @@ import numpy as np
 from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.signals import Port, Sample, Value
-from fesloop.models.linear_form import SampledForm, memoryless
+from fesloop.models.linear_form import BlockToControl, SampledForm, memoryless
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Select:
+class Select(BlockToControl):
     """Picks elements of a vector.
 
     Input `vector` (size,), output `elements` (len(indices),), both in `unit`.

@@ -15,7 +15,7 @@ from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.signals import Port, Sample, Value
-from fesloop.models.linear_form import SampledForm, memoryless
+from fesloop.models.linear_form import BlockToControl, SampledForm, memoryless
 
 Array = NDArray[np.float64]
 _FINGERS = ("F2", "F3", "F4", "F5")
@@ -40,7 +40,7 @@ extensors move MCP and PIP of a finger together, and DIP follows PIP)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Synergies:
+class Synergies(BlockToControl):
     """Weighted sums of joint angles, y = C angles + c: what a controller of the whole hand controls.
 
     Inputs: `angles` (f,), rad; optional `angle_sd` (f,), rad. Outputs: `synergies` (m,), rad, in the order of
