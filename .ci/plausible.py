@@ -92,7 +92,8 @@ class Case(NamedTuple):
 
 def cases(only: Sequence[str]) -> Iterator[Case]:
     """Each shipped experiment as it is, and with each option of each variant."""
-    from fesloop.experiment.files.parse import read, shipped
+    from fesloop.experiment.files.parse import read
+    from fesloop.experiment.files.source import shipped
 
     for name in shipped():
         if name in LEFT_OUT or (only and name not in only):
@@ -274,7 +275,7 @@ def main(arguments: Sequence[str]) -> int:
             print("\n    ".join((f"{case}: {len(doubts)} doubts", *doubts)), flush=True)
     doubted += sweeps_doubted(found)
     if given.studies:
-        from fesloop.analysis.study.design.study_file import shipped_studies
+        from fesloop.analysis.study.design.shipped_studies import shipped_studies
 
         for name in shipped_studies():
             if not given.only or name in given.only:

@@ -58,7 +58,7 @@ def content_digest(recording):
 
 def main(arguments):
     """Print digests, or compare them; exit code."""
-    from fesloop.experiment.files.parse import shipped
+    from fesloop.experiment.files.source import shipped
 
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--only", action="append", default=[])

@@ -242,10 +242,18 @@ def python(code, cwd=None):
 @pytest.mark.parametrize("code", ["import fesloop", "from fesloop.apps.cli import main; main([])",
                                   "from fesloop.apps.cli import main; main(['--help'])"])
 def test_import_greeting_and_help_load_nothing_heavy(code):
+    require_light(code, [])
+
+
+def test_the_list_loads_no_block_and_nothing_heavy_but_its_tables():
+    require_light("from fesloop.apps.cli import main; main(['list'])", ["rich"])
+
+
+def require_light(code, loaded):
     heavy = "print([m for m in ('numpy', 'numba', 'scipy', 'h5py', 'pydantic', 'rich') if m in sys.modules])"
     done = python(f"import atexit, sys; atexit.register(exec, {heavy!r}, {{'sys': sys}})\n{code}")
     assert done.returncode == 0
-    assert done.stdout.splitlines()[-1] == "[]"
+    assert done.stdout.splitlines()[-1] == str(loaded)
 
 
 def imported_from(*folders, cwd=None):

@@ -22,7 +22,8 @@ from fesloop.apps.cli.run_command import _kept_time
 from fesloop.apps.cli.study_command import _show
 from fesloop.apps.reproduce.comparison import band
 from fesloop.errors import InputError, InputErrors
-from fesloop.experiment.files.parse import from_document, load, read, shipped
+from fesloop.experiment.files.parse import from_document, load, read
+from fesloop.experiment.files.source import shipped
 from fesloop.experiment.metrics.lateness import EDGES_MS, histogram
 
 NUMBER = r"([\d.e+-]+)"

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from fesloop.apps.cli import main
 from fesloop.apps.cli.parser import make_parser
 from fesloop.experiment.files.layout import guide_of
-from fesloop.experiment.files.parse import read, shipped
+from fesloop.experiment.files.parse import read
+from fesloop.experiment.files.source import shipped
 
 GUIDES = {name: guide_of(read(name)[1]) for name in shipped()}
 LAYOUT = """rate = 50

@@ -63,7 +63,7 @@ def test_an_error_that_falls_beyond_its_interval_is_doubted(plausible):
 
 
 def test_every_shipped_experiment_is_run_or_left_out(plausible):
-    from fesloop.experiment.files.parse import shipped
+    from fesloop.experiment.files.source import shipped
 
     run = {case.name for case in plausible.cases([])}
     assert run | plausible.LEFT_OUT == set(shipped())

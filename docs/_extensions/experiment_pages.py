@@ -12,8 +12,8 @@ from typing import Any
 
 from markdown_text import cell, code, table, with_links
 
-from fesloop.experiment.files.overlay import listed
 from fesloop.experiment.files.parse import read
+from fesloop.experiment.files.variants import listed
 
 PICTURES = Path(__file__).resolve().parents[1] / "_pictures"
 

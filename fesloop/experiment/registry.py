@@ -1,23 +1,73 @@
-"""Block kinds: what `kind = "..."` in an experiment may say, found through entry points.
+"""Block kinds, patients, identification and calibration, found through entry points.
 
-A package of anybody's adds a kind by an entry point of the group "fesloop.blocks" whose value names the
-frozen dataclass that is the block or plant.
+Any package adds a kind, a value of `kind = "..."` in experiment files, by an entry point of the group
+"fesloop.blocks" whose value names the frozen dataclass of the block or plant. Of the other groups the first
+entry by name counts: that of "fesloop.patients" names a module with the functions of `PatientReader`, those
+of "fesloop.identifiers" and "fesloop.calibrators" name functions from the path of a recording to an object
+whose `model` or `calibration` can be saved.
 """
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable, Mapping
 from functools import cache
+from importlib.machinery import PathFinder
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, cast
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from fesloop.errors import InputError, did_you_mean
 
-GROUP = "fesloop.blocks"
+if TYPE_CHECKING:
+    from fesloop.hand.anthropometry import HandSize
+
+BLOCKS, PATIENTS = "fesloop.blocks", "fesloop.patients"
+IDENTIFIERS, CALIBRATORS = "fesloop.identifiers", "fesloop.calibrators"
+"""Groups of entry points."""
+
+
+class Patient(Protocol):
+    """A patient as experiments use it."""
+
+    @property
+    def hand_size(self) -> HandSize:
+        """Value of every block parameter `hand: HandSize`."""
+
+    def member(self, *, cohort: int, number: int) -> Patient:
+        """One of the patients of this kind."""
+
+    def on_day(self, number: int) -> Patient:
+        """The same patient on another day."""
+
+    def table(self) -> dict[str, Any]:
+        """Plain tables of the patient, from which `from_table` makes the same one."""
+
+    def parameters(self, kind: str, own: Mapping[str, Any]) -> dict[str, Any]:
+        """Plain parameters for a block of a kind whose own table in the experiment is `own`."""
+
+
+class PatientReader(Protocol):
+    """Functions of the module that reads patients; all raise InputError for invalid patients."""
+
+    def presets(self) -> dict[str, str]:
+        """Names of the presets, with a description each."""
+
+    def load(self, file: str) -> Patient:
+        """A preset, or the patient of a file."""
+
+    def from_table(self, tables: Mapping[str, Any], name: str) -> Patient:
+        """The patient of plain tables; `name` leads every fault."""
 
 
 @cache
 def _entries() -> dict[str, EntryPoint]:
-    return {entry.name: entry for entry in entry_points(group=GROUP)}
+    return {entry.name: entry for entry in entry_points(group=BLOCKS)}
+
+
+@cache
+def _first(group: str) -> EntryPoint | None:
+    return next(iter(sorted(entry_points(group=group), key=lambda entry: entry.name)), None)
 
 
 def kinds() -> list[str]:
@@ -27,7 +77,7 @@ def kinds() -> list[str]:
 
 @cache
 def find(kind: str) -> type[Any]:
-    """The block class of a kind.
+    """Import the block class of a kind.
 
     Raises InputError for an unknown kind, and for one whose package does not import.
     """
@@ -35,7 +85,7 @@ def find(kind: str) -> type[Any]:
     if entry is None:
         remedy = (did_you_mean(kind, kinds()) if ":" not in kind else
                   "a class becomes a kind by an entry point of an installed package, in the group "
-                  f'"{GROUP}"; in Python give an object of it to Node')
+                  f'"{BLOCKS}"; in Python give an object of it to Node')
         raise InputError("kind", f"there is no block kind {kind!r}", ", ".join(kinds()), remedy)
     try:
         return cast("type[Any]", entry.load())
@@ -47,11 +97,69 @@ def find(kind: str) -> type[Any]:
 
 
 def kind_of(block: type[Any]) -> str:
-    """The kind under which a class is registered, else "module:Class"."""
+    """Kind under which a class is registered; "module:Class" if there is none."""
     value = f"{block.__module__}:{block.__qualname__}"
     return next((name for name, entry in _entries().items() if entry.value == value), value)
 
 
 def summary(kind: str) -> str:
-    """First line of the docstring of a kind's class."""
+    """First line of the docstring of a kind's class.
+
+    It is read from the source, because importing every block takes seconds; a class without a docstring
+    there is imported.
+    """
+    entry = _entries().get(kind)
+    source = _source(entry.module) if entry is not None else None
+    if entry is not None and source is not None:
+        head = rf'^class {re.escape(entry.attr)}\b[^"\']*?:\n\s+r?"""(.*?)(?:"""|$)'
+        found = re.search(head, source.read_text("utf-8"), re.MULTILINE)
+        if found:
+            return found[1].strip()
     return (find(kind).__doc__ or "").strip().partition("\n")[0]
+
+
+def _source(module: str) -> Path | None:
+    """Source file of a module, found without an import of its packages; None if there is none."""
+    places = None
+    parts = module.split(".")
+    for depth in range(len(parts)):
+        spec = PathFinder.find_spec(".".join(parts[:depth + 1]), places)
+        if spec is None:
+            return None
+        places = spec.submodule_search_locations
+    return Path(spec.origin) if spec and spec.origin and spec.origin.endswith(".py") else None
+
+
+def patient_reader() -> PatientReader:
+    """The installed reader of patients. Raises InputError if there is none."""
+    entry = _first(PATIENTS)
+    if entry is None:
+        raise InputError("patient", "no installed package reads patients",
+                         remedy=f"install one with an entry point in {PATIENTS!r}")
+    try:
+        return cast("PatientReader", entry.load())
+    except (ImportError, AttributeError) as fault:
+        raise InputError("patient", f"the reader of patients {entry.name!r} ({entry.value}) does not import: "
+                         f"{fault}", remedy="reinstall the package that provides it") from fault
+
+
+def patient_presets() -> dict[str, str]:
+    """Installed patients with a description each; none if no installed package reads patients."""
+    return {} if _first(PATIENTS) is None else patient_reader().presets()
+
+
+def identifier() -> Callable[..., Any]:
+    """The function that identifies a patient's model. Raises InputError if none is installed."""
+    return _function(IDENTIFIERS, "identify", "no installed package identifies models")
+
+
+def calibrator() -> Callable[..., Any]:
+    """The function that calibrates a recording. Raises InputError if none is installed."""
+    return _function(CALIBRATORS, "calibrate", "no installed package calibrates recordings")
+
+
+def _function(group: str, command: str, found: str) -> Callable[..., Any]:
+    entry = _first(group)
+    if entry is None:
+        raise InputError(command, found, remedy=f"install one with an entry point in {group!r}")
+    return cast("Callable[..., Any]", entry.load())

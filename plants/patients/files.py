@@ -7,22 +7,27 @@ from collections.abc import Mapping
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Any
-
-from pydantic import TypeAdapter, ValidationError
+from typing import TYPE_CHECKING, Any
 
 from fesloop.errors import InputError, InputErrors, did_you_mean
-from fesloop.forms.faults import faults_of
-from fesloop.forms.schema import build, hints_of, keys_at, table
 from fesloop.forms.toml import TomlError, tables_of
 from fesloop.given_files import read_whole
-from plants.patients.patient import Patient
+
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter
+
+    from plants.patients.patient import Patient
 
 
 def names() -> list[str]:
     """Names of the presets."""
     folder = resources.files("plants") / "patients"
     return sorted(file.name.removesuffix(".toml") for file in folder.iterdir() if file.name.endswith(".toml"))
+
+
+def presets() -> dict[str, str]:
+    """Names of the presets, with a description each."""
+    return {name: str(_tables(name, _preset(name)).get("description", "")) for name in names()}
 
 
 def load(file: str | Path) -> Patient:
@@ -35,20 +40,31 @@ def load(file: str | Path) -> Patient:
         if text not in names():
             raise InputError(text, "there is no patient of this name", ", ".join(names()),
                              did_you_mean(text, names()) or "or give the path of a .toml file")
-        content = (resources.files("plants") / "patients" / f"{text}.toml").read_bytes()
+        content = _preset(text)
     else:
         content = read_whole(text, "a patient's file")
+    return from_table(_tables(text, content), text)
+
+
+def _preset(name: str) -> bytes:
+    return (resources.files("plants") / "patients" / f"{name}.toml").read_bytes()
+
+
+def _tables(name: str, content: bytes) -> dict[str, Any]:
+    """Tables of a patient's file; `name` leads every fault."""
     try:
-        tables = tables_of(content.decode("utf-8-sig"))
+        return tables_of(content.decode("utf-8-sig"))
     except UnicodeDecodeError as fault:
-        raise InputError(text, f"is not UTF-8 text (byte {fault.start})", "a TOML file") from None
+        raise InputError(name, f"is not UTF-8 text (byte {fault.start})", "a TOML file") from None
     except TomlError as fault:
-        raise InputError(text, f"is not TOML: {fault}", remedy="mend the line") from None
-    return from_table(tables, text)
+        raise InputError(name, f"is not TOML: {fault}", remedy="mend the line") from None
 
 
 def from_table(tables: Mapping[str, Any], name: str = "patient") -> Patient:
     """The patient that plain tables describe, such as those of a file; `name` leads every fault."""
+    from fesloop.forms.schema import build, hints_of
+    from plants.patients.patient import Patient
+
     document = dict(tables)
     faults = _faults_of_form(document)
     wrong = {fault.where.partition(".")[0].partition("[")[0] for fault in faults}
@@ -72,13 +88,23 @@ def from_table(tables: Mapping[str, Any], name: str = "patient") -> Patient:
 
 @cache
 def _form() -> tuple[Any, TypeAdapter[Any]]:
-    """Typed dict of a patient's tables, and what holds them against it."""
+    """Typed dict of a patient's tables, and its validator."""
+    from pydantic import TypeAdapter
+
+    from fesloop.forms.schema import table
+    from plants.patients.patient import Patient
+
     form = table(Patient, {})
     return form, TypeAdapter(form)
 
 
 def _faults_of_form(document: dict[str, Any]) -> list[InputError]:
     """Unknown and missing keys, and values of the wrong type."""
+    from pydantic import ValidationError
+
+    from fesloop.forms.faults import faults_of
+    from fesloop.forms.schema import keys_at
+
     form, adapter = _form()
     try:
         adapter.validate_json(json.dumps(document))

@@ -17,7 +17,8 @@ import fesloop.show.figures
 from fesloop.apps.cli.parser import make_parser
 from fesloop.apps.cli.reproduce_command import PAPERS
 from fesloop.experiment import registry
-from fesloop.experiment.files.parse import read, shipped
+from fesloop.experiment.files.parse import read
+from fesloop.experiment.files.source import shipped
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PACKAGES = ("controllers", "plants", "estimators", "fesloop")

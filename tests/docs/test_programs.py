@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 from fesloop import InputError
-from fesloop.experiment.files.parse import shipped
+from fesloop.experiment.files.source import shipped
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 

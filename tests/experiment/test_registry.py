@@ -42,3 +42,14 @@ def test_an_interrupt_while_importing_is_an_interrupt(broken):
 def test_a_class_that_is_no_kind_is_told_how_to_become_one(kind):
     with pytest.raises(InputError, match=r"entry point .*fesloop\.blocks.*Node"):
         registry.find(kind)
+
+
+def test_summaries_are_the_first_lines_of_docstrings():
+    for kind in registry.kinds():
+        assert registry.summary(kind) == registry.find(kind).__doc__.strip().partition("\n")[0]
+        assert registry.summary(kind)
+
+
+def test_the_summary_of_a_class_without_a_source_is_read_from_the_class(monkeypatch):
+    monkeypatch.setattr(registry, "_source", lambda module: None)
+    assert registry.summary("pid") == registry.find("pid").__doc__.strip().partition("\n")[0]

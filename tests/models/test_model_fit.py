@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import from_document
-from fesloop.experiment.identifying import identifier
-from fesloop.experiment.registry import find
+from fesloop.experiment.registry import find, identifier
 from fesloop.models.patient_model import LEAST_FIT, PatientModel, load_patient_model, shipped_models
 
 OUTPUTS = ("MCP", "PIP", "DIP")

@@ -18,7 +18,8 @@ from typing import Any
 
 from fesloop.errors import RunError
 from fesloop.experiment.files.layout import Guide, guide_of
-from fesloop.experiment.files.parse import read, shipped
+from fesloop.experiment.files.parse import read
+from fesloop.experiment.files.source import shipped
 
 _SHORT_S = 10.0
 _INPUTS = {"a recording", "a run", "an error process", "a live stream"}

@@ -7,7 +7,7 @@ from argparse import Namespace
 from typing import Any
 
 from fesloop.apps.cli.output import free_target, print_made, print_table, progress_bar
-from fesloop.experiment.identifying import calibrator
+from fesloop.experiment.registry import calibrator
 from fesloop.forms.schema import plain
 
 

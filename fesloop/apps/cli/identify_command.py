@@ -8,7 +8,7 @@ from typing import Any
 
 from fesloop.apps.cli.output import free_target, print_made, print_table, progress_bar
 from fesloop.errors import InputError
-from fesloop.experiment.identifying import identifier
+from fesloop.experiment.registry import identifier
 from fesloop.models.patient_model import require_usable
 
 

@@ -5,18 +5,15 @@ from __future__ import annotations
 import sys
 from argparse import Namespace
 from collections.abc import Mapping
-from dataclasses import asdict
 from typing import Any
 
-from fesloop.analysis.study.design.study_file import described_studies
+from fesloop.analysis.study.design.shipped_studies import described_studies
 from fesloop.analysis.study.results.quantities import duration_text
 from fesloop.apps.cli.output import print_json, print_table
 from fesloop.errors import InputError
 from fesloop.experiment import registry
-from fesloop.experiment.files.layout import Guide, guide_of
-from fesloop.experiment.files.overlay import listed
-from fesloop.experiment.files.parse import read, shipped
-from fesloop.experiment.files.patients import presets
+from fesloop.experiment.files.source import read_experiment, shipped
+from fesloop.experiment.files.variants import listed
 
 _JOBS = {"closed_loop": "A closed loop around a virtual patient",
          "array_search": "Electrodes searched for on arrays",
@@ -31,11 +28,11 @@ _COMPILING = ("takes: run time once code is compiled, measured on one machine. T
 
 def execute(args: Namespace) -> int:
     """Print shipped experiments and their variants, studies, block kinds and patients."""
-    documents = {name: read(name)[1] for name in shipped()}
+    documents = {name: read_experiment(name)[1] for name in shipped()}
     experiments = {name: _experiment(each) for name, each in documents.items()}
     variants = {name: listed(each) for name, each in documents.items() if "variants" in each}
     kinds = {kind: _summary(kind) for kind in registry.kinds()}
-    patients, studies = presets(), described_studies()
+    patients, studies = registry.patient_presets(), described_studies()
     if args.json:
         print_json({"experiments": experiments, "variants": variants, "studies": studies, "kinds": kinds,
                     "patients": patients})
@@ -56,16 +53,18 @@ def execute(args: Namespace) -> int:
 
 def _experiment(document: Mapping[str, Any]) -> dict[str, Any]:
     """Description and guide of a shipped experiment."""
-    guide = guide_of(document)
-    return {"description": _description(document), **(asdict(guide) if guide else {})}
+    optional: dict[str, Any] = {"needs": [], "needs_with": {}, "try_next": []}
+    guide = document.get("guide")
+    return {"description": _description(document), **(optional | guide if guide else {})}
 
 
 def _print_experiments(documents: Mapping[str, Mapping[str, Any]]) -> None:
     """Print a table of experiments for each job."""
-    guides = {name: guide for name, each in documents.items() if (guide := guide_of(each)) is not None}
+    guides = {name: each["guide"] for name, each in documents.items() if "guide" in each}
     for job, title in _JOBS.items():
-        rows = [(name, duration_text(guide.takes_s), ", ".join(guide.needs), _description(documents[name]))
-                for name, guide in guides.items() if guide.job == job]
+        rows = [(name, duration_text(guide["takes_s"]), ", ".join(guide.get("needs", ())),
+                 _description(documents[name]))
+                for name, guide in guides.items() if guide["job"] == job]
         print_table(title, ("name", "takes", "needs", "what it is"), rows, sys.stdout)
         print()
     print(_COMPILING)
@@ -78,11 +77,11 @@ def _description(document: Mapping[str, Any]) -> str:
     return str(document["experiment"].get("description", ""))
 
 
-def _needs_of_settings(guides: Mapping[str, Guide]) -> list[tuple[str, str, str]]:
+def _needs_of_settings(guides: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str, str]]:
     """Settings that need something, what they need, and the experiments that have them."""
     found: dict[tuple[str, str], list[str]] = {}
     for name, guide in guides.items():
-        for pair in guide.needs_with.items():
+        for pair in guide.get("needs_with", {}).items():
             found.setdefault(pair, []).append(name)
     return [(setting, need, ", ".join(names)) for (setting, need), names in found.items()]
 

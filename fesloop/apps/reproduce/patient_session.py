@@ -15,7 +15,7 @@ from typing import Any
 from fesloop.errors import InputError, RunError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load
-from fesloop.experiment.identifying import identifier
+from fesloop.experiment.registry import identifier
 from fesloop.experiment.running.trial import run
 
 Kept = dict[str, Any]

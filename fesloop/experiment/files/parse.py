@@ -15,9 +15,10 @@ from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment import registry
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.layout import experiment_table
-from fesloop.experiment.files.overlay import Picked, apply_settings, extended, of_its_own, pick
 from fesloop.experiment.files.patients import patient_of, with_models, with_patient
-from fesloop.experiment.files.source import Shelf, placed, read_tables
+from fesloop.experiment.files.settings import apply_settings
+from fesloop.experiment.files.source import read_experiment
+from fesloop.experiment.files.variants import Picked, pick
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.wanted import Record, Score
@@ -147,14 +148,6 @@ def _durations_ns(recording: Recording, block: str, trial: int) -> list[int]:
 _PLACE = ("kind", "rate", "clock", "offset_ms", "execution")
 
 
-EXPERIMENTS = Shelf("experiment", "fesloop.experiment", placed)
-
-
-def shipped() -> list[str]:
-    """Names of the experiments that come with fesloop."""
-    return EXPERIMENTS.names()
-
-
 def load(experiment: str | Path, settings: Sequence[str] = (), seed: int | None = None) -> Experiment:
     """The experiment of a file, a shipped one by its name, or that of a recording, to repeat it.
 
@@ -190,8 +183,7 @@ def read(experiment: str | Path) -> tuple[str, dict[str, Any]]:
     text = str(experiment)
     if text.endswith(".h5"):
         return text, document_of(Path(text))
-    name, document, _ = read_tables(experiment, EXPERIMENTS, extended)
-    return name, of_its_own(document)
+    return read_experiment(experiment)
 
 
 @one_blas_thread()

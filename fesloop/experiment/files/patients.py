@@ -1,7 +1,4 @@
 """`[patient]`: whose hand, forearm and muscles the blocks of an experiment are.
-
-A package of anybody's reads patients by an entry point of the group "fesloop.patients" whose value names a
-module with the functions of `PatientReader`.
 """
 
 from __future__ import annotations
@@ -10,12 +7,12 @@ import copy
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import Any, NotRequired, Protocol, Required, TypeGuard, cast, get_args
+from typing import Any, NotRequired, Required, TypeGuard, get_args
 
 from fesloop.errors import InputError, InputErrors
+from fesloop.experiment import registry
+from fesloop.experiment.registry import Patient
 from fesloop.forms.schema import Kinds, closed, hints_of, plain
 from fesloop.hand.anthropometry import HandSize
 from fesloop.models.calibration import Calibration, calibration_table
@@ -29,7 +26,6 @@ from fesloop.models.patient_model import (
     require_usable,
 )
 
-GROUP = "fesloop.patients"
 _TABLES: dict[Any, Callable[[Path], dict[str, Any]]] = {
     ErrorProcess: error_process_table, Calibration: calibration_table}
 """Readers of the files of parameters that need no check against the patient."""
@@ -40,64 +36,13 @@ CHOICE = closed("PatientChoice", {
 the patient that came of it, as a recording keeps it, in place of the file."""
 
 
-class Patient(Protocol):
-    """A patient as experiments need it."""
-
-    @property
-    def hand_size(self) -> HandSize:
-        """What every block is told that has a parameter `hand: HandSize`."""
-
-    def member(self, *, cohort: int, number: int) -> Patient:
-        """One of the patients of this kind."""
-
-    def on_day(self, number: int) -> Patient:
-        """The patient on one day."""
-
-    def table(self) -> dict[str, Any]:
-        """The patient as plain tables, from which `from_table` makes the same one."""
-
-    def parameters(self, kind: str, own: Mapping[str, Any]) -> dict[str, Any]:
-        """Plain parameters of a block of a kind, of which the experiment itself says `own`."""
-
-
-class PatientReader(Protocol):
-    """What the module behind an entry point offers; all raise InputError for what cannot be."""
-
-    def names(self) -> list[str]:
-        """Presets."""
-
-    def load(self, file: str) -> Patient:
-        """A preset, or the patient of a file."""
-
-    def from_table(self, tables: Mapping[str, Any], name: str) -> Patient:
-        """The patient of plain tables; `name` leads every fault."""
-
-
-@cache
-def _entry() -> EntryPoint | None:
-    return next(iter(sorted(entry_points(group=GROUP), key=lambda entry: entry.name)), None)
-
-
-def reader() -> PatientReader:
-    """What reads patients: the first entry of the group, by name. Raises InputError if there is none."""
-    entry = _entry()
-    if entry is None:
-        raise InputError("patient", "no installed package reads patients",
-                         remedy=f"install one with an entry point in {GROUP!r}")
-    try:
-        return cast("PatientReader", entry.load())
-    except (ImportError, AttributeError) as fault:
-        raise InputError("patient", f"the reader of patients {entry.name!r} ({entry.value}) does not import: "
-                         f"{fault}", remedy="reinstall the package that provides it") from fault
-
-
 def drawn_patient(choice: Mapping[str, Any]) -> Patient:
     """The patient of a table [patient]. Raises InputError, InputErrors."""
     if "drawn" in choice:
-        return reader().from_table(choice["drawn"], "patient.drawn")
+        return registry.patient_reader().from_table(choice["drawn"], "patient.drawn")
     if "cohort" in choice and "member" not in choice:
         raise InputError("patient.member", "is missing beside cohort", "an integer", "add it")
-    patient = reader().load(choice["file"])
+    patient = registry.patient_reader().load(choice["file"])
     if "member" in choice:
         patient = patient.member(cohort=choice.get("cohort", 0), number=choice["member"])
     return patient.on_day(choice["day"]) if "day" in choice else patient
@@ -195,21 +140,6 @@ def describe(choice: Mapping[str, Any]) -> str:
     if "member" in choice:
         text += f", member {choice['member']} of cohort {choice.get('cohort', 0)}"
     return f"{text}, day {choice['day']}" if "day" in choice else text
-
-
-def presets() -> dict[str, str]:
-    """Patients that come with what is installed, with a line each; none where nothing reads any."""
-    if _entry() is None:
-        return {}
-    return {name: str(reader().load(name).table().get("description", "")) for name in reader().names()}
-
-
-def require_no_other(document: Mapping[str, Any], key: str, name: str) -> None:
-    """Raise InputError for a setting of a patient who is drawn already, as in a recording."""
-    choice = document.get("patient")
-    if isinstance(choice, dict) and "drawn" in choice:
-        raise InputError(f"--set {key}", f"{name} holds a patient who is drawn already",
-                         remedy="set it on the experiment file, and run that")
 
 
 def with_models(document: dict[str, Any], kinds: Kinds, *, patient_known: bool = True) -> dict[str, Any]:

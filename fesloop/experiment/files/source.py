@@ -1,9 +1,9 @@
-"""The tables of a TOML file, laid over those of the file that it extends.
+"""Experiment and study files as tables, each laid over the file that it extends.
 
     extends = "hand_rig"
 
-names a shipped file, or the path of one of the user's, from the folder of the file that says so. What a file
-says is laid over what it extends; that may extend another.
+names a shipped file, or the path of a user's file relative to the folder of the extending file. An extended
+file may itself extend another.
 """
 
 from __future__ import annotations
@@ -14,37 +14,38 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from fesloop.errors import InputError, did_you_mean
+from fesloop.experiment.files.overlay import Tables, extended, of_its_own
 from fesloop.forms.toml import TomlError, tables_of
 from fesloop.given_files import read_whole
-from fesloop.models.patient_model import shipped_models
 
-Tables = dict[str, Any]
 Overlay = Callable[[Tables, Mapping[str, Any]], Tables]
 DEEPEST = 16
-"""Files that extend each other (chosen)."""
+"""Most files that extend each other (chosen)."""
 
 
 class Shelf(NamedTuple):
-    """Where shipped files of one kind are.
+    """Shipped files of one kind, and how files of that kind are read.
 
     Attributes
     ----------
-    what: what a file is, for messages, such as "experiment".
-    package: whose folder `shipped` holds them, and whose folder `shipped/parts` files that others extend.
-    placed: of the tables of a user's file, and its folder: the same, with the paths in them starting there.
+    what: kind of file for messages, such as "experiment".
+    package: package with the files in its folder `shipped`, and those that others extend in `shipped/parts`.
+    overlay: lays tables over those that they extend.
+    placed: makes the paths in a user's tables relative to the current folder, given those and their folder.
     """
 
     what: str
     package: str
+    overlay: Overlay
     placed: Callable[[Tables, Path], Tables] = lambda tables, _: tables
 
     @property
     def a_file(self) -> str:
-        """A file of this kind, for messages."""
+        """Noun phrase for messages: "an experiment file"."""
         return f"{'an' if self.what[0] in 'aeiou' else 'a'} {self.what} file"
 
     def names(self, parts: bool = False) -> list[str]:
-        """Names of shipped files; with `parts` also of those that are only there to be extended."""
+        """Names of shipped files; with `parts` also of those that only serve to be extended."""
         folder = resources.files(self.package) / "shipped"
         found = [*folder.iterdir()]
         if parts and (folder / "parts").is_dir():
@@ -52,24 +53,19 @@ class Shelf(NamedTuple):
         return sorted(file.name.removesuffix(".toml") for file in found if file.name.endswith(".toml"))
 
     def content(self, name: str) -> bytes:
-        """A shipped file."""
+        """Bytes of a shipped file."""
         folder = resources.files(self.package) / "shipped"
         file = folder / f"{name}.toml"
         return (file if file.is_file() else folder / "parts" / f"{name}.toml").read_bytes()
 
 
-def read_tables(source: str | Path, shelf: Shelf, overlay: Overlay) -> tuple[str, Tables, Path | None]:
-    """Name for messages, tables, and the folder of a file; None for a shipped one.
+def read_tables(source: str | Path, shelf: Shelf, folder: Path | None = None,
+                below: tuple[str, ...] = ()) -> tuple[str, Tables, Path | None]:
+    """Read a file: its name for messages, its tables, and its folder (None for a shipped file).
 
-    `overlay(base, tables)` lays tables over what they extend. Raises InputError for a file that cannot be
-    read or is not TOML, for what it extends and cannot, and whatever `overlay` raises, with the file's name.
+    `folder` is that of the file that extends it, and `below` are all that do. Raises InputError for a file
+    that cannot be read, is not TOML, or extends what it cannot; the name of the file leads every fault.
     """
-    return _read(source, shelf, overlay, None, ())
-
-
-def _read(source: str | Path, shelf: Shelf, overlay: Overlay, folder: Path | None,
-          below: tuple[str, ...]) -> tuple[str, Tables, Path | None]:
-    """As `read_tables`; from the folder of the file that extends it, `below` those that do."""
     text = str(source)
     shipped = isinstance(source, str) and not text.endswith(".toml") and "/" not in text
     path = None if shipped else (folder or Path()) / Path(source)
@@ -85,11 +81,11 @@ def _read(source: str | Path, shelf: Shelf, overlay: Overlay, folder: Path | Non
         raise InputError(f"{name}: extends", f"{extended!r} is no text", f"name or path of {shelf.a_file}")
     if name in below or len(below) == DEEPEST:
         raise InputError(f"{name}: extends",
-                         "leads round in a circle" if name in below else "leads too deep",
+                         "refers back to this file" if name in below else "is nested too deeply",
                          f"a file that extends at most {DEEPEST} others, and not itself")
-    base = _read(extended, shelf, overlay, path.parent if path else None, (*below, name))[1]
+    base = read_tables(extended, shelf, path.parent if path else None, (*below, name))[1]
     try:
-        return name, overlay(base, document), path and path.parent
+        return name, shelf.overlay(base, document), path and path.parent
     except InputError as fault:
         raise fault.within(name) from None
 
@@ -112,17 +108,17 @@ def _tables(name: str, content: bytes) -> Tables:
 
 
 _KEYS = ("file", "path", "recording", "layout")
-"""Parameters of blocks, and of tables in them, whose text is a path."""
+"""Parameters of blocks, and of tables in blocks, whose text is a path."""
 _SHIPPED = "shipped:"
 
 
 def placed(document: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """The tables of an experiment file in a folder, the paths in them as seen from the current folder."""
+    """Make the paths in a file's tables, which start from its folder, relative to the current folder."""
     return {key: _placed((key,), value, folder) for key, value in document.items()}
 
 
 def placed_value(path: Sequence[str], value: Any, folder: Path | None) -> Any:
-    """What a file in a folder puts at a path of an experiment; None: a file that is shipped."""
+    """The value of one key, as `placed` makes it; `folder` is None for a shipped file."""
     return value if folder is None else _placed(tuple(path), value, folder)
 
 
@@ -141,4 +137,22 @@ def _is_path(path: tuple[str, ...], text: str) -> bool:
         return text.endswith(".toml") or "/" in text
     if path[0] != "blocks" or len(path) < 3 or path[-1] not in _KEYS:
         return False
-    return bool(text) and not text.startswith(_SHIPPED) and text not in shipped_models()
+    if not text or text.startswith(_SHIPPED):
+        return False
+    from fesloop.models.patient_model import shipped_models
+
+    return text not in shipped_models()
+
+
+EXPERIMENTS = Shelf("experiment", "fesloop.experiment", extended, placed)
+
+
+def shipped() -> list[str]:
+    """Names of the experiments that come with fesloop."""
+    return EXPERIMENTS.names()
+
+
+def read_experiment(experiment: str | Path) -> tuple[str, Tables]:
+    """Read an experiment file: its name for messages, and its tables over those that it extends."""
+    name, document, _ = read_tables(experiment, EXPERIMENTS)
+    return name, of_its_own(document)

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from fesloop.analysis.study.design.study_file import read_study
 from fesloop.errors import InputError
 from fesloop.experiment.files.layout import json_schema
-from fesloop.experiment.files.parse import load, read, shipped
+from fesloop.experiment.files.parse import load, read
+from fesloop.experiment.files.source import shipped
 
 BASE = """
 [experiment]
@@ -99,14 +100,14 @@ def test_rigs_are_not_listed_and_cannot_be_run_by_name():
 
 
 @pytest.mark.parametrize(("text", "told"), [
-    ('extends = "mine.toml"\n', "leads round in a circle"),
+    ('extends = "mine.toml"\n', "refers back to this file"),
     ("extends = 3\n", "3 is no text"),
     ('extends = "hand_rigg"\n', "did you mean 'hand_rig'"),
     ('extends = "nowhere.toml"\n', "cannot be read"),
     ('extends = "grasp_mpc"\nremove = ["blocks.gripp"]\n', "there is no 'blocks.gripp'"),
     ('extends = "grasp_mpc"\nremove = ["variants.trackr"]\n', "there is no 'variants.trackr'"),
     ('extends = "grasp_mpc"\nremove = "blocks.grip"\n', "a list of key paths"),
-    ('extends = "grasp_mpc"\nblocks = 3\n', "can be laid over"),
+    ('extends = "grasp_mpc"\nblocks = 3\n', "cannot be merged with another file"),
     ('extends = "grasp_mpc"\n[blocks.controller]\nhorizn = 3\n', "horizn: unknown key"),
 ])
 def test_what_cannot_be_extended_is_refused_in_a_line(tmp_path, text, told):
@@ -146,7 +147,7 @@ default = "pid"
 def test_no_variant_of_what_is_extended_overrules_the_file(tmp_path):
     """Gains of a file's own used to be lost to those of the option that it picks from the other file."""
     overruled = lay(tmp_path, "overruled", PID + "[blocks.controller]\nkp = [3.0, 3.0, 3.0]\n")
-    with pytest.raises(InputError, match=r"blocks.controller.kp: is said by the file, and changed by "
+    with pytest.raises(InputError, match=r"blocks.controller.kp: is set by the file, and changed by "
                                          r"variants.control.pid of what it extends"):
         load(overruled)
     said = lay(tmp_path, "said", PID + "[variants.control.pid.blocks.controller]\nkp = [3.0, 3.0, 3.0]\n")
@@ -156,7 +157,7 @@ def test_no_variant_of_what_is_extended_overrules_the_file(tmp_path):
     assert load(both).document()["blocks"]["controller"]["kp"] == [3.0, 3.0, 3.0]
     deeper = lay(tmp_path, "deeper", 'extends = "said.toml"\n[experiment]\nname = "deeper"\n'
                                      "[blocks.controller]\nkp = [2.0, 2.0, 2.0]\n")
-    with pytest.raises(InputError, match=r"blocks.controller.kp: is said by the file"):
+    with pytest.raises(InputError, match=r"blocks.controller.kp: is set by the file"):
         load(deeper)
 
 

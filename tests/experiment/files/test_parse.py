@@ -10,7 +10,8 @@ import fesloop
 from controllers.pid import Pid
 from controllers.reference import MinimumJerk
 from fesloop import Duration, Experiment, InputError, Node, Score, Wire
-from fesloop.experiment.files.parse import from_document, read, shipped
+from fesloop.experiment.files.parse import from_document, read
+from fesloop.experiment.files.source import shipped
 from fesloop.forms.faults import wire_place
 from fesloop.forms.schema import make
 from fesloop.models.linear_model import LinearModel, Recruitment

@@ -5,15 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError
-from fesloop.experiment.files.overlay import (
-    combined,
-    cut_off,
-    key_parts,
-    key_text,
-    keyed,
-    patched,
-    plain_lists,
-)
+from fesloop.experiment.files.overlay import key_parts, key_text, keyed, patched, plain_lists
+from fesloop.experiment.files.variants import combined, cut_off
 
 NAMES = ["pid", "hand", "imus", "tracker", "finger"]
 values = st.one_of(st.integers(0, 2), st.booleans(), st.sampled_from([0.0, 1.0, "x"]),

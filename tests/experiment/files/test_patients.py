@@ -12,7 +12,7 @@ import pytest
 import fesloop
 from fesloop import InputError
 from fesloop.apps.cli import main
-from fesloop.experiment.files import patients
+from fesloop.experiment import registry
 from fesloop.experiment.files.layout import json_schema
 from fesloop.experiment.files.parse import from_document, read
 from fesloop.experiment.recording.reading import Recording
@@ -114,7 +114,7 @@ def test_a_recording_is_repeated_without_the_patients_file(tmp_path):
 
 def test_a_recordings_patient_cannot_be_another_one(tmp_path):
     recording = fesloop.load(CHAIN).run(tmp_path).recording
-    with pytest.raises(InputError, match="drawn already; set it on the experiment file"):
+    with pytest.raises(InputError, match="already contains the patient of its run; set it on the"):
         fesloop.load(recording, ["patient.member=4"])
 
 
@@ -198,17 +198,17 @@ class Entry:
     ((), "no installed package reads patients"),
     ((Entry("broken", ImportError("no numpy")),), "'broken' .* does not import: no numpy")])
 def test_a_reader_that_is_not_there_is_named(monkeypatch, entries, found):
-    monkeypatch.setattr(patients, "entry_points", lambda group: entries)
-    patients._entry.cache_clear()
+    monkeypatch.setattr(registry, "entry_points", lambda group: entries)
+    registry._first.cache_clear()
     try:
         with pytest.raises(InputError, match=found):
             fesloop.load(CHAIN)
     finally:
-        patients._entry.cache_clear()
+        registry._first.cache_clear()
 
 
 def test_the_group_has_a_reader():
-    assert [entry.value for entry in importlib.metadata.entry_points(group=patients.GROUP)] == [
+    assert [entry.value for entry in importlib.metadata.entry_points(group=registry.PATIENTS)] == [
         "plants.patients.files"]
 
 

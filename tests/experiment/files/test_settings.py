@@ -4,7 +4,7 @@ import pytest
 
 from fesloop import load
 from fesloop.errors import InputError
-from fesloop.experiment.files.overlay import apply_settings
+from fesloop.experiment.files.settings import apply_settings
 
 DOCUMENT = {
     "experiment": {"name": "x", "seed": 1},

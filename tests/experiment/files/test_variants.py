@@ -15,8 +15,8 @@ from fesloop import Recording
 from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.files.layout import json_schema
-from fesloop.experiment.files.overlay import pick
 from fesloop.experiment.files.parse import from_document
+from fesloop.experiment.files.variants import pick
 
 SMALL = (Path(__file__).parents[1] / "small.toml").read_text().partition("[aliases]")[0]
 TABLES = ["experiment", "patient", "record", "blocks", "wires", "score", "aliases"]
@@ -179,7 +179,7 @@ def test_what_cannot_be_picked_is_refused_in_one_line(file, settings, found):
     (('default = "finger"', 'default = "fingr"'), "'fingr' is no option of plant; allowed: finger,"),
     (('default = "finger"', "default = 3"), "variants.plant.default: 3 is no option of plant"),
     (('like = "weak"', 'like = "week"'), "variants.plant.fmu.like: 'week' is no option of plant"),
-    (('like = "weak"', 'like = "fmu"'), "variants.plant.fmu.like: leads round in a circle"),
+    (('like = "weak"', 'like = "fmu"'), "variants.plant.fmu.like: refers back to itself"),
     (("score.truth", "scores.truth"), "variants.plant.fmu.scores: unknown key; allowed: aliases, blocks,"),
     (("latency_ms = 20 }", "latency = 20 }"), "variants.plant.fmu.wires[0].latency: unknown key; allowed:"),
     (('{ from = "fmu.angles", to', "{ to"), "variants.plant.fmu.wires[0].from: is missing"),

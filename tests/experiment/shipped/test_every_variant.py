@@ -12,8 +12,9 @@ import pytest
 import fesloop
 from fesloop.apps.cli import main
 from fesloop.errors import InputError
-from fesloop.experiment.files.overlay import listed
-from fesloop.experiment.files.parse import read, shipped
+from fesloop.experiment.files.parse import read
+from fesloop.experiment.files.source import shipped
+from fesloop.experiment.files.variants import listed
 from fesloop.models.error_process import ErrorProcess, ErrorSeries
 
 WHOLE_HAND = Path(__file__).parents[1] / "whole_hand.toml"

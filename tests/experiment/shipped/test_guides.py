@@ -18,7 +18,8 @@ from fesloop.analysis.study.design.study_file import read_study
 from fesloop.apps.cli.parser import make_parser
 from fesloop.errors import InputError
 from fesloop.experiment.files.layout import RUN, guide_of
-from fesloop.experiment.files.parse import from_document, read, shipped
+from fesloop.experiment.files.parse import from_document, read
+from fesloop.experiment.files.source import shipped
 from fesloop.experiment.running import trial
 from fesloop.loop.realtime import is_live
 from plants.myohand import model

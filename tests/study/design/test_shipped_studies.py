@@ -6,8 +6,9 @@ import pytest
 
 import fesloop
 from fesloop.analysis.study.design.cells import cells_of
+from fesloop.analysis.study.design.shipped_studies import described_studies
 from fesloop.analysis.study.design.study import KeptMetric
-from fesloop.analysis.study.design.study_file import described_studies, read_study
+from fesloop.analysis.study.design.study_file import read_study
 from fesloop.apps.cli.parser import make_parser
 
 FORMS = [(name, form) for name, forms in described_studies().items() for form in forms]

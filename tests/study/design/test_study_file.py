@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from fesloop.analysis.study.design.axes import Axis
 from fesloop.analysis.study.design.cells import base_cells, cells_of
-from fesloop.analysis.study.design.study_file import described_studies, read_study, shipped_studies, study_of
+from fesloop.analysis.study.design.shipped_studies import described_studies, shipped_studies
+from fesloop.analysis.study.design.study_file import read_study, study_of
 from fesloop.errors import InputError
 
 PLAIN = {"study": {"name": "plain", "experiment": "finger_pid_latency",

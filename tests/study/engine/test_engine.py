@@ -22,8 +22,8 @@ from fesloop.analysis.study.engine.running import DIED
 from fesloop.apps.bench.study_kills import started_cluster
 from fesloop.errors import InputError, InputErrors, RunError
 from fesloop.experiment import registry
-from fesloop.experiment.identifying import identifier
 from fesloop.experiment.recording.reading import Recording
+from fesloop.experiment.registry import identifier
 from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.running.trial import run
 

@@ -15,7 +15,7 @@ import pytest
 from study_parts import started, write_study
 
 from fesloop.analysis.study import load
-from fesloop.analysis.study.design.study_file import shipped_studies
+from fesloop.analysis.study.design.shipped_studies import shipped_studies
 from fesloop.apps.cli import main
 from fesloop.apps.cli.study_command import StudyProgress
 

@@ -11,10 +11,11 @@ from pydantic import TypeAdapter, ValidationError
 
 from fesloop.analysis.study.design.axes import Axis
 from fesloop.analysis.study.design.figure_specs import Figure
+from fesloop.analysis.study.design.shipped_studies import STUDIES
 from fesloop.analysis.study.design.study import About, Preparation, Study, is_name
 from fesloop.errors import InputError, InputErrors, did_you_mean
 from fesloop.experiment.files.overlay import merged
-from fesloop.experiment.files.source import Shelf, read_tables
+from fesloop.experiment.files.source import read_tables
 from fesloop.forms.faults import faults_of
 from fesloop.forms.schema import closed, keys_at, make, table
 from fesloop.forms.toml import TomlError, plain_tables
@@ -22,20 +23,12 @@ from fesloop.forms.toml import TomlError, plain_tables
 _SPAN = {"start": "from", "stop": "to"}
 
 
-STUDIES = Shelf("study", "fesloop.analysis.study")
-
-
-def shipped_studies() -> list[str]:
-    """Names of the studies that come with fesloop."""
-    return STUDIES.names()
-
-
 def read_study(study: str | Path, form: str = "") -> Study:
     """The study of a file, or a shipped one by its name, in one of its forms ("": as the file stands).
 
     Raises InputError, InputErrors: every fault of the file, one line each, with file, key, found and allowed.
     """
-    name, document, folder = read_tables(study, STUDIES, merged)
+    name, document, folder = read_tables(study, STUDIES)
     try:
         return study_of(document, form, folder)
     except InputError as fault:
@@ -70,16 +63,6 @@ def study_of(document: Mapping[str, Any], form: str = "", folder: Path | None = 
         raise InputErrors(faults)
     return Study(about=about, axes=axes, prepare=prepare, figures=figures, form=form, cost=cost,
                  folder=folder, document=settled, try_next=tuple(try_next))
-
-
-def described_studies() -> dict[str, dict[str, str]]:
-    """Shipped studies: under "" what each is, under the name of each other form what that costs."""
-    found = {}
-    for name in shipped_studies():
-        document = read_tables(name, STUDIES, merged)[1]
-        forms = {form: str(patch.get("cost", "")) for form, patch in document.get("forms", {}).items()}
-        found[name] = {"": str(document["study"].get("description", "")), **forms}
-    return found
 
 
 def _in_form(document: Mapping[str, Any], form: str) -> tuple[dict[str, Any], str]:

@@ -20,7 +20,7 @@ from fesloop.analysis.study.engine.task import NO_ROOM, experiment_of, failure, 
 from fesloop.analysis.study.store.versions import version_text
 from fesloop.errors import FesloopError, InputError, InputErrors, RunError, where_it_broke
 from fesloop.experiment.experiment import Experiment
-from fesloop.experiment.identifying import identifier
+from fesloop.experiment.registry import identifier
 from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.running.trial import run
 from fesloop.forms.toml import toml_value

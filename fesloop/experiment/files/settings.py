@@ -1,0 +1,141 @@
+"""Settings `KEY=VALUE` of the command line, applied to the tables of an experiment file.
+
+KEY is an alias of the file, or a dotted path such as blocks.pid.gain, wires.2.latency_ms or
+wires."imu.gyr->tracker.gyr".latency_ms. VALUE is read as TOML, and as text where it is no TOML or where the
+key takes text.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import UnionType
+from typing import Any, Union, get_args, get_origin
+
+from fesloop.errors import InputError, did_you_mean
+from fesloop.experiment import registry
+from fesloop.experiment.files.overlay import key_parts
+from fesloop.experiment.files.source import placed_value
+from fesloop.forms.toml import DEEPEST, TomlError, TooLargeError, tables_of
+
+_TOP = ("experiment", "patient", "record", "blocks", "links", "wires", "score")
+
+
+def apply_settings(document: dict[str, Any], settings: Sequence[str], name: str,
+                   variants: Sequence[str] = (), folder: Path | None = None) -> dict[str, Any]:
+    """Return a copy of the document with every setting applied, in order.
+
+    `name` is that of the file in messages; `variants` are keys of the file whose options are already
+    applied; paths in values are relative to `folder`. Raises InputError for a key that does not exist.
+    """
+    changed = copy.deepcopy(document)
+    for setting in settings:
+        key, equals, text = setting.partition("=")
+        key = key.strip()
+        if not equals or not key:
+            raise InputError(f"--set {setting}", "has no key" if equals else "has no '='", "KEY=VALUE")
+        for path in _paths(changed, key, name, variants):
+            if path[0] == "patient" and "drawn" in _table(document, "patient"):
+                raise InputError(f"--set {key}", f"{name} already contains the patient of its run",
+                                 remedy="set it on the experiment file, and run that")
+            try:
+                _assign(changed, path, text, key, name, folder)
+            except TooLargeError as fault:
+                raise InputError(f"--set {key}", str(fault)) from None
+    return changed
+
+
+def _paths(document: dict[str, Any], key: str, name: str, variants: Sequence[str]) -> list[list[str]]:
+    """Paths that a key means: those of an alias, or the key itself."""
+    aliases = _table(document, "aliases")
+    if key in aliases:
+        targets = aliases[key] if isinstance(aliases[key], list) else [aliases[key]]
+        return [_bounded(key_parts(str(target)), key) for target in targets]
+    path = _bounded(key_parts(key), key)
+    if len(path) < 2 or path[0] not in _TOP:
+        known = [*variants, *aliases, *(f"{top}.KEY" for top in _TOP)]
+        raise InputError(f"--set {key}", f"is no key of {name}", ", ".join(known),
+                         did_you_mean(key, [*variants, *aliases]))
+    return [path]
+
+
+def _table(document: Mapping[str, Any], key: str) -> dict[str, Any]:
+    table = document.get(key)
+    return table if isinstance(table, dict) else {}
+
+
+def _bounded(path: list[str], key: str) -> list[str]:
+    """Return the path; raises InputError if it is deeper than tables may be nested."""
+    if len(path) > DEEPEST:
+        raise InputError(f"--set {key}", f"leads through {len(path)} tables", f"at most {DEEPEST}")
+    return path
+
+
+def _assign(document: dict[str, Any], path: list[str], text: str, key: str, name: str,
+            folder: Path | None) -> None:
+    """Set the value of `text` at a path."""
+    here: Any = document
+    for depth, part in enumerate(path[:-1]):
+        if isinstance(here, dict) and depth != 1:
+            here = here.setdefault(part, {})
+        else:
+            here = here[_step(here, part, key, name)]
+        if not isinstance(here, (dict, list)):
+            raise InputError(f"--set {key}", f"{part!r} holds no further keys", remedy=f"see {name}")
+    last = path[-1]
+    if isinstance(here, list):
+        here[_step(here, last, key, name)] = placed_value(path, _value(text, False), folder)
+    else:
+        value = _value(text, _takes_text(document, path, here.get(last)))
+        here[last] = placed_value(path, value, folder)
+
+
+def _step(here: Any, part: str, key: str, name: str) -> Any:
+    """Key or index that a part of a path means in a table or list."""
+    if isinstance(here, dict):
+        if part in here:
+            return part
+        known = list(here)
+    else:
+        ends = [f"{wire.get('from')}->{wire.get('to')}" if isinstance(wire, dict) else "" for wire in here]
+        if part.isdecimal() and int(part) < len(here):
+            return int(part)
+        if part in ends:
+            return ends.index(part)
+        known = [f"0 to {len(here) - 1}", *ends]
+    raise InputError(f"--set {key}", f"{name} has no {part!r} there", ", ".join(filter(None, known)),
+                     did_you_mean(part, known))
+
+
+def _value(text: str, is_text: bool) -> Any:
+    """TOML value of a text, or the text itself; raises TooLargeError for a number that no float holds."""
+    try:
+        value = tables_of(f"value = {text}")
+    except TomlError as fault:
+        if isinstance(fault, TooLargeError) and not is_text:
+            raise
+        return text
+    if len(value) != 1 or (is_text and not isinstance(value["value"], str)):
+        return text
+    return value["value"]
+
+
+def text_value(text: str) -> str:
+    """The text, without its quotation marks if it has any."""
+    return str(_value(text, True))
+
+
+def _takes_text(document: dict[str, Any], path: list[str], present: Any) -> bool:
+    """Return whether a key takes text: its value is text, or its block's parameter is declared so."""
+    from fesloop.forms.schema import hints_of
+
+    if isinstance(present, str):
+        return True
+    if path[0] != "blocks" or len(path) != 3:
+        return False
+    kind = document.get("blocks", {}).get(path[1], {}).get("kind")
+    if kind not in registry.kinds():
+        return False
+    hint = hints_of(registry.find(kind)).get(path[2])
+    return hint is str or (get_origin(hint) in (Union, UnionType) and str in get_args(hint))
