@@ -11,7 +11,7 @@ from fesloop.analysis.study.design.figure_specs import Figure
 from fesloop.analysis.study.results.axis_levels import AxisLevel, is_numeric, level_text
 from fesloop.analysis.study.results.estimates import Estimate
 from fesloop.analysis.study.results.quantities import called, with_unit
-from fesloop.analysis.study.results.repeats import drawn_axes
+from fesloop.analysis.study.results.runs import drawn_axes
 from fesloop.analysis.study.results.study_results import StudyResults
 from fesloop.errors import InputError
 from fesloop.show.figures.axis_scale import AxisScale

@@ -8,6 +8,7 @@ from random import Random
 
 import pytest
 from study_blocks import prepared_or_not, slowly
+from study_kills import started_cluster
 from study_parts import TESTS, harmful_experiment, with_harmful_blocks, write_study
 
 from fesloop import load as load_experiment
@@ -19,7 +20,6 @@ from fesloop.analysis.study.engine.coordinator import run_study
 from fesloop.analysis.study.engine.preparing import prepare_one
 from fesloop.analysis.study.engine.pump import Done, Task, pumped
 from fesloop.analysis.study.engine.running import DIED
-from fesloop.apps.bench.study_kills import started_cluster
 from fesloop.errors import InputError, InputErrors, RunError
 from fesloop.experiment import registry
 from fesloop.experiment.recording.reading import Recording

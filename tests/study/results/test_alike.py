@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from fesloop.analysis.study.results.estimates import in_words, mean_interval, share_interval, spread
+from fesloop.analysis.study.results.estimates import in_words, spread
+from fesloop.analysis.study.results.statistics import mean_interval, share_interval
 from fesloop.show.report.study.shown import value_text
 
 

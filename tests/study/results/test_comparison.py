@@ -64,15 +64,15 @@ def test_the_other_way_round_it_is_the_opposite(common):
 
 
 def test_the_interval_holds_the_difference_at_its_rate(tmp_path):
-    """400 studies of six replicates each, as levels of an axis at which the others are held."""
+    """150 studies of six replicates each, as levels of an axis at which the others are held."""
     def outcome(levels, replicate):
         return with_common_noise(levels, 6 * levels["law"] + replicate)
 
-    axes = {"law": list(range(400)), "controller": CONTROLLERS}
+    axes = {"law": list(range(150)), "controller": CONTROLLERS}
     results = load(write_store(tmp_path / "a.sqlite", axes, 6, outcome))
-    found = [results.compare("error_deg", PID, MPC, at={"law": law}, confidence=0.9) for law in range(400)]
+    found = [results.compare("error_deg", PID, MPC, at={"law": law}, confidence=0.9) for law in range(150)]
     held = np.mean([each.low <= GAP <= each.high for each in found])
-    assert held == pytest.approx(0.9, abs=4.0 * math.sqrt(0.09 / 400))
+    assert held == pytest.approx(0.9, abs=4.0 * math.sqrt(0.09 / 150))
     assert found[7].first == {"controller": "pid", "law": 7}
 
 

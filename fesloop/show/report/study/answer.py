@@ -23,7 +23,7 @@ def _question(shown: Shown) -> str:
         return f"`{base}` was repeated."
     drawn = results.study.get("study", {}).get("design", "grid") != "grid"
     names = [shown.axis(axis)[0] for axis, levels in results.axes.items() if len(levels) > 1]
-    varied = f"over {counted(len(set(results.runs.cell.tolist())), 'point')} of {listed(names)}" if drawn \
+    varied = f"over {counted(results.runs['cell'].nunique(), 'point')} of {listed(names)}" if drawn \
         else f"over {listed(axes)}"
     return f"`{base}` was run {varied}."
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fesloop.analysis.study.results.axis_levels import level_text
 from fesloop.analysis.study.results.quantities import with_unit
-from fesloop.analysis.study.results.run_columns import FAILED
+from fesloop.analysis.study.results.runs import FAILED
 from fesloop.show.report.parts import Bars, Paragraph, Part, Section, Table
 from fesloop.show.report.run.words import counted
 from fesloop.show.report.study.shown import Shown
@@ -31,7 +31,7 @@ def cells_section(shown: Shown) -> Section | None:
     axes = list(dict.fromkeys(axis for row in rows for axis in row.levels))
     whole = all(len(row.levels) == len(rows[0].levels) for row in rows) and len(axes) == len(rows[0].levels)
     intervals = len(shown.results.metrics) <= _MOST_INTERVALS and any(
-        np.isfinite(each.high - each.low) for row in rows for each in row.metrics.values())
+        each.has_interval for row in rows for each in row.metrics.values())
     table = Table(columns=[*(with_unit(*shown.axis(axis)) for axis in axes), "runs", "failed",
                            *(shown.metric_label(metric) for metric in shown.results.metrics)],
                   rows=[[*(level_text(row.levels[axis]) if axis in row.levels else "all" for axis in axes),
@@ -46,12 +46,12 @@ def cells_section(shown: Shown) -> Section | None:
 def failures_section(shown: Shown) -> Section | None:
     """What failed, by cause, and where; None where nothing did."""
     runs = shown.results.runs
-    failed = runs.status == FAILED
+    failed = (runs["status"] == FAILED).to_numpy()
     if not failed.any():
         return None
     by_cause: dict[str, list[int]] = defaultdict(list)
     for row in np.flatnonzero(failed).tolist():
-        by_cause[runs.cause[row]].append(row)
+        by_cause[runs["cause"][row]].append(row)
     ordered = sorted(by_cause.items(), key=lambda item: -len(item[1]))
     rows = [[str(len(members)), cause or "not told", _where(shown, np.array(members))]
             for cause, members in ordered[:_MOST_CAUSES]]
@@ -67,7 +67,7 @@ def _where(shown: Shown, rows: NDArray[np.int64]) -> str:
     """Levels to which runs are confined, axis by axis; "everywhere" where they are not."""
     told = []
     for axis, levels in shown.results.axes.items():
-        places = np.unique(shown.results.runs.places[axis][rows])
+        places = np.unique(shown.results.runs[axis].cat.codes.to_numpy()[rows])
         if len(places) < len(levels) and len(places) <= _MOST_LEVELS:
             name, unit = shown.axis(axis)
             texts = ", ".join(level_text(levels[place]) for place in places)
@@ -80,8 +80,9 @@ def _shares(shown: Shown, failed: NDArray[np.bool_]) -> Iterator[Part]:
     runs, best = shown.results.runs, ("", np.zeros(0))
     for axis in shown.chosen:
         count = len(shown.results.axes[axis])
-        shares = np.bincount(runs.places[axis][failed], minlength=count) / np.maximum(
-            1, np.bincount(runs.places[axis], minlength=count))
+        places = runs[axis].cat.codes.to_numpy()
+        shares = np.bincount(places[failed], minlength=count) / np.maximum(
+            1, np.bincount(places, minlength=count))
         if count <= 24 and (not best[0] or np.ptp(shares) > np.ptp(best[1])):
             best = axis, shares
     axis, shares = best

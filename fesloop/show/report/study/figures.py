@@ -172,7 +172,7 @@ def _content(
     overlays: Sequence[Overlay] = kept.get(figure.name, ())
     notices: list[Part] = []
     if figure.theory != "none" and figure.name not in kept:
-        if len(np.unique(results.runs.cell)) > _MOST_SOLVED:
+        if results.runs["cell"].nunique() > _MOST_SOLVED:
             notices.append(Notice(text=_NO_THEORY))
         else:
             try:

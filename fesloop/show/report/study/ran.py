@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from fesloop.analysis.study.results.quantities import duration_text
-from fesloop.analysis.study.results.run_columns import DONE, FAILED
+from fesloop.analysis.study.results.runs import DONE, FAILED
 from fesloop.analysis.study.results.study_results import StudyResults
 from fesloop.analysis.study.store.reading import Provenance, provenance_of
 from fesloop.errors import FesloopError
@@ -37,15 +37,15 @@ def ran_section(shown: Shown) -> Section:
 
 
 def _counts(results: StudyResults) -> Iterator[list[str]]:
-    status = results.runs.status
+    status = results.runs["status"]
     yield ["experiment", str(results.study.get("study", {}).get("experiment", "?"))]
     for axis, levels in results.axes.items():
         table = results.study.get("axes", {}).get(axis, {})
         kind = "members of a cohort" if table.get("cohort") else "levels"
         yield [f"axis {axis}", f"{len(levels)} {kind}"]
-    yield ["replicates", str(len(np.unique(results.runs.replicate)))]
+    yield ["replicates", str(len(results.runs["replicate"].unique()))]
     yield ["runs planned", str(results.planned)]
-    distinct = len(set(results.runs.id.tolist()))
+    distinct = results.runs["id"].nunique()
     if distinct < results.planned:
         yield ["distinct among them", f"{distinct}: several cells come to the same experiment"]
     yield ["done, failed, not over yet", f"{np.sum(status == DONE)}, {np.sum(status == FAILED)}, "
@@ -54,8 +54,7 @@ def _counts(results: StudyResults) -> Iterator[list[str]]:
 
 def _cost(results: StudyResults) -> Iterator[list[str]]:
     """Of every distinct run once."""
-    _, first = np.unique(results.runs.id.astype(str), return_index=True)
-    wall_s = results.runs.wall_s[first]
+    wall_s = results.runs.drop_duplicates("id")["wall_s"].to_numpy()
     known = wall_s[np.isfinite(wall_s) & (wall_s > 0.0)]
     if len(known):
         yield ["one run", f"{np.median(known):.2f} s (median; {known.min():.2f} to {known.max():.2f})"]

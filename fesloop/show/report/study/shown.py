@@ -10,9 +10,10 @@ from typing import Literal
 import numpy as np
 
 from fesloop.analysis.study.results.axis_levels import AxisLevel, level_text
-from fesloop.analysis.study.results.estimates import Estimate, alike
+from fesloop.analysis.study.results.estimates import Estimate
 from fesloop.analysis.study.results.quantities import called, with_unit
-from fesloop.analysis.study.results.repeats import drawn_axes
+from fesloop.analysis.study.results.runs import drawn_axes
+from fesloop.analysis.study.results.statistics import do_not_differ
 from fesloop.analysis.study.results.study_results import StudyResults
 from fesloop.show.figures.content import Content
 from fesloop.show.report.run.words import listed
@@ -110,17 +111,18 @@ def value_text(value: float, low: float, high: float, sd: float, *, share: bool,
     factor, sign = (100.0, " %") if share else (1.0, "")
     decimals = 0 if share else decimals_of([value, low, high])
     text = f"{factor * value:.{decimals}f}{sign}"
-    if interval and alike(value, low, high, sd):
-        text += " (values do not differ)"
-    elif interval and np.isfinite(high - low):
+    if interval and np.isfinite(high - low):
         text += f" ({factor * low:.{decimals}f} to {factor * high:.{decimals}f})"
+    elif interval and do_not_differ(value, sd):
+        text += " (values do not differ)"
     return text
 
 
 def decimals_of(values: Sequence[float]) -> int:
     """So many that the largest has three digits."""
     largest = max((abs(value) for value in values if np.isfinite(value)), default=0.0)
-    return int(np.clip(2 - np.floor(np.log10(largest)), 0, 6)) if largest > 0.0 else 0
+    exponent = int(f"{largest:.2e}".partition("e")[2])
+    return min(max(2 - exponent, 0), 6) if largest > 0.0 else 0
 
 
 def by_axes(content: Content, axes: Sequence[str]) -> str:
