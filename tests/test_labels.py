@@ -16,7 +16,7 @@ from study_stores import write_store
 
 from fesloop.analysis.study import load as load_study
 from fesloop.analysis.study.engine.coordinator import Summary
-from fesloop.analysis.study.engine.task import Wanted, run_one
+from fesloop.analysis.study.engine.worker import ResultSpec, run_one
 from fesloop.apps.cli import main
 from fesloop.apps.cli.run_command import _kept_time
 from fesloop.apps.cli.study_command import _show
@@ -117,7 +117,8 @@ def test_a_band_of_nothing_known_is_no_pair_of_nan(values):
 
 def test_every_process_that_ran_something_is_a_worker_of_its_own(tmp_path):
     document = load("finger_pid_latency", ["experiment.duration_s=0.2", "score.after_s=0.1"]).document()
-    outcome = run_one("a", zlib.compress(json.dumps(document).encode()), 1, Wanted((), "none", str(tmp_path)))
+    spec = ResultSpec((), "none", str(tmp_path))
+    outcome = run_one("a", zlib.compress(json.dumps(document).encode()), 1, spec)
     assert str(os.getpid()) in outcome.worker.split()
 
 

@@ -53,7 +53,7 @@ def test_jitter_on_two_wires_or_with_losses_in_bursts_is_turned_away():
 
 @pytest.mark.parametrize(("name", "named"), [
     ("finger_mpc", "Mpc"), ("grasp_ilc", "plants muscles, hand are on a loop"),
-    ("recruitment_sweep", "no plant hears of itself")])
+    ("recruitment_sweep", "no plant's output returns to it")])
 def test_what_is_not_linear_is_named(name, named):
     with pytest.raises(InputError, match=named):
         linear_loop(load(name))
@@ -67,7 +67,7 @@ def test_a_plant_that_only_a_watchdog_hears_of_is_on_no_linear_loop():
         nodes=(Node("programme", steady, rate=50), nodes["safety"], nodes["finger"], nodes["tracker"]),
         wires=(Wire("programme.stimulation", "safety.stimulation"), Wire("finger.angles", "tracker.angles"),
                Wire("tracker.angles", "safety.posture"), Wire("safety.stimulation", "finger.stimulation")))
-    with pytest.raises(InputError, match="no output fed back"):
+    with pytest.raises(InputError, match="feeds no output back"):
         linear_loop(watched)
 
 

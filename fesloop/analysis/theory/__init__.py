@@ -1,4 +1,4 @@
-"""Theory beside simulation: exact answers for linear loops, read off the same experiment that runs."""
+"""Exact theory of linear loops, from the same experiments that are simulated."""
 
 from fesloop.analysis.theory.critical_latency import critical_latency_ms
 from fesloop.analysis.theory.linear_loop import linear_loop

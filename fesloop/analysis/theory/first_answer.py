@@ -1,4 +1,4 @@
-"""What theory says of an experiment at once: as much of it as takes no longer than a second."""
+"""Theory of an experiment as far as it takes no longer than about a second, for `fesloop check`."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from fesloop.loop.clock import NS_PER_MS
 T = TypeVar("T")
 COST, CRITICAL = "rms at rest", "critical latencies"
 _UP_TO_MS = 500.0
-"""Of critical latencies (chosen: what a loop through a tracker and a stimulator never has)."""
+"""Greatest critical latency to search for (chosen: above any latency of a tracker and a stimulator)."""
 _MOST_NUMBERS, _MOST_EVENTS = 30_000, 200
-"""Second moments under jitter or loss, events in a period that is run through many times: each takes about
-half a second (measured)."""
+"""Most second moments under jitter or loss, and most events of a period that is run many times: each takes
+about half a second (measured)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,9 +33,9 @@ class FirstAnswer:
     Attributes
     ----------
     cost: at rest; None where it is not known.
-    critical_ms: by wire, latency that it has and critical latency; the latter None where there is none up to
-        500 ms. Of wires that take time or lead to the plant.
-    not_known: of `COST` and `CRITICAL`, why there is none.
+    critical_ms: present and critical latency by wire, of wires with a latency or into the plant; the critical
+        latency is None where there is none up to 500 ms.
+    not_known: the reason why `COST` or `CRITICAL` is not known.
     """
 
     cost: StationaryCost | None
@@ -43,20 +43,20 @@ class FirstAnswer:
     not_known: dict[str, str]
 
     def as_table(self) -> dict[str, Any]:
-        """As `fesloop check --json` prints it."""
+        """The table that `fesloop check --json` prints."""
         cost = self.cost
-        told: dict[str, Any] = {
+        table: dict[str, Any] = {
             "critical_latency_ms": {wire: critical for wire, (_, critical) in self.critical_ms.items()},
             "missing": self.not_known}
         if cost is None:
-            return told
+            return table
         values = [float(value) if cost.stable else None for value in cost.rms]
-        return {**told, "stable": cost.stable, "rms": dict(zip(cost.names, values, strict=True)),
+        return {**table, "stable": cost.stable, "rms": dict(zip(cost.names, values, strict=True)),
                 "unit": cost.unit}
 
 
 def first_answer(experiment: Experiment) -> FirstAnswer:
-    """Cost and critical latencies of an experiment's linear loop, and why either is missing."""
+    """Cost and critical latencies of an experiment's linear loop, or the reasons why they are missing."""
     not_known: dict[str, str] = {}
     try:
         loop = linear_loop(experiment)
@@ -68,7 +68,7 @@ def first_answer(experiment: Experiment) -> FirstAnswer:
 
 
 def _unless_refused(what: str, answer: Callable[[], T], not_known: dict[str, str]) -> T | None:
-    """The answer; where the theory refuses the loop, None, and the reason noted."""
+    """The answer; None, with the reason in `not_known`, where the theory refuses the loop."""
     try:
         return answer()
     except FesloopError as fault:

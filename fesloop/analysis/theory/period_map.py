@@ -1,10 +1,10 @@
-"""The steps of a linear loop over one period, made by running the period on matrices in place of numbers.
+"""The steps of a linear loop over one period, from running the period on matrices in place of numbers.
 
-Every signal is a row: how it depends on the state in which the flow began and on the noise since. What a run
-does to numbers (advance the plant, sample, send, deliver, step) is done to rows. The state holds the plant's
-states and its input, of each block its states, of each port what it holds, and of each wire the messages that
-can still matter, newest first (delays as states: Astrom and Wittenmark 1997, Computer-Controlled Systems, 3rd
-ed., section 2.3, for latencies of any length between ticks).
+Every signal is a row of coefficients of the state at the beginning of the flow and of the noise since then.
+Operations of a run on numbers (advance the plant, sample, send, deliver, step) act on these rows. The state
+holds the plant's states and input, each block's states, the value that each port holds, and for each wire the
+messages that can still have an effect, newest first (delays as states: Astrom and Wittenmark 1997,
+Computer-Controlled Systems, 3rd ed., section 2.3, for latencies of any length between ticks).
 """
 
 from __future__ import annotations
@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.analysis.theory import schedule as ages
-from fesloop.analysis.theory import wires
 from fesloop.analysis.theory.linear_loop import within_floats
-from fesloop.analysis.theory.loop import LinearLoop
+from fesloop.analysis.theory.loop import LinearLoop, bursts
 from fesloop.analysis.theory.schedule import Delivery, Schedule, schedule
 from fesloop.analysis.theory.steps import Draw, Flow, Step, pruned
 from fesloop.errors import RunError
@@ -31,21 +30,21 @@ from fesloop.models.linear_model import zero_order_hold
 
 Array = NDArray[np.float64]
 _MOST_STATES = 3000
-"""Of a loop (chosen: a matrix of 72 MB)."""
+"""Most states of a loop (chosen: a matrix of 72 MB)."""
 _PLANT_INPUT = 0
-"""A linear plant has one, whatever its number among the ports."""
+"""Number of the input of a linear plant, which has one, whatever its number among the ports."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PeriodMap:
-    """One period of a loop.
+    """The map of a loop's state over one period.
 
     Attributes
     ----------
     period_s: its length.
-    steps: what it does; the rows after the last are those before the first.
-    chain: probabilities of its states as the period begins: ages under jitter, whether the last message
-        was lost where losses come in bursts; one, of 1, elsewhere.
+    steps: applied in order; the rows after the last are those before the first.
+    chain: probabilities of the Markov chain's states as the period begins: ages under jitter, whether the
+        last message was lost where losses come in bursts; a single 1 elsewhere.
     """
 
     period_s: float
@@ -54,16 +53,16 @@ class PeriodMap:
 
     @property
     def matrix(self) -> Array | None:
-        """What it does to the state where nothing is drawn."""
+        """The matrix of the map where it has no random draws, else None."""
         only = self.steps[0]
         return only.matrix if len(self.steps) == 1 and isinstance(only, Flow) else None
 
 
 @within_floats("a period of the loop")
 def period_map(loop: LinearLoop, read: bool = True, watched: str = "") -> PeriodMap:
-    """The period of a loop, with the recorder's readings where `read`.
+    """The map of a loop over a period, with the recorder's readings where `read`.
 
-    `watched`: name of a block all of whose outputs are read in their place.
+    `watched` names a block all of whose outputs are read instead.
     """
     plan = schedule(loop, read and not watched)
     period = _Period(loop, plan, watched)
@@ -72,7 +71,7 @@ def period_map(loop: LinearLoop, read: bool = True, watched: str = "") -> Period
 
 
 class _Rows:
-    """Where in the state everything is."""
+    """Rows of the state, by their owner."""
 
     def __init__(self, loop: LinearLoop, plan: Schedule) -> None:
         self.total = 0
@@ -104,7 +103,7 @@ class _Rows:
 
 
 class _Period:
-    """A period being run on rows."""
+    """Runs a period on rows."""
 
     def __init__(self, loop: LinearLoop, plan: Schedule, watched: str) -> None:
         self.loop, self.plan, self.watched = loop, plan, watched
@@ -117,12 +116,12 @@ class _Period:
         self._begin()
 
     def _begin(self) -> None:
-        """A flow from here on."""
+        """Begin a flow."""
         self.z = np.eye(self.rows.total)
         self.readings: list[Array] = []
 
     def _end(self) -> None:
-        """The flow ends here."""
+        """End the flow, and begin the next one."""
         states, outputs = self.rows.total, self.outputs
         noise = self.z[:, states:]
         readings = np.zeros((len(self.readings), outputs, self.z.shape[1]))
@@ -133,7 +132,7 @@ class _Period:
         self._begin()
 
     def run(self) -> tuple[list[Step], Array]:
-        """Every step, and the probabilities of the ages as the period begins."""
+        """All steps, and the probabilities of the ages as the period begins."""
         now = 0
         for event in self.plan.events:
             self._advance(event.time_ns - now)
@@ -151,14 +150,14 @@ class _Period:
         return self._possible() if self.transitions else (self.steps, np.ones(1))
 
     def _possible(self) -> tuple[list[Step], Array]:
-        """The steps without states of the chain that never come, and the probabilities of the others."""
+        """The steps without states of the chain that never occur, and the probabilities of the others."""
         kept = np.flatnonzero(np.any([chances.any(axis=0) for chances in self.transitions], axis=0))
         steps = [step if isinstance(step, Flow) or step.independent else
                  Draw(step.chances[np.ix_(kept, kept)], step.takes[kept]) for step in self.steps]
         return steps, ages.stationary([chances[np.ix_(kept, kept)] for chances in self.transitions])
 
     def _advance(self, duration_ns: int) -> None:
-        """The plant, its input held."""
+        """Advance the plant with its input held."""
         if duration_ns == 0:
             return
         if duration_ns not in self.held:
@@ -169,7 +168,7 @@ class _Period:
         self.z[plant] = phi @ self.z[plant] + gamma @ self.z[port]
 
     def _deliver(self, delivery: Delivery) -> None:
-        """Have a port hold what has come, for sure or by chance."""
+        """Let a port hold an arrived message, certainly or by chance."""
         connection = delivery.connection
         number = _PLANT_INPUT if connection.target is self.loop.plant else connection.target_port
         port, sent = self.rows.port[connection.target.name, number], self.rows.sent[connection.wire.name]
@@ -177,7 +176,7 @@ class _Period:
             chances = ages.transition(connection, delivery.look, self.rows.oldest)
             self.transitions.append(chances)
             self._draw(chances, port, [*sent, port])
-        elif wires.bursts(connection):
+        elif bursts(connection):
             begins, stays = odds(connection.wire.loss, connection.wire.burst_messages)
             chances = np.array([[1.0 - begins, begins], [1.0 - stays, stays]])
             for age in reversed(delivery.ages):
@@ -191,7 +190,7 @@ class _Period:
             self.z[port] = self.z[sent[delivery.ages[0]]]
 
     def _draw(self, chances: Array, port: slice, sources: list[slice]) -> None:
-        """A port takes one of several."""
+        """Let a port take one of several rows by chance."""
         self._end()
         takes = np.tile(np.arange(self.rows.total), (len(sources), 1))
         for take, source in zip(takes, sources, strict=True):
@@ -199,7 +198,7 @@ class _Period:
         self.steps.append(Draw(chances, takes))
 
     def _step(self, node: Node) -> None:
-        """A block: outputs and states from what its ports hold, with fresh noise."""
+        """Step a block: outputs and states from its ports' values, with new noise."""
         form, block = self.forms[node.name], self.rows.block[node.name]
         names = [port.name for port in node.part.inputs]
         given = np.concatenate([self._held(node, names.index(name)) for name in form.inputs])
@@ -216,19 +215,19 @@ class _Period:
                 self._send(connection.wire.name, output)
 
     def _held(self, node: Node, port: int) -> Array:
-        """What a port holds; nothing of the loop where its wire comes from elsewhere."""
+        """Rows of the value that a port holds; zero where its wire comes from outside the loop."""
         rows = self.rows.port.get((node.name, port))
         size = numbers_of(node.part.inputs[port])
         return self.z[rows] if rows is not None else np.zeros((size, self.z.shape[1]))
 
     def _sample(self, sampling: Sampling) -> None:
-        """The plant's output, into every wire that samples now."""
+        """Send the plant's output on every wire that samples it now."""
         output = self.loop.plant_form.c @ self.z[self.rows.plant]
         for connection in sampling.connections:
             self._send(connection.wire.name, output)
 
     def _send(self, wire: str, value: Array) -> None:
-        """One message more: the others grow older by one."""
+        """Send a message: the others grow older by one."""
         sent = self.rows.sent[wire]
         for older, newer in pairwise(reversed(sent)):
             self.z[older] = self.z[newer]

@@ -1,8 +1,7 @@
-"""Where a loop rests, and whether the limits of its blocks leave room there.
+"""Rest of a linear loop, and its distance from the limits of blocks.
 
-A loop is linear as long as no limit acts. One whose drive rests on a limit, as that of a muscle which is not
-needed to hold a posture, has half of its commands cut by any noise: it is not the linear loop, however little
-noise there is.
+A loop is linear while no limit acts. Where a drive rests on a limit, as that of a muscle that a posture does
+not need, any noise, however small, cuts half of its commands: the loop is not linear then.
 """
 
 from __future__ import annotations
@@ -18,10 +17,10 @@ from fesloop.models.linear_form import numbers_of
 
 Array = NDArray[np.float64]
 ROOM_SD = 3.0
-"""Standard deviations that a drive rests from its limits at the least (chosen: noise that is normal takes it
+"""Least distance of a resting drive from its limits, in standard deviations (chosen: normal noise takes it
 there once in 700 commands)."""
 _ROUNDING = 1e-9
-"""Of drives, of which 1 is all; and of a rest, relative to the largest terms of its equations."""
+"""Rounding of drives, whose range is 1; and of a rest, relative to the largest terms of its equations."""
 
 
 def require_within_limits(loop: LinearLoop) -> None:
@@ -48,7 +47,7 @@ def require_room(loop: LinearLoop, spread: Callable[[str], Array]) -> None:
 
 
 def _rooms(loop: LinearLoop) -> Iterator[tuple[str, int, float, str, float, float]]:
-    """Block, channel, where it rests, and each of its limits: which, its value, and the way to it."""
+    """Block, channel, resting drive, and for each of its limits: name, value and distance."""
     limited = [(node.name, form.least, form.greatest) for node, form in loop.blocks
                if form.least is not None and form.greatest is not None]
     outputs = rest_of(loop) if limited else None
@@ -60,9 +59,9 @@ def _rooms(loop: LinearLoop) -> Iterator[tuple[str, int, float, str, float, floa
 
 
 def rest_of(loop: LinearLoop) -> dict[str, Array] | None:
-    """What each block puts out at rest, by name.
+    """Outputs of each block at rest, by name.
 
-    None where the loop has no rest, or where what comes from outside is not known.
+    None where the loop has no rest, or where an input from outside the loop is not known.
     """
     plant, total = loop.plant_form, 0
     states, outputs = {}, {}
@@ -75,7 +74,7 @@ def rest_of(loop: LinearLoop) -> dict[str, Array] | None:
     states[loop.plant.name] = rows(len(plant.a))
     for node, form in loop.blocks:
         states[node.name], outputs[node.name] = rows(len(form.a)), rows(len(form.c))
-    # Each row of `signal` gives a number of a signal by the unknowns, and 1 in the last column.
+    # Each row of a signal has the coefficients of the unknowns, and a constant in the last column.
     one = np.eye(total + 1)
     here = one[states[loop.plant.name]]
     measured = plant.c @ here
@@ -98,14 +97,14 @@ def rest_of(loop: LinearLoop) -> dict[str, Array] | None:
             if len(read[-1]) != numbers_of(ports[name]):
                 return None
         given, here = np.concatenate(read), one[states[node.name]]
-        put_out = form.c @ here + form.d @ given - one[outputs[node.name]]
-        put_out[:, -1] += 0.0 if form.offset is None else form.offset
-        equations += [_moves(form.a - np.eye(len(form.a)), here, form.b @ given, form.b), put_out]
+        residual = form.c @ here + form.d @ given - one[outputs[node.name]]
+        residual[:, -1] += 0.0 if form.offset is None else form.offset
+        equations += [_moves(form.a - np.eye(len(form.a)), here, form.b @ given, form.b), residual]
     return _solved(np.concatenate(equations), outputs)
 
 
 def _moves(a: Array, here: Array, driven: Array, b: Array) -> Array:
-    """Rows that are zero at rest, one a state; a state that nothing ever moves stays at 0."""
+    """Rows that are zero at rest, one per state; a state that nothing moves stays at 0."""
     still = ~(a.any(axis=1) | b.any(axis=1))
     moves = a @ here + driven
     moves[still] = here[still]
@@ -131,4 +130,4 @@ def _shown(value: float) -> str:
 def _not_covered(block: str, found: str) -> InputError:
     return InputError(block, f"{found}: not covered",
                       "drives that rest within their limits, for the theory of a linear loop",
-                      "change where the loop rests (a bias, another reference), or lessen the noise")
+                      "change the rest of the loop (a bias, another reference), or reduce the noise")

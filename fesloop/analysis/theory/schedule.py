@@ -1,7 +1,7 @@
-"""What happens on a linear loop within one period of all its clocks, in the order in which the loop does it.
+"""The events of a linear loop within one period of all its clocks, in the order of a run.
 
-Whole nanoseconds throughout, so ticks, arrivals between ticks and ties are those of a run (see `loop.run`): a
-plant hears what arrives at an instant, then blocks step in their order, then the recorder looks.
+Times are whole nanoseconds, so that ticks, arrivals between ticks and ties are those of a run (`loop.run`):
+at one instant messages reach the plant, then blocks step in their order, then the recorder reads.
 """
 
 from __future__ import annotations
@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.analysis.theory import wires
-from fesloop.analysis.theory.loop import LinearLoop
+from fesloop.analysis.theory.loop import LinearLoop, arrived, clock_of, latency_ns, most_ns, varies
 from fesloop.loop.clock import NS_PER_MS, RateClock
 from fesloop.loop.nodes import Connection, Node
 from fesloop.loop.order import Sampling
@@ -25,12 +24,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Look:
-    """One tick of the reader.
+    """One tick of a wire's reader.
 
     Attributes
     ----------
-    time_ns, before_ns: this tick and the one before.
-    sent, sent_before: how many messages had been sent when they read.
+    time_ns, before_ns: instants of this tick and of the one before.
+    sent, sent_before: numbers of messages sent by then.
     """
 
     time_ns: int
@@ -40,13 +39,13 @@ class Look:
 
 
 def oldest_age(connection: Connection, looks: list[Look]) -> int:
-    """How many of the newest messages can come between two looks: what is as old or older is "old"."""
-    clock, most = wires.clock_of(connection), wires.most_ns(connection)
+    """Greatest age, in messages, that can arrive between two looks; older messages are all "old"."""
+    clock, most = clock_of(connection), most_ns(connection)
     return max(look.sent - clock.first_at_or_after(look.before_ns - most + 1) for look in looks)
 
 
 def transition(connection: Connection, look: Look, oldest: int) -> Array:
-    """Probabilities of age j at this look after age i at the one before, (oldest + 1, oldest + 1)."""
+    """Probabilities of age j at this look given age i at the one before, (oldest + 1, oldest + 1)."""
     hazards = [_hazard(connection, look, age) for age in range(oldest)]
     chances = np.zeros((oldest + 1, oldest + 1))
     for before in range(oldest + 1):
@@ -60,42 +59,42 @@ def transition(connection: Connection, look: Look, oldest: int) -> Array:
 
 
 def _hazard(connection: Connection, look: Look, age: int) -> float:
-    """Probability that the message of that age comes at this look, not having come before."""
-    clock: RateClock = wires.clock_of(connection)
+    """Probability that the message of an age arrives between the look before and this one."""
+    clock: RateClock = clock_of(connection)
     made_ns = clock.tick(look.sent - 1 - age)
-    by_then = wires.arrived(connection, look.before_ns - made_ns)
-    by_now = wires.arrived(connection, look.time_ns - made_ns)
+    by_then = arrived(connection, look.before_ns - made_ns)
+    by_now = arrived(connection, look.time_ns - made_ns)
     return (by_now - by_then) / (1.0 - by_then) if by_then < 1.0 else 0.0
 
 
 def stationary(transitions: list[Array]) -> Array:
-    """Probabilities of the ages before the first of a cycle of transitions, (ages,)."""
+    """Stationary probabilities of the ages before the first of a cycle of transitions, (ages,)."""
     cycle = np.linalg.multi_dot(transitions) if len(transitions) > 1 else transitions[0]
     ages = len(cycle)
     # pi (cycle - 1) = 0 and the sum is 1: as many equations as unknowns and one more, all consistent.
     equations = np.vstack([(cycle - np.eye(ages)).T, np.ones(ages)])
-    wanted = np.zeros(ages + 1)
-    wanted[-1] = 1.0
-    found = np.linalg.lstsq(equations, wanted, rcond=None)[0]
+    constant = np.zeros(ages + 1)
+    constant[-1] = 1.0
+    found = np.linalg.lstsq(equations, constant, rcond=None)[0]
     return np.asarray(np.maximum(found, 0.0) / np.maximum(found, 0.0).sum())
 
 
 _MOST_EVENTS = 5000
-"""Within a period (chosen: a second of a loop that is read at 1 kHz has fewer; rates that hardly ever come
-together have more)."""
+"""Most events in a period (chosen: a second of a loop that is read at 1 kHz has fewer; rates with a long
+common period have more)."""
 _FIRST, _LAST = -1.0, math.inf
-"""Ranks at an instant: what arrives at the plant, the recorder. Between them stands the loop's order."""
+"""Ranks at an instant of arrivals at the plant and of the recorder; the loop's order lies between them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Delivery:
-    """What a port may get at an instant.
+    """Messages that a port may receive at an instant.
 
     Attributes
     ----------
-    connection: over which.
-    ages: of the messages, newest first, counted back from the newest sent; each is there unless it is lost.
-    look: of a wire with jitter: the reader's tick, which decides on the ages.
+    connection: the wire.
+    ages: of the messages, newest first, counted back from the newest sent; each arrives unless it is lost.
+    look: for a wire with jitter, the reader's tick, on which the ages depend.
     """
 
     connection: Connection
@@ -105,13 +104,13 @@ class Delivery:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Event:
-    """What happens at an instant.
+    """An event of a period.
 
     Attributes
     ----------
-    time_ns: since the period began.
-    what: a node that steps, a plant being sampled; None where the recorder looks or the plant hears.
-    deliveries: before that.
+    time_ns: since the beginning of the period.
+    what: a node that steps, or a plant that is sampled; None for a reading, or an arrival at the plant.
+    deliveries: messages that arrive before that.
     """
 
     time_ns: int
@@ -121,13 +120,13 @@ class Event:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Schedule:
-    """One period.
+    """The events of one period.
 
     Attributes
     ----------
     period_ns: its length.
     events: in order.
-    readings: how often the recorder looks.
+    readings: number of the recorder's readings.
     """
 
     period_ns: int
@@ -136,21 +135,21 @@ class Schedule:
 
 
 def schedule(loop: LinearLoop, read: bool) -> Schedule:
-    """One period, long after the start; the recorder is there where `read`.
+    """The schedule of one period long after the start, with the recorder's readings where `read`.
 
-    Raises InputError for rates that do not come together within a few thousand events.
+    Raises InputError for rates without a common period of at most a few thousand events.
     """
     clocks = (*loop.clocks, loop.reading) if read else loop.clocks
     period = math.lcm(*(clock.period_num for clock in clocks))
     if sum(period * clock.period_den // clock.period_num for clock in clocks) > _MOST_EVENTS:
         rates = ", ".join(dict.fromkeys(str(clock) for clock in clocks))
-        raise uncovered(loop.name, f"{rates} come together every {period / NS_PER_MS:g} ms only",
-                        "rates that soon repeat")
+        raise uncovered(loop.name, f"{rates} have a common period of {period / NS_PER_MS:g} ms",
+                        "rates with a short common period")
     slowest = max(clock.period_num for clock in clocks) + max(clock.offset_ns for clock in clocks)
-    longest = max(wires.most_ns(c) for c in loop.connections) + loop.plant_form.delay_ns
+    longest = max(most_ns(c) for c in loop.connections) + loop.plant_form.delay_ns
     start = (-(-(longest + slowest) // period) + 2) * period
     span = _Span(loop, start, period)
-    found = [*span.steps(), *span.heard_by_the_plant()]
+    found = [*span.steps(), *span.arrivals_at_the_plant()]
     readings = [(at, _LAST, Event(at - start, None)) for at in span.ticks(loop.reading)] if read else []
     ordered = sorted(found + readings, key=lambda each: each[:2])
     return Schedule(period, tuple(event for _, _, event in ordered), len(readings))
@@ -160,7 +159,7 @@ _Ranked = tuple[int, float, Event]
 
 
 class _Span:
-    """The events of a period that begins at `start`, with their instants and ranks."""
+    """Events of a period that begins at `start`, with their instants and ranks."""
 
     def __init__(self, loop: LinearLoop, start: int, period: int) -> None:
         self.loop, self.start, self.period = loop, start, period
@@ -179,7 +178,7 @@ class _Span:
             index += 1
 
     def steps(self) -> Iterator[_Ranked]:
-        """Blocks stepping, and the plant being sampled."""
+        """Steps of blocks, and samplings of the plant."""
         for rank, item in enumerate(self.order):
             clock = item.clock
             assert isinstance(clock, RateClock)
@@ -190,13 +189,13 @@ class _Span:
                 yield instant, rank, Event(instant - self.start, item,
                                            tuple(each for each in given if each.ages or each.look))
 
-    def heard_by_the_plant(self) -> Iterator[_Ranked]:
-        """Messages as they act on the plant, its own delay included."""
+    def arrivals_at_the_plant(self) -> Iterator[_Ranked]:
+        """Arrivals of messages that act on the plant, its own delay included."""
         for connection in self.loop.connections:
             if connection.target is not self.loop.plant:
                 continue
-            clock = wires.clock_of(connection)
-            transport = wires.latency_ns(connection) + self.loop.plant_form.delay_ns
+            clock = clock_of(connection)
+            transport = latency_ns(connection) + self.loop.plant_form.delay_ns
             # Without any transport a message acts as soon as it is sent, else before blocks step.
             rank = self._ranks[id(connection)] + 0.5 if transport == 0 else _FIRST
             index = clock.first_at_or_after(self.start - transport)
@@ -206,16 +205,16 @@ class _Span:
                 index += 1
 
     def _sent(self, connection: Connection, instant: int, rank: float) -> int:
-        """How many messages have been sent when something of a rank happens at an instant."""
-        clock = wires.clock_of(connection)
+        """Number of messages sent before an event of a rank at an instant."""
+        clock = clock_of(connection)
         return clock.last_at_or_before(instant if self._ranks[id(connection)] < rank else instant - 1) + 1
 
     def _read(self, connection: Connection, reader: RateClock, instant: int, rank: int) -> Delivery:
-        """What a block finds at a port, against its tick before."""
-        clock, latency = wires.clock_of(connection), wires.latency_ns(connection)
+        """Messages that reach a block's port between its tick before and this one."""
+        clock, latency = clock_of(connection), latency_ns(connection)
         before = reader.tick(reader.first_at_or_after(instant) - 1)
         sent = self._sent(connection, instant, rank)
-        if wires.varies(connection):
+        if varies(connection):
             look = Look(instant, before, sent, self._sent(connection, before, rank))
             return Delivery(connection, (), look)
         newest, known = clock.last_at_or_before(instant - latency), clock.last_at_or_before(before - latency)

@@ -1,18 +1,19 @@
-"""Second moments of a loop at rest: the exact recursion of a Markov jump linear system, and where it stands.
+"""Second moments of a loop at rest: the exact recursion of a Markov jump linear system, and its fixed point.
 
 With z the state and j the state of the chain, X_j = E[z z' 1(chain in j)] becomes M X_j M' + p_j W over a
 flow, and T_j (sum of p_ij X_i) T_j' over a draw, where T_j takes rows: a linear operator on the X_j and a
-constant. At rest they solve a linear equation, and they are bounded if the operator's spectral radius is
+constant. At rest the X_j solve a linear equation, and they are bounded if the operator's spectral radius is
 below 1 (Costa, Fragoso and Marques 2005, Discrete-Time Markov Jump Linear Systems, ch. 3, doi
 10.1007/b138575, for a chain in one step; here a period is a product of such steps). Nothing is sampled or
-approximated. Control loops with random delays were treated so by Nilsson 1998, Real-Time Control Systems with
-Delays, thesis, Lund Institute of Technology, for delays below a period.
+approximated. For control loops with random delays see Nilsson 1998, Real-Time Control Systems with
+Delays, thesis, Lund Institute of Technology (delays below a period).
 """
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_discrete_lyapunov
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, gmres
 
 from fesloop.analysis.theory.linear_loop import within_floats
@@ -22,23 +23,18 @@ from fesloop.errors import RunError
 
 Array = NDArray[np.float64]
 _ACCURACY = 1e-10
-"""Of solutions and eigenvalues, relative: far below what a simulation tells apart (chosen)."""
+"""Relative accuracy of solutions and eigenvalues (chosen: far below the resolution of a simulation)."""
 _PERIODS = 4
-"""At a time, for GMRES and Arnoldi: as many products, but a quarter of the vectors to keep orthogonal, which
-takes longer (chosen, measured)."""
-_MOST_SQUARINGS = 64
+"""Periods per operator product in GMRES and Arnoldi: as many products, but a quarter of the vectors to
+orthogonalise, which takes longer (chosen, measured)."""
 _MOST_NUMBERS = 2**25
-"""Of the vectors that GMRES keeps between restarts (chosen: 256 MB)."""
+"""Most numbers in the vectors that GMRES keeps between restarts (chosen: 256 MB)."""
 
 
 class SecondMoments:
-    """The recursion over one period.
+    """The recursion of second moments over one period.
 
-    Parameters
-    ----------
-    period: of the loop.
-
-    Moments are (states of the chain, n, n) arrays as the period begins.
+    Moments are (states of the chain, n, n) arrays at the beginning of the period.
     """
 
     def __init__(self, period: PeriodMap) -> None:
@@ -49,11 +45,11 @@ class SecondMoments:
 
     @property
     def numbers(self) -> int:
-        """How many numbers the moments are."""
+        """Number of entries of the moments."""
         return int(np.prod(self.shape))
 
     def after(self, moments: Array, noise: bool) -> Array:
-        """A period later; the homogeneous operator alone where not `noise`."""
+        """The moments a period later; without `noise`, the homogeneous operator alone."""
         chances = self._period.chain
         for step in self._period.steps:
             if isinstance(step, Draw):
@@ -66,27 +62,28 @@ class SecondMoments:
 
     @within_floats("the second moments at rest")
     def at_rest(self) -> Array:
-        """The stationary moments of a loop that is mean-square stable; others have none."""
+        """Stationary moments of a mean-square stable loop; other loops have none."""
         matrix = self._period.matrix
         noise = self.after(np.zeros(self.shape), noise=True)
         if matrix is not None:
-            return _summed(matrix, noise[0])[np.newaxis]
+            return np.asarray(solve_discrete_lyapunov(matrix, noise[0], method="bilinear"))[np.newaxis]
         for _ in range(_PERIODS - 1):
             noise = self.after(noise, noise=True)
         return self._solved(noise)
 
     def _solved(self, noise: Array) -> Array:
-        """X = operator X + noise by GMRES, over `_PERIODS` of them."""
+        """Solve X = operator X + noise by GMRES, over `_PERIODS` periods."""
         size = noise.size
         operator = LinearOperator((size, size), matvec=lambda x: x - self._flat(x), dtype=np.float64)
         restart = int(np.clip(_MOST_NUMBERS // size, 20, 200))
         found, trouble = gmres(operator, noise.ravel(), rtol=_ACCURACY, restart=restart, maxiter=20)
         if trouble:
-            raise RunError("the stationary second moments were not found: the loop hardly comes to rest")
+            raise RunError("the stationary second moments were not found: GMRES does not converge; the loop "
+                           "is close to instability")
         return np.asarray(found).reshape(self.shape)
 
     def _flat(self, numbers: Array) -> Array:
-        """The operator of `_PERIODS` periods."""
+        """The homogeneous operator of `_PERIODS` periods, on flat moments."""
         moments = numbers.reshape(self.shape)
         for _ in range(_PERIODS):
             moments = self.after(moments, noise=False)
@@ -94,10 +91,11 @@ class SecondMoments:
 
     @within_floats("the growth of second moments")
     def spectral_radius(self) -> float:
-        """Of the operator: the factor by which second moments grow in a period, in the long run."""
+        """The factor by which second moments grow per period in the long run."""
         matrix = self._period.matrix
         if not all(np.isfinite(step.matrix).all() for step in self._period.steps if isinstance(step, Flow)):
-            raise RunError("the growth of second moments was not found: within a period it is beyond floats")
+            raise RunError("the growth of second moments was not found: within a period numbers exceed the "
+                           "range of floats")
         if matrix is not None:
             return float(np.abs(np.linalg.eigvals(matrix)).max(initial=0.0) ** 2)
         size = self.numbers
@@ -107,8 +105,8 @@ class SecondMoments:
         operator = LinearOperator((size, size), matvec=self._flat, dtype=np.float64)
         start = (self._period.chain[:, None, None] * np.eye(self.shape[1])).ravel()
         try:
-            # It keeps positive matrices positive, so its radius is an eigenvalue (Krein and Rutman), the
-            # rightmost; others of the same modulus may turn.
+            # The operator keeps positive matrices positive, so its radius is an eigenvalue (Krein and
+            # Rutman), the rightmost; others of the same modulus may be complex.
             found = eigs(operator, k=1, which="LR", v0=start, tol=_ACCURACY, return_eigenvectors=False,
                          ncv=min(size - 1, 40), maxiter=1000)
         except ArpackError as fault:
@@ -117,7 +115,7 @@ class SecondMoments:
 
     @within_floats("the variance at rest")
     def variance(self, moments: Array) -> Array:
-        """Of each output, (outputs,): its mean over the recorder's instants, given the moments at rest."""
+        """Variance of each output, (outputs,), mean over the recorder's instants, from moments at rest."""
         total, readings, chances = 0.0, 0, self._period.chain
         for step in self._period.steps:
             if isinstance(step, Draw):
@@ -142,15 +140,3 @@ def _drawn(draw: Draw, moments: Array, chances: Array) -> tuple[Array, Array]:
     for chance, take in zip(draw.chances, draw.takes, strict=True):
         after += chance * moments[:, take[:, None], take]
     return after, chances
-
-
-def _summed(matrix: Array, noise: Array) -> Array:
-    """The sum of matrix^k noise matrix'^k, by doubling (Smith 1968, doi 10.1137/0116017)."""
-    total = noise
-    for _ in range(_MOST_SQUARINGS):
-        added = matrix @ total @ matrix.T
-        total = total + added
-        if np.abs(added).max() <= 1e-16 * np.abs(total).max():
-            break
-        matrix = matrix @ matrix
-    return total

@@ -1,4 +1,4 @@
-"""What noise, latency, jitter and loss cost a linear loop at rest, exactly."""
+"""Exact error of a linear loop at rest under noise, latency, jitter and loss."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from fesloop.experiment.experiment import Experiment
 
 Array = NDArray[np.float64]
 _ROUNDING = 1e-10
-"""Nearer to 1 than this a computed spectral radius does not tell whether second moments stay bounded."""
+"""Distance from 1 below which a computed spectral radius does not decide stability."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StationaryCost:
-    """A linear loop at rest.
+    """Error of a linear loop at rest.
 
     Attributes
     ----------
     names, unit: of the outputs.
     rms: (outputs,), root mean square of each output about its mean, over the recorder's instants; infinite
         where the loop is not mean-square stable.
-    spectral_radius: factor by which second moments grow in a period, in the long run.
-    period_s: of everything on the loop together.
+    spectral_radius: factor by which second moments grow per period in the long run.
+    period_s: common period of all clocks.
     """
 
     names: tuple[str, ...]
@@ -46,7 +46,7 @@ class StationaryCost:
 
     @property
     def growth_per_s(self) -> float:
-        """Factor by which second moments grow in a second, in the long run; infinite beyond floats."""
+        """Factor by which second moments grow per second in the long run; infinite beyond floats."""
         try:
             return float(self.spectral_radius ** (1.0 / self.period_s))
         except OverflowError:
@@ -59,16 +59,16 @@ class StationaryCost:
 
     @property
     def joint_rms_deg(self) -> float:
-        """Over all outputs, deg: what the metric joint_rmse_deg comes to in a long run, at a reference that
-        the loop holds on average."""
+        """Root mean square over all outputs, deg: the limit of the metric joint_rmse_deg in a long run, at a
+        reference that the loop holds on average."""
         return math.sqrt(float(np.mean(np.square(self.rms_deg))))
 
 
 def stationary_cost(loop: Experiment | LinearLoop) -> StationaryCost:
     """The stationary cost of an experiment's linear loop.
 
-    Raises InputError as `linear_loop` does, for rates that do not soon come together, and for a loop whose
-    noise takes it to a limit again and again.
+    Raises InputError as `linear_loop` does, for rates with a long common period, and for a loop whose noise
+    often takes it to a limit.
     """
     loop = loop if isinstance(loop, LinearLoop) else linear_loop(loop)
     period = period_map(loop)
@@ -83,6 +83,6 @@ def stationary_cost(loop: Experiment | LinearLoop) -> StationaryCost:
 
 
 def _spread(loop: LinearLoop, block: str) -> Array:
-    """Standard deviation of all that a block puts out, of a loop that is mean-square stable."""
+    """Standard deviation of a block's outputs in a mean-square stable loop."""
     recursion = SecondMoments(period_map(loop, watched=block))
     return np.asarray(np.sqrt(recursion.variance(recursion.at_rest())))

@@ -1,9 +1,9 @@
-"""What a period does to the loop's state: linear flows, and draws between them that pick what a port gets.
+"""Steps of a loop's state over a period: linear flows, and random draws of the messages that ports receive.
 
     flow    z' = matrix z + noise w
-    draw    z'[i] = z[take[i]], where `take` is drawn: independently, or as the next state of a Markov chain
+    draw    z'[i] = z[take[i]], where `take` is random: independent, or the next state of a Markov chain
 
-so that between draws everything is one matrix, and a loop without random wires is a single flow.
+Between draws everything is one matrix; a loop without random wires is a single flow.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ Marks = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flow:
-    """From one draw to the next.
+    """The linear step from one draw to the next.
 
     Attributes
     ----------
     matrix: (after, before).
     covariance: (after, after), of the noise of these ticks.
-    readings: (readings, outputs, before), what the recorder sees on the way.
-    reading_variance: (readings, outputs), by the noise of these ticks.
+    readings: (readings, outputs, before), the recorder's readings in between, as rows of the state.
+    reading_variance: (readings, outputs), from the noise of these ticks.
     """
 
     matrix: Array
@@ -39,12 +39,12 @@ class Flow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Draw:
-    """Rows of the state before that the rows after are taken from, by chance.
+    """A random choice of the rows before it that the rows after it are copies of.
 
     Attributes
     ----------
-    chances: (before, after), of the states of the chain; of an independent draw (choices,).
-    takes: (states or choices, rows after).
+    chances: (before, after), transition probabilities of the chain; (choices,) for an independent draw.
+    takes: (states or choices, rows after), numbers of rows before.
     """
 
     chances: Array
@@ -52,7 +52,7 @@ class Draw:
 
     @property
     def independent(self) -> bool:
-        """Whether the draw knows nothing of those before it."""
+        """Whether the draw is independent of those before it."""
         return self.chances.ndim == 1
 
 
@@ -60,10 +60,10 @@ Step = Flow | Draw
 
 
 def pruned(steps: list[Step], kept: slice) -> list[Step]:
-    """The same steps without rows that make no difference, and rows that nothing ever moves from 0.
+    """The steps without rows that have no effect, and rows that always stay at 0.
 
-    What makes a difference does so to a reading or to the rows to be kept; what moves is moved by noise or by
-    those. (The integral of a controller without integral gain is neither, and would never come to rest.)
+    A row has an effect if it changes a reading or a kept row; a row moves if noise or a kept row moves it.
+    (The integral of a controller without integral gain does neither, and would never come to rest.)
     """
     live = _settled(steps[::-1], kept, _live_before)[::-1]
     moved = _settled(steps, kept, _moved_after)
@@ -73,7 +73,7 @@ def pruned(steps: list[Step], kept: slice) -> list[Step]:
 
 
 def _settled(steps: list[Step], kept: slice, passed: Callable[[Step, Marks], Marks]) -> list[Marks]:
-    """Marks between the steps, first to last, once another round of the cycle adds none."""
+    """Marks between the steps, first to last, after as many rounds of the cycle as add marks."""
     first = steps[0]
     rows = len(first.matrix) if isinstance(first, Flow) else len(first.takes[0])
     marks: Marks = np.zeros(rows, dtype=bool)
@@ -88,7 +88,7 @@ def _settled(steps: list[Step], kept: slice, passed: Callable[[Step, Marks], Mar
 
 
 def _live_before(step: Step, after: Marks) -> Marks:
-    """Rows before a step that make a difference to live rows after it."""
+    """Rows before a step that have an effect on live rows after it."""
     if isinstance(step, Flow):
         return np.asarray((step.matrix[after] != 0.0).any(axis=0) | (step.readings != 0.0).any(axis=(0, 1)))
     before = np.zeros(after.size, dtype=bool)
@@ -97,14 +97,14 @@ def _live_before(step: Step, after: Marks) -> Marks:
 
 
 def _moved_after(step: Step, before: Marks) -> Marks:
-    """Rows after a step that rows that move before it, or noise, move."""
+    """Rows after a step that noise, or rows that move before it, move."""
     if isinstance(step, Flow):
         return np.asarray((step.matrix[:, before] != 0.0).any(axis=1) | (np.diag(step.covariance) != 0.0))
     return np.asarray(before[step.takes].any(axis=0))
 
 
 def _restricted(step: Step, before: Rows, after: Rows) -> Step:
-    """A step between the rows that are left."""
+    """The step between the rows that are left."""
     if isinstance(step, Flow):
         return replace(step, matrix=step.matrix[np.ix_(after, before)], readings=step.readings[..., before],
                        covariance=step.covariance[np.ix_(after, after)])

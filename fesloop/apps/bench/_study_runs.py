@@ -19,7 +19,7 @@ from fesloop.analysis.study.design.cells import cells_of
 from fesloop.analysis.study.design.plan import Resolver, plan
 from fesloop.analysis.study.design.study_file import study_of
 from fesloop.analysis.study.engine.coordinator import run_study
-from fesloop.analysis.study.engine.task import Wanted, run_one
+from fesloop.analysis.study.engine.worker import ResultSpec, run_one
 from fesloop.analysis.study.results.study_results import load
 from fesloop.errors import RunError
 from fesloop.experiment.files.parse import from_document
@@ -115,7 +115,7 @@ def studied(tables: Mapping[str, Any]) -> Timed:
 def alternating(tables: Mapping[str, Any]) -> tuple[list[float], list[float]]:
     """Seconds of each run of a study as a task of a worker, and bare, one after the other in this process."""
     study = study_of(tables)
-    wanted = Wanted(study.metrics, "none", "")
+    wanted = ResultSpec(study.metrics, "none", "")
     tasks, bares = [], []
     with TemporaryDirectory(prefix="fesloop-bench-") as folder:
         for cell in plan(study, lambda _: ()):

@@ -32,7 +32,7 @@ _SHOWN_RUNS = 60
 
 
 class StudyProgress:
-    """Progress of a study on standard error (a `fesloop.analysis.study.engine.pump.Watch`)."""
+    """Progress of a study on standard error (a `fesloop.analysis.study.engine.tasks.Watch`)."""
 
     def __init__(self, name: str) -> None:
         self._name = name

@@ -8,7 +8,7 @@ from fesloop import load
 from fesloop.analysis.study.design.plan import NotPrepared, plan
 from fesloop.analysis.study.design.study_file import read_study
 from fesloop.analysis.study.engine.bases import meanwhile
-from fesloop.analysis.study.engine.task import experiment_of
+from fesloop.analysis.study.engine.worker import experiment_of
 from fesloop.errors import InputErrors
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.running.trial import run

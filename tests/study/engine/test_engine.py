@@ -14,12 +14,12 @@ from study_parts import TESTS, harmful_experiment, with_harmful_blocks, write_st
 from fesloop import load as load_experiment
 from fesloop.analysis.study import load
 from fesloop.analysis.study.design.study_file import read_study
-from fesloop.analysis.study.engine import bases, cluster, coordinator, running, task
+from fesloop.analysis.study.engine import bases, cluster, coordinator, running, worker
 from fesloop.analysis.study.engine.cluster import connected
 from fesloop.analysis.study.engine.coordinator import run_study
 from fesloop.analysis.study.engine.preparing import prepare_one
-from fesloop.analysis.study.engine.pump import Done, Task, pumped
 from fesloop.analysis.study.engine.running import DIED
+from fesloop.analysis.study.engine.tasks import Done, Task, completed
 from fesloop.errors import InputError, InputErrors, RunError
 from fesloop.experiment import registry
 from fesloop.experiment.recording.reading import Recording
@@ -163,13 +163,13 @@ def test_a_base_that_fails_is_named_before_anything_runs(address, tmp_path, sett
 def test_the_first_run_tries_the_base_and_is_kept(address, tmp_path, monkeypatch):
     asked = []
     for module in (bases, running):
-        def noted(client, tasks, *given, module=module, wrapped=module.pumped):
+        def noted(client, tasks, *given, module=module, wrapped=module.completed):
             def each():
                 for task_ in tasks:
                     asked.append((module, task_.id))
                     yield task_
             return wrapped(client, each(), *given)
-        monkeypatch.setattr(module, "pumped", noted)
+        monkeypatch.setattr(module, "completed", noted)
     study = harmful_study(tmp_path, ["raise", "none"])
     table = load(run_study(study, tmp_path, scheduler=address).store).table()
     assert table["status"].tolist() == ["failed", "done"] * 3
@@ -181,14 +181,14 @@ def test_a_first_run_whose_worker_ended_may_be_innocent_and_is_run_again(address
     class KilledWorker(Exception):
         pass
 
-    whole = bases.pumped
+    whole = bases.completed
 
-    def pumped(client, tasks, *given):
+    def completed(client, tasks, *given):
         tasks = list(tasks)
         pilots = [Done(each.id, None, KilledWorker()) for each in tasks if not each.id.startswith("base")]
         yield from [pilots] if pilots else whole(client, iter(tasks), *given)
 
-    monkeypatch.setattr(bases, "pumped", pumped)
+    monkeypatch.setattr(bases, "completed", completed)
     summary = run_study(read_study(write_study(tmp_path, LATENCIES)), tmp_path, scheduler=address)
     assert summary.failed == {}
     assert summary.done == summary.runs
@@ -211,10 +211,10 @@ def test_a_recording_for_which_there_is_no_room_is_no_result(crossed, tmp_path, 
         Path(target).touch()
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(task.shutil, "move", full)
+    monkeypatch.setattr(worker.shutil, "move", full)
     document = zlib.compress(experiment.as_json().encode())
-    came = task.run_one("a", document, 1, task.Wanted(study.metrics, "all", str(tmp_path / "kept")))
-    assert came.status == task.NO_ROOM
+    came = worker.run_one("a", document, 1, worker.ResultSpec(study.metrics, "all", str(tmp_path / "kept")))
+    assert came.status == worker.NO_ROOM
     assert came.recording == ""
     assert list((tmp_path / "kept").iterdir()) == []
 
@@ -273,50 +273,32 @@ def test_an_address_at_which_no_scheduler_is_is_named(monkeypatch, address_):
 def test_two_studies_on_one_scheduler_do_not_share_tasks(address):
     """They may want other metrics of the same run."""
     def outcomes(value):
-        several = pumped(client, iter([Task("a", slowly, (value,))]))
+        several = completed(client, iter([Task("a", slowly, (value,))]))
         return [each.outcome for some in several for each in some]
 
     with connected(None, address) as client, ThreadPoolExecutor() as both:
         assert list(both.map(outcomes, [1, 2])) == [[1], [2]]
 
 
-class LostOnce:
-    """A future whose outcome is lost with its worker before it is fetched, and then made again."""
+class LosesOnce:
+    """A client to whom the first outcome that it fetches is lost, as with a worker."""
 
-    def __init__(self):
-        self.status, self.fetched = "finished", 0
+    def __init__(self, client):
+        self._client, self.fetched = client, 0
 
-    def add_done_callback(self, tell):
-        tell(self)
-
-    def done(self):
-        return self.status == "finished"
-
-    def release(self):
-        pass
-
-
-class OneWorker:
-    """A client that has such futures."""
-
-    status, cluster = "running", None
-
-    def nthreads(self):
-        return {"worker": 1}
-
-    def submit(self, function, *arguments, key, pure):
-        return LostOnce()
+    def __getattr__(self, name):
+        return getattr(self._client, name)
 
     def gather(self, futures, errors):
-        assert errors == "skip"
-        for future in futures.values():
-            future.fetched += 1
-        return {key: "made again" if future.fetched > 1 else None for key, future in futures.items()}
+        self.fetched += 1
+        return dict.fromkeys(futures) if self.fetched == 1 else self._client.gather(futures, errors=errors)
 
 
-def test_an_outcome_that_is_lost_with_its_worker_is_waited_for():
-    (done,) = (each for some in pumped(OneWorker(), iter([Task("a", slowly, ())])) for each in some)
-    assert (done.id, done.outcome) == ("a", "made again")
+def test_an_outcome_that_is_lost_with_its_worker_is_waited_for(address):
+    with connected(None, address) as client:
+        losing = LosesOnce(client)
+        (done,) = (each for some in completed(losing, iter([Task("a", abs, (-3,))])) for each in some)
+    assert (done.id, done.outcome, losing.fetched) == ("a", 3, 2)
 
 
 @pytest.mark.slow
@@ -331,7 +313,7 @@ def test_memory_does_not_grow_with_tasks_that_are_not_under_way(address):
 
     with connected(None, address) as client:
         done = 0
-        for some in pumped(client, tasks()):
+        for some in completed(client, tasks()):
             assert len(drawn) - done <= 20
             done += len(some)
     assert done == len(drawn) == 100

@@ -240,6 +240,15 @@ def test_the_refusal_says_what_of_the_experiment_has_changed(tmp_path, change, t
     assert told in str(refused.value)
 
 
+def test_a_model_that_is_prepared_again_takes_the_place_of_the_first(folder):
+    with Store(folder, a_study()) as kept:
+        kept.put_prepared("m", "model", "failed", "no force", "")
+        kept.put_prepared("m", "model", "done", "", "text")
+    with Store(folder, a_study()) as kept:
+        assert kept.prepared() == {"m": ("done", "", "text")}
+    assert load(folder).planned == 6
+
+
 def test_a_plan_with_faults_leaves_the_store_without_one(tmp_path):
     def faulty():
         yield from a_plan()

@@ -1,7 +1,6 @@
-"""Where a study's tasks run: Dask's own cluster of processes on this machine, or one that is running already.
+"""The Dask cluster that a study runs on: processes on this machine, or a cluster that is already running.
 
-Everything of the local cluster listens on loopback; there is no dashboard, and no process outlives the
-coordinator.
+The local cluster listens on loopback only, without a dashboard, and no process outlives the coordinator.
 """
 
 from __future__ import annotations
@@ -35,12 +34,12 @@ _SETTINGS = {
     "distributed.worker.memory.monitor-interval": "1s",
     "distributed.worker.profile.enabled": False,
 }
-"""Of the local cluster. A worker has its next task at hand when it ends one; watching takes little time; a
-task that two workers were given when they ended is given to no third."""
+"""Dask's settings for the local cluster: a worker has its next task ready when it ends one; monitoring takes
+little time; a task during which two workers have died is given to no third."""
 
 
 def require_dask() -> Any:
-    """The module `distributed`. Raises InputError, naming the extra, where it is not installed."""
+    """Import `distributed`. Raises InputError, naming the extra, where it is not installed."""
     try:
         import distributed
     except ImportError as fault:
@@ -50,20 +49,20 @@ def require_dask() -> Any:
 
 
 def require_workers(workers: int | None) -> None:
-    """Raise InputError for a number of processes that cannot be."""
+    """Raise InputError for a number of processes out of range."""
     if workers is not None and not 1 <= workers <= _MOST_WORKERS:
         raise InputError("--workers", f"{workers}", f"1 to {_MOST_WORKERS} processes")
 
 
 def require_started() -> None:
-    """Raise InputError in a process that is not up yet: it reads the script that started it once more."""
+    """Raise InputError in a worker that is still starting, which imports the script that started it."""
     if getattr(multiprocessing.current_process(), "_inheriting", False):
-        raise InputError("study", "is started once more by its own worker process, which reads the script",
+        raise InputError("study", "is started again by its own worker process, which imports the script",
                          f"a study started under: {_GUARD}")
 
 
 def threads(client: Any) -> int:
-    """Of all workers of a cluster; 0 where none is there, or the scheduler does not answer."""
+    """Number of threads of all workers; 0 where there are none, or the scheduler does not answer."""
     try:
         return sum(client.nthreads().values())
     except OSError:
@@ -71,14 +70,14 @@ def threads(client: Any) -> int:
 
 
 def renew(client: Any) -> None:
-    """Have a local cluster replace workers that ended for good, as those do that end while they start."""
+    """Have a local cluster replace workers that Dask does not restart, as those that die while they start."""
     if client.cluster is not None:
         client.cluster.scale(len(client.cluster.worker_spec))
 
 
 @contextmanager
 def connected(workers: int | None, scheduler: str | None) -> Iterator[Any]:
-    """A client of a local cluster of so many workers (None: one a core), or of the one at an address.
+    """A client of a local cluster of so many workers (None: one per core), or of the cluster at an address.
 
     Raises InputError for an address at which no scheduler answers, and for workers of another version.
     """
@@ -100,24 +99,24 @@ def _local(distributed: Any, workers: int | None) -> Iterator[Any]:
     with contextlib.ExitStack() as stack:
         stack.enter_context(dask.config.set(_SETTINGS))
         try:
-            with _unheard_interrupts():
+            with _blocked_interrupts():
                 cluster = stack.enter_context(distributed.LocalCluster(
                     n_workers=count, threads_per_worker=1, processes=True, host=_LOOPBACK,
                     dashboard_address=f"{_LOOPBACK}:0", silence_logs=logging.CRITICAL,
                     scheduler_kwargs={"dashboard": False}))
         except RuntimeError as fault:
-            raise RunError(f"workers do not start: {fault} Each first reads the script that started it; let "
-                           f"that start the study under: {_GUARD}") from None
+            raise RunError(f"workers do not start: {fault} Each imports the script that started it; start "
+                           f"the study there under: {_GUARD}") from None
         yield stack.enter_context(distributed.Client(cluster))
 
 
 @contextmanager
-def _unheard_interrupts() -> Iterator[None]:
-    """Threads and processes that are started meanwhile, and what they start, never hear Ctrl-C.
+def _blocked_interrupts() -> Iterator[None]:
+    """Block Ctrl-C in threads and processes that are started in the context, and in their children.
 
-    A terminal sends it to workers, too, which would tell of it in tracebacks. The caller hears it afterwards.
+    A terminal sends it to workers too, which would print tracebacks. The caller receives it afterwards.
     """
-    # Python starts its tracker with the first process, and unblocks interrupts after that.
+    # Python starts its resource tracker with the first process, and then unblocks interrupts.
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -139,7 +138,7 @@ def _remote(distributed: Any, scheduler: str) -> Iterator[Any]:
 
 
 def _require_same_version(client: Any, scheduler: str) -> None:
-    """Raise InputError where a worker has no fesloop, or another one."""
+    """Raise InputError where a worker has no fesloop, another version, or several threads."""
     here = version_text()
     try:
         found = client.run(version_text, on_error="return")

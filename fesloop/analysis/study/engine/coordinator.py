@@ -1,8 +1,8 @@
-"""A study from its file to its results: check, prepare, plan, run, and note what comes of each run.
+"""Runs a study: check it, prepare models, plan, run, and store each result.
 
-The coordinator alone writes, and notes results some at a time; whatever is killed, and whenever, a study that
-is started again finds what was noted and runs the rest. A result is a function of its run alone, so neither
-the number of workers nor the order in which they end changes any.
+Only the coordinator writes, several results at a time. Whatever process is killed, and whenever: a study that
+is started again finds the stored results and runs the rest. A result is a function of its run alone, so
+neither the number of workers nor the order in which runs end changes any.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from fesloop.analysis.study.design.study import Study
 from fesloop.analysis.study.engine.bases import meanwhile, try_bases
 from fesloop.analysis.study.engine.cluster import connected, require_dask, require_started, require_workers
 from fesloop.analysis.study.engine.preparing import Preparations, Prepared, prepare_one
-from fesloop.analysis.study.engine.pump import Nobody, Task, Watch, each_of, pumped
-from fesloop.analysis.study.engine.running import ending, refusal, run_pending, tell_lack
+from fesloop.analysis.study.engine.running import ending, refusal, report_lack, run_pending
+from fesloop.analysis.study.engine.tasks import Nobody, Task, Watch, completed, each_of
 from fesloop.analysis.study.store.writing import Store
 from fesloop.errors import RunError
 
@@ -29,13 +29,13 @@ _LOOK_S = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Summary:
-    """What a study came to.
+    """Outcome of a study.
 
     Attributes
     ----------
     study: its name. store: its file.
-    runs: distinct ones. done: how many are done. failed: by cause, how many.
-    wall_s: since it was started, this time.
+    runs: number of distinct runs. done: number of those done. failed: number by cause.
+    wall_s: duration since this start of the study.
     """
 
     study: str
@@ -46,7 +46,7 @@ class Summary:
     wall_s: float
 
     def as_table(self) -> dict[str, Any]:
-        """What `fesloop study --json` prints."""
+        """The table that `fesloop study --json` prints."""
         return {"study": self.study, "store": str(self.store), "runs": self.runs, "done": self.done,
                 "failed": self.failed, "wall_s": self.wall_s}
 
@@ -54,16 +54,17 @@ class Summary:
 def run_study(study: Study, out: str | Path = "studies", *, workers: int | None = None,
               scheduler: str | None = None, retry_failed: bool = False, mix_versions: bool = False,
               watch: Watch | None = None) -> Summary:
-    """Run what of a study has no result yet; results stand in `out`/NAME/study.sqlite.
+    """Run all runs of a study that have no result yet; results are stored in `out`/NAME/study.sqlite.
 
     Parameters
     ----------
-    workers: processes on this machine (None: one a core), where no `scheduler` is given.
+    workers: processes on this machine (None: one per core), where no `scheduler` is given.
     scheduler: address of a running Dask cluster.
-    retry_failed: run failed ones again. mix_versions: go on with results of other code or libraries.
+    retry_failed: run failed runs again. mix_versions: continue with results of other code or libraries.
+    watch: receives the progress.
 
-    Raises InputError, InputErrors for what cannot be run, before anything is; RunError where the scheduler is
-    gone or a disk is full; what was noted until then is kept.
+    Raises InputError, InputErrors for a study that cannot be run, before any run; RunError where the
+    scheduler is gone or a disk is full; earlier results are kept.
     """
     began = time.perf_counter()
     watch = watch or Nobody()
@@ -80,15 +81,15 @@ def run_study(study: Study, out: str | Path = "studies", *, workers: int | None 
         if study.prepare or any(store.pending(retry_failed=retry_failed)):
             watch.stage("start workers")
             with connected(workers, scheduler) as client:
-                _come_to_results(client, study, preparations, store, retry_failed, watch)
+                _run_all(client, study, preparations, store, retry_failed, watch)
         done, failed = store.counts()
         return Summary(study=study.name, store=store.path, runs=store.distinct_runs(), done=done,
                        failed=failed, wall_s=time.perf_counter() - began)
 
 
-def _come_to_results(client: Any, study: Study, preparations: Preparations, store: Store,
+def _run_all(client: Any, study: Study, preparations: Preparations, store: Store,
                      retry_failed: bool, watch: Watch) -> None:
-    """Try the base, prepare what cells need, and run them."""
+    """Try the base experiments, prepare the models that cells need, and run all pending runs."""
     await_workers(client, watch)
     if not store.started:
         try_bases(client, study, store, watch)
@@ -100,28 +101,28 @@ def _come_to_results(client: Any, study: Study, preparations: Preparations, stor
 
 
 def await_workers(client: Any, watch: Watch) -> None:
-    """Wait until a cluster has workers, which a queue of jobs may give it late."""
-    while tell_lack(client, watch):
+    """Wait until the cluster has workers, which a job queue may start late."""
+    while report_lack(client, watch):
         if client.status != "running":
-            raise RunError("the scheduler is gone before any worker came to it")
+            raise RunError("the scheduler is gone, before any worker connected to it")
         time.sleep(_LOOK_S)
 
 
 def _prepare(client: Any, study: Study, preparations: Preparations, store: Store, folder: Path,
              retry_failed: bool, watch: Watch) -> Settings:
-    """Prepare what is not there yet; what each cell is told of it, files of it in `folder`."""
+    """Prepare the models that are missing, as files in `folder`; the settings of each cell that name them."""
     found = {id: entry for id, entry in store.prepared().items()
              if entry[0] == "done" or not retry_failed}
     missing = {id: each for id, each in preparations.needed.items() if id not in found}
     tasks = (Task(id, prepare_one, (id, document, study.about.seed))
              for id, (_, document) in missing.items())
-    for number, each in enumerate(each_of(pumped(client, tasks, lambda: tell_lack(client, watch)))):
+    for number, each in enumerate(each_of(completed(client, tasks, lambda: report_lack(client, watch)))):
         watch.stage("prepare", number / len(missing))
         reason = refusal(each)
         if reason is not None:
             raise reason
-        came: Prepared | None = each.outcome
-        found[each.id] = (came.status, came.cause, came.content) if came else (*ending(each), "")
+        model: Prepared | None = each.outcome
+        found[each.id] = (model.status, model.cause, model.content) if model else (*ending(each), "")
         store.put_prepared(each.id, missing[each.id][0], *found[each.id])
     files, causes = {}, {}
     for id, (status, cause, content) in found.items():

@@ -1,4 +1,4 @@
-"""What a study takes, before it is run: how many runs, how long, how much disk."""
+"""Estimates the cost of a study before it is run: number of runs, time, disk space."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from fesloop.analysis.study.engine.cluster import (
     threads,
 )
 from fesloop.analysis.study.engine.coordinator import await_workers
-from fesloop.analysis.study.engine.pump import Task, Watch, pumped
 from fesloop.analysis.study.engine.running import DIED
-from fesloop.analysis.study.engine.task import Outcome, Wanted, run_one
+from fesloop.analysis.study.engine.tasks import Task, Watch, completed
+from fesloop.analysis.study.engine.worker import Outcome, ResultSpec, run_one
 from fesloop.analysis.study.results.study_results import load
 from fesloop.analysis.study.store.file import FILE
 from fesloop.analysis.study.store.writing import decisive
@@ -33,23 +33,23 @@ from fesloop.errors import RunError
 from fesloop.given_files import exists, is_file
 
 _TRIED = 8
-"""Cells that are tried, spread evenly over the study (chosen)."""
+"""Number of cells that are tried, spread evenly over the study (chosen)."""
 _ROW_BYTES = 500
-"""Of a result and its plan in the store, beside metrics and documents (measured: 350 to 450)."""
+"""Size of a result and its plan in the store, besides metrics and documents (measured: 350 to 450)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cost:
-    """What a study takes.
+    """Cost of a study.
 
     Attributes
     ----------
-    cells, runs: of the study, runs that several cells share counted once. done: runs that have a result.
-    simulated_s: of all runs.
-    tried: runs that were tried. run_s, least_s, most_s: of these, median, least and most.
-    workers: threads of the cluster. left_s: until all runs are done, without what is prepared for them.
-    prepared: how many keys come from experiments of their own.
-    disk_bytes: of results and kept recordings. free_bytes: on the disk.
+    cells, runs: numbers of them; runs that several cells share count once. done: runs that have a result.
+    simulated_s: simulated time of all runs.
+    tried: number of runs that were tried. run_s, least_s, most_s: median, least and greatest of their times.
+    workers: threads of the cluster. left_s: time until all runs are done, without preparations.
+    prepared: number of keys that come from preparations.
+    disk_bytes: size of results and kept recordings. free_bytes: free space on the disk.
     """
 
     cells: int
@@ -67,16 +67,16 @@ class Cost:
     free_bytes: int
 
     def as_table(self) -> dict[str, Any]:
-        """As `fesloop study --dry-run --json` prints it."""
+        """The table that `fesloop study --dry-run --json` prints."""
         return asdict(self)
 
 
 def cost(study: Study, out: str | Path = "studies", *, workers: int | None = None,
          scheduler: str | None = None, watch: Watch) -> Cost:
-    """Check the study, try a few of its runs, and say what all of them take. Nothing is kept.
+    """Check the study, try a few of its runs, and estimate the cost of all. Nothing is kept.
 
-    Parameters as of `fesloop.analysis.study.engine.coordinator.run_study`. Raises what that raises before
-    anything runs, and RunError where none of the runs that are tried gets to its end.
+    Parameters as in `fesloop.analysis.study.engine.coordinator.run_study`. Raises the errors that this raises
+    before any run, and RunError where no tried run ends well.
     """
     require_dask()
     require_started()
@@ -91,7 +91,7 @@ def cost(study: Study, out: str | Path = "studies", *, workers: int | None = Non
         outcomes = _tried(client, study, sample, watch)
     ended = [each.wall_s for each in outcomes if each.status == "done"]
     if not ended:
-        raise RunError(f"{study.name}: none of {len(sample)} runs that were tried got to its end: "
+        raise RunError(f"{study.name}: none of {len(sample)} tried runs ended well: "
                        f"{outcomes[0].cause if outcomes else DIED}")
     return Cost(cells=study.cells, runs=len(ids), done=len(done), simulated_s=simulated_s, tried=len(ended),
                 run_s=statistics.median(ended), least_s=min(ended), most_s=max(ended), workers=count,
@@ -101,7 +101,7 @@ def cost(study: Study, out: str | Path = "studies", *, workers: int | None = Non
 
 
 def _gone_through(study: Study, watch: Watch) -> tuple[set[str], float, list[PlannedCell]]:
-    """Ids of all runs, simulated seconds of all, and some cells spread over the study."""
+    """Ids of all runs, their simulated seconds, and some cells spread over the study."""
     ids, simulated_s, sample = set[str](), 0.0, list[PlannedCell]()
     chosen = {(2 * i + 1) * study.cells // (2 * _TRIED) for i in range(_TRIED)}
     for each in plan(study, meanwhile(study), lambda share: watch.stage("check", share)):
@@ -113,33 +113,33 @@ def _gone_through(study: Study, watch: Watch) -> tuple[set[str], float, list[Pla
 
 
 def _done(folder: Path, study: Study) -> set[str]:
-    """Ids of runs that have a result; none of another study's."""
+    """Ids of runs that have a result of this study."""
     if not is_file(folder / FILE):
         return set()
     results = load(folder)
     same = decisive(results.study) == decisive(json.loads(json.dumps(study.document)))
-    return set(results.table()["id"].tolist()) if same else set()
+    return set(results.frame()["id"]) if same else set()
 
 
 def _tried(client: Any, study: Study, sample: Sequence[PlannedCell], watch: Watch) -> list[Outcome]:
-    """Outcomes of one run of each cell, after each worker has run the first: that loads compiled code."""
+    """Outcomes of a run of each cell, after each worker has run the first cell to load compiled code."""
     with TemporaryDirectory(prefix="fesloop-") as folder:
-        wanted = Wanted(study.metrics, "none", folder)
+        spec = ResultSpec(study.metrics, "none", folder)
         first = [sample[0]] * len(client.nthreads())
         outcomes: list[Outcome] = []
         for several in (first, sample):
             tasks = (Task(f"try-{number}", run_one, (
-                each.runs[0].id, zlib.compress(each.document.encode()), each.runs[0].seed, wanted))
+                each.runs[0].id, zlib.compress(each.document.encode()), each.runs[0].seed, spec))
                 for number, each in enumerate(several))
             outcomes.clear()
-            for done in pumped(client, tasks):
+            for done in completed(client, tasks):
                 outcomes += [each.outcome for each in done if each.outcome is not None]
                 watch.stage("try", len(outcomes) / len(several))
         return outcomes
 
 
 def _disk_bytes(study: Study, runs: int, sample: Sequence[PlannedCell], outcomes: Sequence[Outcome]) -> int:
-    """Of the store and of all recordings that are kept."""
+    """Size of the store and of all kept recordings."""
     document = statistics.fmean(len(zlib.compress(each.document.encode())) for each in sample)
     row = _ROW_BYTES + len(json.dumps(outcomes[0].metrics))
     recordings = statistics.fmean(each.recording_bytes for each in outcomes)

@@ -1,7 +1,7 @@
-"""What cells need before they can be run: the model of their patient, identified in an experiment of its own.
+"""Prepares models of patients, each identified in an experiment of its own before the cells that need it.
 
 A preparation is itself a run, named by the hash of its resolved experiment, and is done once for all cells
-that need it. Where one fails, so do the cells that need it, each with that cause.
+that need it. Where it fails, these cells fail with its cause.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import NamedTuple
 from fesloop.analysis.study.design.cells import Cell, cells_of
 from fesloop.analysis.study.design.plan import NotPrepared, Resolver
 from fesloop.analysis.study.design.study import Preparation, Study
-from fesloop.analysis.study.engine.task import NO_ROOM, experiment_of, failure, is_full, scratch_folder
+from fesloop.analysis.study.engine.worker import NO_ROOM, experiment_of, failure, is_full, scratch_folder
 from fesloop.analysis.study.store.versions import version_text
 from fesloop.errors import FesloopError, InputError, InputErrors, RunError, where_it_broke
 from fesloop.experiment.experiment import Experiment
@@ -26,13 +26,13 @@ from fesloop.experiment.running.trial import run
 from fesloop.forms.toml import toml_value
 
 Needed = dict[str, tuple[str, bytes]]
-"""Key and deflated document of what is to be prepared, by id."""
+"""Key and deflated document of each preparation, by id."""
 
 
 class Prepared(NamedTuple):
-    """What came of a preparation: done with the text of a model file, or failed with a cause.
+    """Outcome of a preparation: done with the text of a model file, or failed with a cause.
 
-    `worker` and `version` are those of who prepared it, as of an `Outcome`.
+    `worker` and `version` are those of the worker, as in an `Outcome`.
     """
 
     id: str
@@ -44,9 +44,9 @@ class Prepared(NamedTuple):
 
 
 class Preparations:
-    """Which preparation each cell needs.
+    """The preparations that each cell needs.
 
-    Raises InputError, InputErrors for experiments that cannot be.
+    Raises InputError, InputErrors for invalid experiments.
     """
 
     def __init__(self, study: Study) -> None:
@@ -73,18 +73,18 @@ class Preparations:
         self.needed[id] = key, zlib.compress(experiment.as_json().encode())
 
     def ids(self, cell: Cell) -> Iterator[tuple[str, str]]:
-        """Key and id of what a cell needs."""
+        """Key and id of each preparation that a cell needs."""
         for key, preparation in self._study.prepare.items():
             yield key, self._ids[key, preparation.experiment, _settings(preparation, cell)]
 
     def settings(self, cell: Cell, files: Mapping[str, Path], causes: Mapping[str, str]) -> tuple[str, ...]:
-        """What a cell is told of what was prepared. Raises NotPrepared where that failed."""
-        told = []
+        """Settings of a cell that name its prepared files. Raises NotPrepared where a preparation failed."""
+        settings = []
         for key, id in self.ids(cell):
             if id in causes:
                 raise NotPrepared(f"{self._study.prepare[key].experiment}: {causes[id]}")
-            told.append(f"{key}={toml_value(str(files[id]))}")
-        return tuple(told)
+            settings.append(f"{key}={toml_value(str(files[id]))}")
+        return tuple(settings)
 
 
 def _in_study(fault: InputError, where: str, cell: Cell) -> InputError:
@@ -99,13 +99,13 @@ def _settings(preparation: Preparation, cell: Cell) -> tuple[str, ...]:
 
 @one_blas_thread()
 def prepare_one(id: str, document: bytes, seed: int) -> Prepared:
-    """Run an experiment of excitation and identify what it excites; what a worker does."""
+    """Run an excitation experiment and identify the excited patient, on a worker."""
     with TemporaryDirectory(prefix="fesloop-", dir=scratch_folder()) as folder:
         try:
             status, cause, content = "done", "", _model(experiment_of(document, seed), Path(folder))
         except FesloopError as fault:
             status, cause, content = "failed", " ".join(str(fault).split()), ""
-        except Exception as fault:  # noqa: BLE001 - as in fesloop.analysis.study.engine.task
+        except Exception as fault:  # noqa: BLE001 - as in fesloop.analysis.study.engine.worker
             status, cause, content = failure(fault), where_it_broke(fault), ""
         if status == "failed" and is_full(folder):
             status = NO_ROOM
@@ -113,7 +113,7 @@ def prepare_one(id: str, document: bytes, seed: int) -> Prepared:
 
 
 def _model(experiment: Experiment, folder: Path) -> str:
-    """Text of the model file of what an experiment excites. Raises RunError where that does not end well."""
+    """Text of the model file of the patient that a run excites. Raises RunError where the run fails."""
     result = run(experiment, folder)
     if result.status != "done":
         raise RunError(result.cause or result.status)

@@ -1,28 +1,28 @@
-"""The runs of a study that are pending: given to a cluster, and what comes of each of them noted."""
+"""Runs the pending runs of a study on a cluster, and stores their results."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from operator import itemgetter
+from operator import attrgetter
 from typing import Any
 
 from fesloop.analysis.study.design.study import Study
 from fesloop.analysis.study.engine.cluster import threads
 from fesloop.analysis.study.engine.preparing import Prepared
-from fesloop.analysis.study.engine.pump import Done, Task, Watch, pumped
-from fesloop.analysis.study.engine.task import NO_ROOM, Outcome, Wanted, run_one
+from fesloop.analysis.study.engine.tasks import Done, Task, Watch, completed
+from fesloop.analysis.study.engine.worker import NO_ROOM, Outcome, ResultSpec, run_one
 from fesloop.analysis.study.store.versions import version_text
-from fesloop.analysis.study.store.writing import Store, StoredResult
+from fesloop.analysis.study.store.writing import PendingRun, Store, StoredResult
 from fesloop.errors import RunError
 
-DIED = "the worker process ended, each time it was tried (out of memory, or a crash in compiled code)"
+DIED = "the worker process died each time it was tried (out of memory, or a crash in compiled code)"
 
 
 @dataclass(slots=True)
 class Tally:
-    """Runs that are done, and that failed by cause."""
+    """Numbers of runs that are done, and that failed by cause."""
 
     done: int
     failed: dict[str, int]
@@ -37,14 +37,14 @@ class Tally:
 
 
 def run_pending(client: Any, study: Study, store: Store, retry_failed: bool, watch: Watch) -> None:
-    """Run what is pending, and note what comes."""
+    """Run all pending runs, and store their results."""
     total, tally = store.distinct_runs(), Tally(*store.counts())
     if retry_failed:
         tally.failed = store.not_prepared()
     watch.runs(tally.done, tally.failed, total)
 
     def wait() -> None:
-        if not tell_lack(client, watch):
+        if not report_lack(client, watch):
             watch.runs(tally.done, tally.failed, total)
 
     def note(several: Iterable[Done]) -> None:
@@ -52,19 +52,19 @@ def run_pending(client: Any, study: Study, store: Store, retry_failed: bool, wat
         watch.runs(tally.done, tally.failed, total)
 
     lost = set[str]()
-    for several in pumped(client, tasks_of(study, store, store.pending(retry_failed=retry_failed)), wait):
+    for several in completed(client, tasks_of(study, store, store.pending(retry_failed=retry_failed)), wait):
         lost |= {each.id for each in several if died(each)}
         note(each for each in several if not died(each))
-    # A run that lay beside one that ends its worker shared its fate: each of them is tried with nothing else
-    # under way, and fails only if its worker ends then.
+    # A run on one worker with another run that kills it is lost as well: each lost run is tried with no other
+    # on the cluster, and fails only if its worker dies again.
     for suspect in store.pending(retry_failed=retry_failed) if lost else ():
-        if suspect[2] in lost:
-            for several in pumped(client, tasks_of(study, store, [suspect]), wait):
+        if suspect.id in lost:
+            for several in completed(client, tasks_of(study, store, [suspect]), wait):
                 note(several)
 
 
-def tell_lack(client: Any, watch: Watch) -> bool:
-    """Tell that a cluster has no workers, if it has none."""
+def report_lack(client: Any, watch: Watch) -> bool:
+    """Report that the cluster has no workers, if it has none; whether that is so."""
     lack = not threads(client)
     if lack:
         watch.stage("wait for workers")
@@ -72,7 +72,7 @@ def tell_lack(client: Any, watch: Watch) -> bool:
 
 
 def put_outcomes(store: Store, several: Iterable[Done]) -> list[StoredResult]:
-    """Note what came of runs. Raises RunError, when the others are noted, for one that is no result."""
+    """Store the outcomes of runs; then raise RunError for the first that is no result."""
     results, refusals = [], []
     for each in several:
         reason = refusal(each)
@@ -87,21 +87,22 @@ def put_outcomes(store: Store, several: Iterable[Done]) -> list[StoredResult]:
 
 
 def died(each: Done) -> bool:
-    """Whether the worker of a run ended."""
+    """Whether the worker of a run died."""
     return type(each.fault).__name__ == "KilledWorker"
 
 
-def tasks_of(study: Study, store: Store, pending: Iterable[tuple[int, int, str]]) -> Iterator[Task]:
-    """Tasks of runs, (cell, seed, id) each, cell by cell."""
-    wanted = Wanted(study.metrics, study.about.recordings, str((store.path.parent / "recordings").absolute()))
-    for number, runs in groupby(pending, itemgetter(0)):
+def tasks_of(study: Study, store: Store, pending: Iterable[PendingRun]) -> Iterator[Task]:
+    """Tasks of pending runs, cell by cell."""
+    spec = ResultSpec(study.metrics, study.about.recordings,
+                      str((store.path.parent / "recordings").absolute()))
+    for number, runs in groupby(pending, attrgetter("cell")):
         document = store.document(number)
-        for _, seed, id in runs:
-            yield Task(id, run_one, (id, document, seed, wanted))
+        for each in runs:
+            yield Task(each.id, run_one, (each.id, document, each.seed, spec))
 
 
 def _result(each: Done) -> StoredResult:
-    """What is noted of a run."""
+    """The stored result of a run."""
     if each.outcome is None:
         return StoredResult(id=each.id, status="failed", cause=ending(each)[1], metrics={}, wall_s=0.0,
                             worker="")
@@ -111,18 +112,18 @@ def _result(each: Done) -> StoredResult:
 
 
 def refusal(each: Done) -> RunError | None:
-    """What ends the study: a worker that could not record, has no fesloop, or another version of it."""
+    """The error that ends the study: a worker has no room, no fesloop, or another version of it."""
     if each.outcome is None:
         return None if died(each) else RunError(
-            f"a worker cannot do a run of fesloop ({ending(each)[1]}); what was done is kept; install the "
-            "same fesloop for all workers, and start the study again to go on")
+            f"a worker cannot do a run of fesloop ({ending(each)[1]}); earlier results are kept; install the "
+            "same fesloop for all workers, and start the study again to continue")
     outcome: Outcome | Prepared = each.outcome
     if outcome.status == NO_ROOM:
-        return RunError(f"a worker's disk is full ({outcome.worker}: {outcome.cause}); what was done is "
-                        "kept; make room, and start the study again to go on")
+        return RunError(f"a worker's disk is full ({outcome.worker}: {outcome.cause}); earlier results "
+                        "are kept; make room, and start the study again to continue")
     if outcome.version != version_text():
-        return RunError(f"a worker that came later has another version ({outcome.worker}); what was done is "
-                        "kept; install the same versions, and start the study again to go on")
+        return RunError(f"a worker that joined later has another version ({outcome.worker}); earlier results "
+                        "are kept; install the same versions, and start the study again to continue")
     return None
 
 

@@ -76,6 +76,7 @@ def keep_checksum(file: sqlite3.Connection) -> None:
     def changed(total: str, sign: int, table: str, *row: Any) -> str:
         return _text(int(total, 16) + sign * row_hash(table, row))
 
+    file.execute("PRAGMA recursive_triggers = ON")  # without it REPLACE deletes a row and fires no trigger
     file.create_function("changed", -1, changed)
     events = {"INSERT": {"NEW": 1}, "DELETE": {"OLD": -1}, "UPDATE": {"OLD": -1, "NEW": 1}}
     for table, columns in CHECKED.items():

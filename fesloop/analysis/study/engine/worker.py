@@ -1,7 +1,7 @@
-"""What a worker does: one run, from an experiment's document to the numbers that are kept.
+"""One run of a study, as a worker does it: from an experiment's document to the kept numbers.
 
-A task takes and gives plain values only, so that a worker needs nothing but fesloop itself, and no disk in
-common with the coordinator. Which worker does it, and after what, changes nothing in what it gives.
+A task takes and returns plain values, so that a worker needs nothing but fesloop, and no disk in common with
+the coordinator. The outcome depends neither on the worker nor on its earlier tasks.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.running.trial import Rehearsals, run
 
 NO_ROOM = "no room"
-"""Status of a run that could not be recorded: the worker's disk is full. It is not a result."""
+"""Status of a run that could not be recorded as the worker's disk is full. It is no result."""
 _ROOM_BYTES = 2**25
 _LONGEST_CAUSE = 400
 
 
-class Wanted(NamedTuple):
-    """What is kept of a run: metrics, and whether and where its recording."""
+class ResultSpec(NamedTuple):
+    """The kept part of a run: metrics, which recordings (none, failed, all), and the folder of these."""
 
     metrics: tuple[KeptMetric, ...]
     recordings: str
@@ -43,10 +43,9 @@ class Wanted(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What came of a run: as `fesloop.analysis.study.store.writing.StoredResult`, and the `version` of who
-    ran it.
+    """The outcome of a run: a `fesloop.analysis.study.store.writing.StoredResult`, and more.
 
-    `recording_bytes` is the size of its recording, kept or not.
+    `recording_bytes` is the size of its recording, kept or not; `version` that of the worker.
     """
 
     id: str
@@ -61,16 +60,16 @@ class Outcome(NamedTuple):
 
 
 @one_blas_thread()
-def run_one(id: str, document: bytes, seed: int, wanted: Wanted) -> Outcome:
-    """One run of the experiment of a deflated document, with a seed. What fails is told in the outcome."""
+def run_one(id: str, document: bytes, seed: int, spec: ResultSpec) -> Outcome:
+    """Run the experiment of a deflated document once, with a seed. The outcome names what failed."""
     began = perf_counter()
     with TemporaryDirectory(prefix="fesloop-", dir=scratch_folder()) as folder:
-        status, cause, metrics = _ending(document, seed, Path(folder), wanted.metrics)
+        status, cause, metrics = _ending(document, seed, Path(folder), spec.metrics)
         recorded = next(Path(folder).glob("*.h5"), None)
         size, recording = recorded.stat().st_size if recorded else 0, ""
         try:
-            if recorded and (wanted.recordings == "all" or (wanted.recordings == status == "failed")):
-                recording = _kept(recorded, id, Path(wanted.folder))
+            if recorded and (spec.recordings == "all" or (spec.recordings == status == "failed")):
+                recording = _kept(recorded, id, Path(spec.folder))
         except OSError as fault:
             status, cause, metrics = failure(fault), where_it_broke(fault), {}
         if status == "failed" and is_full(folder):
@@ -81,7 +80,7 @@ def run_one(id: str, document: bytes, seed: int, wanted: Wanted) -> Outcome:
 
 def _ending(document: bytes, seed: int, folder: Path, metrics: Sequence[KeptMetric]
             ) -> tuple[str, str, dict[str, float | None]]:
-    """Status, cause and metrics of a run whose recording goes into a folder."""
+    """Status, cause and metrics of a run that records into a folder."""
     try:
         result = run(experiment_of(document, seed), folder, rehearsals=_rehearsals())
         if result.status == "interrupted":
@@ -95,7 +94,7 @@ def _ending(document: bytes, seed: int, folder: Path, metrics: Sequence[KeptMetr
 
 
 def failure(fault: Exception) -> str:
-    """Status of what broke: no result, where it was for want of room."""
+    """Status after an error: failed, or `NO_ROOM` where the disk is full."""
     full = isinstance(fault, OSError) and fault.errno in (errno.ENOSPC, errno.EDQUOT)
     return NO_ROOM if full else "failed"
 
@@ -106,23 +105,23 @@ def is_full(folder: str) -> bool:
 
 
 def experiment_of(document: bytes, seed: int) -> Experiment:
-    """The experiment of a deflated document with a seed; a cell's is made once for all its replicates."""
-    return _of_cell(document).with_seed(seed)
+    """The experiment of a deflated document with a seed; it is parsed once for all replicates of a cell."""
+    return _parsed(document).with_seed(seed)
 
 
 @lru_cache(maxsize=1)
-def _of_cell(document: bytes) -> Experiment:
+def _parsed(document: bytes) -> Experiment:
     return from_document(json.loads(zlib.decompress(document)))
 
 
 @cache
 def _rehearsals() -> Rehearsals:
-    """Of all runs of this worker."""
+    """The rehearsals that all runs of this worker share."""
     return Rehearsals()
 
 
 def scratch_folder() -> str | None:
-    """Where temporary files go: a worker's own folder, which is cleared after it, even if it is killed."""
+    """Folder for temporary files: the worker's own, which is removed after it even if it is killed."""
     try:
         from distributed import get_worker
 
@@ -132,7 +131,7 @@ def scratch_folder() -> str | None:
 
 
 def _kept(recorded: Path, id: str, folder: Path) -> str:
-    """Path of a recording in the folder where it is kept: named by its run, there whole or not at all."""
+    """Move a recording to the folder of kept ones, named by its run, whole or not at all; its path."""
     folder.mkdir(parents=True, exist_ok=True)
     draft, path = folder / f".{id}-{uuid4().hex[:8]}.h5", folder / f"{id}.h5"
     try:
