@@ -31,6 +31,11 @@ def test_the_share_within_a_limit_is_the_share_of_the_numbers_that_draw_no_more(
         assert jitter.draw_ns(above) > limit_ns or math.isclose(share, jitter.share_within(limit_ns + 1))
 
 
+@given(KINDS, st.floats(0.0, 1.0, exclude_max=True))
+def test_no_number_draws_less_than_the_least_or_more_than_the_most(jitter, uniform):
+    assert jitter.least_ns <= jitter.draw_ns(uniform) <= jitter.most_ns
+
+
 @pytest.mark.parametrize("scale", [0.0, -1.0, math.nan, math.inf, 1e300, 1.1e6])
 def test_a_measured_time_is_not_scaled_beyond_what_stamps_reach(scale):
     with pytest.raises(InputError, match=r"^scale: .*; allowed: above 0, at most 1e\+06$"):

@@ -46,6 +46,19 @@ def test_signals_of_a_packet_arrive_together_or_not_at_all(transport, seed):
     assert sent == derived
 
 
+@pytest.mark.parametrize("late", ["keep-newest", "in-order"])
+def test_a_message_due_at_a_tick_is_read_at_that_tick_by_whatever_way_it_came(late):
+    """A wire with fixed jitter orders its messages; one without leaves that to its queue."""
+    logs = []
+    for transport in ({"latency_ms": 10.0}, {"latency_ms": 4.0, "jitter": Duration(kind="fixed", ms=6.0)}):
+        nodes = [Node("source", Source(), "100"), Node("sink", Sink(), "100")]
+        loop = Loop(Wiring(nodes, [Wire("source.y", "sink.u", late=late, **transport)]))
+        loop.run_until(NS_PER_S // 10)
+        logs.append(loop.states()["sink"].log)
+    assert logs[0] == logs[1]
+    assert [sample.value for _, sample in logs[0]][1:4] == [0.0, 1.0, 2.0]
+
+
 def test_wires_without_a_link_have_losses_and_jitter_of_their_own():
     transport = {"loss": 0.3, "jitter": Duration(kind="uniform", low_ms=0.0, high_ms=30.0)}
     (first, second), _ = read_by_two(transport, 1, link=None)

@@ -49,6 +49,12 @@ def test_execution_time_and_fixed_jitter_count_as_latency():
     assert critical_latency_ms(slow, BACK) == pytest.approx(16.0 - 4.5 - 1.25, abs=1.1e-6)
 
 
+def test_latencies_that_jitter_would_take_below_zero_are_not_tried():
+    gain = 1.0 / (0.8 * PERIOD_S)
+    early = scalar_loop(0.0, gain, stimulated={"latency_ms": 5.0, "jitter": Duration(kind="fixed", ms=-1.25)})
+    assert critical_latency_ms(early, BACK) == pytest.approx(16.0 + 1.25, abs=1.1e-6)
+
+
 def test_a_loop_that_no_latency_upsets_has_none():
     # x' = -x - 0.5 x(t - tau): the delayed part is the weaker one.
     assert critical_latency_ms(scalar_loop(-1.0, 0.5), BACK) is None

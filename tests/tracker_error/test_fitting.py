@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from dataclasses import replace
 from tempfile import TemporaryDirectory
 
 import numpy as np
@@ -9,8 +10,10 @@ import pytest
 from recording_files import write
 
 import fesloop
+from fesloop.analysis.tracker_error import fitting
 from fesloop.analysis.tracker_error.fitting import PLAYER, fit_error, fit_measured, player
 from fesloop.analysis.tracker_error.measured_errors import measured_errors
+from fesloop.analysis.tracker_error.series_fit import fit_series
 from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
@@ -84,6 +87,15 @@ def test_the_wrist_errs_as_the_process_says(recordings):
     assert judged.name == "radius-carpus.angle"
     assert judged.rmse_holds
     assert judged.autocorrelation_holds
+
+
+def test_what_estimates_lead_by_is_told_in_ms(recordings, monkeypatch):
+    def leading(record):
+        fit = fit_series(record)
+        return replace(fit, series=replace(fit.series, lead_s=0.012))
+
+    monkeypatch.setattr(fitting, "fit_series", leading)
+    assert fit_error(str(recordings / "wrist" / "circle-250.npz")).ahead_ms == pytest.approx(12.0)
 
 
 def test_the_second_half_tells_the_process_nothing(recordings):

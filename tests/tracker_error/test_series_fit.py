@@ -42,6 +42,12 @@ def test_time_constant_and_size_of_one_part_are_found():
         assert abs(values.mean() - true) < 3.0 * values.std(ddof=1) / np.sqrt(values.size) + 0.05 * true
 
 
+def test_an_error_of_one_part_is_fitted_by_one():
+    """More parts always fit better; the criterion weighs that against their parameters."""
+    fit = fit_series(made(ErrorSeries(name="a", fast_deg=1.5, fast_s=0.4), 1)).series
+    assert (fit.slow_deg, fit.speed_s, fit.smooth) == (0.0, 0.0, False)
+
+
 @pytest.mark.slow
 def test_two_parts_make_the_autocorrelation_that_they_have():
     """At each lag from a tenth of a second to three; a minute holds but ten values of the slow part."""

@@ -115,3 +115,15 @@ def test_a_flexion_is_scored_as_it_is_put_out_and_a_turn_about_another_axis_show
     assert found == pytest.approx(np.degrees(abs(off)), abs=1e-6)
     assert metrics.flexion_axis_share(times, relative) == pytest.approx(float(axis == 2), abs=1e-6)
     assert metrics.flexion_axis_share(times, np.repeat(relative[:1], times.size, axis=0)) is None
+
+
+@pytest.mark.parametrize("off_deg", [-3.0, 2.0])
+def test_a_flexion_across_half_a_turn_is_off_by_the_difference_alone(off_deg):
+    """The reference's angle leaps from 180 to -180 deg, the tracker's goes on."""
+    stamps = np.arange(21) * 10_000_000
+    true = np.radians(np.linspace(170.0, 190.0, 21))
+    still = np.tile([1.0, 0.0, 0.0, 0.0], (21, 1))
+    reference = Reference(stamps_ns=stamps, orientation=np.stack([still, quaternion.about_z(true)], axis=1),
+                          scored=np.ones(21, dtype=bool), sensor_frames=False, north=False)
+    found = metrics.flexion_rmse_deg(stamps, true + np.radians(off_deg), reference, (0, 1))
+    assert found == pytest.approx(abs(off_deg), abs=1e-9)
