@@ -257,6 +257,12 @@ def test_effort_adds_what_stimulation_leaves(voluntary, recruited, limit, expect
     np.testing.assert_allclose(with_ding, min(voluntary, limit), atol=1e-9)
 
 
+def test_effort_has_no_fibre_that_stimulation_has_recruited_however_little_it_is_fused() -> None:
+    """At 40 Hz, half fused: 0.6 recruited give 0.3, and effort of 0.7 has the 0.4 that are left."""
+    found = simulate(Muscles(fusion_hz=40.0), {0: given(0.6, 40.0, 0.0, 0.7)}, [1_500 * MS])[0, 0]
+    np.testing.assert_allclose(found, 0.3 + 0.4, atol=1e-9)
+
+
 def test_single_muscles_have_limits_of_their_own() -> None:
     found = step_and_hold(0.0, 0.8, voluntary_limit=0.0, voluntary_limits={"ECRL": 0.7, "ECRB": 1.0})
     expected = np.zeros(len(MUSCLES))
