@@ -111,6 +111,11 @@ def test_feedforward_is_the_inverse_at_rest_within_the_boxes():
         np.testing.assert_allclose(told, static_gain(pid.model) @ wanted.x, atol=1e-3)
 
 
+def test_a_stated_delay_adds_to_the_models_own_and_to_half_a_period():
+    found = [tuning.lag.delay_s for tuning in controller(delay_ms=40.0).tuning(0.025)]
+    np.testing.assert_allclose(found, [tuning.lag.delay_s + 0.04 for tuning in controller().tuning(0.025)])
+
+
 def test_without_feedforward_the_integral_brings_it_there_all_the_same():
     reached, _, _ = closed_loop(controller(feedforward=False), hand(), lambda t: TARGET, seconds=10.0)
     assert np.abs(np.degrees(reached[-1] - TARGET)).max() < 0.2
