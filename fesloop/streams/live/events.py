@@ -47,7 +47,7 @@ class LslEvents:
     source_id: by which receivers find it again; empty: "fesloop" and the stream's name.
     blocks: names of those whose statuses are sent; empty: all.
     mark_name: what `mark` is of.
-    network: "loopback" to be heard on this machine; "lab" opens sockets on every address.
+    network: "loopback" to be heard on this machine; "lab" to be found from the local network.
     """
 
     stream: str

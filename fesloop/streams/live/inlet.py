@@ -170,7 +170,7 @@ class LslInlet:
     stamps: "sender" for those of the samples, "arrival" for senders whose stamps mean something else.
     silent_ms: see above (chosen: three samples of 100 Hz, and in time for a watchdog of 50 ms).
     timeout_s: how long to look for the stream when the run begins.
-    network: "loopback" for streams of this machine; "lab" opens sockets on every address.
+    network: "loopback" for streams of this machine; "lab" for those of the local network.
     """
 
     stream: str = ""

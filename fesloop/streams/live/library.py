@@ -1,4 +1,4 @@
-"""pylsl and the liblsl behind it: imported when a stream is opened, held to one network for good."""
+"""pylsl and the liblsl behind it, imported when a stream is opened and configured once in a process."""
 
 from __future__ import annotations
 
@@ -19,21 +19,22 @@ KnownPeers = {127.0.0.1}
 [log]
 level = -3
 """
-"""Settings of liblsl: ask this machine alone, each of its ports, and print nothing (losses are statuses).
-Several outlets share the one port of discovery, where a datagram to the loopback address reaches a single
-one; as a known peer the machine is asked at the port of every outlet."""
+"""Settings of liblsl: it searches this machine alone, answers searches of this machine alone, and prints
+nothing (losses are statuses). Several outlets share the one port of discovery, where a datagram to the
+loopback address reaches a single one; as a known peer the machine is searched at the port of every outlet.
+liblsl has no setting for the address that its data and time servers bind: every one of the machine."""
 _opened: dict[str, Any] = {}
 """pylsl under the network that this process opened it for: liblsl reads its settings once in a process."""
 
 
 def open_library(network: Network = "loopback") -> Any:
-    """The module pylsl, for streams of this machine alone ("loopback") or as liblsl is set up ("lab").
+    """The module pylsl, for streams of this machine ("loopback") or as liblsl is configured ("lab").
 
     "lab" leaves everything to liblsl and its settings (the file that LSLAPICFG names, or lsl_api.cfg): by
-    default it answers on every address of this machine and searches the local network.
+    default it searches the local network and answers its searches.
 
-    Raises InputError where pylsl or liblsl is missing, cannot be confined, or was opened for the other
-    network by this process.
+    Raises InputError where pylsl or liblsl is missing, takes no settings, or was opened for the other network
+    by this process.
     """
     if network not in get_args(Network):
         raise InputError("network", f"{network!r}", ", ".join(get_args(Network)))
@@ -44,9 +45,6 @@ def open_library(network: Network = "loopback") -> Any:
                          f"{next(iter(_opened))!r}", "one network a run")
     pylsl = _imported()
     if network == "loopback":
-        from fesloop.streams.live.confinement import confine
-
-        confine(import_module("pylsl.lib").lib)
         try:
             pylsl.set_config_content(_LOOPBACK)
         except (AttributeError, NotImplementedError):
@@ -57,7 +55,7 @@ def open_library(network: Network = "loopback") -> Any:
 
 
 def _imported() -> Any:
-    """pylsl; it raises RuntimeError where it finds no liblsl, or one for another processor."""
+    """The module pylsl, which raises RuntimeError where it finds no liblsl, or one for another processor."""
     try:
         return import_module("pylsl")
     except ImportError:

@@ -54,7 +54,7 @@ class LslOutlet:
     labels: a name a row; empty: their numbers.
     column_labels: a name a column.
     stamp: "capture" (the oldest behind the sample, so that a receiver can tell its age) or "sent".
-    network: "loopback" to be heard on this machine; "lab" opens sockets on every address.
+    network: "loopback" to be heard on this machine; "lab" to be found from the local network.
     """
 
     stream: str

@@ -141,7 +141,7 @@ class StreamSender:
     source_id: by which receivers find it again; empty: "fesloop" and the name.
     repeat: whether it begins anew after its end.
     faults: what goes wrong, and when.
-    network: "loopback" to be heard on this machine; "lab" opens sockets on every address.
+    network: "loopback" to be heard on this machine; "lab" to be found from the local network.
     """
 
     played: Played
