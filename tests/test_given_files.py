@@ -16,9 +16,9 @@ from fesloop.experiment.export.target import published
 from fesloop.experiment.recording.reading import Recording
 from fesloop.show.report.run.opening import readable
 from fesloop.show.view import sources
-from fesloop.streams.containers.hdf5 import open_hdf5
 from fesloop.streams.files import open_recording
 from fesloop.streams.formats.layout import read_layout
+from fesloop.streams.hdf5 import open_hdf5
 from plants.patients.files import load as load_patient
 
 NAMES = ["x" * 300, "x" * 5000, "a\0b", "\ud800", "no/such"]

@@ -5,7 +5,7 @@ import json
 import math
 import tomllib
 
-from fesloop.apps.bench._fuzz_mutations import spoil_text
+from fuzz_mutations import spoil_text
 
 
 class Raw:

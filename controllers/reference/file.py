@@ -23,7 +23,7 @@ from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import NS_PER_S
 from fesloop.streams.checks import finite, numbers
-from fesloop.streams.containers.reading import read_container
+from fesloop.streams.reading import read_container
 
 Array = NDArray[np.float64]
 _HDF5, _CONTAINERS = b"\x89HDF\r\n\x1a\n", (b"PK\x03\x04", b"MATLAB")

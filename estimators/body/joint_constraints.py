@@ -176,7 +176,7 @@ def _turn(axes: Array) -> Array:
 CHAIN5 = (Joint(parent=0, child=1, kind="ball"),
           *(Joint(parent=i, child=i + 1, kind="hinge", parent_axis=axis, child_axis=axis)
             for i, axis in enumerate((X, Y, Z), start=1)))
-"""A ball joint, then hinges about x, y, z (`fesloop.streams.formats.chain5`, which gives no lengths)."""
+"""A ball joint, then hinges about x, y, z (`fesloop.streams.formats.published`, which gives no lengths)."""
 
 
 def joints_of(tree: SegmentTree, sensed: Sequence[str]) -> tuple[Joint, ...]:

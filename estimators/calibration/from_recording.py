@@ -43,9 +43,9 @@ from fesloop.models.calibration import (
     SensorRotation,
     Vector,
 )
-from fesloop.streams.containers.text_table import TextForm, read_table
 from fesloop.streams.files import open_recording
 from fesloop.streams.recording import MotionRecording, Reference
+from fesloop.streams.text_table import TextForm, read_table
 
 Array = NDArray[np.float64]
 Window = tuple[float, float]

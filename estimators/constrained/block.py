@@ -106,7 +106,7 @@ class ConstrainedTracker:
     taken as exact.
 
     With `joints` in place of a body, and for five sensors without any setting (those of chain5,
-    `fesloop.streams.formats.chain5`), no lengths are known: there are no outputs `fingertips` and
+    `fesloop.streams.formats.published`), no lengths are known: there are no outputs `fingertips` and
     `fingertip_sd`, and `angles` are those of each joint in turn (see Joint).
 
     A joint is reported as "uncertain" when the sd of one of its angles rises above `uncertain_deg`, and as

@@ -76,7 +76,7 @@ class KortierTracker:
     `fingertips` (t, 3), m, in the frame of the tree's root (for a hand the WCS), and `fingertip_sd` (t, 3),
     m, from the filters' whole covariances, lengths taken as exact; `position` (3,), m, and `velocity` (3,),
     m/s, of the base since the start; `aligned` (1,), always 1. Five sensors without any setting are those of
-    chain5 (`fesloop.streams.formats.chain5`), whose lengths are not known: there are no fingertips then.
+    chain5 (`fesloop.streams.formats.published`), whose lengths are not known: there are no fingertips then.
 
     A lost rate (or frozen, or held for too long: `estimators.samples.arrivals`) is taken as the last one, a
     clipped one as read, with an uncertainty that says so. A joint is reported "untracked", until "tracked",

@@ -21,7 +21,7 @@ CHAIN5 = (
     *(Segment(name=f"seg{i + 1}", parent=f"seg{i}", joint="hinge", joint_name=f"seg{i}-seg{i + 1}",
               axes=(axis,))
       for i, axis in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), start=2)))
-"""A ball joint, then hinges about x, y, z (`fesloop.streams.formats.chain5`, which gives no lengths)."""
+"""A ball joint, then hinges about x, y, z (`fesloop.streams.formats.published`, which gives no lengths)."""
 
 
 class Chains(NamedTuple):

@@ -1,45 +1,27 @@
-"""Recordings of inertial sensors: one way to open any of them, told apart by what is in them."""
+"""Recordings of inertial sensors: one way to open any of them, known by their content."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from fesloop.errors import InputError
 from fesloop.given_files import is_folder
 from fesloop.streams import motion_file
-from fesloop.streams.containers.hdf5 import form_of
-from fesloop.streams.containers.reading import head_of, is_container, is_hdf5, read_container
-from fesloop.streams.formats import body16, broad, chain5, motion_bids, wrist, xdf
-from fesloop.streams.formats.one_rate import Rate
-from fesloop.streams.mixed_rates import require_one_rate
+from fesloop.streams.formats import motion_bids, xdf
+from fesloop.streams.formats.published import PUBLISHED
+from fesloop.streams.formats.rates import Rate, require_one_rate
 from fesloop.streams.motion_file import write_motion_file
+from fesloop.streams.reading import head_of, is_container, is_hdf5, read_container, read_file
 from fesloop.streams.recording import MotionRecording, Reference
 
-__all__ = ["FORMATS", "MotionRecording", "Reference", "open_recording"]
+__all__ = ["MotionRecording", "Reference", "import_recording", "open_recording"]
 
 ALLOWED = ("a motion file of fesloop, an XDF file, a *_motion.tsv of Motion-BIDS or its folder, a MATLAB "
            ".mat or NumPy .npz of a known set, or any table with its layout")
 _RUN = "fesloop recording"
 _GZIP = b"\x1f\x8b"
-
-
-class Reader(Protocol):
-    """A module that reads one form of a container's content."""
-
-    FORMAT: str
-
-    def holds(self, content: Mapping[str, Any]) -> bool:
-        """Whether a file's keys are those of this format."""
-
-    def read(self, path: Path, content: Mapping[str, Any], sensor_set: str | None) -> MotionRecording:
-        """The recording; raises InputError for any fault of the file."""
-
-
-FORMATS: tuple[Reader, ...] = (broad, chain5, wrist, body16)
-"""A reader a published set."""
 
 
 def open_recording(path: str | Path, sensor_set: str | None = None,
@@ -48,14 +30,14 @@ def open_recording(path: str | Path, sensor_set: str | None = None,
 
     Parameters
     ----------
-    path: of a motion file of ours, an XDF file, a *_motion.tsv or a folder that holds it, a .mat (MATLAB 5
-        or 7.3) or .npz file; but for the .tsv its name does not matter.
-    sensor_set: which sensors, where the file holds several sets: "rigid" or "nonrigid" of chain5, the
+    path: of a motion file of fesloop, an XDF file, a *_motion.tsv or a folder that holds it, a .mat (MATLAB 5
+        or 7.3) or .npz file; only the name of the .tsv matters.
+    sensor_set: sensors to read, where the file holds several sets: "rigid" or "nonrigid" of chain5, the
         streams of an XDF file by their names with commas between, the tracking system of Motion-BIDS. None
-        takes the first of chain5, and what there is in the others where that is one set.
-    layout: of a file that says too little of itself (see `fesloop.streams.formats.layout`).
-    resample: rate, Hz, to bring streams of different instants to, where the file holds several (see
-        `fesloop.streams.formats.one_rate`); a layout has a key for it.
+        takes the first of chain5, and the only one of the others.
+    layout: path of a layout, for a file that says too little of itself (`fesloop.streams.formats.layout`).
+    resample: rate, Hz, of common instants for streams of different instants (see
+        `fesloop.streams.formats.rates`); a layout has a key for it.
 
     Raises InputError, naming file and key, for anything that is not a sound recording of a known format, and
     for one whose kinds of samples have several rates.
@@ -67,14 +49,14 @@ def open_recording(path: str | Path, sensor_set: str | None = None,
 
 def _opened(file: Path, sensor_set: str | None, layout: str | Path | None,
             resample: Rate | None) -> MotionRecording:
-    """The recording as it is in the file."""
+    """The recording as the file holds it, of whatever rates."""
     if layout is not None:
         from fesloop.streams.formats.described import read_described
 
         if sensor_set is not None:
-            raise InputError("sensor_set", f"{sensor_set!r} beside a layout", "one of the two")
+            raise InputError("sensor_set", f"{sensor_set!r} and a layout are given", "one of the two")
         if resample is not None:
-            raise InputError("resample", f"{resample} beside a layout", "one of the two",
+            raise InputError("resample", f"{resample} and a layout are given", "one of the two",
                              f"write `resample = {resample}` into the layout")
         return read_described(file, Path(layout))
     if is_folder(file) or file.name.endswith(motion_bids.ENDING):
@@ -87,27 +69,23 @@ def _opened(file: Path, sensor_set: str | None, layout: str | Path | None,
     if resample is not None:
         raise InputError("resample", f"{file} has one time base", "an XDF file, or Motion-BIDS",
                          "leave it out")
-    if is_hdf5(head):
-        form = form_of(file, ALLOWED)
-        if form == motion_file.FORMAT:
-            return motion_file.read_motion_file(file, sensor_set)
-        if form.startswith(_RUN):
-            raise InputError(str(file), "is the recording of a run", ALLOWED,
-                             "a block of kind playback plays its signals")
     if not is_container(head):
         raise InputError(str(file), "is empty" if not head else "is no recording of a known format", ALLOWED,
                          "describe it with a layout")
-    return _of_a_known_set(file, sensor_set)
-
-
-def _of_a_known_set(file: Path, sensor_set: str | None) -> MotionRecording:
-    content = read_container(file)
-    for reader in FORMATS:
-        if reader.holds(content):
-            return reader.read(file, content, sensor_set)
-    keys = ", ".join(list(content)[:8]) or "nothing"
+    content: dict[str, Any] = read_file("hdf5", file) if is_hdf5(head) else {
+        "format": "", "content": read_container(file)}
+    if content["format"] == motion_file.FORMAT:
+        return motion_file.recording_in(content, file, sensor_set)
+    if content["format"].startswith(_RUN):
+        raise InputError(str(file), "is the recording of a run", ALLOWED,
+                         "a block of kind playback plays its signals")
+    found = content.get("content", {})
+    for published in PUBLISHED:
+        if published.fits(found):
+            return published.read(file, found, sensor_set)
+    keys = ", ".join(list(found)[:8]) or "nothing"
     raise InputError(str(file), f"is no recording of a known format, it holds {keys}",
-                     ", ".join(reader.FORMAT for reader in FORMATS), "describe it with a layout")
+                     ", ".join(published.name for published in PUBLISHED), "describe it with a layout")
 
 
 def import_recording(source: str | Path, target: str | Path, layout: str | Path | None = None,

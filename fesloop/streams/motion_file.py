@@ -1,5 +1,5 @@
-"""fesloop's own file of a motion recording: everything that `MotionRecording` holds, bit for bit, but for the
-labels of what was left out of its source.
+"""fesloop's own file of a motion recording: all of `MotionRecording`, bit for bit, but not the
+labels of channels that were left out of its source.
 
 HDF5, form "fesloop motion 1":
 
@@ -31,9 +31,9 @@ import numpy as np
 
 from fesloop.errors import InputError
 from fesloop.loop.clock import exact_ratio
-from fesloop.streams.containers import hdf5
+from fesloop.streams import hdf5
+from fesloop.streams.reading import read_file
 from fesloop.streams.recording import MotionRecording, Reference
-from fesloop.streams.room import Room
 
 FORMAT = "fesloop motion 1"
 ALLOWED = "a motion file that fesloop import wrote"
@@ -103,64 +103,70 @@ def read_motion_file(path: Path, sensor_set: str | None = None) -> MotionRecordi
     Raises InputError for a file that is damaged or not of the form, and for a `sensor_set` that is not the
     file's.
     """
+    return recording_in(read_file("hdf5", path), path, sensor_set)
+
+
+def recording_in(content: Mapping[str, Any], path: Path, sensor_set: str | None) -> MotionRecording:
+    """The recording in the content of a motion file; see `read_motion_file`."""
     where = str(path)
-    with hdf5.open_hdf5(path, ALLOWED) as file:
-        told, items, room = hdf5.attributes(file, where), hdf5.members(file, where), Room(path)
-        held = hdf5.text(told, "sensor_set", where) if "sensor_set" in told else None
-        if sensor_set not in (None, held):
-            raise InputError("sensor_set", f"{where} has no sensor set {sensor_set!r}", held or "none")
-        sensors = tuple(_names(told, where))
-        stamps = _array(items, "stamps_ns", (None,), room, where)
-        shape = (stamps.size, len(sensors), 3)
-        gyr, acc = (_array(items, name, shape, room, where) for name in ("gyr", "acc"))
-        mag = _array(items, "mag", shape, room, where) if "mag" in items else None
-        group = items.get("reference")
-        reference = None if group is None else _reference(group, len(sensors), room, where)
-        pairs = _array(items, "pairs", (None, 2), room, where)
+    if content["format"] != FORMAT:
+        raise InputError(where, f"has the format {content['format']!r}", ALLOWED)
+    attributes, items = content["attributes"], content["items"]
+    own_set = hdf5.text(attributes, "sensor_set", where) if "sensor_set" in attributes else None
+    if sensor_set not in (None, own_set):
+        raise InputError("sensor_set", f"{where} has no sensor set {sensor_set!r}", own_set or "none")
+    sensors = tuple(_names(attributes, where))
+    stamps = _array(items, "stamps_ns", (None,), where)
+    shape = (stamps.size, len(sensors), 3)
+    gyr, acc = (_array(items, name, shape, where) for name in ("gyr", "acc"))
+    mag = _array(items, "mag", shape, where) if "mag" in items else None
+    reference = _reference(items["reference"], len(sensors), where) if "reference" in items else None
+    pairs = _array(items, "pairs", (None, 2), where)
     _require_increasing(stamps, f"{where}: stamps_ns")
     for name, samples in (("gyr", gyr), ("acc", acc), ("mag", mag)):
         if samples is not None and np.isinf(samples).any():
             raise InputError(f"{where}: {name}", "holds infinite numbers", "finite ones, NaN where lost")
     return MotionRecording(
-        path=path, source_format=hdf5.text(told, "source_format", where), sensor_set=held, sensors=sensors,
-        rate=_rate(told, where), stamps_ns=stamps, gyr=gyr, acc=acc, mag=mag, reference=reference,
+        path=path, source_format=hdf5.text(attributes, "source_format", where), sensor_set=own_set,
+        sensors=sensors, rate=_rate(attributes, where), stamps_ns=stamps, gyr=gyr, acc=acc, mag=mag,
+        reference=reference,
         pairs=tuple((int(parent), int(child)) for parent, child in pairs),
-        source=hdf5.text(told, "source", where), source_units=_units(told, where),
-        resampled_hz=_resampled(told, where), origin_s=_origin_s(told, where))
+        source=hdf5.text(attributes, "source", where), source_units=_units(attributes, where),
+        resampled_hz=_resampled(attributes, where), origin_s=_origin_s(attributes, where))
 
 
-def _reference(group: Any, sensors: int, room: Room, where: str) -> Reference:
+def _reference(group: Any, sensors: int, where: str) -> Reference:
     place = f"{where}: reference"
-    if not isinstance(group, h5py.Group):
+    if not isinstance(group, Mapping):
         raise InputError(place, "is no group", ALLOWED)
-    told, items = hdf5.attributes(group, place), hdf5.members(group, place)
-    stamps = _array(items, "stamps_ns", (None,), room, place)
+    attributes, items = group["attributes"], group["items"]
+    stamps = _array(items, "stamps_ns", (None,), place)
     _require_increasing(stamps, f"{place}: stamps_ns")
-    orientation = _array(items, "orientation", (stamps.size, sensors, 4), room, place)
+    orientation = _array(items, "orientation", (stamps.size, sensors, 4), place)
     length = np.linalg.norm(orientation, axis=-1)
     if not (np.isnan(length) | (np.abs(length - 1.0) < 0.01)).all():
         raise InputError(f"{place}: orientation", "holds quaternions that are not of length 1", ALLOWED)
     flags = {}
     for key in ("sensor_frames", "north"):
-        if not isinstance(told.get(key), (bool, np.bool_)):
+        if not isinstance(attributes.get(key), bool):
             raise InputError(f"{place}: {key}", "is missing, or no truth value", "true, false")
-        flags[key] = bool(told[key])
+        flags[key] = attributes[key]
     return Reference(stamps_ns=stamps, orientation=orientation,
-                     scored=_array(items, "scored", (stamps.size,), room, place) > 0, **flags)
+                     scored=_array(items, "scored", (stamps.size,), place) > 0, **flags)
 
 
-def _array(items: Mapping[str, Any], name: str, shape: tuple[int | None, ...], room: Room,
+def _array(items: Mapping[str, Any], name: str, shape: tuple[int | None, ...],
            where: str) -> np.ndarray[Any, Any]:
-    """A dataset of the form's type and shape."""
-    place = f"{where}: {name}"
-    item = items.get(name)
-    if isinstance(item, h5py.Dataset):
-        fits = len(item.shape) == len(shape) and all(
-            wanted in (None, size) for size, wanted in zip(item.shape, shape, strict=True))
-        if item.dtype != _DTYPES[name] or not fits:
-            raise InputError(place, f"is of {item.dtype} with shape {item.shape}",
-                             f"{_DTYPES[name]} {tuple('any' if n is None else n for n in shape)}")
-    return hdf5.array(item, room, place)
+    """A dataset of the form's type and shape, None for any length."""
+    place, values = f"{where}: {name}", items.get(name)
+    if not isinstance(values, np.ndarray):
+        raise InputError(place, "is missing" if values is None else "is no dataset of numbers", ALLOWED)
+    fits = values.ndim == len(shape) and all(
+        length in (None, size) for size, length in zip(values.shape, shape, strict=True))
+    if values.dtype != _DTYPES[name] or not fits:
+        raise InputError(place, f"is of {values.dtype} with shape {values.shape}",
+                         f"{_DTYPES[name]} {tuple('any' if n is None else n for n in shape)}")
+    return values
 
 
 def _require_increasing(stamps: np.ndarray[Any, Any], place: str) -> None:
@@ -168,10 +174,10 @@ def _require_increasing(stamps: np.ndarray[Any, Any], place: str) -> None:
         raise InputError(place, "do not increase from 0 on", ALLOWED)
 
 
-def _json(told: Mapping[str, Any], key: str, kind: type[Any], where: str) -> Any:
+def _json(attributes: Mapping[str, Any], key: str, kind: type[Any], where: str) -> Any:
     """Names under a key: text, in a list or as keys and values of a table."""
     try:
-        value = json.loads(hdf5.text(told, key, where))
+        value = json.loads(hdf5.text(attributes, key, where))
     except (ValueError, RecursionError) as fault:
         if isinstance(fault, InputError):
             raise
@@ -182,24 +188,24 @@ def _json(told: Mapping[str, Any], key: str, kind: type[Any], where: str) -> Any
     return value
 
 
-def _names(told: Mapping[str, Any], where: str) -> list[str]:
-    names: list[str] = _json(told, "sensors", list, where)
+def _names(attributes: Mapping[str, Any], where: str) -> list[str]:
+    names: list[str] = _json(attributes, "sensors", list, where)
     if not names or len(set(names)) < len(names):
         raise InputError(f"{where}: sensors", f"{len(names)} names", "one or more, each once")
     return names
 
 
-def _units(told: Mapping[str, Any], where: str) -> dict[str, str]:
-    units: dict[str, str] = _json(told, "source_units", dict, where)
+def _units(attributes: Mapping[str, Any], where: str) -> dict[str, str]:
+    units: dict[str, str] = _json(attributes, "source_units", dict, where)
     return units
 
 
-def _resampled(told: Mapping[str, Any], where: str) -> dict[str, float]:
+def _resampled(attributes: Mapping[str, Any], where: str) -> dict[str, float]:
     """Rates by stream, Hz; none where the file names none."""
-    if "resampled_hz" not in told:
+    if "resampled_hz" not in attributes:
         return {}
     try:
-        rates = json.loads(hdf5.text(told, "resampled_hz", where))
+        rates = json.loads(hdf5.text(attributes, "resampled_hz", where))
         sound = {name: float(hz) for name, hz in rates.items() if 0.0 < hz < np.inf}
     except (ValueError, RecursionError, TypeError, AttributeError) as fault:
         raise InputError(f"{where}: resampled_hz", f"does not hold rates: {fault}", ALLOWED) from None
@@ -208,17 +214,17 @@ def _resampled(told: Mapping[str, Any], where: str) -> dict[str, float]:
     return sound
 
 
-def _origin_s(told: Mapping[str, Any], where: str) -> float | None:
-    value = told.get("origin_s")
+def _origin_s(attributes: Mapping[str, Any], where: str) -> float | None:
+    value = attributes.get("origin_s")
     if value is None:
         return None
-    if not isinstance(value, (float, np.floating)) or not np.isfinite(value):
+    if not isinstance(value, float) or not np.isfinite(value):
         raise InputError(f"{where}: origin_s", "is no instant", "a finite number of seconds, or nothing")
-    return float(value)
+    return value
 
 
-def _rate(told: Mapping[str, Any], where: str) -> Fraction | None:
-    stated = hdf5.text(told, "rate", where)
+def _rate(attributes: Mapping[str, Any], where: str) -> Fraction | None:
+    stated = hdf5.text(attributes, "rate", where)
     try:
         rate = exact_ratio(stated) if stated else None
     except (ValueError, ZeroDivisionError):

@@ -5,7 +5,7 @@ from agreement_parts import waves
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fesloop.streams.clipping import clipped_at
+from fesloop.streams.doubts import clipped_at
 
 SEEDS = st.integers(0, 10_000)
 STEPS = st.sampled_from([0.0, 1e-4, 1e-3, 5e-3])

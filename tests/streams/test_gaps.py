@@ -17,9 +17,9 @@ from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.block import Tick
 from fesloop.streams.blocks.replay import Replay
+from fesloop.streams.doubts import missing_text
 from fesloop.streams.files import open_recording
 from fesloop.streams.live.played import inertial
-from fesloop.streams.missing import missing_text
 from fesloop.streams.motion_file import write_motion_file
 from fesloop.streams.pace import Gap
 

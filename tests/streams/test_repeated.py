@@ -10,9 +10,8 @@ from fesloop import load
 from fesloop.apps.cli import main
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.trouble import troubles
-from fesloop.streams.doubts import all_doubts
+from fesloop.streams.doubts import all_doubts, repeated_text
 from fesloop.streams.files import open_recording
-from fesloop.streams.missing import repeated_text
 
 LAYOUT = ("rate = 100\n[text]\nheader = 0\n[sensors.a]\ngyr = [1, 2, 3]\nacc = [4, 5, 6]\n"
           "[sensors.b]\ngyr = [7, 8, 9]\nacc = [10, 11, 12]\n")

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from fesloop.errors import InputError
-from fesloop.streams.units import SI, factor
+from fesloop.streams.labels import SI, factor
 
 
 @pytest.mark.parametrize(("quantity", "unit", "expected"), [

@@ -26,9 +26,9 @@ from fesloop.loop.wire import least_burst
 from fesloop.models.correlation import correlation_of
 from fesloop.models.error_process import ErrorProcess
 from fesloop.streams.blocks.replay import Replay
-from fesloop.streams.containers.hdf5 import form_of
-from fesloop.streams.formats.chain5 import FORMAT as CHAIN5
+from fesloop.streams.formats.published import CHAIN5
 from fesloop.streams.motion_file import FORMAT as MOTION
+from fesloop.streams.reading import form_of
 
 _STEADY_NS = NS_PER_MS // 100
 """Ages that differ by less are one age (chosen: nothing in a loop tells them apart)."""
@@ -171,7 +171,7 @@ def _is_run(path: str) -> bool:
     if not path.endswith(".h5"):
         return False
     try:
-        return not form_of(Path(path), "a run").startswith(MOTION)
+        return not form_of(Path(path)).startswith(MOTION)
     except InputError:  # of a run that is under way, or was killed, or is none: opening it as a run tells
         return True
 

@@ -11,9 +11,8 @@ from fesloop.loop.clock import NS_PER_S
 
 def execute(args: Namespace) -> int:
     """Read a recording of any known format and write it as a motion file."""
-    from fesloop.streams.doubts import all_doubts
+    from fesloop.streams.doubts import all_doubts, lacking_in, lost_samples
     from fesloop.streams.files import import_recording
-    from fesloop.streams.missing import lacking_in, lost_samples
 
     with progress_bar(f"import {args.source}"):
         recording = import_recording(args.source, args.target, args.layout, args.sensor_set, args.resample)

@@ -20,7 +20,7 @@ from fesloop.experiment.export.selection import Selection
 from fesloop.experiment.export.target import instant, lines, numbers, seconds, side_by_side, unique
 from fesloop.experiment.recording.signal_table import Piece, SignalTable, TableSignal
 from fesloop.loop.clock import NS_PER_S
-from fesloop.streams.formats.bids_files import PAIRS
+from fesloop.streams.formats.motion_bids import PAIRS
 
 BIDS_VERSION = "1.10.0"
 _TYPES: dict[Quantity, str] = {"acceleration": "ACCEL", "rate": "GYRO", "field": "MAGN",

@@ -19,7 +19,7 @@ from fesloop.forms.toml import TomlError, plain_tables
 from fesloop.loop.realtime import WallRow
 from fesloop.loop.record import BlockRow, EventRow, InputRow, PlantRow
 from fesloop.loop.signals import require_pairs
-from fesloop.streams.containers import hdf5
+from fesloop.streams import hdf5
 
 Rows = NDArray[np.void] | NDArray[np.int64]
 _STAMP = [("trial", "<i4")]

@@ -28,7 +28,7 @@ from fesloop.experiment.recording.form import (
 from fesloop.experiment.recording.signal_table import Column, SignalTable, StoredRows
 from fesloop.given_files import is_file
 from fesloop.loop.clock import FOREVER
-from fesloop.streams.containers.hdf5 import require_sound_heaps
+from fesloop.streams.hdf5 import require_sound_heaps
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,8 +14,8 @@ from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import Poses, placed
 from fesloop.hand.skeleton import RESTING_DEG, hand_tree
 from fesloop.show.picture.posture import posture_of_angles
+from fesloop.streams.labels import factor
 from fesloop.streams.live.description import Channel
-from fesloop.streams.units import factor
 
 Array = NDArray[np.float64]
 _PosesOf = Callable[[Array], Poses]

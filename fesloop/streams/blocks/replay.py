@@ -13,9 +13,8 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, StampClock, duration_ns
 from fesloop.loop.signals import Port, Sensors, Value
-from fesloop.streams.doubts import doubts
+from fesloop.streams.doubts import doubts, missing_text
 from fesloop.streams.files import open_recording
-from fesloop.streams.missing import missing_text
 from fesloop.streams.pace import Gap, timeline
 from fesloop.streams.recording import MotionRecording, require_the_same
 

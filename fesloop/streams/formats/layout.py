@@ -38,7 +38,7 @@ from pydantic import TypeAdapter, ValidationError
 from fesloop.errors import InputError, InputErrors
 from fesloop.forms.toml import TomlError, tables_of
 from fesloop.loop.signals import require_pairs
-from fesloop.streams.containers.text_table import TextForm, read_text
+from fesloop.streams.text_table import TextForm, read_text
 
 _ALLOWED = "a layout file (TOML)"
 _MOST_ROWS = 1000
@@ -98,7 +98,7 @@ class SensorLayout:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnitsLayout:
-    """Units of the file, as `fesloop.streams.units` knows them."""
+    """Units of the file, as `fesloop.streams.labels` knows them."""
 
     gyr: str = "rad/s"
     acc: str = "m/s^2"

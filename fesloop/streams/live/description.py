@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.streams.labels import Kind, Reading, not_understood, read_label
-from fesloop.streams.units import factor
+from fesloop.streams.labels import Kind, Reading, factor, not_understood, read_label
 
 _AXES = "xyz"
 

@@ -10,7 +10,7 @@ import numpy as np
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import Port, Sample, Value
-from fesloop.streams.units import GRAVITY
+from fesloop.streams.labels import GRAVITY
 
 _AT_REST = {"gyr": (0.0, 0.0, 0.0), "acc": (0.0, 0.0, GRAVITY), "mag": (0.0, 2e-5, -4e-5)}
 """Gravity, and a field of the mid latitudes, 45 uT (IGRF: 25 to 65 uT)."""

@@ -11,8 +11,7 @@ from scipy.io import loadmat, whosmat
 from fesloop import InputError, Recording
 from fesloop.experiment.export import export, mat
 from fesloop.experiment.export.mat import variable_names
-from fesloop.streams.containers.matlab import sound_variables
-from fesloop.streams.room import Room
+from fesloop.streams.reading import read_container
 
 
 def read(path):
@@ -38,7 +37,7 @@ def test_every_run_reads_back_exactly(made, tmp_path_factory):
         variables = dict(zip(names, variable_names(names), strict=True))
         for trial, path in enumerate(exported.files):
             content = read(path)
-            assert set(sound_variables(path, Room(path))) == set(content)
+            assert set(read_container(path)) == set(content)
             assert set(content) == {*variables.values(), "run", "events"}
             for name, variable in variables.items():
                 signal, structure = recording.signal(name, trial), content[variable]

@@ -12,8 +12,8 @@ from scipy.io import savemat
 from scipy.spatial.transform import Rotation
 
 from fesloop.errors import InputError, InputErrors
-from fesloop.streams.containers.text_table import TextForm, read_table
 from fesloop.streams.files import open_recording
+from fesloop.streams.text_table import TextForm, read_table
 
 LAYOUT = """
 rate = "2000/7"
@@ -262,7 +262,7 @@ def test_faults_of_tables_are_named_with_line_and_column(tmp_path):
             (7, lambda row: row + ",1", ("line 8", "14 columns")),
             (7, lambda row: "abc" + row, ("line 8: column 't'", "is no number")),
             (0, lambda row: row + ",more", ("line 1", "names 14 columns")),
-            (0, lambda row: row.replace("g1", "g0"), ("sensors.forearm.gyr", "'g0' stands twice"))]:
+            (0, lambda row: row.replace("g1", "g0"), ("sensors.forearm.gyr", "'g0' is listed twice"))]:
         spoilt = list(text)
         spoilt[line] = change(spoilt[line])
         paths[0].write_text("\n".join(spoilt))
@@ -292,5 +292,5 @@ def test_several_faults_of_a_layout_are_named_at_once(tmp_path):
 
 def test_a_sensor_set_beside_a_layout_is_refused(tmp_path):
     paths = written(tmp_path)
-    with pytest.raises(InputError, match="beside a layout"):
+    with pytest.raises(InputError, match="and a layout are given"):
         open_recording(paths[0], "imu", paths[1])

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fesloop.errors import InputError
+from fesloop.streams.labels import factor
 from fesloop.streams.live.description import Channel, Declared, pick_angles, pick_inertial
-from fesloop.streams.units import factor
 
 UNITS = {"gyr": "deg/s", "acc": "g", "mag": "uT"}
 SI = {"gyr": math.pi / 180.0, "acc": 9.80665, "mag": 1e-6}

@@ -1,4 +1,4 @@
-"""HDF5 of others: what would hang HDF5 itself, leads elsewhere or asks for more than there is, is refused."""
+"""HDF5 of others: what would hang HDF5 itself, leads elsewhere or takes more than there is, is refused."""
 
 import subprocess
 import sys
@@ -11,9 +11,9 @@ from mat73_files import write_mat73
 
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
-from fesloop.streams.containers.hdf5 import require_sound_heaps
-from fesloop.streams.containers.reading import read_container
 from fesloop.streams.files import open_recording
+from fesloop.streams.hdf5 import require_sound_heaps
+from fesloop.streams.reading import read_container
 
 
 def with_text(path, **attributes):
@@ -73,7 +73,7 @@ def test_links_and_data_that_lie_elsewhere_are_not_followed(tmp_path):
 def test_what_a_small_file_declares_is_not_allocated(tmp_path):
     with h5py.File(tmp_path / "big", "w") as file:
         file.create_dataset("imu_gyr", (10**9, 3), "f8", chunks=(1000, 3), compression="gzip")
-    with pytest.raises(InputError, match=r"imu_gyr: would take 2.4e\+10 bytes"):
+    with pytest.raises(InputError, match=r"imu_gyr: cannot be read: .*22.4 GiB"):
         read_container(tmp_path / "big")
 
 
@@ -95,5 +95,5 @@ def test_cells_in_a_ring_come_to_an_end(tmp_path):
     path = write_mat73(tmp_path / "m.mat", {"cells": ["one"]})
     with h5py.File(path, "a") as file:
         file["cells"][0, 0] = file["cells"].ref
-    with pytest.raises(InputError, match="too much in each other"):
+    with pytest.raises(InputError, match="maximum recursion depth"):
         read_container(path)

@@ -1,9 +1,9 @@
-"""Opening HDF5 files that others wrote, or that became damaged, without harm.
+"""Opens and reads HDF5 files that others wrote, or that are damaged, without harm.
 
 Of 7500 recordings of fesloop's own form, changed at random, HDF5 2.0 hung for ever on 9, each time in a
-global heap, where it keeps text of any length (and on none of 7500 files of MATLAB's form): that is the one
-structure without a checksum, and an object of size 0 in it is walked on the spot. Heaps are therefore walked
-here first.
+global heap, where it keeps text of any length (and on none of 7500 files of MATLAB's form): the heap is the
+one structure without a checksum, and HDF5 never gets past an object of size 0 in it. Recordings of runs are
+read where they are, not in the reader process, so that heaps are walked here first.
 """
 
 from __future__ import annotations
@@ -18,9 +18,7 @@ import h5py
 import numpy as np
 
 from fesloop.errors import InputError
-from fesloop.streams.room import Room
 
-SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _HEAP = b"GCOL"
 _HEAP_HEADER = struct.Struct("<4sB3xQ")
 _OBJECT = struct.Struct("<HH4xQ")
@@ -28,30 +26,24 @@ _LARGEST_HEAP = 2**26
 _BLOCK_BYTES = 2**20
 
 
-def open_hdf5(path: Path, allowed: str) -> h5py.File:
+def open_hdf5(path: Path, allowed: str, where: str = "") -> h5py.File:
     """The file, for reading.
 
-    Raises InputError, with what is `allowed`, for one that is missing, cut short or damaged.
+    Raises InputError, with what is `allowed`, for one that is missing, cut short or damaged; `where` names it
+    there in place of its path.
     """
     try:
         require_sound_heaps(path)
         return h5py.File(path, "r")
     except (OSError, RuntimeError, ValueError) as fault:
-        raise InputError(str(path), f"is no HDF5 file, or a damaged one: {fault}", allowed) from None
-
-
-def form_of(path: Path, allowed: str) -> str:
-    """The attribute `format` of a file, by which fesloop tells its own; "" of any other HDF5 file."""
-    with open_hdf5(path, allowed) as file:
-        told = attributes(file, str(path))
-    return text(told, "format", str(path)) if isinstance(told.get("format"), (str, bytes)) else ""
+        raise InputError(where or str(path), f"is no HDF5 file, or a damaged one: {fault}", allowed) from None
 
 
 def require_sound_heaps(path: Path) -> None:
     """Raise OSError where walking a global heap of the file would not end.
 
-    The form of a heap: HDF5 File Format Specification 3.0, III.E. Text that is no heap but starts like one
-    is passed over, unless its version and size are those of one.
+    A heap has the form of HDF5 File Format Specification 3.0, III.E. Text that starts like a heap but has not
+    the version and size of one is passed over.
     """
     size = path.stat().st_size
     if size == 0:
@@ -68,7 +60,7 @@ def require_sound_heaps(path: Path) -> None:
 
 
 def _require_sound_heap(file: int, start: int, file_size: int) -> None:
-    """Go from object to object of the heap at `start`; each must lie within it and be longer than none."""
+    """Walk the objects of the heap at `start`: each must lie within it and take more than no bytes."""
     header = os.pread(file, _HEAP_HEADER.size, start)
     if len(header) < _HEAP_HEADER.size:
         return
@@ -103,12 +95,12 @@ def text(values: Mapping[str, Any], key: str, where: str) -> str:
 
 
 def _undecoded(value: str) -> bool:
-    """Whether text holds what stands for bytes that were no UTF-8."""
+    """Whether text holds surrogates, which stand for bytes that are no UTF-8."""
     return any("\ud800" <= letter <= "\udfff" for letter in value)
 
 
 def members(group: h5py.Group, where: str) -> dict[str, h5py.Group | h5py.Dataset]:
-    """Groups and datasets that stand in a group itself; InputError for a link that leads elsewhere."""
+    """Groups and datasets in a group itself; InputError for a link that leads elsewhere."""
     found = {}
     try:
         for name in group:
@@ -122,18 +114,16 @@ def members(group: h5py.Group, where: str) -> dict[str, h5py.Group | h5py.Datase
     return found
 
 
-def array(item: Any, room: Room, where: str) -> np.ndarray[Any, Any]:
+def array(item: Any, where: str) -> np.ndarray[Any, Any]:
     """All values of a dataset.
 
-    Raises InputError for what is no dataset, lies in other files, takes more than there is `room`, or is
-    damaged.
+    Raises InputError for what is no dataset, lies in other files, or is damaged.
     """
     if not isinstance(item, h5py.Dataset):
         raise InputError(where, "is missing" if item is None else "is no dataset", "a dataset")
     try:
         if item.external or item.is_virtual:
             raise InputError(where, "lies in another file", "a file of its own")
-        room.take(item.size * item.dtype.itemsize if item.size else 0, where)
         values: np.ndarray[Any, Any] = np.asarray(item[()])
     except InputError:
         raise

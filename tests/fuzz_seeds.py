@@ -11,11 +11,11 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
+import fuzz_mutations as spoil
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.apps.bench import _fuzz_mutations as spoil
 from fesloop.experiment.export import xdf_chunks
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.running.trial import run

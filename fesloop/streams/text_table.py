@@ -1,0 +1,139 @@
+"""Tables of numbers in text files, read exactly: every decimal number becomes the nearest double."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fesloop.errors import InputError
+from fesloop.given_files import read_whole
+from fesloop.streams.checks import Array
+from fesloop.streams.reading import read_file
+
+_MOST_COLUMNS = 10_000
+"""Chosen: 17 sensors with 9 channels and quaternions are 221."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TextForm:
+    """Form of numbers in a text file.
+
+    Attributes
+    ----------
+    separator: one character between columns; " " is any run of blanks.
+    decimal: "." or ",".
+    header: lines before the first row; the last of them holds the columns' names. 0: none.
+    missing: marks for a missing number, which becomes NaN.
+    """
+
+    separator: str = ","
+    decimal: str = "."
+    header: int = 1
+    missing: tuple[str, ...] = ("", "n/a", "NaN", "nan")
+
+    def __post_init__(self) -> None:
+        if len(self.separator) != 1 or self.separator in "\"\n\r." or self.separator.isalnum():
+            raise InputError("separator", f"{self.separator!r}",
+                             'one character, such as "," ";" "\\t" or " "')
+        if self.decimal not in (".", ",") or self.decimal == self.separator:
+            raise InputError("decimal", f"{self.decimal!r}", '"." or ",", another than the separator')
+        if self.header < 0:
+            raise InputError("header", f"{self.header}", "0 or more lines")
+        if any(self.separator in mark for mark in self.missing if mark):
+            raise InputError("missing", "holds the separator", "marks without it")
+
+    def cells(self, line: str) -> list[str]:
+        """Cells of a line, without blanks and quotes around them."""
+        parts = line.split() if self.separator == " " else line.split(self.separator)
+        return [part.strip().strip('"') for part in parts]
+
+    def number(self, cell: str) -> float:
+        """Number in a cell, NaN for a missing one; raises ValueError for anything else."""
+        if cell in self.missing:
+            return float("nan")
+        if "_" in cell:
+            raise ValueError  # Python's numbers may hold one
+        return float(cell.replace(self.decimal, "."))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TextTable:
+    """A table. `names` are its columns' names, empty without a header; `values` are (rows, columns)."""
+
+    names: tuple[str, ...]
+    values: Array
+
+
+def read_text(path: Path, allowed: str, where: str = "") -> str:
+    """All of a text file; InputError, with what is `allowed`, where it cannot be read or is no text."""
+    try:
+        return read_whole(path, allowed).decode("utf-8-sig")
+    except UnicodeDecodeError as fault:
+        raise InputError(where or str(path), f"is not UTF-8 text (byte {fault.start})", allowed) from None
+
+
+def read_table(path: Path, form: TextForm) -> TextTable:
+    """The table in a text file.
+
+    Raises InputError, naming file, line and column, for what is no number and for rows of unequal length.
+    """
+    found = read_file("table", path, **asdict(form))
+    return TextTable(tuple(found["names"]), found["values"])
+
+
+def parse_table(path: Path, where: str, **form: Any) -> dict[str, Any]:
+    """Names and values of a table, by `read_table`'s rules; runs in the reader process.
+
+    NumPy reads a table that is plain. It knows no marks for missing numbers and no decimal comma, and names
+    neither line nor column of a fault, so that any other table is read cell by cell.
+    """
+    text_form = TextForm(**{**form, "missing": tuple(form["missing"])})
+    text = read_text(path, "a table of numbers", where)
+    lines = text.splitlines()
+    rows = [line for line in lines[text_form.header:] if line.strip()]
+    if not rows:
+        raise InputError(where, f"holds no row after {text_form.header} lines of header", "one or more rows")
+    names = tuple(text_form.cells(lines[text_form.header - 1])) if text_form.header else ()
+    columns = len(text_form.cells(rows[0]))
+    if columns > _MOST_COLUMNS:
+        raise InputError(where, f"has {columns} columns", f"at most {_MOST_COLUMNS}")
+    if names and len(names) != columns:
+        raise InputError(f"{where}: line {text_form.header}", f"names {len(names)} columns, the first row "
+                         f"has {columns}", "a name a column", "state in the layout how many lines are header")
+    marks = [mark for mark in text_form.missing if mark and mark.lower() != "nan"]
+    if text_form.decimal == "." and not any(mark in text for mark in marks):
+        try:
+            values = np.loadtxt(rows, comments=None, quotechar='"', ndmin=2,
+                                delimiter=None if text_form.separator == " " else text_form.separator)
+            return {"names": names, "values": values}
+        except ValueError:
+            pass  # it holds missing numbers or faults
+    return {"names": names, "values": _cell_by_cell(lines, text_form, columns, names, where)}
+
+
+def _cell_by_cell(lines: Sequence[str], form: TextForm, columns: int, names: Sequence[str],
+                  where: str) -> Array:
+    """Values of the rows; InputError for the first cell that is no number, or row of another length."""
+    values = []
+    for number, line in enumerate(lines[form.header:], start=form.header + 1):
+        if not line.strip():
+            continue
+        cells = form.cells(line)
+        if len(cells) != columns:
+            raise InputError(f"{where}: line {number}", f"has {len(cells)} columns, the first row has "
+                             f"{columns}", "rows of equal length")
+        row = []
+        for column, cell in enumerate(cells):
+            try:
+                row.append(form.number(cell))
+            except ValueError:
+                name = repr(names[column]) if names else column + 1
+                marks = ", ".join(repr(mark) for mark in form.missing)
+                raise InputError(f"{where}: line {number}: column {name}", f"{cell[:40]!r} is no number",
+                                 f"numbers, or one of the marks for missing ones: {marks}") from None
+        values.append(row)
+    return np.array(values)
