@@ -32,7 +32,7 @@ EVENTS = ROOT / "docs" / "events.md"
 RECORDINGS = Path(os.environ.get("FESLOOP_RECORDINGS", ROOT.parent / "shared" / "data"))
 BODY16 = RECORDINGS / "body16" / "qmt_full_body_example_data.mat"
 
-SETTINGS = {"grasp_ilc": ["trials=3"], "open_close_ilc": ["trials=3"], "tracker_hour": ["duration_s=120"]}
+SETTINGS = {"grasp_ilc": ["trials=2"], "open_close_ilc": ["trials=2"], "tracker_hour": ["duration_s=120"]}
 """What keeps long experiments short without leaving anything of them out."""
 LEFT_OUT = {"array_search_exhaustive", "array_search_magnets", "array_search_two_phase", "hil_live",
             "hil_dry_stimulator", "hil_twin", "hil_error_replay", "hil_replay", "replay"}
@@ -40,10 +40,10 @@ LEFT_OUT = {"array_search_exhaustive", "array_search_magnets", "array_search_two
 SKIPPED = {("plant", "myohand"), ("tracker", "error_replay"), ("reference", "recorded")}
 """Options that want an extra or a file."""
 SWEEPS = {
-    "grasp_mpc": ("tracker_latency_ms", (0, 30, 100, 200), (1, 2, 3)),
+    "grasp_mpc": ("tracker_latency_ms", (0, 100, 200), (1, 2, 3)),
     "finger_mpc": ("latency_ms", (0, 50, 150), (1, 2, 3, 4)),
     "finger_pid_latency": ("latency_ms", (0, 50, 100, 150), (1, 2, 3, 4)),
-    "pinch_mpc": ("tracker_latency_ms", (0, 30, 100), (1, 2, 3)),
+    "pinch_mpc": ("tracker_latency_ms", (0, 100), (1, 2, 3)),
 }
 """Latency by experiment: its setting, values in ms, and seeds."""
 
