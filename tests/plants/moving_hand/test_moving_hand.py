@@ -36,6 +36,14 @@ def bone_ends(plant, seed, angles):
     return poses.orientation[..., tips, :], poses.position[..., tips, :]
 
 
+@pytest.mark.parametrize("duration_s", [0.5, 1.0, 1.013])
+def test_knots_reach_to_the_end_of_the_last_phase(duration_s):
+    path = MovingHand(phases=(Phase(name="bent", duration_s=duration_s, posture_deg=GRIP),)).path(0, "hand")
+    (span,) = path.spans
+    last_s = path.knot_s * (len(path.knots) - 1)
+    assert span.stop - 1e-9 <= last_s < span.stop + 1.01 * path.knot_s
+
+
 @settings(deadline=None, max_examples=12)
 @given(st.sampled_from(["left", "right"]), st.integers(0, 1000))
 def test_sites_feel_what_their_own_path_says(side, seed):
