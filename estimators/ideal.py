@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError
+from fesloop.loop.abilities import Passage
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.noise import NoiseStream
-from fesloop.loop.passages import Passage
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.models.linear_form import BlockToControl, SampledForm, memoryless, uncovered
 

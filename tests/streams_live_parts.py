@@ -5,8 +5,8 @@ from threading import Event
 
 import numpy as np
 
+from fesloop.loop.abilities import Present
 from fesloop.loop.block import Tick
-from fesloop.loop.realtime import Present
 from fesloop.streams.live.source import Pulled, StreamLost
 
 

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.loop.abilities import Passage
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns
 from fesloop.loop.noise import NoiseStream
-from fesloop.loop.passages import Passage
 from fesloop.loop.signals import Port, Sample, Value
 
 Array = NDArray[np.float64]

@@ -18,13 +18,12 @@ from controllers.ilc.trajectories import explained
 from controllers.ilc.trial import SeenTrial
 from controllers.period import period_ns
 from fesloop.errors import InputError
+from fesloop.loop.abilities import Passage, Surroundings
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, duration_ns
 from fesloop.loop.guard import is_finite
-from fesloop.loop.passages import Passage
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Value
-from fesloop.loop.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 

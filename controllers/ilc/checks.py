@@ -12,8 +12,8 @@ from controllers.ilc.parameters import IlcParameters
 from controllers.limits.actuation import STATUS, in_words, missed_ns
 from controllers.limits.allocation import LEAST_REACH, check_reach, require_kept
 from fesloop.errors import InputError
+from fesloop.loop.abilities import Surroundings
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
-from fesloop.loop.surroundings import Surroundings
 
 _POSITIVE = ("duration_s", "change_weight", "gain", "gradient_step", "slew", "drive_max", "sd_max_deg",
              "strength_margin", "contact_n")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from fesloop.loop.abilities import Surroundings
 from fesloop.loop.clock import NS_PER_MS
-from fesloop.loop.surroundings import Surroundings
 
 STATUS = "delay_differs"
 

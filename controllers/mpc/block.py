@@ -18,12 +18,11 @@ from controllers.mpc.state import Loop, MpcState, fall_back
 from controllers.period import period_ns
 from controllers.qp.dense import NOT_FINITE
 from fesloop.errors import InputError
+from fesloop.loop.abilities import AgeLimit, Surroundings
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.guard import is_finite
-from fesloop.loop.input_ages import AgeLimit
 from fesloop.loop.signals import Port, Sample, Value
-from fesloop.loop.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 

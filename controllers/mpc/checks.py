@@ -13,9 +13,9 @@ from controllers.limits.allocation import LEAST_REACH, check_reach, posture_with
 from controllers.mpc.parameters import MpcParameters
 from controllers.period import period_ns
 from fesloop.errors import InputError
+from fesloop.loop.abilities import Surroundings
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
-from fesloop.loop.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 _POSITIVE = ("move_weight", "slew", "drive_max", "drive_noise", "disturbance_deg", "measurement_deg",

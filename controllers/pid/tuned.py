@@ -15,10 +15,10 @@ from controllers.period import period_ns
 from controllers.pid.tuning import RuleName, Tuning, static_gain, tuned
 from controllers.qp.dense import Qp
 from fesloop.errors import InputError
+from fesloop.loop.abilities import AgeLimit
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, RateClock, duration_ns
 from fesloop.loop.guard import is_finite
-from fesloop.loop.input_ages import AgeLimit
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Value
 from fesloop.models.linear_model import LinearModel

@@ -17,11 +17,11 @@ from controllers.point_search.state import BASELINE, BEGIN, ENDED, MEASURE, Look
 from controllers.point_search.strategies import Strategies, StrategyName
 from fesloop.errors import InputError
 from fesloop.hand.movements import FREEDOMS, MovementName, movement_of
+from fesloop.loop.abilities import Passage
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, duration_ns
 from fesloop.loop.guard import is_finite
 from fesloop.loop.noise import stream_key
-from fesloop.loop.passages import Passage
 from fesloop.loop.signals import Port, Sample, Value
 
 Array = NDArray[np.float64]

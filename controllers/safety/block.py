@@ -14,10 +14,10 @@ from controllers.period import period_ns
 from controllers.safety import kernel
 from controllers.safety.kernel import SOUND, Dose, Watchdog, WatchState
 from fesloop.errors import InputError
+from fesloop.loop.abilities import AgeLimit
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.guard import is_finite
-from fesloop.loop.input_ages import AgeLimit
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import NEVER, Port, Sample, Value
 from fesloop.models.linear_form import BlockToControl, SampledForm, memoryless

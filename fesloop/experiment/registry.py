@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from fesloop.errors import InputError, did_you_mean
+from fesloop.loop.abilities import contract_faults
 
 if TYPE_CHECKING:
     from fesloop.hand.anthropometry import HandSize
@@ -79,7 +80,8 @@ def kinds() -> list[str]:
 def find(kind: str) -> type[Any]:
     """Import the block class of a kind.
 
-    Raises InputError for an unknown kind, and for one whose package does not import.
+    Raises InputError for an unknown kind, for one whose package does not import, and for a class that
+    breaks the contract of blocks and plants.
     """
     entry = _entries().get(kind)
     if entry is None:
@@ -88,12 +90,17 @@ def find(kind: str) -> type[Any]:
                   f'"{BLOCKS}"; in Python give an object of it to Node')
         raise InputError("kind", f"there is no block kind {kind!r}", ", ".join(kinds()), remedy)
     try:
-        return cast("type[Any]", entry.load())
+        cls = cast("type[Any]", entry.load())
     except (ImportError, AttributeError) as fault:
         if isinstance(fault.__cause__ or fault.__context__, KeyboardInterrupt):
             raise KeyboardInterrupt from fault  # a module in C says "initialization failed" instead
         raise InputError("kind", f"block kind {kind!r} ({entry.value}) does not import: {fault}",
                          remedy="reinstall the package that provides it") from fault
+    if wrong := list(contract_faults(cls)):
+        raise InputError("kind", f"block kind {kind!r} ({entry.value}): {'; '.join(wrong)}",
+                         "the members of fesloop.loop.block, and of fesloop.loop.abilities under their names",
+                         "mend or rename the member")
+    return cls
 
 
 def kind_of(block: type[Any]) -> str:

@@ -17,7 +17,7 @@ from fesloop.errors import InputError, InputErrors
 from fesloop.experiment import registry
 from fesloop.experiment.wanted import Record, Score
 from fesloop.forms.schema import plain
-from fesloop.loop.clock import FOREVER, NS_PER_S, RateClock, duration_ns
+from fesloop.loop.clock import FOREVER, NS_PER_S, RateClock, StampClock, duration_ns
 from fesloop.loop.nodes import Node
 from fesloop.loop.surroundings import faults_in_place
 from fesloop.loop.wire import TRANSPORT, Wire
@@ -210,8 +210,8 @@ class ExperimentSpecification:
         """Length of a trial, ns."""
         if self.duration_s is not None:
             return duration_ns(self.duration_s, NS_PER_S, "experiment.duration_s")
-        ends = [int(node.clock.stamps_ns[-1]) + 1 for node in self.nodes  # type: ignore[union-attr]
-                if hasattr(node.clock, "stamps_ns")]
+        ends = [int(clock.stamps_ns[-1]) + 1 for clock in (node.clock for node in self.nodes)
+                if isinstance(clock, StampClock)]
         if not ends:
             raise InputError("experiment.duration_s", "is missing", "a number of seconds",
                              "add it: no node plays a recording that could give it")

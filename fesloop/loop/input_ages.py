@@ -11,8 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
+from fesloop.loop.abilities import AgeLimit, LimitsAge, offers
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import FOREVER, NS_PER_MS, NS_PER_S, Clock, RateClock, waits_for_arrivals
 from fesloop.loop.duration import ZERO
@@ -30,32 +31,6 @@ _MOST_TICKS = 200_000
 """Of all stand-ins together (chosen: about a second of wall time)."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AgeLimit:
-    """The age from which on a block takes no notice of an input.
-
-    Attributes
-    ----------
-    port: name of the input.
-    limit_ms: the greatest age at which it counts.
-    since: what the age is counted from: the oldest or the newest capture behind the value.
-    key: the parameter that sets the limit.
-    then: what the block does where the input is older, in words.
-    """
-
-    port: str
-    limit_ms: float
-    since: Literal["oldest", "newest"]
-    key: str = "max_age_ms"
-    then: str
-
-
-def age_limits(node: Node) -> Sequence[AgeLimit]:
-    """What a block declares of the ages of its inputs."""
-    declared = getattr(node.part, "age_limits", None)
-    return declared() if declared is not None else ()
-
-
 def always_too_old(wiring: Wiring, duration_ns: int) -> list[tuple[str, str, str]]:
     """(node, status, detail) of each input that is older than its block allows whenever it is read."""
     return [each for each in too_old(wiring, duration_ns) if each[1] == STATUS]
@@ -68,7 +43,8 @@ def too_old(wiring: Wiring, duration_ns: int) -> list[tuple[str, str, str]]:
     """
     heard = {(c.target.name, c.target.part.inputs[c.target_port].name): c for c in wiring.connections}
     watched = [(node, limit, heard[node.name, limit.port]) for node in wiring.nodes
-               for limit in age_limits(node) if (node.name, limit.port) in heard]
+               if offers(node.part, LimitsAge)
+               for limit in node.part.age_limits() if (node.name, limit.port) in heard]
     if not watched:
         return []
     kept = _upstream(wiring, [node for node, *_ in watched])

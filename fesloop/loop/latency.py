@@ -18,11 +18,11 @@ from itertools import pairwise, product
 from operator import mul
 from typing import Any, NamedTuple
 
+from fesloop.loop.abilities import Delays, Passage, offers
 from fesloop.loop.block import Context
 from fesloop.loop.clock import FOREVER, NS_PER_S, Clock, RateClock
 from fesloop.loop.instants import LOST_AFTER_NS, Traffic
 from fesloop.loop.nodes import Connection, Node
-from fesloop.loop.passages import Passage, passage
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
 
@@ -49,9 +49,7 @@ class BlockOnWay:
         node, self._transit = incoming.target, traffic.transit(incoming)
         self.reader = traffic.timeline(node)
         port = node.part.inputs[incoming.target_port]
-        declared = passage(node, port.name, node.part.outputs[outgoing.source_port].name,
-                           Context(node.name, clock=node.clock))
-        self._passage = declared or _AT_ONCE
+        self._passage = _passage(node, port.name, node.part.outputs[outgoing.source_port].name)
         self._waits = self._passage.delay_ns > 0 or bool(self._passage.lanes)
         self.lanes = self._passage.lanes
         self.slots = max(1, self._passage.slots)
@@ -137,6 +135,13 @@ class BlockOnWay:
                 if self._in_force_ns(tick(step), held[0]) <= tick(number):
                     return tick(step), held
         raise AssertionError("a step follows what it or one before it has read")
+
+
+def _passage(node: Node, source: str, target: str) -> Passage:
+    """Way that a block declares from its input `source` to its output `target`."""
+    declared = node.part.passages(Context(node.name, clock=node.clock)) if offers(node.part, Delays) else ()
+    return next((each for each in declared
+                 if source in each.inputs and (not each.outputs or target in each.outputs)), _AT_ONCE)
 
 
 MEANING = ("From the instant that a sensor captures to the instant that the patient is acted on: behind a "

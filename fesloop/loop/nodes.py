@@ -7,7 +7,8 @@ from fractions import Fraction
 from typing import cast
 
 from fesloop.errors import InputError
-from fesloop.loop.block import Block, Context, Plant
+from fesloop.loop.abilities import HasClock, offers
+from fesloop.loop.block import Block, Context, Plant, is_plant
 from fesloop.loop.clock import NS_PER_MS, Clock, RateClock, duration_ns
 from fesloop.loop.duration import ZERO, Duration
 from fesloop.loop.wire import Wire
@@ -37,7 +38,7 @@ class Node:
         where = self.name if isinstance(self.name, str) else repr(self.name)
         if not (where == self.name and where.isascii() and where.replace("_", "a").isalnum()):
             raise InputError(f"node {where}", "is not a name", "letters, digits and underscores")
-        own_clock = getattr(self.part, "clock", None)
+        own_clock = self.part.clock if offers(self.part, HasClock) else None
         if self.is_plant:
             if self.rate is not None or self.offset_ms or self.execution.kind != "zero":
                 raise InputError(f"{where}.rate", "a plant is continuous: no rate, offset or execution",
@@ -59,7 +60,7 @@ class Node:
     @property
     def is_plant(self) -> bool:
         """Whether the part is a plant."""
-        return hasattr(self.part, "advance")
+        return is_plant(self.part)
 
     @property
     def plant(self) -> Plant:
@@ -74,14 +75,14 @@ class Node:
     @property
     def given_clock(self) -> Clock | None:
         """The clock that stands in place of a rate."""
-        return cast(Clock, self.rate) if hasattr(self.rate, "tick") else None
+        return None if isinstance(self.rate, str | int | float | Fraction) else self.rate
 
     @property
     def clock(self) -> Clock | None:
         """When the block steps; None for a plant."""
         if self.is_plant:
             return None
-        own: Clock | None = getattr(self.part, "clock", None) or self.given_clock
+        own = (self.part.clock if offers(self.part, HasClock) else None) or self.given_clock
         if own is not None:
             return own
         offset = duration_ns(self.offset_ms, NS_PER_MS, f"{self.name}.offset_ms")

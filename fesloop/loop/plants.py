@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from fesloop.errors import RunError
+from fesloop.loop.abilities import AdvancesThrough, Glances, Observes, Reports, offers
 from fesloop.loop.block import Plant
 from fesloop.loop.clock import FOREVER, NS_PER_MS, RateClock, ticks_from
 from fesloop.loop.guard import is_finite
@@ -195,8 +196,9 @@ class ExactStation:
         self.now = 0
         self._inputs, self._record, self.hand_over = inputs, record, record.hand_over
         self._advance, self._read = plant.advance, plant.read
-        self._observe = getattr(plant, "observe", None) or self._observe_a_copy
-        self._advance_through = None if plant.feedthrough else getattr(plant, "advance_through", None)
+        self._observe = plant.observe if offers(plant, Observes) else self._observe_a_copy
+        self._advance_through = (plant.advance_through
+                                 if not plant.feedthrough and offers(plant, AdvancesThrough) else None)
         self._shown: tuple[Value, ...] | None = None
 
     def read_now(self) -> tuple[Value, ...]:
@@ -343,8 +345,8 @@ class GridStation:
         self._inputs, self._record, self._grid = inputs, record, grid
         self.hand_over = record.hand_over
         self._advance, self._read = plant.advance, plant.read
-        self._glance = None if plant.feedthrough else getattr(plant, "glance", None)
-        self._reports, self._events = getattr(plant, "reports", None), events
+        self._glance = plant.glance if not plant.feedthrough and offers(plant, Glances) else None
+        self._reports, self._events = plant.reports if offers(plant, Reports) else None, events
         self._shown: tuple[Value, ...] | None = None
         self._start_steps()
 

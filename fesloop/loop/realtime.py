@@ -6,7 +6,6 @@ Plants and faster blocks catch up at each of them, in bursts.
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from threading import Event
 from typing import Any
 
 from fesloop.errors import InputError
+from fesloop.loop.abilities import Attaches, AwaitsArrivals, Listens, Present, offers
 from fesloop.loop.clock import FOREVER, NS_PER_MS, NS_PER_S, Clock, RateClock, waits_for_arrivals
 from fesloop.loop.nodes import Node
 from fesloop.loop.run import Loop
@@ -55,23 +55,9 @@ class Pacing:
             raise InputError("--priority", f"{self.priority}", f"1 to {_HIGHEST_PRIORITY}, or 0 for none")
 
 
-@dataclass(frozen=True, slots=True)
-class Present:
-    """What a block that hears the world is told when a trial begins.
-
-    Attributes
-    ----------
-    origin_ns: `time.monotonic_ns()` at t = 0 of the trial.
-    bell: the loop sleeps on it; set it, from any thread, when something has arrived.
-    """
-
-    origin_ns: int
-    bell: threading.Event
-
-
 def is_live(node: Node) -> bool:
     """Whether a node has to do with the world as it is now, so that it needs a run that is paced."""
-    return hasattr(node.part, "attach") or waits_for_arrivals(node.clock)
+    return offers(node.part, Attaches) or waits_for_arrivals(node.clock)
 
 
 def paced_clocks(nodes: Iterable[Node]) -> tuple[Clock, ...]:
@@ -146,9 +132,10 @@ class Pacer:
         self._clocks = paced_clocks(nodes)
         self.period_ns = shortest_period_ns(nodes)
         self._live = tuple(node for node in nodes if is_live(node))
-        self._hearing = tuple((node, ticks) for node in nodes
-                              if waits_for_arrivals(ticks := node.clock) and hasattr(node.part, "waiting"))
-        self._heeding = tuple(node for node in nodes if hasattr(node.part, "heed"))
+        self._hearing = tuple(
+            (node.name, node.part, ticks) for node in nodes
+            if waits_for_arrivals(ticks := node.clock) and offers(node.part, AwaitsArrivals))
+        self._listening = tuple((node.name, node.part) for node in nodes if offers(node.part, Listens))
         self._expected: dict[RateClock, int] = {}
         self._bell = Event()
         self._sleep = sleep or (self._bell.wait if self._live else time.sleep)
@@ -171,7 +158,7 @@ class Pacer:
         self.origins.append((self._origin_ns, time.time_ns()))
         present = Present(self._origin_ns, self._bell)
         for node in self._live:
-            if hasattr(node.part, "attach"):
+            if offers(node.part, Attaches):
                 node.part.attach(self._states[node.name], present)
 
     def now_ns(self) -> int:
@@ -204,9 +191,8 @@ class Pacer:
     def _arrivals(self) -> list[tuple[int, RateClock]]:
         """When the oldest message that waits at each live block is to be taken, and the block's clock."""
         found = []
-        for node, clock in self._hearing:
-            part: Any = node.part
-            arrived = part.waiting(self._states[node.name])
+        for name, part, clock in self._hearing:
+            arrived = part.waiting(self._states[name])
             if arrived is not None:
                 found.append((max(arrived, self._loop.now + 1), clock))
         return found
@@ -233,17 +219,16 @@ class Pacer:
     def _tell_from(self, number: int) -> None:
         """Let the blocks that heed know what has been reported, from event `number` on."""
         recorder = self._loop.recorder
-        if self._heeding and recorder is not None and len(recorder.events) > number:
-            for node in self._heeding:
-                part: Any = node.part
-                part.heed(self._states[node.name], recorder.events[number:])
+        if recorder is not None and len(recorder.events) > number:
+            for name, part in self._listening:
+                part.heed(self._states[name], recorder.events[number:])
 
     def _let_arrive(self, clock: RateClock, due: int, now: int) -> None:
         """Let a clock of arrivals tick; to skip a late message means that its own block alone takes it."""
         skipping: list[str] = []
         if self._pacing.late == "skip" and now - due >= clock.period_s * NS_PER_S:
             skipping = [node.name for node in self._loop.wiring.nodes
-                        if node.clock == clock and not hasattr(node.part, "waiting")]
+                        if node.clock == clock and not offers(node.part, AwaitsArrivals)]
         self._loop.arrive(clock, due, skipping)
         self._expected[clock] = due + round(clock.period_s * NS_PER_S)
         if skipping:

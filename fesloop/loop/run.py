@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from fesloop.errors import InputError, RunError, SnapshotError
+from fesloop.loop.abilities import Closes, Learns, offers
 from fesloop.loop.assembly import BlockStation, assembled, sampled_in_order
 from fesloop.loop.clock import NS_PER_MS, Clock, RateClock
 from fesloop.loop.latency import LatencyReport
@@ -216,9 +217,8 @@ class Loop:
         fresh: dict[str, Any] = {}
         for node in self.wiring.nodes:
             context = node.context(self.wiring.seed, self.trial)
-            carry = getattr(node.part, "next_trial", None)
-            if carry is not None:
-                fresh[node.name] = carry(states[node.name], context)
+            if offers(node.part, Learns):
+                fresh[node.name] = node.part.next_trial(states[node.name], context)
             else:
                 del self._open[node.name]
                 _close(node, states[node.name])
@@ -325,6 +325,5 @@ def _whole_ns(time_ns: float) -> int:
 
 def _close(node: Node, state: Any) -> None:
     """Close a node's device, if it is one."""
-    close = getattr(node.part, "close", None)
-    if close is not None:
-        close(state)
+    if offers(node.part, Closes):
+        node.part.close(state)

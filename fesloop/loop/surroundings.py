@@ -7,13 +7,13 @@ not by a run. One with a member `cautions_in_place(context, surroundings)` says 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError
+from fesloop.loop.abilities import Attaches, ChecksPlace, Closes, Surroundings, WarnsInPlace, offers
 from fesloop.loop.block import Tick
 from fesloop.loop.clock import FOREVER, NS_PER_S
 from fesloop.loop.latency import LatencyReport
@@ -26,38 +26,14 @@ _LATENCY_HORIZON_NS = NS_PER_S // 5
 """Up to when samples are followed round the loop (chosen: rates of tens of hertz have met by then)."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Surroundings:
-    """The place of a block.
-
-    Attributes
-    ----------
-    loop_ns: of the slowest way from a plant output through the block to a plant input (each channel of a
-        stimulator is one), the least time from capture to effect; 0 where no way leads through it.
-    way: that way, in words.
-    coming: by input port, all that a block without inputs puts out on it over a trial, stacked along a
-        first axis; not there for ports wired otherwise.
-    actuation_ns: mean time from its tick to effect on a plant, on the slowest way; None where no way leads
-        through it, and where faults are asked for.
-    age_ns: by input port, mean time from capture to its tick, on the slowest way; as `actuation_ns`.
-    """
-
-    loop_ns: int = 0
-    way: str = ""
-    coming: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
-    actuation_ns: float | None = None
-    age_ns: Mapping[str, float] = field(default_factory=dict)
-
-
 def faults_in_place(wiring: Wiring, duration_ns: int) -> list[InputError]:
     """What blocks find wrong with their own parameters where they stand, named as in an experiment file."""
     found: list[InputError] = []
     for node in wiring.nodes:
-        tell = getattr(node.part, "faults", None)
-        if tell is not None:
-            told = tell(node.context(wiring.seed, 0), _of(wiring, node, duration_ns))
+        if offers(node.part, ChecksPlace):
+            faults = node.part.faults(node.context(wiring.seed, 0), _of(wiring, node, duration_ns))
             found += [InputError(f"blocks.{node.name}.{fault.where}", fault.found, fault.allowed,
-                                 fault.remedy) for fault in told]
+                                 fault.remedy) for fault in faults]
     return found
 
 
@@ -65,8 +41,8 @@ def cautions_in_place(wiring: Wiring, duration_ns: int) -> list[tuple[str, str, 
     """(node, status, detail): what blocks fear of the loop around them."""
     found: list[tuple[str, str, str]] = []
     for node in wiring.nodes:
-        tell = getattr(node.part, "cautions_in_place", None)
-        if tell is None:
+        part = node.part
+        if not offers(part, WarnsInPlace):
             continue
         report = _report(wiring, node, duration_ns)
         ways = [(path, around) for path in report.paths if (around := path.around(node)) is not None]
@@ -77,7 +53,8 @@ def cautions_in_place(wiring: Wiring, duration_ns: int) -> list[tuple[str, str, 
             age_ns[port] = max(before_ns, age_ns.get(port, 0.0))
         place = replace(_of(wiring, node, duration_ns), age_ns=age_ns,
                         actuation_ns=max((after_ns for _, (_, after_ns) in ways), default=None))
-        found += [(node.name, *each) for each in tell(node.context(wiring.seed, 0), place)]
+        found += [(node.name, *each)
+                  for each in part.cautions_in_place(node.context(wiring.seed, 0), place)]
     return found
 
 
@@ -99,7 +76,7 @@ def _of(wiring: Wiring, node: Node, duration_ns: int) -> Surroundings:
 
 def is_source(node: Node) -> bool:
     """Whether a node is a block that can be stepped beforehand: no inputs, and no device behind it."""
-    outside = any(hasattr(node.part, member) for member in ("close", "attach"))
+    outside = offers(node.part, Closes) or offers(node.part, Attaches)
     return not node.is_plant and not node.part.inputs and not outside
 
 

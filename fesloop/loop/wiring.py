@@ -8,6 +8,7 @@ from copy import copy
 import numpy as np
 
 from fesloop.errors import InputError, InputErrors
+from fesloop.loop.abilities import Ignores, offers
 from fesloop.loop.nodes import Connection, Node
 from fesloop.loop.order import firing_order
 from fesloop.loop.wire import Wire
@@ -107,5 +108,5 @@ def _connect(wire: Wire, nodes: dict[str, Node]) -> Connection:
         raise InputError(f"{where}: latency_ms",
                          f"zero latency into plant {target_name!r}, whose output follows its input at once",
                          "above 0, so that the plants exchange simultaneously")
-    heard = not target.is_plant or given not in getattr(target.part, "ignores", ())
+    heard = not (target.is_plant and offers(target.part, Ignores) and given in target.part.ignores)
     return Connection(wire, source, target, source_port, target_port, wire.clock or target.clock, heard)

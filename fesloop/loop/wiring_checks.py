@@ -8,6 +8,17 @@ from difflib import get_close_matches
 from typing import Any, cast
 
 from fesloop.errors import InputError
+from fesloop.loop.abilities import (
+    ChecksGuard,
+    ExplainsInputs,
+    Guarded,
+    Guards,
+    Interlocks,
+    NeedsStillness,
+    Resolves,
+    UsesSensors,
+    offers,
+)
 from fesloop.loop.clock import Clock
 from fesloop.loop.duration import Duration
 from fesloop.loop.nodes import Connection, Node
@@ -55,7 +66,7 @@ def open_inputs(nodes: Sequence[Node], wires: Sequence[Wire]) -> list[InputError
     wired = {wire.target for wire in wires}
     return [InputError(f"{node.name}.{port.name}", "this input has no wire", "one wire",
                        f'add a wire to "{node.name}.{port.name}"'
-                       + (f" {other}" if (other := getattr(node.part, "for_open_inputs", "")) else ""))
+                       + (f" {node.part.for_open_inputs}" if offers(node.part, ExplainsInputs) else ""))
             for node in nodes for port in node.part.inputs
             if not port.optional and f"{node.name}.{port.name}" not in wired]
 
@@ -135,7 +146,22 @@ def guard_faults(connections: Sequence[Connection]) -> list[InputError]:
 
 def _is_guarded(connection: Connection) -> bool:
     port = connection.wire.target.partition(".")[2]
-    return port in getattr(connection.target.part, "guarded", ())
+    part = connection.target.part
+    return offers(part, Guarded) and port in part.guarded
+
+
+def _guards(node: Node) -> bool:
+    return offers(node.part, Guards) and node.part.guards
+
+
+def _interlock(guard: Node) -> str:
+    """Input by which a guard waits for trackers; "" where it has none."""
+    return guard.part.interlock if offers(guard.part, Interlocks) else ""
+
+
+def _ends_stillness(node: Node) -> str:
+    """Output that ends the stillness which a tracker needs; "" where it needs none."""
+    return node.part.needs_stillness if offers(node.part, NeedsStillness) else ""
 
 
 def _shared(guarded: Sequence[Connection]) -> list[InputError]:
@@ -152,7 +178,7 @@ def _faults_of(connection: Connection) -> list[InputError]:
     """What is wrong with the way into one guarded input."""
     wire, source, target = connection.wire, connection.source, connection.target
     where = f"wire {wire.name}"
-    if not getattr(source.part, "guards", False):
+    if not _guards(source):
         return [InputError(where, f"{target.name!r} is a device, and {source.name!r} limits nothing",
                            "a safety block directly before a device",
                            f'wire "{wire.target}" from a block of kind "safety"')]
@@ -167,17 +193,16 @@ def _faults_of(connection: Connection) -> list[InputError]:
         faults.append(InputError(where, f"{source.name!r} ticks {source.clock}, {target.name!r} "
                                  f"{target.clock}", "a device that ticks with its safety block",
                                  f"give {target.name!r} the rate of {source.name!r}"))
-    tell = getattr(target.part, "faults_behind", None)
-    if tell is not None:
+    if offers(target.part, ChecksGuard):
         faults += [InputError(f"{target.name}.{fault.where}", fault.found, fault.allowed, fault.remedy)
-                   for fault in tell(source.part)]
+                   for fault in target.part.faults_behind(source.part)]
     return faults
 
 
 def interlock_faults(nodes: Sequence[Node], connections: Sequence[Connection]) -> list[InputError]:
     """Ways on which pulses could reach a body before a tracker has taken its initial pose."""
     still = [(node, f"{node.name}.{output}") for node in nodes
-             if (output := getattr(node.part, "needs_stillness", ""))]
+             if (output := _ends_stillness(node))]
     faults = []
     for guard, connection in _last_guards(connections) if still else ():
         for node, output in still:
@@ -188,7 +213,7 @@ def interlock_faults(nodes: Sequence[Node], connections: Sequence[Connection]) -
                     "a safety block on the way to the body",
                     f'add a block of kind "safety", and a wire from "{output}" to its "aligned"'))
             elif not _hears(guard, node, connections):
-                interlock = getattr(guard.part, "interlock", "")
+                interlock = _interlock(guard)
                 entrance = f'"{guard.name}.{interlock}"' if interlock else "an interlock of the guard's"
                 faults.append(InputError(
                     f"blocks.{guard.name}",
@@ -207,7 +232,7 @@ def _last_guards(connections: Sequence[Connection]) -> list[tuple[Node | None, C
         guard, seen, ends = None, set(), [connection]
         while ends and guard is None:
             source = ends.pop().source
-            if getattr(source.part, "guards", False):
+            if _guards(source):
                 guard = source
             elif source.name not in seen:
                 seen.add(source.name)
@@ -228,14 +253,14 @@ def _reaches_body(connection: Connection) -> bool:
 
 def _hears(guard: Node, node: Node, connections: Sequence[Connection]) -> bool:
     """Whether the output of `node` that ends its stillness reaches the guard's interlock, joined or not."""
-    interlock = getattr(guard.part, "interlock", "")
+    interlock = _interlock(guard)
     ends = [each for each in connections if each.target is guard and interlock
             and each.target.part.inputs[each.target_port].name == interlock]
     seen: set[str] = set()
     while ends:
         end = ends.pop()
         if end.source is node:
-            if node.part.outputs[end.source_port].name == getattr(node.part, "needs_stillness", ""):
+            if node.part.outputs[end.source_port].name == _ends_stillness(node):
                 return True
         elif end.source.name not in seen and not end.source.is_plant:
             seen.add(end.source.name)
@@ -253,21 +278,22 @@ def resolved(nodes: Sequence[Node], wires: Sequence[Wire]) -> tuple[Node, ...]:
     while progress:
         progress = False
         for name, node in current.items():
-            open_inputs = {port.name for port in node.part.inputs
+            part: Any = node.part
+            open_inputs = {port.name for port in part.inputs
                            if not port.resolved and f"{name}.{port.name}" in wired}
-            if not open_inputs or not hasattr(node.part, "resolve"):
+            if not open_inputs or not offers(part, Resolves):
                 continue
             shapes = _incoming_shapes(node, wires, current)
             if open_inputs <= shapes.keys():
                 _check_dimensions(node, shapes)
-                part = _named(node, node.part.resolve, shapes)
+                part = _named(node, part.resolve, shapes)
                 if any(not port.resolved for port in part.inputs):
                     raise InputError(name, "leaves open a size that its wires settle",
                                      "resolve() gives every input a size")
                 current[name] = replace(node, part=part)
                 known.pop(name, None)
                 _tell_sensors(current, wires, known)
-                progress = any(not p.resolved for p in node.part.inputs + node.part.outputs)
+                progress = any(not port.resolved for port in node.part.inputs + node.part.outputs)
     return tuple(current[node.name] for node in nodes)
 
 
@@ -280,7 +306,7 @@ def _tell_sensors(
         progress = False
         for name, node in nodes.items():
             part: Any = node.part
-            if not hasattr(part, "with_sensors"):
+            if not offers(part, UsesSensors):
                 continue
             sources = {target: port.sensors for target, port in _incoming_ports(node, wires, nodes)
                        if port.sensors is not None}

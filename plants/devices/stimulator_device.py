@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.errors import InputError, RunError, did_you_mean
+from fesloop.loop.abilities import Surroundings
 from fesloop.loop.block import Block, Context, Tick
 from fesloop.loop.clock import NS_PER_MS, parse_rate
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import Port, Sample, Value
-from fesloop.loop.surroundings import Surroundings
 from plants.checks import require_positive
 from plants.devices.driver import StimulatorDriver, stated_ms
 from plants.devices.kept_device import KeptDevice
@@ -26,7 +26,7 @@ from plants.devices.messages import Terms
 from plants.stimulator.generations import IEC_LOAD_OHM, LIMITED, Limits, given_pulse
 
 if TYPE_CHECKING:
-    from fesloop.loop.realtime import Present
+    from fesloop.loop.abilities import Present
 
 GROUP = "fesloop.stimulators"
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from fesloop.compiled import compiled
 from fesloop.errors import InputError, did_you_mean
+from fesloop.loop.abilities import Passage
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, RateClock, duration_ns, parse_rate
-from fesloop.loop.passages import Passage
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import NEVER, Port, Sample, Value
 from plants.checks import MOST_ELEMENTS, require_positive

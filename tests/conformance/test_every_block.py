@@ -14,8 +14,32 @@ import conformance_parts as parts
 import numpy as np
 import pytest
 
+from fesloop.loop.abilities import (
+    OF_BLOCKS,
+    OF_PLANTS,
+    AdvancesThrough,
+    AgeLimit,
+    Delays,
+    Designs,
+    ExplainsInputs,
+    Glances,
+    Guarded,
+    HasClock,
+    Ignores,
+    Interlocks,
+    Learns,
+    LimitsAge,
+    NeedsStillness,
+    Observes,
+    Passage,
+    Reports,
+    Resolves,
+    Warns,
+    contract_faults,
+    offers,
+)
 from fesloop.loop.assembly import empty_sample
-from fesloop.loop.block import Tick
+from fesloop.loop.block import Tick, is_plant
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.guard import check_shapes
 
@@ -63,13 +87,12 @@ def test_declared_ports_are_kept(kind, block):
         check_shapes(kind, block.outputs, outputs)
 
 
-def test_what_needs_stillness_says_with_which_output_it_ends(kind, block):
-    output = getattr(block, "needs_stillness", "")
-    assert not output or {port.name: port.shape for port in block.outputs}[output] == (1,)
+def test_the_class_keeps_the_contract_and_every_protocol_that_it_claims(block):
+    assert list(contract_faults(type(block))) == []
 
 
 def test_what_no_sample_has_said_is_not_put_out_without_a_word(kind, block):
-    if hasattr(block, "advance") or not block.inputs:
+    if is_plant(block) or not block.inputs:
         pytest.skip("a plant or a source")
     if kind in ("stimulator", "electrodes", "point_search"):
         pytest.skip("nothing commanded is no stimulation, and a search begins by itself")
@@ -89,7 +112,7 @@ def two_trials(kind, block, seed):
     """What comes out of two trials: a block that learns shows what went in in the second only."""
     feeds, state = parts.feed(block, TICKS, seed), block.init(parts.context(kind))
     seen = parts.flat(parts.step_through(kind, block, state, feeds))
-    if hasattr(block, "next_trial"):
+    if offers(block, Learns):
         state = block.next_trial(state, replace(parts.context(kind), trial=1))
         seen += parts.flat(parts.step_through(kind, block, state, feeds))
     return seen
@@ -124,7 +147,7 @@ def test_inputs_and_past_outputs_are_left_alone(kind, block):
 
 
 def test_a_plant_is_observed_as_a_copy_would_be_and_untouched(kind, block):
-    if not hasattr(block, "observe"):
+    if not offers(block, Observes):
         pytest.skip("no observe")
     feeds = parts.feed(block, 3)
     state = block.init(parts.context(kind))
@@ -145,6 +168,154 @@ def test_a_plant_is_observed_as_a_copy_would_be_and_untouched(kind, block):
             assert stack[i].tobytes() == alone[0].tobytes()
     for stack, expected in zip(stacks, block.read(state, inputs), strict=True):
         assert np.array_equal(stack[0], expected)
+
+
+def needs_stillness(kind, block):
+    output = block.needs_stillness
+    assert not output or {port.name: port.shape for port in block.outputs}[output] == (1,)
+
+
+def designs(kind, block):
+    """Steps leave the coefficients as they are."""
+    context = parts.context(kind)
+    before, state = pickle.dumps(block.design(context)), block.init(context)
+    parts.step_through(kind, block, state, parts.feed(block, 5))
+    assert pickle.dumps(block.design(context)) == before
+
+
+def learns(kind, block):
+    state = block.init(parts.context(kind))
+    parts.step_through(kind, block, state, parts.feed(block, 5))
+    after = block.next_trial(state, replace(parts.context(kind), trial=1))
+    parts.step_through(kind, block, after, parts.feed(block, 5))
+
+
+def resolves(kind, block):
+    """A resolved block keeps its sizes."""
+    again = block.resolve({port.name: port.shape for port in block.inputs})
+    assert [port.shape for port in again.inputs] == [port.shape for port in block.inputs]
+    assert all(port.resolved for port in again.inputs)
+
+
+def explains_inputs(kind, block):
+    assert isinstance(block.for_open_inputs, str)
+
+
+def warns(kind, block):
+    assert all(status.isidentifier() and detail for status, detail in block.cautions(parts.context(kind)))
+
+
+def has_clock(kind, block):
+    assert block.clock is None or block.clock.tick(1) > block.clock.tick(0) >= 0
+
+
+def names(ports):
+    return {port.name for port in ports}
+
+
+def delays(kind, block):
+    found = block.passages(parts.context(kind))
+    assert all(isinstance(each, Passage) and each.delay_ns >= 0 for each in found)
+    if block.inputs:  # parameters may leave out a port
+        assert {name for each in found for name in each.inputs} <= names(block.inputs)
+    assert {name for each in found for name in each.outputs} <= names(block.outputs)
+
+
+def limits_age(kind, block):
+    found = block.age_limits()
+    assert all(isinstance(each, AgeLimit) and each.limit_ms > 0 for each in found)
+    assert {each.port for each in found} <= names(block.inputs)
+
+
+def guarded(kind, block):
+    assert set(block.guarded) <= names(block.inputs)
+
+
+def interlocks(kind, block):
+    assert block.interlock in names(block.inputs)
+
+
+def ignores(kind, block):
+    assert set(block.ignores) <= {port.name for port in block.inputs if port.optional}
+
+
+def advances_through(kind, block):
+    """Outputs of several instants at once are, to the bit, those of one instant after the other."""
+    inputs = [sample.value for sample in parts.feed(block, 1)[0]]
+    times = [NS_PER_MS, 2 * NS_PER_MS, 7 * NS_PER_MS]
+    at_once = block.advance_through(block.init(parts.context(kind)), inputs, 0, times)
+    state, now = block.init(parts.context(kind)), 0
+    for k, instant in enumerate(times):
+        block.advance(state, inputs, now, instant)
+        now = instant
+        for stack, value in zip(at_once, block.read(state, inputs), strict=True):
+            assert np.asarray(stack[k]).tobytes() == np.asarray(value).tobytes()
+
+
+def reports(kind, block):
+    assert all(status.isidentifier() for status, _ in block.reports(block.init(parts.context(kind))))
+
+
+def glances(kind, block):
+    """What is read at a glance is, to the bit, what `read` gives."""
+    state = block.init(parts.context(kind))
+    read = block.read(state, [port.initial_value() for port in block.inputs])
+    for number, value in block.glance(state).items():
+        assert np.asarray(value).tobytes() == np.asarray(read[number]).tobytes()
+
+
+CHECKS = {NeedsStillness: needs_stillness, Designs: designs, Learns: learns, Resolves: resolves,
+          ExplainsInputs: explains_inputs, Warns: warns, HasClock: has_clock,
+          Delays: delays, LimitsAge: limits_age, Guarded: guarded, Interlocks: interlocks, Ignores: ignores,
+          AdvancesThrough: advances_through, Reports: reports, Glances: glances}
+CHECKED_ELSEWHERE = {
+    "Observes": "above", "Linear": "tests/models/test_linear_form.py", "Closes": "tests/loop/test_devices.py",
+    "UsesSensors": "tests/loop/test_fitting.py", "ChecksPlace": "tests/loop/test_surroundings.py",
+    "WarnsInPlace": "tests/controllers/test_delay_in_place.py", "Attaches": "tests/realtime",
+    "AwaitsArrivals": "tests/loop/test_arrivals.py", "Listens": "tests/realtime",
+    "HasStandIn": "tests/realtime", "Seeks": "tests/realtime", "ChecksGuard": "tests/loop/test_guarding.py",
+    "Guards": "tests/loop/test_guarding.py"}
+"""Protocols that need a loop, a device or another block."""
+
+
+def test_every_protocol_is_checked_somewhere():
+    named = {each.__name__ for each in CHECKS} | CHECKED_ELSEWHERE.keys()
+    assert named == {each.__name__ for each in (*OF_BLOCKS, *OF_PLANTS)}
+
+
+def test_a_block_keeps_what_its_protocols_promise(kind, block):
+    for ability in OF_PLANTS if is_plant(block) else OF_BLOCKS:
+        if ability in CHECKS and offers(block, ability):
+            CHECKS[ability](kind, block)
+
+
+class Wrong:
+    """A block whose optional members have other parameters than their Protocols."""
+
+    inputs = outputs = ()
+
+    def init(self, context):
+        return None
+
+    def step(self, state, inputs, tick):
+        return ()
+
+    def passages(self):
+        return ()
+
+    def guarded(self):
+        return ()
+
+
+def test_a_member_with_another_signature_is_named():
+    assert list(contract_faults(Wrong)) == [
+        "`passages()` is not the member `passages(context)` of Delays",
+        "`guarded()` is not the member `guarded` of Guarded"]
+
+
+def test_a_missing_member_is_named():
+    found = list(contract_faults(type("Empty", (), {"init": Wrong.init, "outputs": (), "inputs": ()})))
+    assert found == ["`step(state, inputs, tick)` is missing, which every block has"]
 
 
 @pytest.mark.slow

@@ -47,11 +47,12 @@ from numpy.typing import NDArray
 from fesloop.errors import InputError, RunError
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.recording.reading import Recording
+from fesloop.loop.abilities import Present
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.machine import asked_of_machine
 from fesloop.loop.nodes import Node
-from fesloop.loop.realtime import Pacing, Present
+from fesloop.loop.realtime import Pacing
 from fesloop.loop.signals import Port, Sample, Value
 
 Wakings = NDArray[np.int64]

@@ -17,6 +17,7 @@ from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load_picked
 from fesloop.experiment.files.patients import describe
 from fesloop.experiment.running.trial import without_stand_in
+from fesloop.loop.abilities import Warns, offers
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.input_ages import too_old
@@ -119,7 +120,7 @@ def _cautions(experiment: Experiment) -> list[tuple[str, str, str]]:
     found = experiment_cautions(experiment) + too_old(experiment.wiring, experiment.duration_ns)
     found += cautions_in_place(experiment.wiring, experiment.duration_ns)
     for node in experiment.wiring.nodes:
-        if hasattr(node.part, "cautions"):
+        if offers(node.part, Warns):
             context = Context(node.name, experiment.seed, clock=node.clock)
             found += [(node.name, status, detail) for status, detail in node.part.cautions(context)]
     if any(is_live(node) for node in experiment.wiring.nodes):

@@ -21,7 +21,8 @@ from fesloop.experiment.metrics.missing import MISSING, reasons_of
 from fesloop.experiment.recording.reading import Event, Recording
 from fesloop.experiment.running.trial import Result, run
 from fesloop.experiment.trouble import graveness, troubles
-from fesloop.loop.block import Context
+from fesloop.loop.abilities import Warns, offers
+from fesloop.loop.block import Context, is_plant
 from fesloop.loop.input_ages import too_old
 from fesloop.loop.realtime import Pacing
 from fesloop.loop.surroundings import cautions_in_place
@@ -44,7 +45,7 @@ def execute(args: Namespace) -> int:
         cautions = experiment_cautions(experiment) + too_old(experiment.wiring, experiment.duration_ns)
         cautions += cautions_in_place(experiment.wiring, experiment.duration_ns)
         cautions += [(node.name, *caution) for node in experiment.wiring.nodes
-                     if hasattr(node.part, "advance") and hasattr(node.part, "cautions")
+                     if is_plant(node.part) and offers(node.part, Warns)
                      for caution in node.part.cautions(Context(node.name, experiment.seed, clock=node.clock))]
     for node, status, detail in cautions:
         print(f"fesloop: caution: {node}: {status}: {detail}", file=sys.stderr)

@@ -14,6 +14,7 @@ from fesloop.experiment import registry
 from fesloop.experiment.files.patients import CHOICE
 from fesloop.experiment.wanted import Record, Score
 from fesloop.forms.schema import Kinds, checked, closed, make, table
+from fesloop.loop.block import is_plant
 from fesloop.loop.duration import Duration
 from fesloop.loop.wire import Wire
 
@@ -159,7 +160,7 @@ def _block(kinds: Kinds) -> Any:
     members = []
     for kind, cls in kinds.items():
         place: dict[str, Any] = {"kind": Required[Literal[kind]]}
-        if not hasattr(cls, "advance"):
+        if not is_plant(cls):
             place |= {"rate": NotRequired[Rate], "clock": NotRequired[str], "offset_ms": NotRequired[float],
                       "execution": NotRequired[execution]}
         members.append(table(cls, kinds, extra=place))

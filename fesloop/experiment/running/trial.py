@@ -20,6 +20,7 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.recording.writing import RecordingWriter, TimedBlock, timed
 from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.experiment.specification import ExperimentSpecification
+from fesloop.loop.abilities import Closes, HasStandIn, Seeks, offers
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S, waits_for_arrivals
 from fesloop.loop.machine import InStep, in_step_with_wall, threads_now
 from fesloop.loop.nodes import Node
@@ -75,7 +76,7 @@ class Rehearsals:
 def without_stand_in(wiring: Wiring) -> list[str]:
     """Names of the nodes that would notice a rehearsal, which is left out for them."""
     return [node.name for node in wiring.nodes
-            if hasattr(node.part, "close") and not hasattr(node.part, "stand_in")]
+            if offers(node.part, Closes) and not offers(node.part, HasStandIn)]
 
 
 def _way_round_ns(wiring: Wiring) -> int:
@@ -87,7 +88,7 @@ def _way_round_ns(wiring: Wiring) -> int:
 
 def with_stand_ins(wiring: Wiring) -> Wiring:
     """The wiring with a stand-in for each block that has one, and no clock that waits for messages."""
-    if not any(hasattr(node.part, "stand_in") or waits_for_arrivals(node.clock) for node in wiring.nodes):
+    if not any(offers(node.part, HasStandIn) or waits_for_arrivals(node.clock) for node in wiring.nodes):
         return wiring
     nodes = [_plain(node) for node in wiring.nodes]
     return Wiring(nodes, [connection.wire for connection in wiring.connections], wiring.seed)
@@ -95,9 +96,8 @@ def with_stand_ins(wiring: Wiring) -> Wiring:
 
 def _plain(node: Node) -> Node:
     """The node with its stand-in, on a clock that ticks by itself."""
-    stand_in = getattr(node.part, "stand_in", None)
-    if stand_in is not None:
-        node = replace(node, part=stand_in())
+    if offers(node.part, HasStandIn):
+        node = replace(node, part=node.part.stand_in())
     given = node.given_clock
     return replace(node, rate=replace(given, arrivals="")) if waits_for_arrivals(given) else node
 
@@ -342,9 +342,8 @@ def _refuse_live(experiment: ExperimentSpecification) -> None:
 def _seek(experiment: ExperimentSpecification) -> None:
     """Let parts look for what they are to hear, so that a user who mistyped a name need not wait to know."""
     for node in experiment.wiring.nodes:
-        seek = getattr(node.part, "seek", None)
-        if seek is not None:
-            seek()
+        if offers(node.part, Seeks):
+            node.part.seek()
 
 
 @contextmanager

@@ -11,6 +11,7 @@ from fesloop.experiment import registry
 from fesloop.experiment.recording.reading import Recording
 from fesloop.forms.schema import make
 from fesloop.hand.anthropometry import HandSize
+from fesloop.loop.block import is_plant
 
 _PLACE = ("kind", "rate", "clock", "offset_ms", "execution")
 """Keys of a block's table that are no parameters of its kind."""
@@ -70,7 +71,7 @@ def cast_of(recording: Recording) -> Cast:
         return Player(name, _made(name, blocks[name], classes[name])) if name in classes else None
 
     handed = [name for name, kind in classes.items() if _has_hand(kind)]
-    plants = [name for name in handed if hasattr(classes[name], "advance")]
+    plants = [name for name in handed if is_plant(classes[name])]
     trackers = [name for name in handed if name not in plants and f"{name}.angles" in signals]
     arrays = [name for name, kind in classes.items() if hasattr(kind, "places") and _is(name, "recruitment",
                                                                                        recording)]

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from fesloop.errors import InputError
+from fesloop.loop.abilities import Present
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S
-from fesloop.loop.realtime import Present
 from fesloop.loop.record import EventRow
 from fesloop.loop.signals import NEVER, Port, Sample, Value
 from fesloop.streams.live.library import Network, open_library

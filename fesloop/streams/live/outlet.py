@@ -9,9 +9,9 @@ from typing import Any, Literal
 import numpy as np
 
 from fesloop.errors import InputError
+from fesloop.loop.abilities import Present
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_S, RateClock
-from fesloop.loop.realtime import Present
 from fesloop.loop.signals import NEVER, Port, Sample, Value
 from fesloop.streams.live.library import Network, open_library
 from fesloop.streams.live.source import monotonic_offset_ns

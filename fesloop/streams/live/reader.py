@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.loop.abilities import Present
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
-from fesloop.loop.realtime import Present
 from fesloop.loop.signals import NEVER
 from fesloop.streams.live.source import Source, StreamLost
 

@@ -17,13 +17,13 @@ from controllers.safety import Safety
 from estimators.ideal import IdealTracker
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
+from fesloop.loop.abilities import Surroundings
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import RateClock
 from fesloop.loop.nodes import Node
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
 from fesloop.loop.signals import NEVER, Sample
-from fesloop.loop.surroundings import Surroundings
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
 from plants.finger import Finger

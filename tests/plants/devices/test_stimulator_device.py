@@ -12,13 +12,12 @@ import fesloop
 from controllers.safety import Safety
 from fesloop.errors import InputError, RunError, SnapshotError
 from fesloop.experiment.files.parse import from_document
+from fesloop.loop.abilities import Present, Surroundings
 from fesloop.loop.block import Context
 from fesloop.loop.clock import RateClock
 from fesloop.loop.nodes import Node
-from fesloop.loop.realtime import Present
 from fesloop.loop.record import Recorder
 from fesloop.loop.run import Loop
-from fesloop.loop.surroundings import Surroundings
 from fesloop.loop.wire import Wire
 from fesloop.loop.wiring import Wiring
 from plants.devices.stimulator_device import StimulatorDevice
