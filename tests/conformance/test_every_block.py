@@ -270,7 +270,7 @@ CHECKS = {NeedsStillness: needs_stillness, Designs: designs, Learns: learns, Res
           AdvancesThrough: advances_through, Reports: reports, Glances: glances}
 CHECKED_ELSEWHERE = {
     "Observes": "above", "Linear": "tests/models/test_linear_form.py", "Closes": "tests/loop/test_devices.py",
-    "UsesSensors": "tests/loop/test_fitting.py", "ChecksPlace": "tests/loop/test_surroundings.py",
+    "UsesSensors": "tests/streams/blocks/test_join.py", "ChecksPlace": "tests/loop/test_surroundings.py",
     "WarnsInPlace": "tests/controllers/test_delay_in_place.py", "Attaches": "tests/realtime",
     "AwaitsArrivals": "tests/loop/test_arrivals.py", "Listens": "tests/realtime",
     "HasStandIn": "tests/realtime", "Seeks": "tests/realtime", "ChecksGuard": "tests/loop/test_guarding.py",

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fesloop.experiment.files.parse import load
+from fesloop.experiment.specification import with_transport
 from fesloop.show.report.run.wiring import wiring_svg
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -16,6 +17,7 @@ NAMES = st.lists(st.sampled_from("abcdefgh"), min_size=1, unique=True)
 def drawn(name):
     document = load(name).document()
     rates = {"tracker": "100 Hz"}
+    document["wires"] = [with_transport(wire, document) for wire in document["wires"]]
     return document, ElementTree.fromstring(wiring_svg(document["blocks"], document["wires"], rates))
 
 
