@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import fesloop
 from fesloop.analysis.tracker_error.fitting import fit_error
 from fesloop.analysis.tracker_error.measured_errors import (
-    _of_orientations,
+    _orientation_errors,
     filled,
     mean_orientation,
     measured_errors,
@@ -30,7 +30,7 @@ def test_rotation_vectors_are_scipys():
     np.testing.assert_allclose(rotation_vector(np.array([1.0, 1e-14, 0.0, 0.0])), [2e-14, 0.0, 0.0])
 
 
-def test_the_mean_of_orientations_is_scipys_whatever_their_signs():
+def test_the_mean_orientation_errors_is_scipys_whatever_their_signs():
     rotations = Rotation.from_rotvec(np.random.default_rng(1).normal(0.0, 0.4, (40, 3)))
     q = rotations.as_quat(scalar_first=True) * np.random.default_rng(2).choice([-1.0, 1.0], (40, 1))
     found = mean_orientation(q)
@@ -47,7 +47,7 @@ def test_the_error_about_a_hinges_axis_is_that_of_its_angle():
     estimate = quaternion.from_axis_angle(axis, angle + off)
     true[50:60] = np.nan
     scored = times > 1.0
-    records = _of_orientations("a-b", times, estimate, true, scored, 5.0)
+    records = _orientation_errors("a-b", times, estimate, true, scored, 5.0)
     assert [(record.name, record.moved) for record in records] == [("a-b.x", False), ("a-b.y", True),
                                                                    ("a-b.z", False)]
     about = records[1]
@@ -74,7 +74,7 @@ def test_a_delay_is_told_whole_whatever_the_noise_of_the_reference(seed, hz, del
 
     noise = Rotation.from_rotvec(np.radians(noise_deg) * rng.standard_normal((times.size, 3)))
     ends = ((at(1e-3 * delay_ms)).as_quat(scalar_first=True), (at(0.0) * noise).as_quat(scalar_first=True))
-    record = _of_orientations("a-b", times, *ends, np.ones(times.size, dtype=bool), times[-1])[2]
+    record = _orientation_errors("a-b", times, *ends, np.ones(times.size, dtype=bool), times[-1])[2]
     assert record.moved
     motion = MotionColumns(record)
     weights, _ = motion.least_squares(motion.best(), np.arange(times.size))
@@ -113,7 +113,7 @@ def test_a_run_that_compares_nothing_is_refused(tmp_path):
 
 
 def test_settings_are_for_what_is_yet_to_be_played(tmp_path):
-    with pytest.raises(InputError, match=r"--set .*: is given for .*, which has been run"):
+    with pytest.raises(InputError, match=r"--set .*: is given for .*, which is a finished run"):
         fit_error(str(tmp_path / "run.h5"), settings=("tracker=vqf",))
     with pytest.raises(InputError, match="reference-late"):
         fit_error("a.npz", reference_late_ms=float("nan"))

@@ -1,4 +1,4 @@
-"""A reference that does not turn as the gyroscope does is refused, with what would mend it."""
+"""A reference that does not rotate as the gyroscope does is refused, with what would mend it."""
 
 from pathlib import Path
 
@@ -55,5 +55,5 @@ def test_another_convention_is_refused_with_its_name(wrong, seed, earth):
 
 def test_a_reference_of_another_motion_is_refused():
     other = recorded(2).reference.orientation[:, 0]
-    with pytest.raises(InputError, match="does not turn as the gyroscope does"):
+    with pytest.raises(InputError, match="does not rotate as the gyroscope does"):
         require_agreement(recorded(1, lambda q: other))

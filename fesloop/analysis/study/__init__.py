@@ -1,4 +1,4 @@
-"""Studies: an experiment run over axes and replicates, and what came of it.
+"""Studies: an experiment run over axes and replicates, and the results.
 
     from fesloop.analysis.study import load, read_study, run_study
 

@@ -1,4 +1,4 @@
-"""Errors of a tracker as measured: one record an angle, with the motion during which it erred."""
+"""Measured error of one angle of a tracker, with the motion during which it was measured."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ class ErrorRecord:
 
     Attributes
     ----------
-    name, moved: as of `ErrorSeries`.
+    name, moved: as in `ErrorSeries`.
     times_s: (n,), instants of the reference, increasing.
-    error: (n,), estimate minus truth, rad; NaN where one of the two is not known or not to be scored.
-    angle: (n,), true, from the centre of its motion, rad; interpolated where it is not known.
-    rate: (n,), its rate, rad/s.
+    error: (n,), estimate minus truth, rad; NaN where one of the two is unknown or not scored.
+    angle: (n,), true angle from the centre of its motion, rad; interpolated where it is unknown.
+    rate: (n,), rate of the angle, rad/s.
     """
 
     name: str
@@ -35,22 +35,22 @@ class ErrorRecord:
 
     @property
     def known(self) -> NDArray[np.bool_]:
-        """Instants at which the error is known, (n,)."""
+        """Whether the error is known at each instant, (n,)."""
         return np.isfinite(self.error)
 
     @property
     def steps_s(self) -> Array:
-        """From each instant to the next, (n,); 0 for the last."""
+        """Time from each instant to the next, (n,); 0 for the last."""
         return np.diff(self.times_s, append=self.times_s[-1:])
 
     @property
     def rms_deg(self) -> float:
-        """RMS of the error where it is known; NaN where it never is."""
+        """RMS of the known errors; NaN where there are none."""
         error = self.error[self.known]
         return float(np.degrees(np.sqrt(np.mean(np.square(error))))) if error.size else float("nan")
 
     def part(self, after_s: float, until_s: float) -> ErrorRecord:
-        """What lies in [after_s, until_s)."""
+        """The part of the record within [after_s, until_s)."""
         rows = (self.times_s >= after_s) & (self.times_s < until_s)
         return replace(self, **{name: getattr(self, name)[rows]
                                 for name in ("times_s", "error", "angle", "rate")})
@@ -58,9 +58,9 @@ class ErrorRecord:
 
 @compiled
 def autocorrelation(errors: Any, known: Any, lags: Any) -> Any:
-    """Of what is left when each row's mean is taken off, (runs, lags); errors (runs, n), known (n,).
+    """Autocorrelation of each row less its mean, (runs, lags); errors (runs, n), known (n,).
 
-    At each lag by the pairs of instants that are both known; 0 where there is none.
+    Each lag uses the pairs of instants that are both known; 0 where there is no pair.
     """
     runs, samples = errors.shape
     found = np.zeros((runs, lags.size))
@@ -87,10 +87,10 @@ def autocorrelation(errors: Any, known: Any, lags: Any) -> Any:
 
 
 def independent_values(values: Array, known: NDArray[np.bool_]) -> float:
-    """How many independent values tell as much of the mean as values (n,) do where they are `known`.
+    """Effective number of independent values among the `known` ones of values (n,).
 
-    Their number over one and twice the sum of the autocorrelation up to its first zero (Priestley 1981,
-    Spectral Analysis and Time Series, section 5.3.2).
+    The number of known values over one plus twice the sum of the autocorrelation up to its first zero
+    (Priestley 1981, Spectral Analysis and Time Series, section 5.3.2).
     """
     lags = np.arange(1, values.size // 2)
     found = autocorrelation(values[np.newaxis], known, lags)[0]

@@ -1,4 +1,4 @@
-"""From a run of a tracker against a reference to its error process: fitted to a half, judged by the other."""
+"""Fits a tracker's error process to one half of a recording, and judges it by the other half."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ from fesloop.streams.motion_file import FORMAT as MOTION
 from fesloop.streams.reading import form_of
 
 _STEADY_NS = NS_PER_MS // 100
-"""Ages that differ by less are one age (chosen: nothing in a loop tells them apart)."""
+"""Difference below which ages are equal (chosen: without effect in a loop)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MessageTimes:
-    """As of `ErrorProcess`: age at least, what comes on top, loss and its bursts."""
+    """Least age of estimates, the random age above it, loss and its bursts, as in `ErrorProcess`."""
 
     age_ms: float
     jitter: Duration
@@ -45,10 +45,10 @@ class MessageTimes:
 
 
 def message_times(signal: Signal, lost: NDArray[np.bool_], before_ns: int) -> MessageTimes:
-    """Age and loss of the estimates that were put out before an instant.
+    """Age and loss of the estimates that the tracker sent before an instant.
 
-    An estimate is lost where its newest capture is not later than that of the one before, or where `lost`
-    (ticks,) says that a sample for it was. The age above the least is taken as exponential.
+    An estimate is lost where its newest capture is not later than that of the one before, or where a sample
+    for it was lost (`lost`, (ticks,)). The age above the least is modelled as exponential.
     """
     early = (signal.times_ns < before_ns) & (signal.newest_ns >= 0)
     newest = signal.newest_ns[early]
@@ -66,13 +66,13 @@ def message_times(signal: Signal, lost: NDArray[np.bool_], before_ns: int) -> Me
 
 
 def sample_ms(signal: Signal) -> float:
-    """Median time between the captures behind estimates, ms; 0 where there are no two."""
+    """Median time between the captures of estimates, ms; 0 for fewer than two."""
     steps = np.diff(np.unique(signal.newest_ns[signal.newest_ns >= 0]))
     return float(np.median(steps)) / NS_PER_MS if steps.size else 0.0
 
 
 def _bursts(missing: NDArray[np.bool_]) -> tuple[float, float]:
-    """Share of what is missing, and how much of it in a row at the mean; 0 where nothing is."""
+    """Share of missing estimates, and mean number of them in a row; 0 where none is missing."""
     count = int(missing.sum())
     if not count or count == missing.size:
         return (0.0, 0.0)
@@ -88,20 +88,21 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FittedError:
-    """An error process and what it is worth.
+    """An error process and its judgements.
 
     Attributes
     ----------
     process: fitted on the first half of the recording.
-    judgements: on the second half, one an angle.
-    too_slow: angles that err so slowly that the half which was fitted is too short to tell how much.
-    left_out: angles of which too little is known in either half.
-    ahead_ms: median of the `lead_s` of the angles that are moved; negative where the estimates lag. More than
-        `half_sample_ms` is no tracker's: the reference is late (`reference_late_ms` takes that off).
-    half_sample_ms: half the period of the tracker's samples. A tracker that takes the newest rate for the
-        whole period before it, as VQF does, is as much ahead of gyroscopes that sample an instant.
-    recorded_reference: whether the errors are against a recording's reference, and not a simulation's truth.
-    fitted_s, judged_s: length of both halves. from_s: where the first begins: what is scored, once aligned.
+    judgements: on the second half, one per angle.
+    too_slow: angles whose error changes too slowly to be estimated from the fitted half.
+    left_out: angles with too few known errors in either half.
+    ahead_ms: median `lead_s` of the moved angles; negative where the estimates lag. No tracker leads by more
+        than `half_sample_ms`: beyond that the reference is late (`reference_late_ms` corrects it).
+    half_sample_ms: half the period of the tracker's samples. A tracker that applies the newest rate to the
+        whole period before it, as VQF does, leads by so much where gyroscopes sample an instant.
+    recorded_reference: whether the errors are against a recording's reference rather than a simulation's
+        truth.
+    fitted_s, judged_s: length of both halves. from_s: beginning of the first, the scored part once aligned.
     """
 
     process: ErrorProcess
@@ -116,7 +117,7 @@ class FittedError:
     from_s: float
 
     def report(self) -> dict[str, Any]:
-        """As plain tables."""
+        """The fit as plain tables."""
         return {"source": self.process.source, "fitted_s": self.fitted_s, "judged_s": self.judged_s,
                 "from_s": self.from_s,
                 "ahead_ms": self.ahead_ms, "half_sample_ms": self.half_sample_ms,
@@ -128,26 +129,27 @@ class FittedError:
 
 def fit_error(path: str, *, settings: tuple[str, ...] = (), reference_late_ms: float = 0.0, seed: int = 0,
               progress: Progress | None = None) -> FittedError:
-    """The error process of a tracker.
+    """Fit the error process of a tracker.
 
     Parameters
     ----------
-    path: of a run (.h5) that scores a tracker against a reference or a truth; or of a recording of inertial
-        sensors with a reference, through which `hil_replay` is then run.
-    settings: of that run, "KEY=VALUE" each, such as "tracker=vqf". Where none says what tracks, it is that of
-        `hil_replay`, or `constrained` for the sensors of chain5, whose joints that knows.
-    reference_late_ms: by how much the stamps of the recording's reference are late: see `FittedError`.
+    path: a run (.h5) that scores a tracker against a reference or a truth; or a recording of inertial sensors
+        with a reference, which `hil_replay` then plays.
+    settings: of that run, "KEY=VALUE" each, such as "tracker=vqf". The default tracker is that of
+        `hil_replay`, or `constrained` for the sensors of chain5, whose joints are known.
+    reference_late_ms: delay of the stamps of the recording's reference: see `FittedError`.
     seed: of the runs of the process by which it is judged.
+    progress: called with the fitted share.
 
-    Raises InputError for a run or a recording without anything to compare, or with too little of it.
+    Raises InputError for a run or a recording with nothing, or too little, to compare.
     """
     if not math.isfinite(reference_late_ms):
         raise InputError("--reference-late", f"{reference_late_ms}", "a finite number of ms")
     late_ns = round(reference_late_ms * NS_PER_MS)
     if _is_run(path):
         if settings:
-            raise InputError(f"--set {settings[0]}", f"is given for {path}, which has been run",
-                             "settings for a recording that is yet to be played")
+            raise InputError(f"--set {settings[0]}", f"is given for {path}, which is a finished run",
+                             "settings for a recording of sensors only")
         with Recording(path) as recording:
             return fit_measured(measured_errors(recording, late_ns), seed, progress)
     with (TemporaryDirectory() as folder,
@@ -156,7 +158,7 @@ def fit_error(path: str, *, settings: tuple[str, ...] = (), reference_late_ms: f
 
 
 def player(path: str, settings: tuple[str, ...]) -> Experiment:
-    """`hil_replay` of a recording; where no setting says what tracks a chain whose joints one knows, that."""
+    """`hil_replay` of a recording; a chain with known joints is tracked by `constrained` by default."""
     given = f"recording={path}", *settings
     experiment = load(PLAYER, given)
     if any(setting.startswith(("tracker=", "blocks.tracker.")) for setting in settings):
@@ -167,17 +169,17 @@ def player(path: str, settings: tuple[str, ...]) -> Experiment:
 
 
 def _is_run(path: str) -> bool:
-    """Whether a file is a run's, and not a recording that is yet to be played; both may be HDF5."""
+    """Whether a file is a run rather than a recording of sensors; both may be HDF5."""
     if not path.endswith(".h5"):
         return False
     try:
         return not form_of(Path(path)).startswith(MOTION)
-    except InputError:  # of a run that is under way, or was killed, or is none: opening it as a run tells
+    except InputError:  # a run under way or killed, or no run: opening it as a run reports which
         return True
 
 
 def fit_measured(measured: MeasuredErrors, seed: int = 0, progress: Progress | None = None) -> FittedError:
-    """The process of errors that were measured: of nothing but the first half; the second one judges."""
+    """Fit a process to the first half of measured errors, and judge it by the second."""
     cut_s = measured.cut_s
     halves = [(record.part(-float("inf"), cut_s), record.part(cut_s, float("inf")))
               for record in measured.records]

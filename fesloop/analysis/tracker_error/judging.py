@@ -1,14 +1,14 @@
-"""Holding a fitted process against errors that it was not fitted to.
+"""Judges a fitted process by errors that it was not fitted to.
 
-Two questions, answered by many runs of the process along the motion that there was, with the same gaps:
+Many runs of the process along the measured motion, with the same gaps, answer two questions:
 
 - Is the RMS error of all runs within 15 % of the measured one?
-- Does the measured autocorrelation lie in the band of the runs'? Autocorrelations are those of what is left
-  when the mean is taken off, at 40 lags up to a quarter of the record. For these runs, what follows from the
-  motion is drawn anew each time from what the fitted record left open. The band holds 95 % of the runs as a
-  whole, not lag by lag: each lag's distance from the mean of the runs counts in units of its own sd
-  (the studentised global envelope, doi 10.1111/rssb.12172). Beside it stands how many of the lags lie
-  between the 2.5th and the 97.5th percentile of the runs at that lag.
+- Does the measured autocorrelation lie in the band of the runs' autocorrelations? These are of errors less
+  their mean, at 40 lags up to a quarter of the record. For these runs, the part of the error that follows
+  from the motion is random within the uncertainty of its fit. The band covers 95 % of the runs as a whole,
+  not lag by lag: each lag's distance from the mean of the runs is measured in units of its own sd (the
+  studentised global envelope, doi 10.1111/rssb.12172). The share of lags between the 2.5th and the 97.5th
+  percentile of the runs at that lag is reported beside it.
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ WITHIN = 0.15
 RUNS, LAGS = 999, 40
 CONFIDENCE = 0.95
 _SHORTEST = 4
-"""Of a record so much is the longest lag's share: beyond, an autocorrelation is of too few pairs."""
+"""The longest lag is the record over this: an autocorrelation at longer lags has too few pairs."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Judgement:
-    """A process beside what was measured.
+    """A fitted process compared with a measured record.
 
     Attributes
     ----------
     name, moved: of the angle.
-    fitted_deg: RMS error that it was fitted to. measured_deg: RMS error that it is held against.
-    process_deg: RMS error of the process along that motion; process_low_deg, process_high_deg: between
-        which 95 % of its runs lie.
+    fitted_deg: RMS error of the fitted record. measured_deg: RMS error of the record it is compared with.
+    process_deg: RMS error of the process along that motion; process_low_deg, process_high_deg: bounds of the
+        central 95 % of its runs.
     lags_s: (lags,). measured, low, high: (lags,), autocorrelation, and the band as a whole.
-    share: of the lags, inside the band lag by lag.
+    share: of the lags inside the band lag by lag.
     """
 
     name: str
@@ -61,17 +61,17 @@ class Judgement:
 
     @property
     def rmse_off(self) -> float:
-        """By what share the process's RMSE is off."""
+        """Relative difference of the process's RMSE from the measured one."""
         return self.process_deg / self.measured_deg - 1.0
 
     @property
     def rmse_holds(self) -> bool:
-        """Whether that is within 15 %."""
+        """Whether `rmse_off` is within 15 %."""
         return bool(abs(self.rmse_off) <= WITHIN)
 
     @property
     def halves_differ(self) -> float:
-        """By what share the measured RMSE itself is off that which the process was fitted to."""
+        """Relative difference of the fitted record's RMSE from the measured one."""
         return self.fitted_deg / self.measured_deg - 1.0
 
     @property
@@ -80,7 +80,7 @@ class Judgement:
         return bool(((self.measured >= self.low) & (self.measured <= self.high)).all())
 
     def as_table(self) -> dict[str, Any]:
-        """As commands print it with --json."""
+        """The table that commands print with --json."""
         return {"angle": self.name, "moved": self.moved, "rmse_fitted_deg": self.fitted_deg,
                 "rmse_measured_deg": self.measured_deg, "rmse_process_deg": self.process_deg,
                 "rmse_process_95_deg": [self.process_low_deg, self.process_high_deg],
@@ -89,7 +89,7 @@ class Judgement:
 
 
 def judge(fit: SeriesFit, fitted: ErrorRecord, record: ErrorRecord, seed: int = 0) -> Judgement:
-    """Hold a process that was fitted to one record against another."""
+    """Judge a process that was fitted to one record by another record."""
     series, known = fit.series, record.known
     noise = np.random.Generator(np.random.Philox(key=stream_key(seed, f"judge/{series.name}", 0)))
     draws = noise.standard_normal((RUNS, DRAWS, record.times_s.size))
@@ -117,13 +117,13 @@ def judge(fit: SeriesFit, fitted: ErrorRecord, record: ErrorRecord, seed: int = 
 
 
 def lags_of(record: ErrorRecord) -> NDArray[np.int64]:
-    """Lags to look at, in samples: evenly spaced up to a quarter of the record, at most `LAGS` of them."""
+    """Compared lags in samples: evenly spaced up to a quarter of the record, at most `LAGS` of them."""
     most = max(1, record.times_s.size // _SHORTEST)
     return np.unique(np.linspace(1, most, min(LAGS, most)).round().astype(np.int64))
 
 
 def whole_band(made: Array) -> tuple[Array, Array]:
-    """Band of curves (runs, lags) that holds 95 % of them as a whole: least and greatest, (lags,) each."""
+    """Band that covers 95 % of curves (runs, lags) as a whole: lower and upper bound, (lags,) each."""
     middle = made.mean(axis=0)
     sd = np.maximum(made.std(axis=0, ddof=1), np.finfo(float).eps)
     reach = float(np.quantile(np.abs((made - middle) / sd).max(axis=1), CONFIDENCE))

@@ -1,11 +1,11 @@
-"""Errors of a tracker from the recording of a run: against a recorded reference, or the plant's truth.
+"""Measures errors of a tracker in a run's recording, against a recorded reference or the plant's truth.
 
-Where the run played a recording of inertial sensors that has a reference, the error of each pair of
-neighbouring segments is that of their relative orientation, as a rotation vector in the child's frame: its
-part about a joint's axis is the error of the joint's angle, its length the total error of the relative
-orientation (`fesloop.experiment.metrics.orientation`). Where the reference's frames are not the sensors', it
-is the error of the angle between the two segments. Where truth and estimate are joint angles, it is their
-difference at the instant of capture.
+Where the run played a recording of inertial sensors with a reference, the error of each pair of neighbouring
+segments is the error of their relative orientation, as a rotation vector in the child's frame: its component
+about a joint's axis is the error of the joint's angle, its length the total error of the relative orientation
+(`fesloop.experiment.metrics.orientation`). Where the reference's frames are not the sensors', it is the error
+of the angle between the two segments. Where truth and estimate are joint angles, it is their difference at
+the instant of capture.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from fesloop.analysis.tracker_error.error_record import ErrorRecord
-from fesloop.analysis.tracker_error.reference_agreement import require_agreement
+from fesloop.analysis.tracker_error.reference_agreement import require_agreement, rotation_vector
 from fesloop.errors import InputError
 from fesloop.experiment.metrics.joints import columns, held
 from fesloop.experiment.metrics.scoring import measuring, never_aligned
@@ -35,23 +35,23 @@ from fesloop.streams.recording import MotionRecording
 Array = NDArray[np.float64]
 _AXES = "xyz"
 _MOVED_DEG, _MOVED_SHARE = 5.0, 0.2
-"""RMS motion about an axis above which a joint moves about it: in itself, and as a share of its greatest."""
+"""Least RMS motion about an axis about which a joint moves: absolute, and as a share of the greatest axis."""
 _RATE_S, _RATE_ORDER = 0.2, 3
-"""Over which a cubic is laid to tell a measured angle's rate (chosen: what noise adds to the differences of
+"""Window and order of the polynomial fit that gives a measured angle's rate (chosen: noise in differences of
 samples makes a delay look shorter; a sine of 2 Hz keeps 0.97 of its rate)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MeasuredErrors:
-    """What a run tells of a tracker's error.
+    """Errors of a tracker in a run.
 
     Attributes
     ----------
-    records: one an angle, all at the same instants.
-    cut_s: the middle of the recording.
-    estimates: the tracker's ticks. lost: (n,), ticks for which a sensor's sample was lost.
-    recorded: whether they are against a recorded reference, and not a plant's truth.
-    source: of which recording and tracker, in words.
+    records: one per angle, all at the same instants.
+    cut_s: middle of the recording.
+    estimates: the tracker's output. lost: (n,), ticks for which a sensor's sample was lost.
+    recorded: whether the errors are against a recorded reference rather than a plant's truth.
+    source: recording and tracker, in words.
     """
 
     records: tuple[ErrorRecord, ...]
@@ -63,11 +63,11 @@ class MeasuredErrors:
 
 
 def measured_errors(recording: Recording, reference_late_ns: int = 0) -> MeasuredErrors:
-    """The errors in trial 0 of a run.
+    """Measure the errors in trial 0 of a run.
 
-    `reference_late_ns`: by how much a recorded reference's stamps are late, or early where negative.
+    `reference_late_ns` is the delay of a recorded reference's stamps; negative where they are early.
 
-    Raises InputError for a run that played no reference and scores no estimate against a truth.
+    Raises InputError for a run that neither played a reference nor scores an estimate against a truth.
     """
     score = recording.experiment["score"]
     if score.get("orientation") and score.get("recording"):
@@ -87,16 +87,16 @@ def _against_reference(recording: Recording, name: str, player: str, late_ns: in
                          "a recording with one, such as of the sets chain5 and wrist")
     require_agreement(source)
     signal = recording.signal(name)
-    told = measuring(recording, make(Score, recording.experiment["score"], {}, "score"), name, signal)
-    captured = signal.newest_ns[told] + played.start_ns
+    scored_ticks = measuring(recording, make(Score, recording.experiment["score"], {}, "score"), name, signal)
+    captured = signal.newest_ns[scored_ticks] + played.start_ns
     _require_aligned(recording, name)
     stamps = reference.stamps_ns - late_ns
     inside = (stamps >= captured.min(initial=FOREVER)) & (stamps <= captured.max(initial=NEVER))
     if inside.sum() < 2:
-        raise InputError(str(recording.path), f"{name} holds nothing captured while the reference lasts",
+        raise InputError(str(recording.path), f"{name} has no estimate captured during the reference",
                          "estimates of the whole run")
     at, scored = stamps[inside], reference.scored[inside]
-    estimate = quaternion.interpolate(captured, signal.values[told], at)
+    estimate = quaternion.interpolate(captured, signal.values[scored_ticks], at)
     true = reference.orientation[inside]
     times_s = (at - played.start_ns) / NS_PER_S
     cut_s = 0.5 * float(times_s[0] + times_s[-1])
@@ -105,43 +105,43 @@ def _against_reference(recording: Recording, name: str, player: str, late_ns: in
         pair = source.pair_name((parent, child))
         ends = (quaternion.relative(estimate[:, parent], estimate[:, child]),
                 quaternion.relative(true[:, parent], true[:, child]))
-        made = _of_orientations if reference.sensor_frames else _of_angle
-        records += made(pair, times_s, *ends, scored, cut_s)
+        errors = _orientation_errors if reference.sensor_frames else _angle_errors
+        records += errors(pair, times_s, *ends, scored, cut_s)
     kind = recording.experiment["blocks"][name.partition(".")[0]]["kind"]
     of_set = f" {source.sensor_set}" if source.sensor_set else ""
     return MeasuredErrors(records=tuple(records), cut_s=cut_s, estimates=signal,
-                          lost=_lost_samples(source, captured, told), recorded=True,
+                          lost=_lost_samples(source, captured, scored_ticks), recorded=True,
                           source=f"{source.path.name}{of_set}, tracker {kind}")
 
 
 def _require_aligned(recording: Recording, estimate: str) -> None:
-    """Raise InputError for an estimate whose tracker never took its initial pose, with what it said last."""
+    """Raise InputError for an estimate whose tracker never took its initial pose, with its last event."""
     why = never_aligned(recording, estimate, 0)
     if why is None:
         return
     tracker = why.partition(" ")[0]
-    said = [event.detail for event in recording.events
+    details = [event.detail for event in recording.events
             if event.where == tracker and event.status == "initial_pose_failed"]
-    raise InputError(str(recording.path), why + (f" ({said[-1]})" if said else ""),
-                     "a tracker that has aligned while the recording lasts",
+    raise InputError(str(recording.path), why + (f" ({details[-1]})" if details else ""),
+                     "a tracker that aligns within the recording",
                      "record a still initial pose, choose a part that begins in one (blocks.recording."
                      "start_s), or a tracker without one, such as vqf")
 
 
 def _lost_samples(source: MotionRecording, captured: NDArray[np.int64],
-                  told: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Ticks whose sample is missing for a sensor of some pair, or altogether, (ticks,)."""
+                  scored: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Whether a tick's sample is missing, for a sensor of some pair or altogether, (ticks,)."""
     sensors = sorted({sensor for pair in source.pairs for sensor in pair})
     missing = np.logical_not(np.isfinite(source.gyr[:, sensors] + source.acc[:, sensors]).all(axis=(1, 2)))
-    lost = np.zeros(told.size, dtype=bool)
+    lost = np.zeros(scored.size, dtype=bool)
     newest = np.clip(np.searchsorted(source.stamps_ns, captured), 0, missing.size - 1)
-    lost[told] = missing[newest] | (source.stamps_ns[newest] != captured)  # or it fell into a gap
+    lost[scored] = missing[newest] | (source.stamps_ns[newest] != captured)  # or it is in a gap
     return lost
 
 
-def _of_orientations(pair: str, times_s: Array, estimate: Array, true: Array, scored: NDArray[np.bool_],
+def _orientation_errors(pair: str, times_s: Array, estimate: Array, true: Array, scored: NDArray[np.bool_],
                      cut_s: float) -> list[ErrorRecord]:
-    """The three parts of a relative orientation's error; orientations (n, 4), child to parent."""
+    """The three components of a relative orientation's error; orientations (n, 4), child to parent."""
     early = (times_s < cut_s) & scored & np.isfinite(true).all(axis=1)
     if not early.any():
         return []
@@ -160,7 +160,7 @@ def _of_orientations(pair: str, times_s: Array, estimate: Array, true: Array, sc
     return records
 
 
-def _of_angle(pair: str, times_s: Array, estimate: Array, true: Array, scored: NDArray[np.bool_],
+def _angle_errors(pair: str, times_s: Array, estimate: Array, true: Array, scored: NDArray[np.bool_],
               cut_s: float) -> list[ErrorRecord]:
     """The error of the angle between two segments."""
     angle = quaternion.rotation_angle(true)
@@ -177,13 +177,13 @@ def _against_truth(recording: Recording, score: dict[str, object]) -> MeasuredEr
     """Errors of joint angles of a simulated hand."""
     estimate, truth = str(score["estimate"]), str(score["truth"])
     signal = recording.signal(estimate)
-    told = measuring(recording, make(Score, score, {}, "score"), estimate, signal)
+    scored_ticks = measuring(recording, make(Score, score, {}, "score"), estimate, signal)
     _require_aligned(recording, estimate)
-    captured, newest = np.unique(signal.newest_ns[told], return_index=True)
+    captured, newest = np.unique(signal.newest_ns[scored_ticks], return_index=True)
     if captured.size < 2:
-        raise InputError(str(recording.path), f"{estimate} holds nothing captured",
+        raise InputError(str(recording.path), f"{estimate} has fewer than two captures",
                          "estimates of the whole run")
-    values = columns(signal.values[told][newest])
+    values = columns(signal.values[scored_ticks][newest])
     true = columns(held(recording.column(truth), captured))
     times_s = captured / NS_PER_S
     cut_s = 0.5 * float(times_s[0] + times_s[-1])
@@ -208,7 +208,7 @@ def _joint_names(score: dict[str, object], count: int) -> tuple[str, ...]:
 
 
 def rate_of(times_s: Array, angle: Array) -> Array:
-    """Rate of a measured angle (n,), rad/s: that of cubics, or of differences where samples are few."""
+    """Rate of a measured angle (n,), rad/s, from cubic fits, or from differences of few samples."""
     size = 2 * round(0.5 * _RATE_S / float(np.median(np.diff(times_s)))) + 1
     if size <= _RATE_ORDER + 2 or size > angle.size:
         return np.gradient(angle, times_s)
@@ -217,22 +217,12 @@ def rate_of(times_s: Array, angle: Array) -> Array:
 
 
 def mean_orientation(q: Array) -> Array:
-    """The orientation of least mean square distance from orientations (n, 4): (4,) (doi 10.2514/1.28949)."""
+    """Mean of orientations (n, 4) with the least mean square distance: (4,) (doi 10.2514/1.28949)."""
     _, vectors = np.linalg.eigh(q.T @ q)
     return np.asarray(vectors[:, -1])
 
 
-def rotation_vector(q: Array) -> Array:
-    """Axis times angle, (..., 3), rad, of the shorter way round; NaN in, NaN out."""
-    shorter = np.where(q[..., :1] < 0.0, -q, q)
-    length = np.linalg.norm(shorter[..., 1:], axis=-1, keepdims=True)
-    angle = 2.0 * np.arctan2(length, shorter[..., :1])
-    # For small angles the vector part is half of it.
-    ratio = np.divide(angle, length, out=np.full_like(length, 2.0), where=length > 1e-12)
-    return np.asarray(ratio * shorter[..., 1:])
-
-
 def filled(times_s: Array, values: Array) -> Array:
-    """Values (n,) interpolated where they are NaN."""
+    """Values (n,) with NaN replaced by interpolation."""
     known = np.isfinite(values)
     return np.interp(times_s, times_s[known], values[known])

@@ -1,8 +1,8 @@
-"""Turns of a reference held against those of the gyroscopes: a reference of another convention is refused.
+"""Compares rotations of a reference with those of the gyroscopes, to refuse another quaternion convention.
 
-An error against a quaternion whose parts stand in another order, or that turns the other way, looks like a
-tracker's. How the reference turns in the sensor's frame from one instant to another must be how the
-gyroscope turns, whatever the earth frame is.
+An error against a quaternion with its components in another order, or with the inverse rotation, looks like
+an error of the tracker. The reference's rotation in the sensor's frame from one instant to another must be
+that of the gyroscope, whatever the earth frame is.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from fesloop.streams.recording import MotionRecording
 
 Array = NDArray[np.float64]
 _TURN_S = 0.2
-"""Over which turns are compared (chosen: noise of 1 deg in the reference counts little)."""
+"""Duration of compared rotations (chosen: noise of 1 deg in the reference counts little)."""
 _MOVES = np.radians(3.0)
-"""A turn below which nothing is compared: 15 deg/s (chosen)."""
+"""Least compared rotation: 15 deg/s (chosen)."""
 _LEAST, _MOST = 20, 600
-"""Turns that must be there, and of how many, evenly picked, some are taken."""
+"""Least number of rotations to decide by, and most to compare, evenly picked."""
 _WRONG, _RIGHT = 0.7, 0.5
-"""Median of what is left of a turn, as a share of it: above the first the reference is wrong, and below the
-second another convention explains it (chosen; 1 is left by a reference that does not turn at all)."""
+"""Median difference of rotations relative to their size: above the first the reference is wrong, below the
+second another convention explains it (chosen; a reference that does not rotate at all gives 1)."""
 
 
 def require_agreement(recording: MotionRecording) -> None:
-    """Raise InputError for a sensor whose reference does not turn as its gyroscope does.
+    """Raise InputError for a sensor whose reference does not rotate as its gyroscope does.
 
-    Only of a reference in the sensors' frames; where too little turns to say, it passes.
+    Only references in the sensors' frames are compared; with too few rotations to decide, they pass.
     """
     reference = recording.reference
     if reference is None or not reference.sensor_frames:
@@ -46,7 +46,7 @@ def require_agreement(recording: MotionRecording) -> None:
             given = conventional(reference.orientation[:, number])
             ends = [quaternion.interpolate(reference.stamps_ns, given, at)
                     for at in (begin, begin + round(_TURN_S * NS_PER_S))]
-            turned = _vector(quaternion.relative(*ends))
+            turned = rotation_vector(quaternion.relative(*ends))
             known = np.isfinite(turned).all(axis=1)
             if known.sum() < _LEAST:
                 break
@@ -57,7 +57,7 @@ def require_agreement(recording: MotionRecording) -> None:
         best = min(left, key=lambda fault: left[fault])
         raise InputError(
             f"{recording.path}: reference",
-            f"{name}: does not turn as the gyroscope does (they differ by {left['']:.0%} of a turn)",
+            f"{name}: does not rotate as the gyroscope does (they differ by {left['']:.0%} of a rotation)",
             "orientations of the sensor, w x y z, segment to reference",
             best if left[best] < _RIGHT else f"check `sensors.{name}.orientation`, its time, and "
             "`reference.order`, `direction` and `sensor_frames` in the layout")
@@ -75,11 +75,11 @@ _CONVENTIONS: dict[str, Callable[[Array], Array]] = {
     "set the other `reference.order` and `reference.direction` in the layout (scalar last)":
         lambda q: _other_way(q[:, [3, 0, 1, 2]]),
 }
-"""What else a quaternion could be, by what mends it."""
+"""Conversions from other conventions of quaternions, by the remedy of each."""
 
 
 def _measured(recording: MotionRecording, number: int) -> tuple[NDArray[np.int64], Array]:
-    """Beginnings, ns, (m,), and rotation vectors (m, 3) of the turns that a gyroscope measured."""
+    """Beginnings, ns, (m,), and rotation vectors (m, 3) of rotations that a gyroscope measured."""
     stamps, gyr = recording.stamps_ns, recording.gyr[:, number]
     assert recording.reference is not None
     first, last = recording.reference.stamps_ns[[0, -1]]
@@ -98,14 +98,16 @@ def _measured(recording: MotionRecording, number: int) -> tuple[NDArray[np.int64
         angle = np.linalg.norm(rotation, axis=1, keepdims=True)
         turns = quaternion.multiply(turns, np.hstack(
             [np.cos(0.5 * angle), 0.5 * np.sinc(0.5 * angle / np.pi) * rotation]))
-    vectors = _vector(turns)
+    vectors = rotation_vector(turns)
     moves = np.linalg.norm(np.nan_to_num(vectors), axis=1) > _MOVES
     return begin[moves], vectors[moves]
 
 
-def _vector(q: Array) -> Array:
-    """Rotation vectors, (m, 3), rad, the shorter way round."""
-    shorter = np.where(q[:, :1] < 0.0, -q, q)
-    length = np.linalg.norm(shorter[:, 1:], axis=1, keepdims=True)
-    angle = 2.0 * np.arctan2(length, shorter[:, :1])
-    return np.asarray(shorter[:, 1:] * np.where(length > 1e-12, angle / np.maximum(length, 1e-12), 2.0))
+def rotation_vector(q: Array) -> Array:
+    """Axis times angle of the shorter rotation, (..., 3), rad; NaN for NaN."""
+    shorter = np.where(q[..., :1] < 0.0, -q, q)
+    length = np.linalg.norm(shorter[..., 1:], axis=-1, keepdims=True)
+    angle = 2.0 * np.arctan2(length, shorter[..., :1])
+    # For small angles the vector part is half the rotation vector.
+    ratio = np.divide(angle, length, out=np.full_like(length, 2.0), where=length > 1e-12)
+    return np.asarray(ratio * shorter[..., 1:])

@@ -152,5 +152,5 @@ def test_errors_of_a_tracker_that_told_nothing_are_refused(tmp_path, described):
     nothing = SimpleNamespace(newest_ns=never, times_ns=never, values=np.empty((0, 2, 4)))
     recording = SimpleNamespace(path="run.h5", experiment=described, signal=lambda name, trial=0: nothing,
                                 signals=["tracker.orientation"], units={})
-    with pytest.raises(InputError, match="holds nothing captured while the reference lasts"):
+    with pytest.raises(InputError, match="has no estimate captured during the reference"):
         measured_errors(recording)

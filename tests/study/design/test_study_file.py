@@ -63,14 +63,14 @@ SPAN = {"start": 0, "stop": 1}
     (changed(study={"recordings": "some"}), r"study\.recordings: \"some\""),
     (axis(values=[0], fro=1), r"axes\.latency_ms\.fro: unknown key.*did you mean 'from'"),
     (axis(), r"axes\.latency_ms\.values: is missing"), (axis(values=[]), r"latency_ms\.values: is missing"),
-    (axis(values=[1], options={"a": {}}), r"latency_ms\.options: stands beside values"),
-    (axis(values=[1], count=3, **SPAN), r"latency_ms\.from: stands beside values"),
+    (axis(values=[1], options={"a": {}}), r"latency_ms\.options: is given as well as values"),
+    (axis(values=[1], count=3, **SPAN), r"latency_ms\.from: is given as well as values"),
     (axis(key="a", options={"a": {}}), r"latency_ms\.key: stands beside options"),
     (axis(values=[1, 1.0]), "the same value more than once"),
     (axis(values=[math.nan]), r"latency_ms\.values\[0\]: nan"),
     (axis(values=[math.inf]), r"latency_ms\.values\[0\]: inf"),
     (axis(values=[[1]]), r"latency_ms\.values\[0\]: \[1\] is a list"),
-    (axis(key="latency_ms=3", values=[1]), r"latency_ms\.key: 'latency_ms=3' holds a value"),
+    (axis(key="latency_ms=3", values=[1]), r"latency_ms\.key: 'latency_ms=3' has a value"),
     (axis(key="experiment.seed", values=[1]), r"latency_ms\.key: sets the seed"),
     (axis(key='experiment."seed"', values=[1]), r"latency_ms\.key: sets the seed"),
     (axis(options={"a": {"settings": ["experiment.seed=2"]}}), r"options\.a\.settings: sets the seed"),
@@ -86,7 +86,7 @@ SPAN = {"start": 0, "stop": 1}
     (changed(study={"design": "random", "samples": 4}, axes={"latency_ms": {"from": 0, "to": 1, "count": 2}}),
      r"latency_ms\.count: 2; allowed: none"),
     (changed(axes={"latency_ms": {"values": [1]}, "late": {"key": "latency_ms", "values": [2]}}),
-     r"axes\.late\.key: 'latency_ms' is that of axis 'latency_ms' too"),
+     r"axes\.late\.key: axis 'latency_ms' sets 'latency_ms' as well"),
     (changed(axes={"a": {"from": 0, "to": 1, "count": 10**9}}), "1,000,000,000 cells x 1 replicates"),
     (changed(axes={"a": {"from": 0, "to": 1, "count": 10**30}}), "1,000,000,000,000,000,000,0.* cells"),
     (changed(axes={name: {"from": 0, "to": 1, "count": 1000} for name in "abc"}), "1,000,000,000 cells"),
@@ -101,9 +101,9 @@ SPAN = {"start": 0, "stop": 1}
     (changed(figures=[{"name": "x", "kind": "curves", "metric": "error_deg", "x": "latncy_ms"}]),
      r"figures\[0\]\.x: .*did you mean 'latency_ms'"),
     (changed(figures=2 * [{"name": "x", "kind": "curves", "metric": "error_deg", "x": "latency_ms"}]),
-     r"figures\[1\]\.name: 'x' is that of figures\[0\] too"),
+     r"figures\[1\]\.name: 'x' is also the name of figures\[0\]"),
     (changed(axes={kind: {"cohort": {"patient": kind, "members": 3}} for kind in ("sci_c6", "stroke_mild")}),
-     r"axes\.stroke_mild\.cohort: patients are those of axis 'sci_c6' already"),
+     r"axes\.stroke_mild\.cohort: axis 'sci_c6' is a cohort as well"),
     (changed(prepare={"model": {"experiment": "identify_grasp", "axes": ["member"]}}),
      r"prepare\.model\.axes: there is no axis 'member'"),
     (changed(prepare={"model": {"experimen": "identify_grasp"}}), r"prepare\.model\.experimen"),
@@ -225,15 +225,15 @@ def test_levels_go_from_one_end_to_the_other_in_even_steps(span):
 
 @given(spans(), st.floats(0.0, 1.0, exclude_max=True))
 def test_what_is_drawn_lies_within_the_bounds(span, share):
-    value = span.drawn("x", share).value
+    value = span.sampled("x", share).value
     assert span.start <= value <= span.stop
-    assert span.drawn("x", share).settings == (f"x={value!r}",)
+    assert span.sampled("x", share).settings == (f"x={value!r}",)
 
 
 @given(st.lists(st.integers(), min_size=1, unique=True), st.floats(0.0, 1.0, exclude_max=True))
 def test_listed_levels_are_drawn_alike(values, share):
     made = Axis(values=tuple(values))
-    assert made.drawn("x", share).value == values[int(share * len(values))]
+    assert made.sampled("x", share).value == values[int(share * len(values))]
 
 
 @pytest.mark.slow

@@ -1,1 +1,1 @@
-"""What a study asks: its file, axes, cells, and the metrics that it keeps."""
+"""Definition of a study: its file, axes, cells, figures and kept metrics."""

@@ -1,4 +1,4 @@
-"""Axes of a study: what is varied, and over which levels."""
+"""Axes of a study: the varied keys, and their levels."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from fesloop.forms.toml import toml_value
 
 LevelValue = float | int | str | bool
 _DIGITS = 12
-"""Levels between two ends are rounded to so many, or tenths would be told as 0.30000000000000004."""
+"""Significant digits of levels between two ends, so that tenths do not read 0.30000000000000004."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Level:
-    """A place on an axis.
+    """A level of an axis.
 
     Attributes
     ----------
-    value: by which tables and figures name it.
-    settings: that make it, as of `fesloop run --set`.
-    experiment: that takes the base's place; None: the base.
+    value: its name in tables and figures.
+    settings: of the level, as for `fesloop run --set`.
+    experiment: replaces the base experiment; None: the base.
     """
 
     value: LevelValue
@@ -34,7 +34,7 @@ class Level:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Option:
-    """A level with a name: some settings, and if wanted another experiment."""
+    """A named level: settings, and optionally another experiment."""
 
     settings: tuple[str, ...] = ()
     experiment: str | None = None
@@ -42,7 +42,7 @@ class Option:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cohort:
-    """Members of a cohort of patients: `members` of them, from number `first` on."""
+    """Patients of a cohort: `members` of them, starting at number `first`."""
 
     patient: str
     members: int
@@ -56,16 +56,17 @@ class Cohort:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Axis:
-    """One thing that is varied: over values of a key, over named options, or over patients.
+    """A dimension along which a study varies: values of a key, named options, or patients.
 
     Attributes
     ----------
-    key: that is set, as of `fesloop run --set`, or several that are set alike; empty: the axis's name.
+    key: the key to set, as for `fesloop run --set`, or several keys set to the same value; empty: the axis's
+        name.
     values: levels of the key.
-    start, stop, count: instead, so many levels from one number to another (`from`, `to` in files); a design
-        that draws points takes any number between, and no count.
-    scale: how they are spaced.
-    options: instead, named levels of some settings each.
+    start, stop, count: instead, `count` levels from one number to another (`from`, `to` in files); a random
+        or Sobol design takes any number between, and no count.
+    scale: spacing of these levels.
+    options: instead, named levels with settings.
     cohort: instead, patients.
     label, unit: for figures.
     """
@@ -83,24 +84,24 @@ class Axis:
 
     @property
     def continuous(self) -> bool:
-        """Whether it is a span of numbers."""
+        """Whether the axis is a span of numbers."""
         return self.start is not None
 
     @property
     def numeric(self) -> bool:
-        """Whether its levels are numbers."""
+        """Whether the levels are numbers."""
         return not self.options and all(type(value) in (int, float) for value in self.values)
 
     def faults(self, name: str, *, sampled: bool) -> Iterator[InputError]:
-        """What is wrong with it, named by its keys; `sampled`: whether a design draws points."""
+        """Faults of the axis, each at its key; `sampled`: whether the design draws points."""
         given = [key for key, there in (("values", self.values), ("from", self.start is not None),
                                         ("options", self.options), ("cohort", self.cohort is not None))
                  if there]
         if len(given) != 1:
-            yield InputError(given[1] if given else "values", "stands beside " + given[0] if given
+            yield InputError(given[1] if given else "values", f"is given as well as {given[0]}" if given
                              else "is missing", "one of values, from and to, options, cohort")
         if self.key and (self.options or self.cohort):
-            yield InputError("key", "stands beside options or cohort, which set keys of their own",
+            yield InputError("key", "is given as well as options or cohort, which set keys of their own",
                              "values, or from and to", "remove it")
         if len(set(self.values)) < len(self.values):
             yield InputError("values", "the same value more than once", "each once")
@@ -114,7 +115,7 @@ class Axis:
     def _faults_of_keys(self, name: str) -> Iterator[InputError]:
         for key in self.keys(name):
             if "=" in key:
-                yield InputError("key", f"{key!r} holds a value", "a key alone", "give the value in values")
+                yield InputError("key", f"{key!r} has a value", "a key alone", "give the value in values")
             elif sets_seed(key):
                 yield seed_fault("key")
         for option, chosen in self.options.items():
@@ -141,13 +142,13 @@ class Axis:
                              "2 or more levels")
 
     def keys(self, name: str) -> tuple[str, ...]:
-        """The keys that are set."""
+        """The keys that the axis sets."""
         if self.options or self.cohort:
             return ()
         return ((self.key,) if isinstance(self.key, str) else self.key) or (name,)
 
     def count_of_levels(self, name: str) -> int:
-        """How many there are, without making them."""
+        """Number of levels, without making them."""
         if self.continuous:
             return self.count or 1
         if self.cohort is not None:
@@ -155,7 +156,7 @@ class Axis:
         return len(self.options) or len(self.values)
 
     def level(self, name: str, number: int) -> Level:
-        """One of a grid's levels."""
+        """A level of a grid, by its number."""
         if self.options:
             option = list(self.options)[number]
             return Level(value=option, settings=self.options[option].settings,
@@ -167,8 +168,8 @@ class Axis:
             return self._of_value(name, self._between(number / (self.count - 1)))
         return self._of_value(name, self.values[number])
 
-    def drawn(self, name: str, share: float) -> Level:
-        """The level at a number of [0, 1) of a design that draws points."""
+    def sampled(self, name: str, share: float) -> Level:
+        """The level at a number of [0, 1), of a random or Sobol design."""
         if self.continuous:
             return self._of_value(name, self._between(share))
         return self.level(name, int(share * self.count_of_levels(name)))
@@ -191,11 +192,11 @@ class Axis:
 
 
 def sets_seed(setting: str) -> bool:
-    """Whether a key, or a setting of one, is the experiment's seed."""
+    """Whether a key, or a setting, sets the experiment's seed."""
     return key_parts(setting.partition("=")[0].strip()) in (["experiment", "seed"], ["seed"])
 
 
 def seed_fault(where: str) -> InputError:
-    """That something sets the seed, which a study does by itself."""
-    return InputError(where, "sets the seed, which is study.seed and on", "any other key",
+    """The error for a setting of the seed, which the study itself sets."""
+    return InputError(where, "sets the seed, which study.seed and replicates determine", "any other key",
                       "runs with other seeds are study.replicates")

@@ -1,4 +1,4 @@
-"""Cells of a study: the places on its axes at which the base experiment is run."""
+"""Cells of a study: combinations of levels at which the base experiment is run."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from fesloop.analysis.study.design.study import Study
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cell:
-    """One place.
+    """A combination of levels.
 
     Attributes
     ----------
     number: counted from 0.
     levels: by axis.
-    experiment: name or path of the experiment that is run there.
-    common: settings of every cell, as of `fesloop run --set`.
-    by_axis: what each axis sets here.
+    experiment: name or path of the experiment to run.
+    common: settings of every cell, as for `fesloop run --set`.
+    by_axis: settings of each axis in this cell.
     """
 
     number: int
@@ -33,24 +33,24 @@ class Cell:
 
     @property
     def settings(self) -> tuple[str, ...]:
-        """All of them, without what is prepared."""
+        """All settings but those of prepared models."""
         return (*self.common, *(setting for settings in self.by_axis.values() for setting in settings))
 
     @property
     def place(self) -> str:
-        """By which a user is told of it."""
+        """The levels in words, for messages."""
         return ", ".join(f"{axis} {level}" for axis, level in self.levels.items()) or "no axis"
 
 
 def cells_of(study: Study) -> Iterator[Cell]:
-    """Every cell, in the order in which the last axis changes fastest."""
+    """All cells; the last axis changes fastest."""
     places = _grid(study) if study.about.design == "grid" else _points(study)
     for number, levels in enumerate(places):
         yield _cell(study, number, dict(zip(study.axes, levels, strict=True)))
 
 
 def base_cells(study: Study) -> list[Cell]:
-    """The experiments that the study varies, as they stand without its axes: a cell for each of them."""
+    """A cell without axes for each base experiment of the study."""
     replaced = any(all(option.experiment for option in axis.options.values())
                    for axis in study.axes.values() if axis.options)
     names = {} if replaced else {study.about.experiment: None}
@@ -67,7 +67,7 @@ def _grid(study: Study) -> Iterator[tuple[Level, ...]]:
 
 
 def _points(study: Study) -> Iterator[tuple[Level, ...]]:
-    """Drawn by the study's seed; a longer sequence begins with the shorter one."""
+    """Points of a random or Sobol design, from the study's seed; more samples extend the same sequence."""
     axes, count = study.axes.items(), study.about.samples
     if study.about.design == "random":
         shares = np.random.default_rng(study.about.seed).random((count, len(study.axes)))
@@ -77,7 +77,7 @@ def _points(study: Study) -> Iterator[tuple[Level, ...]]:
         sequence = Sobol(max(1, len(study.axes)), rng=np.random.default_rng(study.about.seed))
         shares = sequence.random_base2((count - 1).bit_length())[:count]
     for row in shares:
-        yield tuple(axis.drawn(name, float(share)) for (name, axis), share in zip(axes, row, strict=False))
+        yield tuple(axis.sampled(name, float(share)) for (name, axis), share in zip(axes, row, strict=False))
 
 
 def _cell(study: Study, number: int, levels: dict[str, Level]) -> Cell:

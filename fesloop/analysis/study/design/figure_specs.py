@@ -1,4 +1,4 @@
-"""What a figure of a study shows: a table [[figures]] of a study file, or made in Python."""
+"""Specification of a study's figure: a table [[figures]] of a study file, or an object in Python."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Literal
 from fesloop.errors import InputError, did_you_mean
 
 OWN_COLUMNS = ("cell", "replicate", "seed", "id", "status", "cause", "wall_s", "recording")
-"""Columns that every table of results has: names that neither an axis nor a metric may have."""
+"""Columns of every table of results; no axis or metric may have these names."""
 
 Kind = Literal["heat_map", "curves"]
 Statistic = Literal["mean", "median", "share"]
@@ -19,26 +19,26 @@ Statistic = Literal["mean", "median", "share"]
 class Figure:
     """A metric over one axis of a study, as curves, or over two, as a heat map.
 
-    Axes that it does not name are averaged over; see `fesloop.analysis.study.results.estimates`.
+    Other axes are averaged over; see `fesloop.analysis.study.results.estimates`.
 
     Attributes
     ----------
-    name: of its file.
-    metric: that is shown. x: axis along the abscissa.
-    y: axis along the ordinate of a heat map. by: axis of which each level is a curve.
-    panels: axis of which each level is a picture beside the others.
-    at: levels at which other axes are held, by axis.
-    statistic: of the repeated runs; None: the share for a metric without unit that is only ever 0 or 1, else
-        the mean.
-    confidence: of the intervals that are drawn about curves.
-    title, label, unit: of the figure, and of its metric; label "": the metric's name, which also says the
-        unit where it ends in one (`_deg`, `_ms`, ...).
-    low, high: ends of the scale of the metric; None: those of what is drawn.
-    theory: what theory is drawn over it, where the experiments are linear loops: along an x that is a wire's
-        latency, the critical one; or, on curves, the exact cost at rest, which is what joint_rmse_deg, of all
-        or of one of `joints`, comes to in a long run at a constant reference, without bias.
-    spacing: of levels that are numbers: to scale (logarithmic where the study spaces them so), or one apart,
-        for levels too uneven to be read to scale.
+    name: of the figure's file.
+    metric: the metric shown. x: axis along the abscissa.
+    y: axis along the ordinate of a heat map. by: axis with a curve per level.
+    panels: axis with a panel per level.
+    at: levels at which other axes are fixed, by axis.
+    statistic: of the repeated runs; None: the share for a metric without unit that is always 0 or 1, else the
+        mean.
+    confidence: of the intervals about curves.
+    title, label, unit: of the figure, and of its metric; label "": the metric's name, whose ending also gives
+        the unit (`_deg`, `_ms`, ...).
+    low, high: ends of the scale of the metric; None: those of the data.
+    theory: theory drawn over the data, where the experiments are linear loops: along an x that is a wire's
+        latency, the critical latency; or, on curves, the exact cost at rest, which is the limit of
+        joint_rmse_deg, of all or of one of `joints`, in a long run at a constant reference, without bias.
+    spacing: of numeric levels: to scale (logarithmic where the study spaces them so), or even, for levels too
+        uneven to be read to scale.
     """
 
     name: str
@@ -67,7 +67,7 @@ class Figure:
                              "a heat map has x and y, and no by", "show the third axis as panels")
         if self.kind == "curves" and self.y is not None:
             raise InputError("y", f"{self.y!r}", "curves have x and by, and no y",
-                             "name the axis that tells curves apart as by")
+                             "name the axis with a curve per level as by")
         if self.kind == "heat_map" and self.theory == "stationary_cost":
             raise InputError("theory", "'stationary_cost' over a heat map", "none, critical_latency",
                              "show it as curves")
@@ -81,12 +81,12 @@ class Figure:
             raise InputError("low", f"{self.low:g}", f"below high, {self.high:g}")
 
     def named_axes(self) -> list[tuple[str, str]]:
-        """Each axis that the figure names, and the key that names it."""
+        """Key and axis of each axis that the figure names."""
         one = [("x", self.x), ("y", self.y), ("by", self.by), ("panels", self.panels)]
         return [(key, axis) for key, axis in one if axis is not None] + [("at", axis) for axis in self.at]
 
     def faults(self, axes: Collection[str], metrics: Collection[str]) -> list[InputError]:
-        """Axes and metrics that the study does not have."""
+        """Errors for axes and metrics that the study does not have."""
         faults = [InputError(key, f"there is no axis {axis!r}", ", ".join(axes) or "the study has none",
                              did_you_mean(axis, axes)) for key, axis in self.named_axes() if axis not in axes]
         if self.metric not in metrics:

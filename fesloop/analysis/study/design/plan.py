@@ -1,4 +1,4 @@
-"""What a study runs: every cell resolved into an experiment, and its runs named by the hash of that."""
+"""Plan of a study: each cell resolved into an experiment, whose hash names its runs."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ _MOST_FAULTS = 10
 _SETTING = "--set "
 
 Settings = Callable[[Cell], tuple[str, ...]]
-"""What is set in a cell beyond the cell's own settings: what was prepared for it."""
+"""Settings of a cell that name its prepared models."""
 
 
 class NotPrepared(Exception):
-    """What a cell needs could not be prepared; the text says why."""
+    """The preparation for a cell failed; the text gives the cause."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlannedRun:
-    """One run of one cell.
+    """A run of a cell.
 
     Attributes
     ----------
-    cell, replicate: which.
+    cell, replicate: their numbers.
     seed: of the experiment.
-    id: fingerprint of the resolved experiment; cells that come to the same experiment share it.
+    id: fingerprint of the resolved experiment; cells that resolve to the same experiment share it.
     """
 
     cell: int
@@ -53,12 +53,11 @@ class PlannedCell:
 
     Attributes
     ----------
-    cell: the place.
-    document: of its resolved experiment, as JSON text; its seed is that of the first replicate. "" where
-        there is none.
-    runs: one a replicate.
-    simulated_s: of one run.
-    cause: why none of them can be run, "" where they can.
+    cell: the cell.
+    document: JSON text of its resolved experiment, with the seed of the first replicate; "" without one.
+    runs: one per replicate.
+    simulated_s: simulated time of one run.
+    cause: of a failed preparation, "" where the runs can be run.
     """
 
     cell: Cell
@@ -69,14 +68,14 @@ class PlannedCell:
 
 
 class Resolver:
-    """From cells to experiments; every file is read once. Paths in settings start from `folder`."""
+    """Resolves cells into experiments; each file is read once. Paths in settings start from `folder`."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self._folder = folder
         self._documents: dict[str, Mapping[str, Any]] = {}
 
     def experiment(self, name: str, settings: Sequence[str], seed: int) -> Experiment:
-        """As `fesloop.load`. Raises InputError, InputErrors."""
+        """The experiment with settings and a seed, as `fesloop.load`. Raises InputError, InputErrors."""
         if name not in self._documents:
             self._documents[name] = read(name)[1]
         picked = pick(self._documents[name], settings, name)
@@ -87,10 +86,10 @@ class Resolver:
 
 def plan(study: Study, prepared: Settings, progress: Callable[[float], None] | None = None
          ) -> Iterator[PlannedCell]:
-    """Every cell with its runs.
+    """All cells with their runs.
 
-    Raises InputErrors, when all cells have been gone through, naming what cannot be run, each fault once and
-    with the first cell that has it; further faults of many are counted.
+    After the last cell, raises InputErrors with the faults of all cells, each once and with its first cell;
+    of many faults, further ones are counted.
     """
     resolver, faults = Resolver(study.folder), dict[str, InputError]()
     for cell in cells_of(study):
@@ -117,7 +116,7 @@ def plan(study: Study, prepared: Settings, progress: Callable[[float], None] | N
 
 
 def _refuse_live(experiment: Experiment) -> None:
-    """Many runs at once, none in step with the wall clock: no place for the world as it is now."""
+    """Raise InputError for live blocks: a study runs many runs at once, none in real time."""
     for node in experiment.wiring.nodes:
         if is_live(node):
             raise InputError(f"blocks.{node.name}", "is live, and a study runs nothing in real time",
@@ -126,7 +125,7 @@ def _refuse_live(experiment: Experiment) -> None:
 
 
 def in_cell(fault: InputError, study: Study, cell: Cell) -> InputError:
-    """A fault of a cell's experiment, led by the axis that sets the key where it is of one, and the cell."""
+    """The fault of a cell's experiment with the cell, and the axis that sets the key if one does."""
     where = fault.where
     if where.startswith(_SETTING):
         key = where.removeprefix(_SETTING).partition("=")[0]
@@ -146,7 +145,7 @@ def _planned(study: Study, cell: Cell, experiment: Experiment) -> PlannedCell:
 
 
 def _not_prepared(study: Study, cell: Cell, cause: str) -> PlannedCell:
-    """Runs that cannot be, named by the hash of what is known of them."""
+    """Runs whose preparation failed, named by the hash of their experiment, settings and cause."""
     known = {"experiment": {"name": cell.experiment}, "settings": list(cell.settings), "cause": cause}
     runs = tuple(PlannedRun(cell.number, replicate, seed, _fingerprint(known, seed))
                  for replicate, seed in enumerate(_seeds(study)))
@@ -158,6 +157,6 @@ def _seeds(study: Study) -> range:
 
 
 def _fingerprint(document: dict[str, Any], seed: int) -> str:
-    """That of the experiment with another seed."""
+    """Fingerprint of the experiment with another seed."""
     with_seed = {**document, "experiment": {**document["experiment"], "seed": seed}}
     return hashlib.sha256(json.dumps(with_seed, sort_keys=True, separators=(",", ":")).encode()).hexdigest()

@@ -1,4 +1,4 @@
-"""A study: a base experiment, axes along which it is varied, and what is kept of each run."""
+"""A study: a base experiment, the axes along which it varies, and the kept metrics of each run."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ _REDUCTIONS: dict[str, Callable[[Sequence[float]], float]] = {
 
 @dataclass(frozen=True, slots=True)
 class KeptMetric:
-    """A number that is kept.
+    """A number that a study keeps of each run.
 
     Attributes
     ----------
-    name: under which it is kept.
-    path: where it stands in a run's metrics.
-    reduction: what is taken of a list.
+    name: of the number in the study.
+    path: keys of the number in a run's metrics.
+    reduction: of a list to a number.
     """
 
     name: str
@@ -35,19 +35,19 @@ class KeptMetric:
 
     @classmethod
     def parse(cls, name: str, text: str) -> KeptMetric:
-        """From a study file's text. Raises InputError for a reduction that is not there."""
+        """Parse the text of a study file. Raises InputError for an unknown reduction."""
         path, _, reduction = text.partition(":")
         if reduction and reduction not in _REDUCTIONS:
-            raise InputError(f"metrics.{name}", f"{text!r} asks for {reduction!r} of a list",
+            raise InputError(f"metrics.{name}", f"{text!r}: unknown reduction {reduction!r}",
                              ", ".join(_REDUCTIONS), did_you_mean(reduction, _REDUCTIONS))
         if not all(path.split(".")):
             raise InputError(f"metrics.{name}", f"{text!r}", "a path such as joints.MCP.joint_rmse_deg")
         return cls(name, tuple(path.split(".")), reduction or "last")
 
     def of(self, metrics: Mapping[str, Any]) -> float | None:
-        """The number; None where the run has it not, or not a finite one.
+        """The number in a run's metrics; None where it is missing or not finite.
 
-        Raises InputError where the path leads to no number in what the run has.
+        Raises InputError where the path does not lead to a number.
         """
         value: Any = metrics
         for depth, part in enumerate(self.path):
@@ -66,7 +66,7 @@ class KeptMetric:
         return self._number(value)
 
     def _end(self, numbers: Sequence[float | None]) -> float | None:
-        """Of a list that is not all numbers: its first or last, if that is asked for."""
+        """First or last of a list with missing numbers, if that is the reduction; else None."""
         ends = {"first": 0, "last": -1}
         return numbers[ends[self.reduction]] if numbers and self.reduction in ends else None
 
@@ -75,21 +75,21 @@ class KeptMetric:
             return None
         if not isinstance(value, (bool, int, float)):
             raise InputError(f"study.metrics.{self.name}", f"{'.'.join(self.path)!r} is no number",
-                             "a number, or a list of numbers, one a trial",
-                             "go on to one below it" if isinstance(value, Mapping) else "")
+                             "a number, or a list of numbers, one per trial",
+                             "name one below it" if isinstance(value, Mapping) else "")
         return float(value) if math.isfinite(value) else None
 
 
 Design = Literal["grid", "random", "sobol"]
 Recordings = Literal["none", "failed", "all"]
 MOST_RUNS = 1_000_000
-"""A plan is held in memory and in one file (chosen: some hundred MB)."""
+"""Most runs of a study, whose plan is in memory and in one file (chosen: some hundred MB)."""
 _GREATEST_SEED = 2**62
 _LONGEST_NAME = 60
 
 
 def is_name(text: str) -> bool:
-    """Whether a study or a form may have this name: a folder is called by it."""
+    """Whether a study or a form may have this name, which also names a folder."""
     return text.replace("_", "a").replace("-", "a").isalnum() and len(text) <= _LONGEST_NAME
 
 
@@ -99,16 +99,15 @@ class About:
 
     Attributes
     ----------
-    name: of the study; its results stand in a folder of this name.
-    experiment: that is varied: name of a shipped one, or a path, seen from the study file.
-    settings: of every run, as of `fesloop run --set`.
-    replicates: runs of each cell; replicate r has the seed `seed` + r in every cell, so that what is random
-        is the same in all cells (common random numbers), and what differs is the cell.
-    design: how cells are laid over the axes: each with each, or `samples` points, independent or of a Sobol
-        sequence, drawn by `seed`.
-    recordings: which recordings are kept beside the results.
-    metrics: what is kept of a run: name to path in its metrics
-    (`fesloop.analysis.study.design.study`).
+    name: of the study, and of the folder of its results.
+    experiment: name of a shipped base experiment, or a path relative to the study file.
+    settings: of every run, as for `fesloop run --set`.
+    replicates: runs of each cell; replicate r has the seed `seed` + r in every cell, so that all cells have
+        the same noise (common random numbers), and differences are those of the cells.
+    design: cells over the axes: all combinations of levels (grid), or `samples` points, independent or of a
+        Sobol sequence, from `seed`.
+    recordings: recordings to keep besides the results.
+    metrics: kept metrics: name to path in a run's metrics (`KeptMetric`).
     """
 
     name: str
@@ -134,20 +133,20 @@ class About:
             raise InputError("samples", f"{self.samples} in a grid, which has as many cells as its axes give",
                              "none", 'remove it, or take design = "random" or "sobol"')
         if self.design != "grid" and self.samples < 1:
-            raise InputError("samples", f"{self.samples}", "1 or more", "say how many points are drawn")
+            raise InputError("samples", f"{self.samples}", "1 or more", "give the number of points")
         if not self.metrics:
             raise InputError("metrics", "there is none", 'one or more, such as error_deg = "joint_rmse_deg"')
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Preparation:
-    """An experiment that is run and identified before others can be, once for each patient.
+    """An experiment from which a model is identified before other runs, once for each patient.
 
     Attributes
     ----------
-    experiment: that excites the patient, such as identify_grasp.
-    settings: of it, as of `fesloop run --set`.
-    axes: whose settings it takes over: those that tell patients apart.
+    experiment: excites the patient, such as identify_grasp.
+    settings: of this experiment, as for `fesloop run --set`.
+    axes: axes whose settings apply to it: those that select patients.
     meanwhile: settings that stand in for the model while the study is checked.
     """
 
@@ -159,18 +158,18 @@ class Preparation:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Study:
-    """A study, checked as far as it can be without its experiments.
+    """A study, checked as far as possible without its experiments.
 
     Attributes
     ----------
     about: the table [study].
     axes: by name, in the order of the file.
-    prepare: settings that come out of an experiment of their own, by key.
-    figures: drawn when it ends.
-    form, cost: which form of the file this is, "" for the file itself, and what it costs.
-    folder: that paths start from; None for a shipped study.
-    try_next: commands that go on from it, for people.
-    document: its tables but for [guide], settled, as a file of it would say.
+    prepare: preparations, by the key that takes the model.
+    figures: drawn when the study ends.
+    form, cost: form of the file, "" for the file itself, and its cost in words.
+    folder: start of relative paths; None for a shipped study.
+    try_next: suggested next commands.
+    document: all tables but [guide], in this form.
 
     Raises InputErrors naming every fault.
     """
@@ -194,11 +193,12 @@ class Study:
                        for fault in figure.faults(tuple(self.axes), tuple(self.about.metrics))]
             if figure.theory != "none" and figure.x in self.axes and not self.axes[figure.x].numeric:
                 faults.append(InputError(f"{where}.theory", f"{figure.x} is no axis of numbers",
-                                         "an x that is one", 'take theory = "none"'))
+                                         "a numeric x", 'take theory = "none"'))
             first = [each.name for each in self.figures].index(figure.name)
             if first < number:
-                faults.append(InputError(f"{where}.name", f"{figure.name!r} is that of figures[{first}] too",
-                                         "a name of its own: it names a file"))
+                faults.append(InputError(
+                    f"{where}.name", f"{figure.name!r} is also the name of figures[{first}]",
+                    "another name, as it names a file"))
         if not faults and self.runs > MOST_RUNS:
             cells = self.runs // self.about.replicates
             faults.append(InputError("axes", f"{cells:,} cells x {self.about.replicates} replicates",
@@ -216,13 +216,13 @@ class Study:
                        for fault in axis.faults(name, sampled=self.about.design != "grid")]
         owners: dict[str, str] = {}
         for name, axis in self.axes.items():
-            faults += [InputError(f"axes.{name}.key", f"{key!r} is that of axis {owners[key]!r} too",
+            faults += [InputError(f"axes.{name}.key", f"axis {owners[key]!r} sets {key!r} as well",
                                   "a key that no other axis sets")
                        for key in axis.keys(name) if key in owners]
             owners |= dict.fromkeys(axis.keys(name), name)
         patients = [name for name, axis in self.axes.items() if axis.cohort is not None]
-        faults += [InputError(f"axes.{name}.cohort", f"patients are those of axis {patients[0]!r} already",
-                              "one axis that is a cohort", "make the cohorts two studies, or named options")
+        faults += [InputError(f"axes.{name}.cohort", f"axis {patients[0]!r} is a cohort as well",
+                              "one cohort", "make the cohorts two studies, or named options")
                    for name in patients[1:]]
         for key, preparation in self.prepare.items():
             faults += [InputError(f"prepare.{key}.axes", f"there is no axis {axis!r}",
@@ -242,12 +242,12 @@ class Study:
 
     @property
     def name(self) -> str:
-        """Of the study in this form."""
+        """Name of the study in this form."""
         return f"{self.about.name}-{self.form}" if self.form else self.about.name
 
     @property
     def cells(self) -> int:
-        """How many."""
+        """Number of cells."""
         if self.about.design != "grid":
             return self.about.samples
         count = 1
@@ -257,15 +257,15 @@ class Study:
 
     @property
     def runs(self) -> int:
-        """How many are planned."""
+        """Number of planned runs."""
         return self.cells * self.about.replicates
 
     @property
     def metrics(self) -> tuple[KeptMetric, ...]:
-        """What is kept of each run."""
+        """Kept metrics of each run."""
         return tuple(KeptMetric.parse(name, path) for name, path in self.about.metrics.items())
 
     def experiment(self, name: str) -> str:
-        """Name of a shipped experiment, or the path of a file, as seen from here."""
+        """Name of a shipped experiment, or path of a file relative to the working directory."""
         is_path = name.endswith((".toml", ".h5")) or "/" in name
         return str(self.folder / name) if is_path and self.folder is not None else name

@@ -1,4 +1,4 @@
-"""From a study file to a study, every fault of it named at once."""
+"""Reads study files; all faults of a file are reported at once."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ _SPAN = {"start": "from", "stop": "to"}
 
 
 def read_study(study: str | Path, form: str = "") -> Study:
-    """The study of a file, or a shipped one by its name, in one of its forms ("": as the file stands).
+    """Read a study from a file, or a shipped one by its name, in one of its forms ("": the file itself).
 
-    Raises InputError, InputErrors: every fault of the file, one line each, with file, key, found and allowed.
+    Raises InputError, InputErrors with every fault of the file, one line each.
     """
     name, document, folder = read_tables(study, STUDIES)
     try:
@@ -36,13 +36,13 @@ def read_study(study: str | Path, form: str = "") -> Study:
 
 
 def study_of(document: Mapping[str, Any], form: str = "", folder: Path | None = None) -> Study:
-    """The study that plain tables describe, in one of its forms; `folder` is where paths start from."""
+    """The study of plain tables, in one of its forms; relative paths start from `folder`."""
     try:
         settled, cost = _in_form(plain_tables(document), form)
     except TomlError as fault:
         raise InputError("the study", str(fault), "plain tables, as of a TOML file") from None
     _check(settled)
-    # What is said to people is no part of what is run, nor of what its results are held against.
+    # [guide] is for people only, and no part of the document that results are compared with.
     try_next = settled.pop("guide", {}).get("try_next", [])
     faults: list[InputError] = []
 
@@ -66,7 +66,7 @@ def study_of(document: Mapping[str, Any], form: str = "", folder: Path | None = 
 
 
 def _in_form(document: Mapping[str, Any], form: str) -> tuple[dict[str, Any], str]:
-    """The tables with a form's patch over them, and what it costs."""
+    """The tables merged with a form's patch, and the form's cost."""
     base = {key: value for key, value in document.items() if key != "forms"}
     forms = document.get("forms", {})
     if not isinstance(forms, dict) or not all(isinstance(patch, dict) for patch in forms.values()):
@@ -92,7 +92,7 @@ def _in_form(document: Mapping[str, Any], form: str) -> tuple[dict[str, Any], st
 
 
 def _check(document: Mapping[str, Any]) -> None:
-    """Raise InputErrors naming everything that is not of the declared form."""
+    """Raise InputErrors with everything that does not match the schema."""
     axis: Any = table(Axis, {}, rename=_SPAN)
     preparation: Any = table(Preparation, {})
     figure: Any = table(Figure, {})
@@ -108,6 +108,6 @@ def _check(document: Mapping[str, Any]) -> None:
 
 
 def _renamed(axis: Mapping[str, Any]) -> dict[str, Any]:
-    """An axis's table with the names of its class."""
+    """An axis's table with the names of its dataclass."""
     names = {name: own for own, name in _SPAN.items()}
     return {names.get(key, key): value for key, value in axis.items()}

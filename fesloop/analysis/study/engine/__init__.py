@@ -1,1 +1,1 @@
-"""From a study to its results: plan, workers, coordinator."""
+"""Runs studies: coordinator, cluster, workers."""

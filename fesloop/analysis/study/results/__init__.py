@@ -1,1 +1,1 @@
-"""What a study found: tables, estimates with their intervals, comparisons by pairs."""
+"""Results of a study: tables, estimates with their intervals, paired comparisons."""

@@ -1,4 +1,4 @@
-"""The axes of a study as its cells have them: names, levels in order, which level each cell has."""
+"""Axes and levels of a study, from the levels of its cells."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from fesloop.errors import InputError, did_you_mean
 AxisLevel = float | str
 Axes = dict[str, tuple[AxisLevel, ...]]
 _ALIKE = 1e-6
-"""Relative difference below which a number that is asked for is a level, so that 41.66667 finds 125 / 3."""
+"""Relative difference below which a number selects a level, so that 41.66667 finds 125 / 3."""
 
 
 def axes_of(tables: Sequence[Mapping[str, Any]]) -> tuple[Axes, dict[str, NDArray[np.int64]]]:
-    """Axes of cells, and the place of each cell's level on each of them, (cells,).
+    """Levels of each axis, and the index of each cell's level on it, (cells,).
 
-    `tables` are the levels of the cells by axis. An axis of numbers alone is in ascending order; any other is
-    text, in the order in which the cells come. Raises KeyError where a cell lacks an axis of the others.
+    `tables` are the levels of the cells by axis. Levels that are all numbers ascend; all others are text, in
+    the order of the cells. Raises KeyError where a cell lacks an axis of the others.
     """
     axes: Axes = {}
     places: dict[str, NDArray[np.int64]] = {}
@@ -37,39 +37,39 @@ def axes_of(tables: Sequence[Mapping[str, Any]]) -> tuple[Axes, dict[str, NDArra
 
 
 def is_number(value: object) -> TypeGuard[int | float]:
-    """Whether a level is a number; a switch, true or false, is none."""
+    """Whether a level is a number; true and false are not."""
     return type(value) in (int, float)
 
 
 def is_numeric(levels: Sequence[AxisLevel]) -> bool:
-    """Whether an axis is one of numbers."""
+    """Whether all levels are numbers."""
     return all(is_number(level) for level in levels)
 
 
 def level_text(value: Any) -> str:
-    """A level as it is written: text bare, everything else as in a study file."""
+    """Text of a level: strings as they are, everything else as in a study file."""
     if isinstance(value, str):
         return value
     return f"{value:g}" if is_number(value) else json.dumps(value)
 
 
-def place_of(axes: Mapping[str, Sequence[AxisLevel]], axis: str, asked: Any) -> int:
-    """Where a level stands on an axis; InputError for an axis or a level that is not there."""
+def place_of(axes: Mapping[str, Sequence[AxisLevel]], axis: str, given: Any) -> int:
+    """Index of a level on an axis. Raises InputError for an unknown axis or level."""
     require_axis(axes, axis)
     levels = axes[axis]
-    if asked in levels and not isinstance(asked, bool):
-        return levels.index(asked)
-    if is_number(asked):
+    if given in levels and not isinstance(given, bool):
+        return levels.index(given)
+    if is_number(given):
         near = [i for i, level in enumerate(levels) if is_number(level)
-                and abs(level - asked) <= _ALIKE * max(abs(level), abs(asked))]
+                and abs(level - given) <= _ALIKE * max(abs(level), abs(given))]
         if len(near) == 1:
             return near[0]
     texts = [level_text(level) for level in levels]
-    if level_text(asked) in texts:
-        return texts.index(level_text(asked))
+    if level_text(given) in texts:
+        return texts.index(level_text(given))
     shown = ", ".join(texts[:20]) + (", ..." if len(texts) > 20 else "")
-    raise InputError(f"{axis} = {level_text(asked)}", "is not a level of the study", shown,
-                     did_you_mean(level_text(asked), texts))
+    raise InputError(f"{axis} = {level_text(given)}", "is not a level of the study", shown,
+                     did_you_mean(level_text(given), texts))
 
 
 def require_axis(axes: Mapping[str, Any], axis: str) -> None:

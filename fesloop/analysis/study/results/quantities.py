@@ -1,15 +1,15 @@
-"""Quantities and their units, as names of axes and metrics tell them."""
+"""Quantities and units from names of axes and metrics."""
 
 from __future__ import annotations
 
 _UNITS = {"deg": "deg", "ms": "ms", "s": "s", "min": "min", "mm": "mm", "cm": "cm", "hz": "Hz", "ma": "mA",
           "us": "µs", "ut": "µT", "n": "N", "nc": "nC", "uc": "µC",
           "pct": "%", "percent": "%"}
-"""Ends of names in fesloop, each with its unit."""
+"""Units by the endings of names in fesloop."""
 
 
 def called(name: str, label: str = "", unit: str = "") -> tuple[str, str]:
-    """A quantity and its unit: as `label` and `unit` say, else as its name does ("latency_ms")."""
+    """Quantity and unit, from `label` and `unit`, else from the name ("latency_ms")."""
     stem, _, end = name.rpartition("_")
     known = stem != "" and end in _UNITS
     text = label or (stem if known else name).replace("_", " ").replace("rmse", "RMSE")
@@ -17,13 +17,13 @@ def called(name: str, label: str = "", unit: str = "") -> tuple[str, str]:
 
 
 def with_unit(quantity: str, unit: str) -> str:
-    """As it stands beside an axis."""
+    """Label of an axis: quantity and unit."""
     raised = unit.replace("^2", "²").replace("^3", "³")
     return f"{quantity}, {raised}" if unit else quantity
 
 
 def duration_text(seconds: float) -> str:
-    """In the unit that a person would take."""
+    """A duration as text in a suitable unit."""
     if seconds < 90.0:
         return f"{seconds:.0f} s"
     if seconds < 5400.0:

@@ -1,1 +1,1 @@
-"""Results on disk: one SQLite file."""
+"""Results of a study on disk: one SQLite file."""
