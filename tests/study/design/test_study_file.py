@@ -65,7 +65,7 @@ SPAN = {"start": 0, "stop": 1}
     (axis(), r"axes\.latency_ms\.values: is missing"), (axis(values=[]), r"latency_ms\.values: is missing"),
     (axis(values=[1], options={"a": {}}), r"latency_ms\.options: is given as well as values"),
     (axis(values=[1], count=3, **SPAN), r"latency_ms\.from: is given as well as values"),
-    (axis(key="a", options={"a": {}}), r"latency_ms\.key: stands beside options"),
+    (axis(key="a", options={"a": {}}), r"latency_ms\.key: is given as well as options"),
     (axis(values=[1, 1.0]), "the same value more than once"),
     (axis(values=[math.nan]), r"latency_ms\.values\[0\]: nan"),
     (axis(values=[math.inf]), r"latency_ms\.values\[0\]: inf"),
