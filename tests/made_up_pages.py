@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from fesloop.show.report.figure3d import Figure3d, Frames, Mesh, Solid
+from fesloop.show.picture.hand_mesh import Mesh
+from fesloop.show.report.figure3d import Figure3d, Frames, Solid
 from fesloop.show.report.parts import (
     Bars,
     Chart,

@@ -8,7 +8,8 @@ from contextlib import contextmanager
 import numpy as np
 
 from fesloop.errors import InputError
-from fesloop.show.report.figure3d import Figure3d, Frames, Mesh
+from fesloop.show.picture.hand_mesh import Mesh
+from fesloop.show.report.figure3d import Figure3d, Frames
 from fesloop.show.view.server import ViewServer
 from fesloop.show.view.shown import Shown, Span
 

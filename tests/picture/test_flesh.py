@@ -9,8 +9,7 @@ from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import Poses, points, segment_poses
 from fesloop.hand.skeleton import contact_points, hand_tree
-from fesloop.show.picture.distance_kernels import flesh_distance
-from fesloop.show.picture.flesh import bone_ends, flesh
+from fesloop.show.picture.flesh import blended, bone_ends, flesh, flesh_distances
 
 SHARES = st.lists(st.floats(0.0, 1.0), min_size=23, max_size=23)
 AT_HOME = Poses(np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3))
@@ -25,8 +24,13 @@ def posture(size, shares, root=AT_HOME):
 
 def to_skin(drawn, point):
     """Signed distance of a point to the drawn skin."""
-    every = np.arange(len(drawn.bars))
-    return flesh_distance(tuple(point), drawn.bars, drawn.groups, drawn.blends, every, len(every))
+    return flesh_distances(np.array([point]), drawn)[0]
+
+
+def test_blending_rounds_inwards_only_where_surfaces_are_near_each_other():
+    assert blended(0.01, 0.05, 0.004) == 0.01
+    assert blended(0.01, 0.01, 0.004) == pytest.approx(0.009)
+    assert blended(0.01, 0.012, 0.004) == pytest.approx(0.01 - 0.25 * 0.004 * 0.5**2)
 
 
 @settings(max_examples=25, deadline=None)

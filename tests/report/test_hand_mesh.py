@@ -10,9 +10,8 @@ from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import segment_poses
 from fesloop.hand.skeleton import hand_tree
-from fesloop.show.picture.distance_kernels import flesh_distance
-from fesloop.show.picture.flesh import flesh
-from fesloop.show.report.hand_mesh import FOREARM_SHOWN, NOTHING, segment_meshes
+from fesloop.show.picture.flesh import flesh, flesh_distances
+from fesloop.show.picture.hand_mesh import FOREARM_SHOWN, NOTHING, segment_meshes
 
 SHARES = st.lists(st.floats(0.0, 1.0), min_size=23, max_size=23)
 NEAR_M = 1.5e-3
@@ -33,12 +32,6 @@ def placed(size, meshes, shares):
     return flesh(size, poses), vertices
 
 
-def to_skin(drawn, points):
-    every = np.arange(len(drawn.bars))
-    return np.array([flesh_distance(tuple(point), drawn.bars, drawn.groups, drawn.blends, every, len(every))
-                     for point in points])
-
-
 @settings(max_examples=4, deadline=None)
 @given(side=st.sampled_from(["left", "right"]), hand_mm=st.floats(150.0, 220.0))
 def test_every_segment_is_closed_and_of_one_piece(side, hand_mm):
@@ -57,7 +50,7 @@ def test_every_segment_is_closed_and_of_one_piece(side, hand_mm):
 def test_in_any_posture_the_meshes_lie_under_the_drawn_skin(meshes, shares):
     drawn, vertices = placed(HandSize(), meshes, shares)
     for each in vertices:
-        assert to_skin(drawn, each).max() < 1e-5
+        assert flesh_distances(each, drawn).max() < 1e-5
 
 
 @settings(max_examples=6, deadline=None)
@@ -67,7 +60,7 @@ def test_what_is_inside_the_drawn_hand_is_inside_a_mesh(meshes, shares, seed):
     chances = np.random.default_rng(seed)
     points = np.concatenate(vertices[1:])[chances.integers(0, 2000, 60)]
     points = points + chances.normal(scale=0.006, size=points.shape)
-    depth = to_skin(drawn, points)
+    depth = flesh_distances(points, drawn)
     # Where two segments meet the pictures' flesh is rounded, by a quarter of their blending at most.
     sure = (depth < -0.25 * drawn.blends.max() - NEAR_M) | (depth > NEAR_M)
     inside = np.zeros(len(points), dtype=bool)

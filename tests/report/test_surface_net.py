@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mesh_parts import euler_characteristic, require_closed, volume
 
-from fesloop.show.report.hand_mesh import surface_net
+from fesloop.show.picture.hand_mesh import surface_net
 
 CORNER = np.array([0.06, 0.06, 0.06])
 

@@ -1,16 +1,18 @@
-"""The shape of a drawn hand: tapered round bars about the bones, blended where flesh is one.
+"""Shape of the hand in pictures: tapered round bars about the bones, and distances of points to their skin.
 
-A picture's shape and no more: nothing is computed from it. Thicknesses follow the skin that the `hand` plant
-touches with, so that what is drawn to touch did touch.
+The shape is for display only. Thicknesses follow the contact skin of the `hand` plant, so that a fingertip
+that touches in the picture touches in the simulation. Bars blend by Quilez's quadratic smooth minimum.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.compiled import compiled
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import Poses
@@ -19,29 +21,29 @@ from fesloop.hand.skeleton import hand_tree
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 _KNUCKLES = (4.0 / 3.0, 7.0 / 6.0, 1.0, 0.9)
-"""Radius of a digit at its joints from the first on over half the thickness of its tip; the `hand` plant's,
-and at the end a little less (chosen)."""
+"""Radius of a digit at each of its joints, relative to half the thickness of its tip: as in the `hand` plant,
+the last a little less (chosen)."""
 _THENAR, _HYPOTHENAR, _PALM, _CARPUS, _ELBOW = 0.085, 0.068, 0.066, 0.098, 0.2
-"""Radii over hand length: of the balls of thumb and little finger, the palm, the wrist, the forearm's belly
-(chosen by eye and the proportions of the `hand` plant's palm)."""
+"""Radii relative to hand length: thenar, hypothenar, palm, wrist, forearm's belly (chosen by eye and the
+proportions of the `hand` plant's palm)."""
 _PALM_DEPTH = 0.032
-"""How far the palm's middle lies on the palmar side of its bones, over hand length: half its thickness less
-what covers the bones."""
+"""Palmar distance of the palm's middle from its bones, relative to hand length: half the palm's thickness
+less the tissue over the bones."""
 _BELLY = 0.62
-"""Where the forearm is thickest, of the way to the elbow (chosen)."""
+"""Position of the thickest part of the forearm, as a share of the way to the elbow (chosen)."""
 _FINGER_BLEND, _PALM_BLEND = 0.004, 0.016
-"""How far apart surfaces begin to flow into one another, m: along a finger, and in the palm (chosen)."""
+"""Distance within which surfaces blend, m: along a finger, and in the palm (chosen)."""
 
 
 class Flesh(NamedTuple):
-    """A drawn hand in space.
+    """Shape of a hand in space.
 
     Attributes
     ----------
-    bars: (n, 8), m: both ends and the radii there, of the round bars.
-    groups: (n,), increasing: bars of one group blend, those of different groups only meet.
-    blends: how far apart the bars of each group begin to blend, m.
-    segments: (n,), the segment that each bar is the flesh of, in the tree's order.
+    bars: (n, 8), m: both ends of each round bar, then the radii at its ends.
+    groups: (n,), ascending: bars of one group blend, bars of different groups intersect.
+    blends: distance within which the bars of each group blend, m.
+    segments: (n,), index of the segment that each bar belongs to, in the tree's order.
     """
 
     bars: Array
@@ -51,14 +53,14 @@ class Flesh(NamedTuple):
 
 
 def bone_ends(size: HandSize, poses: Poses) -> tuple[Array, Array]:
-    """Proximal and distal ends (17, 3) of the bones at one posture; the forearm's from the elbow."""
+    """Proximal and distal ends (17, 3) of the bones in one posture; the forearm begins at the elbow."""
     offsets = hand_tree(size).geometry[:, 4].copy()
     offsets[0] = [0.0, size.outwards * size.forearm, 0.0]
     return poses.position - quaternion.rotate(poses.orientation, offsets), poses.position
 
 
 def flesh(size: HandSize, poses: Poses, forearm: bool = True) -> Flesh:
-    """The hand at one posture, poses (17,) of its segments; without its forearm where that is not wanted."""
+    """Shape of a hand in one posture, from the poses (17,) of its segments, with or without its forearm."""
     palm = _palm_bars(size)
     groups = [(palm, _PALM_BLEND)]
     groups += [([palm[i], *_digit_bars(size, i)], _FINGER_BLEND) for i in range(5)]
@@ -76,7 +78,7 @@ def flesh(size: HandSize, poses: Poses, forearm: bool = True) -> Flesh:
 
 _End = tuple[float, float, float, float]
 _Bar = tuple[int, _End, _End]
-"""Segment, and in its frame both ends and the radii there."""
+"""Index of a segment; both ends of a bar in the segment's frame, with the radii."""
 
 
 def _in_frame(size: HandSize, dorsal: float, distal: float, ulnar: float, radius: float) -> _End:
@@ -85,7 +87,7 @@ def _in_frame(size: HandSize, dorsal: float, distal: float, ulnar: float, radius
 
 
 def _palm_bars(size: HandSize) -> list[_Bar]:
-    """The thumb's metacarpal, those of F2 to F5, and the ball of the little finger."""
+    """Bars of the thumb's metacarpal, the metacarpals of F2 to F5, and the hypothenar."""
     whole, centres = 1e-3 * size.hand_mm, size.first_joints
     palm, deep = float(centres[2, 0]), -_PALM_DEPTH * whole
     knuckle = _KNUCKLES[0] * 0.5 * size.tips[:, 1]
@@ -106,14 +108,14 @@ def _palm_bars(size: HandSize) -> list[_Bar]:
 
 
 def _digit_bars(size: HandSize, i: int) -> list[_Bar]:
-    """The free segments of finger `i` from 0 on: of the thumb two, of the others three."""
+    """Bars of the free segments of finger `i`, counted from 0: the thumb has two, other fingers three."""
     half = 0.5 * float(size.tips[i, 1])
     tissue = float(size.tips[i, 0])
     bars: list[_Bar] = []
     for j in range(1 if i == 0 else 0, 3):
         length = float(size.segments[i, j])
         near, far = half * _KNUCKLES[j], half * _KNUCKLES[j + 1]
-        # The skin of the tip ends as far beyond the bone as soft tissue is thick.
+        # The skin ends beyond the bone by the thickness of the soft tissue.
         end = tissue - far if j == 2 else 0.0
         bars.append((2 + 3 * i + j, _in_frame(size, 0.0, -length, 0.0, near),
                      _in_frame(size, 0.0, end, 0.0, far)))
@@ -121,7 +123,7 @@ def _digit_bars(size: HandSize, i: int) -> list[_Bar]:
 
 
 def _forearm_bars(size: HandSize) -> list[_Bar]:
-    """Both bones from the wrist to the forearm's belly, and from there to the elbow."""
+    """Bars of both forearm bones: from the wrist to the belly, and from the belly to the elbow."""
     whole, length = 1e-3 * size.hand_mm, size.forearm
     deep = -0.4 * _PALM_DEPTH * whole
     bars: list[_Bar] = []
@@ -131,3 +133,68 @@ def _forearm_bars(size: HandSize) -> list[_Bar]:
         elbow = _in_frame(size, deep, -length, side * 0.06 * whole, 0.8 * _ELBOW * whole)
         bars += [(0, wrist, belly), (0, belly, elbow)]
     return bars
+
+
+Point = tuple[float, float, float]
+_FAR_M = 1e3
+
+
+@compiled
+def _bar_distance(p: Point, bar: Array) -> float:
+    """Signed distance from a point to a bar's skin, m, negative inside."""
+    ax, ay, az = p[0] - bar[0], p[1] - bar[1], p[2] - bar[2]
+    bx, by, bz = bar[3] - bar[0], bar[4] - bar[1], bar[5] - bar[2]
+    square = bx * bx + by * by + bz * bz
+    share = min(1.0, max(0.0, (ax * bx + ay * by + az * bz) / square)) if square > 0.0 else 0.0
+    x, y, z = ax - share * bx, ay - share * by, az - share * bz
+    return float(math.sqrt(x * x + y * y + z * z) - bar[6] - share * (bar[7] - bar[6]))
+
+
+@compiled
+def blended(a: float, b: float, reach: float) -> float:
+    """Smooth minimum of two distances; the plain minimum where they differ by more than `reach`."""
+    overlap = max(reach - abs(a - b), 0.0) / reach
+    return min(a, b) - 0.25 * reach * overlap * overlap
+
+
+@compiled
+def _flesh_distances(points: Array, bars: Array, groups: Numbers, blends: Array) -> Array:
+    """Signed distances (n,) from points (n, 3) to the skin, m."""
+    distances = np.empty(points.shape[0])
+    for i in range(points.shape[0]):
+        p = (points[i, 0], points[i, 1], points[i, 2])
+        least, of_group, group = _FAR_M, _FAR_M, -1
+        for bar in range(bars.shape[0]):
+            distance = _bar_distance(p, bars[bar])
+            if groups[bar] == group:
+                of_group = blended(of_group, distance, blends[group])
+            else:
+                least = min(least, of_group)
+                group, of_group = groups[bar], distance
+        distances[i] = min(least, of_group)
+    return distances
+
+
+@compiled
+def _nearest_bars(points: Array, bars: Array) -> Numbers:
+    """Index (n,) of the bar nearest to each point (n, 3)."""
+    found = np.zeros(points.shape[0], dtype=np.int64)
+    for i in range(points.shape[0]):
+        p = (points[i, 0], points[i, 1], points[i, 2])
+        least = _FAR_M
+        for bar in range(bars.shape[0]):
+            distance = _bar_distance(p, bars[bar])
+            if distance < least:
+                least, found[i] = distance, bar
+    return found
+
+
+def flesh_distances(points: Array, shape: Flesh) -> Array:
+    """Signed distances (n,) from points (n, 3) to the skin, m, negative inside."""
+    distances: Array = _flesh_distances(points, shape.bars, shape.groups, shape.blends)
+    return distances
+
+
+def nearest_segments(points: Array, shape: Flesh) -> Numbers:
+    """Index (n,) of the segment whose flesh is nearest to each point (n, 3)."""
+    return np.asarray(shape.segments[_nearest_bars(points, shape.bars)])

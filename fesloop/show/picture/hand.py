@@ -1,9 +1,9 @@
-"""The picture of the hand: a strip of postures as recorded, the tracker's estimate laid over them."""
+"""Picture of the hand: a strip of recorded postures, with the tracker's estimate laid over them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
@@ -15,9 +15,20 @@ from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import Poses
 from fesloop.loop.clock import NS_PER_S
 from fesloop.show.picture.camera import Camera, best_view
-from fesloop.show.picture.flesh import Flesh, flesh
+from fesloop.show.picture.flesh import Flesh, flesh, flesh_distances, nearest_segments
+from fesloop.show.picture.hand_mesh import hand_surface, slope
 from fesloop.show.picture.posture import Posture
-from fesloop.show.picture.render import Colour, Frame, Solid, Traced, over, shaded, smaller, traced, vignetted
+from fesloop.show.picture.render import (
+    BIAS_M,
+    Colour,
+    Frame,
+    Solid,
+    Surface,
+    over,
+    painted,
+    solid_surface,
+    vignetted,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,29 +38,42 @@ Array = NDArray[np.float64]
 _SKIN: Colour = (0.93, 0.80, 0.71)
 _NAIL: Colour = (0.97, 0.88, 0.84)
 _FIRST_M, _LAST_M = 0.08, 0.15
-"""From where to where a table fades, m from the hand."""
+"""Distances from the hand between which a table fades out, m."""
 _FADED = 0.55
-"""Share of the shown forearm from which it fades."""
+"""Share of the shown forearm beyond which it fades."""
+_CELL_M, _SLOPE_M = 0.003, 2e-4
+"""Distance between vertices of the hand, and half the base over which normals are taken (chosen)."""
+_HIDDEN = 0.4
+"""Opacity of the estimate behind the scene relative to that in front of it (chosen)."""
 
 
-def skin_colours(
-    found: Traced, frame: Frame, flesh: Flesh, poses: Poses, size: HandSize, others: Sequence[Colour]
-) -> Array:
-    """Colour of each pixel's surface before it is lit, (rows, columns, 3)."""
-    table = np.array([_SKIN, *others])
-    colours = table[np.clip(found.surface, 0, None)]
-    points = frame.points(found.depth)
+def hand_surface_of(shape: Flesh, poses: Poses, size: HandSize, forearm_m: float) -> Surface:
+    """Skin with nails, unlit; the forearm fades out towards `forearm_m` from the wrist."""
+    mesh = hand_surface(shape, _CELL_M)
+    points = mesh.vertices
+    normals = slope(lambda each: flesh_distances(each, shape), points, _SLOPE_M)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    segments = nearest_segments(points, shape)
+    colours = np.tile([*_SKIN, 1.0], (len(points), 1))
     for i, segment in enumerate(range(4, 17, 3)):
-        there = (found.surface == 0) & (flesh.segments[found.bar] == segment)
-        own = quaternion.rotate(quaternion.conjugate(poses.orientation[segment]),
-                                points[there] - poses.position[segment])
-        colours[there] = np.where(_on_nail(own * size.outwards, size.tips[i])[:, np.newaxis], _NAIL,
-                                  colours[there])
-    return colours
+        there = segments == segment
+        own = _in_segment(points[there], poses, segment)
+        nail = _on_nail(own * size.outwards, size.tips[i])
+        colours[there, :3] = np.where(nail[:, np.newaxis], _NAIL, _SKIN)
+    there = segments == 0
+    share = np.abs(_in_segment(points[there], poses, 0)[:, 1]) / forearm_m
+    colours[there, 3] = np.clip((1.0 - share) / (1.0 - _FADED), 0.0, 1.0)
+    return Surface(points, normals, mesh.faces.astype(np.int64), colours)
+
+
+def _in_segment(points: Array, poses: Poses, segment: int) -> Array:
+    """Points (n, 3) in the frame of a segment."""
+    back = quaternion.conjugate(poses.orientation[segment])
+    return quaternion.rotate(back, points - poses.position[segment])
 
 
 def _on_nail(own: Array, tip: Array) -> NDArray[np.bool_]:
-    """Whether points (n, 3), dorsal, distal, ulnar from the bone's end, are under the nail.
+    """Whether points (n, 3), dorsal, distal, ulnar from the bone's end, belong to the nail.
 
     `tip`: soft tissue, thickness, width.
     """
@@ -60,49 +84,33 @@ def _on_nail(own: Array, tip: Array) -> NDArray[np.bool_]:
     return np.asarray(inside & (own[:, 0] > 0.0))
 
 
-def faded_solids(picture: Array, found: Traced, frame: Frame, solids: Sequence[Solid], near: Array) -> Array:
-    """The picture with solids that fade drawn only about a point `near` (3,), seen from above."""
-    faded = picture.copy()
-    for number, solid in enumerate(solids):
-        if solid.fades:
-            there = found.surface == number + 1
-            far = np.linalg.norm((frame.points(found.depth)[there] - near)[:, :2], axis=1)
-            faded[there, 3] *= np.clip((_LAST_M - far) / (_LAST_M - _FIRST_M), 0.0, 1.0)
-    return faded
-
-
-def faded_forearm(
-    picture: Array, found: Traced, frame: Frame, flesh: Flesh, poses: Poses, shown_m: float
-) -> Array:
-    """The picture with the forearm fading into nothing towards `shown_m` from the wrist."""
-    there = (found.surface == 0) & (flesh.segments[found.bar] == 0)
-    own = quaternion.rotate(quaternion.conjugate(poses.orientation[0]),
-                            frame.points(found.depth)[there] - poses.position[0])
-    share = np.abs(own[:, 1]) / shown_m
-    faded = picture.copy()
-    faded[there, 3] *= np.clip((1.0 - share) / (1.0 - _FADED), 0.0, 1.0)
-    return faded
+def _faded(surface: Surface, near: Array) -> Surface:
+    """Table that is opaque about a point `near` (3,), seen from above, and fades out around it."""
+    far = np.linalg.norm((surface.vertices - near)[:, :2], axis=1)
+    colours = surface.colours.copy()
+    colours[:, 3] = np.clip((_LAST_M - far) / (_LAST_M - _FIRST_M), 0.0, 1.0)
+    return replace(surface, colours=colours)
 
 
 Instants = NDArray[np.int64]
 ESTIMATE: Colour = (0.835, 0.369, 0.0)
-"""The trackers' in every figure (Okabe and Ito's vermilion)."""
+"""Colour of estimates in every figure (Okabe and Ito's vermilion)."""
 _ESTIMATE_ALPHA = 0.38
 _TIPS = [4, 7, 10, 13, 16]
 _FOREARM_SHOWN, _MARGIN_M, _EDGE_M = 0.4, 0.024, 0.008
-"""Share of the forearm that is shown; room about the bones for the flesh; where the picture's edge fades."""
+"""Share of the forearm that is shown; margin for the flesh about the bones; width of the fading edge, m."""
 _NEAR = 1.4
-"""What is farther from the wrist than this, in hand lengths, has been dropped and is not kept in sight."""
+"""Distance from the wrist, in hand lengths, beyond which a dropped object is left out of the frame."""
 _PANEL_PX, _FINER, _DPI = 500, 2, 200
-"""Longer side of a panel; rays a pixel's side; pixels an inch."""
+"""Longer side of a panel, pixels; samples per side of a pixel; pixels per inch."""
 _LONGEST_ROW = 5
 _LETTER_IN, _LINE_IN = 0.083, 0.17
-"""Room that a letter and a line of the head take, inches (of 10 points: a letter is some 0.6 as wide)."""
+"""Width of a letter and height of a line of the heading at 10 points, inches."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimate:
-    """A tracker's hand: its posture, the tracker's name, and the segment at which it is laid on."""
+    """Hand as a tracker estimates it: posture, name of the tracker, segment aligned with the truth."""
 
     posture: Posture
     tracker: str
@@ -110,14 +118,14 @@ class Estimate:
 
     @property
     def caption(self) -> str:
-        """What of the picture it is, in words."""
-        return f"■ estimate of {self.tracker}, laid onto the true {self.laid_at}"
+        """Entry of the picture's key."""
+        return f"■ estimate of {self.tracker}, aligned with the true {self.laid_at}"
 
 
 def hand_figure(
     truth: Posture, at_ns: Instants, solids: Sequence[Sequence[Solid]], estimate: Estimate | None, title: str
 ) -> Figure:
-    """The hand at some instants side by side, from one camera, in one scale."""
+    """Figure of the hand at several instants, side by side, from one camera and in one scale."""
     from matplotlib.figure import Figure
 
     camera = view_of(truth, any(not solid.fades for each in solids for solid in each))
@@ -149,13 +157,13 @@ def hand_figure(
 
 
 def head_lines(title: str, caption: str, width_in: float) -> list[tuple[str, bool]]:
-    """Lines over the pictures, with whether each is the title's: as many as the width, inches, asks for."""
+    """Lines of the heading, wrapped to a width in inches, with whether each belongs to the title."""
     room = int(width_in / _LETTER_IN)
     return [(line, True) for line in wrap(title, room)] + [(line, False) for line in wrap(caption, room)]
 
 
 def view_of(truth: Posture, holding: bool) -> Camera:
-    """One camera for all instants: from the back of the hand, or from the palm if it may hold something."""
+    """Camera for all instants: from the back of the hand, or from the palm if the hand may hold an object."""
     poses, out = truth.poses, truth.size.outwards
     finite = truth.finite
     points = (poses.position - poses.position[:, :1])[finite]
@@ -167,7 +175,7 @@ def view_of(truth: Posture, holding: bool) -> Camera:
 
 
 def framed(truth: Posture, camera: Camera, solids: Sequence[Sequence[Solid]]) -> tuple[Array, Array]:
-    """Corners (2,) and (2,), m, from the wrist, that hold the hand at all instants, and what is near it."""
+    """Corners (2,), m, relative to the wrist, of a frame around hand and nearby objects at all instants."""
     place = truth.poses.position[truth.finite]
     wrist = place[:, :1]
     seen = [camera.seen(place - wrist)[..., :2].reshape(-1, 2)]
@@ -186,33 +194,54 @@ def framed(truth: Posture, camera: Camera, solids: Sequence[Sequence[Solid]]) ->
 
 
 def panel(truth: Posture, i: int, frame: Frame, solids: Sequence[Solid], estimate: Estimate | None) -> Array:
-    """One instant, (rows, columns, 4); nothing where its posture is not finite."""
+    """Picture (rows, columns, 4) of one instant; empty where its posture is not finite."""
     if not truth.finite[i]:
         return np.zeros((1, 1, 4))
-    poses = truth.at(i)
+    poses, camera = truth.at(i), frame.camera
     wrist = poses.position[0]
     local = poses._replace(position=poses.position - wrist)
-    body = flesh(truth.size, local)
-    found = traced(frame, body, solids)
-    colours = skin_colours(found, frame, body, local, truth.size, [solid.colour for solid in solids])
-    picture = shaded(found, frame.camera, colours)
-    if estimate is not None and estimate.posture.finite[i]:
-        ghost = _ghost(estimate.posture, i, wrist, frame)
-        picture = over(picture, found, ghost, ESTIMATE, _ESTIMATE_ALPHA)
+    shape = flesh(truth.size, local)
     middle = local.position[[1, 10]].mean(axis=0)
-    picture = faded_solids(picture, found, frame, solids, middle)
-    shown = faded_forearm(picture, found, frame, body, local, _FOREARM_SHOWN * truth.size.forearm)
-    return smaller(vignetted(shown, round(_EDGE_M / frame.pixel_m)), _FINER)
+
+    def distances(points: Array) -> Array:
+        found = [flesh_distances(points, shape), *(solid.distances(points) for solid in solids)]
+        return np.asarray(np.min(found, axis=0))
+
+    skin = hand_surface_of(shape, local, truth.size, _FOREARM_SHOWN * truth.size.forearm)
+    scene = [skin, *(_faded(solid_surface(each), middle) if each.fades else solid_surface(each)
+                     for each in solids)]
+    lines = [each.outline(camera) for each in scene]
+    scene = [each.facing(camera).lit(camera, distances) for each in scene]
+    picture = painted(frame, [*scene, *lines])
+    if estimate is not None and estimate.posture.finite[i]:
+        picture = over(picture, _ghost(estimate.posture, i, wrist, frame, scene))
+    return vignetted(picture, round(_EDGE_M / frame.pixel_m))
 
 
-def _ghost(posture: Posture, i: int, wrist: Array, frame: Frame) -> Traced:
+def _ghost(posture: Posture, i: int, wrist: Array, frame: Frame, scene: Sequence[Surface]) -> Array:
+    """Translucent picture of an estimated hand, fainter where the scene hides it."""
     poses = posture.at(i)
-    body: Flesh = flesh(posture.size, poses._replace(position=poses.position - wrist), forearm=False)
-    return traced(frame, body, (), shading=False)
+    shape = flesh(posture.size, poses._replace(position=poses.position - wrist), forearm=False)
+    mesh = hand_surface(shape, _CELL_M)
+    colours = np.tile([*ESTIMATE, 1.0], (len(mesh.vertices), 1))
+    hand = Surface(mesh.vertices, np.zeros_like(mesh.vertices), mesh.faces.astype(np.int64), colours)
+    # Where both hands coincide the true one is in front: otherwise sorting would mix their triangles.
+    hand = hand.moved(2.0 * BIAS_M * frame.camera.along)
+    parts = [(hand.facing(frame.camera), _ESTIMATE_ALPHA), (hand.outline(frame.camera, ESTIMATE, 1.0), 1.0)]
+    found = np.zeros((*frame.shape, 4))
+    found[..., :3] = ESTIMATE
+    for surface, alpha in parts:
+        whole = painted(frame, [surface])[..., 3]
+        hidden = [replace(each, colours=each.colours * (0.0, 0.0, 0.0, 1.0)) for each in scene]
+        white = replace(surface, colours=np.ones_like(surface.colours))
+        ahead = painted(frame, [*hidden, white])
+        cover = alpha * whole * (_HIDDEN + (1.0 - _HIDDEN) * ahead[..., 0])
+        found[..., 3] = np.maximum(found[..., 3], cover)
+    return found
 
 
 def _scale_bar(axes: Axes, low: Array) -> None:
-    """Five centimetres."""
+    """Draw a scale bar of 5 cm."""
     x, y = low + 0.006
     axes.plot([x, x + 0.05], [y, y], color="0.15", linewidth=2.0, solid_capstyle="butt", clip_on=False)
     axes.text(x + 0.025, y + 0.002, "5 cm", ha="center", va="bottom", fontsize=8, color="0.15")

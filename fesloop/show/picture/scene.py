@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.show.picture.cast import Player
-from fesloop.show.picture.distance_kernels import BALL, BOX, CYLINDER
 from fesloop.show.picture.held import Signals, values_at
-from fesloop.show.picture.render import Solid
+from fesloop.show.picture.render import Kind, Solid
 
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]
-_KINDS = {"cylinder": CYLINDER, "ball": BALL, "block": BOX, "card": BOX}
+_KINDS: dict[str, Kind] = {"cylinder": "cylinder", "ball": "sphere", "block": "box", "card": "box"}
 _OBJECT, _TABLE = (0.42, 0.66, 0.84), (0.86, 0.85, 0.82)
 _TOP_M = 0.01
 """Thickness of a table top."""
@@ -67,4 +66,4 @@ def _tables(table: Any, at_ns: Instants) -> list[list[Solid]]:
     half = np.array([*table.half_m, 0.5 * _TOP_M])
     heights = [table.height_m - 0.5 * _TOP_M - table.drop(int(now)) for now in at_ns]
     places = [np.array([*table.centre_m, height]) for height in heights]
-    return [[Solid(BOX, place, _UPRIGHT, half, _TABLE, fades=True)] for place in places]
+    return [[Solid("box", place, _UPRIGHT, half, _TABLE, fades=True)] for place in places]

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fesloop.show.report.figure3d import Figure3d, Frames, Mesh, Solid
+from fesloop.show.picture.hand_mesh import Mesh
+from fesloop.show.report.figure3d import Figure3d, Frames, Solid
 from fesloop.show.report.parts import Bars, Chart, Fold, HeatMap, Line, Page, Part, Strips
 
 Array = NDArray[np.float64]

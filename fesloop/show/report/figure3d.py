@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from fesloop.show.picture.hand_mesh import Mesh
+
 Array = NDArray[np.float64]
 
 
@@ -30,14 +32,6 @@ class Figure3d:
     objects: Sequence[Solid] = ()
     view: tuple[float, float, float] = (0.6, 0.6, -0.5)
     text: str = ""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Mesh:
-    """Triangles: `vertices` (v, 3), m; `faces` (f, 3), numbers of vertices, counterclockwise from outside."""
-
-    vertices: Array
-    faces: NDArray[np.int32]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

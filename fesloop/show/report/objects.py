@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.show.picture.cast import Player
-from fesloop.show.picture.distance_kernels import BALL, BOX, CYLINDER
 from fesloop.show.picture.held import Signals
 from fesloop.show.picture.render import Solid as Drawn
 from fesloop.show.picture.scene import solids_of
@@ -16,7 +15,6 @@ from fesloop.show.report.figure3d import Solid
 
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]
-_KINDS = {BOX: "box", CYLINDER: "cylinder", BALL: "sphere"}
 _OBJECT, _TABLE = "object", "surface"
 
 
@@ -47,8 +45,8 @@ def padded(poses: Array, count: int) -> Array:
 
 def _solid(drawn: Drawn) -> Solid:
     x, y, z = (float(half) for half in drawn.half)
-    halves = {BOX: (x, y, z), CYLINDER: (x, x, y), BALL: (x, x, x)}[drawn.kind]
-    return Solid(kind=_KINDS[drawn.kind], half_sizes=halves, role=_TABLE if drawn.fades else _OBJECT,
+    halves = {"box": (x, y, z), "cylinder": (x, x, y), "sphere": (x, x, x)}[drawn.kind]
+    return Solid(kind=drawn.kind, half_sizes=halves, role=_TABLE if drawn.fades else _OBJECT,
                  moves=True)
 
 

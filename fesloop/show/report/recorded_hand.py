@@ -19,10 +19,10 @@ from fesloop.hand.kinematics import Poses
 from fesloop.hand.skeleton import RESTING_DEG, hand_tree
 from fesloop.loop.clock import FOREVER
 from fesloop.show.picture.cast import Cast, Player
+from fesloop.show.picture.hand_mesh import NOTHING, Mesh, segment_meshes
 from fesloop.show.picture.held import Signals, values_at
 from fesloop.show.picture.posture import Posture, estimated_posture, posture_of_angles, true_posture
-from fesloop.show.report.figure3d import Mesh, Solid
-from fesloop.show.report.hand_mesh import NOTHING, segment_meshes
+from fesloop.show.report.figure3d import Solid
 from fesloop.show.report.objects import holdable, object_poses
 
 Array = NDArray[np.float64]

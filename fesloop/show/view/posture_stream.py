@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.loop.clock import NS_PER_S
+from fesloop.show.picture.hand_mesh import segment_meshes
 from fesloop.show.picture.posture import posture_of_angles
 from fesloop.show.report.figure3d import Figure3d, Frames
-from fesloop.show.report.hand_mesh import segment_meshes
 from fesloop.show.report.motion import view_into
 from fesloop.show.report.recorded_hand import ESTIMATE
 from fesloop.show.view.shown import Play, Shown, Span, Start

@@ -1,13 +1,13 @@
-"""The drawn hand as rigid pieces, a mesh a segment, that stay closed as joints bend.
+"""Meshes of the hand in pictures: the whole hand in one posture, or one rigid mesh per segment.
 
-Shapes are those of `fesloop.show.picture.flesh`, each bar with the segment that it is the flesh of.
-Neighbours end in balls about the joint between them, of one size, so that they meet in a smooth line at any
-angle.
+Both are the zero level of the distances of `fesloop.show.picture.flesh`, found by surface nets. Neighbouring
+segments end in balls of one size about the joint between them, so that their meshes stay closed at any angle.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,25 +15,32 @@ from numpy.typing import NDArray
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import AT_REFERENCE, Poses
 from fesloop.hand.skeleton import hand_tree
-from fesloop.show.picture.distance_kernels import flesh_distances
-from fesloop.show.picture.flesh import Flesh, flesh
-from fesloop.show.report.figure3d import Mesh
+from fesloop.show.picture.flesh import Flesh, flesh, flesh_distances
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 Distances = Callable[[Array], Array]
-"""Of points (n, 3) from a surface, (n,), m, negative inside; at least near it no steeper than 1."""
+"""Function from points (n, 3) to signed distances (n,) from a surface, m, negative inside; its slope near the
+surface is at most 1."""
 _CORNERS = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 _EDGES = np.array([(a, b) for a in range(8) for b in range(a + 1, 8)
                    if np.abs(_CORNERS[a] - _CORNERS[b]).sum() == 1])
-"""Corners of a cell, and the corners that its 12 edges join."""
+"""Corners of a cell, and the pairs of corners that its 12 edges join."""
 _STEPS = 3
-"""Newton steps towards the surface (chosen: what is left is below a micrometre)."""
+"""Newton steps towards the surface (chosen: the error left is below a micrometre)."""
 _DIFFERENCE_M = 1e-6
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Mesh:
+    """Triangles: `vertices` (v, 3), m; `faces` (f, 3), numbers of vertices, counterclockwise from outside."""
+
+    vertices: Array
+    faces: NDArray[np.int32]
+
+
 def surface_net(distances: Distances, low: Array, high: Array, cell_m: float) -> Mesh:
-    """The surface within the corners `low` and `high` (3,), m, which has to lie a cell inside of them."""
+    """Mesh of the surface between the corners `low` and `high` (3,), m; it must lie a cell or more inside."""
     counts = np.ceil((high - low) / cell_m).astype(int) + 1
     grid = np.stack(np.meshgrid(*(np.arange(count) for count in counts), indexing="ij"), axis=-1)
     values = distances((low + cell_m * grid).reshape(-1, 3)).reshape(counts)
@@ -56,7 +63,7 @@ def _crossed(inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _middles(values: Array, cells: Numbers) -> Array:
-    """Mean (n, 3) of where the surface crosses the edges of each cell, in cells from its first corner."""
+    """Mean crossing (n, 3) of the surface with the edges of each cell, in cells from its first corner."""
     corners = values[tuple((cells[:, np.newaxis] + _CORNERS).transpose(2, 0, 1))]
     start, end = corners[:, _EDGES[:, 0]], corners[:, _EDGES[:, 1]]
     crosses = (start < 0.0) != (end < 0.0)
@@ -67,12 +74,17 @@ def _middles(values: Array, cells: Numbers) -> Array:
 
 
 def _to_surface(distances: Distances, points: Array) -> Array:
-    """A Newton step (n, 3) away from the surface along the distance's gradient."""
-    ahead, behind = (np.stack([distances(points + way * _DIFFERENCE_M * axis) for axis in np.eye(3)], axis=-1)
-                     for way in (1.0, -1.0))
-    gradient = (ahead - behind) / (2.0 * _DIFFERENCE_M)
+    """Newton step (n, 3) away from the surface along the distance's gradient."""
+    gradient = slope(distances, points, _DIFFERENCE_M)
     square = np.square(gradient).sum(axis=-1, keepdims=True)
     return np.asarray(distances(points)[:, np.newaxis] * gradient / np.maximum(square, 0.25))
+
+
+def slope(distances: Distances, points: Array, half_m: float) -> Array:
+    """Gradient (n, 3) of the distance at points, by central differences over twice `half_m`."""
+    ahead, behind = (np.stack([distances(points + way * half_m * axis) for axis in np.eye(3)], axis=-1)
+                     for way in (1.0, -1.0))
+    return np.asarray((ahead - behind) / (2.0 * half_m))
 
 
 def _quadrangles(inside: NDArray[np.bool_], numbers: Numbers) -> Numbers:
@@ -101,39 +113,43 @@ def _triangles(vertices: Array, quadrangles: Numbers) -> NDArray[np.int32]:
 
 
 FOREARM_SHOWN = 0.4
-"""Share of the forearm that is shown, from the wrist."""
+"""Share of the forearm that is shown, measured from the wrist."""
 _CELLS_M = (0.0105, 0.0075)
-"""Between vertices on forearm and palm, of a hand of `_HAND_MM` (chosen: a few thousand triangles in all)."""
+"""Distance between vertices on forearm and palm of a hand of `_HAND_MM` (chosen: thousands of triangles)."""
 _DIGIT_CELL_M = 0.004
-"""The same on thumb and fingers (chosen: a dozen about the thinnest)."""
+"""Distance between vertices on thumb and fingers (chosen: a dozen around the thinnest)."""
 _HAND_MM = 190.0
 NOTHING = Mesh(vertices=np.empty((0, 3)), faces=np.empty((0, 3), dtype=np.int32))
-"""Of a segment that is not shown."""
+"""Mesh of a segment that is not shown."""
+
+
+def hand_surface(shape: Flesh, cell_m: float) -> Mesh:
+    """Mesh of a whole hand, with vertices about `cell_m` apart."""
+    ends = shape.bars[:, :6].reshape(-1, 3)
+    # Blending adds at most a quarter of its reach.
+    margin = shape.bars[:, 6:].max() + 0.25 * shape.blends.max() + 2.0 * cell_m
+    return surface_net(lambda points: flesh_distances(points, shape),
+                       ends.min(axis=0) - margin, ends.max(axis=0) + margin, cell_m)
 
 
 def segment_meshes(size: HandSize, forearm: bool = True) -> list[Mesh]:
-    """A mesh of each segment in its own frame, in the order of the hand's tree.
+    """Mesh of each segment in its own frame, in the order of the hand's tree.
 
-    `forearm`: whether a piece of it is shown; its mesh is `NOTHING` otherwise.
+    `forearm`: whether part of the forearm is shown; otherwise its mesh is `NOTHING`.
     """
     count = len(hand_tree(size).segments)
     cells = [*_CELLS_M, *(_DIGIT_CELL_M for _ in range(count - 2))]
     scale = size.hand_mm / _HAND_MM
-    own = _in_own_frames(size, count)
-    return [_mesh(segment_flesh(own, k, size), scale * cell) if k > 0 or forearm else NOTHING
+    turn, place = AT_REFERENCE
+    own = flesh(size, Poses(np.tile(turn, (count, 1)), np.tile(place, (count, 1))))
+    return [hand_surface(segment_flesh(own, k, size), scale * cell) if k > 0 or forearm else NOTHING
             for k, cell in enumerate(cells)]
 
 
-def _in_own_frames(size: HandSize, count: int) -> Flesh:
-    """All bars, each in the frame of its own segment."""
-    turn, place = AT_REFERENCE
-    return flesh(size, Poses(np.tile(turn, (count, 1)), np.tile(place, (count, 1))))
-
-
 def segment_flesh(own: Flesh, segment: int, size: HandSize) -> Flesh:
-    """The bars of one segment, blended with each other; of the forearm what is shown."""
+    """Bars of one segment in its own frame, in one group; the forearm's are cut to the part that is shown."""
     of_segment = own.segments == segment
-    # The palm's bars come again in the fingers' groups, to blend with them there.
+    # The palm's bars are repeated in the fingers' groups, where they blend with the fingers.
     group = own.groups[of_segment].min()
     chosen = of_segment & (own.groups == group)
     bars = own.bars[chosen]
@@ -144,18 +160,10 @@ def segment_flesh(own: Flesh, segment: int, size: HandSize) -> Flesh:
 
 
 def _cut(bars: Array, length_m: float) -> Array:
-    """Of bars along y the pieces within a length of the origin, their radii tapering as before."""
+    """Parts of bars along y that lie within a length of the origin, with unchanged taper."""
     near, far = np.abs(bars[:, 1]), np.abs(bars[:, 4])
     share = np.clip((length_m - near) / (far - near), 0.0, 1.0)[:, np.newaxis]
     cut = bars.copy()
     cut[:, 3:6] = bars[:, :3] + share * (bars[:, 3:6] - bars[:, :3])
     cut[:, 7] = bars[:, 6] + share[:, 0] * (bars[:, 7] - bars[:, 6])
     return np.asarray(cut[share[:, 0] > 0.0])
-
-
-def _mesh(shape: Flesh, cell_m: float) -> Mesh:
-    ends = shape.bars[:, :6].reshape(-1, 3)
-    # Blending adds at most a quarter of its reach.
-    margin = shape.bars[:, 6:].max() + 0.25 * shape.blends.max() + 2.0 * cell_m
-    return surface_net(lambda points: flesh_distances(points, shape.bars, shape.groups, shape.blends),
-                       ends.min(axis=0) - margin, ends.max(axis=0) + margin, cell_m)
