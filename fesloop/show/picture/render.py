@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -270,7 +270,8 @@ def _filled(frame: Frame, seen: Array, faces: Numbers, colours: Array) -> Array:
     axes.set_ylim(frame.low[1], frame.high[1])
     if len(faces):
         triangles = TriMesh(Triangulation(seen[:, 0], seen[:, 1], faces))
-        triangles.set_facecolor(np.column_stack([colours, np.ones(len(colours))]))
+        opaque: Any = np.column_stack([colours, np.ones(len(colours))])
+        triangles.set_facecolor(opaque)
         axes.add_collection(triangles)
     canvas.draw()  # type: ignore[no-untyped-call]
     return np.asarray(canvas.buffer_rgba(), dtype=np.float64) / 255.0  # type: ignore[no-untyped-call]
