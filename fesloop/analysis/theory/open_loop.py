@@ -78,7 +78,7 @@ class _CutPeriod(_Period):
         return control.ss(a, b, -c, np.zeros((len(c), b.shape[1])), self.plan.period_ns / NS_PER_S)
 
     def _deliver(self, delivery: Delivery) -> None:
-        """As in the closed loop, but at the cut from outside."""
+        """Deliver as in the closed loop, but from outside at the cut."""
         super()._deliver(delivery)
         if delivery.connection is not self.cut:
             return

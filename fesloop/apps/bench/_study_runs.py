@@ -1,4 +1,4 @@
-"""The same runs done by a study and bare, each in a process of its own, timed run by run."""
+"""Times the same runs as a study and bare, each in a process of its own."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ EXPERIMENT = "finger_pid_latency"
 METRIC = "error_deg"
 WORKERS = 2
 REPLICATES = 4
-"""Of a cell, so that the making of cells, which is the engine's, counts with its runs."""
+"""Replicates per cell, so that resolving cells, which the engine does, counts with their runs."""
 _PATH = "joint_rmse_deg"
 _WARM = 4
-"""Runs of each worker after which its code is loaded."""
+"""Runs of each worker that load its code."""
 _TRIED, _TRIED_S = 5, 12.0
 
 
 def document(runs: int, duration_s: float) -> dict[str, Any]:
-    """A study of so many runs, or the next whole number of cells, of a finger for `duration_s`."""
+    """Document of a study of so many runs, rounded up to whole cells, of a finger for `duration_s`."""
     return {
         "study": {"name": "bench", "experiment": EXPERIMENT, "replicates": REPLICATES,
                   "settings": [f"experiment.duration_s={duration_s!r}"], "metrics": {METRIC: _PATH}},
@@ -46,7 +46,7 @@ def document(runs: int, duration_s: float) -> dict[str, Any]:
 
 
 def duration_for(run_s: float) -> float:
-    """Simulated seconds, whole ones, that take a bare run this long here and now."""
+    """Simulated seconds, a whole number, that a bare run takes so long for on this machine."""
     experiment = load_experiment(EXPERIMENT, [f"experiment.duration_s={_TRIED_S!r}"])
     with TemporaryDirectory(prefix="fesloop-bench-") as folder:
         took = []
@@ -58,16 +58,16 @@ def duration_for(run_s: float) -> float:
 
 
 class Timed(NamedTuple):
-    """What came of some runs.
+    """Times and results of some runs.
 
     Attributes
     ----------
-    wall_s: of all of them from the first to the last; of a study with the start of its workers.
-    run_s: wall time of a run, the start left out; of a study times its workers, which share them.
-    cpu_s: of all processors, on a run, the start left out; of a study in coordinator and workers.
+    wall_s: from the first to the last run; a study's includes the start of its workers.
+    run_s: wall time per run without the start; a study's is multiplied by its number of workers.
+    cpu_s: processor time per run without the start; a study's is of coordinator and workers.
     found: metric of each run, by its id.
-    peaks_mb: greatest resident memory of coordinator and workers; of a study alone.
-    task_s: wall time that a worker spends within the task of a run; of a study alone.
+    peaks_mb: greatest resident memory of coordinator and workers, of a study only.
+    task_s: wall time of a worker within the task of a run, of a study only.
     """
 
     wall_s: float
@@ -79,7 +79,7 @@ class Timed(NamedTuple):
 
 
 def bare(tables: Mapping[str, Any]) -> Timed:
-    """The runs of a study one after the other in this process: loaded before, recorded, scored, deleted."""
+    """Run the runs of a study one after the other here: loaded before, recorded, scored, deleted."""
     study, resolver = study_of(tables), Resolver()
     seeds = range(study.about.seed, study.about.seed + study.about.replicates)
     cells = [resolver.experiment(cell.experiment, cell.settings, seeds[0]) for cell in cells_of(study)]
@@ -99,7 +99,7 @@ def bare(tables: Mapping[str, Any]) -> Timed:
 
 
 def studied(tables: Mapping[str, Any]) -> Timed:
-    """The same by a study with `WORKERS` workers, started and ended. Raises RunError where a run fails."""
+    """Run the same runs as a study with `WORKERS` workers. Raises RunError where a run fails."""
     study, watch = study_of(tables), _Stopwatch()
     with TemporaryDirectory(prefix="fesloop-bench-") as folder:
         summary = run_study(study, folder, workers=WORKERS, watch=watch)
@@ -113,9 +113,9 @@ def studied(tables: Mapping[str, Any]) -> Timed:
 
 
 def alternating(tables: Mapping[str, Any]) -> tuple[list[float], list[float]]:
-    """Seconds of each run of a study as a task of a worker, and bare, one after the other in this process."""
+    """Seconds of each run of a study as a worker's task, and bare, in turns in this process."""
     study = study_of(tables)
-    wanted = ResultSpec(study.metrics, "none", "")
+    spec = ResultSpec(study.metrics, "none", "")
     tasks, bares = [], []
     with TemporaryDirectory(prefix="fesloop-bench-") as folder:
         for cell in plan(study, lambda _: ()):
@@ -123,7 +123,7 @@ def alternating(tables: Mapping[str, Any]) -> tuple[list[float], list[float]]:
             experiment = from_document(json.loads(cell.document))
             for each in cell.runs:
                 began = time.perf_counter()
-                run_one(each.id, document, each.seed, wanted)
+                run_one(each.id, document, each.seed, spec)
                 between = time.perf_counter()
                 run(experiment.with_seed(each.seed), Path(folder)).recording.unlink()
                 tasks.append(between - began)
@@ -132,11 +132,11 @@ def alternating(tables: Mapping[str, Any]) -> tuple[list[float], list[float]]:
 
 
 class _Stopwatch:
-    """Told how far a study is, it looks at the clocks when all workers are warm, and at the end.
+    """Reads the clocks when all workers are warm, and at the end of a study.
 
     Attributes
     ----------
-    peaks_mb: of the workers, at the end.
+    peaks_mb: memory of the workers at the end.
     """
 
     def __init__(self) -> None:
@@ -145,10 +145,10 @@ class _Stopwatch:
         self.peaks_mb: list[float] = []
 
     def stage(self, text: str, fraction: float | None = None) -> None:
-        """Nothing is timed before the runs."""
+        """Ignore stages before the runs."""
 
     def runs(self, done: int, failed: Mapping[str, int], total: int) -> None:
-        """Some are done."""
+        """Read the clocks, if it is time."""
         if done >= _WARM * WORKERS and not self._seen:
             self._workers = _children()
             self._look(done)
@@ -161,14 +161,14 @@ class _Stopwatch:
         self._seen.append((done, time.perf_counter(), cpu_s))
 
     def of_a_run(self) -> tuple[float, float]:
-        """Wall time times the workers, and time of all processors, s."""
+        """Wall time per run times the workers, and processor time per run, s."""
         before, after = np.array(self._seen[0]), np.array(self._seen[-1])
         runs, wall_s, cpu_s = after - before
         return WORKERS * float(wall_s / runs), float(cpu_s / runs)
 
 
 def _children() -> list[str]:
-    """Process numbers of the workers: processes that this one has spawned."""
+    """Process numbers of the workers, which this process has spawned."""
     own, found = _status("self")["Pid"], []
     for folder in Path("/proc").glob("[0-9]*"):
         with suppress(OSError, KeyError):
@@ -178,13 +178,13 @@ def _children() -> list[str]:
 
 
 def _cpu_s(process: str) -> float:
-    """Time of all processors that a process has used, in user and system mode (`proc(5)`, fields 14, 15)."""
+    """Processor time of a process in user and system mode, s (`proc(5)`, fields 14, 15)."""
     fields = Path(f"/proc/{process}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def _peak_mb(process: str) -> float:
-    """Greatest resident memory that a process has had, MB (`VmHWM`; Linux)."""
+    """Greatest resident memory of a process so far, MB (`VmHWM`; Linux)."""
     return int(_status(process)["VmHWM"].split()[0]) * 1024 / 1e6
 
 

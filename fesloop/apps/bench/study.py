@@ -1,27 +1,27 @@
-"""`fesloop bench study`: what the engine of studies costs beside the runs themselves.
+"""`fesloop bench study`: the cost of the study engine beyond the runs themselves.
 
-The same runs of a finger, cell by cell and seed by seed, are done by a study with two workers and, for
-reference, `bare`: in one process that has loaded them before and does one after the other, recording and
-scores included. A row gives microseconds of a worker for a run (wall time times two workers, over the runs),
-`ratio` that over the bare run, and `efficiency` its inverse: of ideal, which is twice as many runs as bare.
-Coordinator and scheduler share the machine's cores with the workers, as in every study on one machine.
+A study with two workers does the same runs of a finger, cell by cell and seed by seed, as the reference
+`bare`: one process that has loaded them before and does one after the other, with recording and scores. A row
+gives the microseconds of a worker per run (wall time times two workers, over the runs), `ratio` that over the
+bare run, and `efficiency` its inverse: the share of the ideal, twice as many runs as bare. Coordinator and
+scheduler share the machine's cores with the workers, as in every study on one machine.
 
-Studies and bare runs take turns, each in a fresh process whose libraries keep to one thread as workers do.
-The bare runs before and after a study are its reference, and the median over turns counts. The start of the
-workers, and of the code that they load for their first four runs, is left out, told beside it (`start_s`),
-and part of `efficiency_with_start`. `two processes` do bare runs at the same time and know nothing of each
-other: what this machine leaves of two cores before any engine takes its share, for cores share caches and
-memory. `efficiency_of_pair` is the study's share of that, and `efficiency_cpu` the same of processor time
-(coordinator and workers), in which what else the machine does counts least.
+Studies and bare runs take turns, each in a new process whose libraries use one thread, as workers do. The
+bare runs before and after a study are its reference, and the median over turns is reported. The start of the
+workers, and of the code that they load for their first four runs, is left out; `start_s` reports it, and
+`efficiency_with_start` includes it. `two processes` do bare runs at the same time, independently: the speed
+that two cores of this machine have without an engine, as cores share caches and memory. `efficiency_of_pair`
+is the study's share of that, and `efficiency_cpu` the same for processor time (coordinator and workers),
+which other load on the machine affects least.
 
-Runs of one process differ from those of another by a tenth or more on some machines, whatever they do, so
-two figures compare a process with nothing but itself: `share_in_tasks` of the workers' time that lies within
-the tasks of runs, with `outside_tasks_ms` a run beside it, and the last row: a task (the making of its
-experiment, the run, what is kept of it) and a bare run in turns in one process.
+On some machines runs of one process differ from those of another by a tenth or more, so two figures compare a
+process with itself: `share_in_tasks` is the workers' time within the tasks of runs, with `outside_tasks_ms`
+per run beside it, and the last row compares a task (making its experiment, the run, the kept numbers) with a
+bare run in turns in one process.
 
-`overhead_ms` of a run is of a worker's time over a bare run, `overhead_cpu_ms` of processor time over a run
-of the pair. `peaks_mb` are the greatest resident memories of coordinator and workers. `max_abs_error` is the
-greatest difference between results of a study and of bare runs.
+`overhead_ms` per run is a worker's time less a bare run's, `overhead_cpu_ms` processor time less that of a
+run of the pair. `peaks_mb` are the greatest resident memories of coordinator and workers. `max_abs_error` is
+the greatest difference between results of a study and of bare runs.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ from fesloop.apps.bench._study_runs import WORKERS, Timed, alternating, bare, do
 
 Array = NDArray[np.float64]
 _LONG_S = 0.3
-"""Of a bare run (chosen: 200 ms and more, whatever the machine does meanwhile)."""
+"""Time of a long bare run (chosen: 200 ms and more, whatever the load of the machine)."""
 _SHORT_DURATION_S = 1.0
 _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 
 def run(rounds: int = 3, long_runs: int = 80, short_runs: int = 2000, short_bare: int = 200,
         progress: Callable[[float], None] | None = None) -> dict[str, Any]:
-    """Runs of `_LONG_S` in so many rounds, and short runs once."""
+    """Time runs of `_LONG_S` in so many rounds, and short runs once."""
     steps = _Steps(3 * rounds + 7, progress)
     with _one_thread(), ProcessPoolExecutor(
             WORKERS, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
@@ -78,13 +78,13 @@ def run(rounds: int = 3, long_runs: int = 80, short_runs: int = 2000, short_bare
 
 
 class _Steps:
-    """How far the bench is."""
+    """Reports the progress of the bench."""
 
     def __init__(self, total: int, progress: Callable[[float], None] | None) -> None:
         self._total, self._progress, self._done = total, progress, 0
 
     def done(self, result: Any) -> Any:
-        """A step is, with this result."""
+        """Count a step, and return its result."""
         self._done += 1
         if self._progress:
             self._progress(min(1.0, self._done / self._total))
@@ -93,7 +93,7 @@ class _Steps:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """Processes that are started here get libraries that keep to one thread, as Dask's workers do."""
+    """Limit libraries of processes started in the context to one thread, as Dask does for its workers."""
     before = {name: os.environ.get(name) for name in _THREADS}
     os.environ.update(dict.fromkeys(_THREADS, "1"))
     try:
@@ -107,13 +107,13 @@ def _one_thread() -> Iterator[None]:
 
 
 def _at_once(pool: ProcessPoolExecutor, tables: dict[str, Any]) -> Timed:
-    """The bare runs in two processes at the same time; the slower of them."""
+    """Do the bare runs in two processes at the same time; the slower of the two."""
     several = [pool.submit(bare, tables) for _ in range(WORKERS)]
     return max((each.result() for each in several), key=lambda timed: timed.run_s)
 
 
 def _timing(case: str, turns: Sequence[Timed], bares: Sequence[Timed]) -> dict[str, Any]:
-    """The columns that every bench has; bare runs were done before the first turn and after each."""
+    """Columns that every bench has; bare runs were done before the first turn and after each."""
     us, bare_us = 1e6 * np.array([each.run_s for each in turns]), 1e6 * _around(bares, "run_s")
     return {"case": case, "us_median": float(np.median(us)), "us_p99": float(np.percentile(us, 99)),
             "us_worst": float(us.max()), "reference": "bare run in one process",
@@ -122,7 +122,7 @@ def _timing(case: str, turns: Sequence[Timed], bares: Sequence[Timed]) -> dict[s
 
 def _row(case: str, studies: Sequence[Timed], bares: Sequence[Timed], pairs: Sequence[Timed]
          ) -> dict[str, Any]:
-    """A row of the table from what each turn of a study measured."""
+    """A row of the table, from the measurements of each turn of a study."""
     runs, task_s = len(studies[0].found), _each(studies, "task_s")
     wall_s, run_s, cpu_s = (_each(studies, key) for key in ("wall_s", "run_s", "cpu_s"))
     bare_s, pair_s, pair_cpu_s = _around(bares, "run_s"), _each(pairs, "run_s"), _each(pairs, "cpu_s")
@@ -152,5 +152,5 @@ def _around(bares: Sequence[Timed], key: str) -> Array:
 
 
 def _apart(study: Timed, reference: Timed) -> float:
-    """Greatest difference of a result; runs are known by their ids."""
+    """Greatest difference of a result, by the runs' ids."""
     return max(abs(study.found[id] - value) for id, value in reference.found.items())

@@ -11,7 +11,7 @@ from fesloop.analysis.study.design.figure_specs import Figure
 from fesloop.analysis.study.results.axis_levels import AxisLevel, is_numeric, level_text
 from fesloop.analysis.study.results.estimates import Estimate
 from fesloop.analysis.study.results.quantities import called, with_unit
-from fesloop.analysis.study.results.runs import drawn_axes
+from fesloop.analysis.study.results.runs import sampled_axes
 from fesloop.analysis.study.results.study_results import StudyResults
 from fesloop.errors import InputError
 from fesloop.show.figures.axis_scale import AxisScale
@@ -95,7 +95,7 @@ class Content:
     @property
     def drawn(self) -> bool:
         """Whether levels of x were drawn, and not chosen."""
-        return self.figure.x in drawn_axes(self.results.study, self.results.axes)
+        return self.figure.x in sampled_axes(self.results.study, self.results.axes)
 
     @property
     def is_grid(self) -> bool:
@@ -142,7 +142,7 @@ class Content:
         first, named = self.cells[0], {axis for _, axis in self.figure.named_axes()}
         others = [axis for axis, levels in self.results.axes.items()
                   if axis not in named and len(levels) > 1]
-        drawn = [axis for axis in drawn_axes(self.results.study, self.results.axes) if axis in others]
+        drawn = [axis for axis in sampled_axes(self.results.study, self.results.axes) if axis in others]
         parts = [self._counted(drawn)]
         if intervals:
             parts.append(f"{100.0 * first.confidence:g} % interval ({first.interval})")

@@ -18,7 +18,7 @@ from fesloop import load
 from fesloop.analysis.study.design.cells import cells_of
 from fesloop.analysis.study.design.plan import Resolver
 from fesloop.analysis.study.design.study_file import read_study, study_of
-from fesloop.analysis.study.engine.bases import meanwhile
+from fesloop.analysis.study.engine.preparing import meanwhile
 from fesloop.apps.cli import main
 from fesloop.errors import InputError
 from fesloop.experiment.files.parse import from_document, read

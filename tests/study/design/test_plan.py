@@ -7,7 +7,7 @@ from study_parts import write_study
 from fesloop import load
 from fesloop.analysis.study.design.plan import NotPrepared, plan
 from fesloop.analysis.study.design.study_file import read_study
-from fesloop.analysis.study.engine.bases import meanwhile
+from fesloop.analysis.study.engine.preparing import meanwhile
 from fesloop.analysis.study.engine.worker import experiment_of
 from fesloop.errors import InputErrors
 from fesloop.experiment.recording.reading import Recording

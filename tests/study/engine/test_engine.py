@@ -14,7 +14,7 @@ from study_parts import TESTS, harmful_experiment, with_harmful_blocks, write_st
 from fesloop import load as load_experiment
 from fesloop.analysis.study import load
 from fesloop.analysis.study.design.study_file import read_study
-from fesloop.analysis.study.engine import bases, cluster, coordinator, running, worker
+from fesloop.analysis.study.engine import cluster, coordinator, running, worker
 from fesloop.analysis.study.engine.cluster import connected
 from fesloop.analysis.study.engine.coordinator import run_study
 from fesloop.analysis.study.engine.preparing import prepare_one
@@ -162,7 +162,7 @@ def test_a_base_that_fails_is_named_before_anything_runs(address, tmp_path, sett
 
 def test_the_first_run_tries_the_base_and_is_kept(address, tmp_path, monkeypatch):
     asked = []
-    for module in (bases, running):
+    for module in (coordinator, running):
         def noted(client, tasks, *given, module=module, wrapped=module.completed):
             def each():
                 for task_ in tasks:
@@ -174,21 +174,21 @@ def test_the_first_run_tries_the_base_and_is_kept(address, tmp_path, monkeypatch
     table = load(run_study(study, tmp_path, scheduler=address).store).table()
     assert table["status"].tolist() == ["failed", "done"] * 3
     first, *others = table["id"].tolist()
-    assert asked == [(bases, first), (bases, "base-0"), *((running, other) for other in others)]
+    assert asked == [(coordinator, first), (coordinator, "base-0"), *((running, other) for other in others)]
 
 
 def test_a_first_run_whose_worker_ended_may_be_innocent_and_is_run_again(address, tmp_path, monkeypatch):
     class KilledWorker(Exception):
         pass
 
-    whole = bases.completed
+    whole = coordinator.completed
 
     def completed(client, tasks, *given):
         tasks = list(tasks)
         pilots = [Done(each.id, None, KilledWorker()) for each in tasks if not each.id.startswith("base")]
         yield from [pilots] if pilots else whole(client, iter(tasks), *given)
 
-    monkeypatch.setattr(bases, "completed", completed)
+    monkeypatch.setattr(coordinator, "completed", completed)
     summary = run_study(read_study(write_study(tmp_path, LATENCIES)), tmp_path, scheduler=address)
     assert summary.failed == {}
     assert summary.done == summary.runs

@@ -14,7 +14,6 @@ from typing import Any
 
 from fesloop.analysis.study.design.plan import PlannedCell, plan
 from fesloop.analysis.study.design.study import Study
-from fesloop.analysis.study.engine.bases import meanwhile
 from fesloop.analysis.study.engine.cluster import (
     connected,
     require_dask,
@@ -23,6 +22,7 @@ from fesloop.analysis.study.engine.cluster import (
     threads,
 )
 from fesloop.analysis.study.engine.coordinator import await_workers
+from fesloop.analysis.study.engine.preparing import meanwhile
 from fesloop.analysis.study.engine.running import DIED
 from fesloop.analysis.study.engine.tasks import Task, Watch, completed
 from fesloop.analysis.study.engine.worker import Outcome, ResultSpec, run_one

@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from fesloop.analysis.study.design.cells import Cell, cells_of
-from fesloop.analysis.study.design.plan import NotPrepared, Resolver
+from fesloop.analysis.study.design.plan import NotPrepared, Resolver, Settings
 from fesloop.analysis.study.design.study import Preparation, Study
 from fesloop.analysis.study.engine.worker import NO_ROOM, experiment_of, failure, is_full, scratch_folder
 from fesloop.analysis.study.store.versions import version_text
@@ -41,6 +41,12 @@ class Prepared(NamedTuple):
     content: str
     worker: str
     version: str
+
+
+def meanwhile(study: Study) -> Settings:
+    """Settings that stand in for models not prepared yet."""
+    settings = tuple(each for preparation in study.prepare.values() for each in preparation.meanwhile)
+    return lambda cell: settings
 
 
 class Preparations:

@@ -97,7 +97,7 @@ _METHODS: dict[Statistic, _Method] = {
 
 
 def compare(
-    axes: Axes, runs: Frame, drawn: Sequence[str], metric: str, first: Mapping[str, Any],
+    axes: Axes, runs: Frame, sampled: Sequence[str], metric: str, first: Mapping[str, Any],
     second: Mapping[str, Any], at: Mapping[str, Any], statistic: Statistic | None, confidence: float,
 ) -> Comparison:
     """Pair runs of the same replicate at the same levels of all other axes, and compare them.
@@ -116,13 +116,14 @@ def compare(
                                                         suffixes=("_first", "_second"))
     if not len(pairs):
         raise InputError(f"{_text(first)} and {_text(second)}", "share no levels of the other axes",
-                         "two places of a grid", "points that were drawn have no pairs: see their estimates")
+                         "two places of a grid",
+                         "points of a random or Sobol design have no pairs: see their estimates")
     names = [f"{metric}_first", f"{metric}_second"]
     whole = np.isfinite(pairs[names]).all(axis=1)
     dropped = Counter(_reason(*statuses) for statuses in zip(
         pairs["status_first"][~whole], pairs["status_second"][~whole], strict=True))
     kept = pairs[whole]
-    keys = unit_keys(kept, [axis for axis in drawn if axis not in first])
+    keys = unit_keys(kept, [axis for axis in sampled if axis not in first])
     one, other = (unit_means(kept, name, keys, kept["seed"] * 0).to_numpy() for name in names)
     differences, method = one - other, _METHODS[kind]
     low, high = method.ends(one, other, confidence)

@@ -85,7 +85,7 @@ def in_words(value: float, low: float, high: float, units: int, sd: float) -> st
 
 
 def estimates(
-    axes: Axes, runs: Frame, drawn: Sequence[str], metric: str, by: Sequence[str],
+    axes: Axes, runs: Frame, sampled: Sequence[str], metric: str, by: Sequence[str],
     at: Mapping[str, Any], statistic: Statistic | None, confidence: float,
 ) -> list[Estimate]:
     """A metric at every planned combination of levels of the axes `by`, in order of these.
@@ -99,7 +99,7 @@ def estimates(
     chosen = selected(axes, runs, at)
     group = chosen.groupby(list(by), observed=True).ngroup() if by else chosen["cell"] * 0
     # The same units in every group, so that a group in which a member is missing has one fewer.
-    keys = unit_keys(chosen, [axis for axis in drawn if axis not in by])
+    keys = unit_keys(chosen, [axis for axis in sampled if axis not in by])
     means = unit_means(chosen, metric, keys, group).groupby(level=0)
     values = {number: each.to_numpy() for number, each in means}
     known = chosen[metric].notna()

@@ -85,7 +85,7 @@ def _results(pandas: Any, rows: Sequence[ResultRow], declared: Sequence[str]
         "recording": text["recording"]}), names
 
 
-def drawn_axes(study: Mapping[str, Any], axes: Axes) -> list[str]:
+def sampled_axes(study: Mapping[str, Any], axes: Axes) -> list[str]:
     """Axes whose levels are a sample: those of cohorts, and all of a random or Sobol design."""
     if study.get("study", {}).get("design", "grid") != "grid":
         return list(axes)
@@ -107,12 +107,12 @@ def require_metric(metric: str, metrics: Sequence[str]) -> None:
                          did_you_mean(metric, metrics))
 
 
-def unit_keys(runs: Frame, drawn: Sequence[str]) -> list[str]:
+def unit_keys(runs: Frame, sampled: Sequence[str]) -> list[str]:
     """Columns whose combinations are the units: values that are independent of each other.
 
     Runs of one replicate have the same seed in every cell, so they are no independent repetitions: over axes
-    whose levels were chosen, values are averaged within a replicate, and replicates are the units. Drawn
+    whose levels were chosen, values are averaged within a replicate, and replicates are the units. Sampled
     levels (members of a cohort, points of a random or Sobol design) are units themselves, where they vary
     among the runs, and replicates are averaged within them.
     """
-    return [axis for axis in drawn if runs[axis].nunique() > 1] or ["replicate"]
+    return [axis for axis in sampled if runs[axis].nunique() > 1] or ["replicate"]

@@ -20,10 +20,10 @@ from fesloop.analysis.study.results.runs import (
     FAILED,
     WAITING,
     Frame,
-    drawn_axes,
     extra,
     require_metric,
     run_table,
+    sampled_axes,
 )
 from fesloop.analysis.study.store.reading import read_store, store_path
 from fesloop.errors import InputError
@@ -156,7 +156,7 @@ class StudyResults:
         """
         require_metric(metric, self.metrics)
         named = [axis for axis in self._chosen_axes() if axis not in (at or {})] if by is None else by
-        return estimates(self.axes, self.runs, drawn_axes(self.study, self.axes), metric, named, at or {},
+        return estimates(self.axes, self.runs, sampled_axes(self.study, self.axes), metric, named, at or {},
                          statistic, confidence)
 
     def _chosen_axes(self) -> list[str]:
@@ -174,7 +174,7 @@ class StudyResults:
         levels or metrics that the study does not have, and where there are no pairs.
         """
         require_metric(metric, self.metrics)
-        return compare(self.axes, self.runs, drawn_axes(self.study, self.axes), metric, first, second,
+        return compare(self.axes, self.runs, sampled_axes(self.study, self.axes), metric, first, second,
                        at or {}, statistic, confidence)
 
     def summary(self, most: int = 40) -> list[SummaryRow]:

@@ -12,7 +12,7 @@ import numpy as np
 from fesloop.analysis.study.results.axis_levels import AxisLevel, level_text
 from fesloop.analysis.study.results.estimates import Estimate
 from fesloop.analysis.study.results.quantities import called, with_unit
-from fesloop.analysis.study.results.runs import drawn_axes
+from fesloop.analysis.study.results.runs import sampled_axes
 from fesloop.analysis.study.results.statistics import do_not_differ
 from fesloop.analysis.study.results.study_results import StudyResults
 from fesloop.show.figures.content import Content
@@ -64,7 +64,7 @@ class Shown:
     @cached_property
     def drawn(self) -> tuple[str, ...]:
         """Axes whose levels are a sample: members of a cohort, points of a design that draws."""
-        return tuple(drawn_axes(self.results.study, self.results.axes))
+        return tuple(sampled_axes(self.results.study, self.results.axes))
 
     @property
     def chosen(self) -> tuple[str, ...]:
