@@ -1,4 +1,4 @@
-"""Agreement of gyroscope and accelerometer: both must tell the same turn.
+"""Agreement of gyroscope and accelerometer: both must show the same turn.
 
 A window of samples is rotated by its rates into one frame. There gravity rests if the rates are right, and
 what is left of its motion is acceleration, whose size the length of the samples shows. Where gravity moves by
@@ -34,20 +34,20 @@ _MEANS = ((16, 1.5), (4, 0.5))
 deviation of the samples' length (measured: ratios of .4 to 1.5 and of 0 to .3 in most windows of four
 published sets). Short parts show quick motion, in long ones accelerations cancel."""
 _ROUGH = 0.6
-"""Root mean square deviation of the samples' length, relative to gravity, above which a window tells nothing
+"""Root mean square deviation of the samples' length, relative to gravity, above which a window is not used
 (chosen)."""
 _LEAST_WINDOWS = 16
 """A recording is cut into so many where it has the samples: one that states too high a rate looks short."""
 _MOST_WINDOWS, _FEW_WINDOWS = 240, 24
-"""How many windows judge the rates, and how many search all explanations."""
+"""Windows that judge the rates, and windows in which all explanations are searched."""
 _SD_RAD = np.radians(2.0)
-"""What drift of a gyroscope and noise leave of gravity's motion (chosen: 1 deg/s leaves 1.1 deg)."""
+"""Motion of gravity that drift of a gyroscope and noise leave (chosen: 1 deg/s leaves 1.1 deg)."""
 _TAIL = 1.5
 """Half the sum of the dimensions of a direction and of the degrees of freedom, one, of Student's t."""
 _ALPHA = 1e-6
 """Probability of a false alarm for each sensor (chosen)."""
 _CONSISTENT = 4.0
-"""By which factor evidence for an explanation outweighs that against it, window by window (chosen)."""
+"""Factor by which evidence for an explanation outweighs that against it, window by window (chosen)."""
 _MOVES = 9.0
 """Squared standard deviations above which gravity, or the rates, move in a window."""
 _LEAST_FACTOR = 1.15
@@ -70,7 +70,7 @@ _SAME_LIKELIER = 1.5
 """Within which likelier factors, not shown, are the same (chosen)."""
 _MOST_NAMED = 4
 _OWN = "{name}"
-"""What stands for a sensor's name where several have the same fault."""
+"""Placeholder of a sensor's name where several have the same fault."""
 _LOST = 0.1
 """Share of a window's samples that may be lost; they are interpolated."""
 
@@ -214,7 +214,7 @@ def _agreement(number: int, cut: Sequence[_Windows], step_s: float) -> Agreement
 
 
 def _excluded(own: _Windows, step_s: float, score: Array) -> bool:
-    """Whether rates that are clearly wrong would have been told from these."""
+    """Whether clearly wrong rates would be distinguished from these."""
     wrong = _CLEARLY_WRONG[:, np.newaxis, np.newaxis, np.newaxis] * own.gyr
     behind = (_score(own.squares(wrong, step_s)) - score).sum(axis=1)
     return bool((behind > np.log(1.0 / _AGREES_ALPHA)).all())
@@ -348,19 +348,19 @@ def _squares(rates: Array, acc: Array, step_s: float, variance: Array) -> Array:
 
 
 def unjudged_text(recording: MotionRecording, found: Sequence[Agreement]) -> str:
-    """Of which sensors the agreement that was found says nothing; empty for none."""
+    """Sensors whose agreement could not be judged, in words; empty for none."""
     unjudged = [(name, each.factor) for name, each in zip(recording.sensors, found, strict=True)
                 if each.verdict == "no_information"]
     if not unjudged:
         return ""
     likelier = [(name, factor) for name, factor in unjudged if factor != 1.0]
-    factors, told = [factor for _, factor in likelier], ""
+    factors, better = [factor for _, factor in likelier], ""
     if likelier and max(factors) < _SAME_LIKELIER * min(factors):
-        told = (f"; {_names([name for name, _ in likelier])}: {np.median(factors):.2g} times these rates "
-                "would explain it better: check `rate`, `units.gyr` and the gyroscopes' range")
+        better = (f"; {_names([name for name, _ in likelier])}: {np.median(factors):.2g} times these rates "
+                  "would explain it better: check `rate`, `units.gyr` and the gyroscopes' range")
     return f"rates could not be checked against gravity in {len(unjudged)} of {len(found)} sensors " \
            f"({_names([name for name, _ in unjudged])}): too little or too rough motion; rate, units and " \
-           f"axes are as stated{told}"
+           f"axes are as stated{better}"
 
 
 def agreements_in(
@@ -376,13 +376,13 @@ def disagreement_text(recording: MotionRecording, found: Sequence[Agreement]) ->
     scaled = [each.factor for each in found if each.verdict == "scale"]
     common = float(np.median(scaled)) if scaled and max(scaled) < _SAME_FACTOR * min(scaled) and not any(
         each.verdict == "agrees" for each in found) else None
-    told: dict[str, list[str]] = {}
+    sensors_of: dict[str, list[str]] = {}
     for name, each in zip(recording.sensors, found, strict=True):
         if each.doubtful:
-            told.setdefault(_reason(recording, each, common), []).append(name)
+            sensors_of.setdefault(_reason(recording, each, common), []).append(name)
     return "; ".join(f"{_names(names)}: rates do not explain how gravity turns, "
                      f"{reason.replace(_OWN, names[0] if len(names) == 1 else 'NAME')}"
-                     for reason, names in told.items())
+                     for reason, names in sensors_of.items())
 
 
 def _names(names: Sequence[str]) -> str:
@@ -391,7 +391,7 @@ def _names(names: Sequence[str]) -> str:
 
 
 def _reason(recording: MotionRecording, found: Agreement, common: float | None) -> str:
-    """What would explain it, and which key of a layout says so; `common`: a factor of all that turn."""
+    """Explanation of a disagreement, and the key of a layout to change; `common`: factor of all that turn."""
     if found.verdict == "exchange":
         other = recording.sensors[found.other]
         return f"those of {other} do: exchange `sensors.{_OWN}.gyr` and `sensors.{other}.gyr` in the layout"
@@ -419,7 +419,7 @@ def _axes_reason(axes: Array) -> str:
 
 
 def _scale_reason(recording: MotionRecording, factor: float, common: float | None) -> str:
-    """A factor of all sensors is one of units or of time; that of one sensor is its own."""
+    """Explanation of a factor: of all sensors it is one of units or of time, of one sensor its own."""
     every = common is not None or len(recording.sensors) == 1
     factor = factor if common is None else common
     says = f"{factor:.3g} times these rates do"

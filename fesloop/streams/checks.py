@@ -1,4 +1,4 @@
-"""Checks of what a file holds; each raises an InputError that names the file, the key and the fault."""
+"""Checks of the content of files; each raises an InputError that names the file, the key and the fault."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ def entry(content: Mapping[str, Any], key: str, where: str) -> Any:
 
 
 def numbers(content: Mapping[str, Any], key: str, shape: Sequence[int | None], where: str) -> Array:
-    """A key's numbers as a fresh float64 array of the given shape; None stands for any length above 0."""
+    """A key's numbers as a fresh float64 array of the given shape, None for any length above 0."""
     value = entry(content, key, where)
     array = np.asarray(value)
     place = f"{where}: {key}"
     if array.dtype.kind not in "fiub":
         raise InputError(place, f"holds {array.dtype.name} values", "real numbers")
     fits = array.ndim == len(shape) and array.size > 0 and all(
-        wanted is None or size == wanted for size, wanted in zip(array.shape, shape, strict=False))
+        length is None or size == length for size, length in zip(array.shape, shape, strict=False))
     if not fits:
         allowed = "(" + ", ".join("any" if size is None else str(size) for size in shape) + ")"
         raise InputError(place, f"has shape {array.shape}", allowed)
@@ -55,7 +55,7 @@ def finite(array: Array, place: str) -> None:
 
 
 def sound(samples: Array, place: str) -> Array:
-    """Those rows of samples (n, 3) that are not lost: a lost one holds NaN; infinite ones are refused."""
+    """Rows of samples (n, 3) that are not lost: a lost one holds NaN; infinite ones are refused."""
     if np.isinf(samples).any():
         at = int(np.argmax(np.isinf(samples).any(axis=1)))
         raise InputError(place, f"is infinite in sample {at}", "finite numbers, NaN where a sample was lost")
@@ -93,7 +93,7 @@ def plausible_mag(mag: Array, place: str) -> None:
 
 
 def _likely_unit(median: float) -> str:
-    """What the numbers are in, where they are of one unit and have been read as of another."""
+    """Remedy for a median field: the likely unit of the numbers, and the unit that they are read in."""
     found = [f"{its} read as {taken}" for its, one in _UNITS.items() for taken, other in _UNITS.items()
              if EARTH_BAND[0] <= median * one / other <= EARTH_BAND[1]]
     return f"look at the unit: it looks like {' or '.join(found[:3])}" if found else "look at the unit"
@@ -127,10 +127,10 @@ def equal_lengths(lengths: Mapping[str, int], where: str) -> None:
                              "equal lengths")
 
 
-def columns(content: Mapping[str, Any], key: str, wanted: Sequence[str], where: str) -> list[int]:
-    """Numbers of the wanted columns, from a key that lists the names of all."""
+def columns(content: Mapping[str, Any], key: str, chosen: Sequence[str], where: str) -> list[int]:
+    """Numbers of the chosen columns, from a key that lists the names of all."""
     names = [str(name) for name in np.atleast_1d(np.asarray(entry(content, key, where))).ravel()]
-    absent = [name for name in wanted if name not in names]
+    absent = [name for name in chosen if name not in names]
     if absent:
         raise InputError(f"{where}: {key}", f"names no column {absent[0]!r}", ", ".join(names[:12]))
-    return [names.index(name) for name in wanted]
+    return [names.index(name) for name in chosen]

@@ -23,12 +23,12 @@ _AXES = (re.compile(r"\0[\W_]*([xyzXYZ])(?![^\W\d_])"),
          re.compile(r"(?<![^\W_])([xyzXYZ])\Z"),
          re.compile(r"(?<![^\W_])([xyzXYZ])(?![^\W_])"),
          re.compile(r"([xyzXYZ])\Z"))
-"""Where an axis stands, \\0 being the quantity: behind it; alone at the end; alone; as the last letter."""
+"""Places of an axis, \\0 being the quantity: behind it; alone at the end; alone; as the last letter."""
 _MOST_SHOWN = 8
 
 
 class Reading(NamedTuple):
-    """What a label says: the sensor's name, empty where there is none, the quantity, and "x", "y" or "z"."""
+    """Meaning of a label: the sensor's name, empty where there is none, the quantity, and "x", "y" or "z"."""
 
     sensor: str
     quantity: Kind
@@ -36,13 +36,13 @@ class Reading(NamedTuple):
 
 
 def read_label(label: str, channel_type: str = "") -> Reading | None:
-    """What a label says, such as "F2p_gyr_x", "acc.x.3", "hand_x_gyr", "omega_x" or "hand AccX".
+    """Meaning of a label such as "F2p_gyr_x", "acc.x.3", "hand_x_gyr", "omega_x" or "hand AccX".
 
     The word for the quantity is looked for in the label, then in the channel's type ("F2p.x" of the type
-    "AngularVelocityX"). It stands between separators or where small and capital letters change: neither
-    "vacc_x" nor "accuracy_x" is an acceleration. What is left, but for the axis, names the sensor.
+    "AngularVelocityX"), between separators or where small and capital letters change: neither
+    "vacc_x" nor "accuracy_x" is an acceleration. The rest, but for the axis, names the sensor.
 
-    None for what is something else, names no axis, or names two quantities.
+    None for a label of something else, without an axis, or of two quantities.
     """
     in_label = list(_QUANTITY.finditer(label))
     found = in_label or list(_QUANTITY.finditer(channel_type))
@@ -54,14 +54,14 @@ def read_label(label: str, channel_type: str = "") -> Reading | None:
 
 
 def not_understood(labels: Sequence[str]) -> str:
-    """What to tell of channels that are left out, the first of them by their labels; empty for none."""
+    """Message about channels that are left out, the first of them by their labels; empty for none."""
     more = f" and {len(labels) - _MOST_SHOWN} more" if len(labels) > _MOST_SHOWN else ""
     shown = ", ".join(repr(label) for label in labels[:_MOST_SHOWN])
     return f"not understood: {shown}{more}" if labels else ""
 
 
 def _axis_and_sensor(rest: str, kind: Kind) -> Reading | None:
-    """What a label says whose quantity is known; \\0 stands for its word."""
+    """Meaning of a label whose quantity is known, its word replaced by \\0."""
     match = next(filter(None, (axis.search(rest) for axis in _AXES)), None)
     if match is None:
         return None
@@ -88,15 +88,15 @@ _NAMES: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "milliseconds": 1e-3, "us": 1e-6, "µs": 1e-6,
              "μs": 1e-6, "ns": 1e-9, "min": 60.0},
 }
-"""By quantity, so that "g" of an acceleration is not the gauss of a field."""
+"""Factors to SI by quantity, so that "g" of an acceleration is not the gauss of a field."""
 SI: Mapping[str, str] = {"gyr": "rad/s", "acc": "m/s^2", "mag": "T", "angle": "rad", "time": "s"}
 """The unit of each quantity here."""
 
 
 def factor(quantity: str, unit: str, where: str, remedy: str = "state the unit in a layout") -> float:
-    """By what to multiply numbers of a quantity ("gyr", "acc", "mag", "angle", "time") to have them in SI.
+    """Factor to SI of numbers of a quantity ("gyr", "acc", "mag", "angle", "time") in a unit.
 
-    Case and blanks do not matter. Raises InputError, with that remedy, for a unit that is not known.
+    Case and blanks do not matter. Raises InputError, with the remedy, for a unit that is not known.
     """
     names = _NAMES[quantity]
     folded = "".join(unit.split()).lower()

@@ -1,4 +1,4 @@
-"""Axes of sensors held against those of the hand segments that they are named after.
+"""Axes of sensors compared with those of the hand segments that they are named after.
 
 Nothing but a layout or a calibration says how a sensor is turned against its segment; without either its axes
 count as the segment's. On both sides of a hinge the parts of the rates across its axis are equally large
@@ -22,23 +22,24 @@ from fesloop.streams.recording import MotionRecording
 
 Array = NDArray[np.float64]
 _STEP_S = 0.025
-"""Over which rates are averaged (chosen: a finger turns little in it)."""
+"""Step over which rates are averaged (chosen: a finger turns little in it)."""
 _MOST_STEPS = 4000
 _LEAST_STEPS = 200
 _BLOCKS = 10
 _DIRECTIONS = 400
-"""Of half a sphere, 7 deg apart."""
+"""Directions of half a sphere, 7 deg apart."""
 _NEAR = np.cos(np.radians(30.0))
-"""Within which a sensor's axis is taken for its segment's (chosen: three times what mounting by eye is off,
-doi 10.3390/s19010208, section 4)."""
+"""Cosine of the angle within which a sensor's axis is taken for its segment's (chosen: three times the error of
+mounting by eye, doi 10.3390/s19010208, section 4)."""
 _SD_RAD_S, _SD_SHARE = 0.05, 0.15
-"""Of the difference of two rates: noise and bias, and a share of both for tissue and delay (chosen)."""
+"""Standard deviation of the difference of two rates: noise and bias, and a share of both for tissue and delay
+(chosen)."""
 _WRONG = 0.4
 """Mean squared residual, in variances, above which axes do not explain the rates (chosen)."""
 _BETTER = 4.0
-"""By which factor the residual of other axes must be less (chosen)."""
+"""Factor by which the residual of other axes must be less (chosen)."""
 _SHARE = 0.8
-"""Of the blocks that tell: so many must speak for the other axes (chosen)."""
+"""Share of the informative blocks that must speak for the other axes (chosen)."""
 _MOST_NAMED = 4
 
 
@@ -84,21 +85,21 @@ def hinge_seen(parent: Array, child: Array, axis: Array) -> HingeSeen:
     among = total[np.ix_(near, near)]
     own = near[list(np.unravel_index(int(np.argmin(among)), among.shape))]
     named, other = cost[:, own[0], own[1]], cost[:, best[0], best[1]]
-    tells = named + other > _WRONG * len(parent) / _BLOCKS
+    informative = named + other > _WRONG * len(parent) / _BLOCKS
     wrong = bool(named.sum() > _WRONG * len(parent) and named.sum() > _BETTER * other.sum()
-                 and np.mean(named[tells] > other[tells]) >= _SHARE)
+                 and np.mean(named[informative] > other[informative]) >= _SHARE)
     return HingeSeen(wrong, directions[best[0]], directions[best[1]])
 
 
 def mounting_text(recording: MotionRecording, first: int = 0, stop: int | None = None) -> str:
     """Hinges of the hand whose sensors have other axes than their segments, and what to do; empty for none.
 
-    Of sensors that are not named after segments of the hand nothing is known, and nothing is said.
+    Empty, too, where a sensor is not named after a segment of the hand.
     """
     if not set(recording.sensors) <= set(hand_tree(HandSize()).names):
         return ""
     gyr = _steps(recording, first, stop)
-    told, names = [], []
+    hinges, names = [], []
     for parent, child, axis in _hinges(recording.sensors):
         rates = gyr[:, [parent, child]]
         rates = rates[np.isfinite(rates).all(axis=(1, 2))]
@@ -109,15 +110,15 @@ def mounting_text(recording: MotionRecording, first: int = 0, stop: int | None =
         if seen.wrong:
             pair = recording.sensors[parent], recording.sensors[child]
             names += [name for name in pair if name not in names]
-            told.append(f"{pair[0]}-{pair[1]} turns about {_named(seen.parent)} of {pair[0]} and "
-                        f"{_named(seen.child)} of {pair[1]}")
-    if not told:
+            hinges.append(f"{pair[0]}-{pair[1]} turns about {_named(seen.parent)} of {pair[0]} and "
+                          f"{_named(seen.child)} of {pair[1]}")
+    if not hinges:
         return ""
-    more = f" and {len(told) - _MOST_NAMED} joints more" if len(told) > _MOST_NAMED else ""
+    more = f" and {len(hinges) - _MOST_NAMED} joints more" if len(hinges) > _MOST_NAMED else ""
     which = ", ".join(names[:_MOST_NAMED]) + (" and others" if len(names) > _MOST_NAMED else "")
     return (f"axes of sensors are not those of their segments, which flex about z: "
-            f"{', '.join(told[:_MOST_NAMED])}{more}: state which axes of {which} are the segment's x, y and z"
-            " (`sensors.NAME.axes` in the layout), or calibrate (block `segment_calibration`)")
+            f"{', '.join(hinges[:_MOST_NAMED])}{more}: state which axes of {which} are the segment's x, y and "
+            "z (`sensors.NAME.axes` in the layout), or calibrate (block `segment_calibration`)")
 
 
 def _hinges(sensors: tuple[str, ...]) -> list[tuple[int, int, Array]]:

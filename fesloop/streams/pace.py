@@ -1,7 +1,7 @@
 """The pace of stamped samples: their period, where samples are missing, and whether the rate is constant.
 
-A sample that is stamped late, and caught up with by those after it, is jitter; where the stamps never catch
-up, samples are missing. Both look alike at the sample itself, so the earliest arrivals of a stretch before
+A sample that is stamped late, and after which the stamps catch up, is jitter; where they never catch up,
+samples are missing. Both look alike at the sample itself, so the earliest arrivals of a stretch before
 and after it are compared.
 """
 
@@ -29,18 +29,20 @@ _AROUND, _MOST_AROUND = 8, 4096
 """Samples before and after a delay in which the earliest is looked for, besides those that catch up."""
 _USUAL_STEP = 0.7, 1.05
 _STATED_STEP = 0.45, 1.05
-"""Of the mean of a few steps, what a single step, or a stated period, is where few samples are missing."""
+"""Bounds of a usual step, and of a stated period, relative to the mean of a few steps, where few samples are
+missing."""
 _IN_PACKET = 0.1
-"""Of a stated period, below which a step is one within a packet, whose samples share the instant at which it
-arrived (chosen: no sensor is ten times as fast as it says)."""
+"""Share of a stated period below which a step is one within a packet, whose samples share the instant of its
+arrival (chosen: no sensor is ten times as fast as it says)."""
 _PACKETS = 16
-"""Over how many packets a rate is taken."""
+"""Packets over which a rate is computed."""
 _FASTEST_HZ = 5000.0
 """Inertial sensors are slower (chosen: the fastest of them give 1 to 4 kHz)."""
 _LAG, _BLOCK = 16, 64
-"""Samples over which a rate is taken, and how many of such rates one median is of (chosen)."""
+"""Samples over which a rate is computed, and number of such rates in one median (chosen)."""
 _STEADY = 0.02
-"""By how much the rate of a stretch may differ from that of all (chosen: sensors' clocks are within 1 %)."""
+"""Relative difference allowed between the rate of a stretch and that of all (chosen: sensors' clocks are
+within 1 %)."""
 _REFINEMENTS = 5
 _LEVEL_AROUND, _LEVEL_LEAST = 512, 64
 """Samples before and after a step back whose levels are compared, at most and at least: a sender that stamps
@@ -142,7 +144,7 @@ def packets(times_s: Array) -> float:
 
 
 def _breaks(times_s: Array, period: float, together: int) -> tuple[Numbers, float]:
-    """Where stamps fall behind samples of a period for good, and the jitter.
+    """Samples at which stamps fall behind a period for good, and the jitter, s.
 
     `together`: samples of a packet, whose steps show no jitter, but those from one packet to the next do.
     """
@@ -163,10 +165,10 @@ def _breaks(times_s: Array, period: float, together: int) -> tuple[Numbers, floa
 
 
 def set_back(times_s: Array) -> tuple[int, float] | None:
-    """Where stamps (n,), s, step back for good: the first sample after it, and by how much, s; else None.
+    """Sample at which stamps (n,), s, step back for good, and the size of the step, s; None for no step.
 
-    It is no jitter, and none of samples that change places: those that follow are earlier than those before
-    let expect, by half a period or more and by more than the stamps scatter.
+    A step is neither jitter nor an exchange of samples: later stamps are earlier than those before predict,
+    by half a period or more and by more than the stamps scatter.
     """
     steps = np.diff(times_s)
     lag = min(_LEVEL_AROUND, times_s.size // 4)
@@ -192,7 +194,7 @@ def set_back(times_s: Array) -> tuple[int, float] | None:
 
 def level_change(along: Array, values: Array, at: int, around: int, slope: float | None = None,
                  steepest: float = np.inf) -> float:
-    """By how much values from a place on lie off the line of those before, 0 where that is within scatter.
+    """Distance of values from a place on to the line of those before, 0 where it is within scatter.
 
     Levels and slopes are medians of up to `around` values on each side, of two or more: a few that are far
     off do not change them.
@@ -231,7 +233,7 @@ def _stretches(size: int, breaks: Numbers) -> tuple[Numbers, Array]:
 
 
 def _robust_slope(times_s: Array, breaks: Numbers, period: float, together: int) -> float:
-    """The period that most pairs of samples half the recording apart agree on, with gaps taken out."""
+    """Median period of pairs of samples half the recording apart, without gaps."""
     closed = np.diff(times_s)
     closed[breaks - 1] = period * together
     even = np.concatenate([[0.0], np.cumsum(closed)])
@@ -240,7 +242,7 @@ def _robust_slope(times_s: Array, breaks: Numbers, period: float, together: int)
 
 
 def _on_time(times_s: Array, breaks: Numbers, period: float, jitter: float) -> NDArray[np.bool_]:
-    """Samples that are not held up, (n,): jitter alone parts them from the others of their stretch."""
+    """Samples that are not delayed, (n,): they differ by jitter alone from the others of their stretch."""
     first, number = _stretches(times_s.size, breaks)
     late = times_s - period * number
     usual = np.repeat([np.median(part) for part in np.split(late, breaks)],
@@ -260,7 +262,7 @@ def _means(values: Array, first: Numbers, of: NDArray[np.bool_]) -> Array:
 def on_lines(times_s: Array, pace: Pace) -> Array:
     """Stamps without jitter: each stretch between gaps is a line of the common period, by least squares.
 
-    Samples that were held up do not bend it.
+    Delayed samples do not bend it.
     """
     first, number = _stretches(times_s.size, pace.breaks)
     on_time = _on_time(times_s, pace.breaks, pace.period_s, pace.jitter_s)
@@ -269,14 +271,14 @@ def on_lines(times_s: Array, pace: Pace) -> Array:
 
 
 def gaps_of(times_s: Array, pace: Pace) -> list[Gap]:
-    """Where samples are missing, and how many."""
+    """Gaps between samples, with the number of missing ones."""
     return [Gap(float(times_s[k - 1]), float(times_s[k]),
                 max(1, round(float(times_s[k] - times_s[k - 1]) / pace.period_s) - 1))
             for k in pace.breaks.tolist()]
 
 
 def rate_change(times_s: Array, pace: Pace) -> tuple[float, float, float] | None:
-    """When a rate is another than at first, s, the rate before and the rate then, Hz; None for one rate."""
+    """Instant at which the rate changes, s, and the rates before and after, Hz; None for one rate."""
     first, _ = _stretches(times_s.size, pace.breaks)
     lag = _LAG * max(1, round(packets(times_s)))
     rates = []
@@ -321,8 +323,8 @@ class Timeline:
 def timeline(stamps_ns: Numbers, where: str) -> Timeline:
     """The timeline of samples (n,), ns.
 
-    Raises InputError for a rate that changes, as whoever integrates samples counts on one period, and where
-    more samples are missing than can be played.
+    Raises InputError for a rate that changes, since filters integrate samples over one period, and where more
+    samples are missing than can be played.
     """
     times_s = stamps_ns / NS_PER_S
     pace = pace_of(times_s)

@@ -1,4 +1,4 @@
-"""What a recording of inertial sensors is, whatever file it came from."""
+"""Recordings of inertial sensors, of whatever file."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class MotionRecording:
     gyr, acc: (n_samples, n_sensors, 3), rad/s and m/s^2 in the sensor's frame; acc is +g upwards at rest;
         NaN where a sensor's sample was lost.
     mag: (n_samples, n_sensors, 3), T, NaN where lost; or None.
-    reference: what to hold a tracker against, or None.
+    reference: orientations to compare a tracker with, or None.
     pairs: (parent, child) numbers of sensors on neighbouring segments.
     source: name of the file that was imported; empty where this is the file itself.
     source_units: units in which that file gives "gyr", "acc" and "mag", as it names them; empty where it
@@ -105,7 +105,7 @@ class MotionRecording:
     origin_s: float | None = None
 
     def fingerprint(self) -> str:
-        """SHA-256 of all that blocks and scores are given, as hexadecimal text; not of path and source."""
+        """SHA-256 of all that blocks and scores use, as hexadecimal text; not of path and source."""
         named: list[Any] = [self.sensors, self.pairs, None if self.rate is None else str(self.rate)]
         arrays: list[NDArray[Any] | None] = [self.stamps_ns, self.gyr, self.acc, self.mag]
         if self.reference is not None:

@@ -1,4 +1,4 @@
-"""Exact rates and integer stamps from what files say of time."""
+"""Exact rates and integer stamps from rates and times in files."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _SIMPLE = 1000
 _ROUNDING_S = 1e-6
 """Stamps that differ by no more from evenly spaced ones are evenly spaced, and rounded."""
 _STATED_AGREES = 0.05
-"""By how much a stated rate may differ from that of the stamps (chosen: sensors' clocks are within 1 %; what
-is of another unit or another table is further off)."""
+"""Relative difference allowed between a stated rate and that of the stamps (chosen: sensors' clocks are
+within 1 %; a rate in another unit or of another table is further off)."""
 
 _FEW = 10.0
-"""Standard deviations of a stamp's jitter by which first and last of a few samples may be off (chosen)."""
+"""Standard deviations of a stamp's jitter by which first and last of a few samples may be wrong (chosen)."""
 
 
 def exact_rate(hertz: float, where: str, uncertainty: float = 1e-9) -> Fraction:
@@ -85,8 +85,8 @@ def stamps_of_times(times: Array, unit_s: float, place: str) -> tuple[NDArray[np
 def require_stated_rate(stated_hz: float, times_s: Array, where: str) -> None:
     """Raise InputError where stamps (n,), s, are at another rate than a file states; 0 states none.
 
-    It may be that of the whole, which bursts leave as it is, or that of a step, which gaps do. Stamps that do
-    not increase are left to `stamps_of_times`.
+    The stated rate may be that of the whole, which bursts do not change, or that of a step, which gaps do not
+    change. Stamps that do not increase are left to `stamps_of_times`.
     """
     steps = np.diff(times_s)
     if stated_hz <= 0.0 or not steps.size or not (steps > 0.0).all():

@@ -19,7 +19,7 @@ from fesloop.loop.block import Tick
 from fesloop.streams.blocks.replay import Replay
 from fesloop.streams.doubts import missing_text
 from fesloop.streams.files import open_recording
-from fesloop.streams.live.played import inertial
+from fesloop.streams.live.sender import inertial
 from fesloop.streams.motion_file import write_motion_file
 from fesloop.streams.pace import Gap
 

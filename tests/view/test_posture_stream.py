@@ -64,7 +64,7 @@ def test_it_says_how_old_the_newest_sample_is(outlet):
 
 @pytest.mark.slow
 def test_a_stream_that_is_not_there_is_refused(monkeypatch):
-    monkeypatch.setattr("fesloop.streams.live.source.Wanted.search", lambda *_: [])
+    monkeypatch.setattr("fesloop.streams.live.source.StreamQuery.search", lambda *_: [])
     with pytest.raises(InputError, match="does not answer"):
         PostureStream("of nobody")
 

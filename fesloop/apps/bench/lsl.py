@@ -89,8 +89,7 @@ def measure(seconds: float, pacing: Pacing, progress: Callable[[float], None]) -
 def _send(stream: str, ending: Event) -> None:
     """Play a hand that moves, again and again."""
     from fesloop.experiment.moving_hand import moving_hand
-    from fesloop.streams.live.played import inertial
-    from fesloop.streams.live.sender import StreamSender
+    from fesloop.streams.live.sender import StreamSender, inertial
 
     sender = StreamSender(played=inertial(moving_hand()), stream=stream, repeat=True)
     sender.send(going_on=lambda: not ending.is_set())

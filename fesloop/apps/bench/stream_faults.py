@@ -30,8 +30,7 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.running.trial import run as run_experiment
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.streams.live.library import open_library
-from fesloop.streams.live.played import Played, posture
-from fesloop.streams.live.sender import SenderFault
+from fesloop.streams.live.sender import Played, SenderFault, posture
 
 
 class Given(NamedTuple):
@@ -161,8 +160,7 @@ def _session(faults: Sequence[SenderFault]) -> list[Outcome | None]:
 def _send(stream: str, faults: list[SenderFault], begun: SimpleQueue[int], of_posture: bool) -> None:
     """Play sensors of a hand that moves, or a posture, with faults."""
     from fesloop.experiment.moving_hand import moving_hand
-    from fesloop.streams.live.played import inertial
-    from fesloop.streams.live.sender import StreamSender
+    from fesloop.streams.live.sender import StreamSender, inertial
 
     played = _posture() if of_posture else inertial(moving_hand())
     StreamSender(played=played, stream=stream, repeat=True, faults=faults).send(begins=begun.put)

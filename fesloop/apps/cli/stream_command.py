@@ -14,8 +14,7 @@ from fesloop.errors import InputError
 from fesloop.streams.doubts import all_doubts
 from fesloop.streams.files import open_recording
 from fesloop.streams.live.library import open_library
-from fesloop.streams.live.played import inertial
-from fesloop.streams.live.sender import SenderFault, StreamSender
+from fesloop.streams.live.sender import SenderFault, StreamSender, inertial
 
 HAND = "hand"
 

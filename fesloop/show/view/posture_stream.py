@@ -23,8 +23,8 @@ from fesloop.show.view.shown import Play, Shown, Span, Start
 from fesloop.show.view.stream_layout import layout_of
 from fesloop.streams.live.description import channels_of
 from fesloop.streams.live.library import Network
+from fesloop.streams.live.query import StreamQuery, find
 from fesloop.streams.live.source import LslSource, Pulled, StreamLost
-from fesloop.streams.live.wanted import Wanted, find
 
 Array = NDArray[np.float64]
 _WAIT_S = 0.2
@@ -43,12 +43,12 @@ class PostureStream:
 
     def __init__(self, name: str, side: Literal["left", "right"] = "right",
                  network: Network = "loopback") -> None:
-        wanted = Wanted(name=name, network=network)
-        self._source = LslSource(wanted, find(wanted))
+        query = StreamQuery(name=name, network=network)
+        self._source = LslSource(query, find(query))
         size = HandSize(side=side)
         try:
             info = self._source.info
-            self._layout = layout_of(channels_of(info), info.channel_count(), size, str(wanted))
+            self._layout = layout_of(channels_of(info), info.channel_count(), size, str(query))
         except BaseException:
             self._source.close()
             raise

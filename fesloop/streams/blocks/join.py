@@ -21,16 +21,16 @@ class Join:
     """Puts the rows of several inputs under each other.
 
     Inputs `first`, `second`, ... (k_i, columns), output `joined` (sum of k_i, columns), all in `unit`; with
-    `columns` 0 they are vectors (k_i,). Each input holds its newest message, so what comes late lies beside
-    what is fresh; the output carries the oldest and the newest capture of all. Rows of an input that nothing
+    `columns` 0 they are vectors (k_i,). Each input holds its newest message, so that late rows lie beside
+    fresh ones; the output carries the oldest and the newest capture of all. Rows of an input that nothing
     has reached yet are NaN, and the status "waiting" names it.
 
     Attributes
     ----------
     unit: of all ports.
-    sources: how many inputs, 2 to 5.
+    sources: number of inputs, 2 to 5.
     columns: of each input, as of vectors in space; 0: the inputs are vectors.
-    rows: k_i of each input; empty takes them from what is wired in.
+    rows: k_i of each input; empty takes them from the wires.
 
     The output states the sensors of all inputs, and their pairs, where every input states its own. Sensors of
     one name in two inputs are called "first.NAME" and "second.NAME". Where all are segments of the hand, they
@@ -69,7 +69,7 @@ class Join:
         return (self.columns,) if self.columns else ()
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Join:
-        """For the rows that are wired in; raises InputError for what has no rows of `columns` numbers."""
+        """The block for the wired rows; raises InputError for a signal without rows of `columns` numbers."""
         names = _NAMES[:self.sources]
         for name in names:
             if not shapes[name] or shapes[name][1:] != self._width:
@@ -79,19 +79,19 @@ class Join:
         return replace(self, rows=tuple(shapes[name][0] for name in names))
 
     def with_sensors(self, sources: Mapping[str, Sensors]) -> Join:
-        """The same, which states the sensors of all its inputs."""
-        told = replace(self)
+        """The block with the sensors of all its inputs."""
+        joined = replace(self)
         if len(sources) == self.sources:
-            object.__setattr__(told, "_stated", _together({name: sources[name] for name in
-                                                           _NAMES[:self.sources]}))
-        return told
+            object.__setattr__(joined, "_stated", _together({name: sources[name] for name in
+                                                             _NAMES[:self.sources]}))
+        return joined
 
     def init(self, context: Context) -> StatusLatch:
-        """The statuses that hold."""
+        """Statuses that hold: none."""
         return StatusLatch()
 
     def step(self, state: StatusLatch, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The rows of now."""
+        """The newest rows."""
         joined = np.empty((sum(self.rows), *self._width))
         first, absent = 0, []
         for name, count, sample in zip(_NAMES, self.rows, inputs, strict=False):

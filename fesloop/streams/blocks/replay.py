@@ -25,25 +25,24 @@ class Replay:
 
     Outputs `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and, where the recording has it, `mag` (n, 3) T, one
     sample a tick of the block's own clock, which stops after the last sample. NaN is a sample that the
-    recording lost; it is that sensor's alone. In a gap of the recording's stamps the clock ticks on at the
+    recording lost, of that sensor alone. In a gap of the recording's stamps the clock ticks on at the
     pace of the samples (`fesloop.streams.pace`), and all outputs are NaN.
 
-    Status: with the first sample `channels_left_out`, of a file that has channels which are not understood,
+    Status: with the first sample `channels_left_out`, of a file with channels that are not understood,
     `recording_incomplete`, which says how much the recording lacks, `rates_disagree`, which names sensors
-    whose gyroscope and accelerometer do not tell the same turn, `mounting_disagrees`, which names those whose
+    whose gyroscope and accelerometer do not show the same turn, `mounting_disagrees`, which names those whose
     axes are not those of their segments, `range_too_small`, where samples are clipped, `repeated_samples`,
     which names sensors that repeat a sample for long; `gap` at the start of each gap.
 
     Attributes
     ----------
     recording: path of the file (see `fesloop.streams.files.open_recording`).
-    sensor_set: which set of sensors, where the file holds several; None takes the first.
+    sensor_set: set of sensors, where the file holds several; None takes the first.
     layout: path of a layout file, for a recording that says too little of itself.
-    start_s: what of the recording to leave out; the first sample at or after it plays at t = 0.
-    duration_s: how much to play; None plays to the end.
+    start_s: beginning of the recording to leave out; the first sample at or after it plays at t = 0.
+    duration_s: length to play; None plays to the end.
     fingerprint: SHA-256 of the whole recording as it was read (samples, stamps, sensors, pairs, reference);
-        left out: it is filled in. Where it is given, as in the recording of a run, the file must still say
-        the same.
+        left out: it is filled in. Where it is given, as in the recording of a run, the file must have it.
     clock: instants of the samples, those that gaps lack among them (not a parameter).
     start_ns: stamp, in the recording, of the sample that plays at t = 0 (not a parameter).
     source: the recording itself (not a parameter).
@@ -112,10 +111,10 @@ class Replay:
             *ports, Port("mag", shape, "T", gaps=True, sensors=sensors))
 
     def cautions(self, context: Context) -> tuple[tuple[str, str], ...]:
-        """What the samples show to be wrong with the recording, and what it lacks."""
-        return self._told()
+        """Faults that the samples show, and what the recording lacks."""
+        return self._reports()
 
-    def _told(self) -> tuple[tuple[str, str], ...]:
+    def _reports(self) -> tuple[tuple[str, str], ...]:
         return (*self._doubts, *((("recording_incomplete", self._missing),) if self._missing else ()))
 
     def init(self, context: Context) -> None:
@@ -125,7 +124,7 @@ class Replay:
         """The sample of this tick, read-only."""
         source = self.source
         if tick.index == 0:
-            tick.reports.extend(self._told())
+            tick.reports.extend(self._reports())
         if tick.index in self._gaps:
             tick.report("gap", str(self._gaps[tick.index]))
         at = int(self._rows[tick.index])
@@ -137,7 +136,7 @@ class Replay:
 
 
 def replay_of(table: Mapping[str, Any]) -> Replay:
-    """The replay that a recorded experiment tells of in a block's table, which also says where it stands.
+    """The replay in a block's table of a recorded experiment, whatever other keys it has.
 
     Raises InputError for a recording that is not there any more, or has changed.
     """

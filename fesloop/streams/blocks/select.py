@@ -21,9 +21,9 @@ class Select(BlockToControl):
 
     Attributes
     ----------
-    indices: of the elements, from 0, in the order in which they are wanted.
+    indices: of the elements, from 0, in the order of the output.
     unit: of both ports.
-    size: of the vector; 0 takes it from what is wired in.
+    size: of the vector; 0 takes it from the wire.
     """
 
     indices: tuple[int, ...]
@@ -51,20 +51,20 @@ class Select(BlockToControl):
         return (Port("elements", (len(self.indices),), self.unit),)
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> Select:
-        """For the size that is wired in; raises InputError where an index is beyond it or it is no vector."""
+        """The block for the wired size; raises InputError where an index is beyond it or it is no vector."""
         shape = shapes["vector"]
         if len(shape) != 1:
             raise InputError("vector", f"a signal of shape {shape} is wired in", "a vector: shape (size,)")
         return replace(self, size=shape[0])
 
     def linear_form(self, context: Context) -> SampledForm:
-        """The elements."""
+        """Selection matrix."""
         return memoryless(("vector",), "elements", np.eye(self.size)[list(self.indices)])
 
     def init(self, context: Context) -> None:
         """No state."""
 
     def step(self, state: None, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """The elements of now; nothing before the first vector."""
+        """The elements of the newest vector; no output before the first."""
         vector = inputs[0]
         return (np.asarray(vector.value)[list(self.indices)],) if vector.present else ()

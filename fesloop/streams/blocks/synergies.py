@@ -35,7 +35,7 @@ READY: dict[str, dict[str, float]] = {
     "thumb_flexion": _mean("F1_mcp_flexion", "F1_ip_flexion"),
     "thumb_abduction": {"F1_cmc_abduction": 1.0},
 }
-"""Rows by name, weights on the hand's freedoms (chosen: what a therapist speaks of; long flexors and
+"""Rows by name, weights on the hand's freedoms (chosen: the terms of therapists; long flexors and
 extensors move MCP and PIP of a finger together, and DIP follows PIP)."""
 
 
@@ -49,7 +49,7 @@ class Synergies(BlockToControl):
     Attributes
     ----------
     rows: names of the sums: those of `weights`, a freedom's for that angle itself, or those of `READY`.
-    weights: sums of one's own: by name, weights on named freedoms; they win over others.
+    weights: further sums: by name, weights on named freedoms; they replace others of the same name.
     offset_deg: c of some rows.
     freedoms: names of the angles; empty: all 23 of the hand.
     """
@@ -123,7 +123,7 @@ class Synergies(BlockToControl):
 
     def step(self, state: tuple[Array, Array], inputs: Sequence[Sample],
              tick: Tick) -> tuple[Value, ...]:
-        """The sums of now; nothing before the first angles."""
+        """The sums of the newest angles; no output before the first."""
         if not inputs[0].present:
             return ()
         weights, offset = state

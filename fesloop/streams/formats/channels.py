@@ -25,7 +25,7 @@ _GIVE_OR_LEAVE = "give it, or leave the sensor or the magnetometers out in a lay
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """What a channel measures.
+    """Quantity that a channel measures.
 
     Attributes
     ----------
@@ -158,19 +158,18 @@ def time_base(parts: Sequence[Part], where: str, remedy: str = "") -> tuple[Stam
     """Stamps from the first sample on, ns, and exact rate, which all parts share.
 
     Raises InputError for parts of different instants, as of devices that sample by themselves: nothing is
-    resampled unasked. `remedy` is what to do then, where it is not the import that chooses; "HZ" in it stands
-    for a rate that fits.
+    resampled without a rate. `remedy` replaces that of the import; "HZ" in it becomes a rate that fits.
     """
     first = parts[0]
     for part in parts[1:]:
         if part.times_s.size == first.times_s.size and np.abs(part.times_s - first.times_s).max() <= _SAME_S:
             continue
-        told = ", ".join(f"{each.name} ({each.times_s.size} samples{_rate(each)})" for each in parts)
+        rates = ", ".join(f"{each.name} ({each.times_s.size} samples{_rate(each)})" for each in parts)
         apart = "" if part.times_s.size != first.times_s.size else (
             f", by up to {1e3 * float(np.abs(part.times_s - first.times_s).max()):.3g} ms")
         choices = ", ".join(repr(each.key) for each in parts)
         raise InputError(f"{where}: {part.name}",
-                         f"has other instants than {first.name}{apart}; there are {told}",
+                         f"has other instants than {first.name}{apart}; there are {rates}",
                          "the same instants: nothing is resampled unasked",
                          (remedy or "import them at common instants with `--resample HZ`, or play each by "
                           f"itself, with sensor_set one of {choices}").replace(

@@ -1,4 +1,4 @@
-"""The layout language: a TOML file that says where in a table or .mat file which samples stand.
+"""Layouts: TOML files that state which columns of a table or .mat file hold which samples.
 
     rate = 100                      # Hz, exact: "2000/7"; or time = "t" with units.time
     every = {acc = 2, mag = 10}     # rows from one sample to the next, of kinds that are not in every row
@@ -66,7 +66,7 @@ Place = str | int | tuple[str | int, ...] | Columns
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensorLayout:
-    """Where the samples of one sensor stand.
+    """Columns of one sensor's samples.
 
     Attributes
     ----------
@@ -123,7 +123,7 @@ class EveryLayout:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReferenceLayout:
-    """What the orientations of the file are.
+    """Meaning of the orientations in the file.
 
     Attributes
     ----------
@@ -147,11 +147,11 @@ class ReferenceLayout:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Layout:
-    """Where everything stands in a file.
+    """Columns, units and times of a file.
 
     Attributes
     ----------
-    sensors: by name, in the order in which they are wanted.
+    sensors: by name, in the order of the recording.
     rate: of the samples, Hz; or `time`: their instants, in `units.time`, any first one.
     every: of kinds of samples that are not in every row.
     units, text, reference: see there.
@@ -178,10 +178,11 @@ class Layout:
         if self.reference.rate is not None and self.reference.time is not None:
             raise InputError("reference.rate", "both rate and time are given", "one of the two, or none")
         if self.resample is not None:
-            held = [f"sensors.{name}.orientation" for name, each in self.sensors.items() if each.orientation]
-            held += ["every"] * (self.every != EveryLayout())
-            if held:
-                raise InputError("resample", f"{self.resample} beside {held[0]}", "one of the two")
+            stated = [f"sensors.{name}.orientation" for name, each in self.sensors.items()
+                      if each.orientation]
+            stated += ["every"] * (self.every != EveryLayout())
+            if stated:
+                raise InputError("resample", f"{self.resample} and {stated[0]} are given", "one of the two")
         for pair in self.pairs:
             for name in pair:
                 if name not in self.sensors:

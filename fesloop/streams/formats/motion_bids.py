@@ -53,7 +53,7 @@ class BidsChannel:
     why: str = ""
 
     def require_good(self, where: str) -> None:
-        """Raise InputError for a channel that whoever published the recording marked as bad."""
+        """Raise InputError for a channel whose status in the recording is "bad"."""
         if self.bad:
             because = f" ({self.why})" if self.why not in ("", *_MISSING) else ""
             raise InputError(f"{where}: channel {self.name}", f"has the status bad{because}", "good, or n/a",
@@ -63,7 +63,7 @@ class BidsChannel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackingSystem:
-    """What one tracking system recorded.
+    """Samples of one tracking system.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ def entities(path: Path) -> dict[str, str]:
 
 
 def read_system(path: Path) -> TrackingSystem:
-    """A tracking system's recording, from its *_motion.tsv and what stands beside it.
+    """A tracking system's recording, from its *_motion.tsv and the files that describe it.
 
     Raises InputError, naming file and key or line, for what is missing or does not fit.
     """
@@ -105,7 +105,7 @@ def read_system(path: Path) -> TrackingSystem:
 
 
 def _pairs(path: Path) -> tuple[tuple[str, str], ...]:
-    """What the description states under `PAIRS`."""
+    """Pairs of tracked points in the description, under `PAIRS`."""
     description = _find_beside(path, "motion.json")
     stated = _read_description(description).get(PAIRS, []) if description is not None else []
     if not (isinstance(stated, list) and all(
@@ -119,8 +119,9 @@ def _beside(path: Path, suffix: str) -> Path:
     """The file that describes another; raises InputError where there is none."""
     found = _find_beside(path, suffix)
     if found is None:
-        wanted = path.with_name(path.name.removesuffix(ENDING) + f"_{suffix}")
-        raise InputError(str(wanted), f"is missing, {path.name} needs it", "a complete Motion-BIDS recording")
+        missing = path.with_name(path.name.removesuffix(ENDING) + f"_{suffix}")
+        raise InputError(str(missing), f"is missing, {path.name} needs it",
+                         "a complete Motion-BIDS recording")
     return found
 
 
@@ -146,29 +147,29 @@ def _read_channels(path: Path) -> tuple[BidsChannel, ...]:
         if len(row) != len(names):
             raise InputError(f"{path}: line {line}", f"has {len(row)} columns, the first has {len(names)}",
                              "rows of equal length")
-        told = dict(zip(names, (cell.strip() for cell in row), strict=True))
+        cells = dict(zip(names, (cell.strip() for cell in row), strict=True))
         channels.append(BidsChannel(
-            name=told["name"], component=told["component"], type=told["type"],
-            tracked_point=told["tracked_point"], units=told["units"],
-            sampling_frequency=_hertz(told, f"{path}: line {line}"),
-            bad=_is_bad(told, f"{path}: line {line}"),
-            why=told.get("status_description", _MISSING[0])))
+            name=cells["name"], component=cells["component"], type=cells["type"],
+            tracked_point=cells["tracked_point"], units=cells["units"],
+            sampling_frequency=_hertz(cells, f"{path}: line {line}"),
+            bad=_is_bad(cells, f"{path}: line {line}"),
+            why=cells.get("status_description", _MISSING[0])))
     if not channels:
         raise InputError(str(path), "names no channel", "one or more")
     return tuple(channels)
 
 
-def _is_bad(told: Mapping[str, str], where: str) -> bool:
+def _is_bad(cells: Mapping[str, str], where: str) -> bool:
     """Whether a row's optional column `status` marks its channel."""
-    status = told.get("status", _MISSING[0])
+    status = cells.get("status", _MISSING[0])
     if status not in ("good", "bad", *_MISSING):
         raise InputError(f"{where}: status", f"{status[:40]!r} is no status", "good, bad or n/a")
     return status == "bad"
 
 
-def _hertz(told: Mapping[str, str], where: str) -> float:
-    """What a row says of its channel's rate, in a column that BIDS leaves open; 0 for nothing."""
-    text = told.get("sampling_frequency", _MISSING[0])
+def _hertz(cells: Mapping[str, str], where: str) -> float:
+    """A channel's rate, Hz, from a column that BIDS leaves open; 0 for none."""
+    text = cells.get("sampling_frequency", _MISSING[0])
     try:
         hertz = 0.0 if text in _MISSING else float(text)
     except ValueError:
@@ -200,11 +201,11 @@ def _instants(path: Path, channels: tuple[BidsChannel, ...], values: Array) -> A
 
 
 def _sampling_frequency(description: Path) -> tuple[str, float | None]:
-    """Under which key a description states a rate, and the rate, Hz; None where it states none."""
-    told = _read_description(description)
-    key = "SamplingFrequencyEffective" if _is_number(told.get("SamplingFrequencyEffective")) else (
+    """Key under which a description states a rate, and the rate, Hz; None where it states none."""
+    stated = _read_description(description)
+    key = "SamplingFrequencyEffective" if _is_number(stated.get("SamplingFrequencyEffective")) else (
         "SamplingFrequency")
-    return key, float(told[key]) if _is_number(told.get(key)) else None
+    return key, float(stated[key]) if _is_number(stated.get(key)) else None
 
 
 def _is_number(value: Any) -> bool:
@@ -213,14 +214,14 @@ def _is_number(value: Any) -> bool:
 
 def _read_description(path: Path) -> dict[str, Any]:
     try:
-        told = json.loads(read_text(path, "a JSON file"))
+        content = json.loads(read_text(path, "a JSON file"))
     except InputError:
         raise
     except (ValueError, RecursionError) as fault:
         raise InputError(str(path), f"is no JSON: {fault}", "a JSON object") from None
-    if not isinstance(told, dict):
+    if not isinstance(content, dict):
         raise InputError(str(path), "is no JSON object", "a JSON object")
-    return told
+    return content
 
 
 FORMAT = "motion_bids"
@@ -299,7 +300,7 @@ def _below(folder: Path) -> Iterator[Path]:
 
 
 def _but_system(file: Path) -> dict[str, str]:
-    """What tells a recording: the parts of its name but for the tracking system."""
+    """Parts of a recording's name except the tracking system."""
     return {key: value for key, value in entities(file).items() if key != "tracksys"}
 
 

@@ -29,7 +29,7 @@ from fesloop.streams.timebase import stamps_of_rate
 Rate = str | int | float
 
 _SLOWEST, _FASTEST = 0.9, 2.0
-"""Of the fastest stream's rate, what the common rate may be (chosen): below, motion of more than half the
+"""Bounds of the common rate, relative to the fastest stream's (chosen): below, motion of more than half the
 common rate is taken for slower motion; above, most values are no one's samples."""
 _FARTHEST = 3.0
 """Periods from one sample to the next beyond which there is no line between them (chosen)."""
@@ -37,7 +37,7 @@ _LEAST = 2
 _MOST_ADDED = 5_000_000
 """Instants without a sample, as in `fesloop.streams.pace`."""
 _ROUNDING = 1e-6
-"""Of a period, by how much an instant may be off a sample and be its own."""
+"""Share of a period within which an instant is a sample's own."""
 
 
 def onto_one_rate(parts: Sequence[Part], rate: Rate, where: str) -> tuple[list[Part], dict[str, float]]:
@@ -122,11 +122,11 @@ class _Lines:
 Flags = NDArray[np.bool_]
 
 _STRETCHES = 20
-"""Stretches without a sample from which on a rate can be told from losses (chosen)."""
+"""Number of stretches without a sample that distinguishes a rate from losses (chosen)."""
 _REGULAR = 0.95
-"""Which share of stretches of one length, or one more, is no chance (chosen)."""
+"""Share of stretches of one length, or one more, that is no chance (chosen)."""
 _ALONE = 0.35
-"""Which share of a sensor's rows one kind may lack while others are there (chosen: of two rates without
+"""Share of a sensor's rows that one kind may lack while others are there (chosen: of two rates without
 common rows, one lacks half or more)."""
 
 

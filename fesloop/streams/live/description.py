@@ -1,4 +1,4 @@
-"""What a live stream says of its channels, and which of them are wanted."""
+"""Descriptions of live streams' channels, and the choice of channels for an output."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Channel(NamedTuple):
 
 
 class Picked(NamedTuple):
-    """Channels of one output, in its shape, and what their numbers are multiplied with to be SI."""
+    """Channels of one output, in its shape, and the factors of their numbers to SI."""
 
     channels: NDArray[np.int64]
     factors: NDArray[np.float64]
@@ -54,12 +54,12 @@ class Declared:
     angle_unit: str = ""
 
     def unit(self, kind: str) -> str:
-        """What is declared for "gyr", "acc", "mag" or "angle"."""
+        """Declared unit of "gyr", "acc", "mag" or "angle"."""
         return str(getattr(self, f"{kind}_unit"))
 
 
 def channels_of(info: Any) -> tuple[Channel, ...]:
-    """What a stream's description (pylsl's StreamInfo, complete) says of its channels, () for nothing."""
+    """Channels in a stream's description (pylsl's StreamInfo, complete), () for none."""
     found = []
     channel = info.desc().child("channels").child("channel")
     while not channel.empty():
@@ -69,7 +69,7 @@ def channels_of(info: Any) -> tuple[Channel, ...]:
     return tuple(found)
 
 
-def pick_inertial(channels: Sequence[Channel], count: int, wanted: Sequence[Kind], sensors: int,
+def pick_inertial(channels: Sequence[Channel], count: int, kinds: Sequence[Kind], sensors: int,
                   names: Sequence[str], declared: Declared, where: str) -> dict[Kind, Picked]:
     """The channels of n sensors, (n, 3) a kind.
 
@@ -77,7 +77,7 @@ def pick_inertial(channels: Sequence[Channel], count: int, wanted: Sequence[Kind
     ----------
     channels: as described; () where the stream describes none.
     count: how many channels the stream has.
-    wanted: kinds that are put out.
+    kinds: to choose channels of.
     sensors: n.
     names: of the sensors, in the order of the outputs; () takes those of the stream in their order.
     declared: where there is no description.
@@ -86,7 +86,7 @@ def pick_inertial(channels: Sequence[Channel], count: int, wanted: Sequence[Kind
     Raises InputError where the stream does not fit.
     """
     if not channels:
-        return _declared_triads(count, wanted, sensors, declared, where)
+        return _declared_triads(count, kinds, sensors, declared, where)
     if len(channels) != count:
         raise InputError(where, f"describes {len(channels)} channels and has {count}", "one each")
     axes, others = _axes(channels)
@@ -98,13 +98,13 @@ def pick_inertial(channels: Sequence[Channel], count: int, wanted: Sequence[Kind
         raise InputError(where, f"has no sensor {absent[0]!r}", ", ".join(found) or "labels such as "
                          "F2p_gyr_x", unread)
     for (sensor, kind, axis), numbers in axes.items():
-        if sensor in chosen and kind in wanted:
+        if sensor in chosen and kind in kinds:
             _require_one(numbers, channels, f"{sensor} {kind} {axis}".strip(), where)
     if len(chosen) != sensors:
         raise InputError(where, f"has {len(chosen)} sensors ({', '.join(found)})", f"sensors = {sensors}",
-                         "; ".join(filter(None, ("name those that are wanted in sensor_names", unread))))
+                         "; ".join(filter(None, ("choose some by sensor_names", unread))))
     picked: dict[Kind, Picked] = {}
-    for kind in wanted:
+    for kind in kinds:
         missing = [f"{sensor} {kind} {axis}" for sensor in chosen for axis in _AXES
                    if Reading(sensor, kind, axis) not in axes]
         if missing:
@@ -151,39 +151,40 @@ def _axes(channels: Sequence[Channel]) -> tuple[dict[Reading, list[int]], list[s
 
 
 def _require_one(numbers: Sequence[int], channels: Sequence[Channel], meant: str, where: str) -> None:
-    """Raise InputError where several channels of a stream are the one that is meant."""
+    """Raise InputError where several channels have the same meaning."""
     if len(numbers) > 1:
-        told = " and ".join(f"{channels[number].label!r} (number {number + 1})" for number in numbers[:2])
-        raise InputError(where, f"has {len(numbers)} channels of {meant}: {told}"
+        first = " and ".join(f"{channels[number].label!r} (number {number + 1})" for number in numbers[:2])
+        raise InputError(where, f"has {len(numbers)} channels of {meant}: {first}"
                          + (" and others" if len(numbers) > 2 else ""), "one",
                          "give each a label of its own at the sender")
 
 
-def _declared_triads(count: int, wanted: Sequence[Kind], sensors: int, declared: Declared,
+def _declared_triads(count: int, kinds: Sequence[Kind], sensors: int, declared: Declared,
                      where: str) -> dict[Kind, Picked]:
-    kinds = declared.kinds
-    if not kinds:
+    if not declared.kinds:
         raise InputError(where, f"does not describe its {count} channels", "labels such as F2p_gyr_x",
                          "declare them: layout = { kinds = ..., gyr_unit = ..., ... }")
-    if count != 3 * len(kinds) * sensors:
-        raise InputError(where, f"has {count} channels", f"{3 * len(kinds) * sensors}: {sensors} sensors of "
-                         + ", ".join(kinds))
-    shape = (sensors, len(kinds), 3) if declared.order == "by_sensor" else (len(kinds), sensors, 3)
+    size = 3 * len(declared.kinds) * sensors
+    if count != size:
+        raise InputError(where, f"has {count} channels", f"{size}: {sensors} sensors of "
+                         + ", ".join(declared.kinds))
+    by_sensor = declared.order == "by_sensor"
+    shape = (sensors, len(declared.kinds), 3) if by_sensor else (len(declared.kinds), sensors, 3)
     numbers = np.arange(count).reshape(shape)
     picked: dict[Kind, Picked] = {}
-    for kind in wanted:
-        if kind not in kinds:
-            raise InputError("layout.kinds", f"{', '.join(kinds)} lack {kind}", ", ".join(wanted))
+    for kind in kinds:
+        if kind not in declared.kinds:
+            raise InputError("layout.kinds", f"{', '.join(declared.kinds)} lack {kind}", ", ".join(kinds))
         unit = factor(kind, declared.unit(kind), f"layout.{kind}_unit")
-        at = kinds.index(kind)
-        triads = numbers[:, at] if declared.order == "by_sensor" else numbers[at]
+        at = declared.kinds.index(kind)
+        triads = numbers[:, at] if by_sensor else numbers[at]
         picked[kind] = Picked(triads, np.full(triads.shape, unit))
     return picked
 
 
 def _factors(channels: Sequence[Channel], numbers: NDArray[np.int64], kind: str, declared: Declared,
              where: str) -> NDArray[np.float64]:
-    """Factors to SI of channels, from the units that they state, else the one that is declared."""
+    """Factors to SI of channels, by the unit that they state, else the declared one."""
     units = [factor(kind, channels[number].unit or declared.unit(kind),
                     f"{where}: channel {channels[number].label!r}") for number in numbers.ravel().tolist()]
     return np.array(units).reshape(numbers.shape)

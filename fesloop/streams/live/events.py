@@ -13,8 +13,8 @@ from fesloop.loop.clock import NS_PER_S
 from fesloop.loop.record import EventRow
 from fesloop.loop.signals import NEVER, Port, Sample, Value
 from fesloop.streams.live.library import Network, open_library
+from fesloop.streams.live.outlet import OutletStandIn
 from fesloop.streams.live.source import monotonic_offset_ns
-from fesloop.streams.live.stand_in import OutletStandIn
 
 
 @dataclass(slots=True, eq=False)
@@ -35,7 +35,7 @@ class EventsState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LslEvents:
-    """Sends what blocks report, such as a safety block's statuses, as a stream of markers.
+    """Sends statuses of blocks, such as those of a safety block, as a stream of markers.
 
     One channel of text: `safety posture_stale: posture older than 100 ms: ramp to zero`, stamped with the
     instant of the loop at which the block reported it. The optional input `mark`, a number such as that of a
@@ -45,9 +45,9 @@ class LslEvents:
     ----------
     stream: name of the stream.
     source_id: by which receivers find it again; empty: "fesloop" and the stream's name.
-    blocks: names of those whose statuses are sent; empty: all.
-    mark_name: what `mark` is of.
-    network: "loopback" to be heard on this machine; "lab" to be found from the local network.
+    blocks: names of the blocks whose statuses are sent; empty: all.
+    mark_name: name of `mark` in the stream.
+    network: "loopback" to be found from this machine; "lab" to be found from the local network.
     """
 
     stream: str
@@ -71,7 +71,7 @@ class LslEvents:
         return ()
 
     def stand_in(self) -> OutletStandIn:
-        """Nothing is sent."""
+        """An outlet that sends nothing."""
         return OutletStandIn(inputs=self.inputs)
 
     def init(self, context: Context) -> EventsState:
@@ -82,15 +82,15 @@ class LslEvents:
         return EventsState(pylsl.StreamOutlet(info, chunk_size=1))
 
     def next_trial(self, state: EventsState, context: Context) -> EventsState:
-        """The same outlet goes on."""
+        """The same outlet, open for all trials."""
         return EventsState(state.outlet)
 
     def attach(self, state: EventsState, present: Present) -> None:
-        """Stamps count from now on."""
+        """Take the instant t = 0 of the trial."""
         state.origin_ns = present.origin_ns - monotonic_offset_ns(open_library(self.network).local_clock)
 
     def heed(self, state: EventsState, events: Sequence[EventRow]) -> None:
-        """Send what blocks have just reported."""
+        """Send the statuses that blocks have just reported."""
         for time_ns, where, status, detail in events:
             if not self.blocks or where in self.blocks:
                 self._send(state, time_ns, f"{where} {status}: {detail}" if detail else f"{where} {status}")
@@ -107,5 +107,5 @@ class LslEvents:
         state.outlet.push_sample([text], (state.origin_ns + time_ns) / NS_PER_S)
 
     def close(self, state: EventsState) -> None:
-        """The stream ends."""
+        """End the stream."""
         state.outlet = None

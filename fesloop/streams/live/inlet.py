@@ -1,4 +1,4 @@
-"""A live stream as a block: what arrives is put out as it arrives."""
+"""A live stream as a block, whose samples leave as they arrive."""
 
 from __future__ import annotations
 
@@ -19,13 +19,12 @@ from fesloop.loop.guard import is_finite
 from fesloop.loop.record import StatusLatch
 from fesloop.loop.signals import NEVER, Port, Sample, Sensors, Value
 from fesloop.streams.checks import plausible_acc, plausible_gyr, plausible_mag
-from fesloop.streams.labels import Kind
+from fesloop.streams.labels import GRAVITY, Kind
 from fesloop.streams.live.description import Declared, Picked, channels_of, pick_angles, pick_inertial
 from fesloop.streams.live.library import Network
+from fesloop.streams.live.query import StreamQuery, announce_absence, find
 from fesloop.streams.live.reader import StreamReader
 from fesloop.streams.live.source import LslSource, Pulled, Source, StreamLost
-from fesloop.streams.live.stand_in import InletStandIn
-from fesloop.streams.live.wanted import Wanted, find, glance
 
 Array = NDArray[np.float64]
 
@@ -39,10 +38,10 @@ class InletState:
     reader: its thread and the samples that wait.
     picked: channels of each output.
     origin_ns: t = 0 of the trial by the monotonic clock; NEVER before the first.
-    heard_ns: loop time of the newest tick, and of t = 0.
+    heard_ns: loop time of the newest tick; 0 before the first.
     captured_ns: loop time of the newest capture put out.
     silent_since_ns: loop time of the last sample before the stream fell silent; NEVER while it is not.
-    before, same: numbers of the newest sample, and how many on end have had them before it.
+    before, same: numbers of the newest sample, and the count of samples in a row that had them before it.
     channels, factors: of all outputs in a row.
     """
 
@@ -72,12 +71,42 @@ class InletState:
         return tuple(parts)
 
 
+_AT_REST = {"gyr": (0.0, 0.0, 0.0), "acc": (0.0, 0.0, GRAVITY), "mag": (0.0, 2e-5, -4e-5)}
+"""Gravity, and a field of mid latitudes, 45 uT (IGRF: 25 to 65 uT)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class InletStandIn:
+    """Replaces an inlet in rehearsals and checks: sensors at rest, or joints at zero, at an exact rate.
+
+    Attributes
+    ----------
+    outputs: ports of the inlet that it replaces.
+    rate: Hz.
+    """
+
+    outputs: tuple[Port, ...]
+    rate: str
+    inputs: tuple[Port, ...] = ()
+    clock: RateClock = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "clock", RateClock.from_rate(self.rate))
+
+    def init(self, context: Context) -> None:
+        """No state."""
+
+    def step(self, state: None, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """The same at every tick."""
+        return tuple(port.initial_value() + np.array(_AT_REST.get(port.name, 0.0)) for port in self.outputs)
+
+
 _SAMPLES, _WAIT_S = 10, 2.0
 _CLOCKS_AGREE_NS = NS_PER_S // 2
-"""How old a sample may seem, and how far ahead, before its stamps count as those of another clock (chosen:
-the age at which a safety block stops, by default)."""
+"""Age of a sample, or lead, above which its stamps count as those of another clock (chosen: the age at which
+a safety block stops, by default)."""
 _RATE_AGREES = 0.01
-"""By how much the stated rate may differ from the nominal one (chosen: sensors' clocks are better)."""
+"""Relative difference allowed between stated and nominal rate (chosen: sensors' clocks are better)."""
 _PLAUSIBLE: Mapping[str, Callable[[NDArray[np.float64], str], None]] = {
     "gyr": plausible_gyr, "acc": plausible_acc, "mag": plausible_mag}
 
@@ -107,8 +136,8 @@ def check_first_samples(source: Source, picked: Mapping[str, Picked], where: str
             _PLAUSIBLE[kind](readings.reshape(-1, 3), f"{where}: {kind}")
     age_ns = time.monotonic_ns() - pulled[-1].stamp_ns
     if by_sender and abs(age_ns) > _CLOCKS_AGREE_NS:
-        told = f"{abs(age_ns) / NS_PER_S:.3g} s {'old' if age_ns > 0 else 'ahead of this machine'}"
-        raise InputError(where, f"its samples are stamped {told}", f"up to {_CLOCKS_AGREE_NS / NS_PER_S:g} s",
+        off = f"{abs(age_ns) / NS_PER_S:.3g} s {'old' if age_ns > 0 else 'ahead of this machine'}"
+        raise InputError(where, f"its samples are stamped {off}", f"up to {_CLOCKS_AGREE_NS / NS_PER_S:g} s",
                          'its stamps are of another clock: say stamps = "arrival"')
 
 
@@ -135,15 +164,15 @@ _FROZEN = 5
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LslInlet:
-    """Hears a live stream of inertial sensors, or of joint angles, from Lab Streaming Layer.
+    """Receives a live stream of inertial sensors, or of joint angles, from Lab Streaming Layer.
 
     It ticks when a sample arrives, and so does every block on its clock (`clock = "inlet"` where the inlet's
     name is that). One sample a tick; its capture is the sender's stamp, brought to the loop's time by LSL's
     measure of the offset between the clocks. Captures increase strictly and are never later than arrivals:
-    samples whose stamps cannot be so are left out, and told (`fesloop.streams.live.reader`).
+    samples whose stamps cannot be so are left out, with a status (`fesloop.streams.live.reader`).
 
     Outputs of inertial sensors: `gyr` (n, 3) rad/s, `acc` (n, 3) m/s^2 and, with magnetometers, `mag` (n, 3)
-    T. Of a posture: `angles` (k,) rad. NaN is what was lost: so says the sender, or it is infinite.
+    T. Of a posture: `angles` (k,) rad. NaN is a lost number: the sender says so, or it is infinite.
 
     When nothing has come for `silent_ms` it ticks at its nominal rate all the same, so that whatever is on
     its clock, such as a safety block, still acts: the outputs are then NaN, and the capture is that of the
@@ -160,16 +189,16 @@ class LslInlet:
     stream, stream_type, source_id: name, type and source_id of the stream; one at least.
     holds: "imu" or "posture".
     sensors: n.
-    sensor_names: those that are wanted, in the order of the outputs; empty takes all, in the stream's order.
+    sensor_names: sensors to put out, in the order of the outputs; empty takes all, in the stream's order.
     pairs: names of (parent, child) sensors on neighbouring segments, for trackers; of `sensor_names`. Empty:
         as the hand has them, where all names are of its segments.
     magnetometers: whether `mag` is put out.
     joints: names of the k angles, as the channels are labelled.
     nominal_rate: of the stream, Hz.
-    layout: where the stream does not describe its channels.
+    layout: of a stream that does not describe its channels.
     stamps: "sender" for those of the samples, "arrival" for senders whose stamps mean something else.
     silent_ms: see above (chosen: three samples of 100 Hz, and in time for a watchdog of 50 ms).
-    timeout_s: how long to look for the stream when the run begins.
+    timeout_s: duration of the search for the stream when the run begins.
     network: "loopback" for streams of this machine; "lab" for those of the local network.
     """
 
@@ -189,7 +218,7 @@ class LslInlet:
     timeout_s: float = 5.0
     network: Network = "loopback"
     clock: RateClock = field(init=False, repr=False)
-    wanted: Wanted = field(init=False, repr=False)
+    query: StreamQuery = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         if self.holds == "imu" and self.sensors < 1:
@@ -202,7 +231,7 @@ class LslInlet:
         for key in ("sensor_names", "joints"):
             names = getattr(self, key)
             if len(set(names)) < len(names):
-                raise InputError(key, f"a name stands twice: {', '.join(names)}", "different names")
+                raise InputError(key, f"a name is listed twice: {', '.join(names)}", "different names")
         for name in (name for pair in self.pairs for name in pair):
             if name not in self.sensor_names:
                 raise InputError("pairs", f"{name!r} is none of sensor_names",
@@ -212,12 +241,12 @@ class LslInlet:
         if not self.silent_ms >= 1.0:
             raise InputError("silent_ms", f"{self.silent_ms:g}", "1 or more")
         duration_ns(self.silent_ms, NS_PER_MS, "silent_ms")
-        wanted = Wanted(name=self.stream, type=self.stream_type, source_id=self.source_id,
+        query = StreamQuery(name=self.stream, type=self.stream_type, source_id=self.source_id,
                         timeout_s=self.timeout_s, network=self.network)
         arrivals = " ".join(["lsl:" + (self.stream or self.source_id or self.stream_type),
                              *self.sensor_names, *self.joints])
         clock = RateClock.from_rate(self.nominal_rate, where="nominal_rate", arrivals=arrivals)
-        object.__setattr__(self, "wanted", wanted)
+        object.__setattr__(self, "query", query)
         object.__setattr__(self, "clock", clock)
 
     @property
@@ -242,7 +271,7 @@ class LslInlet:
                      for kind in self.kinds)
 
     def _stated(self) -> Sensors | None:
-        """The sensors and their pairs, where names are given: a stream says its own only once it is open."""
+        """The sensors and their pairs, where names are given; a stream's own are known once it is open."""
         names = self.sensor_names
         if not names:
             return None
@@ -254,16 +283,16 @@ class LslInlet:
         return InletStandIn(outputs=self.outputs, rate=self.nominal_rate)
 
     def seek(self) -> None:
-        """Tell a user whose stream does not answer yet so, before the run is rehearsed."""
-        glance(self.wanted)
+        """Print a line where the stream does not answer yet, before the run is rehearsed."""
+        announce_absence(self.query)
 
     def init(self, context: Context) -> InletState:
         """Find and open the stream; raises InputError where there is none, or it does not fit."""
-        source = LslSource(self.wanted, find(self.wanted))
+        source = LslSource(self.query, find(self.query))
         try:
-            check_rate(source.info.nominal_srate(), self.clock, str(self.wanted))
+            check_rate(source.info.nominal_srate(), self.clock, str(self.query))
             picked = self._pick(source.info)
-            check_first_samples(source, dict(zip(self.kinds, picked, strict=False)), str(self.wanted),
+            check_first_samples(source, dict(zip(self.kinds, picked, strict=False)), str(self.query),
                                 by_sender=self.stamps == "sender")
         except InputError:
             source.close()
@@ -273,7 +302,7 @@ class LslInlet:
         return InletState(reader, picked)
 
     def _pick(self, info: Any) -> tuple[Picked, ...]:
-        channels, count, where = channels_of(info), info.channel_count(), str(self.wanted)
+        channels, count, where = channels_of(info), info.channel_count(), str(self.query)
         if self.holds == "posture":
             return (pick_angles(channels, count, self.joints, self.layout, where),)
         picked = pick_inertial(channels, count, self.kinds, self.sensors, self.sensor_names, self.layout,
@@ -281,16 +310,16 @@ class LslInlet:
         return tuple(picked[kind] for kind in self.kinds)
 
     def next_trial(self, state: InletState, context: Context) -> InletState:
-        """The same stream goes on."""
+        """The same stream, open for all trials."""
         return InletState(state.reader, state.picked)
 
     def attach(self, state: InletState, present: Present) -> None:
-        """Samples captured from now on are the trial's."""
+        """Take the instant t = 0 of the trial; earlier samples do not belong to it."""
         state.origin_ns = present.origin_ns
         state.reader.attach(present)
 
     def waiting(self, state: InletState) -> int | None:
-        """When the oldest sample arrived, or when the stream has been silent for too long."""
+        """Instant at which the oldest sample arrived, or at which the stream has been silent for too long."""
         sample = state.reader.oldest()
         if sample is not None:
             return sample.arrived_ns - state.origin_ns
@@ -299,7 +328,7 @@ class LslInlet:
         return silent if state.reader.now_ns() - state.origin_ns >= silent else None
 
     def step(self, state: InletState, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
-        """One sample, or what stands for none."""
+        """One sample, or NaN for none."""
         for note in state.reader.notes():
             at_s = (note.time_ns - state.origin_ns) / NS_PER_S
             tick.report(note.status, f"at {at_s:.3f} s: {note.detail}")
@@ -322,7 +351,7 @@ class LslInlet:
         return state.outputs(numbers)
 
     def _believed(self, state: InletState, numbers: Array, tick: Tick) -> tuple[Array, bool]:
-        """The numbers with NaN for those that are none, and whether nothing at all was captured."""
+        """The numbers with NaN for lost ones, and whether nothing at all was captured."""
         same = self.holds == "imu" and np.array_equal(numbers, state.before)
         state.same, state.before = state.same + 1 if same else 0, numbers
         frozen = state.same >= _FROZEN
@@ -337,5 +366,5 @@ class LslInlet:
         return numbers, empty
 
     def close(self, state: InletState) -> None:
-        """Let the stream go."""
+        """Close the stream."""
         state.reader.close()

@@ -1,4 +1,4 @@
-"""Signals of a loop as a live stream."""
+"""Signals of a loop, sent as a live stream."""
 
 from __future__ import annotations
 
@@ -15,9 +15,28 @@ from fesloop.loop.clock import NS_PER_S, RateClock
 from fesloop.loop.signals import NEVER, Port, Sample, Value
 from fesloop.streams.live.library import Network, open_library
 from fesloop.streams.live.source import monotonic_offset_ns
-from fesloop.streams.live.stand_in import OutletStandIn
 
 _STAMPS = {"capture": "oldest capture behind the sample", "sent": "instant of the loop at which it was sent"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class OutletStandIn:
+    """Replaces an outlet in rehearsals and checks: takes its inputs and sends nothing.
+
+    Attributes
+    ----------
+    inputs: ports of the outlet that it replaces.
+    """
+
+    inputs: tuple[Port, ...]
+    outputs: tuple[Port, ...] = ()
+
+    def init(self, context: Context) -> None:
+        """No state."""
+
+    def step(self, state: None, inputs: Sequence[Sample], tick: Tick) -> tuple[Value, ...]:
+        """No output."""
+        return ()
 
 
 @dataclass(slots=True, eq=False)
@@ -27,7 +46,7 @@ class OutletState:
     Attributes
     ----------
     outlet: pylsl's.
-    offset_ns: to add to LSL's clock for the monotonic one.
+    offset_ns: the monotonic clock less LSL's.
     origin_ns: t = 0 of the trial by the monotonic clock; NEVER before the first.
     """
 
@@ -42,19 +61,19 @@ class LslOutlet:
 
     Input `values`: (k,), or (k, columns) such as current and pulse width of k channels; each tick at which
     there is one sends a sample of double floats, row by row. Its stamp is an instant of the loop by LSL's
-    clock; which one stands in the stream's description (`synchronization`, `stamps`). No outputs.
+    clock; the stream's description says which one (`synchronization`, `stamps`). No outputs.
 
     Attributes
     ----------
     stream, stream_type: name and type of the stream.
     source_id: by which receivers find it again; empty: "fesloop" and the stream's name.
-    unit: of the wire; where its columns have units of their own they stand side by side ("A,s").
+    unit: of the wire; units of columns are joined by commas ("A,s").
     columns: of each row; 0 for a vector.
-    rows: k; 0 takes it from what is wired in.
+    rows: k; 0 takes it from the wire.
     labels: a name a row; empty: their numbers.
     column_labels: a name a column.
-    stamp: "capture" (the oldest behind the sample, so that a receiver can tell its age) or "sent".
-    network: "loopback" to be heard on this machine; "lab" to be found from the local network.
+    stamp: "capture" (the oldest behind the sample, so that a receiver knows its age) or "sent".
+    network: "loopback" to be found from this machine; "lab" to be found from the local network.
     """
 
     stream: str
@@ -82,7 +101,7 @@ class LslOutlet:
         for key in ("labels", "column_labels"):
             names = getattr(self, key)
             if len(set(names)) < len(names):
-                raise InputError(key, f"a name stands twice: {', '.join(names)}", "different names")
+                raise InputError(key, f"a name is listed twice: {', '.join(names)}", "different names")
 
     @property
     def inputs(self) -> tuple[Port, ...]:
@@ -96,7 +115,7 @@ class LslOutlet:
         return ()
 
     def resolve(self, shapes: Mapping[str, tuple[int, ...]]) -> LslOutlet:
-        """For the rows that are wired in; raises InputError for another shape."""
+        """The outlet for the wired rows; raises InputError for another shape."""
         shape = shapes["values"]
         if len(shape) != 1 + (self.columns > 0) or shape[1:] not in ((), (self.columns,)):
             raise InputError("values", f"a signal of shape {shape} is wired in", "a vector, or columns = "
@@ -104,7 +123,7 @@ class LslOutlet:
         return replace(self, rows=shape[0])
 
     def stand_in(self) -> OutletStandIn:
-        """Nothing is sent."""
+        """An outlet that sends nothing."""
         return OutletStandIn(inputs=self.inputs)
 
     def channels(self) -> tuple[tuple[str, str], ...]:
@@ -135,11 +154,11 @@ class LslOutlet:
         return OutletState(pylsl.StreamOutlet(info, chunk_size=1), monotonic_offset_ns(pylsl.local_clock))
 
     def next_trial(self, state: OutletState, context: Context) -> OutletState:
-        """The same outlet goes on."""
+        """The same outlet, open for all trials."""
         return OutletState(state.outlet, state.offset_ns)
 
     def attach(self, state: OutletState, present: Present) -> None:
-        """Stamps count from now on."""
+        """Take the instant t = 0 of the trial."""
         state.origin_ns = present.origin_ns
         state.offset_ns = monotonic_offset_ns(open_library(self.network).local_clock)
 
@@ -153,5 +172,5 @@ class LslOutlet:
         return ()
 
     def close(self, state: OutletState) -> None:
-        """The stream ends."""
+        """End the stream."""
         state.outlet = None

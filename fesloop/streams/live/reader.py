@@ -18,11 +18,11 @@ from fesloop.loop.signals import NEVER
 from fesloop.streams.live.source import Source, StreamLost
 
 AHEAD_NS = 2 * NS_PER_MS
-"""By how much a sample may seem to come from the future: LSL's clocks agree within 0.2 ms, "empirically"
-(its documentation of `time_correction`); ten times that (chosen)."""
+"""Lead of a stamp on its arrival that is allowed: LSL's clocks agree within 0.2 ms, "empirically" (its
+documentation of `time_correction`); ten times that (chosen)."""
 PATIENCE_NS = NS_PER_S
-"""For how long stamps that cannot be believed must go on evenly before they count as a clock set anew
-(chosen: longer than a stall of a sender)."""
+"""Duration of evenly spaced implausible stamps after which the sender's clock counts as reset (chosen: longer
+than a stall of a sender)."""
 _MISSING_PERIODS = 2.5
 _RATE_SAMPLES, _ARRIVALS, _RATE_TOLERANCE = 10, 100, 0.2
 """Samples that a rate is judged by, with senders' stamps and without, and what may be wrong with it: filters
@@ -32,12 +32,12 @@ _STALL, _LEAD = 50.0, 20.0
 
 
 class Verdict(NamedTuple):
-    """What to make of a sample.
+    """The judgement of a sample.
 
     Attributes
     ----------
     captured_ns: by our clock; None where the sample is to be left out.
-    status, detail: what is odd about it; empty for nothing.
+    status, detail: its fault; empty for none.
     """
 
     captured_ns: int | None
@@ -48,11 +48,11 @@ class Verdict(NamedTuple):
 class CaptureStamps:
     """Judges the samples of one stream, in the order in which they come.
 
-    What it gives increases strictly and is never later than the arrival. A sample whose stamp is no later
-    than that of the sample before (reordered, repeated, a clock set back), or ahead of its own arrival, is
-    left out: it would tell a controller that something old is new. Where such stamps go on evenly for a
-    second, the sender's clock has been set anew: from then on the samples are taken to be as old as the one
-    that arrives then, which is told.
+    Captures increase strictly and are never later than arrivals. A sample whose stamp is no later than that
+    of the sample before (reordered, repeated, a clock set back), or ahead of its own arrival, is left out: it
+    would make something old look new to a controller. Where such stamps are evenly spaced for a second, the
+    sender's clock has been reset: later samples are taken to be as old as the one that arrives then, with the
+    status `clock_reset`.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ class CaptureStamps:
             return Verdict(None, status, detail)
         self._shift_ns, self.newest_ns = arrived_ns - stamp_ns, arrived_ns
         self._doubted_since_ns = NEVER
-        return Verdict(arrived_ns, "clock_reset", f"the sender's clock was set anew ({detail}): its stamps "
+        return Verdict(arrived_ns, "clock_reset", f"the sender's clock was reset ({detail}): its stamps "
                        "count from now on as those of samples that arrive at once")
 
     def _doubts(self, captured_ns: int, arrived_ns: int) -> tuple[str, str]:
@@ -162,7 +162,7 @@ class RateWatch:
 
 
 _PULL_S = 0.1
-"""How long the thread waits for a sample before it looks whether it is to end (chosen)."""
+"""Time that the thread waits for a sample before it checks whether to end (chosen)."""
 _TOLD_EVERY_NS = NS_PER_S
 _BACKLOG = 10_000
 """Samples that are kept for a loop that lags behind (chosen: ten seconds of the fastest sensors)."""
@@ -240,7 +240,7 @@ class StreamReader:
         return self._samples.popleft() if self.oldest() is not None else None
 
     def notes(self) -> list[Note]:
-        """What has been odd since this was last asked."""
+        """Faults of the stream since the last call."""
         taken = []
         while self._notes:
             taken.append(self._notes.popleft())
@@ -275,7 +275,7 @@ class StreamReader:
             self._told[status] = before, left_out + 1
             return
         self._told[status] = now_ns, 0
-        more = f" (and {left_out} times more since it was last told)" if left_out else ""
+        more = f" (and {left_out} times more since the last report)" if left_out else ""
         self._notes.append(Note(now_ns, status, detail + more))
 
     def _read(self) -> None:

@@ -1,4 +1,4 @@
-"""A stand-in for sensors: rows of numbers as a live stream, at the pace of the wall clock."""
+"""A sender in place of sensors: rows of numbers as a live stream, at the pace of the wall clock."""
 
 from __future__ import annotations
 
@@ -7,18 +7,66 @@ import re
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fesloop.errors import InputError
-from fesloop.loop.clock import NS_PER_S
+from fesloop.loop.clock import NS_PER_S, parse_rate
+from fesloop.streams.live.description import Channel
 from fesloop.streams.live.library import Network, open_library
-from fesloop.streams.live.played import Played
+from fesloop.streams.pace import timeline
+from fesloop.streams.recording import MotionRecording
+
+_SI_UNITS = {"gyr": "rad/s", "acc": "m/s^2", "mag": "T"}
+
+
+class Played(NamedTuple):
+    """A stream's type, its channels, its rows (samples, channels), and their rate in Hz."""
+
+    stream_type: str
+    channels: tuple[Channel, ...]
+    rows: NDArray[np.float32]
+    rate_hz: float
+
+
+def inertial(recording: MotionRecording, rate: str | None = None) -> Played:
+    """A recording of inertial sensors: gyr, acc and mag of the first sensor, then of the next.
+
+    Channels are called such as `F2p_gyr_x`, in SI. NaN is a lost sample, or one that a gap lacks.
+
+    Parameters
+    ----------
+    recording: to play.
+    rate: Hz; None: as recorded, between gaps. Raises InputError where there is none, as of uneven samples.
+    """
+    known = recording.rate if rate is None else parse_rate(rate)
+    line = timeline(recording.stamps_ns, str(recording.path))
+    if known is None and line.gaps:
+        known = Fraction(line.rate_hz)
+    if known is None:
+        raise InputError("rate", f"{recording.path} is not evenly sampled", "a rate in Hz")
+    kinds = {"gyr": recording.gyr, "acc": recording.acc}
+    if recording.mag is not None:
+        kinds["mag"] = recording.mag
+    rows = np.stack(list(kinds.values()), axis=2).reshape(recording.samples, -1).astype(np.float32)
+    rows = np.where((line.rows >= 0)[:, np.newaxis], rows[line.rows], np.float32(np.nan))
+    channels = tuple(Channel(f"{sensor}_{kind}_{axis}", _SI_UNITS[kind], kind.upper())
+                     for sensor in recording.sensors for kind in kinds for axis in "xyz")
+    return Played("IMU", channels, rows, float(known))
+
+
+def posture(angles: NDArray[np.float64], joints: Sequence[str], rate_hz: float) -> Played:
+    """Joint angles (samples, joints), rad."""
+    channels = tuple(Channel(joint, "rad", "Angle") for joint in joints)
+    return Played("Posture", channels, angles.astype(np.float32), rate_hz)
+
 
 FAULTS = {
     "stop": "nothing is sent, the stream stays open",
-    "vanish": "the stream is closed, and opened anew afterwards",
+    "vanish": "the stream is closed, and opened again afterwards",
     "freeze": "the same numbers over and over, with new stamps",
     "repeat": "the same sample over and over, with its old stamp",
     "jump": "the recording jumps ahead by VALUE s (1), the stamps do not",
@@ -39,8 +87,8 @@ class SenderFault:
     Attributes
     ----------
     kind: one of FAULTS.
-    start_s, length_s: from when on, and for how long.
-    value: as FAULTS says; 0 where it says nothing.
+    start_s, length_s: first instant and duration.
+    value: as FAULTS describes it; 0 where it has none.
     """
 
     kind: str
@@ -50,7 +98,7 @@ class SenderFault:
 
     @classmethod
     def parse(cls, text: str) -> SenderFault:
-        """Of a text such as "rate@5+2x0.5"; raises InputError for another."""
+        """The fault of a text such as "rate@5+2x0.5"; raises InputError for another."""
         match = _FORM.fullmatch(text)
         if match is None or match["kind"] not in FAULTS:
             raise InputError("--fault", f"{text!r}", FORM)
@@ -80,7 +128,7 @@ class Sending(NamedTuple):
 
 
 class FaultySender:
-    """What is sent in place of each sample.
+    """Replaces each sample by what a faulty sender sends.
 
     Parameters
     ----------
@@ -98,12 +146,12 @@ class FaultySender:
         return next((fault for fault in self._faults if fault.kind == kind and fault.holds(time_s)), None)
 
     def pace(self, time_s: float) -> float:
-        """How much faster than usual samples come."""
+        """Rate of the samples, relative to the usual one."""
         fault = self.active("rate", time_s)
         return fault.value if fault else 1.0
 
     def sendings(self, row: int, time_s: float, stamp_s: float) -> list[Sending]:
-        """What to send now in place of the sample `row`, `time_s` after the first, stamped `stamp_s`."""
+        """Samples to send in place of the sample `row`, `time_s` after the first, stamped `stamp_s`."""
         if self.active("stop", time_s) or self.active("vanish", time_s):
             return []
         if self._before is not None and self.active("repeat", time_s):
@@ -136,12 +184,12 @@ class StreamSender:
 
     Attributes
     ----------
-    played: what is sent (see `fesloop.streams.live.played`).
+    played: rows to send.
     stream: name of the stream.
     source_id: by which receivers find it again; empty: "fesloop" and the name.
-    repeat: whether it begins anew after its end.
-    faults: what goes wrong, and when.
-    network: "loopback" to be heard on this machine; "lab" to be found from the local network.
+    repeat: whether the rows repeat after their end.
+    faults: with their times.
+    network: "loopback" to be found from this machine; "lab" to be found from the local network.
     """
 
     played: Played
@@ -168,9 +216,9 @@ class StreamSender:
 
     def send(self, seconds: float | None = None, going_on: Callable[[], bool] = lambda: True,
              begins: Callable[[int], None] = lambda time_ns: None) -> int:
-        """Send until the rows end, `seconds` have passed, or `going_on` says no; number of samples sent.
+        """Send until the rows end, `seconds` have passed, or `going_on` is false; returns the samples sent.
 
-        `begins` is told the instant that faults count from, ns by the monotonic clock.
+        `begins` is called with the instant that faults count from, ns by the monotonic clock.
         """
         local_clock = open_library(self.network).local_clock
         rows, rate_hz = self.played.rows, self.played.rate_hz

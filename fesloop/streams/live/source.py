@@ -1,4 +1,4 @@
-"""A live stream that was found, opened: where its samples come from."""
+"""Open live streams: sources of samples stamped by this machine's clock."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from fesloop.errors import InputError
 from fesloop.loop.clock import NS_PER_S
 from fesloop.streams.live.description import channels_of
 from fesloop.streams.live.library import open_library
-from fesloop.streams.live.wanted import Wanted, describe
+from fesloop.streams.live.query import StreamQuery, describe
 
 _BUFFER_S = 5
 _CLOCK_EVERY_NS = 2 * NS_PER_S
-"""How often the offset between the clocks is asked for again: LSL itself measures it anew every 2 s."""
+"""Period at which the offset between the clocks is read again: LSL measures it every 2 s."""
 _CLOCK_WAIT_S = 5.0
 _SEARCH_S = 1.0
 _BRACKETS = 5
 _LONGEST_S = 4e9
-"""Beyond, ns do not fit into 64 bits; seconds since 1970 do."""
+"""Greatest time whose ns fit into 64 bits; seconds since 1970 do."""
 
 
 class StreamLost(Exception):
@@ -36,13 +36,13 @@ class Pulled(NamedTuple):
 
 
 class Source(Protocol):
-    """Where a reader gets samples."""
+    """A source of a reader's samples."""
 
     def pull(self, wait_s: float) -> Pulled | None:
         """The next sample, None if none comes in time. Raises StreamLost."""
 
     def reopen(self) -> None:
-        """Look for the lost stream for a moment and open it. Raises StreamLost where that fails."""
+        """Search for the lost stream for a moment and open it. Raises StreamLost where that fails."""
 
     def close(self) -> None:
         """Let go."""
@@ -53,7 +53,7 @@ class LslSource:
 
     Parameters
     ----------
-    wanted: which, as it is looked for again after a loss.
+    query: finds the stream again after a loss.
     info: as found.
 
     Attributes
@@ -63,21 +63,21 @@ class LslSource:
     Raises InputError where the stream holds text or does not open.
     """
 
-    def __init__(self, wanted: Wanted, info: Any) -> None:
-        self._pylsl = open_library(wanted.network)
-        self._wanted = wanted
+    def __init__(self, query: StreamQuery, info: Any) -> None:
+        self._pylsl = open_library(query.network)
+        self._query = query
         self._inlet: Any = None
         if info.channel_format() == self._pylsl.cf_string:
-            raise InputError(str(wanted), "holds text", "numbers")
+            raise InputError(str(query), "holds text", "numbers")
         try:
             self._open(info)
         except StreamLost:
-            raise InputError(str(wanted), f"{describe(info)} is there and does not open",
+            raise InputError(str(query), f"{describe(info)} answers and does not open",
                              remedy="start its sender again") from None
         self._channels = self.info.channel_count(), channels_of(self.info)
 
     def _open(self, info: Any) -> None:
-        """Subscribe, and find how its clock stands to ours; samples that come meanwhile are left out."""
+        """Subscribe, and measure the offset of its clock; samples that come meanwhile are left out."""
         pylsl = self._pylsl
         inlet = pylsl.StreamInlet(info, max_buflen=_BUFFER_S, max_chunklen=1, recover=False, as_numpy=True)
         try:
@@ -108,24 +108,24 @@ class LslSource:
             raise StreamLost from None
         if stamp is None:
             return None
-        return Pulled(np.asarray(values, dtype=np.float64), self._ours_ns(stamp))
+        return Pulled(np.asarray(values, dtype=np.float64), self._monotonic_ns(stamp))
 
-    def _ours_ns(self, stamp_s: float) -> int:
-        """A sender's stamp by our monotonic clock; what is no time at all lies before everything."""
+    def _monotonic_ns(self, stamp_s: float) -> int:
+        """A sender's stamp by this machine's monotonic clock, ns; -1 for a number that is no time."""
         seconds = stamp_s + self._correction_s
         return round(seconds * NS_PER_S) + self._offset_ns if abs(seconds) < _LONGEST_S else -1
 
     def reopen(self) -> None:
-        """Look for the stream again; see Source."""
+        """Search for the stream again; see Source."""
         try:
-            found = self._wanted.search(self._pylsl, _SEARCH_S)
+            found = self._query.search(self._pylsl, _SEARCH_S)
         except RuntimeError as fault:
             raise StreamLost(f"nothing, for the search failed: {fault}") from None
         if len(found) != 1:
             raise StreamLost(", ".join(map(describe, found)))
         try:
             self._open(found[0])
-        except StreamLost:  # it was told of once more as it went, or is about to come
+        except StreamLost:  # it answered the search as it went, or is about to come
             raise StreamLost from None
         if (self.info.channel_count(), channels_of(self.info)) != self._channels:
             self._inlet = None
@@ -137,7 +137,7 @@ class LslSource:
 
 
 def monotonic_offset_ns(local_clock: Any) -> int:
-    """What to add to LSL's clock for Python's monotonic one, ns; on Linux they are the same clock."""
+    """Python's monotonic clock less LSL's, ns; on Linux they are the same clock."""
     best: tuple[int, int] | None = None
     for _ in range(_BRACKETS):
         before = time.monotonic_ns()

@@ -24,8 +24,7 @@ from fesloop.streams.live.events import LslEvents
 from fesloop.streams.live.inlet import LslInlet
 from fesloop.streams.live.library import open_library
 from fesloop.streams.live.outlet import LslOutlet
-from fesloop.streams.live.played import inertial
-from fesloop.streams.live.sender import SenderFault, StreamSender
+from fesloop.streams.live.sender import SenderFault, StreamSender, inertial
 from fesloop.streams.recording import MotionRecording
 from fesloop.streams.timebase import stamps_of_rate
 

@@ -34,8 +34,8 @@ def test_another_shape_is_refused(outlet, shape):
     ({"stream": "s", "columns": -1}, "columns"),
     ({"stream": "s", "rows": 2, "labels": ("a",)}, "labels"),
     ({"stream": "s", "columns": 2, "column_labels": ("a",)}, "column_labels"),
-    ({"stream": "s", "labels": ("a", "b", "a")}, "labels: a name stands twice"),
-    ({"stream": "s", "columns": 2, "column_labels": ("a", "a")}, "column_labels: a name stands twice")])
+    ({"stream": "s", "labels": ("a", "b", "a")}, "labels: a name is listed twice"),
+    ({"stream": "s", "columns": 2, "column_labels": ("a", "a")}, "column_labels: a name is listed twice")])
 def test_what_cannot_be_is_refused(parameters, named):
     with pytest.raises(InputError, match=named):
         LslOutlet(**parameters)

@@ -253,9 +253,9 @@ def test_a_stand_in_has_the_same_ports_and_a_clock_of_its_own():
     ({"sensors": 1}, "^stream: no stream is named; allowed: one or more of stream, stream_type, source_id"),
     ({"stream": "a", "sensors": 0}, "sensors"),
     ({"stream": "a", "sensors": 2, "sensor_names": ("x",)}, "sensor_names"),
-    ({"stream": "a", "sensors": 2, "sensor_names": ("x", "x")}, "sensor_names: a name stands twice"),
+    ({"stream": "a", "sensors": 2, "sensor_names": ("x", "x")}, "sensor_names: a name is listed twice"),
     ({"stream": "a", "holds": "posture"}, "joints"),
-    ({"stream": "a", "holds": "posture", "joints": ("pip", "pip")}, "joints: a name stands twice"),
+    ({"stream": "a", "holds": "posture", "joints": ("pip", "pip")}, "joints: a name is listed twice"),
     *(({"stream": "a", "sensors": 1, "silent_ms": ms}, f"silent_ms: {ms:g}; allowed: 1 or more")
       for ms in (0.5, -3.0, float("nan"))),
     ({"stream": "a", "sensors": 1, "silent_ms": float("inf")}, "silent_ms: inf"),

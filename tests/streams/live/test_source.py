@@ -8,21 +8,21 @@ from lsl_parts import AHEAD_S, Info, Library
 
 from fesloop.errors import InputError
 from fesloop.streams.live import source as source_module
+from fesloop.streams.live.query import StreamQuery, find
 from fesloop.streams.live.source import LslSource, StreamLost, monotonic_offset_ns
-from fesloop.streams.live.wanted import Wanted, find
 
 
 @pytest.fixture
 def library(monkeypatch):
     made = Library()
-    for module in ("source", "wanted"):
+    for module in ("source", "query"):
         monkeypatch.setattr(f"fesloop.streams.live.{module}.open_library", lambda network: made)
     return made
 
 
 def opened(library):
-    wanted = Wanted(name="imus", type="IMU")
-    return LslSource(wanted, find(wanted))
+    query = StreamQuery(name="imus", type="IMU")
+    return LslSource(query, find(query))
 
 
 def test_the_clocks_are_brought_together():
@@ -86,7 +86,7 @@ def test_a_loss_lasts_until_the_same_stream_is_open_again(library):
 
 
 @pytest.mark.parametrize(("found", "opens", "named"), [
-    ([Info(text=True)], True, "holds text"), ([Info()], False, "is there and does not open")])
+    ([Info(text=True)], True, "holds text"), ([Info()], False, "answers and does not open")])
 def test_what_cannot_be_opened_is_refused(library, found, opens, named):
     library.found, library.opens = found, opens
     with pytest.raises(InputError, match=named):

@@ -5,13 +5,13 @@ from lsl_parts import Info, Library
 
 from fesloop.errors import InputError
 from fesloop.streams.live.inlet import LslInlet
-from fesloop.streams.live.wanted import Wanted, find
+from fesloop.streams.live.query import StreamQuery, find
 
 
 @pytest.fixture
 def library(monkeypatch):
     made = Library()
-    monkeypatch.setattr("fesloop.streams.live.wanted.open_library", lambda network: made)
+    monkeypatch.setattr("fesloop.streams.live.query.open_library", lambda network: made)
     return made
 
 
@@ -20,7 +20,7 @@ def library(monkeypatch):
 def test_what_is_not_one_stream_is_refused(library, found, named):
     library.found = found
     with pytest.raises(InputError, match=named):
-        find(Wanted(name="imus"))
+        find(StreamQuery(name="imus"))
 
 
 def test_who_waits_is_told_what_for_and_what_there_is_instead(library, capsys):
@@ -33,7 +33,7 @@ def test_who_waits_is_told_what_for_and_what_there_is_instead(library, capsys):
             library.there.append(Info("hands"))
 
     with pytest.raises(InputError, match=r"'imuz': does not answer within 20 s; allowed: 'imus'.*'hands'"):
-        find(Wanted(name="imuz", timeout_s=20.0), say)
+        find(StreamQuery(name="imuz", timeout_s=20.0), say)
     assert library.passed_s == pytest.approx(20.0, abs=1.5)
     assert [passed_s for passed_s, _ in said] == [1.5, 3.0]
     assert "stream name 'imuz': does not answer yet; waiting for it 18 s more" in said[0][1]
@@ -43,34 +43,34 @@ def test_who_waits_is_told_what_for_and_what_there_is_instead(library, capsys):
 
     library.there = []
     with pytest.raises(InputError, match="nor does any other"):
-        find(Wanted(name="imuz"))
+        find(StreamQuery(name="imuz"))
     printed = capsys.readouterr()
     assert printed.out == ""
     assert printed.err.startswith("fesloop: stream name 'imuz': does not answer yet")
     assert printed.err.count("\n") == 1
 
 
-def test_a_stream_that_comes_while_it_is_waited_for_is_found(library):
+def test_a_stream_that_comes_during_the_search_is_found(library):
     late, library.found = library.found, []
-    assert find(Wanted(name="imus"), lambda text: library.found.extend(late)) is late[0]
+    assert find(StreamQuery(name="imus"), lambda text: library.found.extend(late)) is late[0]
 
 
 def test_a_stream_that_answers_between_two_looks_is_found_and_not_named_as_another(library, capsys):
     library.found, library.there = [], [Info("others"), Info("imus")]
-    assert find(Wanted(name="imus")) is library.there[1]
+    assert find(StreamQuery(name="imus")) is library.there[1]
     LslInlet(stream="imus", sensors=1).seek()
     assert capsys.readouterr().err == ""
     library.there.append(Info("imus"))
     with pytest.raises(InputError, match="2 streams fit"):
-        find(Wanted(name="imus"))
+        find(StreamQuery(name="imus"))
 
 
-def test_nobody_is_told_of_a_stream_that_answers(library, capsys):
-    find(Wanted(name="imus"))
+def test_a_stream_that_answers_is_not_announced(library, capsys):
+    find(StreamQuery(name="imus"))
     assert capsys.readouterr().err == ""
 
 
-def test_before_a_rehearsal_a_stream_that_is_missing_is_told_of(library, capsys):
+def test_before_a_rehearsal_a_missing_stream_is_announced(library, capsys):
     block = LslInlet(stream="imuz", sensors=1, timeout_s=60.0)
     block.seek()
     assert capsys.readouterr().err == ""
@@ -78,5 +78,5 @@ def test_before_a_rehearsal_a_stream_that_is_missing_is_told_of(library, capsys)
     block.seek()
     assert library.passed_s == 1.5
     assert capsys.readouterr().err == (
-        "fesloop: stream name 'imuz': does not answer yet; it is waited for up to 60 s when the loop is "
+        "fesloop: stream name 'imuz': does not answer yet; the run waits up to 60 s for it when the loop is "
         "ready; allowed: 'imus' (type 'imus', source_id 'imus', 7 channels, 100 Hz); did you mean 'imus'?\n")
