@@ -29,8 +29,8 @@ _BLOCKS = 10
 _DIRECTIONS = 400
 """Directions of half a sphere, 7 deg apart."""
 _NEAR = np.cos(np.radians(30.0))
-"""Cosine of the angle within which a sensor's axis is taken for its segment's (chosen: three times the error of
-mounting by eye, doi 10.3390/s19010208, section 4)."""
+"""Cosine of the angle within which a sensor's axis is taken for its segment's (chosen: three times the error
+of mounting by eye, doi 10.3390/s19010208, section 4)."""
 _SD_RAD_S, _SD_SHARE = 0.05, 0.15
 """Standard deviation of the difference of two rates: noise and bias, and a share of both for tissue and delay
 (chosen)."""
@@ -117,8 +117,8 @@ def mounting_text(recording: MotionRecording, first: int = 0, stop: int | None =
     more = f" and {len(hinges) - _MOST_NAMED} joints more" if len(hinges) > _MOST_NAMED else ""
     which = ", ".join(names[:_MOST_NAMED]) + (" and others" if len(names) > _MOST_NAMED else "")
     return (f"axes of sensors are not those of their segments, which flex about z: "
-            f"{', '.join(hinges[:_MOST_NAMED])}{more}: state which axes of {which} are the segment's x, y and "
-            "z (`sensors.NAME.axes` in the layout), or calibrate (block `segment_calibration`)")
+            f"{', '.join(hinges[:_MOST_NAMED])}{more}: state which axes of {which} are the segment's x, y "
+            "and z (`sensors.NAME.axes` in the layout), or calibrate (block `segment_calibration`)")
 
 
 def _hinges(sensors: tuple[str, ...]) -> list[tuple[int, int, Array]]:
