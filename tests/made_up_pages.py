@@ -3,13 +3,14 @@
 import numpy as np
 
 from fesloop.show.picture.hand_mesh import Mesh
-from fesloop.show.report.figure3d import Figure3d, Frames, Solid
 from fesloop.show.report.parts import (
     Bars,
     Chart,
     Code,
     Drawing,
+    Figure3d,
     Fold,
+    Frames,
     HeatMap,
     Line,
     Mark,
@@ -17,6 +18,7 @@ from fesloop.show.report.parts import (
     Page,
     Paragraph,
     Section,
+    Solid,
     Strips,
     Table,
 )

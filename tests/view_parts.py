@@ -9,7 +9,7 @@ import numpy as np
 
 from fesloop.errors import InputError
 from fesloop.show.picture.hand_mesh import Mesh
-from fesloop.show.report.figure3d import Figure3d, Frames
+from fesloop.show.report.parts import Figure3d, Frames
 from fesloop.show.view.server import ViewServer
 from fesloop.show.view.shown import Shown, Span
 

@@ -13,7 +13,7 @@ from fesloop.apps.cli.run_command import _events as events_in_summary
 from fesloop.experiment.metrics.grasp_outcome import OUTCOMES
 from fesloop.experiment.recording.reading import Event
 from fesloop.experiment.trouble import KINDS, troubles
-from fesloop.show.report.comparison.scored import sentence_of as sentence_of_several
+from fesloop.show.report.comparison.page import sentence_of as sentence_of_several
 from fesloop.show.report.run.events import events_section
 from fesloop.show.report.run.known import Known
 from fesloop.show.report.run.sentence import sentence_of

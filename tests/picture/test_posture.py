@@ -10,9 +10,9 @@ from fesloop.hand import quaternion
 from fesloop.hand.skeleton import dorsal_points
 from fesloop.loop.nodes import Node
 from fesloop.show.picture.cast import cast_of
-from fesloop.show.picture.held import curve, values_at
 from fesloop.show.picture.posture import estimated_posture, true_posture
 from fesloop.show.picture.scene import half_sizes, solids_of
+from fesloop.show.picture.signals import curve, values_at
 from plants.moving_hand import MovingHand
 from plants.moving_hand.plant import Deviation
 
@@ -109,8 +109,8 @@ def test_a_signal_is_held_until_the_next_value(grasp):
 
 
 def test_a_thinned_curve_loses_no_peak(grasp, monkeypatch):
-    monkeypatch.setattr("fesloop.show.picture.held._POINTS", 7)
-    monkeypatch.setattr("fesloop.show.picture.held._ROWS_A_READ", 16)
+    monkeypatch.setattr("fesloop.show.picture.signals._POINTS", 7)
+    monkeypatch.setattr("fesloop.show.picture.signals._ROWS_A_READ", 16)
     with Recording(grasp) as recording:
         signal = recording.signal("hand.rates")
         seconds, values = curve(recording, "hand.rates", 0, 400_000_000)

@@ -7,14 +7,15 @@ from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import segment_poses
 from fesloop.hand.skeleton import hand_tree
-from fesloop.show.picture.camera import Camera, best_view
 from fesloop.show.picture.flesh import flesh, flesh_distances, nearest_segments
 from fesloop.show.picture.hand_mesh import hand_surface
 from fesloop.show.picture.render import (
+    Camera,
     Frame,
     Solid,
     Surface,
     ambient_share,
+    best_view,
     lamp_share,
     over,
     painted,

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from made_up_pages import channels, drawing, error, heat_map, page
 
+from fesloop.show.report import svg
 from fesloop.show.report.drawn import drawn_numbers
 from fesloop.show.report.page import write_page
 from fesloop.show.report.parts import Mark, Paragraph, Section
-from fesloop.show.report.run import words as svg
 
 
 def drawn(chart):

@@ -10,7 +10,7 @@ from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.homogeneous import segment_matrices
 from fesloop.hand.skeleton import RESTING_DEG, hand_tree
-from fesloop.show.view.stream_layout import layout_of
+from fesloop.show.view.posture_stream import layout_of
 from fesloop.streams.live.description import Channel
 
 SIZE = HandSize()

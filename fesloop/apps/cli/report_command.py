@@ -68,8 +68,7 @@ def _is_study(source: Path) -> bool:
 
 def _run(source: Path, progress: Callable[[float], None]) -> Page:
     """Page of a run; of another HDF5 file the list of its contents."""
-    from fesloop.show.report.run.contents import contents_page
-    from fesloop.show.report.run.opening import readable
+    from fesloop.show.report.run.opening import contents_page, readable
     from fesloop.show.report.run.page import run_page
 
     with ExitStack() as stack:

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 from fesloop.lazily import found_in
 
 if TYPE_CHECKING:
+    from fesloop.show.figures.content import Overlay
     from fesloop.show.figures.drawing import draw
-    from fesloop.show.figures.overlays import Overlay
 
 __all__ = ["Overlay", "draw"]
 
-__getattr__ = found_in(__name__, {"Overlay": "overlays", "draw": "drawing"})
+__getattr__ = found_in(__name__, {"Overlay": "content", "draw": "drawing"})

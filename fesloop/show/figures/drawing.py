@@ -8,10 +8,9 @@ from pathlib import Path
 from fesloop.analysis.study.design.figure_specs import Figure
 from fesloop.analysis.study.results.study_results import StudyResults
 from fesloop.errors import InputError, InputErrors
-from fesloop.show.figures.content import Content
+from fesloop.show.figures.content import Content, Overlay
 from fesloop.show.figures.curves import curves
 from fesloop.show.figures.heat_maps import heat_map
-from fesloop.show.figures.overlays import Overlay
 
 
 def draw(results: StudyResults, figure: Figure, folder: str | Path, overlays: Sequence[Overlay] = ()) -> Path:

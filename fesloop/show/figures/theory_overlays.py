@@ -25,7 +25,7 @@ from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.running.blas import one_blas_thread
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.loop.surroundings import is_source, put_out
-from fesloop.show.figures.overlays import Overlay
+from fesloop.show.figures.content import Overlay
 
 _WITHIN_NS = NS_PER_MS // 4
 """How closely a critical latency is found for a figure (chosen: less than a line is wide)."""

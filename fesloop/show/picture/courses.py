@@ -15,7 +15,6 @@ from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.clock import NS_PER_S
 from fesloop.show.picture.cast import Cast
-from fesloop.show.picture.held import curve
 from fesloop.show.picture.palette import (
     BLACK,
     BLUE,
@@ -29,6 +28,7 @@ from fesloop.show.picture.palette import (
     channel_colour,
     tidy,
 )
+from fesloop.show.picture.signals import curve
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

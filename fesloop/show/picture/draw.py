@@ -15,14 +15,13 @@ from fesloop.errors import InputError
 from fesloop.experiment.files.patients import describe
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
-from fesloop.show.picture.arrays import arrays_figure
+from fesloop.show.picture.arrays import arrays_figure, stimulation_at
 from fesloop.show.picture.cast import Cast, cast_of
 from fesloop.show.picture.courses import courses_figure
 from fesloop.show.picture.hand import Estimate, hand_figure
-from fesloop.show.picture.held import first_recorded, span_ns, values_at
 from fesloop.show.picture.posture import Posture, estimated_posture, true_posture
 from fesloop.show.picture.scene import solids_of
-from fesloop.show.picture.stimulation import stimulation_at
+from fesloop.show.picture.signals import first_recorded, span_ns, values_at
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -14,16 +14,17 @@ from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import Poses
 from fesloop.loop.clock import NS_PER_S
-from fesloop.show.picture.camera import Camera, best_view
 from fesloop.show.picture.flesh import Flesh, flesh, flesh_distances, nearest_segments
 from fesloop.show.picture.hand_mesh import hand_surface, slope
 from fesloop.show.picture.posture import Posture
 from fesloop.show.picture.render import (
     BIAS_M,
+    Camera,
     Colour,
     Frame,
     Solid,
     Surface,
+    best_view,
     over,
     painted,
     solid_surface,

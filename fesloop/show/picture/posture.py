@@ -14,7 +14,7 @@ from fesloop.hand.anthropometry import HandSize
 from fesloop.hand.kinematics import Poses, placed, segment_poses
 from fesloop.hand.skeleton import dorsal_points, hand_tree
 from fesloop.show.picture.cast import Player
-from fesloop.show.picture.held import Signals, values_at
+from fesloop.show.picture.signals import Signals, values_at
 
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]

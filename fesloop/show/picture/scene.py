@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fesloop.show.picture.cast import Player
-from fesloop.show.picture.held import Signals, values_at
 from fesloop.show.picture.render import Kind, Solid
+from fesloop.show.picture.signals import Signals, values_at
 
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]

@@ -14,8 +14,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fesloop.show.picture.hand_mesh import Mesh
-from fesloop.show.report.figure3d import Figure3d, Frames, Solid
-from fesloop.show.report.parts import Bars, Chart, Fold, HeatMap, Line, Page, Part, Strips
+from fesloop.show.report.parts import (
+    Bars,
+    Chart,
+    Figure3d,
+    Fold,
+    Frames,
+    HeatMap,
+    Line,
+    Page,
+    Part,
+    Solid,
+    Strips,
+)
 
 Array = NDArray[np.float64]
 Encoded = Mapping[str, str | float | int]

@@ -12,11 +12,18 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
 from fesloop.show.picture.cast import cast_of
 from fesloop.show.picture.hand import view_of
-from fesloop.show.picture.held import Signals, span_ns
 from fesloop.show.picture.posture import Posture
-from fesloop.show.report.figure3d import Figure3d, Frames, Solid
-from fesloop.show.report.objects import holdable, padded
-from fesloop.show.report.recorded_hand import ESTIMATE, TRUTH, RecordedHand, recorded_hand, standing
+from fesloop.show.picture.signals import Signals, span_ns
+from fesloop.show.report.parts import Figure3d, Frames, Solid
+from fesloop.show.report.recorded_hand import (
+    ESTIMATE,
+    TRUTH,
+    RecordedHand,
+    holdable,
+    padded,
+    recorded_hand,
+    standing,
+)
 
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]

@@ -4,6 +4,7 @@ Three kinds of recordings have one: of a hand's plant, with a tracker or without
 sensors are replayed; and of a finger of three joints.
 """
 
+
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
@@ -20,13 +21,54 @@ from fesloop.hand.skeleton import RESTING_DEG, hand_tree
 from fesloop.loop.clock import FOREVER
 from fesloop.show.picture.cast import Cast, Player
 from fesloop.show.picture.hand_mesh import NOTHING, Mesh, segment_meshes
-from fesloop.show.picture.held import Signals, values_at
 from fesloop.show.picture.posture import Posture, estimated_posture, posture_of_angles, true_posture
-from fesloop.show.report.figure3d import Solid
-from fesloop.show.report.objects import holdable, object_poses
+from fesloop.show.picture.render import Solid as Drawn
+from fesloop.show.picture.scene import solids_of
+from fesloop.show.picture.signals import Signals, values_at
+from fesloop.show.report.parts import Solid
 
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]
+_OBJECT_ROLE, _TABLE_ROLE = "object", "surface"
+
+
+def object_poses(
+    signals: Signals, plant: Player | None, trial: int, at_ns: Instants
+) -> tuple[list[Solid], Array]:
+    """Solids, object first, and their poses (t, solids, 7): orientation (w, x, y, z) and position, global, m.
+
+    NaN where one is not known; none where there is no plant.
+    """
+    if plant is None:
+        return [], np.empty((len(at_ns), 0, 7))
+    drawn, _ = solids_of(signals, plant, trial, at_ns)
+    kinds: dict[bool, Drawn] = {each.fades: each for row in drawn for each in row}
+    order = sorted(kinds)
+    poses = np.full((len(at_ns), len(order), 7), np.nan)
+    for row, there in zip(poses, drawn, strict=True):
+        for each in there:
+            row[order.index(each.fades)] = [*each.orientation, *each.position]
+    return [_solid(kinds[fades]) for fades in order], poses
+
+
+def padded(poses: Array, count: int) -> Array:
+    """Poses (t, count, 7) of so many solids; the object, which comes first, may be unknown all the time."""
+    missing = np.full((len(poses), count - poses.shape[1], 7), np.nan)
+    return np.concatenate([missing, poses], axis=1)
+
+
+def _solid(drawn: Drawn) -> Solid:
+    x, y, z = (float(half) for half in drawn.half)
+    halves = {"box": (x, y, z), "cylinder": (x, x, y), "sphere": (x, x, x)}[drawn.kind]
+    return Solid(kind=drawn.kind, half_sizes=halves, role=_TABLE_ROLE if drawn.fades else _OBJECT_ROLE,
+                 moves=True)
+
+
+def holdable(solids: Sequence[Solid]) -> bool:
+    """Whether there is anything that a hand may hold."""
+    return any(solid.role == _OBJECT_ROLE for solid in solids)
+
+
 Postures = Callable[[Signals, int, Instants], dict[str, Posture]]
 """Where each hand was at instants of a trial; without those of which nothing is recorded in it."""
 TRUTH, ESTIMATE = "truth", "estimate"
@@ -174,7 +216,7 @@ class Standing(NamedTuple):
     Attributes
     ----------
     postures: as the newest rows tell them, by hand ("truth", "estimate"); none where nothing is recorded.
-    hands: poses of their segments, (t, 17, 7), as `fesloop.show.report.figure3d.Frames` has them; NaN where
+    hands: poses of their segments, (t, 17, 7), as `fesloop.show.report.parts.Frames` has them; NaN where
         they are not known.
     solids, solid_poses: what stands there, object first, and (t, solids, 7), NaN likewise.
     """

@@ -49,7 +49,7 @@ class GrowingStream:
 
 class GrowingRecording:
     """Signals of a file under single writer, multiple readers (SWMR); see
-    `fesloop.show.picture.held.Signals`.
+    `fesloop.show.picture.signals.Signals`.
 
     Parameters
     ----------

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from fesloop.errors import InputError
 from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.clock import NS_PER_S
-from fesloop.show.picture.held import Signals
+from fesloop.show.picture.signals import Signals
 from fesloop.show.report.motion import figure_of, hand_of, recorded_spans
-from fesloop.show.report.objects import padded
-from fesloop.show.report.recorded_hand import RecordedHand, standing
+from fesloop.show.report.recorded_hand import RecordedHand, padded, standing
 from fesloop.show.view.shown import FRAME_S, Play, Shown, Span, Start
 
 Array = NDArray[np.float64]

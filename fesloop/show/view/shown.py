@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.show.report.figure3d import Figure3d
+from fesloop.show.report.parts import Figure3d
 
 Array = NDArray[np.float64]
 FRAME_S = 1.0 / 30.0
@@ -27,7 +27,7 @@ class Shown:
     Attributes
     ----------
     trial, time_s: where in the run it is; a live stream has no trial and time since it was found.
-    hands: by name ("truth", "estimate"), poses (17, 7) as those of `fesloop.show.report.figure3d.Frames`.
+    hands: by name ("truth", "estimate"), poses (17, 7) as those of `fesloop.show.report.parts.Frames`.
     objects: (objects that move, 7).
     note: how far behind it is, or why nothing moves; empty where there is nothing to say.
     """

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fesloop.show.report.parts import Line
-from fesloop.show.report.run.axes import from_zero
+from fesloop.show.report.run.thinning import from_zero
 
 NONE = np.full(3, np.nan)
 

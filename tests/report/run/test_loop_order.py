@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fesloop.experiment.files.parse import load
-from fesloop.show.report.run.wiring import columns
+from fesloop.show.report.run.experiment import columns
 
 NAMES = st.lists(st.sampled_from("abcdefgh"), min_size=1, unique=True)
 PORTS = st.sampled_from(["stimulation", "angles", "reference"])

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fesloop.show.picture.cast import Cast, Player
-from fesloop.show.report.run.stimulated import element_charge
+from fesloop.show.report.run.stimulation import element_charge
 from plants.stimulator.block import VirtualElectrode
 
 HZ, SLOTS, CHANNELS, ELEMENTS = 20, 8, 3, 5

@@ -14,8 +14,12 @@ from fesloop.show.report.parts import Drawing, Strips
 from fesloop.show.report.run import stimulation
 from fesloop.show.report.run.fatigue import fatigue_section
 from fesloop.show.report.run.known import known_of
-from fesloop.show.report.run.stimulated import element_charge, final_stimulation
-from fesloop.show.report.run.stimulation import arrays_svg, stimulation_section
+from fesloop.show.report.run.stimulation import (
+    arrays_svg,
+    element_charge,
+    final_stimulation,
+    stimulation_section,
+)
 from fesloop.show.report.run.thinning import Course
 
 SVG = "{http://www.w3.org/2000/svg}"

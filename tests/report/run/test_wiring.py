@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.specification import with_transport
-from fesloop.show.report.run.wiring import wiring_svg
+from fesloop.show.report.run.experiment import wiring_svg
 
 SVG = "{http://www.w3.org/2000/svg}"
 NAMES = st.lists(st.sampled_from("abcdefgh"), min_size=1, unique=True)

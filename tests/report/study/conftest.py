@@ -1,7 +1,7 @@
 import pytest
 from study_stores import write_store
 
-from fesloop.show.figures.overlays import Overlay
+from fesloop.show.figures.content import Overlay
 from fesloop.show.figures.theory_overlays import keep_overlays
 
 LATENCIES, JITTERS, LAWS = [0, 20, 40], [0, 5], ["pid", "mpc"]

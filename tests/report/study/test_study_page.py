@@ -8,7 +8,7 @@ import pytest
 from study_stores import write_cells, write_store
 
 from fesloop.analysis.study import load
-from fesloop.show.figures.overlays import Overlay
+from fesloop.show.figures.content import Overlay
 from fesloop.show.figures.theory_overlays import keep_overlays
 from fesloop.show.report.page import page_html
 from fesloop.show.report.parts import Bars, Chart, Code, Fold, HeatMap, Notice, Paragraph, Table

@@ -4,7 +4,7 @@ import pytest
 
 from fesloop.analysis.study.store.file import THEORY
 from fesloop.errors import InputError
-from fesloop.show.figures.overlays import Overlay
+from fesloop.show.figures.content import Overlay
 from fesloop.show.figures.theory_overlays import keep_overlays, kept_overlays
 
 LINES = {"map": [Overlay(label="theory", x=[30.0, 10.5], y=[0.0, 5.0], panel="pid")],

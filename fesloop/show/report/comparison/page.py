@@ -1,18 +1,158 @@
 """Several runs on one page."""
 
+
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
+from fesloop.analysis.study.results.quantities import called, with_unit
 from fesloop.errors import FesloopError, InputError
+from fesloop.experiment.metrics.missing import MISSING
 from fesloop.experiment.recording.reading import Recording
-from fesloop.show.report.comparison.compared import Compared, compared
+from fesloop.experiment.trouble import KINDS, troubles
+from fesloop.show.report.comparison.compared import Compared, compared, finite
 from fesloop.show.report.comparison.differences import differences_section
 from fesloop.show.report.comparison.joints import joints_section
-from fesloop.show.report.comparison.scored import metrics_section, sentence_of, trials_section
-from fesloop.show.report.parts import Notice, Page, Section, Table
+from fesloop.show.report.parts import Bars, Chart, Fold, Line, Notice, Page, Paragraph, Part, Section, Table
+from fesloop.show.report.run.words import counted, listed, metric_label, told
+
+_ERRORS = (("joint_rmse_deg", "Error of the joints against the reference"),
+           ("tracker_rmse_deg", "Error of the tracker against the truth"))
+_BY_JOINT, _STEPS = "joints", "step_us"
+Scored = dict[str, Any]
+
+
+def metrics_section(runs: Sequence[Compared]) -> Section:
+    """Metrics of the last trial of each, those by joint folded; what only some have is said."""
+    flat = [dict(_flat(run.known.metrics)) for run in runs]
+    keys = list(dict.fromkeys(key for each in flat for key in each))
+    shown = [key for key in keys if not key.startswith((f"{_BY_JOINT} ", f"{_STEPS} "))]
+    folded = [key for key in keys if key not in shown]
+    columns = ["metric", *(run.name for run in runs)]
+    parts: list[Part] = [Paragraph(text="Of the last trial of each run.")] if any(
+        run.known.begun > 1 for run in runs) else []
+    if shown:
+        parts.append(Table(columns=columns, rows=[_row(key, flat) for key in shown]))
+    else:
+        parts.append(Notice(text="None of them is scored."))
+    parts += _not_comparable(runs, flat)
+    if folded:
+        parts.append(Fold(title="By joint, and time of steps", parts=[
+            Table(columns=columns, rows=[_row(key, flat) for key in folded])]))
+    return Section(key="metrics", title="Metrics side by side", parts=parts)
+
+
+def _flat(metrics: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+    """Metrics by their paths, of lists the last: one a trial."""
+    for name, value in metrics.items():
+        if name == MISSING:
+            continue
+        place = f"{path} {name}".strip()
+        if isinstance(value, Mapping):
+            yield from _flat(value, place)
+        elif not isinstance(value, (list, tuple)):
+            yield place, value
+        elif value and not isinstance(value[-1], (list, tuple, Mapping)):
+            yield place, value[-1]
+
+
+def _row(key: str, flat: Sequence[Scored]) -> list[str]:
+    return [_label(key), *(told(each.get(key)) for each in flat)]
+
+
+def _label(key: str) -> str:
+    """A metric's path in words, its unit last: "split RMSE total, deg"."""
+    parts = [called(part) for part in key.removeprefix(f"{_BY_JOINT} ").split(" ")]
+    unit = next((unit for _, unit in parts if unit), "")
+    return with_unit(" ".join(text for text, _ in parts), unit)
+
+
+def _not_comparable(runs: Sequence[Compared], flat: Sequence[Scored]) -> Iterator[Part]:
+    """Runs that are scored otherwise than the others."""
+    unscored = [run.name for run, each in zip(runs, flat, strict=True) if not each]
+    if unscored:
+        yield Notice(text=f"Not scored: {listed(unscored)}.")
+    whiles = {run.name: run.known.scored_span_s() for run in runs if run.name not in unscored}
+    if len(set(whiles.values())) > 1:
+        each = "; ".join(f"{name} from {after:g} s{' on' if end is None else f' to {end:g} s'}"
+                         for name, (after, end) in whiles.items())
+        yield Notice(text=f"They are scored over different parts of a trial: {each}.")
+
+
+def trials_section(runs: Sequence[Compared]) -> Section | None:
+    """Errors per trial over each other; bars where there is one trial each; None where nothing has errors."""
+    parts: list[Part] = []
+    for metric, title in _ERRORS:
+        errors = {run: run.known.per_trial(metric) for run in runs}
+        having = {run: values for run, values in errors.items() if finite(values)}
+        if not having:
+            continue
+        parts.append(_over_trials(metric, title, having) if max(map(len, having.values())) > 1
+                     else _beside(metric, title, having))
+        if len(having) < len(runs):
+            lacking = listed([run.name for run in runs if run not in having])
+            parts.append(Notice(text=f"Without {metric_label(metric)}: {lacking}."))
+    return Section(key="trials", title="Error per trial", parts=parts) if parts else None
+
+
+def _over_trials(metric: str, title: str, having: Mapping[Compared, Sequence[float]]) -> Chart:
+    lines = [Line(name=run.name, role=run.role, x=np.arange(float(len(values))), y=np.array(values))
+             for run, values in having.items()]
+    ends = "; ".join(f"{run.name} {told(values[0])} to {told(values[-1])}" for run, values in having.items())
+    highest = max(float(np.nanmax(line.y)) for line in lines)
+    return Chart(key=f"trials-{metric}", title=f"{title}, RMS", x_label="trial", y_label="error, deg",
+                 lines=lines, limits=(0.0, 1.05 * highest or 1.0), text=f"First to last trial, deg: {ends}.")
+
+
+def _beside(metric: str, title: str, having: Mapping[Compared, Sequence[float]]) -> Bars:
+    values = [run_values[0] for run_values in having.values()]
+    return Bars(key=f"trials-{metric}", title=f"{title}, RMS", x_label="error, deg",
+                names=[run.name for run in having], values={"error": values}, roles={"error": "truth"},
+                stacked=False, text=", ".join(f"{run.name} {told(value)} deg"
+                                              for run, value in zip(having, values, strict=True)) + ".")
+
+
+def sentence_of(runs: Sequence[Compared]) -> str:
+    """What went wrong, the most important first; which run has the least error, and which the most."""
+    return " ".join([*_troubles(runs), _errors(runs)])
+
+
+def _troubles(runs: Sequence[Compared]) -> list[str]:
+    """The most important thing that went wrong in each run, the gravest of them first."""
+    first = [(run, found[0]) for run in runs if (found := troubles(run.known.recording, run.known.metrics))]
+    first.sort(key=lambda pair: KINDS.index(pair[1].kind))
+    return [f"In {run.name}, {trouble.text}." for run, trouble in first]
+
+
+def _errors(runs: Sequence[Compared]) -> str:
+    """Which run has the least error, and which the most."""
+    names = sorted({run.recording.name for run in runs})
+    begin = f"{counted(len(runs), 'run')} of {listed([f'`{name}`' for name in names])}."
+    for metric, title in _ERRORS:
+        errors = {run.name: run.last_error(metric) for run in runs}
+        known = {name: error for name, error in errors.items() if np.isfinite(error)}
+        if len(known) > 1:
+            best, worst = min(known, key=known.__getitem__), max(known, key=known.__getitem__)
+            last = _in_last_trial([run for run in runs if run.name in known])
+            if known[best] == known[worst]:
+                return f"{begin} {title} is {told(known[best])} deg RMS in all of them{last}."
+            return (f"{begin} {title} is least in {best}, {told(known[best])} deg RMS{last}, and greatest in "
+                    f"{worst}, {told(known[worst])} deg.")
+    return f"{begin} They have no error of joints in common."
+
+
+def _in_last_trial(runs: Sequence[Compared]) -> str:
+    """Which trial is meant; runs of as many trials share it, of others each has its own."""
+    begun = [run.known.begun for run in runs]
+    if max(begun) == 1:
+        return ""
+    if min(begun) == max(begun):
+        return f" in the last of {counted(begun[0], 'trial')}"
+    return f" in the last trial of each ({listed([f'{run.known.last} of {run.name}' for run in runs])})"
+
 
 Build = Callable[[Sequence[Compared]], Section | None]
 _SECTIONS: tuple[tuple[str, str, Build], ...] = (

@@ -9,10 +9,10 @@ import numpy as np
 
 from fesloop.loop.clock import NS_PER_MS
 from fesloop.loop.latency import MEANING, LatencyReport, PathLatency, StageSummary
+from fesloop.show.report import svg
 from fesloop.show.report.parts import Drawing, Fold, Notice, Paragraph, Part, Section, Table
-from fesloop.show.report.run import words as svg
 from fesloop.show.report.run.known import Known
-from fesloop.show.report.run.stimulated import final_stimulation
+from fesloop.show.report.run.stimulation import final_stimulation
 from fesloop.show.report.run.words import told
 
 _WIDE, _LEFT, _ROW, _BAR = 440.0, 8.0, 34.0, 10.0

@@ -15,9 +15,8 @@ from fesloop.experiment.metrics.scoring import alignments
 from fesloop.hand.movements import muscle
 from fesloop.loop.clock import NS_PER_S
 from fesloop.show.report.parts import Bars, Chart, Fold, Line, Mark, Paragraph, Part, Section, Table
-from fesloop.show.report.run.axes import from_zero
 from fesloop.show.report.run.known import Known, seconds
-from fesloop.show.report.run.thinning import thinned
+from fesloop.show.report.run.thinning import from_zero, thinned
 from fesloop.show.report.run.tracker import tip_course
 from fesloop.show.report.run.words import joint_label, listed, metric_label, told
 

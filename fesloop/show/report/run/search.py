@@ -15,8 +15,8 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.forms.schema import make
 from fesloop.show.picture.arrays import CUT_DEG, unrolled
 from fesloop.show.picture.cast import cast_of
+from fesloop.show.report import svg
 from fesloop.show.report.parts import Chart, Drawing, Fold, Line, Notice, Paragraph, Part, Section, Table
-from fesloop.show.report.run import words as svg
 from fesloop.show.report.run.words import counted, told
 
 Array = NDArray[np.float64]

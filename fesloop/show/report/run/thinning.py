@@ -1,8 +1,9 @@
 """Signals over time as lines of few points, read a piece of the file at a time: for runs of any length."""
 
+
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -106,3 +107,10 @@ def thinned(pieces: Iterable[tuple[Stamps, Array]], count: int, points: int = PO
     if per_point == 1:
         return Course(seconds, mean, None, None)
     return Course(seconds, mean, low[there], high[there], begun[there], per_point)
+
+
+def from_zero(lines: Sequence[Line]) -> tuple[float, float]:
+    """Of an axis of what is never below 0: from there to a little above all that is drawn."""
+    values = [line.y if line.high is None else line.high for line in lines]
+    known = [float(each[np.isfinite(each)].max(initial=0.0)) for each in values]
+    return 0.0, 1.05 * max(known, default=0.0) or 1.0

@@ -13,9 +13,8 @@ from fesloop.experiment.metrics.joints import columns, held
 from fesloop.experiment.recording.signal_table import SignalTable
 from fesloop.loop.clock import NS_PER_S
 from fesloop.show.report.parts import Bars, Chart, Line, Paragraph, Part, Section, Table
-from fesloop.show.report.run.axes import from_zero
 from fesloop.show.report.run.known import Known
-from fesloop.show.report.run.thinning import Course, thinned
+from fesloop.show.report.run.thinning import Course, from_zero, thinned
 from fesloop.show.report.run.words import joint_label, listed, told
 
 Array = NDArray[np.float64]
