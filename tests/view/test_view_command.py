@@ -66,7 +66,7 @@ def first_row_at(path):
 @pytest.mark.usefixtures("niceness")
 class TestRefused:
     def test_nothing_and_two_things(self, capsys, path):
-        assert "nothing to show" in refused(capsys)
+        assert "no source" in refused(capsys)
         assert "both" in refused(capsys, str(path), "--stream", "postures")
 
     @pytest.mark.parametrize("option", [("--side", "left"), ("--network", "lab")])
