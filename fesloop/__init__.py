@@ -18,9 +18,10 @@ if TYPE_CHECKING:
     from fesloop.errors import FesloopError, InputError, RunError
     from fesloop.experiment.experiment import Experiment
     from fesloop.experiment.files.parse import load
+    from fesloop.experiment.record_spec import Record
     from fesloop.experiment.recording.reading import Recording
     from fesloop.experiment.running.trial import Result
-    from fesloop.experiment.wanted import Record, Score
+    from fesloop.experiment.score_spec import Score
     from fesloop.loop.duration import Duration
     from fesloop.loop.nodes import Node
     from fesloop.loop.realtime import Pacing
@@ -36,11 +37,11 @@ _HOMES = {
     "Loop": "fesloop.loop.run",
     "Node": "fesloop.loop.nodes",
     "Pacing": "fesloop.loop.realtime",
-    "Record": "fesloop.experiment.wanted",
+    "Record": "fesloop.experiment.record_spec",
     "Recording": "fesloop.experiment.recording.reading",
     "Result": "fesloop.experiment.running.trial",
     "RunError": "fesloop.errors",
-    "Score": "fesloop.experiment.wanted",
+    "Score": "fesloop.experiment.score_spec",
     "Wire": "fesloop.loop.wire",
     "Wiring": "fesloop.loop.wiring",
     "load": "fesloop.experiment.files.parse",

@@ -16,7 +16,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from fesloop.experiment.export import xdf_chunks
+from fesloop.experiment.export import xdf
 from fesloop.experiment.files.parse import load
 from fesloop.experiment.running.trial import run
 from fesloop.streams.files import open_recording
@@ -113,19 +113,19 @@ def _table() -> Array:
 
 
 def _xdf() -> bytes:
-    channels: xdf_chunks.Xml = [("channel", [("label", label), ("unit", unit)])
+    channels: xdf.Xml = [("channel", [("label", label), ("unit", unit)])
                                 for label, unit in zip(_LABELS, _UNITS, strict=True)]
-    header: xdf_chunks.Xml = [
+    header: xdf.Xml = [
         ("name", "imu"), ("type", "IMU"), ("channel_count", "9"), ("nominal_srate", str(_RATE)),
         ("channel_format", "double64"), ("desc", [("channels", channels)])]
     times = 10.0 + np.arange(_SAMPLES) / _RATE
-    parts = [xdf_chunks.MAGIC, xdf_chunks.file_header([("version", "1.0")]),
-             xdf_chunks.stream_header(1, header)]
+    parts = [xdf.MAGIC, xdf.file_header([("version", "1.0")]),
+             xdf.stream_header(1, header)]
     for start in range(0, _SAMPLES, 20):
         rows = slice(start, start + 20)
-        parts += [xdf_chunks.clock_offset(1, times[start], -0.5 + 1e-5 * start),
-                  xdf_chunks.samples(1, times[rows], _table()[rows]), xdf_chunks.boundary()]
-    return b"".join([*parts, xdf_chunks.stream_footer(1, [("sample_count", str(_SAMPLES))])])
+        parts += [xdf.clock_offset(1, times[start], -0.5 + 1e-5 * start),
+                  xdf.samples(1, times[rows], _table()[rows]), xdf.boundary()]
+    return b"".join([*parts, xdf.stream_footer(1, [("sample_count", str(_SAMPLES))])])
 
 
 def _rows(separator: str) -> str:

@@ -15,7 +15,8 @@ import numpy as np
 
 from fesloop.errors import InputError, InputErrors
 from fesloop.experiment import registry
-from fesloop.experiment.wanted import Record, Score
+from fesloop.experiment.record_spec import Record
+from fesloop.experiment.score_spec import Score
 from fesloop.forms.schema import plain
 from fesloop.loop.clock import FOREVER, NS_PER_S, RateClock, StampClock, duration_ns
 from fesloop.loop.nodes import Node

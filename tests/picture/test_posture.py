@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fesloop import Experiment
+from fesloop.experiment.record_spec import Record
 from fesloop.experiment.recording.reading import Recording
-from fesloop.experiment.wanted import Record
 from fesloop.hand import quaternion
 from fesloop.hand.skeleton import dorsal_points
 from fesloop.loop.nodes import Node

@@ -64,4 +64,4 @@ def test_angles_for_places_are_of_another_unit_and_shape(capsys):
     assert main(["check", "salchow2019", "--set", "score.fingertips=hand.angles"]) == 2
     unit, shape = capsys.readouterr().err.splitlines()
     assert "a signal in 'm'" in unit
-    assert "(tips, 3), places" in shape
+    assert "(tips, 3), positions" in shape

@@ -9,7 +9,7 @@ from fesloop.analysis.theory import critical_latency_ms, linear_loop, stationary
 from fesloop.errors import InputError
 from fesloop.experiment.experiment import Experiment
 from fesloop.experiment.files.parse import load
-from fesloop.experiment.wanted import Score
+from fesloop.experiment.score_spec import Score
 from fesloop.loop.duration import Duration
 from fesloop.loop.nodes import Node
 from fesloop.loop.wire import Wire

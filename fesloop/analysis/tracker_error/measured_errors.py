@@ -22,7 +22,7 @@ from fesloop.errors import InputError
 from fesloop.experiment.metrics.joints import columns, held
 from fesloop.experiment.metrics.scoring import measuring, never_aligned
 from fesloop.experiment.recording.reading import Recording, Signal
-from fesloop.experiment.wanted import Score
+from fesloop.experiment.score_spec import Score
 from fesloop.forms.schema import make
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize

@@ -26,16 +26,11 @@ STAMPS = ("index", TIME, "left [s]", "oldest capture [s]", "newest capture [s]")
 _SENSORS = {"rate": "gyr", "acceleration": "acc", "field": "mag"}
 
 
-def wanted(signal: TableSignal) -> bool:
-    """Every signal."""
-    return True
-
-
 def write(selection: Selection, folder: Path) -> list[str]:
-    """The tables of all trials."""
+    """Write the tables of all trials."""
     for trial in selection.trials:
         tables = selection.tables(trial)
-        names = unique(["events", *(file_name(selection.told(table)) for table in tables)])[1:]
+        names = unique(["events", *(file_name(selection.name_of(table)) for table in tables)])[1:]
         for table, name in zip(tables, names, strict=True):
             _write_table(selection, table, folder / f"{selection.prefix(trial)}{name}")
         _write_events(selection, trial, folder / f"{selection.prefix(trial)}events.csv")

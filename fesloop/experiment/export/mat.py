@@ -21,7 +21,7 @@ from scipy.io import savemat
 from fesloop.errors import InputError
 from fesloop.experiment.export.selection import Selection
 from fesloop.experiment.export.target import file_name, unique
-from fesloop.experiment.recording.signal_table import SignalTable, TableSignal
+from fesloop.experiment.recording.signal_table import SignalTable
 from fesloop.loop.clock import NS_PER_S
 
 MOST_BYTES = 2**31 - 1
@@ -32,11 +32,6 @@ _KEYWORDS = frozenset((
     "break", "case", "catch", "classdef", "continue", "else", "elseif", "end", "for", "function", "global",
     "if", "otherwise", "parfor", "persistent", "return", "spmd", "switch", "try", "while"))
 _OWN = ("run", "events")
-
-
-def wanted(signal: TableSignal) -> bool:
-    """Return True: the format takes every signal."""
-    return True
 
 
 def write(selection: Selection, folder: Path) -> list[str]:
@@ -83,7 +78,7 @@ def _require_room(name: str, table: SignalTable) -> None:
 def _save(file: BinaryIO, name: str, structure: Mapping[str, Any]) -> None:
     """Append a variable; SciPy writes the header of the file before the first one."""
     stream: Any = file  # SciPy takes open files, its stubs say paths alone
-    savemat(stream, {name: structure}, long_field_names=True, oned_as="column")
+    savemat(stream, {name: structure}, long_field_names=True)
 
 
 def _describe(file: BinaryIO, text: str) -> None:
@@ -96,15 +91,15 @@ def _signal(selection: Selection, table: SignalTable) -> dict[str, Any]:
     """Structure of the only signal of a table."""
     signal = table.signals[0]
     shape = (1, *signal.shape) if len(signal.shape) == 1 else signal.shape or (1, 1)
-    values = np.empty((table.count, *signal.shape))
-    stamps = {name: np.empty(table.count, np.int64) for name in _STAMPS}
+    values = np.empty((table.count, *(signal.shape or (1,))))
+    stamps = {name: np.empty((table.count, 1), np.int64) for name in _STAMPS}
     first = 0
     for piece in selection.pieces(table):
         rows = slice(first, first + len(piece.times_ns))
-        values[rows] = piece.values[0]
+        values[rows] = piece.values[0].reshape(-1, *values.shape[1:])
         for name, column in zip(_STAMPS, (piece.indices, piece.times_ns, piece.left_ns, piece.oldest_ns,
                                           piece.newest_ns), strict=True):
-            stamps[name][rows] = column
+            stamps[name][rows, 0] = column
         first = rows.stop
     return {"name": _text(signal.name), "unit": _text(signal.unit),
             "channels": _cell([channel.label for channel in selection.channels(signal)], shape),
@@ -122,7 +117,7 @@ def _run(selection: Selection, trial: int) -> dict[str, Any]:
 def _events(selection: Selection, trial: int) -> dict[str, Any]:
     """Events of a trial: time, s, and time_ns; where, status, detail."""
     found = selection.events(trial)
-    times = np.array([event.time_ns for event in found], np.int64)
+    times = np.array([event.time_ns for event in found], np.int64).reshape(-1, 1)
     return {"time": times / NS_PER_S, "time_ns": times} | {
         key: _cell([getattr(event, key) for event in found], (len(found), 1))
         for key in ("where", "status", "detail")}

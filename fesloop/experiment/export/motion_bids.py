@@ -133,13 +133,16 @@ NO_VALUE = "n/a"
 _SUBJECT = "sub-01"
 
 
-def wanted(signal: TableSignal) -> bool:
-    """Signals that are motion: of inertial sensors, orientations, joint angles, positions, velocities."""
+def is_motion(signal: TableSignal) -> bool:
+    """Return whether a signal is inertial samples, orientations, joint angles, positions or velocities."""
     return quantity(signal) != "other"
 
 
 def write(selection: Selection, folder: Path) -> list[str]:
-    """The dataset; notes. Empty files are none in BIDS: what has no row in a trial is left out."""
+    """Write the dataset and return notes.
+
+    BIDS has no empty files: signals without a row in a trial are left out.
+    """
     task = _alphanumeric(selection.recording.name)
     motion = folder / _SUBJECT / "motion"
     motion.mkdir(parents=True)
@@ -150,7 +153,7 @@ def write(selection: Selection, folder: Path) -> list[str]:
         tables = selection.tables(trial)
         for table, system in zip(tables, _systems(selection, tables), strict=True):
             if not table.count:
-                notes.append(f"{selection.told(table)}, trial {trial}: no row, so no file")
+                notes.append(f"{selection.name_of(table)}, trial {trial}: no row, so no file")
                 continue
             stem = f"{_SUBJECT}_task-{task}_tracksys-{system}{run}"
             _write_system(selection, table, task, system, motion / stem)
@@ -199,7 +202,7 @@ def _write_events(selection: Selection, trial: int, stem: Path) -> None:
 
 def _systems(selection: Selection, tables: list[SignalTable]) -> list[str]:
     """A label a table: letters and digits."""
-    return unique([_alphanumeric(selection.told(table)) for table in tables], "")
+    return unique([_alphanumeric(selection.name_of(table)) for table in tables], "")
 
 
 def _alphanumeric(name: str) -> str:

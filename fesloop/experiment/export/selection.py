@@ -1,4 +1,4 @@
-"""Which trials and signals of a recording are exported."""
+"""Selection of the trials and signals of a recording that are exported."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from fesloop.experiment.recording.signal_table import Piece, SignalTable, TableS
 
 @dataclass(slots=True)
 class Progress:
-    """How far an export has come; `tell` is told the fraction.
+    """Progress of an export, reported by `tell(fraction)`.
 
     Attributes
     ----------
-    rows: how many there are, those of each signal of a trial counted.
-    done: how many of them are written.
+    rows: rows of all signals and trials.
+    done: rows that are written.
     """
 
     tell: Callable[[float], object]
@@ -28,22 +28,22 @@ class Progress:
     done: int = 0
 
     def note(self, rows: int) -> None:
-        """So many rows have been written."""
+        """Count written rows."""
         self.done += rows
         self.tell(self.done / self.rows)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Selection:
-    """What of a recording is exported.
+    """The part of a recording that is exported.
 
     Attributes
     ----------
     recording: open for reading.
     trials: counted from 0.
-    among: how many trials the recording had at the start.
+    among: trials of the recording when the export began.
     signals: names.
-    progress: is kept up to date by `pieces`.
+    progress: updated by `pieces`.
     """
 
     recording: Recording
@@ -53,7 +53,7 @@ class Selection:
     progress: Progress
 
     def tables(self, trial: int) -> list[SignalTable]:
-        """The chosen signals of a trial, node by node."""
+        """Selected signals of a trial, node by node."""
         return self.recording.tables(self.signals, trial)
 
     def pieces(self, table: SignalTable) -> Iterator[Piece]:
@@ -71,23 +71,23 @@ class Selection:
         """Channels of a signal."""
         return channels(signal, self.block(signal))
 
-    def told(self, table: SignalTable) -> str:
-        """What a table is called: the node, or the plant's input."""
+    def name_of(self, table: SignalTable) -> str:
+        """Name of a table: that of its node, or of the plant's input."""
         first = table.signals[0]
         return first.name if first.name in self.recording.inputs else first.node
 
     def events(self, trial: int) -> list[Event]:
-        """What was out of the ordinary in a trial; a recording holds that in memory as well."""
+        """Events of a trial, all at once: a recording has them in memory too."""
         return [event for event in self.recording.events if event.trial == trial]
 
     def prefix(self, trial: int) -> str:
-        """What names of a trial's files begin with: nothing, where the run has but one trial."""
+        """Prefix of the names of a trial's files; empty for a run of one trial."""
         return "" if self.among == 1 else f"trial-{trial}_"
 
     def onset(self, trial: int) -> str:
-        """When t = 0 of a trial was, UTC: of a run in real time to the us; else of the first alone, to the s.
+        """UTC of t = 0 of a trial: to the us for a run in real time, else to the s and for the first trial.
 
-        Empty where the recording does not say.
+        Empty if unknown.
         """
         for origin in self.recording.origins:
             if origin["trial"] == trial:
@@ -98,23 +98,23 @@ class Selection:
 
 
 def select(recording: Recording, trial: int | None, signals: Sequence[str] | None,
-           wanted: Callable[[TableSignal], bool], what: str, tell: Callable[[float], object]) -> Selection:
-    """The selection that a user asks for, or all that a format is for.
+           takes: Callable[[TableSignal], bool], what: str, tell: Callable[[float], object]) -> Selection:
+    """Make the selection that a user names, or the one that a format takes by itself.
 
     Parameters
     ----------
     trial: None for all.
-    signals: names; None for all outputs and plant inputs that are `wanted`.
-    wanted: whether a format takes a signal where none is named.
-    what: the format takes, in a fault where there is none.
-    tell: is told the fraction that is written.
+    signals: names; None for all outputs and plant inputs that the format `takes`.
+    takes: whether the format takes a signal if none is named.
+    what: noun for the signals of the format, in the message if there is none.
+    tell: receives the fraction that is written.
 
     Raises InputError for trials and signals that the recording does not have, and for one without any.
     """
     count = recording.trials
     if count == 0:
-        raise InputError(str(recording.path), "holds no row of any trial",
-                         "a run that got as far as its first tick")
+        raise InputError(str(recording.path), "has no row of any trial",
+                         "a run that reached its first tick")
     if trial is not None and not 0 <= trial < count:
         raise InputError("--trial", f"{trial}", "0" if count == 1 else f"0 to {count - 1}")
     trials = tuple(range(count)) if trial is None else (trial,)
@@ -123,16 +123,16 @@ def select(recording: Recording, trial: int | None, signals: Sequence[str] | Non
         _require_known(signals, known)
         chosen = tuple(dict.fromkeys(signals))
     else:
-        chosen = _all_wanted(recording, known, trials[0], wanted, what)
+        chosen = _all_taken(recording, known, trials[0], takes, what)
     rows = sum(table.count * len(table.signals) for number in trials
                for table in recording.tables(chosen, number))
     return Selection(recording, trials, count, chosen, Progress(tell, rows))
 
 
-def _all_wanted(recording: Recording, known: Sequence[str], trial: int,
-                wanted: Callable[[TableSignal], bool], what: str) -> tuple[str, ...]:
+def _all_taken(recording: Recording, known: Sequence[str], trial: int,
+               takes: Callable[[TableSignal], bool], what: str) -> tuple[str, ...]:
     chosen = tuple(signal.name for table in recording.tables(known, trial)
-                   for signal in table.signals if wanted(signal))
+                   for signal in table.signals if takes(signal))
     if not chosen:
         raise InputError(str(recording.path), f"records no {what}", "such a signal, or --signals",
                          f"recorded are {', '.join(known) or 'none'}")

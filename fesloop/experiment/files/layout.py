@@ -12,7 +12,8 @@ from pydantic import Discriminator, TypeAdapter
 from fesloop.errors import InputError
 from fesloop.experiment import registry
 from fesloop.experiment.files.patients import CHOICE
-from fesloop.experiment.wanted import Record, Score
+from fesloop.experiment.record_spec import Record
+from fesloop.experiment.score_spec import Score
 from fesloop.forms.schema import Kinds, checked, closed, make, table
 from fesloop.loop.block import is_plant
 from fesloop.loop.duration import Duration

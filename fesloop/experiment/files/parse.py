@@ -19,9 +19,10 @@ from fesloop.experiment.files.patients import patient_of, with_models, with_pati
 from fesloop.experiment.files.settings import apply_settings
 from fesloop.experiment.files.source import read_experiment
 from fesloop.experiment.files.variants import Picked, pick
+from fesloop.experiment.record_spec import Record
 from fesloop.experiment.recording.reading import Recording
 from fesloop.experiment.running.blas import one_blas_thread
-from fesloop.experiment.wanted import Record, Score
+from fesloop.experiment.score_spec import Score
 from fesloop.forms.faults import faults_of, wire_place
 from fesloop.forms.schema import Kinds, keys_at, make
 from fesloop.forms.toml import TomlError, plain_tables

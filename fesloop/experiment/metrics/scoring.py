@@ -30,8 +30,8 @@ from fesloop.experiment.metrics.joints import (
 from fesloop.experiment.metrics.missing import MISSING, give_reasons, note
 from fesloop.experiment.metrics.search import search_metrics
 from fesloop.experiment.recording.reading import Recording, Signal
+from fesloop.experiment.score_spec import Score
 from fesloop.experiment.specification import with_transport
-from fesloop.experiment.wanted import Score
 from fesloop.forms.schema import make
 from fesloop.hand import quaternion
 from fesloop.hand.anthropometry import HandSize

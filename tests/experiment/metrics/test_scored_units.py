@@ -7,7 +7,7 @@ import pytest
 from fesloop.errors import InputError
 from fesloop.experiment.metrics.grasp_outcome import GraspScore
 from fesloop.experiment.metrics.search import SearchScore
-from fesloop.experiment.wanted import Score
+from fesloop.experiment.score_spec import Score
 from fesloop.loop.nodes import Node
 from fesloop.loop.signals import Port
 from plants.linear import StateSpace

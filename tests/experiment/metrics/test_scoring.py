@@ -16,7 +16,7 @@ from fesloop.experiment.metrics.joints import held
 from fesloop.experiment.metrics.missing import give_reasons, reasons_of
 from fesloop.experiment.metrics.scoring import _arrived, _seen, _trace, metrics_of
 from fesloop.experiment.recording import reading
-from fesloop.experiment.wanted import Score
+from fesloop.experiment.score_spec import Score
 from plants.linear import StateSpace
 
 LATENCY = "finger_pid_latency"

@@ -86,8 +86,8 @@ REFUSED = {
     "one file for several": ({"format": "mat", "out": "o.mat"}, "is one file, and 3 are to be written"),
     "one file for tables": ({"out": "o.csv"}, "o.csv: is one file, and tables and events are to be written"),
     "one file for a folder": ({"format": "motion-bids", "out": "o.motion-bids"},
-                              "o.motion-bids: is one file, and tables and what describes them"),
-    "name of another format": ({"format": "mat", "out": "o.STO"}, r"o\.STO: ends as files of another format"),
+                              "o.motion-bids: is one file, and tables and their descriptions"),
+    "name of another format": ({"format": "mat", "out": "o.STO"}, r"o\.STO: has the ending of another"),
     "no recording": ({"run": "absent.h5"}, "absent.h5: there is no such recording"),
 }
 
@@ -138,7 +138,7 @@ def test_a_folder_below_a_file_is_refused(run, tmp_path):
 
 def test_a_run_without_a_row_is_refused(tmp_path):
     empty = write_run(tmp_path / "run.h5", [Node("n", BLOCK, {"y": ("1", ())})])
-    with pytest.raises(InputError, match="holds no row of any trial"):
+    with pytest.raises(InputError, match="has no row of any trial"):
         export(empty, "xdf", tmp_path / "out")
 
 

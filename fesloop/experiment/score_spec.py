@@ -1,73 +1,42 @@
-"""What an experiment wants of its run: what its recording holds, and which signals are compared."""
+"""The table [score] of an experiment: which signals are compared with which."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from fesloop.errors import InputError
 from fesloop.experiment.metrics.cycles import CycleScore
 from fesloop.experiment.metrics.grasp_outcome import GraspScore
 from fesloop.experiment.metrics.search import SearchScore
-from fesloop.loop.clock import NS_PER_S, duration_ns, parse_rate
+from fesloop.experiment.record_spec import outputs_of
+from fesloop.loop.clock import NS_PER_S, duration_ns
 from fesloop.loop.nodes import Node
 from fesloop.loop.signals import Port
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Record:
-    """What a recording holds beyond the blocks' own ticks.
-
-    Attributes
-    ----------
-    plant_rate: how often plant outputs are recorded, Hz; reading them changes no trajectory.
-    timed: blocks whose steps are timed by the wall clock; that changes nothing either.
-    leave_out: outputs, and inputs of plants, as "node.port", that are not recorded, to save room.
-    """
-
-    plant_rate: str | int | float = "1000"
-    timed: tuple[str, ...] = ()
-    leave_out: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        parse_rate(self.plant_rate, "plant_rate")
-        for name in {name for name in self.timed if self.timed.count(name) > 1}:
-            raise InputError("timed", f"{name!r} stands there more than once", "each block once",
-                             "remove one")
-
-    def faults(self, nodes: Sequence[Node]) -> list[InputError]:
-        """Blocks and outputs that do not exist."""
-        blocks = [node.name for node in nodes if not node.is_plant]
-        signals = {name for node in nodes for name, _ in _outputs(node)}
-        signals |= {f"{node.name}.{port.name}" for node in nodes if node.is_plant
-                    for port in node.part.inputs}
-        known = {"timed": (self.timed, "block", blocks), "leave_out": (self.leave_out, "signal", signals)}
-        return [InputError(f"record.{key}", f"there is no {what} {name!r}", ", ".join(sorted(names)))
-                for key, (given, what, names) in known.items() for name in given if name not in names]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Score:
-    """Which signals are compared, each named as "node.port".
+    """Signals that are compared, each named as "node.port".
 
     Attributes
     ----------
     truth: joint angles of the plant, rad.
-    reference: what they should be; with `truth` it gives joint_rmse_deg. Of truth alone, how far each joint
-        goes is told, range_deg.
-    estimate: what the tracker made of them; with `truth` it gives tracker_rmse_deg.
-    orientation: a tracker's orientation quaternions, scored against the reference of the recording that
+    reference: desired angles; with `truth` they give joint_rmse_deg. `truth` alone gives range_deg, the range
+        of motion that each joint uses.
+    estimate: angles that a tracker estimates; with `truth` they give tracker_rmse_deg.
+    orientation: a tracker's orientation quaternions, compared with the reference of the recording that
         the node `recording` plays.
     recording: node that plays a recording.
-    joints: names of the joints, under which their own metrics stand; empty: 23 are the hand's freedoms.
+    joints: names of the joints, keys of their own metrics; empty: 23 angles are the hand's freedoms.
     fingertips: positions of fingertips, (tips, 3), m.
     trackers: nodes whose output `fingertips` is compared with them; gives fingertip_rmse_mm.
-    tips: names of the fingertips, under which their own metrics stand; empty: F1, F2, ...
-    grasp: an object that is to be held. cycles: a contraction that comes again.
-    search: a search for elements that bring about a movement.
-    after_s: start of each trial that is left out. until_s: end of what joint angles are scored on, such as
-        before an object is touched; None: the trial's.
+    tips: names of the fingertips, keys of their own metrics; empty: F1, F2, ...
+    grasp: an object to be held. cycles: a contraction that repeats.
+    search: a search for elements that cause a movement.
+    after_s: initial part of each trial that is not scored. until_s: end of the scored part for joint angles,
+        such as before an object is touched; None: the end of the trial.
     """
 
     truth: str | None = None
@@ -94,8 +63,8 @@ class Score:
             raise InputError("after_s", f"{self.after_s}", "0 or more seconds")
 
     def faults(self, nodes: Sequence[Node], left_out: Sequence[str] = ()) -> list[InputError]:
-        """Signals and nodes that do not exist, do not fit, or are `left_out` of the recording."""
-        outputs = [name for node in nodes for name, _ in _outputs(node)]
+        """Faults: signals and nodes that do not exist, do not fit, or are `left_out` of the recording."""
+        outputs = [name for node in nodes for name, _ in outputs_of(node)]
         signals = [(key, getattr(self, key))
                    for key in ("truth", "reference", "estimate", "orientation", "fingertips")]
         signals += [("trackers", f"{name}.fingertips") for name in self.trackers]
@@ -117,13 +86,13 @@ class Score:
         if self.orientation is not None and self.recording is None:
             faults.append(InputError("score.recording", "is missing", ", ".join(players) or "no node does",
                                      "name the node whose recording holds the reference"))
-        shapes = {name: port.shape for node in nodes for name, port in _outputs(node)}
-        ports = {name: port for node in nodes for name, port in _outputs(node)}
+        shapes = {name: port.shape for node in nodes for name, port in outputs_of(node)}
+        ports = {name: port for node in nodes for name, port in outputs_of(node)}
         faults += self._unit_faults(ports)
         faults += self._angle_faults(ports)
         faults += self._tip_faults(shapes)
-        for asked in (self.grasp, self.cycles, self.search):
-            faults += asked.faults(shapes) if asked is not None else ()
+        for score in (self.grasp, self.cycles, self.search):
+            faults += score.faults(shapes) if score is not None else ()
         if self.grasp is not None and self.grasp.pulses is not None:
             faults += _pulse_faults(self.grasp.pulses, nodes)
         tips = shapes.get(self.fingertips or "", ())[:1]
@@ -134,12 +103,12 @@ class Score:
         if self.joints and joints != (len(self.joints),) and (named is None or named in shapes):
             faults.append(InputError("score.joints", f"{len(self.joints)} names",
                                      f"as many as the signals have values: {joints}"))
-        faults += [InputError("score.joints", f"{name!r} stands there more than once", "each joint once")
+        faults += [InputError("score.joints", f"{name!r} is listed twice", "each joint once")
                    for name in dict.fromkeys(self.joints) if self.joints.count(name) > 1]
         return faults
 
     def _unit_faults(self, ports: Mapping[str, Port]) -> list[InputError]:
-        """Signals in another unit than their score takes them for; one without a unit ("1") is no angle."""
+        """Faults: signals in another unit than their score; a signal without a unit ("1") is no angle."""
         read = [(key, getattr(self, key), unit) for key, unit in (
             ("truth", "rad"), ("reference", "rad"), ("estimate", "rad"), ("orientation", "1"),
             ("fingertips", "m"))]
@@ -151,7 +120,7 @@ class Score:
                 for key, name, unit in read if name in ports and ports[name].unit != unit]
 
     def _angle_faults(self, ports: Mapping[str, Port]) -> list[InputError]:
-        """Signals of not as many angles as the truth; unknown sizes are left alone."""
+        """Faults: signals with another number of angles than the truth; unknown sizes are not checked."""
         truth = ports.get(self.truth or "")
         faults = []
         for key in ("truth", "reference", "estimate"):
@@ -166,21 +135,21 @@ class Score:
         return faults
 
     def _tip_faults(self, shapes: Mapping[str, tuple[int | None, ...]]) -> list[InputError]:
-        """Signals that are no places, or of other fingertips than the truth; unknown sizes are left alone."""
+        """Faults: signals that are no positions, or other fingertips than the truth."""
         truth = shapes.get(self.fingertips or "")
         if truth is None:
             return []
         if len(truth) != 2 or truth[1] != 3:
             return [InputError("score.fingertips", f"{self.fingertips!r} has shape {truth}",
-                               "(tips, 3), places")]
-        told = {f"{name}.fingertips": shapes.get(f"{name}.fingertips", truth) for name in self.trackers}
+                               "(tips, 3), positions")]
+        given = {f"{name}.fingertips": shapes.get(f"{name}.fingertips", truth) for name in self.trackers}
         return [InputError("score.trackers", f"{name!r} has shape {shape}",
                            f"{truth}, as {self.fingertips!r}")
-                for name, shape in told.items() if None not in shape and shape != truth]
+                for name, shape in given.items() if None not in shape and shape != truth]
 
 
 def _unit_fault(where: str, name: str, found: str, unit: str) -> InputError:
-    """The refusal of a signal in another unit."""
+    """Fault of a signal in another unit."""
     if found != "1":
         return InputError(where, f"{name!r} is in {found!r}", f"a signal in {unit!r}")
     return InputError(where, f"{name!r} has no unit", f"a signal in {unit!r}",
@@ -189,14 +158,9 @@ def _unit_fault(where: str, name: str, found: str, unit: str) -> InputError:
 
 
 def _pulse_faults(signal: str, nodes: Sequence[Node]) -> list[InputError]:
-    """Whether a signal comes from a node that does not say how many pulses a second it stands for."""
-    telling = [node.name for node in nodes if hasattr(node.part, "frequency_hz")]
-    if signal.partition(".")[0] in telling or signal.partition(".")[0] not in [node.name for node in nodes]:
+    """Faults: a signal of a node that has no pulse frequency."""
+    timed = [node.name for node in nodes if hasattr(node.part, "frequency_hz")]
+    if signal.partition(".")[0] in timed or signal.partition(".")[0] not in [node.name for node in nodes]:
         return []
     return [InputError("score.grasp.pulses", f"{signal!r} is of a node without a frequency_hz",
-                       "a signal of " + (", ".join(telling) or "a stimulator"))]
-
-
-def _outputs(node: Node) -> Iterator[tuple[str, Port]]:
-    """Output ports of a node by the names of their signals."""
-    return ((f"{node.name}.{port.name}", port) for port in node.part.outputs)
+                       "a signal of " + (", ".join(timed) or "a stimulator"))]
