@@ -33,7 +33,7 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
 
 
 def where_it_broke(fault: Exception) -> str:
-    """What broke, and the line of code in which it did."""
+    """Exception and the line of code that raised it."""
     frames = traceback.extract_tb(fault.__traceback__)
     at = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
     return f"{type(fault).__name__}: {fault}{at}"
@@ -55,8 +55,8 @@ class InputError(FesloopError, ValueError):
     Parameters
     ----------
     where: file, key path, block or wire that is at fault.
-    found: what stands there.
-    allowed: what may stand there.
+    found: the value found.
+    allowed: the values expected.
     remedy: what to do about it.
     """
 
@@ -101,4 +101,4 @@ class RunError(FesloopError, RuntimeError):
 
 
 class SnapshotError(FesloopError, RuntimeError):
-    """A running loop holds something whose state cannot be saved or restored."""
+    """A running loop contains a state that cannot be saved or restored."""

@@ -8,21 +8,21 @@ from pathlib import Path
 from fesloop.errors import InputError
 
 _MOST_BYTES = 2**28
-"""Of a file that is read whole (chosen: a hundred times the greatest model file)."""
+"""Greatest size of a file that is read whole (chosen: a hundred times the greatest model file)."""
 
 
 def exists(path: Path) -> bool:
-    """Whether something of this name is there, a dangling link included; no name makes this fail."""
+    """True if something has this name, a dangling link included; no name raises."""
     return os.path.lexists(path)
 
 
 def is_file(path: Path) -> bool:
-    """Whether it is a regular file; False for names that no file can have, where `Path.is_file` raises."""
+    """True for a regular file; False for names that no file can have, where `Path.is_file` raises."""
     return os.path.isfile(path)  # noqa: PTH113
 
 
 def is_folder(path: Path) -> bool:
-    """Whether it is a folder; False for names that no folder can have, where `Path.is_dir` raises."""
+    """True for a folder; False for names that no folder can have, where `Path.is_dir` raises."""
     return os.path.isdir(path)  # noqa: PTH112
 
 

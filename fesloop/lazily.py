@@ -8,7 +8,7 @@ from typing import Any
 
 
 def found_in(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
-    """What a package has as its `__getattr__`: public names by the modules in it where they live."""
+    """`__getattr__` of a package that imports its public names from their modules on first use."""
     def find(name: str) -> Any:
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")

@@ -49,7 +49,7 @@ _TIP_MM = (3.0, 40.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HandSize:
-    """What was measured of a hand; all that is left out follows from its length.
+    """Measures of a hand; those left out follow from its length.
 
     Attributes
     ----------

@@ -63,6 +63,6 @@ def orientation(q: ArrayLike) -> Array:
 
 
 def position(q: ArrayLike) -> Array:
-    """Where the origin goes, (..., 3): the vector part of 2 d r*."""
+    """Image of the origin, (..., 3): the vector part of 2 d r*."""
     array = np.asarray(q, dtype=np.float64)
     return 2.0 * quaternion.multiply(array[..., 4:], quaternion.conjugate(array[..., :4]))[..., 1:]

@@ -32,7 +32,7 @@ def rotation(axis: Array, angle: Array) -> Array:
 
 
 def segment_matrices(tree: SegmentTree, angles: ArrayLike, root: ArrayLike | None = None) -> Array:
-    """Matrices (..., n, 4, 4) from each segment's frame to that in which the root's stands.
+    """Matrices (..., n, 4, 4) from each segment's frame to the frame in which the root's pose is given.
 
     Parameters
     ----------

@@ -218,8 +218,8 @@ class InverseKinematics:
     segments, places: the t tips: points (t, 3), m, in the frames of segments by name.
     preferred: (d,), rad: what freedoms that do not move keep, and what others come near to if they can.
     moving: names of the freedoms that may move.
-    coupled: freedoms that follow another by a factor above 0, {follower: (leader, factor)}; whose leader does
-        not move are like any other.
+    coupled: freedoms that follow another by a factor above 0, {follower: (leader, factor)}; one whose
+        leader does not move is like any other.
 
     Raises InputError for unknown names and for a preferred angle outside its range.
 
@@ -239,8 +239,8 @@ class InverseKinematics:
         angles = checked_angles(tree, preferred)
         _require_within(tree, angles)
         leaders, self._basis, self.low, self.high = coordinates_of(tree, moving, coupled or {})
-        wanted = angles[[tree.freedom(name) for name in leaders]]
-        self.preferred = np.clip(wanted, self.low, self.high)
+        preferred = angles[[tree.freedom(name) for name in leaders]]
+        self.preferred = np.clip(preferred, self.low, self.high)
         self._offset = np.where(self._basis.any(axis=1), 0.0, angles)
         self._chains = self._apart()
 
@@ -266,7 +266,7 @@ class InverseKinematics:
         z = self.preferred.copy()
         for chain in self._chains:
             self._search(chain, wanted, z)
-        return self._told(z, wanted)
+        return self._result(z, wanted)
 
     def along(self, targets: ArrayLike) -> Nearest:
         """Postures for targets (n, t, 3), m, each searched from the one before it.
@@ -280,7 +280,7 @@ class InverseKinematics:
             for i, chain in enumerate(self._chains):
                 reached[i] = self._search(chain, row, z, everywhere=reached[i])
             found[k] = z
-        return self._told(found, path)
+        return self._result(found, path)
 
     def _checked(self, targets: ArrayLike, axes: int) -> Array:
         array = np.asarray(targets, dtype=np.float64)
@@ -290,7 +290,7 @@ class InverseKinematics:
                              f"finite, {'(n, ' if axes == 3 else '('}{len(self._places)}, 3)")
         return array
 
-    def _told(self, coordinates: Array, targets: Array) -> Nearest:
+    def _result(self, coordinates: Array, targets: Array) -> Nearest:
         angles = self.posture(coordinates)
         return Nearest(angles, np.linalg.norm(self.tips(angles) - targets, axis=-1))
 
@@ -313,7 +313,7 @@ class InverseKinematics:
         return False
 
     def _apart(self) -> tuple[_Chain, ...]:
-        """What hangs together, each for itself: with the wrist at rest, every finger."""
+        """Independent chains: with the wrist at rest, every finger."""
         chains = []
         for tips, mine in connected(self.tree.moved[self._segments] @ np.abs(self._basis) > 0.0):
             low, high = self.low[mine], self.high[mine]

@@ -1,7 +1,7 @@
 """Angular velocity and specific force at any points of a moving segment tree, without differencing.
 
 Arrays lead with any axes (...), time among them; n segments, d degrees of freedom, m sensors. At rate, the
-kernels `motion_kernels.motions` and `sense` do it for one instant.
+kernels `motions` and `sense` compute it for one instant.
 """
 
 from __future__ import annotations
@@ -103,11 +103,11 @@ def sensed_rows(
 STANDARD_GRAVITY = 9.80665
 """m/s^2 (CGPM 1901)."""
 UPWARDS = (0.0, 0.0, STANDARD_GRAVITY)
-"""What an accelerometer at rest reads in the global frame (ENU), m/s^2."""
+"""Specific force at rest in the global frame (ENU), m/s^2."""
 
 
 class SensorPoints(NamedTuple):
-    """Where sensors sit: index of the segment (m,), and place in the segment's frame (m, 3), m."""
+    """Places of sensors: index of the segment (m,), and position in the segment's frame (m, 3), m."""
 
     segments: NDArray[np.int64]
     places: Array
@@ -137,14 +137,14 @@ def root_motion(
     acceleration: ArrayLike = (0.0, 0.0, 0.0),
     upwards: ArrayLike = UPWARDS,
 ) -> Array:
-    """Motion (..., 3, 3) of the root, in its own coordinates: what the recursion starts from.
+    """Motion (..., 3, 3) of the root, in its own coordinates: the start of the recursion.
 
     Parameters
     ----------
     orientation: (..., 4), from the root's to the global frame.
     angular_velocity, angular_acceleration: (..., 3), rad/s and rad/s^2, in the root's coordinates.
     acceleration: (..., 3), m/s^2, of the root's origin, in global ones.
-    upwards: (3,), m/s^2, what an accelerometer at rest reads, in global ones.
+    upwards: (3,), m/s^2, specific force at rest, in global ones.
     """
     force = np.asarray(acceleration, dtype=np.float64) + np.asarray(upwards, dtype=np.float64)
     force = quaternion.rotate(quaternion.conjugate(orientation), force)
@@ -156,7 +156,7 @@ def sensed(
     tree: SegmentTree, sensors: SensorPoints, angles: ArrayLike, rates: ArrayLike, accelerations: ArrayLike,
     root: Array | None = None,
 ) -> Samples:
-    """What ideal gyroscopes and accelerometers at these points read.
+    """Samples of ideal gyroscopes and accelerometers at these points.
 
     Parameters
     ----------

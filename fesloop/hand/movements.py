@@ -1,4 +1,4 @@
-"""Movements of the hand that stimulation is to bring about, and how good one is that it brought about.
+"""Target movements of the hand, and the quality of a movement that stimulation causes.
 
 For a movement m from rest, rad, by freedom:
 
@@ -29,13 +29,13 @@ Array = NDArray[np.float64]
 MovementName = Literal["wrist_extension", "finger_opening", "pinch", "power_grasp"]
 FREEDOMS = hand_tree(HandSize()).freedoms
 UNWANTED_DEG = {"wrist": 30.0, "F1": 40.0, "F2": 40.0, "F3": 40.0, "F4": 40.0, "F5": 40.0}
-"""What is wholly unwanted, by part of the hand (chosen: half of a usual range)."""
+"""Movement that counts as wholly unwanted, by part of the hand (chosen: half of a usual range)."""
 UNWANTED_WEIGHT = 0.5
 _FINGERS = ("F2", "F3", "F4", "F5")
 
 
 class Verdict(NamedTuple):
-    """How good a movement is: quality Q, and of what it is made up."""
+    """Quality Q of a movement, with its wanted and unwanted parts."""
 
     quality: float
     wanted: float
@@ -43,7 +43,7 @@ class Verdict(NamedTuple):
 
     @property
     def selectivity(self) -> float:
-        """Share of what is wanted in all that moves, 0 to 1; 0 where nothing wanted moves."""
+        """Share of the wanted movement in the whole, 0 to 1; 0 without any wanted movement."""
         wanted = max(self.wanted, 0.0)
         return wanted / (wanted + self.unwanted) if wanted else 0.0
 
@@ -70,7 +70,7 @@ class Movement:
             raise InputError("movement.wanted_deg", f"{self.wanted_deg}", "one or more freedoms that move")
 
     def judge(self, movement: Array) -> Verdict:
-        """Of a movement from rest, (23,), rad, in the order of the hand's freedoms."""
+        """Verdict on a movement from rest, (23,), rad, in the order of the hand's freedoms."""
         degrees = dict(zip(FREEDOMS, np.degrees(movement).tolist(), strict=True))
         wanted = [min(max(degrees[name] / whole, -1.0), 1.0) for name, whole in self.wanted_deg.items()]
         worst = dict.fromkeys(UNWANTED_DEG, 0.0)

@@ -1,4 +1,4 @@
-"""Trees of rigid segments joined by hinges, saddles and balls: what trackers and kinematics take.
+"""Trees of rigid segments joined by hinges, saddles and balls, for trackers and kinematics.
 
 A segment's own frame sits at its far end (the distal centre of rotation, or the tip). From its parent's
 frame one moves by `base` to the joint's centre, turns about the joint's axes one after the other, each as
@@ -37,13 +37,13 @@ class Segment:
     Attributes
     ----------
     name: of the segment.
-    parent: name of the segment it hangs on; None for the root, whose pose is given from outside.
+    parent: name of the parent segment; None for the root, whose pose is given from outside.
     joint: kind of the joint; the root's is "fixed".
     joint_name: of the joint; empty where it is fixed.
     base: the joint's centre in the parent's frame, m.
     offset: the segment's frame from the joint's centre, in the segment's own axes, m.
     axes: unit vectors at right angles, as many as the joint has freedoms, in the order of `MOTIONS`; a
-        third one is their right-handed complement. Empty: z, x, y. Other axes stand for joints that are
+        third one is their right-handed complement. Empty: z, x, y. Other axes describe joints that are
         tilted against their segments.
     ranges: lowest and highest angle about each axis, rad; empty: a whole turn.
     """
@@ -115,7 +115,7 @@ class SegmentTree:
     layout: (n, 3) integers: index of the parent (-1 for the root), freedoms, index of the first freedom.
     geometry: (n, 5, 3): the joint's three axes, base, offset; m.
     ranges: (d, 2), lowest and highest angle, rad.
-    moved: (n, d), whether a freedom moves a segment.
+    moved: (n, d), True where a freedom moves a segment.
 
     Raises InputError for names given twice, unknown parents and parents that come after their children.
     """
@@ -159,11 +159,11 @@ class SegmentTree:
                      for motion in MOTIONS[:FREEDOMS[segment.joint]])
 
     def index(self, name: str) -> int:
-        """Index of a segment; raises InputError for a name that is not in the tree."""
+        """Index of a segment; raises InputError for an unknown name."""
         return _position(name, self.names, "segment")
 
     def freedom(self, name: str) -> int:
-        """Index of a degree of freedom; raises InputError for a name that is not in the tree."""
+        """Index of a degree of freedom; raises InputError for an unknown name."""
         return _position(name, self.freedoms, "degree of freedom")
 
 

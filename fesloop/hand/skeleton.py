@@ -75,7 +75,7 @@ def hand_tree(size: HandSize) -> SegmentTree:
                 offset=(0.0, sign * palm, 0.0), ranges=radians("wrist")),
     ]
     for i, finger in enumerate(FINGERS):
-        # The hand's frame stands at the middle finger's MCP joint.
+        # The hand's frame is at the middle finger's MCP joint.
         base: Vector = (0.0, sign * (float(centres[i, 0]) - palm), sign * float(centres[i, 1]))
         parent = "hand"
         for length, (letter, joint, kind, row) in zip(lengths[i], _THUMB if i == 0 else _FINGER, strict=True):
@@ -119,7 +119,7 @@ def contact_points(size: HandSize) -> Array:
 
 
 def dorsal_points(size: HandSize) -> Array:
-    """Where sensors are stuck on: points (17, 3), m, on the back of each segment's middle, in its own frame.
+    """Mounting points of sensors (17, 3), m, on the back of each segment's middle, in its own frame.
 
     The skin is half a fingertip's thickness above the bone, of forearm and hand as of the middle finger
     (chosen). The sensor of the forearm sits halfway to the elbow (chosen).

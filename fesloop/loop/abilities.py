@@ -150,7 +150,7 @@ class Resolves(Protocol):
 
 
 class UsesSensors(Protocol):
-    """A part that depends on whose samples it reads."""
+    """A part that depends on the sensors whose samples it reads."""
 
     def with_sensors(self, sources: Mapping[str, Sensors]) -> Any:
         """A copy for the sensors, by input name, whose samples are wired to it."""
@@ -161,7 +161,7 @@ class ExplainsInputs(Protocol):
 
     @property
     def for_open_inputs(self) -> str:
-        """That remedy, added to the message."""
+        """Remedy added to the message."""
 
 
 class Linear(Protocol):
@@ -183,14 +183,14 @@ class HasClock(Protocol):
 
     @property
     def clock(self) -> Clock | None:
-        """When it steps; None for the rate of the wiring."""
+        """Clock of its steps; None for the rate of the wiring."""
 
 
 class ChecksPlace(Protocol):
     """A block whose parameters cannot work in every place."""
 
     def faults(self, context: Context, surroundings: Surroundings) -> Iterable[InputError]:
-        """What cannot work in its place, raised when an experiment is made."""
+        """Faults of its parameters in its place, raised when an experiment is made."""
 
 
 class WarnsInPlace(Protocol):
@@ -265,7 +265,7 @@ class ChecksGuard(Protocol):
     """A guarded device that makes demands on its guard."""
 
     def faults_behind(self, guard: Any) -> Iterable[InputError]:
-        """What is wrong with this guard."""
+        """Faults of this guard."""
 
 
 class Guards(Protocol):
@@ -273,7 +273,7 @@ class Guards(Protocol):
 
     @property
     def guards(self) -> bool:
-        """Whether it does with its parameters."""
+        """True if it does with its parameters."""
 
 
 class Interlocks(Protocol):
@@ -345,13 +345,13 @@ A = TypeVar("A")
 
 @cache
 def members(ability: Hashable) -> dict[str, Any]:
-    """What a Protocol declares: functions and properties, by name."""
+    """Functions and properties that a Protocol declares, by name."""
     return {name: value for name, value in vars(ability).items()
             if not name.startswith("_") and (inspect.isfunction(value) or isinstance(value, property))}
 
 
 def offers(part: object, ability: type[A]) -> TypeGuard[A]:
-    """Whether a part, or a class of parts, has an ability.
+    """True if a part, or a class of parts, has an ability.
 
     `isinstance` would miss what a wrapper of a part forwards.
     """
@@ -359,7 +359,7 @@ def offers(part: object, ability: type[A]) -> TypeGuard[A]:
 
 
 def contract_faults(cls: type) -> Iterator[str]:
-    """What is wrong with the members of a class that is to be a block or a plant, one line each."""
+    """Faults of the members of a class that is registered as a block or a plant, one line each."""
     contract, abilities = (Plant, OF_PLANTS) if is_plant(cls) else (Block, OF_BLOCKS)
     declared = {each.name for each in fields(cls)} if is_dataclass(cls) else set()
     for name, member in members(contract).items():
@@ -373,7 +373,7 @@ def contract_faults(cls: type) -> Iterator[str]:
 
 
 def _fits(found: Any, member: Any) -> bool:
-    """Whether a class attribute can be used as a Protocol's member is."""
+    """True if a class attribute can be used as a Protocol's member."""
     if isinstance(found, staticmethod | classmethod):
         found = found.__func__
     if not inspect.isfunction(member):

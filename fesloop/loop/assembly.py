@@ -26,11 +26,11 @@ from fesloop.loop.wiring import Wiring
 _new_tuple = tuple.__new__
 """Makes a Sample of a message without the cost of its argument handling."""
 Outgoing = tuple[tuple[int, Link], ...]
-"""Links with the number of the port whose value they carry."""
+"""(port number, link) of the values that links carry."""
 
 
 def empty_sample(port: Port) -> Sample:
-    """What an input holds before its first message."""
+    """Sample of an input before its first message."""
     return Sample(port.initial_value(), NEVER, NEVER, NEVER)
 
 
@@ -43,7 +43,7 @@ class BlockStation:
     An output is as old as the oldest of what the block has read. A wired input that nothing has reached yet
     counts as captured when the trial began, so that what a block makes of an assumption in its place is not
     taken for fresh. A block without wired inputs is a source: its outputs are of the instant of its step.
-    A step that puts out nothing sends no message and leaves no row: who reads it goes on with what it has.
+    A step that puts out nothing sends no message and leaves no row: its readers keep their last sample.
     """
 
     __slots__ = ("_checks", "_draws", "_executed", "_execution", "_incoming", "_next_tick",
@@ -111,7 +111,7 @@ class BlockStation:
                 if new > newest:
                     newest = new
             else:
-                oldest = 0  # what stands in for it is as old as the trial
+                oldest = 0  # its initial value is as old as the trial
         for port in self._singles:
             if isinstance(held[port][0], float):  # a number is read as a vector of one
                 held[port] = held[port]._replace(value=np.array([held[port][0]]))
@@ -154,16 +154,16 @@ class BlockStation:
         self.due = self._next_tick()
 
     def _captured_ns(self, time_ns: int) -> int:
-        """When the block says that its values were captured, within the trial and no later than now."""
-        said_ns, self.tick.captured_ns = self.tick.captured_ns, NEVER
-        possible_ns = min(max(said_ns, 0), time_ns)
-        if possible_ns != said_ns:
-            self.tick.report("impossible_capture", f"at {said_ns / NS_PER_MS:g} ms, which is "
-                             + ("yet to come" if said_ns > time_ns else "before the trial"))
+        """Capture time that the block has set, moved into the trial and not after now."""
+        given_ns, self.tick.captured_ns = self.tick.captured_ns, NEVER
+        possible_ns = min(max(given_ns, 0), time_ns)
+        if possible_ns != given_ns:
+            self.tick.report("impossible_capture", f"at {given_ns / NS_PER_MS:g} ms, which is "
+                             + ("yet to come" if given_ns > time_ns else "before the trial"))
         return possible_ns
 
     def _duration_ns(self, index: int, wall_ns: int) -> int:
-        """How long this step took on the loop's clock."""
+        """Duration of this step on the loop's clock."""
         execution = self._execution
         assert execution is not None
         executed = self._executed
@@ -182,7 +182,7 @@ class BlockStation:
         for i, port in enumerate(self.block.outputs):
             if not self._checks[i](values[i]):
                 safe[i] = port.initial_value()
-                self.tick.report("non_finite", f"output {port.name}: its safe value stands in")
+                self.tick.report("non_finite", f"output {port.name}: its safe value takes its place")
         return tuple(safe)
 
     def _record_reports(self, time_ns: int) -> None:
@@ -209,7 +209,7 @@ def sampled_in_order(wiring: Wiring) -> frozenset[str]:
     """Names of the plants that are sampled by events in the wiring's order.
 
     The outputs of a plant with feedthrough depend on what blocks send at the same instant: it, and any plant
-    that exchanges with it, waits for them. All others are sampled when somebody looks.
+    that exchanges with it, waits for them. All others are sampled when their outputs are read.
     """
     direct = {node.name for node in wiring.nodes if node.is_plant and node.plant.feedthrough}
     return frozenset(name for name, members in _groups(wiring).items() if members & direct)
@@ -255,7 +255,7 @@ class Assembly:
     links: of the wiring's connections, in their order.
     plants, blocks: stations; plants by name, blocks in the order in which they step.
     samplers: of plant outputs, in the wiring's order.
-    publishers: by plant that is sampled when somebody looks.
+    publishers: by plant that is sampled when its outputs are read.
     """
 
     links: list[Link]

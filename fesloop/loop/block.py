@@ -103,7 +103,7 @@ class Plant(Protocol):
 
     @property
     def feedthrough(self) -> bool:
-        """Whether an output depends on an input of the same instant."""
+        """True if an output depends on an input of the same instant."""
 
     def init(self, context: Context) -> Any:
         """A new state, at t = 0."""
@@ -116,5 +116,5 @@ class Plant(Protocol):
 
 
 def is_plant(part: object) -> TypeGuard[Plant]:
-    """Whether a part, or a class of parts, is a plant rather than a block."""
+    """True if a part, or a class of parts, is a plant rather than a block."""
     return hasattr(part, "advance")

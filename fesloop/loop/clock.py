@@ -24,14 +24,14 @@ FOREVER = 2**62
 
 RATE_FORMS = 'a positive rate in hertz such as "60", "285.714" or "2000/7"'
 _MOST_ZEROS = 100
-"""That an exponent may stand for (chosen: no rate has more)."""
+"""Greatest power of ten in the text of a rate (chosen: no rate is beyond it)."""
 
 
 def exact_ratio(text: str) -> Fraction:
-    """The number that a text such as "285.714", "1e3" or "2000/7" stands for, exactly.
+    """Exact number of a text such as "285.714", "1e3" or "2000/7".
 
-    Raises ValueError or ZeroDivisionError for other text. Such is also an exponent beyond any rate's: the
-    digits that "1e999999999" stands for would fill the memory.
+    Raises ValueError or ZeroDivisionError for other text, and for an exponent beyond any rate's: the digits
+    of "1e999999999" would fill the memory.
     """
     if "/" not in text:
         try:
@@ -82,7 +82,7 @@ def duration_ns(value: str | int | float | Decimal, unit_ns: int, where: str) ->
 
 
 class Clock(Protocol):
-    """When something ticks. Ticks are numbered from 0 and strictly increase."""
+    """Instants at which something ticks, numbered from 0 and strictly increasing."""
 
     @property
     def period_s(self) -> float:
@@ -96,7 +96,7 @@ class Clock(Protocol):
 
 
 def ticks_from(clock: Clock, index: int) -> Callable[[], int]:
-    """A function that gives tick `index` when first called, then the next, and so on.
+    """Function that returns tick `index` when first called, then the next, and so on.
 
     Where the period is whole ns, counting up is as exact as the division, and much quicker. A clock of
     arrivals has no tick that is known beforehand: FOREVER, again and again.
@@ -117,7 +117,7 @@ class RateClock:
     period_num, period_den, offset_ns: as above, ns.
     arrivals: name of the live stream whose messages these ticks are, empty for a plain clock. Its rate is
         then nominal, and good for all that is computed beforehand; in operation its blocks tick at the
-        instants that the loop is told (`Loop.arrive`), and only then.
+        instants given to `Loop.arrive`, and only then.
     """
 
     period_num: int
@@ -170,7 +170,7 @@ class RateClock:
 
 
 def waits_for_arrivals(clock: Clock | None) -> TypeGuard[RateClock]:
-    """Whether a clock ticks when messages of a live stream come."""
+    """True for a clock that ticks when messages of a live stream arrive."""
     return isinstance(clock, RateClock) and clock.arrivals != ""
 
 

@@ -1,4 +1,4 @@
-"""How long something takes: jitter of a wire, execution time of a block."""
+"""Durations: jitter of a wire, execution time of a block."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fesloop.loop.clock import FOREVER, NS_PER_MS
 
 Kind = Literal["zero", "fixed", "uniform", "normal", "exponential", "measured", "recorded"]
 _GREATEST_SCALE = 1e6
-"""Of a measured time: with it a step of an hour is still shorter than stamps reach, 2^62 ns."""
+"""Greatest scale of a measured time: a step of an hour is still below the range of stamps, 2^62 ns."""
 _DISTRIBUTIONS = ("uniform", "normal", "exponential")
 _STANDARD_NORMAL = NormalDist()
 _NEEDS: dict[str, tuple[str, ...]] = {
@@ -28,7 +28,7 @@ _NEEDS: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Duration:
-    """A duration, drawn anew for each tick where it is a distribution.
+    """A duration, or a distribution of durations with a new value for each tick.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class Duration:
 
     @property
     def random(self) -> bool:
-        """Whether durations differ from tick to tick by a distribution."""
+        """True if durations differ from tick to tick by a distribution."""
         return self.kind in _DISTRIBUTIONS and self.least_ns != self.most_ns
 
     @property
@@ -94,9 +94,9 @@ class Duration:
         return _ns(self.high_ms) if self.kind != "zero" else 0
 
     def share_within(self, limit_ns: int) -> float:
-        """Probability that a drawn duration is at most `limit_ns`: the distribution function of `draw_ns`.
+        """Probability that a duration is at most `limit_ns`: the distribution function of `draw_ns`.
 
-        Raises InputError where nothing is drawn.
+        Raises InputError for a kind without a distribution.
         """
         if self.kind not in _DISTRIBUTIONS:
             raise InputError("kind", f"{self.kind!r}", "uniform, normal, exponential")

@@ -1,7 +1,7 @@
-"""No bad number travels: what blocks and plants put out is checked for its shape and for finiteness.
+"""Checks of outputs: shapes and finite numbers.
 
-NaN passes where a port declares gaps: there it is a lost sample, not a bad number. What a block puts out is
-checked at every tick, and copied: whatever the block does to its arrays later, what it sent stays as it was.
+NaN passes where a port declares gaps: there it is a lost sample. Outputs of a block are checked at every tick
+and copied: whatever the block does to its arrays later, what it sent stays as it was.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _FLOAT64 = np.dtype(np.float64)
 
 
 def is_finite(value: Value) -> bool:
-    """Whether every number is finite. The sum of squares is the quick way to know that all are."""
+    """True if every number is finite; the sum of squares is the quick test."""
     if isinstance(value, float):
         return isfinite(value)
     return isfinite(np.vdot(value, value)) or bool(np.isfinite(value).all())
@@ -60,10 +60,10 @@ def check_shapes(name: str, ports: Sequence[Port], values: Sequence[Value]) -> N
 
 
 class Outputs:
-    """What a block puts out, taken over from it at each tick.
+    """Outputs of a block, copied at each tick.
 
-    Arrays are copied, since a block may write to its own again. One that is put out again with the same
-    content stays the same copy, by which readers know without comparing that nothing has changed.
+    A block may write to its arrays again. One that is put out again with the same content stays the same
+    copy, so that readers need no comparison to see that nothing has changed.
     """
 
     __slots__ = ("_arrays", "_given", "_name", "_ports", "_taken", "_types")
@@ -76,7 +76,7 @@ class Outputs:
         self._taken: Sequence[Any] = self._given
 
     def take(self, values: tuple[Value, ...]) -> tuple[Value, ...]:
-        """The values, arrays as copies; () of a block that puts out nothing at this tick.
+        """The values, arrays as copies; () if the block puts out nothing at this tick.
 
         Raises RunError where they are not what the ports declare.
         """

@@ -1,10 +1,10 @@
-"""How old the inputs of blocks are whenever they are read, found without running the blocks.
+"""Ages of inputs at every tick, found without running the blocks.
 
-A block that takes no notice of what is too old, such as a safety block, has a member `age_limits()` that
-declares it, an `AgeLimit` for each input. Where the wires of a loop make an input older than that at every
-tick, the block does nothing all through a run. Stamps depend on clocks, wires and execution times, never on
-values, so the loop is run with stand-ins that compute nothing: what they read is as old as in the run itself.
-Only what a block says of captures of its own (`Tick.captured_ns`) is left out, which makes nothing younger.
+A block that ignores old inputs, such as a safety block, declares an `AgeLimit` for each (`LimitsAge`). Where
+the wires of a loop make an input older than that at every tick, the block does nothing all through a run.
+Stamps depend on clocks, wires and execution times, never on values, so the loop is run with stand-ins that
+compute nothing: their inputs are as old as in the run itself. Only capture times that a block sets
+(`Tick.captured_ns`) are left out, which makes nothing younger.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from fesloop.loop.wiring import Wiring
 
 STATUS, OFTEN = "always_too_old", "often_too_old"
 _SHARE = 0.01
-"""Of ticks at which an input is too old, from which on it is named (chosen)."""
+"""Share of ticks at which an input is too old, above which it is reported (chosen)."""
 _HORIZON_NS = 10 * NS_PER_S
-"""Up to when a loop is looked at (chosen: a wire takes some seconds at the most)."""
+"""Horizon of the search (chosen: a wire takes some seconds at the most)."""
 _MOST_TICKS = 200_000
-"""Of all stand-ins together (chosen: about a second of wall time)."""
+"""Greatest number of ticks of all stand-ins together (chosen: about a second of wall time)."""
 
 
 def always_too_old(wiring: Wiring, duration_ns: int) -> list[tuple[str, str, str]]:
@@ -66,12 +66,12 @@ def too_old(wiring: Wiring, duration_ns: int) -> list[tuple[str, str, str]]:
 
 
 _Ages = dict[tuple[str, int, str], tuple[float, int]]
-"""Of node, number of an input, and "oldest" or "newest": the sum of its ages in ns, and of how many ticks."""
+"""By node, number of an input, and "oldest" or "newest": the sum of its ages, ns, and number of ticks."""
 
 
 @dataclass(slots=True)
 class _Look:
-    """What is seen of an input's age: ticks at which it is too old, and at which it is not.
+    """Ages of an input: numbers of ticks at which it is too old, and at which it is not.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class _Look:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Block:
-    """Steps as another block does, computes nothing, and looks at ages."""
+    """Stand-in of a block: steps at its ticks, computes nothing, and notes ages."""
 
     inputs: tuple[Port, ...]
     outputs: tuple[Port, ...]
@@ -126,7 +126,7 @@ class _Block:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Plant:
-    """Is sampled as another plant is, without inputs: what is captured is new, whatever reached the plant."""
+    """Stand-in of a plant, without inputs: captures are new, whatever reached the plant."""
 
     outputs: tuple[Port, ...]
     grid: RateClock | None
@@ -151,14 +151,14 @@ def _stand_in(node: Node, looks: Sequence[_Look], ages: _Ages) -> Node:
     clock: Any = node.clock
     if waits_for_arrivals(clock):
         clock = replace(clock, arrivals="")
-    # How long a step takes that is measured is not known beforehand: no time makes nothing younger.
+    # A measured execution time is not known beforehand; zero makes nothing younger.
     execution = ZERO if node.execution.kind == "measured" else node.execution
     return Node(node.name, _Block(inputs=inputs, outputs=outputs, looks=looks, name=node.name,
                                   ages=ages), clock, execution=execution)
 
 
 def _upstream(wiring: Wiring, nodes: Sequence[Node]) -> set[str]:
-    """Names of nodes and of all that stamps of their inputs come from: back to plants and sources."""
+    """Names of nodes and of all that the stamps of their inputs derive from, back to plants and sources."""
     found, ends = set(), [node.name for node in nodes]
     while ends:
         name = ends.pop()
@@ -169,7 +169,7 @@ def _upstream(wiring: Wiring, nodes: Sequence[Node]) -> set[str]:
 
 
 def _into(wiring: Wiring, name: str) -> Iterator[Connection]:
-    """Connections to a block; what reaches a plant decides on no stamp."""
+    """Connections to a block; inputs of a plant decide on no stamp."""
     return (c for c in wiring.connections if c.target.name == name and not c.target.is_plant)
 
 
@@ -181,24 +181,24 @@ def _ticks_per_s(wiring: Wiring, kept: set[str]) -> float:
 
 
 def _in_words(wiring: Wiring, node: Node, look: _Look, horizon_ns: int) -> str:
-    """What is too old, what comes of it, and what to change."""
+    """Message: the input that is too old, the consequence, and the remedy."""
     limit = look.limit
-    told = f"{limit.key} is {limit.limit_ms:g} ms, and `{limit.port}` "
+    text = f"{limit.key} is {limit.limit_ms:g} ms, and `{limit.port}` "
     if look.least_ns == FOREVER:
-        return (f"{told}derives, up to {horizon_ns / NS_PER_S:g} s, from nothing that was captured after the "
+        return (f"{text}derives, up to {horizon_ns / NS_PER_S:g} s, from nothing that was captured after the "
                 f"trial began: {limit.then}; look at latency and loss of the wires that lead to it")
-    told += f"is at least {look.least_ns / NS_PER_MS:.9g} ms old whenever it is read"
+    text += f"is at least {look.least_ns / NS_PER_MS:.9g} ms old whenever it is read"
     nodes = _upstream(wiring, [node])
     behind = [c for c in wiring.connections if c.target.name in nodes and not c.target.is_plant]
     slowest = max(behind, key=lambda c: c.wire.latency_ns)
     wire = f" (wire {slowest.wire.name}: {slowest.wire.latency_ns / NS_PER_MS:g} ms)" \
         if slowest.wire.latency_ns else ""
-    return (f"{told}: {limit.then}; lower the latency of what leads to it{wire} or raise blocks.{node.name}."
+    return (f"{text}: {limit.then}; lower the latency of what leads to it{wire} or raise blocks.{node.name}."
             f"{limit.key} to {-(-look.most_ns // NS_PER_MS)} or more")
 
 
 def _origin(wiring: Wiring, connection: Connection, limit: AgeLimit, ages: _Ages) -> Connection:
-    """The wire from the source or plant whose captures are the oldest (or newest) behind an input."""
+    """Wire from the source or plant with the oldest (or newest) captures behind an input."""
     passed = set()
     while connection.source.name not in passed:
         passed.add(connection.source.name)
@@ -213,7 +213,7 @@ def _origin(wiring: Wiring, connection: Connection, limit: AgeLimit, ages: _Ages
 
 
 def _often_in_words(node: Node, look: _Look, origin: Connection) -> str:
-    """Which source is too old, how often, what comes of it, and what to change."""
+    """Message: the source that is too old, how often, the consequence, and the remedy."""
     limit, name = look.limit, origin.wire.source
     behind = "" if origin.target is node else f", from which `{limit.port}` derives,"
     share = 100.0 * look.old / (look.old + look.sound)

@@ -1,4 +1,4 @@
-"""When blocks step and messages arrive: instants in whole ns, computed from a wiring without running it."""
+"""Instants of steps and arrivals, in whole ns, computed from a wiring without running it."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from fesloop.loop.nodes import Connection, Node
 from fesloop.loop.noise import NoiseStream, stream_key
 
 LOST_AFTER_NS = 60 * NS_PER_S
-"""What has not acted within a minute counts as lost."""
+"""A sample that has not acted within a minute counts as lost."""
 
 
 class Timeline:
-    """When a block steps and when its outputs leave, with the ticks that it skips while busy.
+    """Instants of a block's steps and outputs, without the ticks that it skips while busy.
 
     Attributes
     ----------
-    never_busy: whether it skips none.
+    never_busy: True if it skips none.
     """
 
     def __init__(self, node: Node, seed: int, trial: int) -> None:
@@ -38,11 +38,11 @@ class Timeline:
 
     @property
     def drawn(self) -> bool:
-        """Whether steps take different times."""
+        """True if steps take different times."""
         return self._fixed_ns is None
 
     def left_ns(self, index: int) -> int | None:
-        """When the outputs of tick `index` leave; None if that tick is skipped or never comes."""
+        """Instant at which the outputs of tick `index` leave; None if that tick is skipped or never comes."""
         if self.never_busy:
             instant = self.clock.tick(index)
             return None if instant >= FOREVER else instant + self._duration_ns(index, 0)
@@ -99,13 +99,13 @@ class Timeline:
 
 
 class Samplings:
-    """When a plant is sampled into a wire."""
+    """Instants at which a plant is sampled into a wire."""
 
     def __init__(self, clock: Clock) -> None:
         self.clock = clock
 
     def left_ns(self, index: int) -> int | None:
-        """When sample `index` is sent."""
+        """Instant at which sample `index` is sent."""
         instant = self.clock.tick(index)
         return None if instant >= FOREVER else instant
 
@@ -124,7 +124,7 @@ class Transit:
         self._latest: dict[int, int] = {}  # when all up to one are there, of messages in order
 
     def arrival_ns(self, index: int) -> int | None:
-        """When message `index` is delivered; None if it is lost or never sent."""
+        """Instant at which message `index` is delivered; None if it is lost or never sent."""
         arrival = self._raw_arrival_ns(index)
         if arrival is None or self._wire.late != "in-order" or not self._wire.jitter.random:
             return arrival
@@ -178,7 +178,7 @@ class Transit:
         messages = first, last
         if messages not in self._spans:
             arrival = self.first_arrival(first, last)
-            # Behind a message that is lost, as most may be, nobody need look for the next that is not.
+            # Behind a lost message, as most may be, the next that is not lost makes no difference.
             later = None if arrival is None else self.first_arrival(last + 1)
             until = FOREVER if later is None else later[0]
             self._spans[messages] = None if arrival is None or arrival[0] >= until else (arrival[0], until)
@@ -203,7 +203,7 @@ class Transit:
 
 
 class Traffic:
-    """Steps and messages of one trial, worked out once for all paths that they are part of."""
+    """Steps and messages of one trial, computed once for all paths."""
 
     def __init__(self, seed: int, trial: int) -> None:
         self._seed, self._trial = seed, trial
@@ -211,13 +211,13 @@ class Traffic:
         self._transits: dict[str, Transit] = {}
 
     def timeline(self, node: Node) -> Timeline:
-        """When a block steps."""
+        """Timeline of a block."""
         if node.name not in self._timelines:
             self._timelines[node.name] = Timeline(node, self._seed, self._trial)
         return self._timelines[node.name]
 
     def transit(self, connection: Connection) -> Transit:
-        """When the messages of a connection arrive."""
+        """Arrivals of a connection's messages."""
         name = connection.wire.name
         if name not in self._transits:
             sender = self.timeline(connection.source) if connection.clock is None else Samplings(

@@ -1,12 +1,12 @@
-"""How long a plant output takes to act on a plant input: by stage, exactly, for any tick.
+"""Latency from plant outputs to plant inputs: by stage, exactly, for any tick.
 
-Everything is computed from the wiring in whole ns, without running it, so that a run can be held against
-it. The numbers of jitter, loss and execution times are those that the run draws: functions of seed, name,
-trial and tick. A block's wall time ("measured") is not known beforehand and counts as nothing here. What
-an input waits for inside a block counts where the block declares it (`passages`).
+Everything is computed from the wiring in whole ns, without running it, so that a run can be compared with
+it. The numbers of jitter, loss and execution times are those of the run: functions of seed, name, trial and
+tick. A block's wall time ("measured") is not known beforehand and counts as zero. Waits inside a block count
+where the block declares them (`Delays.passages`).
 
-Where nothing on a way is drawn, the latencies of its samples repeat with the least common multiple of the
-periods of its clocks. One such round, each of its samples counted as often as it comes, is the whole run.
+Where nothing on a path is random, the latencies of its samples repeat with the least common multiple of the
+periods of its clocks. One such round, each of its samples counted as often as it occurs, is the whole run.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ _AT_ONCE = Passage(inputs=())
 
 
 class BlockOnWay:
-    """A block between two wires.
+    """A block of a path, between two wires.
 
     Attributes
     ----------
     reader: when it steps.
     lanes: names of what it serves in turn; empty where it serves all at once.
     slots: ticks after which it serves the same again; 1 where it serves all at once.
-    waiting: all that decides, beside wires and clocks, on what it puts out when.
-    stages: what takes time in it, in order.
-    later: that it acts on what it reads only later, in words; empty where it does not.
+    waiting: everything beside wires and clocks that decides when its outputs follow.
+    stages: names of what takes time in it, in order.
+    later: sentence that it acts on what it reads only later; empty where it does not.
     """
 
     def __init__(self, incoming: Connection, outgoing: Connection, traffic: Traffic,
@@ -56,7 +56,7 @@ class BlockOnWay:
         self.later = f"{node.name} acts on it {self._passage.later}" if self._passage.later else ""
         self._round_ns = self._passage.slots * self.reader.clock.period_s * NS_PER_S
         half_a_tick = 0.5 * self.reader.clock.period_s * NS_PER_S
-        # Who must read every pulse remembers it until the next of its train.
+        # A reader of every pulse remembers it until the next of its train.
         self._remembers_ns = round(before[0]._round_ns - half_a_tick) if before and port.every else 0
         self.waiting = self._passage, self._remembers_ns
         self.stages = (*self._waiting_stages(node.name), f"{node.name} executes")
@@ -69,7 +69,7 @@ class BlockOnWay:
         return (f"{name}: {way.delay}", last) if way.delay_ns else (last,)
 
     def runs(self, run: Run, lane: int) -> Iterator[Run]:
-        """The runs of its messages that carry what a run of messages brought, earliest first."""
+        """Runs of its messages that carry the content of a run of messages, earliest first."""
         steps = self._steps(run)
         if steps is None:
             return
@@ -83,7 +83,7 @@ class BlockOnWay:
                 yield turn, self._next_turn(turn) - 1 if self._passage.holds else turn
 
     def _next_turn(self, turn: int) -> int:
-        """The step that serves the same lane after step `turn`; one that never comes where none does."""
+        """Step that serves the same lane after step `turn`; one beyond the clock's last where none does."""
         clock, following = self.reader.clock, turn + self._passage.slots
         until = min(clock.tick(turn) + LOST_AFTER_NS, FOREVER)
         while clock.tick(following) < until and self.reader.left_ns(following) is None:
@@ -109,7 +109,7 @@ class BlockOnWay:
         return self.reader.steps_within(begins, ends)
 
     def _in_force_ns(self, read_ns: int, arrived_ns: int) -> int:
-        """From when on what arrived and was then read is in force."""
+        """Instant from which a message that arrived and was then read takes effect."""
         way = self._passage
         return read_ns + way.delay_ns if way.since == "read" else arrived_ns + way.delay_ns
 
@@ -126,8 +126,8 @@ class BlockOnWay:
         return stages, arrived_ns, message
 
     def _read(self, number: int, run: Run) -> tuple[int, tuple[int, int]]:
-        """When step `number`, or one before it, read the newest message of a run that it follows; the message
-        with its arrival."""
+        """Instant at which step `number`, or one before it, read the newest message of the run that it
+        follows, and that message with its arrival."""
         tick = self.reader.clock.tick
         for step in range(number, -1, -1):
             if self.reader.left_ns(step) is not None:
@@ -146,18 +146,18 @@ def _passage(node: Node, source: str, target: str) -> Passage:
 
 MEANING = ("From the instant that a sensor captures to the instant that the patient is acted on: behind a "
            "stimulator, a channel's pulse. Least, mean and greatest are over samples and over channels.")
-"""What a budget's numbers are, for whoever prints them."""
+"""Explanation of a budget's numbers, printed below it."""
 _MOST_TICKS = 20_000
-"""Samples of a way that are looked at."""
+"""Greatest number of samples of a path that are traced."""
 _MOST_IN_ALL, _LEAST_EACH = 50_000, 1000
-"""Samples that all ways of a report share, and how many each gets at the least (chosen: a report of eight
-channels takes seconds)."""
+"""Samples of all paths of a report together, and the fewest of each (chosen: a report of eight channels takes
+seconds)."""
 _FASTEST_TICKS = 100_000
 
 
 @dataclass(frozen=True, slots=True)
 class TickLatency:
-    """The way of one sampled value.
+    """Latency of one sampled value along a path.
 
     Attributes
     ----------
@@ -165,7 +165,7 @@ class TickLatency:
     captured_ns: physical instant of the value.
     acts_ns: when it starts to act on the plant input.
     stages_ns: time spent in each stage, in the order of the path's `stages`; they add up to the total.
-    lane: the one of the path's `lanes` that it went by.
+    lane: the one of the path's `lanes` that it took.
     """
 
     tick: int
@@ -182,7 +182,7 @@ class TickLatency:
 
 @dataclass(frozen=True, slots=True)
 class StageSummary:
-    """One stage over many ticks, ns; the last of a path is the total."""
+    """Latency of one stage over many ticks, ns; the last of a path is the total."""
 
     name: str
     least_ns: int
@@ -191,19 +191,19 @@ class StageSummary:
 
 
 class PathLatency:
-    """One way from a plant output through blocks to a plant input.
+    """A path from a plant output through blocks to a plant input.
 
     Attributes
     ----------
-    connections: along the way.
-    stages: what takes time, in order; `TickLatency.stages_ns` and `summary` follow it.
+    connections: along the path.
+    stages: names of what takes time, in order; `TickLatency.stages_ns` and `summary` follow it.
     lanes: names of what a block on the way serves in turn, such as a stimulator's channels, each of which a
         sample reaches at a time of its own; one without a name where there is no such block.
     later: which block acts on a sample only later, and when, in words; empty where none does. The stages of
-        such a way are those of its blocks and wires alone.
-    drawn: whether jitter, losses or execution times on the way vary.
-    covered_ns: what the summaries say holds for all samples captured before this instant: the horizon, or
-        earlier where that would take too long.
+        such a path are those of its blocks and wires alone.
+    drawn: True where jitter, losses or execution times on the path vary.
+    covered_ns: the summaries are of all samples captured before this instant: the horizon, or earlier where
+        that would take too long.
     """
 
     def __init__(self, connections: tuple[Connection, ...], traffic: Traffic, limits: _Limits,
@@ -234,8 +234,8 @@ class PathLatency:
             self.covered_ns = self._sampling.tick(self._looks)
 
     def _rounds(self, limits: _Limits) -> tuple[int, int, int]:
-        """How many samples lie before the horizon, how many are looked at, and after how many of these
-        latencies repeat; the last 0 where all that count are looked at one by one."""
+        """Number of samples before the horizon, of those traced, and of those after which latencies repeat (0
+        where all that count are traced one by one)."""
         samples = self._sampling.first_at_or_after(limits.horizon_ns)
         most = min(samples, limits.samples, self._sampling.first_at_or_after(limits.looks_ns))
         given = [(clock, 1) for clock in (self._sampling, self._source_grid, self._target_grid) if clock]
@@ -251,7 +251,7 @@ class PathLatency:
         return (samples, looks, every) if looks <= most and looks < samples else (samples, most, 0)
 
     def _times(self, index: int) -> int:
-        """How many samples before the horizon have the latency of sample `index`, which is looked at."""
+        """Number of samples before the horizon with the latency of sample `index`, which is traced."""
         if not self._round or index < self._looks - self._round:
             return 1
         return -((index - self._samples) // self._round)
@@ -267,12 +267,12 @@ class PathLatency:
 
     @property
     def name(self) -> str:
-        """The ports and nodes on the way."""
+        """Ports and nodes of the path."""
         through = [c.target.name for c in self.connections[:-1]]
         return " -> ".join([self.connections[0].wire.source, *through, self.connections[-1].wire.target])
 
     def of_tick(self, index: int, lane: int = 0) -> TickLatency | None:
-        """The way of sample `index` by a lane; None if it is lost or overwritten before it acts.
+        """Latency of sample `index` by a lane; None if it is lost or overwritten before it acts.
 
         A block that steps again before the next sample reaches it sends the same sample again, so from the
         second wire on a sample travels in a run of messages, of which the first to get through counts.
@@ -281,13 +281,13 @@ class PathLatency:
         return None if carried is None else self._traced_back(index, lane, carried)
 
     def _carried(self, index: int, lane: int) -> _Carried | None:
-        """What carries sample `index` by a lane, and when it acts."""
+        """Messages that carry sample `index` by a lane, and the instant at which it acts."""
         if self._sampling.tick(index) >= FOREVER:
             return None
         return self._onward(0, (index, index), self._turns[lane])
 
     def _onward(self, number: int, run: Run, turns: tuple[int, ...]) -> _Carried | None:
-        """The way from block `number` on of what a run of messages carries to it."""
+        """Continuation from block `number` on of what a run of messages carries to it."""
         if number == len(self._blocks):
             return self._at_plant(run)
         block, best = self._blocks[number], None
@@ -309,7 +309,7 @@ class PathLatency:
         return _Carried((run,), span[0], acts) if acts < span[1] else None
 
     def _traced_back(self, index: int, lane: int, carried: _Carried) -> TickLatency:
-        """Stages of the way that ended with an arrival at the plant, found from its end."""
+        """Stages of the path that ended with an arrival at the plant, found from its end."""
         stages = [carried.acts_ns - carried.arrival_ns] if self._target_grid else []
         arrived, number = self._transit.held_at(carried.arrival_ns, *carried.runs[-1])
         for block, run in zip(reversed(self._blocks), carried.runs[-2::-1], strict=True):
@@ -367,7 +367,7 @@ class PathLatency:
 
     @property
     def _tallies(self) -> list[_Tally]:
-        """Of the samples that act, by lane; counted once for all ways that take the same time."""
+        """Tallies of the samples that act, by lane; counted once for all paths with equal timing."""
         key = (tuple((c.source.name, c.target.name, c.clock, _timing(c.wire)) for c in self.connections),
                tuple(block.waiting for block in self._blocks))
         if key not in self._known:
@@ -388,7 +388,7 @@ class PathLatency:
         return tallies
 
     def around(self, node: Node) -> tuple[float, float] | None:
-        """Mean time from capture to the tick of a block on the way, and from that tick to effect, ns.
+        """Mean time from capture to the tick of a block of the path, and from that tick to effect, ns.
 
         None if no sample acts.
         """
@@ -408,7 +408,7 @@ class PathLatency:
 
 
 class _Tally(NamedTuple):
-    """How many samples act, and the least, sum and greatest of each stage and the total, ns."""
+    """Number of samples that act, and the least, sum and greatest of each stage and the total, ns."""
 
     samples: int
     least: list[int]
@@ -417,7 +417,7 @@ class _Tally(NamedTuple):
 
 
 class _Limits(NamedTuple):
-    """Before when samples count, and up to when and how many of them are looked at."""
+    """Instant before which samples count, and bounds of those that are traced: an instant and a number."""
 
     horizon_ns: int
     looks_ns: int
@@ -439,12 +439,11 @@ class LatencyReport:
     Parameters
     ----------
     wiring: what runs.
-    trial: whose random numbers count.
-    horizon_ns: before when samples are captured that the summaries count, such as the end of the run; 10 s
-        by default. Each way is looked at sample by sample up to the 20,000th at most, and the 100,000th tick
-        of the block that ticks fastest (fewer where there are many ways); where that is not all of it, its
-        `covered_ns` is earlier.
-    through: a node that every path is to lead to or through; None for all paths.
+    trial: the trial whose random numbers count.
+    horizon_ns: end of the samples in the summaries, such as the end of the run; 10 s by default. Each path is
+        traced sample by sample up to the 20,000th at most, and the 100,000th tick of the fastest block (fewer
+        where there are many paths); where that is not all of it, its `covered_ns` is earlier.
+    through: a node that every path leads to or through; None for all paths.
     """
 
     def __init__(self, wiring: Wiring, trial: int = 0, horizon_ns: int | None = None,
@@ -461,15 +460,15 @@ class LatencyReport:
         self.paths = tuple(PathLatency(path, traffic, limits, known) for path in ways)
 
     def coverage(self, trials: int = 1) -> str:
-        """Over which samples the summaries are, in a sentence; `trials`: how many the run has."""
+        """Sentence on the samples that the summaries cover; `trials`: of the run."""
         covered_ns = min((path.covered_ns for path in self.paths), default=self.horizon_ns)
         covered, horizon = (f"{time_ns / NS_PER_S:.9g} s" for time_ns in (covered_ns, self.horizon_ns))
-        said = f"Every sample in the {horizon} of a trial counts."
+        covers = f"Every sample in the {horizon} of a trial counts."
         if covered_ns < self.horizon_ns:
-            said = (f"Only samples in the first {covered} of a trial of {horizon} count: later ones can take "
-                    "longer.")
+            covers = (f"Only samples in the first {covered} of a trial of {horizon} count: later ones can "
+                      "take longer.")
         drawn = trials > 1 and any(path.drawn for path in self.paths)
-        return f"{said} What is random is as in the first of {trials} trials." if drawn else said
+        return f"{covers} What is random is as in the first of {trials} trials." if drawn else covers
 
     def path(self, source: str, target: str) -> PathLatency:
         """The only path from a plant output ("node.port") to a plant input; KeyError if none or several."""
@@ -482,7 +481,7 @@ class LatencyReport:
 
 
 def _paths(connections: Sequence[Connection]) -> Iterator[tuple[Connection, ...]]:
-    """Ways from a plant to a plant that pass no block twice."""
+    """Paths from a plant to a plant that pass no block twice."""
     ways: list[tuple[Connection, ...]] = [(c,) for c in connections if c.source.is_plant]
     while ways:
         way = ways.pop(0)
@@ -496,7 +495,7 @@ def _paths(connections: Sequence[Connection]) -> Iterator[tuple[Connection, ...]
 
 
 def _timing(wire: Wire) -> Wire:
-    """What of a wire decides when its messages arrive: its name too, where chance has a part in it."""
+    """The wire without what has no influence on arrivals: its ends, unless they are random."""
     return wire if wire.random else replace(wire, source="a.wire", target="a.wire", link=None)
 
 

@@ -1,4 +1,4 @@
-"""What the operating system is asked for a run in real time, and what it grants: told in words, undone later.
+"""Requests to the operating system for a run in real time: locked memory, priority, deferred collection.
 
 Memory is locked (`mlockall(2)`), so that no page of the run is swapped out; pages are locked as they come
 into use, not before. Where the limit on locked memory (RLIMIT_MEMLOCK) is not lifted, what comes later is
@@ -30,21 +30,21 @@ from fesloop.loop.realtime import Pacer, Pacing
 from fesloop.loop.run import Loop
 
 _MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
-"""Of Linux's <asm-generic/mman.h>."""
+"""Flags of mlockall in Linux's <asm-generic/mman.h>."""
 _CAP_IPC_LOCK = 14
 """Number of the capability that lifts the limit on locked memory (`capabilities(7)`)."""
 
 
-_NOT_LOCKED, _COMMON = "not locked: not asked for", "as any other program"
+_NOT_LOCKED, _COMMON = "not locked: not requested", "as any other program"
 
 
 @dataclass(frozen=True, slots=True)
 class Granted:
-    """What a run got.
+    """Answers of the operating system to a run's requests.
 
     Attributes
     ----------
-    memory, scheduling: in words; what was refused says why.
+    memory, scheduling: in words, with the reason for a refusal.
     """
 
     memory: str
@@ -52,7 +52,7 @@ class Granted:
 
 
 @contextmanager
-def asked_of_machine(lock_memory: bool, priority: int, beside: Collection[int] = ()) -> Iterator[Granted]:
+def realtime_privileges(lock_memory: bool, priority: int, beside: Collection[int] = ()) -> Iterator[Granted]:
     """Ask for locked memory and for SCHED_FIFO of a priority (0: do not); take all of it back at the end.
 
     The priority is that of the calling thread and of those `beside` it (see `threads_now`).
@@ -115,7 +115,7 @@ def _raise_priority(priority: int, threads: Collection[int]) -> str:
 def _set_back(before: Mapping[int, tuple[int, os.sched_param]]) -> None:
     """Give threads that are still there the class that they had.
 
-    Only root may take back that children do not inherit a class; of the common one it says nothing.
+    Only root may undo that children do not inherit a class; for the common class it has no meaning.
     """
     here = threads_now()
     for thread, (scheduler, parameters) in before.items():
@@ -150,7 +150,7 @@ def _libc() -> ctypes.CDLL:
 
 
 def _told_of_self(key: str) -> str:
-    """A line of what the kernel tells of this process (`proc(5)`, status)."""
+    """A line of the kernel's status of this process (`proc(5)`)."""
     lines = Path("/proc/self/status").read_text(encoding="utf-8", errors="replace").splitlines()
     return next(line.partition(":")[2].strip() for line in lines if line.startswith(f"{key}:"))
 
@@ -160,14 +160,14 @@ _AT_LAST_NS = 30 * NS_PER_S
 """How often to collect where there is leisure, and where there is none (chosen): what waits meanwhile is
 the cycles alone, as all else is freed at once, and the loop makes none."""
 _AT_FIRST_NS = 2 * NS_PER_MS
-"""What a collection is expected to take before one has been timed."""
+"""Expected time of a collection before one has been timed."""
 
 
 class Garbage:
     """The collector during a run in real time: a context.
 
     What exists when the run begins is collected once, then frozen: no later collection looks at it. The
-    collector is off from then on, and asked to work where nothing is due for twice as long as it has ever
+    collector is off from then on, and runs where nothing is due for twice as long as it has ever
     worked (not counting what else the machine did meanwhile), or else every half minute. All of it is undone
     at the end.
 
@@ -214,13 +214,13 @@ class Garbage:
 
 @dataclass(frozen=True, slots=True)
 class InStep:
-    """What a run in real time goes by.
+    """Everything that keeps a run in step with the wall clock.
 
     Attributes
     ----------
-    pacing, pacer: how it is to keep time, and what does.
-    garbage: Python's collector, held back.
-    granted: what the operating system gave.
+    pacing, pacer: the settings, and what carries them out.
+    garbage: Python's collector, deferred.
+    granted: answers of the operating system.
     """
 
     pacing: Pacing
@@ -229,20 +229,20 @@ class InStep:
     granted: Granted
 
     def advance(self, stop_ns: int) -> int:
-        """The pacer's; then a collection where there is leisure for one."""
+        """Advance the pacer, then collect garbage if there is time."""
         done = self.pacer.advance(stop_ns)
         self.garbage.collect_in(self.pacer.slack_ns())
         return done
 
     @property
     def facts(self) -> dict[str, str | float]:
-        """What a recording says of it from the start."""
+        """Facts that a recording states from the start."""
         return {"policy": self.pacing.late, "period_ms": self.pacer.period_ns / NS_PER_MS,
                 "memory": self.granted.memory, "scheduling": self.granted.scheduling}
 
     @property
     def outcome(self) -> dict[str, int | float]:
-        """What a recording says of it in the end."""
+        """Facts that a recording states at the end."""
         return {"deadlines": self.pacer.deadlines, "missed_deadlines": self.pacer.missed,
                 "worst_late_s": self.pacer.worst_late_ns / NS_PER_S,
                 "collections": self.garbage.collections,
@@ -251,9 +251,9 @@ class InStep:
 
 @contextmanager
 def in_step_with_wall(loop: Loop, pacing: Pacing | None, beside: Collection[int]) -> Iterator[InStep | None]:
-    """What a run of the loop goes by, with the threads beside it; None where it need not keep time."""
+    """Yield what keeps a run of the loop in step, with the threads beside it; None without pacing."""
     if pacing is None:
         yield None
         return
-    with asked_of_machine(pacing.lock_memory, pacing.priority, beside) as granted:
+    with realtime_privileges(pacing.lock_memory, pacing.priority, beside) as granted:
         yield InStep(pacing, Pacer(loop, pacing), Garbage(), granted)

@@ -1,4 +1,4 @@
-"""Nodes of a wiring, and wires whose ends have been found."""
+"""Nodes of a wiring, and connections: wires with the nodes and ports at their ends."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Node:
             raise InputError(f"{where}.rate", "this block has a clock of its own", "no rate and no offset")
         elif own_clock is None and self.rate is None:
             raise InputError(f"{where}.rate", "is missing", 'a positive rate in hertz such as "100"',
-                             "or let it go by the clock of another block, such as the stimulator's")
+                             "or give it the clock of another block, such as the stimulator's")
         elif self.given_clock is not None and self.offset_ms:
             raise InputError(f"{where}.offset_ms", "given beside a clock", "no offset")
         _ = self.clock
@@ -59,7 +59,7 @@ class Node:
 
     @property
     def is_plant(self) -> bool:
-        """Whether the part is a plant."""
+        """True for a plant."""
         return is_plant(self.part)
 
     @property
@@ -74,12 +74,12 @@ class Node:
 
     @property
     def given_clock(self) -> Clock | None:
-        """The clock that stands in place of a rate."""
+        """Clock given in place of a rate."""
         return None if isinstance(self.rate, str | int | float | Fraction) else self.rate
 
     @property
     def clock(self) -> Clock | None:
-        """When the block steps; None for a plant."""
+        """Clock of the block's steps; None for a plant."""
         if self.is_plant:
             return None
         own = (self.part.clock if offers(self.part, HasClock) else None) or self.given_clock
@@ -89,14 +89,14 @@ class Node:
         return RateClock.from_rate(cast(str, self.rate), offset, f"{self.name}.rate")
 
     def context(self, seed: int, trial: int) -> Context:
-        """What the part may know when it makes its state."""
+        """Place of the part in a run, for its state."""
         clock = self.plant.grid if self.is_plant else self.clock
         return Context(self.name, seed, trial, clock)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Connection:
-    """A wire whose ends have been found.
+    """A wire with the nodes and ports at its ends.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ class Connection:
     source, target: the nodes.
     source_port, target_port: numbers of the ports.
     clock: when a plant's output is sampled into it; None where the source is a block.
-    heard: whether the target takes note of it; what a plant ignores is not sampled for it.
+    heard: False where the target is a plant that ignores the input, which is then not sampled for.
     """
 
     wire: Wire

@@ -1,7 +1,7 @@
 """Counter-based randomness: a row of numbers is a function of (seed, name, trial, tick).
 
-Adding a block changes no other block's numbers, and tick k can be asked for without tick k - 1.
-Numbers come from numpy's Philox generator, keyed by a hash of who asks and counted by the tick.
+Adding a block changes no other block's numbers, and tick k does not need tick k - 1. Numbers come from
+numpy's Philox generator, keyed by a hash of seed, name and trial and counted by the tick.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _TICKS_PER_PAGE = 128
 
 
 def stream_key(seed: int, name: str, trial: int) -> int:
-    """128-bit key of the stream that `name` (block and purpose) draws from in one trial."""
+    """128-bit key of the random numbers of `name` (block and purpose) in one trial."""
     text = f"fesloop/{seed}/{name}/{trial}".encode()
     return int.from_bytes(hashlib.sha256(text).digest()[:16], "little")
 

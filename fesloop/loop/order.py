@@ -1,4 +1,4 @@
-"""Who comes first at one instant: topological order over zero-latency wires, ties by declaration."""
+"""Order within an instant: topological over zero-latency wires, ties by declaration."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from fesloop.loop.nodes import Connection, Node
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sampling:
-    """A plant's outputs being published at a clock's ticks, into every wire that samples at that clock.
+    """Sampling of a plant at a clock's ticks, into every wire that samples at that clock.
 
-    `observing` says that nothing behind these wires leads to a plant: whether they are there or not, every
-    trajectory is the same to the last bit, so the plant is not split for them.
+    `observing`: nothing behind these wires leads to a plant. With or without them every trajectory is the
+    same to the last bit, so the plant is not split for them.
     """
 
     plant: Node
@@ -52,7 +52,7 @@ def _acting(connections: Sequence[Connection]) -> set[int]:
 
 
 def upstream_first(plants: set[str], connections: Sequence[Connection]) -> list[set[str]]:
-    """Names of plants that exchange, in stages: none hears of a later one; a ring is one stage."""
+    """Names of plants that exchange, in stages: none has input from a later one; a ring is one stage."""
     heard = [(c.source.name, c.target.name) for c in connections
              if c.heard and c.source.name in plants and c.target.name in plants]
     stages: list[set[str]] = []

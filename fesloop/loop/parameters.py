@@ -1,4 +1,4 @@
-"""The parameters of parts as digests: whether two parts are the same, whatever they are made of."""
+"""Digests of parameters, equal for equal parts, whatever the parameters are made of."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def changed(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
 
 
 def _parameters(part: Any) -> Iterator[tuple[str, Any]]:
-    """Names and values: of a dataclass what it is made with, of another object what it holds."""
+    """Names and values: init fields of a dataclass, attributes of another object."""
     if is_dataclass(part):
         for field in fields(part):
             if field.init:
@@ -36,7 +36,7 @@ def _parameters(part: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _lines(value: Any, within: tuple[int, ...]) -> Iterator[str]:
-    """A value as lines of text that are equal for equal values; `within` are the ids of what holds it."""
+    """Lines of text that are equal for equal values; `within` are the ids of the enclosing values."""
     if value is None or isinstance(value, str | bytes | Enum):
         yield repr(value)
     elif isinstance(value, Real):
@@ -64,7 +64,7 @@ def _lines(value: Any, within: tuple[int, ...]) -> Iterator[str]:
 
 def _function(value: MethodType | FunctionType | CodeType | partial[Any],
               within: tuple[int, ...]) -> Iterator[str]:
-    """Lines of a function: its name, what it does, and the values that it brings along.
+    """Lines of a function: its name, its code, and the values bound to it.
 
     Two functions that one place in a file has made have one name, such as a factory's or two lambdas. Where
     the file lies and on which line makes no difference, nor do globals, which belong to the module.
@@ -86,12 +86,12 @@ def _function(value: MethodType | FunctionType | CodeType | partial[Any],
 def _content(cell: CellType) -> Any:
     try:
         return cell.cell_contents
-    except ValueError:  # empty as yet
+    except ValueError:  # still empty
         return None
 
 
 def _held(value: Any, within: tuple[int, ...]) -> Iterator[str]:
-    """Lines of something that holds other values."""
+    """Lines of a container or object."""
     if isinstance(value, Mapping):
         yield f"mapping {len(value)}"
         yield from sorted("\n".join(_inside("item", item, within)) for item in value.items())
@@ -110,7 +110,7 @@ def _held(value: Any, within: tuple[int, ...]) -> Iterator[str]:
 
 
 def _own_text(value: object) -> Iterator[str]:
-    """How something without named parts writes itself, unless that is by its place in memory."""
+    """`repr` of an object without named parts, unless it contains the address of the object."""
     text = repr(value)
     if hex(id(value)) not in text.lower():
         yield text

@@ -1,8 +1,8 @@
-"""Plants in operation: advanced no further than someone looks, split only where an input changes.
+"""Plants in operation: advanced no further than needed, split only where an input changes.
 
 A plant is advanced when one of its outputs is sampled. Messages that arrived on the way split the advance
-at their instants (an exact plant) or are latched at the next grid tick (a fixed-step plant). What the
-recorder wants to see in between is evaluated beside the trajectory, so observing changes no bit of it.
+at their instants (an exact plant) or are latched at the next grid tick (a fixed-step plant). Outputs for the
+recorder in between are evaluated beside the trajectory, so that recording changes no bit of it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _new_tuple = tuple.__new__
 
 
 class PlantInputs:
-    """A plant's input values, held between messages.
+    """Input values of a plant, constant between messages.
 
     Attributes
     ----------
@@ -94,9 +94,9 @@ class PlantInputs:
 
 
 class PlantRecord:
-    """What the recorder sees of a plant: its outputs at the recorder's own instants.
+    """Record of a plant's outputs at the recorder's own instants.
 
-    `sampled` are the numbers of the output ports that someone samples.
+    `sampled` are the numbers of the output ports that wires sample.
 
     Attributes
     ----------
@@ -149,7 +149,7 @@ class PlantRecord:
         self._seen.append((instant, captured_ns, values))
 
     def see_held(self, captured_ns: int, stop_ns: int, values: tuple[Value, ...]) -> None:
-        """Note outputs that stand still until `stop_ns`."""
+        """Note outputs that are constant until `stop_ns`."""
         instant, following, see = self.next, self._next_instant, self._seen.append
         while instant < stop_ns:
             see((instant, captured_ns, values))
@@ -216,17 +216,17 @@ class ExactStation:
 
     @property
     def stacks(self) -> bool:
-        """Whether outputs of many instants can be had at once, by `stacks_through`."""
+        """True if `stacks_through` gives outputs of many instants at once."""
         return self._advance_through is not None
 
-    def hears(self, link: Link) -> bool:
-        """Whether what is sent into a link comes to this plant."""
+    def reads(self, link: Link) -> bool:
+        """True if a link leads to this plant."""
         return any(queue is link.queue for queue in self._inputs.queues)
 
     def stacks_through(
         self, times_ns: list[int], echo_ns: int
     ) -> Iterator[tuple[list[int], tuple[Any, ...]]]:
-        """As `values_through`, the instants between two changes of the inputs at once, outputs stacked.
+        """`values_through` for all instants between two changes of the inputs at once, outputs stacked.
 
         What is sent at an instant may come back `echo_ns` later, so a stretch of instants is no longer.
         """
@@ -281,7 +281,7 @@ class ExactStation:
         self.hand_over()
 
     def finish(self, time_ns: int) -> None:
-        """Go to where a trial ends, however long nobody has looked: the next begins with what that leaves."""
+        """Go to the end of a trial, from which the next one carries over."""
         if time_ns > self.now:
             self._go(time_ns)
 
@@ -304,7 +304,7 @@ class ExactStation:
     def _observe_a_copy(
         self, state: Any, inputs: Sequence[Value], start_ns: int, times_ns: Sequence[int]
     ) -> tuple[Any, ...]:
-        """What `observe` gives, for a plant without it."""
+        """Replacement of `observe` for a plant without it."""
         seen = []
         for instant in times_ns:
             # Each from the same start: what is seen must not depend on where a stretch of the run ended.
@@ -319,7 +319,7 @@ class ExactStation:
         return self.state, self.now, self._inputs.save()
 
     def restore(self, saved: Any, recorded_to_ns: int) -> None:
-        """Back to what `save` gave; the recorder goes on after `recorded_to_ns`."""
+        """Back to what `save` gave; the recorder continues after `recorded_to_ns`."""
         self.state, self.now, inputs = saved
         self._inputs.restore(inputs)
         self._record.resume(recorded_to_ns)
@@ -351,7 +351,7 @@ class GridStation:
         self._start_steps()
 
     def _start_steps(self) -> None:
-        """Have the steps go on from `now`."""
+        """Continue the steps from `now`."""
         self._next_step = ticks_from(self._grid, self._grid.first_at_or_after(self.now + 1))
         self._following = self._next_step()
 
@@ -360,7 +360,7 @@ class GridStation:
         return self._through(times_ns, None)
 
     def glances_through(self, times_ns: Sequence[int]) -> Iterator[tuple[int, int, Mapping[int, Value]]]:
-        """As `values_through`, by port number: those outputs alone that the plant gives at a glance."""
+        """`values_through` with the outputs of `glance` alone, by port number."""
         return self._through(times_ns, self._glance)
 
     def _through(self, times_ns: Sequence[int], glance: Callable[[Any], Any] | None) -> Iterator[Any]:
@@ -393,10 +393,10 @@ class GridStation:
             yield instant, self.now, self._shown
 
     observed_at = values_through
-    """Fixed steps are the same whoever looks."""
+    """Sampling does not change fixed steps."""
 
     def glances(self, ports: Collection[int]) -> bool:
-        """Whether these outputs, by number, can be had at a glance."""
+        """True if `glance` gives these outputs, by number."""
         return self._glance is not None and self._glance(self.state).keys() >= set(ports)
 
     def read_now(self) -> tuple[Value, ...]:
@@ -425,7 +425,7 @@ class GridStation:
         return self.state, self.now, self._inputs.save()
 
     def restore(self, saved: Any, recorded_to_ns: int) -> None:
-        """Back to what `save` gave; the recorder goes on after `recorded_to_ns`."""
+        """Back to what `save` gave; the recorder continues after `recorded_to_ns`."""
         self.state, self.now, inputs = saved
         self._inputs.restore(inputs)
         self._record.resume(recorded_to_ns)

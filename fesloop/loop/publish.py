@@ -1,8 +1,8 @@
-"""Plant outputs on their way into wires: sampled at declared ticks, as late as someone reads them.
+"""Sampling of plant outputs into wires, at declared ticks, as late as they are read.
 
-Samples that nobody has looked for yet need no event of their own. A block that is about to read asks for
-everything that was to be sampled by then, and the samples are made in order of time, as if each had been
-made at its tick: the plant meets the same instants and the same inputs.
+Samples that are not read yet need no event of their own. A block that is about to read requests everything
+that was due by then, and the samples are made in order of time, as if each had been made at its tick: the
+plant passes the same instants and the same inputs.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Sampler:
     ----------
     due: instant of the next sample, ns.
     index: its number, which is how many have been sent.
-    plain_links: those that leave the counting to the sender.
+    plain_links: links whose messages the sender counts.
     """
 
     __slots__ = ("_echo_ns", "_next_tick", "_plain", "_random", "_stacks_through", "_values_at", "clock",
@@ -46,7 +46,7 @@ class Sampler:
                             for port, link in outgoing if link.plain)
         self._random = tuple((port, checks[port], link.send) for port, link in outgoing if not link.plain)
         self._echo_ns = min((link.latency_ns for _, link in outgoing
-                             if isinstance(plant, ExactStation) and plant.hears(link)), default=FOREVER)
+                             if isinstance(plant, ExactStation) and plant.reads(link)), default=FOREVER)
         self.index = self.due = 0
         self.restore(0)
 
@@ -102,7 +102,7 @@ class Sampler:
         return self.index
 
     def fire(self, time_ns: int) -> int:
-        """Sample now; when to do so next. For a plant whose sampling is an event of the loop."""
+        """Sample now and return the next instant, for a plant whose sampling is an event of the loop."""
         self.until(time_ns)
         return self.due
 
@@ -123,7 +123,7 @@ class Publisher:
     Parameters
     ----------
     stages: samplers in order of time within a stage. What an earlier stage sends does not depend on a later
-        one, so it is sampled ahead, as far as is asked for.
+        one, so it is sampled ahead, as far as requested.
 
     Attributes
     ----------
@@ -151,7 +151,7 @@ class Publisher:
         self.settle()
 
     def settle(self) -> None:
-        """Look anew at when the next sample is due."""
+        """Update `due`."""
         self.due = min((_next_due(stage) for stage in self._stages), default=FOREVER)
 
 

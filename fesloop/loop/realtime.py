@@ -1,7 +1,7 @@
-"""What a run in step with the wall clock goes by: which instants are waited for, and what blocks are told.
+"""Pacing of a run by the wall clock.
 
-A plain kernel wakes a sleeper some ms late now and then, so instants are those of blocks of at most 200 Hz.
-Plants and faster blocks catch up at each of them, in bursts.
+The pacer waits for the instants of blocks of at most 200 Hz, since a plain kernel wakes a sleeper some ms
+late now and then. Plants and faster blocks catch up at each of these instants, in bursts.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ from fesloop.loop.run import Loop
 
 _MOST_HZ = 200
 _IDLE = RateClock.from_rate("100")
-"""Where no block has a pace of its own (chosen): plants and the recording go on while a stream is silent."""
+"""Pace where no block has one (chosen): plants and the recording continue while a stream is silent."""
 _HIGHEST_PRIORITY = 98
-"""Of SCHED_FIFO on Linux (`sched(7)`), one below the greatest, which is for what keeps watch over a run."""
+"""Highest priority of SCHED_FIFO on Linux (`sched(7)`) less one, which is left to what watches over a run."""
 POLICIES = ("catch-up", "skip", "stop")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pacing:
-    """How a run keeps in step with the wall clock.
+    """Settings of a run in step with the wall clock.
 
     Attributes
     ----------
-    late: what becomes of ticks that are late. "catch-up" runs every one as soon as it can; "skip" lets those
-        pass that lie a whole period of their block or more in the past; "stop" ends the run as failed at the
-        first missed deadline.
-    lock_memory: whether to ask that no memory of the process is swapped out.
-    priority: of the scheduling class SCHED_FIFO, 1 to 98; 0 asks for none. It is that of the loop and of
+    late: treatment of late ticks. "catch-up" runs every one as soon as it can; "skip" omits those that lie a
+        whole period of their block or more in the past; "stop" ends the run as failed at the first missed
+        deadline.
+    lock_memory: request that no memory of the process is swapped out.
+    priority: of the scheduling class SCHED_FIFO, 1 to 98; 0 requests none. It is that of the loop and of
         Python's threads that its blocks have started in `init`. Above everything else on its core, a run that
         is always late leaves little of it to others. With a device, below what the user may have at most
         (`ulimit -r`): the device's keeper takes that.
@@ -56,12 +56,12 @@ class Pacing:
 
 
 def is_live(node: Node) -> bool:
-    """Whether a node has to do with the world as it is now, so that it needs a run that is paced."""
+    """True for a node that works with the outside world as it is now, and so needs a paced run."""
     return offers(node.part, Attaches) or waits_for_arrivals(node.clock)
 
 
 def paced_clocks(nodes: Iterable[Node]) -> tuple[Clock, ...]:
-    """Clocks whose ticks are waited for: of blocks of at most 200 Hz, and 200 Hz where others are faster."""
+    """Clocks that the pacer waits for: of blocks of at most 200 Hz, and 200 Hz where others are faster."""
     clocks: list[Clock] = []
     for node in nodes:
         clock = node.clock
@@ -75,7 +75,7 @@ def paced_clocks(nodes: Iterable[Node]) -> tuple[Clock, ...]:
 
 
 def shortest_period_ns(nodes: Iterable[Node]) -> int:
-    """The time that an instant's work may take: the shortest period that is waited for, nominal or not."""
+    """Time that an instant's work may take: the shortest period that the pacer waits for, nominal or not."""
     nodes = tuple(nodes)
     clocks = [*paced_clocks(nodes), *(clock for node in nodes if waits_for_arrivals(clock := node.clock))]
     return max(NS_PER_S // _MOST_HZ, min(round(clock.period_s * NS_PER_S) for clock in clocks))
@@ -100,29 +100,29 @@ def _ticks(clock: Clock) -> Iterator[int]:
 
 KEPT, LATE, SKIPPED, STOPPED = "kept", "run late", "skipped", "stopped"
 WallRow = tuple[int, int, int, str]
-"""(instant, by how much its work began late, how long that took, what was done); times in ns."""
+"""(instant, lateness at the start of its work, duration of the work, action); times in ns."""
 _NAP_NS = NS_PER_S // 20
 """No sleep is longer (chosen): an interrupt is heard, and the recording written, between two of them."""
 
 
 class Pacer:
-    """Runs a loop as the wall clock goes.
+    """Runs a loop in step with the wall clock.
 
     A deadline is missed where the work of an instant ends more than the shortest paced period after it.
 
     Parameters
     ----------
     loop: what runs; one trial after the other.
-    pacing: what becomes of late ticks.
-    clock, sleep: wall clock in ns, and how to wait for some seconds; by default on the bell that blocks ring
-        where there are some that do.
+    pacing: settings.
+    clock, sleep: wall clock in ns, and a wait for some seconds; by default on the bell of blocks that have
+        one.
 
     Attributes
     ----------
-    deadlines, missed: how many there were, and how many were missed.
-    worst_late_ns: by how much the latest instant began late.
-    rows, origins: a row an instant; of each trial's t = 0, where the wall clock stood and what time it was
-        (ns since 1970, UTC). Taken out by whoever writes them down.
+    deadlines, missed: their numbers.
+    worst_late_ns: greatest lateness of an instant.
+    rows, origins: a row an instant; of each trial's t = 0, the wall clock and the time (ns since 1970, UTC).
+        The writer of the recording removes them.
     """
 
     def __init__(self, loop: Loop, pacing: Pacing, clock: Callable[[], int] = time.monotonic_ns,
@@ -148,7 +148,7 @@ class Pacer:
         self._skipped: set[int] = set()
 
     def begin_trial(self) -> None:
-        """Let t = 0 of the trial that the loop stands before be now."""
+        """Make now t = 0 of the next trial."""
         self._states = self._loop.states()
         self._instants = instants(self._clocks)
         self._next = next(self._instants, FOREVER)
@@ -162,18 +162,18 @@ class Pacer:
                 node.part.attach(self._states[node.name], present)
 
     def now_ns(self) -> int:
-        """Where the wall clock stands in the trial."""
+        """Time on the wall clock since t = 0 of the trial."""
         return self._clock() - self._origin_ns
 
     def slack_ns(self) -> int:
-        """How long nothing is due yet; a message of a live stream is, one period after the one before."""
+        """Time until something is due; a message of a live stream is, one period after the one before."""
         now = self.now_ns()
         return min([self._next, *(instant for instant in self._expected.values() if instant > now)]) - now
 
     def advance(self, stop_ns: int) -> int:
         """Run the instant that has come, or sleep towards the next for a moment.
 
-        Returns up to where (exclusive) the trial has been run; nothing at or after `stop_ns` is. Raises
+        Returns the end (exclusive) of what has been run; nothing at or after `stop_ns` is. Raises
         RunError as the loop does, and for a missed deadline where the policy is to stop.
         """
         self._bell.clear()
@@ -189,7 +189,7 @@ class Pacer:
         return self._loop.now + 1
 
     def _arrivals(self) -> list[tuple[int, RateClock]]:
-        """When the oldest message that waits at each live block is to be taken, and the block's clock."""
+        """Instant at which each live block reads its oldest waiting message, and the block's clock."""
         found = []
         for name, part, clock in self._hearing:
             arrived = part.waiting(self._states[name])
@@ -198,9 +198,9 @@ class Pacer:
         return found
 
     def _run(self, due: int, heard: list[RateClock], stop_ns: int) -> None:
-        """Run everything due at or before `due`, at which these clocks of arrivals tick; note how late."""
+        """Run everything due at or before `due`, when these clocks of arrivals tick; note the lateness."""
         began = self.now_ns()
-        told = len(self._loop.recorder.events) if self._loop.recorder is not None else 0
+        known = len(self._loop.recorder.events) if self._loop.recorder is not None else 0
         for clock in heard:
             self._let_arrive(clock, due, began)
         if self._pacing.late == "skip" and began - due >= self.period_ns:
@@ -208,7 +208,7 @@ class Pacer:
         try:
             self._loop.run_until(due)
         finally:
-            self._tell_from(told)
+            self._pass_on_events(known)
         ended = self.now_ns()
         skipped = due in self._skipped
         self._skipped.discard(due)
@@ -216,15 +216,15 @@ class Pacer:
             self._next = next(self._instants, FOREVER)
         self._note(due, began - due, ended - began, skipped)
 
-    def _tell_from(self, number: int) -> None:
-        """Let the blocks that heed know what has been reported, from event `number` on."""
+    def _pass_on_events(self, number: int) -> None:
+        """Give events from `number` on to the blocks that listen."""
         recorder = self._loop.recorder
         if recorder is not None and len(recorder.events) > number:
             for name, part in self._listening:
                 part.heed(self._states[name], recorder.events[number:])
 
     def _let_arrive(self, clock: RateClock, due: int, now: int) -> None:
-        """Let a clock of arrivals tick; to skip a late message means that its own block alone takes it."""
+        """Let a clock of arrivals tick; a late message that is skipped is read by its own block alone."""
         skipping: list[str] = []
         if self._pacing.late == "skip" and now - due >= clock.period_s * NS_PER_S:
             skipping = [node.name for node in self._loop.wiring.nodes
@@ -235,7 +235,7 @@ class Pacer:
             self._skipped.add(due)
 
     def _note(self, due: int, late_ns: int, took_ns: int, skipped: bool) -> None:
-        """Count the deadline and keep its row; stop where that is the policy."""
+        """Count the deadline and add its row; stop where that is the policy."""
         missed = skipped or late_ns + took_ns > self.period_ns
         stopped = missed and self._pacing.late == "stop"
         self.deadlines += 1

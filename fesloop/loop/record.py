@@ -1,7 +1,6 @@
-"""Where the loop leaves what it did: plain lists of rows, drained by whoever writes them down.
+"""Recorder of a loop: plain lists of rows, which a file writer, a test or a live view drains.
 
-A recorder only reads. What it costs the loop is one `append` a row; a file writer, a test or a live view
-takes the rows out with `drain`.
+A recorder only reads, and costs the loop one `append` a row.
 """
 
 from __future__ import annotations
@@ -42,14 +41,14 @@ class Recorder:
     def drain(self) -> tuple[
         dict[str, list[BlockRow]], dict[str, list[PlantRow]], dict[str, list[InputRow]], list[EventRow]
     ]:
-        """Take out (blocks, plants, inputs, events) recorded since the last call."""
+        """Return and remove (blocks, plants, inputs, events) recorded since the last call."""
         taken = (_empty(self.blocks), _empty(self.plants), _empty(self.inputs), list(self.events))
         self.events.clear()
         return taken
 
 
 def _empty(streams: dict[str, list[Any]]) -> dict[str, list[Any]]:
-    """Copies of the streams' rows; the lists themselves, which the loop holds on to, are cleared."""
+    """Copies of the streams' rows. The lists themselves, which the loop refers to, are cleared."""
     taken = {name: list(rows) for name, rows in streams.items()}
     for rows in streams.values():
         rows.clear()
@@ -58,12 +57,12 @@ def _empty(streams: dict[str, list[Any]]) -> dict[str, list[Any]]:
 
 @dataclass(slots=True)
 class StatusLatch:
-    """The statuses that hold now; part of a block's state."""
+    """Statuses that are true now, each reported once when it begins; part of a block's state."""
 
     holding: set[str] = field(default_factory=set)
 
     def put(self, tick: Tick, status: str, holds: bool, detail: str = "") -> None:
-        """Report `status` if it holds and did not hold before."""
+        """Report `status` if it is true and was not before."""
         if holds and status not in self.holding:
             self.holding.add(status)
             tick.report(status, detail)

@@ -46,7 +46,7 @@ class Agenda:
             heapreplace(heap, (station.fire(now), number, station))
 
     def arrive(self, clock: RateClock, time_ns: int, skipping: Collection[str]) -> None:
-        """Let a clock of arrivals tick at `time_ns`; the blocks of these names let the tick pass."""
+        """Let a clock of arrivals tick at `time_ns`; the blocks of these names skip the tick."""
         for place, (_, number, station) in enumerate(self._heap):
             if station.clock == clock:
                 station.due = time_ns
@@ -73,8 +73,8 @@ class Snapshot:
 
     Attributes
     ----------
-    time_ns, trial: where it stands.
-    wiring: what it is of, as text: seed, nodes, wires.
+    time_ns, trial: instant and trial of the snapshot.
+    wiring: seed, nodes and wires as text.
     parameters: digests of each node's parameters, by their names.
     """
 
@@ -93,7 +93,7 @@ class Loop:
     ----------
     wiring: what runs.
     trial: number of the first trial.
-    recorder: where what happens is left; None records nothing but events.
+    recorder: receives what happens; None records nothing but events.
 
     Attributes
     ----------
@@ -136,7 +136,7 @@ class Loop:
         """Do everything due at or before `time_ns` that has not been done.
 
         Raises RunError where an output is not what its port declares, a plant's is not finite or a device
-        fails; what was recorded stands, and nothing goes on from there but a snapshot. Raises InputError, and
+        fails; the record stays, and the loop continues from a snapshot only. Raises InputError, and
         does nothing, where `time_ns` is not a whole number.
         """
         time_ns = _whole_ns(time_ns)
@@ -161,17 +161,17 @@ class Loop:
 
     @property
     def events(self) -> tuple[EventRow, ...]:
-        """(time in ns, node, status, detail) of what was reported.
+        """(time in ns, node, status, detail) of each report.
 
-        With a recorder all that it holds, without one what came of the last `run_until`.
+        With a recorder all that are in it, without one those of the last `run_until`.
         """
         return tuple(self._events)
 
     def arrive(self, clock: RateClock, time_ns: int, skipping: Collection[str] = ()) -> None:
-        """A message of a live stream has come: every block on its clock of arrivals ticks at `time_ns`.
+        """Let every block on a clock of arrivals tick at `time_ns`, as its live stream has a message.
 
         That lies ahead of `now`, and nothing happens before `run_until` gets there. Blocks named in
-        `skipping` let the tick pass, which is recorded. Raises ValueError for an instant that has been run.
+        `skipping` skip the tick, which is recorded. Raises ValueError for an instant that has been run.
         """
         if time_ns <= self.now:
             raise ValueError(f"{time_ns} ns has been run, up to {self.now} ns")
@@ -183,7 +183,7 @@ class Loop:
         self._agenda.arrive(clock, time_ns, skipping)
 
     def skip_until(self, time_ns: int, clocks: Collection[Clock]) -> set[int]:
-        """Skip late ticks of the blocks on these clocks; the instants (ns) of those that were.
+        """Skip late ticks of the blocks on these clocks; return their instants, ns.
 
         A tick is late where the same block's next is due at or before `time_ns` too: a whole period of its.
         Each is recorded as an event `skipped`. Plants and other blocks go through these instants as ever.
@@ -191,23 +191,23 @@ class Loop:
         return self._agenda.skip_until(time_ns, clocks)
 
     def fail(self, cause: str) -> RunError:
-        """The failure of a run that something outside the loop puts an end to, recorded; raise it."""
+        """Record the failure of a run that something outside the loop ends, and return it to be raised."""
         fault = RunError(cause)
         self._ended = "has been stopped"
         self._keep(fault)
         return fault
 
     def _keep(self, fault: Exception) -> None:
-        """Record what the plants had shown before they failed, and why the run ended."""
+        """Record the outputs of plants before they failed, and the cause."""
         for plant in self._plants.values():
-            with suppress(Exception):  # one failure is told, the first
+            with suppress(Exception):  # the first failure is the one reported
                 plant.hand_over()
         now = max((plant.now for plant in self._plants.values()), default=max(self.now, 0))
         cause = str(fault) if isinstance(fault, RunError) else f"{type(fault).__name__}: {fault}"
         self._events.append((now, "loop", "failed", cause))
 
     def next_trial(self) -> None:
-        """Back to t = 0 for the next trial, with what each part carries over (`next_trial`)."""
+        """Return to t = 0 for the next trial, with what each part carries over (`Learns.next_trial`)."""
         if self._ended:
             raise RunError(f"the loop {self._ended}")
         for plant in self._plants.values():
@@ -233,7 +233,7 @@ class Loop:
         return states
 
     def snapshot(self) -> Snapshot:
-        """Everything that changes. Raises SnapshotError where a device cannot save its state."""
+        """Snapshot of everything that changes. Raises SnapshotError where a device cannot save its state."""
         if self._ended:
             raise SnapshotError(f"the loop {self._ended}")
         saved = ([link.save() for link in self._links],
@@ -256,7 +256,7 @@ class Loop:
         return repr((self.wiring.seed, nodes, [c.wire for c in self.wiring.connections]))
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go on from a snapshot of this wiring.
+        """Continue from a snapshot of this wiring.
 
         The recorder keeps the rows that it has, those after the snapshot's instant too: drain it before.
 
@@ -302,7 +302,7 @@ class Loop:
         return LatencyReport(self.wiring, self.trial, horizon_ns)
 
     def close(self) -> None:
-        """Let every device go, the last first, whatever goes wrong with one: that is raised in the end."""
+        """Close every device, the last first, whatever fails; failures are raised at the end."""
         try:
             with ExitStack() as letting_go:
                 for node in self.wiring.nodes:

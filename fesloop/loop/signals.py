@@ -1,4 +1,4 @@
-"""What travels on wires: ports that declare it, samples that carry it with its stamps."""
+"""Ports, and the samples with stamps that travel between them."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from fesloop.errors import InputError
 from fesloop.loop.clock import FOREVER
 
 Value = float | NDArray[np.float64]
-"""A scalar port carries a float, any other a float64 array that nobody writes to again."""
+"""A float on a scalar port, on any other a float64 array that is never written to again."""
 
 NEVER = -1
-"""Stamp of a sample that stands in a port before any message has arrived."""
+"""Stamp of the initial value of a port, before any message has arrived."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,27 +45,27 @@ class Sensors:
 
 
 def require_pairs(pairs: Sequence[tuple[int, int]], names: Sequence[str], where: str) -> None:
-    """Raise InputError for (parent, child) numbers of sensors that are not there, listed twice, or in a loop.
+    """Raise InputError for (parent, child) numbers of sensors that do not exist, listed twice, or in a loop.
 
     A child may have several parents: the nearest, and others further towards the root.
     """
     parents: dict[int, set[int]] = {}
     for parent, child in pairs:
         if not (0 <= parent < len(names) and 0 <= child < len(names)):
-            raise InputError(where, f"[{parent}, {child}] names a sensor that is not there",
+            raise InputError(where, f"[{parent}, {child}] names a sensor that does not exist",
                              f"0 to {len(names) - 1}")
-        told = f"{names[parent]!r} and {names[child]!r}"
+        named = f"{names[parent]!r} and {names[child]!r}"
         if parent == child:
             raise InputError(where, f"{names[parent]!r} is paired with itself", "two different sensors")
         if parent in parents.get(child, ()):
-            raise InputError(where, f"{told} are listed twice", "each pair once")
+            raise InputError(where, f"{named} are listed twice", "each pair once")
         above, seen = [parent], {parent}
         while above:
             further = parents.get(above.pop(), set()) - seen
             seen |= further
             above += further
         if child in seen:
-            raise InputError(where, f"{told} close a loop", "(parent, child), parents towards the root",
+            raise InputError(where, f"{named} close a loop", "(parent, child), parents towards the root",
                              "remove a pair, or swap its two names")
         parents.setdefault(child, set()).add(parent)
 
@@ -77,17 +77,17 @@ class Port:
     Attributes
     ----------
     name: as wires name it.
-    shape: () for a float; a None stands for a size that the wire's source decides.
+    shape: () for a float; None is a size that the source of the wire decides.
     unit: SI, as text ("rad", "m/s^2"; "1" for a ratio); a wire joins equal units only.
     initial: what an input reads before its first message, and what an output gives in place of a
         non-finite value (its safe output); a float fills the shape.
     optional: an input that may be left without a wire; it then reads `initial` for ever.
-    gaps: an output that may hold NaN: the sample of one sensor of several was lost, and whoever reads it
-        is told so by the NaN itself. Infinite values are replaced as everywhere.
+    gaps: an output that may contain NaN, where the sample of one sensor of several was lost. Infinite values
+        are replaced as everywhere.
     every: an input of which no message may go unread, such as pulses: its block must step as often as its
         source puts them out, and what a pulse does lasts until the next of its train.
-    sensors: of an output, whose samples its rows are; blocks that are wired to it can learn it
-        (`with_sensors`).
+    sensors: of an output, the sensors that its rows are samples of; blocks that are wired to it receive
+        them (`with_sensors`).
     rows: of an output, names of its rows, such as joints; empty: those of `sensors`, or numbers.
     """
 
@@ -108,7 +108,7 @@ class Port:
 
     @property
     def resolved(self) -> bool:
-        """Whether every size is known."""
+        """True if every size is known."""
         return None not in self.shape
 
     def initial_value(self) -> Value:
@@ -136,12 +136,12 @@ class Sample(NamedTuple):
 
     @property
     def present(self) -> bool:
-        """Whether a message has arrived at all."""
+        """True once a message has arrived."""
         return self.arrived_ns >= 0
 
     def age_ns(self, now_ns: int) -> int:
-        """How long ago the oldest capture behind this value was made; FOREVER before the first message.
+        """Time since the oldest capture behind this value; FOREVER before the first message.
 
-        A value that nobody has captured is older than any limit.
+        A value without a capture is older than any limit.
         """
         return now_ns - self.oldest_ns if self.arrived_ns >= 0 else FOREVER

@@ -21,13 +21,13 @@ from fesloop.loop.nodes import Node
 from fesloop.loop.wiring import Wiring
 
 _MOST_TICKS = 20_000
-"""Of a source that are looked at, as the latency report looks at."""
+"""Greatest number of ticks of a source that are computed, as in the latency report."""
 _LATENCY_HORIZON_NS = NS_PER_S // 5
-"""Up to when samples are followed round the loop (chosen: rates of tens of hertz have met by then)."""
+"""Horizon for tracing loop latency (chosen: rates of tens of hertz have met by then)."""
 
 
 def faults_in_place(wiring: Wiring, duration_ns: int) -> list[InputError]:
-    """What blocks find wrong with their own parameters where they stand, named as in an experiment file."""
+    """Faults that blocks find in their own parameters for their place, named as in an experiment file."""
     found: list[InputError] = []
     for node in wiring.nodes:
         if offers(node.part, ChecksPlace):
@@ -38,7 +38,7 @@ def faults_in_place(wiring: Wiring, duration_ns: int) -> list[InputError]:
 
 
 def cautions_in_place(wiring: Wiring, duration_ns: int) -> list[tuple[str, str, str]]:
-    """(node, status, detail): what blocks fear of the loop around them."""
+    """(node, status, detail) of warnings of blocks about their parameters for their place."""
     found: list[tuple[str, str, str]] = []
     for node in wiring.nodes:
         part = node.part
@@ -75,13 +75,13 @@ def _of(wiring: Wiring, node: Node, duration_ns: int) -> Surroundings:
 
 
 def is_source(node: Node) -> bool:
-    """Whether a node is a block that can be stepped beforehand: no inputs, and no device behind it."""
+    """True for a block that can be stepped beforehand: no inputs, and no device behind it."""
     outside = offers(node.part, Closes) or offers(node.part, Attaches)
     return not node.is_plant and not node.part.inputs and not outside
 
 
 def put_out(wiring: Wiring, node: Node, port: int, duration_ns: int) -> NDArray[np.float64]:
-    """What a source puts out on a port in the first trial."""
+    """Outputs of a source on a port in the first trial, stacked."""
     clock = node.clock
     assert clock is not None
     state, tick, values = node.block.init(node.context(wiring.seed, 0)), Tick(), []

@@ -1,4 +1,4 @@
-"""Wires: what they declare (`Wire`), and one in operation (`Link`)."""
+"""Wires: their declaration (`Wire`), their losses, and a wire in operation (`Link`)."""
 
 from __future__ import annotations
 
@@ -22,9 +22,8 @@ class Losses:
         P(lost | the one before was too) = stays = 1 - 1 / burst, or share where losses are independent
 
     With u(k) uniform, message k is lost where u(k) is below both, kept where it is above both, and otherwise
-    fares as the chain's rule has it for the fate of message k - 1. Going back to the last message whose u
-    alone decides therefore tells of any message without those before: its fate is a function of seed, wire,
-    trial and tick, and nothing is to be saved.
+    decided by the fate of message k - 1. So the last message that u alone decides is enough to find the fate
+    of a later one: it is a function of seed, wire, trial and tick, and a snapshot need not contain it.
 
     Parameters
     ----------
@@ -43,7 +42,7 @@ class Losses:
         self._known, self._was_lost = -1, False
 
     def lost(self, index: int, chance: float) -> bool:
-        """Whether the message of tick `index` is lost, whose u is `chance`."""
+        """True if the message of tick `index` is lost; `chance` is its u."""
         decided, u = index, chance
         while decided and decided != self._known and self._either <= u < self._never:
             decided -= 1
@@ -86,9 +85,9 @@ class Wire:
     ----------
     source, target: "node.port".
     latency_ms: transport time, taken by its decimal text, to the nearest ns.
-    jitter: added to the latency, drawn for each message; the sum is never negative.
+    jitter: added to the latency, a new value for each message; the sum is never negative.
     loss: share of the messages that is lost in the long run, in [0, 1).
-    late: what becomes of a message that a newer one has overtaken. "keep-newest" drops and counts it;
+    late: treatment of a message that a newer one has overtaken. "keep-newest" drops and counts it;
         "in-order" lets no message overtake: each waits for its predecessor. What was sent later counts
         as newer, also where two messages carry the same capture.
     rate, offset_ms: when a plant's output is sampled into the wire, Hz and ms; by default at the reader's
@@ -145,7 +144,7 @@ class Wire:
 
     @property
     def name(self) -> str:
-        """As errors, reports and recordings name it; unique, for an input has one wire."""
+        """Name in errors, reports and recordings; unique, since an input has one wire."""
         return f"{self.source}->{self.target}"
 
     @property
@@ -160,7 +159,7 @@ class Wire:
 
     @property
     def clock(self) -> RateClock | None:
-        """When a plant's output is sampled into it; None for the reader's ticks."""
+        """Clock at which a plant's output is sampled into it; None for the reader's ticks."""
         if self.rate is None:
             return None
         offset = duration_ns(self.offset_ms, NS_PER_MS, self.name)
@@ -173,11 +172,11 @@ class Wire:
 
     @property
     def random(self) -> bool:
-        """Whether messages can be lost or differ in their transport time."""
+        """True if messages can be lost or differ in their transport time."""
         return bool(self.loss) or self.jitter.random
 
     def losses(self, noise: NoiseStream) -> Losses:
-        """Which messages are lost, by the numbers of `noise`."""
+        """Losses by the numbers of `noise`."""
         return Losses(self.loss, self.burst_messages, noise)
 
 
@@ -188,8 +187,8 @@ class Link:
     ----------
     queue: messages under way, by arrival, then sequence: the fields of a Sample as a bare tuple, for most
         are overwritten before anyone reads them.
-    plain: whether every message takes `latency_ns` and none is lost: whoever sends may then append to
-        `queue` by itself, and counts what it sends.
+    plain: True if every message takes `latency_ns` and none is lost: the sender may then append to `queue` by
+        itself, and counts what it sends.
     sent, lost, late: counts of messages sent (unless plain), lost on the way, dropped because a newer one
         was there.
     """
@@ -212,7 +211,7 @@ class Link:
         self.plain = not wire.random
 
     def send(self, index: int, value: Value, oldest: int, newest: int, left: int) -> None:
-        """A message on its way, with jitter and loss by the numbers of the source's tick `index`."""
+        """Send a message, with jitter and loss by the numbers of the source's tick `index`."""
         number = self.sent
         self.sent += 1
         chance, shape = self._noise.row(index)
@@ -230,14 +229,14 @@ class Link:
         self._order.insert(at, number)
 
     def take_due(self, time_ns: int, held: Sample) -> Sample:
-        """What the port holds at `time_ns`: every message due by then is delivered to it."""
+        """Sample of the port at `time_ns`, after every message due by then has been delivered."""
         queue = self.queue
         while queue and queue[0][3] <= time_ns:
             held = self.take(held)
         return held
 
     def take(self, held: Sample) -> Sample:
-        """Deliver the next message: it, or `held` where that was sent later."""
+        """Deliver the next message; return its sample, or `held` if that was sent later."""
         message = self.queue.popleft()
         if not self.plain:
             number = self._order.popleft()

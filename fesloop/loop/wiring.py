@@ -75,7 +75,7 @@ class Wiring:
 
 
 def require_count(name: str, value: object) -> int:
-    """A number such as a seed's; raises InputError for what is no integer from 0 to below 2^63."""
+    """The value as an integer, such as a seed; raises InputError unless it is one from 0 to below 2^63."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < 2**63:
         raise InputError(name, f"{value!r}", "an integer from 0 to below 2^63")
     return int(value)
@@ -106,7 +106,7 @@ def _connect(wire: Wire, nodes: dict[str, Node]) -> Connection:
                          "a rate in hertz at which they exchange", 'add rate = "1000", say')
     if target.is_plant and target.plant.feedthrough and wire.least_ns == 0:
         raise InputError(f"{where}: latency_ms",
-                         f"zero latency into plant {target_name!r}, whose output follows its input at once",
+                         f"zero latency into plant {target_name!r}, with feedthrough",
                          "above 0, so that the plants exchange simultaneously")
     heard = not (target.is_plant and offers(target.part, Ignores) and given in target.part.ignores)
     return Connection(wire, source, target, source_port, target_port, wire.clock or target.clock, heard)

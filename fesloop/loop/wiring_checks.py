@@ -103,19 +103,19 @@ _ONE_OF_A_VECTOR = ("take the number out of the vector in a block of your own, "
 
 
 def is_one_number(out: Port, into: Port) -> bool:
-    """Whether a number reaches a vector of one: a block reads it as that."""
+    """True if a number is wired to a vector of one, which a block reads it as."""
     return out.shape == () and into.shape == (1,)
 
 
 def fit_faults(
     wire: Wire, out: Port, into: Port, sender: Clock | None, reader: Clock | None
 ) -> list[InputError]:
-    """What does not fit between the ports `out` and `into`, one line each.
+    """Mismatches between the ports `out` and `into`, one line each.
 
     `sender`: when messages leave; `reader`: when the target steps, None for a plant.
     """
     faults = [
-        InputError(f"wire {wire.name}", f"the size of {end!r} is not settled: {port.shape}",
+        InputError(f"wire {wire.name}", f"the size of {end!r} is open: {port.shape}",
                    "a size given by the block or by its source")
         for port, end in ((out, wire.source), (into, wire.target)) if not port.resolved]
     if not faults and out.shape != into.shape and not (reader and is_one_number(out, into)):
@@ -139,7 +139,7 @@ _PULSES, _TRAINS = "A,s", "A,s,Hz"
 
 
 def guard_faults(connections: Sequence[Connection]) -> list[InputError]:
-    """What is wrong with the ways into guarded inputs, one line each."""
+    """Faults of the wires into guarded inputs, one line each."""
     guarded = [connection for connection in connections if _is_guarded(connection)]
     return [fault for connection in guarded for fault in _faults_of(connection)] + _shared(guarded)
 
@@ -165,9 +165,9 @@ def _ends_stillness(node: Node) -> str:
 
 
 def _shared(guarded: Sequence[Connection]) -> list[InputError]:
-    """Guards before more than one device: they count what they let through once, and it is given twice."""
+    """Guards before more than one device: they count once what is given twice."""
     first: dict[str, str] = {}
-    return [InputError(f"wire {each.wire.name}", f"{each.source.name!r} stands before {before!r} already",
+    return [InputError(f"wire {each.wire.name}", f"{each.source.name!r} already guards {before!r}",
                        "a safety block for each device: its limits count what one device gives",
                        f"give {each.target.name!r} a safety block of its own")
             for each in guarded if (before := first.setdefault(each.source.name, each.target.name))
@@ -175,7 +175,7 @@ def _shared(guarded: Sequence[Connection]) -> list[InputError]:
 
 
 def _faults_of(connection: Connection) -> list[InputError]:
-    """What is wrong with the way into one guarded input."""
+    """Faults of the wire into one guarded input."""
     wire, source, target = connection.wire, connection.source, connection.target
     where = f"wire {wire.name}"
     if not _guards(source):
@@ -184,7 +184,7 @@ def _faults_of(connection: Connection) -> list[InputError]:
                            f'wire "{wire.target}" from a block of kind "safety"')]
     faults = []
     if wire.latency_ns or wire.loss or wire.jitter.kind != "zero":
-        faults.append(InputError(where, "something lies between the safety block and the device",
+        faults.append(InputError(where, "delays or loses what the safety block puts out",
                                  "no latency, jitter or loss", "give them to the wire into the safety block"))
     if source.execution.kind != "zero":
         faults.append(InputError(f"{source.name}.execution", f"is {source.execution.kind}, before a device",
@@ -200,7 +200,7 @@ def _faults_of(connection: Connection) -> list[InputError]:
 
 
 def interlock_faults(nodes: Sequence[Node], connections: Sequence[Connection]) -> list[InputError]:
-    """Ways on which pulses could reach a body before a tracker has taken its initial pose."""
+    """Paths on which pulses could reach a body before a tracker has taken its initial pose."""
     still = [(node, f"{node.name}.{output}") for node in nodes
              if (output := _ends_stillness(node))]
     faults = []
@@ -212,7 +212,7 @@ def interlock_faults(nodes: Sequence[Node], connections: Sequence[Connection]) -
                     f"nothing keeps stimulation off while {node.name!r} takes its initial pose",
                     "a safety block on the way to the body",
                     f'add a block of kind "safety", and a wire from "{output}" to its "aligned"'))
-            elif not _hears(guard, node, connections):
+            elif not _reaches_interlock(guard, node, connections):
                 interlock = _interlock(guard)
                 entrance = f'"{guard.name}.{interlock}"' if interlock else "an interlock of the guard's"
                 faults.append(InputError(
@@ -224,7 +224,7 @@ def interlock_faults(nodes: Sequence[Node], connections: Sequence[Connection]) -
 
 
 def _last_guards(connections: Sequence[Connection]) -> list[tuple[Node | None, Connection]]:
-    """For each way of pulses to a body the last guard on it, None where there is none; each guard once."""
+    """Last guard on each path of pulses to a body, None where there is none; each guard once."""
     found: dict[str, tuple[Node | None, Connection]] = {}
     for connection in connections:
         if not _reaches_body(connection):
@@ -243,7 +243,7 @@ def _last_guards(connections: Sequence[Connection]) -> list[tuple[Node | None, C
 
 
 def _reaches_body(connection: Connection) -> bool:
-    """Whether pulses on this wire enter a plant, a device, or what switches them onto electrodes."""
+    """True if pulses on this wire enter a plant, a device, or a switch of electrodes."""
     part = connection.target.part
     if part.inputs[connection.target_port].unit != _PULSES:
         return False
@@ -251,8 +251,8 @@ def _reaches_body(connection: Connection) -> bool:
             or any(port.unit == _TRAINS for port in part.outputs))
 
 
-def _hears(guard: Node, node: Node, connections: Sequence[Connection]) -> bool:
-    """Whether the output of `node` that ends its stillness reaches the guard's interlock, joined or not."""
+def _reaches_interlock(guard: Node, node: Node, connections: Sequence[Connection]) -> bool:
+    """True if the output of `node` that ends its stillness reaches the guard's interlock, joined or not."""
     interlock = _interlock(guard)
     ends = [each for each in connections if each.target is guard and interlock
             and each.target.part.inputs[each.target_port].name == interlock]
@@ -269,11 +269,11 @@ def _hears(guard: Node, node: Node, connections: Sequence[Connection]) -> bool:
 
 
 def resolved(nodes: Sequence[Node], wires: Sequence[Wire]) -> tuple[Node, ...]:
-    """Nodes with every open size settled from what is wired to it, sources first, and told of its sensors."""
+    """Nodes with open sizes resolved from their wires, sources first, and with the sensors wired to them."""
     current = {node.name: node for node in nodes}
     wired = {wire.target for wire in wires}
     known: dict[str, dict[str, Sensors]] = {}
-    _tell_sensors(current, wires, known)
+    _pass_on_sensors(current, wires, known)
     progress = True
     while progress:
         progress = False
@@ -288,19 +288,19 @@ def resolved(nodes: Sequence[Node], wires: Sequence[Wire]) -> tuple[Node, ...]:
                 _check_dimensions(node, shapes)
                 part = _named(node, part.resolve, shapes)
                 if any(not port.resolved for port in part.inputs):
-                    raise InputError(name, "leaves open a size that its wires settle",
+                    raise InputError(name, "leaves open a size that its wires decide",
                                      "resolve() gives every input a size")
                 current[name] = replace(node, part=part)
                 known.pop(name, None)
-                _tell_sensors(current, wires, known)
+                _pass_on_sensors(current, wires, known)
                 progress = any(not port.resolved for port in node.part.inputs + node.part.outputs)
     return tuple(current[node.name] for node in nodes)
 
 
-def _tell_sensors(
+def _pass_on_sensors(
     nodes: dict[str, Node], wires: Sequence[Wire], known: dict[str, dict[str, Sensors]]
 ) -> None:
-    """Tell nodes that want to know it whose samples are wired to them, as far as that is known and new."""
+    """Give nodes that use them the sensors whose samples are wired to them, as far as known and new."""
     progress = True
     while progress:
         progress = False
@@ -327,10 +327,10 @@ def _incoming_ports(
             yield input_name, next(p for p in nodes[source].part.outputs if p.name == output_name)
 
 
-def _named(node: Node, make: Callable[[Any], Any], what: Any) -> Any:
-    """The node's part made for what is wired to it; its faults get the node's name for the part's."""
+def _named(node: Node, make: Callable[[Any], Any], given: Any) -> Any:
+    """`make(given)` for a node's part; its faults name the node in place of the part."""
     try:
-        return make(what)
+        return make(given)
     except InputError as fault:
         place = fault.where.removeprefix(f"{type(node.part).__name__.lower()}.")
         raise InputError(f"{node.name}.{place}", fault.found, fault.allowed, fault.remedy) from None
@@ -339,7 +339,7 @@ def _named(node: Node, make: Callable[[Any], Any], what: Any) -> Any:
 def _incoming_shapes(
     node: Node, wires: Sequence[Wire], nodes: Mapping[str, Node]
 ) -> dict[str, tuple[int, ...]]:
-    """Known shapes of what is wired to a node, by input name; a number counts as a vector of one."""
+    """Known shapes wired to a node, by input name; a number counts as a vector of one."""
     vectors = {port.name for port in node.part.inputs if port.shape == (None,)}
     return {name: cast(tuple[int, ...], port.shape) or ((1,) if name in vectors else ())
             for name, port in _incoming_ports(node, wires, nodes) if port.resolved}

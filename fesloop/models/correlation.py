@@ -24,8 +24,8 @@ def correlation_of(innovations: Sequence[Array]) -> Array:
     counts = known.astype(np.float64) @ known.T
     power = (rows * rows) @ known.T
     scale = np.sqrt(power * power.T)
-    told = (scale > 0.0) & (counts >= _FEWEST)
-    matrix = np.divide(rows @ rows.T, scale, out=np.zeros_like(scale), where=told)
+    known = (scale > 0.0) & (counts >= _FEWEST)
+    matrix = np.divide(rows @ rows.T, scale, out=np.zeros_like(scale), where=known)
     np.fill_diagonal(matrix, 1.0)
     return without_negative(matrix)
 

@@ -1,4 +1,4 @@
-"""What a tracker's error is like: a stochastic process in few numbers, fitted to a recording, kept in a file.
+"""Error of a tracker as a stochastic process of few numbers, fitted to a recording and kept in a file.
 
 A file is TOML: of which recording and tracker it is (source), one table for each angle whose error was
 fitted, how what drives these is correlated, and how old and how often lost the tracker's messages were. It
@@ -31,7 +31,7 @@ _NOT_NEGATIVE = ("slow_deg", "slow_s", "fast_deg", "fast_s", "quick_deg", "quick
                  "rate_deg_s")
 _NO_NUMBERS = ("name", "moved", "smooth")
 _ROUNDING = 1e-3
-"""Of a correlation in a file; eigenvalues are off by at most that times its size."""
+"""Rounding of a correlation in a file; eigenvalues err by at most that times its size."""
 _COMPONENTS = (("slow_deg", "slow_s"), ("fast_deg", "fast_s"))
 
 
@@ -41,8 +41,8 @@ class ErrorSeries:
 
         error = bias + slope a + curve a^2 + lead a' + slow(t) + fast(t) + quick(t)
 
-    `a` is the true angle from the centre of its motion, held within `angle_deg`; a' its rate, held within
-    +-`rate_deg_s`: nothing is known beyond what the recording held. `fast` is an Ornstein-Uhlenbeck process
+    `a` is the true angle from the centre of its motion, clipped to `angle_deg`; a' its rate, clipped to
+    +-`rate_deg_s`, the limits of the recording. `fast` is an Ornstein-Uhlenbeck process
     (doi 10.1103/PhysRev.36.823): what drives it grows with the rate, its variance by 1 + (speed_s a')^2, as
     of soft tissue that is shaken. `slow` is another, or, where `smooth`, one with a derivative of its own, of
     autocorrelation (1 + t / slow_s) exp(-t / slow_s) (Matern 3/2, doi 10.1109/MLSP.2010.5589113). `quick` is
@@ -99,7 +99,7 @@ class ErrorSeries:
             raise InputError("angle_deg", f"{self.angle_deg}", "a least angle up to 0, a greatest from 0 on")
 
     def row(self) -> Array:
-        """As a row of numbers, rad and s, where `fesloop.models.error_steps` looks for them."""
+        """Row of numbers, rad and s, in the order of `fesloop.models.error_steps`."""
         bias, curve, slow, fast, quick, low, high, rate = np.radians([
             self.bias_deg, self.curve_deg, self.slow_deg, self.fast_deg, self.quick_deg, *self.angle_deg,
             self.rate_deg_s])
@@ -109,7 +109,7 @@ class ErrorSeries:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ErrorProcess:
-    """Errors of the angles that a tracker tells, and the age and loss of its messages.
+    """Errors of a tracker's angles, and the age and loss of its messages.
 
     Attributes
     ----------
@@ -156,18 +156,18 @@ class ErrorProcess:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the series."""
+        """Names of the series."""
         return tuple(each.name for each in self.series)
 
     def number(self, name: str) -> int:
-        """Of a series. Raises InputError for a name that is not among them."""
+        """Index of a series. Raises InputError for an unknown name."""
         if name not in self.names:
             raise InputError("like", f"there is no series {name!r}", ", ".join(self.names),
                              did_you_mean(name, self.names))
         return self.names.index(name)
 
     def usual(self) -> tuple[str, ...]:
-        """Names of the series to lay onto joints where nobody says which.
+        """Default names of the series for the joints.
 
         Those of hinges, pairs of segments that move about one axis alone; else of all axes that are moved
         about; else all.
@@ -195,7 +195,7 @@ class ErrorProcess:
 def error_process_table(path: Path) -> dict[str, Any]:
     """The tables of a file as those of an ErrorProcess.
 
-    Raises InputError for what is no such file; what stands in the tables is checked where they are used.
+    Raises InputError for another file; values in the tables are checked where they are used.
     """
     try:
         table = tables_of(path.read_text(encoding="utf-8"))
@@ -212,7 +212,7 @@ def error_process_table(path: Path) -> dict[str, Any]:
 
 
 def _rounded(value: Any) -> Any:
-    """Numbers to six digits, more than any recording tells."""
+    """Numbers to six digits, more than any recording determines."""
     if isinstance(value, dict):
         return {key: _rounded(item) for key, item in value.items()}
     if isinstance(value, list):

@@ -25,7 +25,7 @@ PARTS = 4
 
 BIAS, SLOPE, CURVE, LEAD, SLOW_SD, SLOW_TIME, FAST_SD, FAST_TIME, QUICK_SD, QUICK_TIME, SPEED, \
     LEAST, GREATEST, RATE, SMOOTH = range(15)
-"""Where a number stands in a series' row (`ErrorSeries.row`), rad and s."""
+"""Indices of the numbers in a series' row (`ErrorSeries.row`), rad and s."""
 
 
 def rows_of(series: Sequence[ErrorSeries]) -> Array:
@@ -41,7 +41,7 @@ def held_within(value: Any, least: Any, greatest: Any) -> Any:
 
 @compiled
 def following(row: Any, angle: float, rate: float) -> Any:
-    """What of the error follows from the motion, rad: `angle` from its centre, rad, and `rate`, rad/s."""
+    """Error that follows from the motion, rad: `angle` from its centre, rad, and `rate`, rad/s."""
     a = held_within(angle, row[LEAST], row[GREATEST])
     turning = held_within(rate, -row[RATE], row[RATE])
     return row[BIAS] + row[SLOPE] * a + row[CURVE] * a * a + row[LEAD] * turning
@@ -49,7 +49,7 @@ def following(row: Any, angle: float, rate: float) -> Any:
 
 @compiled
 def along(row: Any, angles: Any, rates: Any) -> Any:
-    """What follows from a motion, (n,), rad; angles and rates (n,)."""
+    """Error that follows from a motion, (n,), rad; angles and rates (n,)."""
     errors = np.empty(angles.size)
     for k in range(angles.size):
         errors[k] = following(row, angles[k], rates[k])
@@ -65,9 +65,9 @@ def relaxed(value: float, sd: float, time_s: float, elapsed_s: float, draw: floa
 
 @compiled
 def smooth_steps(time_s: float, elapsed_s: float) -> Any:
-    """How a smooth process of variance 1 goes on: transition (2, 2), and root (2, 2) of what drives it.
+    """Transition (2, 2) of a smooth process of variance 1, and root (2, 2) of the covariance of its noise.
 
-    Of value and derivative, whose variance is 1 / time_s^2; the root is lower triangular.
+    The state is value and derivative, of variance 1 / time_s^2; the root is lower triangular.
     """
     pace = 1.0 / time_s
     x = pace * elapsed_s

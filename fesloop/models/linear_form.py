@@ -1,4 +1,4 @@
-"""What a block or a plant says of itself where it is linear: the form that the theory of a loop is made of.
+"""Linear forms of blocks and plants, from which the theory of a loop is built.
 
 Deviations from rest are what counts; constants and limits (`offset`, `least`, `greatest`) tell where a loop
 rests, and whether it is linear there.
@@ -153,11 +153,11 @@ def memoryless(inputs: tuple[str, ...], output: str, gain: Array, noise: Array |
 
 
 def uncovered(where: str, found: str, allowed: str) -> InputError:
-    """What is not linear, or beyond the theory: one line that names it."""
+    """Error for a part that is not linear, or beyond the theory."""
     return InputError(where, found, f"{allowed}, for the theory of a linear loop")
 
 
 def numbers_of(port: Port) -> int:
-    """How many numbers a port carries in a form."""
+    """Number of values that a port carries in a form."""
     sizes = [size for size in port.shape if size is not None]
     return sizes[0] if port.unit == "A,s" else int(np.prod(sizes, initial=1.0))

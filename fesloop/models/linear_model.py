@@ -1,4 +1,4 @@
-"""What a controller is told of a plant: a linear model behind recruitment and a pure delay."""
+"""Model of a plant for a controller: linear dynamics behind recruitment and a pure delay."""
 
 from __future__ import annotations
 
@@ -92,11 +92,11 @@ class Recruitment:
         """
         effective_ma = self._threshold_ma * np.exp(self._spread * ndtri(np.clip(fraction, 0.0, 1.0)))
         room = 1e3 * np.asarray(current_a) - effective_ma
-        wanted = np.asarray(fraction) > 0.0
+        active = np.asarray(fraction) > 0.0
         width = np.full(self.muscles, np.inf)
         reachable = room > 0.0
         width[reachable] = 1e-6 * self.chronaxie_us * effective_ma[reachable] / room[reachable]
-        return np.where(wanted, width, 0.0)
+        return np.where(active, width, 0.0)
 
 
 Matrix = NDArray[np.float64]

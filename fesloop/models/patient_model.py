@@ -38,7 +38,7 @@ it leaves out is more than what it explains. Of presets and members of cohorts t
 has more in the free run of some output, and 59 and more in the recruitment of every channel; the worst,
 member 4 of cohort 1, has less in the free run of two of three outputs."""
 FREE_RUN, HALF_SECOND, RECRUITMENT = "free_run", "half_second", "recruitment"
-"""Kinds of fit that a model is judged by: by output on what was held out, and by channel."""
+"""Kinds of fit that judge a model: by output on held-out data, and by channel."""
 _SHIPPED = Path(__file__).parent / "shipped"
 _NESTED = list[list[float]]
 _TABLE: Any = closed("PatientModel", {
@@ -61,7 +61,7 @@ _FORM = TypeAdapter(_TABLE)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PatientModel:
-    """A patient as a controller is told of them.
+    """Model of a patient for controllers.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class PatientModel:
     model: recruitment, dynamics and delay, from the controller's pulses to the instants of capture: what
         lies between (safety, stimulator) is in it, the tracker's age is not.
     operating_drive, operating_outputs: (channels,), (m,): mean of the binary part, around which it holds.
-    fit: percent by kind of prediction and output, on what was held out; under `recruitment` that of the
+    fit: percent by kind of prediction and output, on held-out data; under `recruitment` that of the
         curves, by channel ("channel 0").
     """
 
@@ -104,8 +104,8 @@ class PatientModel:
         return self.model.to_control(rate, pade_order)
 
     def weaknesses(self) -> list[str]:
-        """What the model explains less than half the variance of, half a sentence each: recruitment curves,
-        then free runs, the least explained first; none of a model whose fit is not known."""
+        """Quantities of which the model explains less than half the variance, half a sentence each:
+        recruitment curves, then free runs, the least explained first; none of a model without a known fit."""
         found = []
         for kind, what in ((RECRUITMENT, "the recruitment curve of"), (FREE_RUN, "the free run of")):
             weak = [(name, fit) for name, fit in self.fit.get(kind, {}).items() if not fit >= LEAST_FIT]
@@ -115,7 +115,7 @@ class PatientModel:
 
     @property
     def usable(self) -> bool:
-        """Whether controllers take it without being asked to.
+        """True if controllers take it by default.
 
         Not one with a recruitment curve that explains less than half of the variance, nor one that explains
         as much of no output in the free run, or of most outputs neither there nor half a second ahead.
@@ -129,7 +129,7 @@ class PatientModel:
                             and 2 * len(explained) >= len(free))
 
     def table(self) -> dict[str, Any]:
-        """As plain tables: what a file says."""
+        """Plain tables, as in a file."""
         model = self.model
         return {
             "format": FORMAT, "patient": self.patient,
@@ -155,7 +155,7 @@ _REMEDY = ("identify again with more current, other electrodes or a longer exper
 
 
 def _explained(fit: float) -> str:
-    """Share of the variance that a fit in percent stands for."""
+    """Share of the variance that a fit in percent explains."""
     share = 1.0 - (1.0 - fit / 100.0) ** 2
     return f"{100.0 * share:.0f} %" if share > 0.0 else "nothing"
 

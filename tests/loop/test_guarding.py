@@ -44,7 +44,7 @@ def test_a_guard_stands_before_one_device_only():
     nodes = [Node("source", Source(), "50"), Node("guard", Guard(), "50"), Node("device", Device(), "50"),
              Node("second", Device(), "50")]
     wires = [Wire("source.y", "guard.u"), Wire("guard.y", "device.u"), Wire("guard.y", "second.u")]
-    with pytest.raises(InputError, match=r"wire guard\.y->second\.u: 'guard' stands before 'device' already"):
+    with pytest.raises(InputError, match=r"wire guard\.y->second\.u: 'guard' already guards 'device'"):
         Wiring(nodes, wires)
 
 

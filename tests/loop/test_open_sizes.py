@@ -1,4 +1,4 @@
-"""Sizes that wires settle, of blocks with inputs that may be left without one."""
+"""Sizes that wires decide, of blocks with inputs that may be left without one."""
 
 from dataclasses import dataclass, replace
 

@@ -154,6 +154,6 @@ def test_events_are_those_of_the_last_stretch_or_all_that_a_recorder_holds():
         loop.restore(loop.snapshot())
         return told, len(loop.events)
 
-    each = ("play", "non_finite", "output y: its safe value stands in")
+    each = ("play", "non_finite", "output y: its safe value takes its place")
     assert events(None) == ([(10 * NS_PER_MS, *each)], 0)
     assert events(Recorder()) == ([(0, *each), (10 * NS_PER_MS, *each)], 2)

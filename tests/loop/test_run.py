@@ -195,7 +195,8 @@ def test_a_non_finite_output_is_replaced_and_recorded():
     loop = Loop(Wiring(nodes, [Wire("bad.y", "sink.u")]), recorder=recorder)
     loop.run_until(NS_PER_S)
     assert [s.value for _, s in loop.states()["sink"].log][2:5] == [1.0, 0.0, 1.0]
-    assert recorder.events == [(300 * NS_PER_MS, "bad", "non_finite", "output y: its safe value stands in")]
+    assert recorder.events == [
+        (300 * NS_PER_MS, "bad", "non_finite", "output y: its safe value takes its place")]
 
 
 def test_an_unstable_plant_ends_the_run_by_name():

@@ -12,7 +12,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="of Linux")
 SHOW = """
 import os, resource, sys
 from pathlib import Path
-from fesloop.loop.machine import asked_of_machine
+from fesloop.loop.machine import realtime_privileges
 
 def locked_kb():
     lines = Path("/proc/self/status").read_text().splitlines()
@@ -33,7 +33,7 @@ def shown(code):
 def test_what_is_granted_is_in_force_and_taken_back():
     told, during, child, after = shown("""
 before = state()
-with asked_of_machine(True, 7) as granted:
+with realtime_privileges(True, 7) as granted:
     print(granted.memory, "/", granted.scheduling, flush=True)
     print(state(), flush=True)
     pid = os.fork()
@@ -73,7 +73,7 @@ assert numbers == {named.native_id, ends.native_id}
 soon.set()
 ends.join()
 other = started(over)
-with asked_of_machine(False, 7, numbers) as granted:
+with realtime_privileges(False, 7, numbers) as granted:
     print(granted.scheduling)
     print(policies(named, other))
     late = started(over)
@@ -93,7 +93,7 @@ over.set()
 def test_an_ordinary_user_gets_the_common_class_back():
     """To them the kernel refuses to take back the mark by which children do not inherit a class."""
     granted, after = shown("""
-with asked_of_machine(False, 7) as granted:
+with realtime_privileges(False, 7) as granted:
     print(granted.scheduling)
     if os.geteuid() == 0:
         os.setuid(65534)
@@ -106,11 +106,11 @@ print(state())
 def test_what_is_not_asked_for_is_left_alone():
     told, unchanged = shown("""
 before = state()
-with asked_of_machine(False, 0) as granted:
+with realtime_privileges(False, 0) as granted:
     print(granted.memory, "/", granted.scheduling)
     print(state() == before)
 """)
-    assert told == "not locked: not asked for / as any other program"
+    assert told == "not locked: not requested / as any other program"
     assert unchanged == "True"
 
 
@@ -120,7 +120,7 @@ resource.setrlimit(resource.RLIMIT_MEMLOCK, (65536, 65536))
 if os.geteuid() == 0:
     os.setuid(65534)
 before = state()
-with asked_of_machine(True, 7) as granted:
+with realtime_privileges(True, 7) as granted:
     print(granted.memory)
     print(granted.scheduling)
     print(state() == before)

@@ -107,7 +107,7 @@ FAULTS = [
     (lambda f: f.__delitem__("gyr"), "gyr: is missing"),
     (lambda f: f.__setitem__("mag", np.zeros((3, 1, 3))), r"mag: is of float64 with shape \(3, 1, 3\)"),
     (lambda f: f.__setitem__("mag", h5py.ExternalLink("other.h5", "mag")), "mag: is a link"),
-    (lambda f: f.create_dataset("pairs", data=np.array([[0, 7]])), "names a sensor that is not there"),
+    (lambda f: f.create_dataset("pairs", data=np.array([[0, 7]])), "names a sensor that does not exist"),
     (lambda f: f["reference"].attrs.__delitem__("north"), "reference: north: is missing"),
     (lambda f: f["reference/scored"].resize((3,)), "scored"),
 ]

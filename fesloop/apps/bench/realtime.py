@@ -50,7 +50,7 @@ from fesloop.experiment.recording.reading import Recording
 from fesloop.loop.abilities import Present
 from fesloop.loop.block import Context, Tick
 from fesloop.loop.clock import NS_PER_MS, NS_PER_S
-from fesloop.loop.machine import asked_of_machine
+from fesloop.loop.machine import realtime_privileges
 from fesloop.loop.nodes import Node
 from fesloop.loop.realtime import Pacing
 from fesloop.loop.signals import Port, Sample, Value
@@ -131,7 +131,7 @@ def _sleep_and_wake(folder: Path, core: int, period_ns: int, priority: int, pare
     rows = np.full((_MOST_TICKS, 3), core, np.int64)
     gc.disable()
     os.sched_setaffinity(0, {core})
-    with asked_of_machine(True, priority):
+    with realtime_privileges(True, priority):
         count = _note_wakings(rows, Origin(folder / "origin"), period_ns, parent)
     np.save(folder / f"slept-{core}.npy", rows[:count])
 
