@@ -1,4 +1,4 @@
-"""Functional mock-up units as plants, and the finger as one."""
+"""Functional mock-up units (FMUs) as plants, and the export of the finger as one."""
 
 from typing import TYPE_CHECKING
 

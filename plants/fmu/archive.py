@@ -1,4 +1,4 @@
-"""An FMU's archive: checked before anything is written, extracted to a folder that goes after use."""
+"""Archives of FMUs: checked before anything is written, extracted to a temporary folder."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from typing import IO
 from fesloop.errors import InputError, SnapshotError
 
 ROOM_BYTES, EXPANSION = 2**28, 50
-"""An archive is unpacked to 256 MB, or 50 times its size if that is more (chosen: shared libraries shrink to
-a third, tables of numbers to a tenth; zeros to a thousandth, so that a zip of 1 MB could fill a disk)."""
+"""Limit of an unpacked archive: 256 MB, or 50 times its size if that is more (chosen: shared libraries shrink
+to a third, tables of numbers to a tenth; zeros to a thousandth, so that a zip of 1 MB could fill a disk)."""
 SHIPPED = "shipped:finger"
-"""Path that stands for the default finger as an FMU, built when it is asked for."""
+"""Path that names the default finger as an FMU, built on demand."""
 _CORRUPT = (zipfile.BadZipFile, OSError, EOFError, NotImplementedError, RuntimeError)
 
 
 class ExtractedFmu:
-    """The extracted files of one FMU, shared by its instances; the folder goes when the last user does.
+    """Extracted files of one FMU, shared by its instances; the folder is removed with the last user.
 
     Attributes
     ----------
     path: the .fmu file.
-    digest: sha256 of that file; of the shipped one without its binary, which differs by compiler.
-    folder: where the archive was extracted to.
+    digest: sha256 of that file; for the shipped FMU of its description, as its binary differs by compiler.
+    folder: folder that the archive is extracted to.
     """
 
     __slots__ = ("__weakref__", "_remove", "digest", "folder", "path")
@@ -47,15 +47,15 @@ class ExtractedFmu:
         self._remove = weakref.finalize(self, _remove_folder, self.folder, os.getpid())
 
     def close(self) -> None:
-        """Remove the folder now."""
+        """Remove the folder."""
         self._remove()
 
     def __reduce__(self) -> tuple[object, tuple[Path, str]]:
-        return _again, (self.path, self.digest)
+        return _extract_again, (self.path, self.digest)
 
 
 def _opened(path: Path) -> io.BufferedReader | io.BytesIO:
-    """The archive, open to read; the shipped one is built first."""
+    """The archive, open for reading; the shipped one is built first."""
     if str(path) == SHIPPED:
         from plants.fmu.export import build_finger_fmu
 
@@ -68,8 +68,8 @@ def _opened(path: Path) -> io.BufferedReader | io.BytesIO:
                          f"an .fmu file, or {SHIPPED}") from None
 
 
-def _again(path: Path, digest: str) -> ExtractedFmu:
-    """The files of an FMU in another process, or of a saved run: the same archive or none."""
+def _extract_again(path: Path, digest: str) -> ExtractedFmu:
+    """Extract in another process, or for a saved run; SnapshotError for another file."""
     extracted = ExtractedFmu(path)
     if extracted.digest != digest:
         raise SnapshotError(f"{path} has changed since the state was saved")
@@ -82,7 +82,7 @@ def _remove_folder(folder: Path, owner: int) -> None:
 
 
 def _extract(file: IO[bytes], path: Path) -> Path:
-    """Extract a checked archive; nothing is written unless every name in it is safe."""
+    """Check an archive and extract it; nothing is written unless every name in it is safe."""
     try:
         archive = zipfile.ZipFile(file)
     except _CORRUPT:
@@ -95,9 +95,9 @@ def _extract(file: IO[bytes], path: Path) -> Path:
         most = max(ROOM_BYTES, EXPANSION * file.seek(0, os.SEEK_END))
         if declared > most:
             raise InputError("path", f"{path} would unpack to {declared / 1e6:.0f} MB",
-                             f"{most / 1e6:.0f} MB", "zip it again without compression if that is meant")
+                             f"{most / 1e6:.0f} MB", "zip it again without compression if that is intended")
         if "modelDescription.xml" not in archive.namelist():
-            raise InputError("path", f"{path} holds no modelDescription.xml", "an FMU")
+            raise InputError("path", f"{path} contains no modelDescription.xml", "an FMU")
         folder = Path(tempfile.mkdtemp(prefix="fesloop-fmu-"))
         try:
             archive.extractall(folder)
@@ -111,13 +111,14 @@ def _extract(file: IO[bytes], path: Path) -> Path:
 
 
 def _check_entry(entry: zipfile.ZipInfo, path: Path) -> None:
-    """Raise InputError for an entry that would leave the folder it is extracted to, or is no plain file."""
+    """Raise InputError for an entry that would leave its folder, or is not a plain file."""
     name = entry.orig_filename
     parts = PurePosixPath(name).parts
     if name.startswith("/") or "\\" in name or ":" in name or ".." in parts or "\0" in name:
-        raise InputError("path", f"{path} holds the file {name!r}, which escapes the folder it is extracted "
-                         "to", "relative names without '..'", "do not use this file; nothing was extracted")
+        raise InputError("path", f"{path} contains the file {name!r}, which would be written outside its "
+                         "folder", "relative names without '..'",
+                         "do not use this file; nothing was extracted")
     mode = entry.external_attr >> 16
     if mode and stat.S_IFMT(mode) not in (0, stat.S_IFREG, stat.S_IFDIR):
-        raise InputError("path", f"{path} holds {name!r}, which is a link or device, not a file",
+        raise InputError("path", f"{path} contains {name!r}, which is a link or device, not a file",
                          "plain files", "do not use this file; nothing was extracted")

@@ -1,4 +1,4 @@
-"""What modelDescription.xml says of an FMU, reduced to what running it takes."""
+"""Model descriptions of FMUs: the part of modelDescription.xml that running an FMU needs, and its units."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ POWERS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
 @dataclass(frozen=True, slots=True)
 class BaseUnit:
-    """A unit by the SI base units: a value in them is `factor` times the value in this unit, plus `offset`.
+    """A unit in SI base units: a value in them is `factor` times the value in this unit, plus `offset`.
 
     Attributes
     ----------
-    powers: of each of POWERS. FMI counts rad among them, so that rad/s is no Hz.
+    powers: exponent of each of POWERS. FMI counts rad as a base unit, so rad/s is not Hz.
     """
 
     powers: tuple[int, ...]
@@ -29,15 +29,15 @@ class BaseUnit:
     offset: float = 0.0
 
     def like(self, other: BaseUnit) -> BaseUnit:
-        """This unit, with rad counted and zero set as in another unit of the same name.
+        """This unit, with the exponent of rad and the zero of another unit of the same name.
 
-        Many tools leave rad out of definitions, and a difference of temperatures has no zero of its own.
+        Many tools omit rad in definitions, and a difference of temperatures has no offset.
         """
         rad = (*self.powers[:-1], other.powers[-1])
         return replace(self, powers=rad, offset=self.offset if other.offset else 0.0)
 
     def to(self, other: BaseUnit) -> tuple[float, float] | None:
-        """Scale and offset that turn a value in this unit into one in another; None for another quantity."""
+        """Scale and offset from a value in this unit to one in another; None for another quantity."""
         if self.powers != other.powers or other.factor == 0.0:
             return None
         found = self.factor / other.factor, (self.offset - other.offset) / other.factor
@@ -61,7 +61,7 @@ _POWER = re.compile(r"([A-Za-z]+|1|%)(?:\^(-?[1-9]))?")
 
 
 def unit_of(text: str) -> BaseUnit | None:
-    """The unit that a port's text means, such as "rad/s^2" or "N m"; None for one that is not known."""
+    """Parse a port's unit, such as "rad/s^2" or "N m"; None if it is unknown."""
     if text in _ATOMS:
         return _ATOMS[text]
     unit = _base()
@@ -89,12 +89,12 @@ class FmuVariable:
 
     Attributes
     ----------
-    name, reference, type, causality, variability: as FMI says; type such as "Real" or "Float64".
+    name, reference, type, causality, variability: as in FMI; type such as "Real" or "Float64".
     shape: () for a scalar, the dimensions of an FMI 3.0 array.
-    unit: as the FMU names it, "" if it names none. base: what the FMU says that unit is, None if nothing.
-    start: start value, of an array one for all elements or one for each, last index fastest; nan if there is
-        none that is a number.
-    low, high: `min` and `max`, infinite where it gives none.
+    unit: the FMU's name of the unit, or "". base: the FMU's definition of that unit, or None.
+    start: start value; for an array one for all elements or one for each, last index fastest; nan without a
+        numeric start.
+    low, high: `min` and `max`, infinite if not given.
     """
 
     name: str
@@ -120,21 +120,21 @@ class FmuVariable:
 
 @dataclass(frozen=True, slots=True)
 class FmuDescription:
-    """An FMU and the one of its interfaces that is used.
+    """An FMU and the interface of it that is used.
 
     Attributes
     ----------
-    version: 2 or 3, of FMI.
+    version: version of FMI, 2 or 3.
     interface: co-simulation or model exchange.
     identifier: name of the shared library. token: GUID (FMI 2) or instantiation token (FMI 3).
-    variables: by name.
+    variables: variables by name.
     states, indicators: numbers of continuous states and event indicators (model exchange).
-    completes_steps: whether it wants to hear of completed integrator steps.
-    saves: whether it claims that its state can be saved as bytes.
-    once: whether it can be instantiated only once in a process.
-    needs_tool: whether it says that it needs the program that made it.
-    internal_step_s: fixed internal step, 0 where none is declared (FMI 3).
-    has_sources: whether C sources came with it.
+    completes_steps: whether the FMU requires fmi2CompletedIntegratorStep.
+    saves: whether the FMU declares that its state can be serialised.
+    once: whether the FMU can be instantiated only once in a process.
+    needs_tool: whether the FMU declares that it needs the program that made it.
+    internal_step_s: fixed internal step, 0 if none is declared (FMI 3).
+    has_sources: whether the archive contains C sources.
     """
 
     version: int
@@ -152,7 +152,7 @@ class FmuDescription:
     has_sources: bool
 
 
-def read_description(folder: Path, path: Path, wanted: Literal["auto"] | Interface) -> FmuDescription:
+def read_description(folder: Path, path: Path, requested: Literal["auto"] | Interface) -> FmuDescription:
     """Read and check the description of an extracted FMU.
 
     Raises InputError for an invalid description, an unsupported FMI version or interface, or a missing
@@ -161,17 +161,18 @@ def read_description(folder: Path, path: Path, wanted: Literal["auto"] | Interfa
     model = _read_xml(folder, path)
     version = {"2.0": 2, "3.0": 3}.get(str(model.fmiVersion)[:3], 0)
     if version == 0:
-        raise InputError("path", f"{path} is of FMI {model.fmiVersion}", SUPPORTED)
+        raise InputError("path", f"{path} has FMI version {model.fmiVersion}", SUPPORTED)
     available = [name for name, part in (("co_simulation", model.coSimulation),
                                          ("model_exchange", model.modelExchange if version == 2 else None))
                  if part is not None]
-    if not available or wanted not in ("auto", *available):
+    if not available or requested not in ("auto", *available):
         found = f"{path} (FMI {model.fmiVersion}) has "
         if available:
-            raise InputError("interface", f"{found}{', '.join(available)}, not {wanted}", SUPPORTED)
-        raise InputError("path", f"{found}no interface that can be run", SUPPORTED)
-    interface: Interface = "model_exchange" if "model_exchange" in (wanted, available[0]) else "co_simulation"
-    part = model.coSimulation if interface == "co_simulation" else model.modelExchange
+            raise InputError("interface", f"{found}{', '.join(available)}, not {requested}", SUPPORTED)
+        raise InputError("path", f"{found}no supported interface", SUPPORTED)
+    exchange = "model_exchange" in (requested, available[0])
+    interface: Interface = "model_exchange" if exchange else "co_simulation"
+    part = model.modelExchange if exchange else model.coSimulation
     if not str(part.modelIdentifier).isidentifier():
         raise InputError("path", f"{path} has the modelIdentifier {part.modelIdentifier!r}", "a C identifier",
                          "do not use this file")
@@ -190,7 +191,7 @@ def read_description(folder: Path, path: Path, wanted: Literal["auto"] | Interfa
 
 
 def _read_xml(folder: Path, path: Path) -> Any:
-    """FMPy's reading of the description."""
+    """Read the description with FMPy."""
     from fmpy.model_description import ValidationError, read_model_description
 
     try:
@@ -205,27 +206,28 @@ def _read_xml(folder: Path, path: Path) -> Any:
 
 
 def _check_binary(folder: Path, path: Path, version: int, identifier: str, sources: bool) -> None:
-    """Raise InputError where the library for this machine is missing, naming what is there."""
+    """Raise InputError if the library for this platform is missing, naming the platforms present."""
     import fmpy
 
     ours = fmpy.platform if version == 2 else fmpy.platform_tuple
     if (folder / "binaries" / ours / (identifier + fmpy.sharedLibraryExtension)).is_file():
         return
     present = sorted(entry.name for entry in folder.glob("binaries/*"))
-    remedy = (f"its C sources are there: `fmpy compile {path}` compiles them (with cmake and a compiler)"
-              if sources else "get it exported for this platform")
-    raise InputError("path", f"{path} holds no binary for {ours}, it has {', '.join(present) or 'none'}",
+    remedy = (f"compile its C sources: `fmpy compile {path}` (needs cmake and a compiler)"
+              if sources else "export it for this platform")
+    found = ", ".join(present) or "none"
+    raise InputError("path", f"{path} contains no binary for {ours}; it contains {found}",
                      f"binaries/{ours}/{identifier}{fmpy.sharedLibraryExtension}", remedy)
 
 
 def _base_unit(base: Any) -> BaseUnit:
-    """A unit's definition."""
+    """Convert FMPy's definition of a unit."""
     powers = tuple(int(getattr(base, name)) for name in POWERS)
     return BaseUnit(powers, float(base.factor), float(base.offset))
 
 
 def _relative(folder: Path) -> set[str]:
-    """Names of the variables that say that they are relative quantities, which FMPy passes over."""
+    """Names of variables declared as relative quantities, an attribute that FMPy ignores."""
     variables = ElementTree.parse(folder / "modelDescription.xml").getroot().find("ModelVariables")
     return {str(variable.get("name")) for variable in (variables if variables is not None else ())
             if any(each.get("relativeQuantity") in ("true", "1") for each in (variable, *variable))}
@@ -246,7 +248,7 @@ def _variable(variable: Any, units: Mapping[str, BaseUnit], relative: bool) -> F
 
 
 def _start(variable: Any, size: int) -> float | tuple[float, ...]:
-    """The start value, which an array gives once for all elements or once for each, separated by blanks.
+    """Start value; an array has one for all elements, or one for each, separated by blanks.
 
     Raises InputError for an array of numbers with another number of them.
     """
@@ -263,7 +265,7 @@ def _start(variable: Any, size: int) -> float | tuple[float, ...]:
 
 
 def _limit(own: str | None, of_type: str | None, none: float) -> float:
-    """The limit that a variable, or its type, gives; `none` where there is none that is a number."""
+    """Limit of a variable, or else of its type; `none` without a numeric one."""
     try:
         limit = float(own if own is not None else of_type if of_type is not None else none)
     except ValueError:

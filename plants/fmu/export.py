@@ -1,4 +1,4 @@
-"""Writing the finger as an FMU of FMI 2.0: C sources for everybody, a binary where there is a compiler."""
+"""Export of the finger as an FMI 2.0 FMU: C sources, and a binary where a compiler exists."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from plants.finger.plant import Finger
 UNITS: dict[str, dict[str, str]] = {
     "A": {"A": "1"}, "s": {"s": "1"}, "rad": {"rad": "1"}, "rad/s": {"rad": "1", "s": "-1"},
     "rad/s^2": {"rad": "1", "s": "-2"}, "1": {}}
-_WHAT = {"angles": "Angle", "rates": "Rate", "accelerations": "Acceleration", "activation": "Activation"}
-_OF = {"angles": JOINTS, "rates": JOINTS, "accelerations": JOINTS, "activation": MUSCLES}
+_QUANTITY = {"angles": "Angle", "rates": "Rate", "accelerations": "Acceleration", "activation": "Activation"}
+_PARTS = {"angles": JOINTS, "rates": JOINTS, "accelerations": JOINTS, "activation": MUSCLES}
 OUTPUT_UNITS = {"angles": "rad", "rates": "rad/s", "accelerations": "rad/s^2", "activation": "1"}
 
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A real variable of the FMU; its value reference is its place in the list."""
+    """A real variable of the FMU; its value reference is its index in the list."""
 
     name: str
     unit: str
@@ -43,7 +43,7 @@ class Variable:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FingerData:
-    """The finger's equations with the FMU's variables, in the order of their value references."""
+    """Equations of a finger and the FMU's variables, in the order of their value references."""
 
     equations: FingerEquations
     inputs: tuple[Variable, ...]
@@ -54,14 +54,14 @@ class FingerData:
 
     @classmethod
     def of(cls, equations: FingerEquations) -> FingerData:
-        """Name the variables of a finger."""
+        """Make the variables of a finger."""
         size = equations.a.shape[0]
         inputs = tuple(Variable(f"stimulation[{muscle + 1},{column}]", unit,
-                                f"{what} of the pulses for {name.upper()}, {unit}", 0.0)
+                                f"{quantity} of the pulses for {name.upper()}, {unit}", 0.0)
                        for muscle, name in enumerate(MUSCLES)
-                       for column, unit, what in ((1, "A", "Current"), (2, "s", "Width")))
+                       for column, unit, quantity in ((1, "A", "Current"), (2, "s", "Width")))
         outputs = tuple(Variable(f"{port}[{i + 1}]", OUTPUT_UNITS[port],
-                                 f"{_WHAT[port]} of {_OF[port][i].upper()}, {OUTPUT_UNITS[port]}")
+                                 f"{_QUANTITY[port]} of {_PARTS[port][i].upper()}, {OUTPUT_UNITS[port]}")
                         for port, rows in OUTPUTS.items() for i in range(rows.stop - rows.start))
         states = tuple(Variable(f"state[{i + 1}]", "", f"State {i + 1} of the linear model", 0.0)
                        for i in range(size))
@@ -84,7 +84,7 @@ class FingerData:
 
 
 def plant_data_header(data: FingerData, guid: str) -> str:
-    """plant_data.h: sizes, matrices (row-major) and defaults, every digit of them."""
+    """Text of plant_data.h: sizes, matrices (row-major) and defaults in full precision."""
     equations = data.equations
     states, muscles = equations.b.shape
     linear = not equations.threshold_ma
@@ -108,7 +108,7 @@ def _array(name: str, numbers: NDArray[np.float64]) -> str:
 
 
 def model_description(data: FingerData, guid: str, sources: Sequence[str]) -> bytes:
-    """modelDescription.xml of FMI 2.0, both kinds."""
+    """Content of modelDescription.xml, FMI 2.0, for model exchange and co-simulation."""
     root = Element("fmiModelDescription", {
         "fmiVersion": "2.0", "modelName": "finger", "guid": guid, "numberOfEventIndicators": "0",
         "description": "Index finger (MCP, PIP, DIP) moved by four stimulated muscles (FDP, FDS, EDC, INT)",
@@ -132,7 +132,7 @@ def model_description(data: FingerData, guid: str, sources: Sequence[str]) -> by
 
 
 def _variables(parent: Element, data: FingerData) -> dict[str, int]:
-    """Write every variable; the index (from 1) of the first of each group."""
+    """Write all variables; returns the index (from 1) of the first of each group."""
     groups = (("input", data.inputs, "input", "continuous"), ("output", data.outputs, "output", "continuous"),
               ("state", data.states, "local", "continuous"),
               ("derivative", data.derivatives, "local", "continuous"),
@@ -157,7 +157,7 @@ def _variables(parent: Element, data: FingerData) -> dict[str, int]:
 
 
 def _structure(parent: Element, data: FingerData, first: dict[str, int]) -> None:
-    """Outputs and derivatives depend on states alone within a step: inputs act through the delay."""
+    """Write dependencies: outputs and derivatives depend on states alone, as inputs act through the delay."""
     states = range(first["state"], first["state"] + len(data.states))
     outputs = range(first["output"], first["output"] + len(data.outputs))
     derivatives = range(first["derivative"], first["derivative"] + len(data.derivatives))
@@ -175,21 +175,21 @@ FMI_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
 COMPILERS = ("cc", "gcc", "clang")
 COMPILE = ("-std=c11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off",
            "-Wl,--build-id=none")
-"""No contraction: the numbers do not depend on whether the processor fuses multiply and add."""
+"""Without contraction, results do not depend on whether the processor fuses multiply and add."""
 _PLATFORM = {"linux-x86_64": "linux64", "linux-aarch64": "aarch64-linux"}
 
 
 @dataclass(frozen=True, slots=True)
 class FmuBuilt:
-    """What was written.
+    """An exported FMU.
 
     Attributes
     ----------
-    path: the FMU.
-    size: bytes.
-    guid: of its contents; equal parameters give equal bytes.
-    binary: platform that it holds a binary for, "" if it holds sources only.
-    note: why there is no binary, and what to do; "" if there is one.
+    path: file of the FMU.
+    size: its size, bytes.
+    guid: hash of its contents; equal parameters give equal bytes.
+    binary: platform of its binary, "" with sources only.
+    note: reason why there is no binary, or "".
     """
 
     path: Path
@@ -200,29 +200,29 @@ class FmuBuilt:
 
 
 def build_finger_fmu(target: Path, *, finger: Finger | None = None, binary: bool | None = None) -> FmuBuilt:
-    """Write the finger as a source FMU (co-simulation and model exchange), with a binary if it can be made.
+    """Write the finger as a source FMU (co-simulation and model exchange), with a binary if possible.
 
     Parameters
     ----------
     target: file to write, ending in .fmu.
     finger: parameters; None for the default finger. Fatigue is refused: it makes the plant nonlinear.
-    binary: True demands one, False leaves it out, None makes one where a C compiler is found.
+    binary: True requires one, False omits it, None makes one if a C compiler is found.
 
     Raises
     ------
-    InputError: for a bad target, a finger with fatigue, or no compiler where a binary is demanded.
+    InputError: for a bad target, a finger with fatigue, or no compiler where a binary is required.
     RunError: if the compiler fails.
     """
     target = Path(target)
     if target.suffix != ".fmu":
         raise InputError("target", f"{target} does not end in .fmu", "a file name such as finger.fmu")
     if not target.parent.is_dir():
-        raise InputError("target", f"the folder {target.parent} does not exist", remedy="make it first")
+        raise InputError("target", f"the folder {target.parent} does not exist", remedy="create it first")
     finger = finger if finger is not None else Finger()
     if finger.fatigue is not None:
-        raise InputError("finger.fatigue", "an exported finger cannot tire", "no fatigue", "leave it out")
+        raise InputError("finger.fatigue", "an exported finger cannot tire", "no fatigue", "remove it")
     guid, files = _source_files(finger)
-    platform, note = "", "binary left out as asked"
+    platform, note = "", "binary omitted as requested"
     if binary is not False:
         compiler = _compiler()
         if compiler is not None:
@@ -230,15 +230,15 @@ def build_finger_fmu(target: Path, *, finger: Finger | None = None, binary: bool
             files[f"binaries/{platform}/finger.so"] = _compiled(compiler, files)
             note = ""
         else:
-            note = f"no C compiler ({', '.join(COMPILERS)}) found: the FMU holds sources only"
+            note = f"no C compiler ({', '.join(COMPILERS)}) found: the FMU contains sources only"
             if binary:
-                raise InputError("binary", note, remedy="install gcc, or ask for a source FMU")
+                raise InputError("binary", note, remedy="install gcc, or export sources only")
     _write_archive(target, files)
     return FmuBuilt(target, target.stat().st_size, guid, platform, note)
 
 
 def _source_files(finger: Finger) -> tuple[str, dict[str, bytes]]:
-    """GUID, and every file of the source FMU by its name in the archive."""
+    """GUID, and all files of the source FMU by their names in the archive."""
     packaged = resources.files("plants.fmu") / "sources"
     files = {f"sources/{name}": (packaged / name).read_bytes() for name in (*SOURCES, *HEADERS)}
     fmi = resources.files("fmpy") / "c-code"
@@ -263,7 +263,7 @@ def _platform() -> str:
     system = sysconfig.get_platform()
     if system not in _PLATFORM:
         raise InputError("binary", f"no binary FMU can be built on {system}", ", ".join(_PLATFORM),
-                         "ask for a source FMU")
+                         "export sources only")
     return _PLATFORM[system]
 
 
@@ -279,7 +279,7 @@ def _unpacked(files: dict[str, bytes]) -> Iterator[Path]:
 
 
 def _compiled(compiler: str, files: dict[str, bytes]) -> bytes:
-    """The shared library; compiled by relative names, so that its bytes do not tell where."""
+    """Compile the shared library, by relative names, so that its bytes do not depend on the folder."""
     with _unpacked(files) as folder:
         command = [compiler, *COMPILE, *SOURCES, "-o", "finger.so", "-lm"]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
@@ -290,7 +290,7 @@ def _compiled(compiler: str, files: dict[str, bytes]) -> bytes:
 
 
 def _write_archive(target: Path, files: dict[str, Any]) -> None:
-    """A zip whose bytes depend on nothing but its contents; appears whole or not at all."""
+    """Write a zip whose bytes depend on its contents alone; it appears whole or not at all."""
     partial = target.with_name(f".{target.name}.partial")
     try:
         with zipfile.ZipFile(partial, "w") as archive:

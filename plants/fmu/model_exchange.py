@@ -1,10 +1,10 @@
-"""Integration of FMI 2.0 model-exchange FMUs: Runge-Kutta substeps, cut at every event.
+"""Integration of FMI 2.0 model-exchange FMUs by Runge-Kutta substeps that end at every event.
 
 Dormand and Prince's method of order 8 (Hairer, Norsett, Wanner 1993, section II.5, doi
-10.1007/978-3-540-78862-1), a declared number of equal substeps a communication step. A time event ends a
-substep exactly; a state event is a change of sign of an indicator over a substep, located by bisection to
-1e-12 s. Two crossings of one indicator within a substep go unseen, and a stiff FMU needs substeps of a few
-of its shortest time constants at most: with longer ones the integration is unstable.
+10.1007/978-3-540-78862-1), with a declared number of equal substeps per communication step. A time event ends
+a substep exactly; a state event is a change of sign of an indicator over a substep, located by bisection to
+1e-12 s. Two crossings of one indicator within a substep are not detected. A stiff FMU needs substeps of a few
+of its shortest time constants at most; with longer ones the integration is unstable.
 """
 
 from __future__ import annotations
@@ -19,13 +19,12 @@ from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
 from fesloop.errors import RunError
-from plants.fmu.library import FmuLibrary
-from plants.fmu.vector import FmuVector
+from plants.fmu.library import FmuLibrary, FmuVector
 
 MAX_EVENT_ITERATIONS = 1000
 LOCATED_S = 1e-12
 SHORTEST_SUBSTEP = 1e-9
-"""A substep shorter than this part of the usual one is joined to the one before it: it is rounding."""
+"""Fraction of the usual substep; a shorter rest is rounding, and joins the substep before it."""
 
 _NODES, _WEIGHTS = DOP853.C[: DOP853.n_stages], np.ascontiguousarray(DOP853.B)
 _STAGES = [np.ascontiguousarray(row[:i]) for i, row in enumerate(DOP853.A[: DOP853.n_stages])]
@@ -36,11 +35,11 @@ class ModelExchange2:
 
     Parameters
     ----------
-    library: in initialised state when `start` is called.
-    inputs: pushed in event mode when they have changed.
-    states, indicators: their numbers.
-    length_s: of a communication step. substeps: Runge-Kutta steps in it.
-    completes_steps: whether the FMU wants fmi2CompletedIntegratorStep.
+    library: the instance, initialised before `start` is called.
+    inputs: input variables, written in event mode when they change.
+    states, indicators: numbers of continuous states and event indicators.
+    length_s: length of a communication step. substeps: Runge-Kutta steps in it.
+    completes_steps: whether the FMU requires fmi2CompletedIntegratorStep.
     """
 
     def __init__(self, library: FmuLibrary, inputs: FmuVector, states: int, indicators: int, length_s: float,
@@ -63,11 +62,11 @@ class ModelExchange2:
         self._now_s = 0.0
 
     def start(self) -> None:
-        """Settle the events of initialisation and go into continuous-time mode."""
+        """Settle the events of initialisation and enter continuous-time mode."""
         self._settle_events()
 
     def step(self, start_s: float, stop_s: float, inputs_changed: bool) -> None:
-        """From `start_s` to `stop_s`; RunError for anything but success."""
+        """Advance from `start_s` to `stop_s`; RunError for anything but success."""
         self._now_s = start_s
         if inputs_changed:
             self._handle_event(push=True)
@@ -83,15 +82,15 @@ class ModelExchange2:
                 self._handle_event()
 
     def reached_s(self) -> float | None:
-        """None: integration is ours, nothing can be stale."""
+        """None: fesloop integrates the FMU, so outputs are never stale."""
         return None
 
     def memory(self) -> Any:
-        """What the integrator remembers beside the FMU's own state."""
+        """State of the integrator, in addition to the FMU's own."""
         return self._states.copy(), self._seen.copy(), self._next_event_s, self._now_s
 
     def recall(self, memory: Any) -> None:
-        """Go on from a saved memory."""
+        """Resume from the result of `memory`."""
         self._states[:], self._seen[:], self._next_event_s, self._now_s = memory
 
     def _call(self, function: str, *arguments: Any) -> None:
@@ -100,7 +99,7 @@ class ModelExchange2:
             self._library.check(function, status, self._now_s)
 
     def _integrate_to(self, target_s: float) -> bool:
-        """One substep, shorter if a state event cuts it; whether an event was handled."""
+        """Integrate one substep, or less up to a state event; whether an event was handled."""
         if target_s > self._now_s:
             start_s, before = self._now_s, self._states.copy()
             self._runge_kutta(before, start_s, target_s - start_s)
@@ -112,7 +111,7 @@ class ModelExchange2:
         return self._complete()
 
     def _runge_kutta(self, before: NDArray[np.float64], start_s: float, length_s: float) -> None:
-        """States at start + length from those at start; the FMU is left there."""
+        """Compute the states at start + length from those at start, and leave the FMU there."""
         stage, count = self._stage, self._count
         for node, weights, slopes, slope_pointer in self._rows:
             np.dot(weights, slopes, out=stage)
@@ -131,7 +130,7 @@ class ModelExchange2:
         self._set(self._now_s)
 
     def _set(self, time_s: float) -> None:
-        """Put the FMU at a time, in the states of `_stage`."""
+        """Set the FMU's time, and its states to `_stage`."""
         status = self._set_time(self._component, time_s)
         if status:
             self._library.check("fmi2SetTime", status, time_s)
@@ -141,12 +140,12 @@ class ModelExchange2:
                 self._library.check("fmi2SetContinuousStates", status, time_s)
 
     def _crossed(self) -> bool:
-        """Whether an indicator has another sign than when the substep began."""
+        """Whether an indicator has changed sign since the start of the substep."""
         self._call("fmi2GetEventIndicators", self._indicator_pointer, self._indicators.size)
         return bool(((self._indicators > 0.0) != (self._seen > 0.0)).any())
 
     def _locate(self, before: NDArray[np.float64], start_s: float, length_s: float) -> None:
-        """Bisect to just behind the first crossing, and leave the FMU there."""
+        """Bisect to just after the first crossing, and leave the FMU there."""
         calm, crossed = 0.0, length_s
         while crossed - calm > max(LOCATED_S, 4.0 * math.ulp(start_s)):
             middle = 0.5 * (calm + crossed)
@@ -155,7 +154,7 @@ class ModelExchange2:
         self._runge_kutta(before, start_s, crossed)
 
     def _complete(self) -> bool:
-        """Tell the FMU that the substep stands; whether it asked for an event, which is then handled."""
+        """Report a completed substep to the FMU; whether it requested an event, which is handled here."""
         if not self._completes_steps:
             return False
         self._call("fmi2CompletedIntegratorStep", 1, ctypes.byref(self._enter), ctypes.byref(self._terminate))
@@ -165,14 +164,14 @@ class ModelExchange2:
         return bool(self._enter.value)
 
     def _handle_event(self, push: bool = False) -> None:
-        """Go through event mode at the present instant."""
+        """Handle an event at the present instant."""
         self._call("fmi2EnterEventMode")
         if push:
             self._inputs.push(self._now_s)
         self._settle_events()
 
     def _settle_events(self) -> None:
-        """Iterate the discrete states until they rest, and go (back) into continuous-time mode."""
+        """Iterate the discrete states until they settle, and enter continuous-time mode."""
         event = self._event
         for _ in range(MAX_EVENT_ITERATIONS):
             self._call("fmi2NewDiscreteStates", ctypes.byref(event))
@@ -191,9 +190,10 @@ class ModelExchange2:
             self._call("fmi2GetEventIndicators", self._indicator_pointer, self._indicators.size)
             self._seen[:] = self._indicators
 
-    def _check_end(self, wanted: int) -> None:
-        if wanted:
-            raise RunError(f"{self._library.name}: the FMU asked at {self._now_s:.9g} s for the run to end")
+    def _check_end(self, requested: int) -> None:
+        if requested:
+            raise RunError(f"{self._library.name}: the FMU requested the end of the run at "
+                           f"{self._now_s:.9g} s")
 
 
 def _pointer(array: NDArray[np.float64]) -> Any:

@@ -1,4 +1,4 @@
-"""From an FMU's variables to ports: by declaration, or by the names and dimensions of the variables."""
+"""Ports of an FMU: declared, or formed from the names and dimensions of its variables."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ from fesloop.loop.signals import Port
 from plants.fmu.description import NUMERIC, FmuDescription, FmuVariable, unit_of
 
 DIGITS = 1e-6
-"""Chosen: a definition that differs by less is the same unit in fewer digits."""
+"""Chosen: units whose definitions differ by less are the same, written with fewer digits."""
 _INDEXED = re.compile(r"(?P<base>.+)\[(?P<index>\d+(?:\s*,\s*\d+)*)\]")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FmuPort:
-    """A port made of an FMU's variables.
+    """Declaration of a port made of an FMU's variables.
 
     Attributes
     ----------
-    name: of the port.
+    name: name of the port.
     variables: names of the FMU's variables, in the order of the port's elements (last index fastest).
-    shape: of the port; () makes a vector of several variables, and a float of a single scalar one.
-    unit: of the port, or a unit for each place of the last index ("A,s"); "" takes that of the variables.
-    scale: the FMU's value is the port's times this, such as 57.29577951308232 for an FMU in degrees; one
-        for all elements, or one for each place of the last index, such as [1e3, 1e6] for mA and us. Left out:
-        1, or what the FMU's definitions of its units say where these are not the port's.
-    sampled: of an output port, whether its values are meant to hold between samples of the FMU's own; that
-        they hold is then no sign that the FMU is stale.
+    shape: shape of the port; () gives a vector for several variables, and a float for a single scalar one.
+    unit: unit of the port, or one for each place of the last index ("A,s"); "" takes the variables' own.
+    scale: ratio of the FMU's value to the port's, such as 57.29577951308232 for an FMU in degrees; one for
+        all elements, or one for each place of the last index, such as [1e3, 1e6] for mA and us. Default: 1,
+        or the ratio by the FMU's unit definitions if its units differ from the port's.
+    sampled: whether the values of an output port hold between samples of the FMU; holding values are then no
+        sign of stale outputs.
     """
 
     name: str
@@ -49,12 +49,12 @@ class FmuPort:
 
 @dataclass(frozen=True, slots=True)
 class BoundPort:
-    """A port with the variables behind it.
+    """A port with its variables.
 
     Attributes
     ----------
-    scales, offsets: of its elements, flat: the FMU's value is the port's times the scale, plus the offset.
-    sampled: as declared.
+    scales, offsets: one per element, flat: the FMU's value is the port's times the scale, plus the offset.
+    sampled: as in `FmuPort`.
     """
 
     port: Port
@@ -65,22 +65,22 @@ class BoundPort:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The port's shape, which an FMU always settles."""
+        """Shape of the port, which is always known."""
         return tuple(size for size in self.port.shape if size is not None)
 
 
 def bind_ports(
     description: FmuDescription, causality: str, declared: Sequence[FmuPort], where: str
 ) -> tuple[BoundPort, ...]:
-    """Ports for the inputs or outputs of an FMU.
+    """Make ports for the inputs or outputs of an FMU.
 
-    Where none are declared: a port for each numeric variable, `u[1]`, `u[2]`, ... or `m[1,1]`, `m[1,2]`, ...
-    joined into one array port `u` or `m`; a dot or bracket in a name becomes an underscore. If the units of
-    a joined port differ by its last index, its unit lists them ("A,s").
+    If none are declared, each numeric variable becomes a port; `u[1]`, `u[2]`, ... or `m[1,1]`, `m[1,2]`, ...
+    are joined into one array port `u` or `m`; a dot or bracket in a name becomes an underscore. If the units
+    of a joined port differ by its last index, its unit lists them ("A,s").
 
-    Raises InputError, naming `where`, for a variable that is not there, of the wrong kind or not numeric,
-    for a shape that does not hold the variables, for a unit that is not the FMU's and cannot be converted,
-    for a variable that is listed twice, and for two ports of one name.
+    Raises InputError, naming `where`, for a variable that is missing, of another causality or not numeric,
+    for a shape that does not fit the variables, for a unit that cannot be converted to the FMU's, for a
+    variable that is listed twice, and for two ports of one name.
     """
     for i, each in enumerate(declared):
         if not isinstance(each, FmuPort):
@@ -94,8 +94,7 @@ def bind_ports(
     names = [bound.port.name for bound in ports]
     for name in names:
         if names.count(name) > 1:
-            raise InputError(where, f"there are two ports {name!r}", "unique names",
-                             f"declare {where} by hand")
+            raise InputError(where, f"two ports are named {name!r}", "unique names", f"declare {where}")
     set_by: dict[str, str] = {}
     for bound in ports if causality == "input" else ():
         for variable in bound.variables:
@@ -106,7 +105,7 @@ def bind_ports(
 
 
 def limits(ports: Sequence[BoundPort]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Lowest and highest value of each element, flat, as the FMU has them."""
+    """Min and max of each element, flat, in the FMU's units."""
     elements = [v for bound in ports for v in bound.variables for _ in range(v.size)]
     return np.array([v.low for v in elements]), np.array([v.high for v in elements])
 
@@ -115,50 +114,50 @@ def _numeric(description: FmuDescription, causality: str) -> list[FmuVariable]:
     return [v for v in description.variables.values() if v.causality == causality and v.type in NUMERIC]
 
 
-def _declared(description: FmuDescription, causality: str, wanted: FmuPort, where: str) -> BoundPort:
+def _declared(description: FmuDescription, causality: str, declared: FmuPort, where: str) -> BoundPort:
     allowed = [variable.name for variable in _numeric(description, causality)]
-    for name in wanted.variables:
+    for name in declared.variables:
         if name not in allowed:
             close = get_close_matches(name, allowed, 1)
             raise InputError(
                 f"{where}.variables", f"the FMU has no numeric {causality} {name!r}",
                 ", ".join(allowed[:20]) or "none", f"did you mean {close[0]!r}?" if close else "")
-        if wanted.variables.count(name) > 1:
+        if declared.variables.count(name) > 1:
             raise InputError(f"{where}.variables", f"{name!r} is listed twice", "each variable once",
                              "remove one")
-    if not wanted.name.isidentifier():
-        raise InputError(f"{where}.name", f"{wanted.name!r}", "letters, digits and underscores")
-    variables = tuple(description.variables[name] for name in wanted.variables)
+    if not declared.name.isidentifier():
+        raise InputError(f"{where}.name", f"{declared.name!r}", "letters, digits and underscores")
+    variables = tuple(description.variables[name] for name in declared.variables)
     count = sum(v.size for v in variables)
     natural = variables[0].shape if len(variables) == 1 else (count,)
-    shape = wanted.shape or natural
+    shape = declared.shape or natural
     if math.prod(shape) != count or count == 0:
         raise InputError(f"{where}.shape", f"{list(shape)} for {count} elements",
-                         "a shape that holds them all")
-    scales, offsets = _conversion(variables, shape, wanted, where)
-    bound = _bound(wanted.name, variables, shape, wanted.unit, scales, offsets)
-    return replace(bound, sampled=wanted.sampled)
+                         "a shape with as many elements")
+    scales, offsets = _conversion(variables, shape, declared, where)
+    bound = _bound(declared.name, variables, shape, declared.unit, scales, offsets)
+    return replace(bound, sampled=declared.sampled)
 
 
-def _conversion(variables: Sequence[FmuVariable], shape: tuple[int, ...], wanted: FmuPort,
+def _conversion(variables: Sequence[FmuVariable], shape: tuple[int, ...], declared: FmuPort,
                 where: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Scales and offsets of a declared port's elements: as given, or by the units."""
+    """Scales and offsets of a declared port's elements: as declared, or by the units."""
     columns = (shape or (1,))[-1]
     elements = [variable for variable in variables for _ in range(variable.size)]
-    if wanted.scale is not None:
-        given = wanted.scale if isinstance(wanted.scale, tuple) else (wanted.scale,)
+    if declared.scale is not None:
+        given = declared.scale if isinstance(declared.scale, tuple) else (declared.scale,)
         if not all(math.isfinite(scale) and scale != 0.0 for scale in given):
-            raise InputError(f"{where}.scale", f"{wanted.scale}", "finite numbers other than 0")
-        if isinstance(wanted.scale, tuple) and len(given) != columns:
+            raise InputError(f"{where}.scale", f"{declared.scale}", "finite numbers other than 0")
+        if isinstance(declared.scale, tuple) and len(given) != columns:
             raise InputError(f"{where}.scale", f"{len(given)} scales",
                              f"one, or {columns}, one for each place of the last index")
         named = next((v for v in elements if v.unit), None)
-        if named is not None and not wanted.unit and set(given) != {1.0}:
-            raise InputError(f"{where}.unit", f"is not given, and the scale takes {named.name!r} out of its "
+        if named is not None and not declared.unit and set(given) != {1.0}:
+            raise InputError(f"{where}.unit", f"is not given, but the scale converts {named.name!r} from its "
                              f"unit {named.unit!r}", "the unit of the scaled values")
         return tuple(np.resize(given, len(elements)).tolist()), (0.0,) * len(elements)
-    units = wanted.unit.split(",")
-    units = units if len(units) == columns else [wanted.unit]
+    units = declared.unit.split(",")
+    units = units if len(units) == columns else [declared.unit]
     pairs = [_converted(variable, units[place % len(units)], where)
              for place, variable in enumerate(elements)]
     return tuple(scale for scale, _ in pairs), tuple(offset for _, offset in pairs)
@@ -176,17 +175,17 @@ def _converted(variable: FmuVariable, unit: str, where: str) -> tuple[float, flo
             return 1.0, 0.0
     found = ours.to(variable.base) if ours is not None and variable.base is not None else None
     if found is None:
-        known = ("the FMU does not define its unit" if variable.base is None
-                 else f"the FMU defines that as another quantity than {unit!r}" if variable.unit == unit
-                 else "that unit is not known" if ours is None else "these are different quantities")
+        why = ("the FMU does not define its unit" if variable.base is None
+               else f"the FMU defines that as another quantity than {unit!r}" if variable.unit == unit
+               else f"{unit!r} is unknown" if ours is None else "these are different quantities")
         raise InputError(f"{where}.unit", f"{unit!r}, but {variable.name!r} is in {variable.unit!r}, and "
-                         f"{known}", f"{variable.unit!r}",
+                         f"{why}", f"{variable.unit!r}",
                          "give the scale from one to the other (1 if both names mean the same)")
     return found
 
 
 def _automatic(variables: Sequence[FmuVariable], where: str) -> Iterable[BoundPort]:
-    """A port an array, each array at the place of its first element."""
+    """One port per variable or array, in the order of first elements."""
     groups: dict[str, dict[tuple[int, ...], FmuVariable]] = {}
     for variable in variables:
         match = _INDEXED.fullmatch(variable.name)
@@ -197,7 +196,7 @@ def _automatic(variables: Sequence[FmuVariable], where: str) -> Iterable[BoundPo
         if index in elements or (elements and () in (index, *elements)):
             other = elements.get(index) or next(iter(elements.values()))
             raise InputError(where, f"the FMU has {other.name!r} and {variable.name!r}, which would be one "
-                             "port", "names that tell ports apart", f"declare {where} by hand")
+                             "port", "distinct names of ports", f"declare {where}")
         elements[index] = variable
     for base, elements in groups.items():
         shape = _full_shape(elements)
@@ -210,14 +209,14 @@ def _automatic(variables: Sequence[FmuVariable], where: str) -> Iterable[BoundPo
 
 
 def _defined(name: str, variables: tuple[FmuVariable, ...], shape: tuple[int, ...], where: str) -> BoundPort:
-    """A port in the variables' own units, whose values are what these names mean elsewhere."""
+    """A port in the units that the variables name, as fesloop defines these."""
     pairs = [_converted(each, each.unit, where) for each in variables for _ in range(each.size)]
     return _bound(name, variables, shape, "", tuple(scale for scale, _ in pairs),
                   tuple(offset for _, offset in pairs))
 
 
 def _full_shape(elements: dict[tuple[int, ...], FmuVariable]) -> tuple[int, ...] | None:
-    """Sizes if the indices, from 0 or from 1, fill an array; None if some are missing."""
+    """Shape of the array that the indices, from 0 or 1, fill; None if some are missing."""
     if () in elements:
         return ()
     if len({len(index) for index in elements}) != 1:
@@ -250,7 +249,7 @@ def _tuples(value: object) -> object:
 
 
 def _unit(variables: Sequence[FmuVariable], shape: tuple[int, ...]) -> str:
-    """The variables' common unit, or their units by last index."""
+    """Common unit of the variables, or their units by last index."""
     units = [unit for v in variables for unit in [v.unit or "1"] * v.size]
     columns = units[: shape[-1]] if shape else units[:1]
     if len(set(units)) > 1 and units == columns * (len(units) // len(columns)):

@@ -1,4 +1,4 @@
-"""A running FMU, whatever its version and interface: stepped, read, saved, restored, ended."""
+"""Running FMUs of any version and interface: step, read, save, restore, end."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ from fmpy.fmi1 import FMICallException
 
 from fesloop.errors import RunError
 from plants.fmu.description import FmuDescription
-from plants.fmu.library import WARNING, FmuLibrary, StartValue
+from plants.fmu.library import WARNING, FmuLibrary, FmuVector, StartValue
 from plants.fmu.ports import BoundPort
-from plants.fmu.vector import FmuVector
 
 _LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3
 _DISCARD = 2
@@ -29,7 +28,7 @@ class CoSimulation2:
         self._component, self._do_step = library.component, library.functions.dll.fmi2DoStep
 
     def start(self) -> None:
-        """Nothing is left to do after initialisation."""
+        """Do nothing: initialisation suffices."""
 
     def step(self, start_s: float, stop_s: float, inputs_changed: bool) -> None:
         """One communication step; RunError for anything but success."""
@@ -40,28 +39,28 @@ class CoSimulation2:
             self._library.check("fmi2DoStep", status, start_s)
 
     def _require_no_end(self, stop_s: float) -> None:
-        """RunError where a discarded step is the FMU's wish that the run end."""
+        """Raise RunError if the FMU discarded the step because it requests the end of the run."""
         ends = ctypes.c_int()
         status = self._library.functions.dll.fmi2GetBooleanStatus(
             self._component, _TERMINATED, ctypes.byref(ends))
         if status <= WARNING and ends.value:
             reached_s = self.reached_s()
             at_s = stop_s if reached_s is None else reached_s
-            raise RunError(f"{self._library.name}: the FMU asked at {at_s:.9g} s for the run to end")
+            raise RunError(f"{self._library.name}: the FMU requested the end of the run at {at_s:.9g} s")
 
     def reached_s(self) -> float | None:
-        """The instant that the FMU says it has reached, None if it does not say."""
+        """Last successful time that the FMU reports, or None."""
         value = ctypes.c_double()
         status = self._library.functions.dll.fmi2GetRealStatus(
             self._component, _LAST_SUCCESSFUL_TIME, ctypes.byref(value))
         return value.value if status <= WARNING else None
 
     def memory(self) -> Any:
-        """None: all memory is inside the FMU."""
+        """None: all state is inside the FMU."""
         return None
 
     def recall(self, memory: Any) -> None:
-        """All memory is inside the FMU."""
+        """Do nothing: all state is inside the FMU."""
 
 
 class CoSimulation3:
@@ -79,7 +78,7 @@ class CoSimulation3:
             ctypes.byref(out) for out in (self._event, self._terminate, self._early, self._reached))
 
     def start(self) -> None:
-        """Nothing is left to do after initialisation: without event mode the FMU is in step mode."""
+        """Do nothing: without event mode an initialised FMU is in step mode."""
 
     def step(self, start_s: float, stop_s: float, inputs_changed: bool) -> None:
         """One communication step; RunError for anything but success, early return included."""
@@ -87,42 +86,42 @@ class CoSimulation3:
         if status:
             self._library.check("fmi3DoStep", status, start_s)
         if self._terminate.value:
-            raise RunError(f"{self._library.name}: the FMU asked at {stop_s:.9g} s for the run to end")
+            raise RunError(f"{self._library.name}: the FMU requested the end of the run at {stop_s:.9g} s")
         if self._early.value:
             raise RunError(f"{self._library.name}: the FMU returned early, at {self._reached.value:.9g} s, "
                            f"from the step to {stop_s:.9g} s, though it was not allowed to")
 
     def reached_s(self) -> float | None:
-        """The instant that the FMU says it has reached."""
+        """Last successful time that the FMU reports."""
         return self._reached.value
 
     def memory(self) -> Any:
-        """None: all memory is inside the FMU."""
+        """None: all state is inside the FMU."""
         return None
 
     def recall(self, memory: Any) -> None:
-        """All memory is inside the FMU."""
+        """Do nothing: all state is inside the FMU."""
 
 
 NS_PER_S = 1_000_000_000
 SHORT = 0.01
-"""Chosen: part of a communication step by which the instant that an FMU says may fall short by rounding."""
+"""Chosen: fraction of a communication step by which the time that an FMU reports may be short by rounding."""
 
 
 @dataclass(frozen=True, slots=True)
 class FmuSetup:
-    """All that it takes to run an extracted FMU.
+    """Everything needed to run an extracted FMU.
 
     Attributes
     ----------
-    description: of the FMU.
-    inputs, outputs: its ports.
+    description: description of the FMU.
+    inputs, outputs: ports of the plant.
     starts: start values by variable name.
-    period_num, period_den: communication step, their ratio in ns.
+    period_num, period_den: communication step; their ratio is in ns.
     substeps: integration steps in a communication step (model exchange).
-    own_step_s: communication step as the FMU counts it, where that differs in rounding; 0 where it does not.
-    tells: whether the FMU says which instant it has reached, so that a step which falls short of its end
-        is an error.
+    own_step_s: communication step as the FMU counts it, if that differs in rounding, else 0.
+    reports_time: whether the FMU reports its last successful time, so that a step that ends early is an
+        error.
     """
 
     description: FmuDescription
@@ -133,7 +132,7 @@ class FmuSetup:
     period_den: int
     substeps: int
     own_step_s: float = 0.0
-    tells: bool = False
+    reports_time: bool = False
 
     @property
     def period_s(self) -> float:
@@ -141,29 +140,29 @@ class FmuSetup:
         return self.own_step_s or self.period_num / (self.period_den * NS_PER_S)
 
     def instant_s(self, tick: int) -> float:
-        """Instant of communication point `tick`, s: never accumulated."""
+        """Instant of communication point `tick`, s; computed without accumulation."""
         if self.own_step_s:
             return tick * self.own_step_s
         return tick * self.period_num / (self.period_den * NS_PER_S)
 
 
 class Stepper(Protocol):
-    """How an FMU of one version and interface goes from one communication point to the next."""
+    """Steps of an FMU of one version and interface from one communication point to the next."""
 
     def start(self) -> None:
-        """After initialisation."""
+        """Complete initialisation."""
 
     def step(self, start_s: float, stop_s: float, inputs_changed: bool) -> None:
-        """One communication step."""
+        """Do one communication step."""
 
     def reached_s(self) -> float | None:
-        """The instant that the FMU says it has reached, None if it does not say."""
+        """Last successful time that the FMU reports, or None."""
 
     def memory(self) -> Any:
-        """What is remembered outside the FMU; picklable."""
+        """State outside the FMU; picklable."""
 
     def recall(self, memory: Any) -> None:
-        """Go on from what `memory` gave."""
+        """Resume from the result of `memory`."""
 
 
 class RunningFmu:
@@ -171,7 +170,7 @@ class RunningFmu:
 
     Attributes
     ----------
-    library: the instance. name: of the node. inputs, outputs: its variables, flat.
+    library: the instance. name: name of the node. inputs, outputs: vectors of its variables.
     tick: number of communication steps done.
     """
 
@@ -197,7 +196,7 @@ class RunningFmu:
     def _make_stepper(self) -> Stepper:
         setup, description = self.setup, self.setup.description
         if description.interface == "model_exchange":
-            from plants.fmu.model_exchange import ModelExchange2  # SciPy, which takes a second to load
+            from plants.fmu.model_exchange import ModelExchange2  # loads SciPy, which takes a second
 
             return ModelExchange2(self.library, self.inputs, description.states, description.indicators,
                                   setup.period_s, setup.substeps, description.completes_steps)
@@ -205,34 +204,34 @@ class RunningFmu:
         return made(self.library, setup.period_s)
 
     def step(self, inputs_changed: bool) -> None:
-        """One communication step under `inputs.values`, its results in `outputs.values`."""
+        """Do one communication step under `inputs.values`; results are in `outputs.values`."""
         instant_s = self.setup.instant_s
         start_s, stop_s = instant_s(self.tick), instant_s(self.tick + 1)
         if inputs_changed and self._pushes:
             self.inputs.push(start_s)
         self._stepper.step(start_s, stop_s, inputs_changed)
-        if self.setup.tells:
+        if self.setup.reports_time:
             self._require_reached(stop_s)
         self.outputs.pull(stop_s)
         self.tick += 1
 
     def _require_reached(self, stop_s: float) -> None:
-        """RunError where the FMU says that it has not got to the end of the step, though it returned OK."""
+        """Raise RunError if the FMU returned OK, but reports that it has not reached the end of the step."""
         reached_s = self._stepper.reached_s()
         if reached_s is not None and not reached_s >= stop_s - SHORT * self.setup.period_s:
             raise RunError(f"{self.name}: the FMU returned OK at {reached_s:.9g} s, by its last successful "
                            f"time, from the step to {stop_s:.9g} s: its outputs are of an earlier instant")
 
     def reached_s(self) -> float | None:
-        """The instant that the FMU says it has reached, None if it does not say."""
+        """Last successful time that the FMU reports, or None."""
         return self._stepper.reached_s()
 
     def take_messages(self) -> list[str]:
-        """What it has said since the last call, as `FmuLibrary.take_messages`."""
+        """Messages since the last call, as from `FmuLibrary.take_messages`."""
         return self.library.take_messages()
 
     def save(self) -> tuple[bytes, Any, Any, int]:
-        """All that it remembers; RunError where the FMU refuses."""
+        """Whole state of the instance; RunError if the FMU refuses."""
         functions = self.library.functions
         try:
             state = functions.getFMUState()
@@ -245,7 +244,7 @@ class RunningFmu:
         return content, self._stepper.memory(), self.inputs.values.copy(), self.tick
 
     def restore(self, saved: tuple[bytes, Any, Any, int]) -> None:
-        """Go on from what `save` gave, of this or another instance; RunError where the FMU refuses."""
+        """Resume from the result of `save` of this or another instance; RunError if the FMU refuses."""
         content, memory, inputs, self.tick = saved
         functions = self.library.functions
         try:

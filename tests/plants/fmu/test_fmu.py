@@ -159,7 +159,7 @@ def test_what_does_not_replay_is_not_saved(small2, definitions, state, reason):
 @pytest.mark.parametrize(("definition", "words"), [
     ("ERROR_AT_S=0.05", "fmi2DoStep returned fmi2Error at 0.05 s: dry at 0.050 s"),
     ("DISCARD_AT_S=0.05", "fmi2DoStep returned fmi2Discard at 0.05 s"),
-    ("DISCARD_AT_S=0.05 ENDS TELLS", "the FMU asked at 0.05 s for the run to end")])
+    ("DISCARD_AT_S=0.05 ENDS TELLS", "the FMU requested the end of the run at 0.05 s")])
 def test_a_failure_in_mid_run_names_time_and_message(small2, definition, words, no_folder_left, capfd):
     plant = Fmu(path=str(small2(*definition.split())), step_rate="100")
     state = plant.init(Context("tank"))

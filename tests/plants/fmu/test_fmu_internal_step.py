@@ -13,7 +13,8 @@ from fesloop.errors import InputError, RunError
 from fesloop.loop.block import Context
 from fesloop.loop.clock import RateClock
 from plants.fmu import Fmu
-from plants.fmu.internal_step import (
+from plants.fmu.running import RunningFmu
+from plants.fmu.trial import (
     InternalStep,
     find_by_finer_steps,
     find_internal_step,
@@ -21,7 +22,6 @@ from plants.fmu.internal_step import (
     misfit,
     stepped_alike,
 )
-from plants.fmu.running import RunningFmu
 
 RATES = st.fractions(min_value=5, max_value=5000, max_denominator=1000)
 KINDS = ("fmi2, silent", "fmi2, telling", "fmi3, telling", "fmi3, declared")
@@ -39,7 +39,7 @@ def tried(plant, rate, internal_s, declared_s=0.0):
     """The setup that an FMU of this internal step gets, and the step that is found."""
     clock = RateClock.from_rate(rate)
     description = replace(plant._setup.description, internal_step_s=declared_s)
-    setup = replace(plant._setup, description=description, starts=(("h", internal_s),), tells=False,
+    setup = replace(plant._setup, description=description, starts=(("h", internal_s),), reports_time=False,
                     period_num=clock.period_num, period_den=clock.period_den)
     if fits(setup.period_s, declared_s):
         setup = stepped_alike(setup, declared_s)

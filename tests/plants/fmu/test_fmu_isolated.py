@@ -28,7 +28,7 @@ MISDEEDS = {
     "exit(0)": "ended by itself with exit code 0",
     '{ fprintf(stderr, "out of cheese\\n"); _exit(7); }': "ended by itself with exit code 7, out of cheese",
     "for (;;)": "did not finish within 1 s",
-    "for (char *p;; memset(p, 1, 1 << 20)) p = malloc(1 << 20)": "was killed by SIGSEGV (it had taken "}
+    "for (char *p;; memset(p, 1, 1 << 20)) p = malloc(1 << 20)": "was killed by SIGSEGV (it used "}
 EXPERIMENT = """
 [experiment]
 name = "alone"

@@ -15,8 +15,8 @@ from fesloop.loop.block import Context
 from fesloop.loop.signals import Port
 from plants.fmu import Fmu
 from plants.fmu.description import FmuVariable
-from plants.fmu.internal_step import excite
 from plants.fmu.ports import BoundPort, FmuPort
+from plants.fmu.trial import excite
 
 
 @pytest.fixture(scope="module", params=["its own", "its type's"])
@@ -40,7 +40,7 @@ def limited(request, small2, tmp_path_factory):
 
 def test_start_values_keep_them(limited):
     for start in (-2.1, 3.1):
-        with pytest.raises(InputError, match=r"starts\.u: .*-2 to 3, which are the FMU's min and max"):
+        with pytest.raises(InputError, match=r"starts\.u: .*-2 to 3, the FMU's min and max"):
             Fmu(path=limited, starts={"u": start})
     assert Fmu(path=limited, starts={"u": 3.0}).inputs[0].initial_value() == 3.0
 

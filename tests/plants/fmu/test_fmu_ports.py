@@ -93,5 +93,5 @@ def test_an_input_without_a_wire_may_be_left_out(small2):
     from plants.fmu import FmuPort as FromPackage
 
     assert FromPackage is FmuPort
-    with pytest.raises(InputError, match=r"no wire; .*or leave it out of input_ports"):
+    with pytest.raises(InputError, match=r"no wire; .*or omit it from input_ports"):
         Wiring([Node("tank", Fmu(path=str(small2())))], [])

@@ -13,9 +13,9 @@ from fesloop.errors import InputError
 from fesloop.loop.block import Context
 from plants.fmu import Fmu
 from plants.fmu.description import FmuDescription, FmuVariable
-from plants.fmu.internal_step import InternalStep, find_internal_step, misfit
 from plants.fmu.ports import FmuPort, bind_ports
 from plants.fmu.running import FmuSetup
+from plants.fmu.trial import InternalStep, find_internal_step, misfit
 
 PERIOD_S = 1e-3
 PORT = {"name": "w", "variables": ("w",)}

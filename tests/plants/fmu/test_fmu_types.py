@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from fesloop.errors import InputError
 from plants.fmu.description import FmuDescription, FmuVariable
+from plants.fmu.library import as_type
 from plants.fmu.plant import _checked_starts
-from plants.fmu.vector import as_type
 
 INTEGERS = st.sampled_from([np.int8, np.uint8, np.int16, np.uint16, np.int32, np.uint32, np.int64, np.uint64])
 
@@ -52,8 +52,8 @@ def test_a_start_value_fits_its_type_or_is_refused(kind, value, words):
 
 @pytest.mark.parametrize(("causality", "variability", "words"), [
     ("structuralParameter", "fixed", "starts.k: is a structural parameter"),
-    ("local", "constant", "starts.k: is no variable of the FMU that can be set"),
-    ("parameter", "constant", "starts.k: is no variable of the FMU that can be set"),
+    ("local", "constant", "starts.k: is not a settable variable of the FMU"),
+    ("parameter", "constant", "starts.k: is not a settable variable of the FMU"),
     ("output", "constant", "starts.k: is no"), ("independent", "continuous", "starts.k: is no"),
     ("calculatedParameter", "fixed", "starts.k: is no"), ("parameter", "fixed", ""),
     ("parameter", "tunable", ""), ("input", "discrete", ""), ("local", "fixed", "")])

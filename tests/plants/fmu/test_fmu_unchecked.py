@@ -23,9 +23,9 @@ def test_outputs_that_move_need_no_caution(small2):
     (("AT_S=0", "MISDEED=m->u=0"), "y, w: they did not move"),
     (("AT_S=0", "MISDEED=m->u=0", "TELLS"), "y, w: they did not move"),
     (("AT_S=0", "MISDEED=m->u=0", "MOVES"), "y: they did not move"),
-    (("ERROR_AT_S=0.01",), "y, w: tried out, it ended early: .*dry at"),
-    (("AT_S=0.01", "MISDEED=raise(SIGSEGV)"), "y, w: with made-up inputs"),
-    pytest.param(("AT_S=0", "MISDEED=usleep(100000),m->u=0"), "y, w: [0-9]+ steps took the 2 s",
+    (("ERROR_AT_S=0.01",), "y, w: the trial ended early: .*dry at"),
+    (("AT_S=0.01", "MISDEED=raise(SIGSEGV)"), "y, w: in the trial at load, with artificial inputs"),
+    pytest.param(("AT_S=0", "MISDEED=usleep(100000),m->u=0"), "y, w: [0-9]+ steps took all 2 s",
                  marks=pytest.mark.slow)])
 def test_outputs_that_were_not_seen_to_move_are_named(small2, definitions, words):
     (detail,) = names(small2(*definitions))
