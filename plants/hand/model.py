@@ -1,4 +1,4 @@
-"""The hand's MuJoCo model: bodies, passive moments and muscles put together and compiled."""
+"""MuJoCo model of the hand: bodies, passive moments and muscles."""
 
 from __future__ import annotations
 
@@ -19,34 +19,35 @@ from plants.hand.muscles import Muscle
 
 Array = NDArray[np.float64]
 DENSITY = 1100.0
-"""kg/m^3, of segments taken as cylinders, the palm as a box."""
+"""Density of segments, kg/m^3; digits are cylinders, the palm is a box."""
 RADIUS_RATIOS = {"p": 4.0 / 3.0, "m": 7.0 / 6.0, "d": 1.0}
-"""Of a finger's segments over half the thickness of its tip: those of the 8, 7 and 6 mm that give the index
-finger's proximal phalanx the published 2e-6 kg m^2."""
+"""Ratio of radii of a finger's segments to half the thickness of its tip, from 8, 7 and 6 mm, which give the
+index finger's proximal phalanx the published 2e-6 kg m^2."""
 THUMB_RADIUS_RATIOS = {"m": 4.0 / 3.0, "p": 7.0 / 6.0, "d": 1.0}
 BREADTH_RATIO, THICKNESS_RATIO = 0.45, 0.15
-"""Breadth and thickness of the palm over hand length: 85.8 of 190.2 mm (Ibeachu 2011); 28 of 190 mm is
+"""Ratio of the palm's breadth and thickness to hand length: 85.8 of 190.2 mm (Ibeachu 2011); 28 of 190 mm,
 chosen."""
 WIDER_RANGES = {"wrist_flexion": (-0.5 * math.pi, 0.5 * math.pi)}
-"""Hard ends, rad, beyond those of the typical range: soft tissue stops the relaxed wrist before."""
+"""Hard ends of joints, rad, beyond the typical range, where soft tissue stops the relaxed wrist before."""
 HYPOTHENAR_RATIO, THENAR_RATIO = 0.075, 1.6
-"""Chosen: radius of the ball of the little finger over hand length; skin of the ball of the thumb over its
-metacarpal's radius."""
+"""Chosen: ratio of the radius of the ball of the little finger to hand length, and of the skin of the ball of
+the thumb to its metacarpal's radius."""
 TIPS = tuple(f"{finger}d" for finger in FINGERS)
 """The distal segments."""
 TIP_REACH_M = 0.002
-"""How far beyond the skin of a distal segment its contacts count as the fingertip's."""
+"""Distance beyond the skin of a distal segment within which contacts count as the fingertip's."""
 END_SOLREF, END_SOLIMP = [0.006, 1.0], [0.95, 0.999, 0.02, 0.5, 2.0]
-"""Of the ends of a joint's range: back from beyond within 6 ms, critically damped, and as hard as keeps a
-joint under its muscles' full force within a few degrees (chosen)."""
+"""Solver parameters of the ends of joint ranges: return within 6 ms, critically damped, and hard enough to
+keep a joint within a few degrees under the full force of its muscles (chosen)."""
 SKIN_SOLREF, SKIN_SOLIMP = [0.02, 1.0], [0.5, 0.95, 0.006, 0.5, 2.0]
-"""Of contacts with skin: soft, and stiffer over the first 6 mm, as the pulp of a fingertip is (chosen: of
-those tried the one with which halving a step of 1 ms changes grasps the least)."""
+"""Solver parameters of contacts with skin: soft, and stiffer over the first 6 mm, like the pulp of a
+fingertip (chosen: of those tried, halving a step of 1 ms changes grasps the least with these)."""
 FINGER, FINGER_BASE, THUMB, PALM, OBJECT, TABLE = 1, 2, 4, 8, 16, 32
-"""Groups of what can touch."""
+"""Contact groups."""
 TOUCHES = {FINGER: 0, FINGER_BASE: 0, PALM: 0, THUMB: FINGER, OBJECT: FINGER | FINGER_BASE | THUMB | PALM,
            TABLE: OBJECT | FINGER | FINGER_BASE | THUMB | PALM}
-"""By group, the groups that it meets. Fingers don't meet each other, nor the palm: ranges keep them apart."""
+"""Groups that each group collides with. Fingers do not collide with each other or the palm: joint ranges keep
+them apart."""
 
 
 def radius(size: HandSize, name: str) -> float:
@@ -58,9 +59,9 @@ def radius(size: HandSize, name: str) -> float:
 def add_hand(spec: mujoco.MjSpec, tree: SegmentTree, size: HandSize, forearm: Array) -> None:
     """Add forearm, hand and digits to an empty spec, the wrist's centre at the origin.
 
-    Joints are named as the tree's freedoms, bodies as its segments; the forearm, which does not move, is
-    turned by `forearm`, (4,), from its own frame to the global one. A body's frame stands at the joint's
-    centre, parallel to the segment's own.
+    Joints have the names of the tree's freedoms, bodies those of its segments. `forearm`, (4,), is the fixed
+    orientation from the forearm to the global frame. A body's frame has its origin at the joint's centre,
+    parallel to the segment's own.
     """
     bodies: dict[str, mujoco.MjsBody] = {}
     for segment, geometry in zip(tree.segments, tree.geometry, strict=True):
@@ -83,14 +84,14 @@ def add_hand(spec: mujoco.MjSpec, tree: SegmentTree, size: HandSize, forearm: Ar
 
 
 def _add_forearm(body: mujoco.MjsBody, size: HandSize) -> None:
-    """What is seen of it: it touches nothing."""
+    """Add the visible forearm, which collides with nothing."""
     reach = -size.outwards * size.forearm
     body.add_geom(name="forearm", type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[0.03, 0.0, 0.0], mass=0.0,
                   fromto=[0.0, 0.15 * reach, 0.0, 0.0, reach, 0.0], contype=0, conaffinity=0)
 
 
 def _add_palm(body: mujoco.MjsBody, size: HandSize) -> None:
-    """A box from the wrist to the middle finger's MCP joint, as far behind the bones as skin is."""
+    """Add a box from the wrist to the middle finger's MCP joint, up to the dorsal skin."""
     centres, out = size.first_joints, size.outwards
     length = float(centres[2, 0])
     sizes = 1e-3 * size.hand_mm * np.array([THICKNESS_RATIO, 0.0, BREADTH_RATIO]) + [0.0, length, 0.0]
@@ -111,7 +112,7 @@ def _add_palm(body: mujoco.MjsBody, size: HandSize) -> None:
 
 
 def _add_phalanx(body: mujoco.MjsBody, size: HandSize, name: str, offset: Array) -> None:
-    """A cylinder around the bone, soft tissue beyond it at the tip; its skin a capsule that ends there."""
+    """Add a cylinder around the bone, with soft tissue beyond it at the tip, and a capsule as skin."""
     thick, bone = radius(size, name), float(np.linalg.norm(offset))
     along = offset / bone
     length = bone + (float(size.tips[FINGERS.index(name[:2]), 0]) if name[2] == "d" else 0.0)
@@ -134,9 +135,9 @@ def _set_inertia(body: mujoco.MjsBody, mass: float, inertia: Array, centre: Arra
 
 
 def add_sensors(spec: mujoco.MjSpec, tree: SegmentTree, size: HandSize) -> None:
-    """Gyroscopes, then accelerometers at the dorsal points, then touch at the fingertips.
+    """Add gyroscopes, then accelerometers, at the dorsal points, then touch sensors at the fingertips.
 
-    Also sites at the bone ends of the fingertips, named `tip F1d` to `tip F5d`.
+    Also adds sites at the bone ends of the fingertips, named `tip F1d` to `tip F5d`.
     """
     for segment, place in zip(tree.segments, dorsal_points(size), strict=True):
         spec.body(segment.name).add_site(name=f"imu {segment.name}", pos=place + segment.offset)
@@ -147,16 +148,16 @@ def add_sensors(spec: mujoco.MjSpec, tree: SegmentTree, size: HandSize) -> None:
 
 
 def sense_sites(spec: mujoco.MjSpec, segments: tuple[str, ...]) -> None:
-    """Gyroscopes, then accelerometers, at sites named `imu F2p`, then touch at those named `touch F2d`."""
-    wanted = [(mujoco.mjtSensor.mjSENS_GYRO, f"imu {name}") for name in segments]
-    wanted += [(mujoco.mjtSensor.mjSENS_ACCELEROMETER, f"imu {name}") for name in segments]
-    wanted += [(mujoco.mjtSensor.mjSENS_TOUCH, f"touch {name}") for name in TIPS]
-    for kind, site in wanted:
+    """Add gyroscopes, then accelerometers, at sites such as `imu F2p`, then touch at such as `touch F2d`."""
+    sensors = [(mujoco.mjtSensor.mjSENS_GYRO, f"imu {name}") for name in segments]
+    sensors += [(mujoco.mjtSensor.mjSENS_ACCELEROMETER, f"imu {name}") for name in segments]
+    sensors += [(mujoco.mjtSensor.mjSENS_TOUCH, f"touch {name}") for name in TIPS]
+    for kind, site in sensors:
         spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=site)
 
 
 class Passive(NamedTuple):
-    """Of one freedom: stiffness of the joint alone, N m/rad, damping, N m s/rad."""
+    """Passive moment of one freedom: stiffness of the joint alone, N m/rad, and damping, N m s/rad."""
 
     stiffness: float
     damping: float
@@ -164,18 +165,19 @@ class Passive(NamedTuple):
 
 WRIST_END_DEG, WRIST_BEYOND_DEG = 75.0, 15.0
 WRIST_END_MOMENTS = {"flexion": 0.28, "extension": 0.99}
-"""The wrist's passive moment, N m, is about 0 over the central 150 deg and .5 and 1.2 at 90 deg of flexion
-and extension. This is what relaxed muscles leave of it for springs that are slack over the central range."""
+"""Moments of springs at the wrist's ends, N m, slack over the central range. The wrist's passive moment is
+about 0 over the central 150 deg, and .5 and 1.2 at 90 deg of flexion and extension; relaxed muscles bear the
+rest."""
 
 
 def passive_joints(tree: SegmentTree) -> dict[str, Passive]:
-    """By freedom.
+    """Passive moments by freedom.
 
     Fingers: MCP joints are .033 to .047 N m/rad stiff, tendons included (PMC7775510), so less without them;
     PIP and DIP are chosen for the proportions in which FDP and FDS flex the joints, tendons included
     (Nimbarte 2008, doi 10.1186/1749-799X-3-8). Damping .003 to .005 at the MCP, PIP and DIP chosen for its
-    damping ratio. Thumb and abduction: chosen, in proportion to what moves along. Wrist: chosen, near nothing
-    in flexion, where it is free over the central 150 deg; damping chosen.
+    damping ratio. Thumb and abduction: chosen, in proportion to the moved mass. Wrist: chosen, almost none in
+    flexion, which is free over the central 150 deg; damping chosen.
     """
     rows = {
         "wrist_flexion": Passive(0.02, 0.03), "wrist_abduction": Passive(0.5, 0.03),
@@ -191,10 +193,7 @@ def passive_joints(tree: SegmentTree) -> dict[str, Passive]:
 
 
 def resting_posture(tree: SegmentTree, rest_deg: dict[str, float]) -> Array:
-    """Angles (d,) at rest, rad; `rest_deg` replaces those of the freedoms that it names.
-
-    Raises InputError for a freedom that is not there.
-    """
+    """Angles (d,) at rest, rad, with those of `rest_deg` replaced; InputError for an unknown freedom."""
     angles = np.deg2rad([RESTING_DEG[freedom] for freedom in tree.freedoms])
     for freedom, degrees in rest_deg.items():
         angles[tree.freedom(freedom)] = np.deg2rad(degrees)
@@ -210,35 +209,36 @@ def require_in_range(where: str, tree: SegmentTree, angles: Array) -> None:
 
 
 def require_posture(where: str, tree: SegmentTree, degrees: dict[str, float]) -> None:
-    """Raise InputError, naming the parameter `where`, for a freedom that is not there or out of its range."""
+    """Raise InputError, naming the parameter `where`, for an unknown freedom or an angle out of range."""
     for name in degrees.keys() - set(tree.freedoms):
-        raise InputError(f"{where}.{name}", "is no freedom of the hand", ", ".join(tree.freedoms),
+        raise InputError(f"{where}.{name}", "is not a freedom of the hand", ", ".join(tree.freedoms),
                          did_you_mean(name, tree.freedoms))
     require_in_range(where, tree, resting_posture(tree, degrees))
 
 
 RESTING_LENGTH = 1.06
-"""Fibre length over the optimal one where the hand rests (chosen: just onto the passive slope)."""
+"""Ratio of fibre length to the optimal one in the resting hand (chosen: the start of the passive slope)."""
 SHORTEST, LONGEST, FASTEST, ECCENTRIC = 0.0, 2.0, 10.0, 1.4
-"""Of Thelen 2003 (doi 10.1115/1.1531112): fibre lengths at which active force is gone, over the optimal one
-(his is exp(-(l - 1)^2 / .45): MuJoCo's curve stays within .08 of it from .5 to 1.5); optimal lengths per
-second at which force is gone in shortening, and force in fast lengthening over isometric."""
+"""Muscle curves after Thelen 2003 (doi 10.1115/1.1531112): fibre lengths without active force, relative to
+the optimal one (his curve is exp(-(l - 1)^2 / .45); MuJoCo's stays within .08 of it from .5 to 1.5);
+shortening velocity without force, optimal lengths per second; force in fast lengthening relative to
+isometric."""
 NEARLY_NONE = 1e-12
-"""MuJoCo takes no passive force of 0."""
+"""Least passive force: MuJoCo rejects 0."""
 SPLINT_TIME_S = 0.01
 """Time constant with which a splinted joint returns, critically damped (chosen)."""
 SPLINT_SOLIMP = [0.999, 0.9999, 0.001, 0.5, 2.0]
-"""Of a splint on a digit, so hard that it gives by a degree or two at most under the muscles' full force
-(chosen: a finger is so light that MuJoCo's default, which does for the wrist, lets it go)."""
+"""Solver parameters of a splint on a digit, so hard that it yields by a degree or two at most under the full
+force of the muscles (chosen: MuJoCo's default suffices for the wrist, but not for a light finger)."""
 CONTACT_TOLERANCE_M = 1e-5
-"""To which the depth of a contact is found (chosen: MuJoCo's 1e-6 costs more and changes the shipped grasp by
-.06 deg r.m.s., as halving the step does; skin gives by millimetres)."""
+"""Tolerance of the depth of a contact (chosen: MuJoCo's 1e-6 costs more and changes the shipped grasp by
+.06 deg r.m.s., as halving the step does; skin yields by millimetres)."""
 MEMORY = 4 << 20
-"""Bytes for constraints and scratch: enough for some hundred contacts, little enough to copy."""
+"""Bytes for constraints and scratch: enough for some hundred contacts, and quick to copy."""
 
 
 def empty_spec(step_s: float) -> mujoco.MjSpec:
-    """Gravity and a solver, nothing in the world yet."""
+    """An empty world with gravity and a solver."""
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     set_solver(spec, step_s)
@@ -246,13 +246,13 @@ def empty_spec(step_s: float) -> mujoco.MjSpec:
 
 
 def set_solver(spec: mujoco.MjSpec, step_s: float) -> None:
-    """Gravity, integrator, friction and memory."""
+    """Set gravity, integrator, friction and memory."""
     option = spec.option
     option.timestep = step_s
     option.gravity = [0.0, 0.0, -STANDARD_GRAVITY]
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    option.impratio = 10.0  # friction is held ten times as stiffly as the normal force: no creep in a grasp
+    option.impratio = 10.0  # friction ten times as stiff as the normal force: no creep in a grasp
     # Half of the Jacobian is empty: a finger's contact moves neither the other fingers nor the thumb.
     option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
     option.ccd_tolerance = CONTACT_TOLERANCE_M
@@ -260,12 +260,12 @@ def set_solver(spec: mujoco.MjSpec, step_s: float) -> None:
 
 
 def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
-    """The model; raises InputError for numbers that MuJoCo has no room for, such as a mass of 1e-20 kg."""
+    """Compile the model; InputError for numbers beyond MuJoCo's range, such as a mass of 1e-20 kg."""
     try:
         return spec.compile()
     except ValueError as fault:
-        raise InputError("the hand's model", f"cannot be made: {fault}",
-                         "sizes and masses of real things") from None
+        raise InputError("the hand's model", f"cannot be compiled: {fault}",
+                         "realistic sizes and masses") from None
 
 
 def build_hand(spec: mujoco.MjSpec, tree: SegmentTree, size: HandSize, forearm: Array, arms: Array) -> None:
@@ -281,7 +281,7 @@ def build_hand(spec: mujoco.MjSpec, tree: SegmentTree, size: HandSize, forearm: 
 
 
 def _add_wrist_ends(spec: mujoco.MjSpec) -> None:
-    """Springs beyond the wrist's free range, as tendons that are slack within it."""
+    """Add springs beyond the wrist's free range, as tendons that are slack within it."""
     end, never = math.radians(WRIST_END_DEG), 10.0
     for name, (low, high) in (("wrist flexion end", (-never, end)), ("wrist extension end", (-end, never))):
         tendon = spec.add_tendon(name=name)
@@ -291,15 +291,15 @@ def _add_wrist_ends(spec: mujoco.MjSpec) -> None:
 
 def add_muscles(spec: mujoco.MjSpec, muscles: tuple[Muscle, ...], strength: Array, tension: float,
                 resting_lengths: Array) -> None:
-    """An actuator on each muscle's tendon: force-length and force-velocity, activation as its control.
+    """Add an actuator to each muscle's tendon: force-length and force-velocity, controlled by activation.
 
-    Passive tension is that of the healthy muscle times `tension`, whatever its strength, (29,);
-    `resting_lengths` (29,), m, are the tendons' where the hand rests.
+    Passive tension is that of the healthy muscle times `tension`, independent of `strength` (29,);
+    `resting_lengths` (29,), m, are those of the tendons in the resting hand.
     """
     stretch, knee = RESTING_LENGTH - 1.0, 0.5 * (LONGEST - 1.0)
     for name, muscle, factor, rest in zip(MUSCLES, muscles, strength, resting_lengths, strict=True):
         force, fibre = factor * muscle.force_n, 1e-3 * muscle.fibre_mm
-        # MuJoCo's passive force is quadratic in stretch: this gives the stiffness wanted at rest.
+        # MuJoCo's passive force is quadratic in stretch: this gives the given stiffness at rest.
         passive = NEARLY_NONE + tension * muscle.passive_n_m * fibre * knee**2 / (force * stretch)
         parameters = [RESTING_LENGTH, RESTING_LENGTH + 1.0, force, 1.0, SHORTEST, LONGEST, FASTEST, passive,
                       ECCENTRIC, 0.0]
@@ -312,17 +312,17 @@ def add_muscles(spec: mujoco.MjSpec, muscles: tuple[Muscle, ...], strength: Arra
 
 
 def resting_tension(muscles: tuple[Muscle, ...], tension: float) -> Array:
-    """Passive tension (29,), N, where the hand rests: half stiffness times stretch."""
+    """Passive tension (29,), N, in the resting hand: half stiffness times stretch."""
     return np.array([0.5e-3 * tension * muscle.passive_n_m * muscle.fibre_mm * (RESTING_LENGTH - 1.0)
                      for muscle in muscles])
 
 
 def set_passive_joints(model: mujoco.MjModel, tree: SegmentTree, stiffness: Array, damping: Array,
                        rest: Array, moments: Array, ends: float) -> None:
-    """Springs and dampers of the freedoms (d,).
+    """Set springs and dampers of the freedoms (d,).
 
-    Spring lengths are such that without gravity all moments cancel at `rest`, (d,), rad, under the
-    `moments`, (d,), N m, of resting tendons; a freedom without a spring goes where these take it.
+    Spring lengths make all moments cancel without gravity at `rest`, (d,), rad, under the `moments`, (d,),
+    N m, of resting tendons; a freedom without a spring follows these.
     """
     first = model.joint(tree.freedoms[0]).id
     rows = slice(first, first + len(tree.freedoms))
@@ -347,7 +347,7 @@ def add_splint(spec: mujoco.MjSpec, held: dict[str, float]) -> None:
 
 
 def add_springs(model: mujoco.MjModel, pulled: dict[str, float], stiffness: float) -> None:
-    """Beside their own springs, pull freedoms to angles, deg, with a stiffness, N m/rad."""
+    """Add springs that pull freedoms to angles, deg, with a stiffness, N m/rad."""
     for freedom, angle in pulled.items():
         joint, place = model.joint(freedom).id, model.joint(freedom).qposadr[0]
         own = model.jnt_stiffness[joint]

@@ -28,17 +28,17 @@ class Muscle(NamedTuple):
 
 
 FLEXOR_SHARE, EXTENSOR_SHARE = 0.3, 0.5
-"""Chosen: of the peak forces of the MoBL-ARMS model (Saul 2015, doi 10.1080/10255842.2014.916698), as MyoHand
-(myo-sim 0.2.4) carries them, so that the wrist's largest moments come out as measured: flexion 5.2 to 18.7,
+"""Fraction of the peak forces of the MoBL-ARMS model (Saul 2015, doi 10.1080/10255842.2014.916698), as in
+MyoHand (myo-sim 0.2.4), chosen so that the wrist's largest moments are as measured: flexion 5.2 to 18.7,
 extension 3.4 to 9.4, radial deviation 7.9 to 15.3, ulnar 5.9 to 11.9 N m (Delp 1996, doi
-10.1016/0021-9290(96)00029-2). As they stand they give a flexion of 42 and an extension of 15."""
+10.1016/0021-9290(96)00029-2). Unscaled they give a flexion of 42 and an extension of 15."""
 MOBL_ARMS_N = {
     "ECRL": 337.3, "ECRB": 252.2, "EDC2": 48.8, "EDC3": 94.4, "EDC4": 109.2, "EDC5": 39.4, "EDM": 72.4,
     "ECU": 192.9, "EIP": 47.3, "EPL": 88.3, "EPB": 46.0, "APL": 116.7, "FCR": 407.9, "PL": 101.0,
     "FCU": 479.8, "FDS2": 162.5, "FDS3": 258.8, "FDS4": 171.2, "FDS5": 75.3, "FDP2": 197.3, "FDP3": 212.4,
     "FDP4": 172.9, "FDP5": 236.8, "FPL": 201.0, "INT2": 183.6, "INT3": 257.2, "INT4": 250.8, "INT5": 155.7,
     "THENAR": 330.0}
-"""Peak forces before these shares. EDC5: 39.4, where MyoHand has 139.4. INT: both interossei and the
+"""Peak forces before scaling. EDC5: 39.4, where MyoHand has 139.4. INT: both interossei and the
 lumbrical of MyoHand together. THENAR: chosen, its opponens of 180 and as much again for the rest."""
 FIBRES_MM = {
     "ECRL": 81.0, "ECRB": 58.5, "EDC2": 70.0, "EDC3": 72.4, "EDC4": 62.6, "EDC5": 65.0, "EDM": 67.5,
@@ -49,8 +49,9 @@ FIBRES_MM = {
 (doi 10.1007/s10439-005-3320-7), recalled. Intrinsic ones are chosen (MyoHand: 33 to 54)."""
 PASSIVE_N_M = {"FDP": 20.0, "FDS": 20.0, "EDC": 40.0, "EIP": 10.0, "EDM": 20.0, "FPL": 30.0, "EPL": 20.0,
                "INT": 20.0, "THE": 20.0}
-"""By the first three letters; all others 10. Chosen: with the joints' own stiffness the MCP joint is as stiff
-as measured, tendons included, and the fingers follow the wrist (tenodesis)."""
+"""Passive stiffness by the first three letters of a name; all others 10. Chosen: with the joints' own
+stiffness the MCP joint is as stiff as measured, tendons included, and the fingers follow the wrist
+(tenodesis)."""
 
 WRIST_MM = {
     "ECRL": (-10.2, -23.6), "ECRB": (-13.7, -14.2), "EDC2": (-17.3, -2.3), "EDC3": (-17.8, 2.2),
@@ -84,12 +85,12 @@ Magnitudes of EPL, EPB and of FPL at MCP and IP: MyoHand; others chosen."""
 
 
 ADULT_MM = 190.0
-"""Length of the hand that all numbers here are of (chosen: the default). Another hand is taken to be built to
-scale s: lengths grow as s, forces as its square, moments and what resists them as its cube."""
+"""Length of the hand to which all numbers here apply (chosen: the default). Another hand is built to scale s:
+lengths grow as s, forces as its square, moments, stiffness and damping as its cube."""
 
 
 def passive_n_m(name: str) -> float:
-    """Passive stiffness of a whole muscle, N/m, where the adult hand rests."""
+    """Passive stiffness of a whole muscle, N/m, in the resting adult hand."""
     return PASSIVE_N_M.get(name[:3], 10.0)
 
 
@@ -106,7 +107,7 @@ def muscles(scale: float = 1.0) -> tuple[Muscle, ...]:
 def moment_arms(tree: SegmentTree, thumb_pronation: float, scale: float = 1.0) -> Array:
     """Moment arms (29, d) of all muscles about the hand's freedoms, m; positive: tension increases the angle.
 
-    `thumb_pronation`, rad, is that of the resting thumb, in whose plane the arms at its CMC joint stand.
+    `thumb_pronation`, rad, is that of the resting thumb, in whose plane the arms at its CMC joint are given.
     """
     arms = np.zeros((len(MUSCLES), len(tree.freedoms)))
     # Axes of the pronated thumb in the frame before pronation: its z flexes, its -x abducts.

@@ -22,18 +22,15 @@ from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative
 from plants.hand.contract import (
     PALM_DOWN,
-    GraspObject,
+    Bounds,
     HandState,
-    Table,
+    HandValues,
     add_forearm_drive,
-    add_object,
-    add_table,
+    advance_to,
     evaluate,
-    go_on,
     hand_inputs,
     hand_outputs,
     object_pose,
-    require_apart,
     require_hand,
     sensed,
     stable_bounds,
@@ -53,19 +50,17 @@ from plants.hand.model import (
     set_passive_joints,
 )
 from plants.hand.muscles import ADULT_MM, Muscle, moment_arms, muscles
+from plants.hand.scene import GraspObject, Table, add_object, add_table, require_apart
 
 Array = NDArray[np.float64]
 _KEPT = 32
-"""Hands that are kept, the last used (chosen: .1 MB each)."""
+"""Number of settled hands in the cache (chosen: .1 MB each)."""
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-"""All from which MuJoCo goes on as if it had never stopped, to the last bit."""
+"""The state from which MuJoCo continues bit for bit."""
 
 
 def settled(model: mujoco.MjModel, positions: Array, steps: int) -> mujoco.MjData:
-    """Data of a model `steps` after all of it was at rest at `positions` (nq,), its time set back to 0.
-
-    The data are the caller's own.
-    """
+    """New data of a model, `steps` after rest at `positions` (nq,), with time 0."""
     data = mujoco.MjData(model)
     if not steps:
         data.qpos[:] = positions
@@ -79,7 +74,7 @@ def settled(model: mujoco.MjModel, positions: Array, steps: int) -> mujoco.MjDat
 
 @lru_cache(maxsize=_KEPT)
 def _settled_state(content: bytes, positions: bytes, steps: int) -> bytes:
-    """Of `settled`, what MuJoCo calls the state; of the model all its bytes, so that no two are confused."""
+    """MuJoCo's state for `settled`, cached by all bytes of the model."""
     model = mujoco.MjModel.from_binary_path("hand.mjb", {"hand.mjb": content})
     data = mujoco.MjData(model)
     data.qpos[:] = np.frombuffer(positions)
@@ -92,24 +87,25 @@ def _settled_state(content: bytes, positions: bytes, steps: int) -> bytes:
 
 
 _SEGMENTS = np.arange(1, 18)
-"""Bodies of the segments."""
+"""Bodies of the segments in MuJoCo's order."""
+_ANGLES, _RATES, _VELOCITY = (HandValues._fields.index(name) for name in ("angles", "rates", "velocity"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Hand:
-    """A whole hand of 23 degrees of freedom that 29 muscles move and that can grasp, in gravity.
+    """A whole hand of 23 degrees of freedom, moved by 29 muscles, that can grasp, in gravity.
 
         M(q) q'' + bias(q, q') = R' f + passive moments + contact
         f_i = F_i (a_i fl(l_i) fv(l_i') + fp(l_i)),   l_i = l_rest - R_i (q - q_rest) / fibre length
 
-    in MuJoCo's fixed steps; activation is latched at their starts. Muscles are `fesloop.hand.movements`,
-    their forces, fibres and constant moment arms R those of `plants.hand.muscles`; force-length,
-    force-velocity and passive tension are MuJoCo's muscle curves, tendons stiff. Passive moments of the
-    joints themselves are linear (`plants.hand.model`), springs set so that without gravity the hand rests at
-    `rest_deg`.
+    in MuJoCo's fixed steps; activation is latched at their starts. Muscles are those of
+    `fesloop.hand.movements`, with forces, fibres and constant moment arms R of `plants.hand.muscles`;
+    force-length, force-velocity and passive tension are MuJoCo's muscle curves, and tendons are stiff.
+    Passive moments of the joints themselves are linear (`plants.hand.model`), with springs set so that
+    without gravity the hand rests at `rest_deg`.
 
-    Inputs: `activation` (29,), from 0 to 1, clipped; if the forearm moves, `forearm` (4,), where it should
-    be, to the global frame: it turns about the wrist's centre and is there within .1 s.
+    Inputs: `activation` (29,), from 0 to 1, clipped; if the forearm moves, `forearm` (4,), its commanded
+    orientation to the global frame: it turns about the wrist's centre and arrives within .1 s.
 
     Outputs: `angles`, `rates`, `accelerations` (23,), rad and s, in the order of the hand's freedoms;
     `fingertips` (5, 3), m, bone ends in the wrist coordinate system; of 17 sites on the back of the segments
@@ -122,27 +118,27 @@ class Hand:
 
     Attributes
     ----------
-    hand: its measures and side; forces and moments go by its length (`plants.hand.muscles`).
-    forearm_orientation: (w, x, y, z), of the wrist coordinate system to the global frame (ENU); empty: palm
+    hand: measures and side; forces and moments scale with its length (`plants.hand.muscles`).
+    forearm_orientation: (w, x, y, z), from the wrist coordinate system to the global frame (ENU); empty: palm
         down, fingers to the north.
-    forearm_moves: whether it can be turned; if not, it stays.
-    rest_deg: resting posture by freedom, in place of those of `plants.hand.model`.
-    start_deg: posture at the start by freedom, such as fingers held open; others start at rest.
-    settle_s: how long the relaxed hand is left to itself, in gravity and its splints, before the start.
-    splint_deg: freedoms that are held, and at which angles, such as the wrist's by a splint.
-    elastic_deg: freedoms that springs pull to an angle, such as the wrist's by a dynamic splint.
+    forearm_moves: whether the input `forearm` turns the forearm.
+    rest_deg: resting posture by freedom, in place of that of `plants.hand.model`.
+    start_deg: posture at the start by freedom, such as open fingers; other freedoms start at rest.
+    settle_s: time for which the relaxed hand settles, in gravity and its splints, before the start.
+    splint_deg: angles of freedoms held by a splint, such as the wrist's.
+    elastic_deg: angles to which springs pull freedoms, such as the wrist's by a dynamic splint.
     elastic_n_m_rad: stiffness of these springs (chosen, for a wrist: hand and stimulated fingers bend it by
         some 20 deg).
-    strength: factors on the peak forces of all muscles, in the order of `MUSCLES`; empty: 1.
+    strength: factors on the peak forces of the muscles, in the order of `MUSCLES`; empty: 1.
     stiffness, damping, passive_tension: factors on the joints' stiffness, on their damping, and on the
         muscles' passive tension.
     contracture: factor on the stiffness of the MCP joints: of a total of .04 N m/rad, .03 are the joint's, so
         2.6 makes .088 (MAS 1+ after stroke), 17 makes .52 (MAS 2), 21 makes .64 (MAS 3); PMC7775510.
-    object: what is there to grasp. table: what it stands on.
-    step_ms: of the solver. Chosen: halving it changes a grasp by less than a degree; hands shorter than
-        180 mm under full force need half of it: with more, joints are flung far beyond their ranges.
+    object: object to grasp. table: table under it.
+    step_ms: step of the solver (chosen: halving it changes a grasp by less than a degree). Hands shorter than
+        180 mm under full force need half of it; otherwise joints move far beyond their ranges.
 
-    Raises InputError for what cannot be, such as an object or a table inside the hand; RunError when the
+    Raises InputError for invalid values, such as an object or a table inside the hand; RunError when the
     simulation becomes unstable.
     """
 
@@ -170,7 +166,7 @@ class Hand:
     _stretch: Array = field(init=False, repr=False, compare=False)
     _sites: NDArray[np.int64] = field(init=False, repr=False, compare=False)
     _tips: NDArray[np.int64] = field(init=False, repr=False, compare=False)
-    _bounds: tuple[Array, Array] = field(init=False, repr=False, compare=False)
+    _bounds: Bounds = field(init=False, repr=False, compare=False)
     _grid: RateClock = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -207,7 +203,7 @@ class Hand:
                     -arms @ rest)
         if self.forearm_moves:
             add_forearm_drive(spec)
-        # In one order, whatever that of the table: the order of constraints shows in the last bits.
+        # In a fixed order: the order of constraints changes the last bits of results.
         add_splint(spec, {name: math.radians(self.splint_deg[name]) for name in tree.freedoms
                           if name in self.splint_deg})
         if self.object is not None:
@@ -224,12 +220,12 @@ class Hand:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """Activation of the muscles, and where the forearm should be if it moves."""
+        """Activation of the muscles and, if the forearm moves, its commanded orientation."""
         return hand_inputs(self._forearm() if self.forearm_moves else None)
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """Posture, fingertips, what the sites go through, forces, fibres, and the object's pose."""
+        """Posture, fingertips, kinematics of the sites, forces, fibres, and the object's pose."""
         return hand_outputs(self._start, self.object is not None)
 
     @property
@@ -239,43 +235,43 @@ class Hand:
 
     @property
     def feedthrough(self) -> bool:
-        """False: activation shows at the end of the step that it acts in."""
+        """False: activation shows at the end of the step in which it acts."""
         return False
 
     def init(self, context: Context) -> HandState:
-        """At the start, muscles at rest; the object where it is put."""
+        """State at the start, with muscles at rest."""
         positions = self.model.qpos0.copy()
         positions[self._hinges()] = self._start
         data = settled(self.model, positions, round(self.settle_s * NS_PER_S / self._grid.period_num))
         return HandState(data, given=self.object is None or self.object.given_at_s == 0.0)
 
     def advance(self, state: HandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
-        """From `start_ns` to `stop_ns`, steps of the grid."""
+        """Advance by steps of the grid."""
         state.views.ctrl[:len(MUSCLES)] = cast(Array, inputs[0])
         if self.forearm_moves:
             turn_forearm(state, self._forearm(), inputs[1])
-        go_on(self.model, self._bounds, self.object, self.table, state, stop_ns, self._grid.period_num)
+        advance_to(self.model, self._bounds, self.object, self.table, state, stop_ns, self._grid.period_num)
 
     def _forearm(self) -> Array:
         """Orientation of the forearm at the start."""
         return np.array(self.forearm_orientation or PALM_DOWN[self.hand.side])
 
     def read(self, state: HandState, inputs: Sequence[Value]) -> tuple[Value, ...]:
-        """All outputs now."""
+        """All outputs at this instant."""
         evaluate(self.model, state)
         views, hinges = state.views, self._hinges()
         rates = views.qvel[hinges].copy()
-        seen = (views.qpos[hinges].copy(), rates, views.qacc[hinges].copy(),
-                *sensed(views, not self.forearm_moves, _SEGMENTS, self._sites, self._tips),
-                self._stretch @ rates)
-        return seen if self.object is None else (*seen, *object_pose(views))
+        values = HandValues(views.qpos[hinges].copy(), rates, views.qacc[hinges].copy(),
+                            *sensed(views, not self.forearm_moves, _SEGMENTS, self._sites, self._tips),
+                            velocity=self._stretch @ rates)
+        return values if self.object is None else (*values, *object_pose(views))
 
     def glance(self, state: HandState) -> dict[int, Value]:
-        """Outputs that need no evaluation, by port number: angles, rates, velocity of the fibres."""
+        """Outputs that need no evaluation, by port: angles, rates, velocity of the fibres."""
         hinges = self._hinges()
         rates = state.views.qvel[hinges].copy()
-        return {0: state.views.qpos[hinges].copy(), 1: rates, 9: self._stretch @ rates}
+        return {_ANGLES: state.views.qpos[hinges].copy(), _RATES: rates, _VELOCITY: self._stretch @ rates}
 
     def _hinges(self) -> slice:
-        """Where the hand's freedoms stand among MuJoCo's."""
+        """Indices of the hand's freedoms among MuJoCo's."""
         return slice(3, 26) if self.forearm_moves else slice(0, 23)

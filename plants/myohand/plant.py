@@ -20,18 +20,15 @@ from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative
 from plants.hand.contract import (
     PALM_DOWN,
-    GraspObject,
+    Bounds,
     HandState,
-    Table,
+    HandValues,
     add_forearm_drive,
-    add_object,
-    add_table,
+    advance_to,
     evaluate,
-    go_on,
     hand_inputs,
     hand_outputs,
     object_pose,
-    require_apart,
     require_hand,
     sensed,
     stable_bounds,
@@ -39,6 +36,7 @@ from plants.hand.contract import (
 )
 from plants.hand.model import TIPS, add_splint, add_springs, compiled
 from plants.hand.plant import settled
+from plants.hand.scene import GraspObject, Table, add_object, add_table, require_apart
 from plants.myohand.anatomy import JOINTS, activated_by
 from plants.myohand.joints import NO_JOINT, Joints, rest_angles
 from plants.myohand.model import (
@@ -127,7 +125,7 @@ class MyoHand:
     _fibres: Array = field(init=False, repr=False, compare=False)
     _sites: NDArray[np.int64] = field(init=False, repr=False, compare=False)
     _tips: NDArray[np.int64] = field(init=False, repr=False, compare=False)
-    _bounds: tuple[Array, Array] = field(init=False, repr=False, compare=False)
+    _bounds: Bounds = field(init=False, repr=False, compare=False)
     _grid: RateClock = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -197,12 +195,12 @@ class MyoHand:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """Activation of the muscles, and where the forearm should be if it moves."""
+        """Activation of the muscles and, if the forearm moves, its commanded orientation."""
         return hand_inputs(self._forearm() if self.forearm_moves else None)
 
     @property
     def outputs(self) -> tuple[Port, ...]:
-        """Posture, fingertips, what the sites go through, forces, fibres, and the object's pose."""
+        """Posture, fingertips, kinematics of the sites, forces, fibres, and the object's pose."""
         return hand_outputs(self._angles, self.object is not None)
 
     @property
@@ -212,33 +210,35 @@ class MyoHand:
 
     @property
     def feedthrough(self) -> bool:
-        """False: activation shows at the end of the step that it acts in."""
+        """False: activation shows at the end of the step in which it acts."""
         return False
 
     def init(self, context: Context) -> HandState:
-        """At the start, muscles at rest; the object where it is put."""
+        """State at the start, with muscles at rest."""
         positions = self.model.qpos0.copy()
         positions[self._joints.places] = self._start
         data = settled(self.model, positions, round(self.settle_s * NS_PER_S / self._grid.period_num))
         return HandState(data, given=self.object is None or self.object.given_at_s == 0.0)
 
     def advance(self, state: HandState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
-        """From `start_ns` to `stop_ns`, steps of the grid."""
+        """Advance by steps of the grid."""
         state.views.ctrl[:self._activated.size] = cast(Array, inputs[0])[self._activated]
         if self.forearm_moves:
             turn_forearm(state, self._forearm(), inputs[1])
-        go_on(self.model, self._bounds, self.object, self.table, state, stop_ns, self._grid.period_num)
+        advance_to(self.model, self._bounds, self.object, self.table, state, stop_ns, self._grid.period_num)
 
     def _forearm(self) -> Array:
         """Orientation of the forearm at the start."""
         return np.array(self.forearm_orientation or PALM_DOWN["right"])
 
     def read(self, state: HandState, inputs: Sequence[Value]) -> tuple[Value, ...]:
-        """All outputs now."""
+        """All outputs at this instant."""
         evaluate(self.model, state)
         data = state.data
         fibres = self._fibres @ data.actuator_velocity[:self._activated.size]
-        seen = (*self._joints.moved(data),
-                *sensed(state.views, not self.forearm_moves, self._joints.segments, self._sites, self._tips),
-                fibres)
-        return seen if self.object is None else (*seen, *object_pose(state.views))
+        angles, rates, accelerations = self._joints.moved(data)
+        values = HandValues(
+            angles, rates, accelerations,
+            *sensed(state.views, not self.forearm_moves, self._joints.segments, self._sites, self._tips),
+            velocity=fibres)
+        return values if self.object is None else (*values, *object_pose(state.views))

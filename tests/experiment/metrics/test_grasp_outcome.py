@@ -13,8 +13,9 @@ from fesloop.experiment.metrics.grasp import grasp_metrics
 from fesloop.experiment.metrics.grasp_outcome import OUTCOMES, GraspScore
 from fesloop.experiment.metrics.missing import MISSING, give_reasons, numbers, reasons_of
 from fesloop.loop.block import Context
-from plants.hand.contract import FLOOR_M, GraspObject, go_on
+from plants.hand.contract import FLOOR_M, advance_to
 from plants.hand.plant import Hand
+from plants.hand.scene import GraspObject
 
 G = 9.81
 FROM_S, UNTIL_S, LOWERED_S = 6.0, 8.5, 5.0
@@ -148,7 +149,7 @@ def test_what_nothing_holds_falls_no_farther_than_the_floor(above_m, speed_m_s):
     plant = HAND
     state = plant.init(Context("hand"))
     state.views.qpos[-5], state.views.qvel[-4] = above_m - FLOOR_M, -speed_m_s
-    go_on(plant.model, plant._bounds, plant.object, None, state, 1_000_000_000, 1_000_000)
+    advance_to(plant.model, plant._bounds, plant.object, None, state, 1_000_000_000, 1_000_000)
     assert state.views.qpos[-5] == -FLOOR_M
     assert not state.views.qvel[-6:].any()
 

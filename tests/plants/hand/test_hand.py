@@ -18,8 +18,9 @@ from fesloop.hand.skeleton import dorsal_points, hand_tree
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS
 from plants.hand import Hand
-from plants.hand.contract import PALM_DOWN, GraspObject, Table
+from plants.hand.contract import PALM_DOWN
 from plants.hand.muscles import muscles
+from plants.hand.scene import GraspObject, Table
 
 TREE = hand_tree(HandSize())
 NAMES = ("angles", "rates", "accelerations", "fingertips", "orientation", "position", "rate", "force",

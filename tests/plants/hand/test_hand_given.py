@@ -10,7 +10,7 @@ from fesloop.hand.movements import MUSCLES
 from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
 from plants.hand import Hand
-from plants.hand.contract import GraspObject, Table
+from plants.hand.scene import GraspObject, Table
 
 THUMB_UP = (0.0, 0.0, 0.0, 1.0)
 NONE = np.zeros(len(MUSCLES))

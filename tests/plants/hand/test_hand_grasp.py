@@ -7,7 +7,7 @@ import pytest
 from fesloop.hand.movements import MUSCLES
 from fesloop.loop.block import Context
 from plants.hand import Hand
-from plants.hand.contract import GraspObject, Table
+from plants.hand.scene import GraspObject, Table
 
 THUMB_UP = (0.0, 0.0, 0.0, 1.0)
 OPEN = {**{f"F{i}_{joint}_flexion": angle for i in range(2, 6)

@@ -19,7 +19,7 @@ from fesloop.hand.skeleton import hand_tree
 from fesloop.loop.block import Context
 from fesloop.loop.clock import NS_PER_MS
 from plants.hand import Hand
-from plants.hand.contract import GraspObject, Table
+from plants.hand.scene import GraspObject, Table
 from plants.myohand import MyoHand
 from plants.myohand import model as myohand_model
 from plants.myohand.anatomy import JOINTS, STANDS_FOR

@@ -12,7 +12,7 @@ from fesloop.loop.clock import RateClock
 from fesloop.loop.signals import NEVER, Sample
 from plants.electrodes import Electrodes
 from plants.hand import Hand
-from plants.hand.contract import GraspObject, Table
+from plants.hand.scene import GraspObject, Table
 from plants.myohand import MyoHand
 from plants.myohand.anatomy import JOINTS
 from plants.myohand.patches import NAMES

@@ -1,0 +1,204 @@
+"""Surroundings of a hand: a rigid object to grasp and a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from fesloop.errors import InputError
+from fesloop.loop.clock import NS_PER_S
+from plants.checks import require_not_negative, require_positive
+from plants.hand.model import OBJECT, SKIN_SOLIMP, SKIN_SOLREF, TABLE, TOUCHES
+
+Array = NDArray[np.float64]
+Shape = Literal["cylinder", "block", "ball", "card"]
+SIZES: dict[Shape, tuple[str, ...]] = {
+    "cylinder": ("diameter", "height"), "block": ("x", "y", "z"), "ball": ("diameter",),
+    "card": ("width", "length", "thickness")}
+"""Meaning of `size_mm` by shape."""
+_GEOMS = {"cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER, "block": mujoco.mjtGeom.mjGEOM_BOX,
+          "ball": mujoco.mjtGeom.mjGEOM_SPHERE, "card": mujoco.mjtGeom.mjGEOM_BOX}
+TORSIONAL_M, ROLLING_M = 0.005, 0.0001
+"""Ratio of torsional and of rolling to sliding friction, m: chosen, as a fingertip's contact patch is some
+5 mm wide; MuJoCo's default for rolling."""
+HARD_SOLREF = [0.005, 1.0]
+"""Contact of object and table: apart again within 5 ms, critically damped (chosen: five steps of 1 ms)."""
+_GEOM = mujoco.mjtObj.mjOBJ_GEOM
+OVERLAP_M = 0.001
+"""Chosen: greatest penetration of object, skin and table at the start."""
+
+
+def _offsets(step_m: float, reach_m: float) -> Array:
+    """Grid of horizontal offsets within a reach, (n, 3), m, nearest first."""
+    side = np.arange(-reach_m, reach_m + 0.5 * step_m, step_m)
+    grid = np.stack([*np.meshgrid(side, side, indexing="ij"), np.zeros((side.size, side.size))], axis=-1)
+    places = grid.reshape(-1, 3)
+    far = np.linalg.norm(places, axis=1)
+    near = places[np.argsort(far, kind="stable")]
+    return np.asarray(near[np.sort(far) <= reach_m + 1e-9])
+
+
+_OFFSETS = _offsets(0.004, 0.02)
+"""Offsets at which an object is tried when it is given (chosen: steps of 4 mm, up to 2 cm)."""
+
+
+class Contact(NamedTuple):
+    """A contact: its distance, m, negative when penetrating, and the names of both geoms."""
+
+    distance_m: float
+    geoms: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GraspObject:
+    """A free rigid object; without support it falls to the table, or to a floor 100 m below the wrist.
+
+    Attributes
+    ----------
+    shape: its shape. size_mm: by shape: cylinder (diameter, height), along its z; block (x, y, z);
+        ball (diameter,); card (width, length, thickness), along its x, y, z.
+    mass_kg: mass, of uniform density.
+    friction: coefficient against skin and table (skin on plastics .5 to 1; chosen).
+    position_m: position of its centre from the wrist's centre, global (ENU).
+    orientation: (w, x, y, z), from its axes to the global ones.
+    given_at_s: instant at which it is put to `position_m`; before, it rests at the offset `waits_m`. If the
+        hand is in the way, it is put to the nearest free place at the same height, at most 2 cm off, as soon
+        as there is one.
+    waits_m: offset of its waiting place from `position_m` (chosen: in front of the fingers, out of reach).
+    """
+
+    shape: Shape = "cylinder"
+    size_mm: tuple[float, ...] = (60.0, 120.0)
+    mass_kg: float = 0.2
+    friction: float = 0.8
+    position_m: tuple[float, float, float] = (0.0, 0.1, -0.06)
+    orientation: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    given_at_s: float = 0.0
+    waits_m: tuple[float, float, float] = (0.0, 0.25, 0.0)
+
+    def __post_init__(self) -> None:
+        if self.shape not in SIZES:
+            raise InputError("object.shape", f"{self.shape!r}", ", ".join(SIZES))
+        if len(self.size_mm) != len(SIZES[self.shape]):
+            raise InputError("object.size_mm", f"{self.size_mm}", f"{', '.join(SIZES[self.shape])}, mm")
+        require_positive("object", self, "size_mm", "mass_kg")
+        require_not_negative("object", self, "friction", "given_at_s")
+        for key in ("position_m", "waits_m"):
+            if not np.isfinite(getattr(self, key)).all():
+                raise InputError(f"object.{key}", f"{getattr(self, key)}", "three finite numbers, m")
+        if not abs(math.hypot(*self.orientation) - 1.0) <= 1e-6:
+            raise InputError("object.orientation", f"{self.orientation}",
+                             "a quaternion (w, x, y, z) of length 1")
+
+    @property
+    def start_m(self) -> list[float]:
+        """Position at the start, m."""
+        off = self.waits_m if self.given_at_s > 0.0 else (0.0, 0.0, 0.0)
+        return [at + by for at, by in zip(self.position_m, off, strict=True)]
+
+    @property
+    def half_sizes(self) -> list[float]:
+        """Half sizes for MuJoCo's geom, m."""
+        sizes = [5e-4 * each for each in self.size_mm]
+        return sizes + [0.0] * (3 - len(sizes))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table:
+    """A level table top, 10 mm thick.
+
+    Attributes
+    ----------
+    height_m: height of its surface above the wrist's centre, negative below.
+    centre_m: centre of the top from the wrist's centre, east and north. half_m: half its sides.
+    friction: coefficient against skin; against an object, the object's applies.
+    lowered_at_s: instant at which it starts to sink; negative: never. lowering_m: distance.
+    lowering_m_s: speed.
+    """
+
+    height_m: float = -0.1
+    centre_m: tuple[float, float] = (0.0, 0.1)
+    half_m: tuple[float, float] = (0.3, 0.3)
+    friction: float = 0.5
+    lowered_at_s: float = -1.0
+    lowering_m: float = 0.2
+    lowering_m_s: float = 0.1
+
+    def __post_init__(self) -> None:
+        require_positive("table", self, "half_m", "lowering_m", "lowering_m_s")
+        require_not_negative("table", self, "friction")
+        if not np.isfinite((self.height_m, *self.centre_m, self.lowered_at_s)).all():
+            raise InputError("table", "a place or time that is not finite", "finite numbers")
+
+    def drop(self, time_ns: int) -> float:
+        """Distance sunk at an instant, m."""
+        since = time_ns / NS_PER_S - self.lowered_at_s
+        if self.lowered_at_s < 0.0 or since <= 0.0:
+            return 0.0
+        return min(self.lowering_m, since * self.lowering_m_s)
+
+
+def add_object(spec: mujoco.MjSpec, thing: GraspObject) -> None:
+    """Add the object as the last body; its body and geom are named `object`."""
+    body = spec.worldbody.add_body(name="object", pos=thing.start_m, quat=thing.orientation)
+    body.add_freejoint(name="object")
+    # condim 4: a contact also resists twisting.
+    body.add_geom(name="object", type=_GEOMS[thing.shape], size=thing.half_sizes, mass=thing.mass_kg,
+                  condim=4, priority=1, friction=[thing.friction, thing.friction * TORSIONAL_M, ROLLING_M],
+                  solref=SKIN_SOLREF, solimp=SKIN_SOLIMP, contype=OBJECT, conaffinity=TOUCHES[OBJECT])
+
+
+def add_table(spec: mujoco.MjSpec, table: Table) -> None:
+    """Add the table, which only `mocap_pos` moves, after the object, if any."""
+    body = spec.worldbody.add_body(name="table", mocap=True, pos=[*table.centre_m, table.height_m - 0.005])
+    body.add_geom(name="table", type=mujoco.mjtGeom.mjGEOM_BOX, size=[*table.half_m, 0.005],
+                  friction=[table.friction, TORSIONAL_M * table.friction, ROLLING_M], contype=TABLE,
+                  conaffinity=TOUCHES[TABLE])
+    thing = spec.geom("object")
+    if thing is not None:
+        # No skin is between the two.
+        slide, twist, roll = thing.friction
+        spec.add_pair(geomname1="object", geomname2="table", condim=4, solref=HARD_SOLREF,
+                      friction=[slide, slide, twist, roll, roll])
+
+
+def deepest(model: mujoco.MjModel, data: mujoco.MjData, names: Sequence[str]) -> Contact:
+    """Deepest contact of the named geoms; of infinite distance if they touch nothing."""
+    pairs, distances = data.contact.geom, data.contact.dist
+    known = [model.geom(name).id for name in names if mujoco.mj_name2id(model, _GEOM, name) >= 0]
+    theirs = np.flatnonzero(np.isin(pairs, known).any(axis=1))
+    if not theirs.size:
+        return Contact(math.inf, ())
+    found = int(theirs[np.argmin(distances[theirs])])
+    return Contact(float(distances[found]), tuple(model.geom(int(geom)).name for geom in pairs[found]))
+
+
+def give(model: mujoco.MjModel, thing: GraspObject, data: mujoco.MjData) -> bool:
+    """Put the object, MuJoCo's last joint, to where it is to be grasped; False if the hand leaves no room."""
+    before = data.qpos[-7:].copy(), data.qvel[-6:].copy()
+    data.qvel[-6:] = 0.0
+    for offset in _OFFSETS:
+        data.qpos[-7:] = (*(np.array(thing.position_m) + offset), *thing.orientation)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_collision(model, data)
+        if deepest(model, data, ("object",)).distance_m >= -OVERLAP_M:
+            return True
+    data.qpos[-7:], data.qvel[-6:] = before
+    return False
+
+
+def require_apart(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Raise InputError if the object is inside the hand or the table, or the table inside the hand."""
+    mujoco.mj_forward(model, data)
+    contact = deepest(model, data, ("object", "table"))
+    if contact.distance_m < -OVERLAP_M:
+        thing = "object" if "object" in contact.geoms else "table"
+        other = contact.geoms[1 - contact.geoms.index(thing)]
+        raise InputError(f"hand.{thing}", f"reaches {-1e3 * contact.distance_m:.1f} mm into {other} at the "
+                         "start", f"{1e3 * OVERLAP_M:g} mm at most", "move it, or the hand")
