@@ -1,7 +1,7 @@
 """Force models of Ding and co-workers: calcium binds to troponin pulse by pulse, and force follows.
 
-The values of 2003 come with their own fatigue. Those of 2007 have none and can be given none of 2003: with
-tau2 of 1 ms the growth of tau1 would outweigh the fall of A, and force would grow as the muscle tires.
+The 2003 values include fatigue. The 2007 values have none, and that of 2003 does not fit them: with tau2 of
+1 ms the growth of tau1 would outweigh the fall of A, and force would grow as the muscle tires.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ Instants = NDArray[np.int64]
 STEP_NS = 500_000
 """Longest step (chosen: activation is right within 1e-6)."""
 SLOWEST_HZ = 1e-3
-"""Below this frequency no pulse comes."""
+"""Frequency below which there are no pulses."""
 CALCIUM, TROPONIN, FORCE, SCALING, RELAXATION, SENSITIVITY = range(6)
 """Columns of `muscles`: S, CN, F (N), A (N/s), tau1 (s), Km."""
 NODE, START, COUNT, LAST = range(4)
-"""Columns of `trains`: instant that the muscle is of; first pulse of the train, number of the next pulse,
-newest pulse that excited anything (-1: none yet)."""
+"""Columns of `trains`: instant of the muscle's state; first pulse of the train, number of the next pulse,
+newest pulse that recruited fibres (-1: none yet)."""
 
 
 class Constants(NamedTuple):
-    """Numbers of the model; seconds and newtons. `recovery` is 1 / tfat, 0 for a muscle that stays tired."""
+    """Coefficients of the model, in s and N. `recovery` is 1 / tfat, 0 for a muscle that does not recover."""
 
     tauc: float
     tau2: float
@@ -52,7 +52,7 @@ def slope(
     force: float, scaling: float, relaxation: float, sensitivity: float, troponin: float, recruited: float,
     constants: Constants,
 ) -> tuple[float, float, float, float]:
-    """(F', A', tau1', Km')."""
+    """Derivatives (F', A', tau1', Km')."""
     bound = troponin / (sensitivity + troponin)
     rest = constants.recovery
     return (
@@ -64,7 +64,7 @@ def slope(
 
 @compiled
 def go(muscle: Array, recruited: float, elapsed_s: float, constants: Constants) -> None:
-    """Take one muscle, (6,), over `elapsed_s` without a pulse, in place."""
+    """Advance one muscle, (6,), by `elapsed_s` without a pulse, in place."""
     half = math.exp(-0.5 * elapsed_s / constants.tauc)
     grown = 0.5 * elapsed_s / constants.tauc * muscle[CALCIUM]
     middle = (muscle[TROPONIN] + grown) * half
@@ -98,7 +98,7 @@ def next_pulse(train: Instants, frequency: float) -> int:
 
 @compiled
 def fire(muscle: Array, train: Instants, recruited: float, constants: Constants) -> None:
-    """The pulse that is due at the muscle's node; one that recruits nothing leaves no trace."""
+    """Apply the pulse due at the muscle's node; a pulse that recruits nothing has no effect."""
     train[COUNT] += 1
     if recruited <= 0.0:
         return
@@ -114,9 +114,9 @@ def fire(muscle: Array, train: Instants, recruited: float, constants: Constants)
 def advance_nodes(
     muscles: Array, trains: Instants, recruited: Array, frequency: Array, constants: Constants, stop_ns: int
 ) -> None:
-    """Take every muscle, (n, 6) and (n, 4), to its last node before `stop_ns`, in place.
+    """Advance every muscle, (n, 6) and (n, 4), to its last node before `stop_ns`, in place.
 
-    A pulse at `stop_ns` itself waits: it takes the drive that acts from then on.
+    A pulse at `stop_ns` itself waits for the drive that acts from then on.
     """
     for i in range(recruited.size):
         muscle, train = muscles[i], trains[i]
@@ -134,7 +134,7 @@ def advance_nodes(
 
 @compiled
 def reach(muscles: Array, trains: Instants, recruited: Array, constants: Constants, time_ns: int) -> None:
-    """Take every muscle from its last node to `time_ns`, which becomes a node; none lies in between."""
+    """Advance every muscle from its last node to `time_ns`, which becomes a node; none lies in between."""
     for i in range(recruited.size):
         if time_ns > trains[i, NODE]:
             go(muscles[i], recruited[i], (time_ns - trains[i, NODE]) / NS_PER_S, constants)
@@ -143,7 +143,7 @@ def reach(muscles: Array, trains: Instants, recruited: Array, constants: Constan
 
 @compiled
 def change_trains(trains: Instants, before: Array, after: Array, time_ns: int) -> None:
-    """Where the frequency (n,) changes at `time_ns`, start a train an interval after the newest pulse."""
+    """Start a new train an interval after the newest pulse where the frequency (n,) changes at `time_ns`."""
     for i in range(after.size):
         if after[i] == before[i]:
             continue
@@ -157,7 +157,7 @@ def change_trains(trains: Instants, before: Array, after: Array, time_ns: int) -
 def look_ahead(
     muscles: Array, trains: Instants, recruited: Array, constants: Constants, time_ns: int, seen: Array
 ) -> None:
-    """Fill `seen` (2, n), F and A, at `time_ns`, up to which no node lies; the muscles stay as they are."""
+    """Fill `seen` (2, n), F and A, at `time_ns`, before any further node; the muscles are not changed."""
     for i in range(recruited.size):
         muscle = muscles[i].copy()
         if time_ns > trains[i, NODE]:
@@ -166,7 +166,7 @@ def look_ahead(
 
 
 class PulsedState:
-    """Muscles (n, 6) and their pulse trains (n, 4) as the kernels take them, and what drives them."""
+    """Muscles (n, 6), their pulse trains (n, 4), recruited fractions and frequencies."""
 
     __slots__ = ("frequency", "muscles", "recruited", "trains")
 
@@ -179,7 +179,7 @@ class PulsedState:
         self.recruited, self.frequency = np.zeros(count), np.zeros(count)
 
     def copy(self) -> PulsedState:
-        """A state that can go ahead on its own."""
+        """An independent copy."""
         ahead = PulsedState.__new__(PulsedState)
         ahead.muscles, ahead.trains = self.muscles.copy(), self.trains.copy()
         ahead.recruited, ahead.frequency = self.recruited, self.frequency
@@ -188,32 +188,32 @@ class PulsedState:
 
 @dataclass(frozen=True, slots=True)
 class PulsedForce:
-    """All muscles' force by pulse trains at their stimulation frequencies.
+    """Force of all muscles by pulse trains at their stimulation frequencies.
 
-    The state stays at each muscle's last node, so looking at it splits nothing.
+    The state stays at each muscle's last node, so observations do not split it.
     """
 
     constants: Constants
 
     def start(self) -> PulsedState:
-        """At rest, fresh."""
+        """State at rest, without fatigue."""
         return PulsedState(self._rest())
 
     def rested(self, state: PulsedState, rest_s: float) -> PulsedState:
-        """At rest, `rest_s` after `state`: what fatigue did has come back in part."""
+        """State at rest, `rest_s` after `state`, partly recovered."""
         tired = state.muscles[:, SCALING:] - self._rest()
         return PulsedState(self._rest() + tired * math.exp(-rest_s * self.constants.recovery))
 
     def _rest(self) -> Array:
-        """A, tau1, Km of the fresh muscle."""
+        """A, tau1, Km of the muscle without fatigue."""
         return np.array([self.constants.a_rest, self.constants.tau1_rest, self.constants.km_rest])
 
     def advance(self, state: PulsedState, stop_ns: int) -> None:
-        """To the last node before `stop_ns`."""
+        """Advance to the last node before `stop_ns`."""
         advance_nodes(state.muscles, state.trains, state.recruited, state.frequency, self.constants, stop_ns)
 
     def change(self, state: PulsedState, time_ns: int, pulses: Array, drive: Array) -> None:
-        """`pulses` (2, muscles), recruited fraction and frequency, act from `time_ns` on."""
+        """Let `pulses` (2, muscles), recruited fraction and frequency, act from `time_ns` on."""
         recruited, frequency = pulses
         self.advance(state, time_ns)
         reach(state.muscles, state.trains, state.recruited, self.constants, time_ns)
@@ -221,9 +221,9 @@ class PulsedForce:
         state.recruited, state.frequency = recruited, frequency
 
     def look(self, state: PulsedState, time_ns: int) -> tuple[Array, Array]:
-        """Activation and what is left of A, (muscles,) each.
+        """Activation, and A relative to its value at rest, (muscles,) each.
 
-        Activation is force over that of the fresh, fully recruited muscle in fused tetanus.
+        Activation is force relative to that of the fresh, fully recruited muscle in fused tetanus.
         """
         seen = np.empty((2, len(MUSCLES)))
         look_ahead(state.muscles, state.trains, state.recruited, self.constants, time_ns, seen)
@@ -237,7 +237,7 @@ class PulsedForce:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ding2003Fatigue:
-    """A, tau1 and Km drift with force, and back (Ding 2003 eq. 5, 9, 11).
+    """Drift of A, tau1 and Km with force, and recovery (Ding 2003 eq. 5, 9, 11).
 
     Attributes
     ----------
@@ -245,7 +245,7 @@ class Ding2003Fatigue:
     scaling_per_s2: alpha_A, 1/s^2 (-0.4).
     relaxation_per_n: alpha_tau1, 1/N (2.1e-5).
     sensitivity_per_n_s: alpha_Km, 1/(N s) (1.9e-5).
-    recovers: off: what is lost stays lost.
+    recovers: whether A, tau1 and Km recover.
     """
 
     recovery_s: float = 127.0
@@ -265,14 +265,14 @@ class Ding2003Fatigue:
 class Ding2003:
     """Quadriceps of able-bodied people (Ding 2003, doi 10.1016/S1050-6411(03)00102-0).
 
-    Values as cocofest (pyomeca) has them. For muscles of the forearm they stand for want of better ones:
-    only the force over its full value is used.
+    Values are those of cocofest (pyomeca). They serve for muscles of the forearm in the absence of better
+    ones: only the force relative to its full value is used.
 
     Attributes
     ----------
     scaling_n_s: A, N/s (3009).
     relaxation_ms: tau1, without bound cross-bridges (50.957).
-    friction_ms: tau2, what bound cross-bridges add (60).
+    friction_ms: tau2, added by bound cross-bridges (60).
     sensitivity: Km (0.103).
     calcium_ms: tauc (20).
     fatigue: None for muscles that do not tire.
@@ -303,12 +303,12 @@ class Ding2003:
 class Ding2007:
     """Quadriceps after spinal cord injury (Ding and co-workers 2007, doi 10.1002/mus.20806).
 
-    Values as cocofest has them; attributes as of `Ding2003`, and the paper's own recruitment.
+    Values are those of cocofest; attributes as in `Ding2003`, and the paper's own recruitment.
 
     Attributes
     ----------
     threshold_us: pd0, narrowest pulse that recruits (131.405).
-    width_us: pdt, by which wider pulses saturate (194.138).
+    width_us: pdt, scale of saturation with wider pulses (194.138).
     """
 
     scaling_n_s: float = 4920.0
@@ -324,7 +324,7 @@ class Ding2007:
                          "calcium_ms", "threshold_us", "width_us")
 
     def recruitment(self, pulse_width_s: float) -> float:
-        """Recruited fraction that the paper gives to a pulse width at its fixed current."""
+        """Recruited fraction by pulse width, at the paper's fixed current."""
         wider_us = max(0.0, 1e6 * pulse_width_s - self.threshold_us)
         return -math.expm1(-wider_us / self.width_us)
 

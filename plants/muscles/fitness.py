@@ -1,9 +1,10 @@
-"""Fitness of muscles under stimulation of changing frequency: it falls with work and comes back with rest."""
+"""Fitness of muscles under stimulation of changing frequency: it falls with work and recovers with rest."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,23 +15,34 @@ from plants.checks import require_not_negative, require_positive
 
 Array = NDArray[np.float64]
 FASTEST_HZ = 100.0
-"""Frequencies above wear no more."""
+"""Frequency above which fatigue does not grow."""
+
+
+class FitnessRates(NamedTuple):
+    """Coefficients of the fitness equation: asymptotic fitness, and rates of fatigue and recovery, 1/s."""
+
+    floor: float
+    wear: float
+    repair: float
+
+
+NO_FATIGUE = FitnessRates(0.0, 0.0, 0.0)
 
 
 @compiled
 def tire(
-    fitness: Array, effort: Array, floor: float, wear: float, repair: float, elapsed_s: float, after: Array
+    fitness: Array, effort: Array, rates: FitnessRates, elapsed_s: float, after: Array
 ) -> None:
-    """Fill `after` (n,) with fitness, `elapsed_s` after it was `fitness`; `effort` (n,) is held.
+    """Fill `after` (n,) with the fitness `elapsed_s` after `fitness`; `effort` (n,) is constant.
 
-    mu' = wear effort (floor - mu) + repair (1 - effort) (1 - mu); `wear` and `repair` in 1/s.
+    mu' = wear effort (floor - mu) + repair (1 - effort) (1 - mu)
     """
     for i in range(fitness.size):
-        falls, rises = wear * effort[i], repair * (1.0 - effort[i])
+        falls, rises = rates.wear * effort[i], rates.repair * (1.0 - effort[i])
         rate = falls + rises
         after[i] = fitness[i]
         if rate > 0.0:
-            settled = (floor * falls + rises) / rate
+            settled = (rates.floor * falls + rises) / rate
             after[i] = settled + (fitness[i] - settled) * math.exp(-rate * elapsed_s)
 
 
@@ -38,15 +50,15 @@ def tire(
 class MuscleFatigue:
     """mu' = (floor - mu) w / fatigue_s + (1 - mu) (1 - w) / recovery_s, with w = a (1 - b + b (f / 100)^2).
 
-    Riener and Veltink's fitness equation. For a, activation, stands the drive that it follows: held between
-    changes, it makes the equation linear with constant coefficients, solved in closed form.
+    Riener and Veltink's fitness equation. The activation a is replaced by the drive that it follows, which is
+    constant between changes: the equation is then linear with constant coefficients, solved in closed form.
 
     Attributes
     ----------
-    floor: fitness that a muscle worked for ever falls to.
+    floor: fitness under endless work.
     fatigue_s, recovery_s: time constants, s (the literature: 18-30 and 40-50).
-    frequency_weight: b, how much of the effect is the stimulation frequency's; f counts up to 100 Hz.
-    recovers: off: what is lost stays lost.
+    frequency_weight: b, fraction of the effect due to the stimulation frequency; f counts up to 100 Hz.
+    recovers: whether fitness recovers.
     """
 
     floor: float = 0.2
@@ -70,30 +82,30 @@ class MuscleFatigue:
         return effort
 
     def after(self, fitness: Array, effort: Array, elapsed_s: float) -> Array:
-        """Fitness (muscles,) after `elapsed_s` under held efforts (muscles,)."""
+        """Fitness (muscles,) after `elapsed_s` under constant efforts (muscles,)."""
         after = np.empty_like(fitness)
-        tire(fitness, effort, *self.rates, elapsed_s, after)
+        tire(fitness, effort, self.rates, elapsed_s, after)
         return after
 
     @property
-    def rates(self) -> tuple[float, float, float]:
-        """(floor, wear, repair), the last two in 1/s, as `tire` takes them."""
-        return self.floor, 1.0 / self.fatigue_s, 1.0 / self.recovery_s if self.recovers else 0.0
+    def rates(self) -> FitnessRates:
+        """Coefficients of the equation."""
+        return FitnessRates(self.floor, 1.0 / self.fatigue_s, 1.0 / self.recovery_s if self.recovers else 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fatigue:
     """Riener and Veltink's fitness equation (`MuscleFatigue`) at one stimulation frequency.
 
-    The recruited fraction stands for activation.
+    The recruited fraction replaces activation.
 
     Attributes
     ----------
-    floor: fitness that a muscle worked for ever falls to.
+    floor: fitness under endless work.
     fatigue_s, recovery_s: time constants, s (the literature: 18-30 and 40-50).
-    frequency_weight: b, how much of the effect is the stimulation frequency's.
+    frequency_weight: b, fraction of the effect due to the stimulation frequency.
     frequency_hz: stimulation frequency f, at most 100.
-    rest_between_trials_s: how long the muscles rest before the next trial, s (chosen).
+    rest_between_trials_s: rest of the muscles before the next trial, s (chosen).
     """
 
     floor: float = 0.2
@@ -113,7 +125,7 @@ class Fatigue:
             frequency_weight=self.frequency_weight))
 
     def after(self, fitness: Array, recruited: Array, duration_s: float) -> Array:
-        """Fitness (muscles,) after `duration_s` under the held recruited fractions (muscles,)."""
+        """Fitness (muscles,) after `duration_s` under constant recruited fractions (muscles,)."""
         frequency = np.full(recruited.shape, self.frequency_hz)
         effort = self._equation.effort(np.clip(recruited, 0.0, 1.0), frequency)
         return self._equation.after(fitness, effort, duration_s)

@@ -1,7 +1,7 @@
-"""Linear activation: two lags in series behind a held drive, solved in closed form.
+"""Linear activation dynamics: two lags in series under a piecewise constant drive, solved in closed form.
 
-A critically damped second order is two equal lags of 1 / natural frequency; calcium release and activation
-are two different ones.
+A critically damped second-order system is two equal lags of 1 / natural frequency; calcium release and
+activation are two different ones.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from fesloop.compiled import compiled
 from fesloop.hand.movements import MUSCLES
 from fesloop.loop.clock import NS_PER_S
 from plants.checks import require_positive
-from plants.muscles.fitness import FASTEST_HZ, tire
+from plants.muscles.fitness import FASTEST_HZ, FitnessRates, tire
 
 Array = NDArray[np.float64]
 
 
 UNTIRED = np.ones(len(MUSCLES))
-"""What is left of muscles that have no fatigue of their own."""
+"""Capacity of muscles without fatigue."""
 UNTIRED.flags.writeable = False
 
 
@@ -30,9 +30,9 @@ UNTIRED.flags.writeable = False
 def settle_lags(
     levels: Array, drive: Array, first_s: float, second_s: float, elapsed_s: float, after: Array
 ) -> None:
-    """Fill `after` (2, n) with the lags' levels, `elapsed_s` after they were `levels` (2, n).
+    """Fill `after` (2, n) with the levels of the lags `elapsed_s` after `levels` (2, n).
 
-    c' = (drive - c) / first_s,  a' = (c - a) / second_s,  with `drive` (n,) held.
+    c' = (drive - c) / first_s,  a' = (c - a) / second_s,  with constant `drive` (n,).
     """
     first, second = math.exp(-elapsed_s / first_s), math.exp(-elapsed_s / second_s)
     apart = elapsed_s * (first_s - second_s) / (first_s * second_s)
@@ -51,9 +51,9 @@ def settle_lags(
 
 
 class LagState:
-    """Levels (2, muscles) of both lags at `since_ns`, and the drive (muscles,) held since then.
+    """Levels (2, muscles) of both lags at `since_ns`, and the constant drive (muscles,) since then.
 
-    `idle` as long as there has been no drive: all levels are 0.
+    `idle` until the first drive; all levels are then 0.
     """
 
     __slots__ = ("drive", "idle", "levels", "since_ns")
@@ -65,7 +65,7 @@ class LagState:
         self.since_ns = 0
 
     def copy(self) -> LagState:
-        """A state that can go ahead on its own; arrays here are replaced, never written to."""
+        """An independent copy; its arrays are replaced, never written to."""
         ahead = LagState.__new__(LagState)
         ahead.levels, ahead.drive, ahead.since_ns = self.levels, self.drive, self.since_ns
         ahead.idle = self.idle
@@ -74,34 +74,34 @@ class LagState:
 
 @dataclass(frozen=True, slots=True)
 class TwoLags:
-    """All muscles' activation by two lags in series.
+    """Activation of all muscles by two lags in series.
 
-    Its state stays at the last change of the drive, so looking at it splits nothing.
+    The state stays at the last change of the drive, so observations do not split it.
     """
 
     first_s: float
     second_s: float
 
     def start(self) -> LagState:
-        """At rest."""
+        """State at rest."""
         return LagState()
 
     def rested(self, state: LagState, rest_s: float) -> LagState:
-        """At rest: lags remember nothing over a pause between trials."""
+        """State at rest: lags decay in a pause between trials."""
         return LagState()
 
     def advance(self, state: LagState, stop_ns: int) -> None:
-        """Nothing happens between changes of the drive."""
+        """Do nothing: the state changes with the drive alone."""
 
     def change(self, state: LagState, time_ns: int, pulses: Array, drive: Array) -> None:
-        """`drive` (muscles,) acts from `time_ns` on."""
+        """Let `drive` (muscles,) act from `time_ns` on."""
         state.idle = state.idle and not drive.any()
         if not state.idle:
             state.levels = self._levels(state, time_ns)
         state.drive, state.since_ns = drive, time_ns
 
     def look(self, state: LagState, time_ns: int) -> tuple[Array, Array]:
-        """Activation, and ones for what is left of the muscles: these have no fatigue of their own."""
+        """Activation, and a capacity of ones, as the model has no fatigue."""
         return self._levels(state, time_ns)[1], UNTIRED
 
     def _levels(self, state: LagState, time_ns: int) -> Array:
@@ -113,7 +113,7 @@ class TwoLags:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hammerstein:
-    """a'' + 2 w a' + w^2 a = w^2 drive: linear activation dynamics behind static recruitment.
+    """Linear activation dynamics behind static recruitment, a'' + 2 w a' + w^2 a = w^2 drive.
 
     Attributes
     ----------
@@ -152,20 +152,19 @@ class Riener:
 
 @compiled
 def follow(
-    levels: Array, drive: Array, lags_s: tuple[float, float], changed_ns: int, fitness: Array, effort: Array,
-    fatigue: tuple[float, float, float], worn_ns: int, times_ns: NDArray[np.int64], activation: Array,
+    levels: Array, drive: Array, first_s: float, second_s: float, drive_ns: int, fitness: Array,
+    effort: Array, fatigue: FitnessRates, effort_ns: int, times_ns: NDArray[np.int64], activation: Array,
     fit: Array,
 ) -> None:
     """Fill `activation` and `fit` (n, muscles) at `times_ns` (n,).
 
-    Two lags, of `lags_s`, have had `levels` (2, muscles) at `changed_ns`, and `drive` (muscles,) since; the
-    muscles have had `fitness` (muscles,) at `worn_ns`, and `effort` (muscles,) since, under a `fatigue`
-    (floor, wear, repair) as `tire` takes it.
+    The lags have `levels` (2, muscles) at `drive_ns`, and `drive` (muscles,) since then; the muscles have
+    `fitness` (muscles,) at `effort_ns`, and `effort` (muscles,) since then.
     """
     settled = np.empty_like(levels)
     for k in range(times_ns.size):
-        settle_lags(levels, drive, lags_s[0], lags_s[1], (times_ns[k] - changed_ns) / NS_PER_S, settled)
-        tire(fitness, effort, fatigue[0], fatigue[1], fatigue[2], (times_ns[k] - worn_ns) / NS_PER_S, fit[k])
+        settle_lags(levels, drive, first_s, second_s, (times_ns[k] - drive_ns) / NS_PER_S, settled)
+        tire(fitness, effort, fatigue, (times_ns[k] - effort_ns) / NS_PER_S, fit[k])
         for i in range(drive.size):
             activation[k, i] = min(settled[1, i], 1.0) * fit[k, i]
 
@@ -174,15 +173,16 @@ def follow(
 def limit_pulses(
     recruitment: Array, frequency: Array, highest_hz: float, before: Array, pulses: Array
 ) -> bool:
-    """Fill `pulses` (2, muscles) with both, put within 0 and 1, and 0 and `highest_hz`; whether they changed.
+    """Fill `pulses` (2, muscles) with recruitment in 0 to 1 and frequency in 0 to `highest_hz`.
 
-    `before` (2, muscles): what they were.
+    Returns whether they differ from `before` (2, muscles).
     """
+    recruited, hertz = pulses
     changed = False
     for i in range(recruitment.size):
-        pulses[0, i] = min(max(recruitment[i], 0.0), 1.0)
-        pulses[1, i] = min(max(frequency[i], 0.0), highest_hz)
-        changed = changed or pulses[0, i] != before[0, i] or pulses[1, i] != before[1, i]
+        recruited[i] = min(max(recruitment[i], 0.0), 1.0)
+        hertz[i] = min(max(frequency[i], 0.0), highest_hz)
+        changed = changed or recruited[i] != before[0, i] or hertz[i] != before[1, i]
     return changed
 
 
@@ -190,10 +190,10 @@ def limit_pulses(
 def held_drives(
     pulses: Array, effort: Array, reflex: Array, fusion_hz: float, frequency_weight: float
 ) -> tuple[Array, Array, Array]:
-    """Steady activation, the effort that wears the muscles, and their natural drive, (muscles,) each.
+    """Steady activation, effort in the sense of `MuscleFatigue.effort`, and natural drive, (muscles,) each.
 
-    Activation is the recruited fraction times h(f) = r / (1 + r), r = (f / fusion_hz)^2; what wears is
-    `MuscleFatigue.effort`; `effort` and `reflex` (muscles,) have the fibres that stimulation does not hold.
+    Activation is the recruited fraction times h(f) = r / (1 + r), r = (f / fusion_hz)^2. `effort` and
+    `reflex` (muscles,) act on the fibres that stimulation does not recruit.
     """
     count = effort.size
     steady, wearing, natural = np.empty(count), np.empty(count), np.empty(count)

@@ -1,4 +1,4 @@
-"""What drives a patient's muscles besides stimulation: effort, stretch reflexes, tremor."""
+"""Natural drive of a patient's muscles: voluntary effort, stretch reflexes, tremor."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from plants.checks import require_not_negative, require_positive
 Array = NDArray[np.float64]
 EXTENSORS = frozenset({
     "ECRL", "ECRB", "EDC2", "EDC3", "EDC4", "EDC5", "EDM", "ECU", "EIP", "EPL", "EPB", "APL"})
-"""Muscles that a tremor drives in turn with all others."""
+"""Muscles that a tremor drives in alternation with all others."""
 COMPONENTS = 6
-"""Sinusoids of a tremor (chosen: its size then varies as that of narrow-band noise)."""
+"""Sinusoids of a tremor (chosen: its amplitude then varies like that of narrow-band noise)."""
 
 
 def chosen(names: tuple[str, ...], where: str) -> Array:
-    """(muscles,), 1 for each named muscle, for all where none is named; InputError for an unknown name."""
+    """Marks (muscles,), 1 for named muscles, or for all if none is named; InputError for unknown names."""
     if not names:
         return np.ones(len(MUSCLES))
     marks = np.zeros(len(MUSCLES))
@@ -39,9 +39,9 @@ def chosen(names: tuple[str, ...], where: str) -> Array:
 
 
 def greatest_efforts(limit: float, limits: Mapping[str, float]) -> Array:
-    """Of each muscle, (muscles,): those of `limits` by name, `limit` of the others.
+    """Greatest effort of each muscle, (muscles,): from `limits` by name, `limit` for all others.
 
-    Raises InputError for an unknown muscle and for what is not from 0 to 1.
+    Raises InputError for an unknown muscle and for a limit outside 0 to 1.
     """
     efforts = np.full(len(MUSCLES), limit)
     for name, own in limits.items():
@@ -57,25 +57,25 @@ def greatest_efforts(limit: float, limits: Mapping[str, float]) -> Array:
 
 
 def within(values: Array, highest: float | Array) -> Array:
-    """`values`, those below 0 or above `highest` put there."""
+    """Clip values to 0 and `highest`."""
     limited: Array = np.minimum(np.maximum(values, 0.0), highest)
     return limited
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StretchReflex:
-    """Spasticity: drive = gain (velocity - threshold) of a muscle that is stretched faster, up to a limit.
+    """Spasticity: drive = gain (velocity - threshold) of a muscle stretched faster than that, up to a limit.
 
-    That the threshold also falls as the muscle is longer is left out: it makes 15 % of the reflex's
-    dependence on speed, the gain 74 % (McPherson 2018, doi 10.1007/s00221-018-5389-x, elbow).
+    The threshold's decrease with muscle length is omitted: it accounts for 15 % of the reflex's dependence
+    on speed, the gain for 74 % (McPherson 2018, doi 10.1007/s00221-018-5389-x, elbow).
 
     Attributes
     ----------
     gain_s: drive for each optimal fibre length per s (chosen: a wrist turned by 100 deg/s stretches its
         flexors by about 0.4 lengths/s, which then gives a drive of 0.15).
-    threshold_per_s: optimal fibre lengths per s below which nothing happens (chosen).
-    delay_ms: from stretch to the muscle's nerve; the electromechanical delay comes on top (chosen, as
-        short-latency reflexes of the forearm).
+    threshold_per_s: stretch velocity below which there is no reflex, optimal fibre lengths per s (chosen).
+    delay_ms: delay from stretch to the muscle's nerve, in addition to the electromechanical delay (chosen:
+        that of short-latency reflexes of the forearm).
     limit: largest drive (chosen).
     muscles: names of the spastic muscles; empty: all.
     """
@@ -112,15 +112,15 @@ def oscillation(waves: Array, time_s: float) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MuscleTremor:
-    """Extensors and the other muscles contract in turn, at a frequency that the patient keeps.
+    """Alternating contraction of extensors and all other muscles, at a frequency that the patient keeps.
 
-    The frequency is drawn for the experiment's seed, phases anew for each trial.
+    The frequency is random by the experiment's seed, phases are random in each trial.
 
     Attributes
     ----------
-    activation: rms of what goes to either group, were it not cut at 0 (chosen).
-    band_hz: where the patient's frequency lies (4-12, all kinds of tremor together).
-    spread_hz: how far its components lie from it, sd (chosen: the tremor swells and fades within seconds).
+    activation: rms of the drive of either group before clipping at 0 (chosen).
+    band_hz: range of the patient's frequency (4-12, all kinds of tremor together).
+    spread_hz: sd of the components' frequencies (chosen: the tremor swells and fades within seconds).
     muscles: names of the muscles that tremble; empty: all.
     """
 
@@ -137,7 +137,7 @@ class MuscleTremor:
         chosen(self.muscles, "tremor.muscles")
 
     def waves(self, context: Context) -> Array:
-        """(3, c) of this patient in this trial: amplitude, frequency in Hz, phase in rad."""
+        """Sinusoids (3, c) of this patient in this trial: amplitude, frequency in Hz, phase in rad."""
         lasting = NoiseStream(stream_key(context.seed, f"{context.name}/tremor", 0), 1, "uniform")
         low, high = self.band_hz
         centre_hz = low + (high - low) * float(lasting.row(0)[0])
@@ -148,12 +148,12 @@ class MuscleTremor:
                          2.0 * math.pi * phases])
 
     def sides(self) -> Array:
-        """(muscles,): 1 for extensors, -1 for others, 0 for muscles that do not tremble."""
+        """Sign of each muscle's tremor, (muscles,): 1 for extensors, -1 for others, 0 for none."""
         sign = np.array([1.0 if name in EXTENSORS else -1.0 for name in MUSCLES])
         return sign * chosen(self.muscles, "tremor.muscles")
 
 
 def trembling(waves: Array, sides: Array, time_ns: int) -> Array:
-    """Activation of each muscle, (muscles,), by tremor at an instant: never negative."""
+    """Activation of each muscle, (muscles,), by tremor at an instant; never negative."""
     activation: Array = np.maximum(oscillation(waves, time_ns / NS_PER_S) * sides, 0.0)
     return activation

@@ -1,11 +1,12 @@
-"""The muscles of hand and forearm: from recruited fractions and stimulation frequencies to activation."""
+"""`muscles`: muscles of hand and forearm, from recruited fraction and stimulation frequency to activation."""
 
 from __future__ import annotations
 
-from bisect import bisect_left
+from bisect import bisect_left, insort
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal, cast
+from operator import itemgetter
+from typing import Any, Literal, NamedTuple, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,24 +18,112 @@ from fesloop.loop.clock import NS_PER_MS, NS_PER_S, duration_ns
 from fesloop.loop.signals import Port, Value
 from plants.checks import require_not_negative, require_positive
 from plants.muscles.ding import Ding2003, Ding2007
-from plants.muscles.fitness import MuscleFatigue
-from plants.muscles.lags import Hammerstein, Riener, TwoLags, follow, held_drives, limit_pulses
+from plants.muscles.fitness import NO_FATIGUE, MuscleFatigue
+from plants.muscles.lags import Hammerstein, LagState, Riener, TwoLags, follow, held_drives, limit_pulses
 from plants.muscles.patient_drive import MuscleTremor, StretchReflex, greatest_efforts, trembling, within
-from plants.muscles.state import EFFORT, PULSES, REFLEX, Contraction, MusclesState
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+PULSES, EFFORT, REFLEX = range(3)
+"""Signals to the muscles: pulses (recruited fraction, frequency in Hz) (2, muscles); drives (muscles,)."""
+
+
+class MuscleInputs(NamedTuple):
+    """Values of the input ports, (muscles,) each; None before the first."""
+
+    recruitment: Array | None
+    frequency: Array | None
+    velocity: Array | None
+    voluntary: Array | None
+
+
+class Contraction(Protocol):
+    """Contraction model of all muscles, whose state has `copy()` and changes at its own instants."""
+
+    def start(self) -> Any:
+        """State at rest, without fatigue."""
+
+    def rested(self, state: Any, rest_s: float) -> Any:
+        """State at rest, `rest_s` after `state`."""
+
+    def advance(self, state: Any, stop_ns: int) -> None:
+        """Advance to the model's last own instant before `stop_ns`."""
+
+    def change(self, state: Any, time_ns: int, pulses: Array, drive: Array) -> None:
+        """Let `pulses` (2, muscles), or the steady activation `drive` (muscles,), act from `time_ns` on."""
+
+    def look(self, state: Any, time_ns: int) -> tuple[Array, Array]:
+        """Activation, and capacity left by the model's own fatigue, (muscles,) each, at an instant up to
+        which `advance` went."""
+
+
+class MusclesState:
+    """State of the muscles. All but `now_ns` changes at the muscles' own instants, not at observations.
+
+    Attributes
+    ----------
+    now_ns: instant of the state.
+    stimulated, natural: contraction by stimulation, and by nerves.
+    fitness, effort: (muscles,), fitness at `since_ns`, and the effort that reduces it from then on.
+    since_ns: last change of the drive.
+    latched: last inputs, to recognise new ones.
+    sent, acting: newest value of each signal sent to the muscles, and the one that acts.
+    arriving: values in the delays, in order of arrival: instant in ns, signal, value, and the muscles that
+        they apply to, (muscles,), None for all.
+    latest: (3, muscles), last arrivals of each signal, where muscles have delays of their own.
+    waves: sinusoids of the tremor (3, c).
+    strength: fraction of force left after the wear of trials.
+    """
+
+    __slots__ = ("acting", "arriving", "effort", "fitness", "latched", "latest", "natural", "now_ns", "sent",
+                 "since_ns", "stimulated", "strength", "waves")
+
+    def __init__(self, stimulated: Any, natural: LagState, fitness: Array, waves: Array) -> None:
+        count = len(MUSCLES)
+        self.now_ns = self.since_ns = 0
+        self.stimulated, self.natural = stimulated, natural
+        self.fitness, self.effort, self.waves = fitness, np.zeros(count), waves
+        self.latched = MuscleInputs(None, None, None, None)
+        self.sent: list[Array] = [np.zeros((2, count)), np.zeros(count), np.zeros(count)]
+        self.acting: list[Array] = list(self.sent)
+        self.arriving: list[tuple[int, int, Array, Flags | None]] = []
+        self.latest = np.zeros((3, count), np.int64)
+        self.strength = 1.0
+
+    def send(self, arrival_ns: int, signal: int, value: Array) -> None:
+        """Send a value to all muscles."""
+        insort(self.arriving, (arrival_ns, signal, value, None), key=itemgetter(0))
+
+    def send_late(self, arrival_ns: int, late_ns: NDArray[np.int64], signal: int, value: Array) -> None:
+        """Send a value to each muscle, arriving `late_ns` (muscles,) later, in order."""
+        arrivals = np.maximum(arrival_ns + late_ns, self.latest[signal])
+        self.latest[signal] = arrivals
+        for instant in np.unique(arrivals):
+            insort(self.arriving, (int(instant), signal, value, arrivals == instant), key=itemgetter(0))
+
+    def copy(self) -> MusclesState:
+        """An independent copy."""
+        ahead = MusclesState.__new__(MusclesState)
+        ahead.now_ns, ahead.since_ns = self.now_ns, self.since_ns
+        ahead.stimulated, ahead.natural = self.stimulated.copy(), self.natural.copy()
+        ahead.fitness, ahead.effort, ahead.waves = self.fitness, self.effort, self.waves
+        ahead.latched = self.latched
+        ahead.sent, ahead.acting = self.sent.copy(), self.acting.copy()
+        ahead.strength = self.strength
+        ahead.arriving, ahead.latest = self.arriving.copy(), self.latest.copy()
+        return ahead
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Constants:
-    """Constants of the muscles.
+    """Coefficients derived from the parameters of the muscles.
 
     Attributes
     ----------
-    contraction: of stimulated muscle. natural: of what nerves drive.
-    delays_ns: of each signal, in the order of `plants.muscles.state`.
-    sides: (muscles,), on which side of its joint each trembles; zeros without a tremor.
-    efforts: (muscles,), the greatest at will.
+    contraction: model of stimulated muscle. natural: model of muscle driven by nerves.
+    delays_ns: delay of each signal, indexed by PULSES, EFFORT, REFLEX.
+    sides: (muscles,), sign of each muscle's tremor; zeros without a tremor.
+    efforts: (muscles,), greatest voluntary effort.
     """
 
     contraction: Contraction
@@ -45,15 +134,15 @@ class Constants:
 
 
 def constants_of(muscles: Muscles) -> Constants:
-    """The constants of these parameters; InputError for parameters that cannot be."""
+    """Derive the coefficients; InputError for invalid parameters."""
     models: dict[str, Hammerstein | Riener | Ding2003 | Ding2007] = {
         "hammerstein": muscles.hammerstein, "riener": muscles.riener, "ding2003": muscles.ding2003,
         "ding2007": muscles.ding2007}
     if muscles.model not in models:
         raise InputError("muscles.model", f"{muscles.model!r}", ", ".join(models))
     if muscles.model == "ding2003" and muscles.fatigue is not None:
-        raise InputError("muscles.fatigue", "the fitness equation beside model ding2003",
-                         "no `fatigue` there", "that model tires by its own equations: ding2003.fatigue")
+        raise InputError("muscles.fatigue", "the fitness equation is given with model ding2003",
+                         "no `fatigue`", "use the fatigue equations of that model: ding2003.fatigue")
     if not 0.0 <= muscles.wear_per_trial < 1.0:
         raise InputError("muscles.wear_per_trial", f"{muscles.wear_per_trial}", "from 0 to below 1")
     require_positive("muscles", muscles, "fusion_hz", "natural_rad_s")
@@ -68,7 +157,6 @@ def constants_of(muscles: Muscles) -> Constants:
         sides=muscles.tremor.sides() if muscles.tremor else np.zeros(len(MUSCLES)), efforts=efforts)
 
 
-Flags = NDArray[np.bool_]
 HIGHEST_HZ = 500.0
 """Frequencies above count as this (chosen: far beyond stimulators, and a muscle is long fused)."""
 
@@ -98,20 +186,20 @@ class Muscles:
 
     Attributes
     ----------
-    model: how stimulated muscle contracts; its numbers are in the table of its name.
+    model: contraction model of stimulated muscle; its parameters are in the table of its name.
     delay_ms: electromechanical delay (10-20 in models, 40-140 measured at the wrist).
-    delay_growth: the delay of what sets out to a muscle that has lost the share x of its fitness is
-        1 + delay_growth x times as long; 0: it stays. That it grows is known (Merad 2016, IEEE TCST
-        24(3):971), how far is chosen by whoever turns it on. Nothing overtakes.
+    delay_growth: growth of a muscle's delay with lost fitness x, to 1 + delay_growth x times; 0: none. The
+        growth is measured (Merad 2016, IEEE TCST 24(3):971), its size is left to the user. Signals keep
+        their order.
     fusion_hz: frequency of half the fused force (10, models of the Riener-Fuhr type).
-    fatigue: fitness equation; None for muscles that do not tire. Refused beside `ding2003`, which tires by
-        its own equations (`ding2003.fatigue`).
-    rest_between_trials_s: how long the muscles rest before the next trial, s (chosen).
-    wear_per_trial: share of their force that all muscles lose from trial to trial and no rest brings back.
-    voluntary_limit: the patient's greatest effort; 0 where nothing can be moved at will.
-    voluntary_limits: that of single muscles by name, in place of it.
-    natural_rad_s: w, of effort and reflex (25, grip-force data).
-    reflex, tremor: None for a patient without.
+    fatigue: fitness equation; None for muscles that do not tire. Refused with `ding2003`, which has its own
+        equations (`ding2003.fatigue`).
+    rest_between_trials_s: rest of the muscles before the next trial, s (chosen).
+    wear_per_trial: fraction of force that all muscles lose from trial to trial without recovery.
+    voluntary_limit: greatest voluntary effort; 0 for complete paralysis.
+    voluntary_limits: greatest voluntary effort of single muscles by name, in place of it.
+    natural_rad_s: natural frequency w of effort and reflex (25, grip-force data).
+    reflex, tremor: stretch reflex and tremor; None for a patient without.
     """
 
     model: Literal["hammerstein", "riener", "ding2003", "ding2007"] = "hammerstein"
@@ -137,7 +225,7 @@ class Muscles:
 
     @property
     def inputs(self) -> tuple[Port, ...]:
-        """Recruitment, frequency; velocity and effort, which may be left out."""
+        """Recruitment and frequency; optionally velocity and voluntary effort."""
         each = (len(MUSCLES),)
         return (Port("recruitment", each, "1"), Port("frequency", each, "Hz"),
                 Port("velocity", each, "1/s", optional=True), Port("voluntary", each, "1", optional=True))
@@ -149,39 +237,39 @@ class Muscles:
 
     @property
     def ignores(self) -> tuple[str, ...]:
-        """Velocity, of muscles without a stretch reflex."""
+        """Velocity, for muscles without a stretch reflex."""
         return () if self.reflex is not None else ("velocity",)
 
     @property
     def grid(self) -> None:
-        """None: any instant can be gone to."""
+        """None: the plant advances to any instant."""
         return
 
     @property
     def feedthrough(self) -> bool:
-        """False: every input shows through a lag at least."""
+        """False: every input acts through at least one lag."""
         return False
 
     def init(self, context: Context) -> MusclesState:
-        """At rest, the muscles fresh."""
+        """State at rest, without fatigue."""
         return MusclesState(self._constants.contraction.start(), self._constants.natural.start(),
                             np.ones(len(MUSCLES)), self._waves(context))
 
     def next_trial(self, state: MusclesState, context: Context) -> MusclesState:
-        """At rest again; fatigue as the pause between the trials left it."""
+        """State at rest, with the fatigue left after the pause between trials."""
         rest_s, fitness = self.rest_between_trials_s, self._fitness(state, state.now_ns)
         if self.fatigue is not None:
             fitness = self.fatigue.after(fitness, np.zeros(len(MUSCLES)), rest_s)
         rested = self._constants.contraction.rested(state.stimulated, rest_s)
         following = MusclesState(rested, self._constants.natural.start(), fitness, self._waves(context))
-        following.left = (1.0 - self.wear_per_trial) * state.left
+        following.strength = (1.0 - self.wear_per_trial) * state.strength
         return following
 
     def _waves(self, context: Context) -> Array:
         return self.tremor.waves(context) if self.tremor else np.zeros((3, 0))
 
     def advance(self, state: MusclesState, inputs: Sequence[Value], start_ns: int, stop_ns: int) -> None:
-        """From `start_ns` to `stop_ns`, through the instants at which a drive changes."""
+        """Advance through the instants at which a drive changes."""
         self._send(state, inputs, start_ns)
         while state.arriving and state.arriving[0][0] <= stop_ns:
             self._take(state, *state.arriving.pop(0))
@@ -191,18 +279,18 @@ class Muscles:
     def read(self, state: MusclesState, inputs: Sequence[Value]) -> tuple[Value, ...]:
         """(activation, fitness)."""
         activation, fitness = self._outputs(state)
-        return state.left * activation, state.left * fitness
+        return state.strength * activation, state.strength * fitness
 
     def observe(
         self, state: MusclesState, inputs: Sequence[Value], start_ns: int, times_ns: Sequence[int]
     ) -> tuple[Array, ...]:
-        """(activation, fitness) at `times_ns`, ascending, state untouched."""
+        """(activation, fitness) at `times_ns`, ascending; the state is not changed."""
         return self.advance_through(state.copy(), inputs, start_ns, times_ns)
 
     def advance_through(
         self, state: MusclesState, inputs: Sequence[Value], start_ns: int, times_ns: Sequence[int]
     ) -> tuple[Array, ...]:
-        """(activation, fitness) at `times_ns`, ascending, the state brought to the last of them."""
+        """(activation, fitness) at `times_ns`, ascending; the state advances to the last of them."""
         self._send(state, inputs, start_ns)
         rows, done = np.empty((2, len(times_ns), len(MUSCLES))), 0
         while done < len(times_ns):
@@ -213,34 +301,34 @@ class Muscles:
                 upto = bisect_left(times_ns, state.arriving[0][0], done)
             self._follow(state, times_ns[done:upto], rows[0, done:upto], rows[1, done:upto])
             done = upto
-        rows *= state.left
+        rows *= state.strength
         return rows[0], rows[1]
 
     def _follow(self, state: MusclesState, times_ns: Sequence[int], activation: Array, fit: Array) -> None:
-        """Fill `activation` and `fit` (n, 29) at `times_ns`, between which nothing reaches the muscles."""
-        lags, drawn = self._constants.contraction, state.stimulated
-        if isinstance(lags, TwoLags) and self.tremor is None and state.natural.idle:
-            follow(drawn.levels, drawn.drive, (lags.first_s, lags.second_s), drawn.since_ns, state.fitness,
-                   state.effort, self.fatigue.rates if self.fatigue else (0.0, 0.0, 0.0), state.since_ns,
-                   np.array(times_ns), activation, fit)
+        """Fill `activation` and `fit` (n, 29) at `times_ns`, during which no signal arrives."""
+        model, stimulated = self._constants.contraction, state.stimulated
+        if isinstance(model, TwoLags) and self.tremor is None and state.natural.idle:
+            follow(stimulated.levels, stimulated.drive, model.first_s, model.second_s, stimulated.since_ns,
+                   state.fitness, state.effort, self.fatigue.rates if self.fatigue else NO_FATIGUE,
+                   state.since_ns, np.array(times_ns), activation, fit)
         else:
             for k, instant in enumerate(times_ns):
-                lags.advance(drawn, instant)
+                model.advance(stimulated, instant)
                 state.now_ns = instant
                 activation[k], fit[k] = self._outputs(state)
         state.now_ns = times_ns[-1]
 
     def _send(self, state: MusclesState, inputs: Sequence[Value], time_ns: int) -> None:
-        """Send off what the inputs of `time_ns` change; equal ones change nothing, so split nothing."""
+        """Send the signals that the inputs at `time_ns` change; equal inputs send nothing."""
         recruitment, frequency, velocity, voluntary = cast(Sequence[Array], inputs)
-        seen, state.seen = state.seen, (recruitment, frequency, velocity, voluntary)
-        if recruitment is not seen[0] or frequency is not seen[1]:
+        before, state.latched = state.latched, MuscleInputs(recruitment, frequency, velocity, voluntary)
+        if recruitment is not before.recruitment or frequency is not before.frequency:
             pulses = np.empty((2, len(MUSCLES)))
             if limit_pulses(recruitment, frequency, HIGHEST_HZ, state.sent[PULSES], pulses):
                 self._send_one(state, PULSES, pulses, time_ns)
-        if velocity is not seen[2] and self.reflex is not None:
+        if velocity is not before.velocity and self.reflex is not None:
             self._send_one(state, REFLEX, self.reflex.drive(velocity), time_ns)
-        if voluntary is not seen[3]:
+        if voluntary is not before.voluntary:
             self._send_one(state, EFFORT, within(voluntary, self._constants.efforts), time_ns)
 
     def _send_one(self, state: MusclesState, signal: int, value: Array, time_ns: int) -> None:
@@ -255,7 +343,7 @@ class Muscles:
             state.send(time_ns + self._constants.delays_ns[signal], signal, value)
 
     def _take(self, state: MusclesState, time_ns: int, signal: int, value: Array, some: Flags | None) -> None:
-        """Let a signal act from `time_ns` on, on some muscles or on all."""
+        """Let a signal act from `time_ns` on, on some muscles or all."""
         state.fitness = self._fitness(state, time_ns)
         acting = value if some is None else np.where(some, value, state.acting[signal])
         state.acting[signal], state.since_ns = acting, time_ns
@@ -269,13 +357,13 @@ class Muscles:
         self._constants.natural.change(state.natural, time_ns, state.acting[PULSES], natural)
 
     def _fitness(self, state: MusclesState, time_ns: int) -> Array:
-        """What the fitness equation gives at an instant, (29,); ones without it."""
+        """Fitness at an instant, (29,); ones without the fitness equation."""
         if self.fatigue is None:
             return state.fitness
         return self.fatigue.after(state.fitness, state.effort, (time_ns - state.since_ns) / NS_PER_S)
 
     def _outputs(self, state: MusclesState) -> tuple[Array, Array]:
-        """(activation, fitness) of the instant that the state is of."""
+        """(activation, fitness) at the instant of the state."""
         now, fitness = state.now_ns, self._fitness(state, state.now_ns)
         activation, capacity = self._constants.contraction.look(state.stimulated, now)
         if self.tremor is not None or not state.natural.idle:
